@@ -1,0 +1,36 @@
+"""Offset between two hosts' monotonic clocks, with its uncertainty, from four timestamps."""
+
+from collections import deque
+from dataclasses import dataclass, field
+
+WINDOW = 64
+DRIFT = 100e-6
+"""Two quartz clocks drift apart by at most this much, s/s: an old measurement is worth less."""
+
+
+@dataclass(slots=True)
+class ClockOffset:
+    """Estimates (far clock - own clock) in ns; the true offset lies within `uncertainty_ns` of it.
+
+    A round trip t1 -> t2, t3 -> t4 bounds the offset by half its network time on either side,
+    whatever the asymmetry of the two ways. The tightest recent bound is kept.
+    """
+
+    offset_ns: int = 0
+    uncertainty_ns: int | None = None
+    round_trip_ns: int = 0
+    _samples: deque[tuple[int, int, int]] = field(default_factory=lambda: deque(maxlen=WINDOW))
+
+    def add(self, t1_ns: int, t2_ns: int, t3_ns: int, t4_ns: int) -> None:
+        """Take one round trip: sent and received here (t1, t4), received and answered there (t2, t3).
+
+        Raises:
+            ValueError: the times run backwards, so they are no round trip.
+        """
+        round_trip = (t4_ns - t1_ns) - (t3_ns - t2_ns)
+        if t4_ns < t1_ns or t3_ns < t2_ns or round_trip < 0:
+            raise ValueError(f"impossible round trip {t1_ns}, {t2_ns}, {t3_ns}, {t4_ns}")
+        self.round_trip_ns = round_trip
+        self._samples.append((t4_ns, ((t2_ns - t1_ns) + (t3_ns - t4_ns)) // 2, round_trip // 2))
+        _, self.offset_ns, bound = min(self._samples, key=lambda s: s[2] + DRIFT * (t4_ns - s[0]))
+        self.uncertainty_ns = bound + 1

@@ -1,0 +1,18 @@
+"""The five fingers, in the order of every array, packet and frame."""
+
+FINGERS = ("thumb", "index", "middle", "ring", "little")
+"""Index into this tuple is the finger number on the wire."""
+
+
+def chosen_fingers(count: int) -> tuple[str, ...]:
+    """Return the fingers that a session with `count` fingers uses (1..5).
+
+    One finger means the index finger: it is the one people explore with.
+
+    Raises:
+        ValueError: `count` is not in 1..5.
+    """
+    if not 1 <= count <= len(FINGERS):
+        raise ValueError(f"fingers must be 1..{len(FINGERS)}, not {count}")
+    by_use = ("index", "middle", "thumb", "ring", "little")
+    return tuple(sorted(by_use[:count], key=FINGERS.index))

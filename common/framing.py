@@ -1,0 +1,82 @@
+"""Serial frames: COBS between zero bytes, with message id, sequence number and CRC-16.
+
+    frame = COBS(id u8, sequence u8, payload, crc u16 little endian), 0x00
+
+The zero byte never stands inside a frame, so a reader is back in step after any damage. The
+CRC is CRC-16/CCITT-FALSE over id, sequence and payload.
+"""
+
+import binascii
+from dataclasses import dataclass, field
+
+from cobs import cobs
+
+MAX_FRAME = 250
+"""Largest frame in bytes before COBS: one COBS block, and no runaway buffer on a babbling line."""
+_CRC_INIT = 0xFFFF
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """One checked frame."""
+
+    message_id: int
+    sequence: int
+    payload: bytes
+
+
+def encode_frame(message_id: int, sequence: int, payload: bytes = b"") -> bytes:
+    """Wrap one message for the line.
+
+    Raises:
+        ValueError: the id or the sequence number is not a byte, or the payload is too long.
+    """
+    if len(payload) + 4 > MAX_FRAME:
+        raise ValueError(f"payload of {len(payload)} bytes is longer than {MAX_FRAME - 4}")
+    body = bytes((message_id, sequence)) + payload
+    crc = binascii.crc_hqx(body, _CRC_INIT)
+    return bytes(cobs.encode(body + crc.to_bytes(2, "little"))) + b"\0"
+
+
+@dataclass(slots=True)
+class FrameReader:
+    """Turns chunks of bytes into frames; counts what was damaged and what went missing."""
+
+    damaged: int = 0
+    """Pieces between two zero bytes that were no frame."""
+    lost: int = 0
+    """Frames that the sequence numbers say were sent and not read."""
+    _pending: bytes = b""
+    _sequence: int | None = field(default=None)
+
+    def feed(self, chunk: bytes) -> list[Frame]:
+        """Take bytes in whatever pieces they come; return the frames completed by them."""
+        *pieces, self._pending = (self._pending + chunk).split(b"\0")
+        if len(self._pending) > 2 * MAX_FRAME:
+            self._pending = self._pending[-MAX_FRAME:]
+            self.damaged += 1
+        frames = []
+        for piece in pieces:
+            if not piece:
+                continue
+            frame = self._check(piece)
+            if frame is None:
+                self.damaged += 1
+                continue
+            if self._sequence is not None:
+                self.lost += (frame.sequence - self._sequence - 1) & 0xFF
+            self._sequence = frame.sequence
+            frames.append(frame)
+        return frames
+
+    @staticmethod
+    def _check(piece: bytes) -> Frame | None:
+        try:
+            body = bytes(cobs.decode(piece))
+        except cobs.DecodeError:
+            return None
+        if not 4 <= len(body) <= MAX_FRAME:
+            return None
+        if binascii.crc_hqx(body[:-2], _CRC_INIT) != int.from_bytes(body[-2:], "little"):
+            return None
+        return Frame(body[0], body[1], body[2:-2])

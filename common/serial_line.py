@@ -1,0 +1,145 @@
+"""One serial device on a tty or a `socket://` address: opened, asked who it is, read in chunks, re-opened."""
+
+import logging
+import time
+from dataclasses import dataclass, field
+
+import serial
+
+from common.background import BackgroundOpener
+from common.fingers import FINGERS
+from common.framing import Frame, FrameReader, encode_frame
+from common.serial_messages import BadPayload, DeviceKind, Identity, MessageId
+
+log = logging.getLogger(__name__)
+
+_IDENTIFY_S = 1.0
+_CHUNK = 4096
+
+
+class WrongDevice(ValueError):
+    """The device at an address is not the one that the configuration names."""
+
+
+class DeviceAbsent(OSError):
+    """No device answers at an address."""
+
+
+@dataclass(frozen=True, slots=True)
+class OpenLine:
+    """An open port whose device said who it is."""
+
+    port: serial.SerialBase
+    identity: Identity
+
+
+def open_line(address: str, baud: int) -> OpenLine:
+    """Open an address and ask the device for its identity; blocks up to about a second.
+
+    Raises:
+        DeviceAbsent: nothing there, or it does not answer.
+    """
+    try:
+        port = serial.serial_for_url(address, baudrate=baud, timeout=0.05, write_timeout=0.5)
+    except (serial.SerialException, OSError, ValueError) as error:
+        raise DeviceAbsent(f"{address}: {error}") from None
+    reader = FrameReader()
+    deadline = time.monotonic() + _IDENTIFY_S
+    try:
+        port.write(encode_frame(MessageId.IDENTIFY, 0))
+        while time.monotonic() < deadline:
+            for frame in reader.feed(port.read(_CHUNK)):
+                if frame.message_id == MessageId.IDENTITY:
+                    identity = Identity.decode(frame.payload)
+                    port.timeout = 0
+                    port.write_timeout = 0
+                    return OpenLine(port, identity)
+    except (serial.SerialException, OSError, BadPayload) as error:
+        port.close()
+        raise DeviceAbsent(f"{address}: {error}") from None
+    port.close()
+    raise DeviceAbsent(f"{address}: a port, but no device answers IDENTIFY within {_IDENTIFY_S:g} s")
+
+
+@dataclass(slots=True)
+class SerialLine:
+    """The line to one finger's device of one kind. Reading and writing never block."""
+
+    address: str
+    kind: DeviceKind
+    finger: str
+    baud: int = 921_600
+    identity: Identity | None = None
+    """Who answered; None while no device is there."""
+    reader: FrameReader = field(default_factory=FrameReader)
+    times_lost: int = 0
+    _port: serial.SerialBase | None = None
+    _sequence: int = 0
+    _opener: BackgroundOpener[OpenLine] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._opener = BackgroundOpener(self._open_checked)
+        self._opener.start()
+
+    @property
+    def connected(self) -> bool:
+        """Whether the right device is there."""
+        return self._port is not None
+
+    @property
+    def problem(self) -> Exception | None:
+        """Why there is no device: DeviceAbsent or WrongDevice; None while it is there or still being asked."""
+        return None if self.connected else self._opener.problem
+
+    def poll(self) -> list[Frame]:
+        """Frames that came since the last call; takes a device up that has appeared."""
+        if self._port is None:
+            opened = self._opener.take()
+            if opened is None:
+                return []
+            self._port, self.identity = opened.port, opened.identity
+            self.reader = FrameReader()
+            log.info("%s %s: serial number %s", self.finger, self.kind.name.lower(), opened.identity.serial)
+        try:
+            chunk = self._port.read(_CHUNK)
+        except (serial.SerialException, OSError) as error:
+            self._lose(error)
+            return []
+        return self.reader.feed(chunk) if chunk else []
+
+    def send(self, message_id: MessageId, payload: bytes) -> None:
+        """Send one message; with no device there, nothing happens."""
+        if self._port is None:
+            return
+        self._sequence = (self._sequence + 1) & 0xFF
+        try:
+            self._port.write(encode_frame(message_id, self._sequence, payload))
+        except (serial.SerialException, OSError) as error:
+            self._lose(error)
+
+    def close(self) -> None:
+        """Close the port and stop looking for the device."""
+        self._opener.stop()
+        if self._port is not None:
+            self._port.close()
+            self._port = None
+
+    def _open_checked(self) -> OpenLine:
+        opened = open_line(self.address, self.baud)
+        found = opened.identity
+        if found.kind is not self.kind or FINGERS[found.finger] != self.finger:
+            opened.port.close()
+            raise WrongDevice(
+                f"{self.address}: is the {FINGERS[found.finger]}'s {found.kind.name.lower()} {found.serial}, "
+                f"the configuration says {self.finger}'s {self.kind.name.lower()}"
+            )
+        return opened
+
+    def _lose(self, error: Exception) -> None:
+        log.warning("%s %s at %s lost: %s", self.finger, self.kind.name.lower(), self.address, error)
+        assert self._port is not None
+        self._port.close()
+        self._port = None
+        self.identity = None
+        self.times_lost += 1
+        self._opener.start()

@@ -1,0 +1,241 @@
+"""What the serial devices say: payloads of the frames of `common.framing`, little endian.
+
+Written down for firmware in docs/protocols.md, whose golden bytes test this file.
+"""
+
+import struct
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import ClassVar
+
+from common.fingers import FINGERS
+
+
+class MessageId(IntEnum):
+    """First byte of every frame."""
+
+    IDENTIFY = 0x01
+    IDENTITY = 0x02
+    TEXTURE_SAMPLES = 0x10
+    THERMAL_READING = 0x20
+    HEATER_COMMAND = 0x21
+    TACTTIP_COMMAND = 0x30
+    TACTTIP_STATE = 0x31
+
+
+class DeviceKind(IntEnum):
+    """What a serial device answers it is."""
+
+    TEXTURE_SENSOR = 1
+    THERMAL_SENSOR = 2
+    TACTTIP = 3
+
+
+class DeviceFlag(IntEnum):
+    """Bits of a device's status byte."""
+
+    COMMAND_TIMEOUT = 0x01
+    """No valid command for 100 ms: the device has switched its own drives off."""
+    THERMAL_CUT_OUT = 0x02
+    """The device's own temperature limit has switched its drive off."""
+    SATURATED = 0x04
+    """At least one sample since the last message was clipped."""
+
+
+class BadPayload(ValueError):
+    """A frame with a good CRC whose content is not what its id promises."""
+
+
+def _unpack(layout: struct.Struct, payload: bytes, what: str) -> tuple[int | float | bytes, ...]:
+    if len(payload) != layout.size:
+        raise BadPayload(f"{what}: {len(payload)} bytes, expected {layout.size}")
+    return layout.unpack(payload)
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """A device's answer to IDENTIFY."""
+
+    kind: DeviceKind
+    finger: int
+    serial: str
+    firmware: int
+    rate_hz: int
+    range_low: float
+    range_high: float
+    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<BB8sHHff")
+
+    def encode(self) -> bytes:
+        """Payload bytes; the serial number is ASCII, at most 8 characters."""
+        serial = self.serial.encode("ascii").ljust(8, b" ")
+        return self.LAYOUT.pack(
+            self.kind, self.finger, serial, self.firmware, self.rate_hz, self.range_low, self.range_high
+        )
+
+    @classmethod
+    def decode(cls, payload: bytes) -> "Identity":
+        """Check and unpack.
+
+        Raises:
+            BadPayload: wrong length, unknown kind, no such finger or a serial number that is not ASCII.
+        """
+        kind, finger, serial, firmware, rate_hz, low, high = _unpack(cls.LAYOUT, payload, "identity")
+        assert isinstance(serial, bytes)
+        try:
+            kind, name = DeviceKind(int(kind)), serial.decode("ascii").strip()
+        except ValueError as error:
+            raise BadPayload(f"identity: {error}") from None
+        if int(finger) >= len(FINGERS):
+            raise BadPayload(f"identity: no finger {finger!r}")
+        return cls(kind, int(finger), name, int(firmware), int(rate_hz), float(low), float(high))
+
+
+@dataclass(frozen=True, slots=True)
+class TextureSamples:
+    """A chunk of the piezo signal: signed 12 bit counts at the sensor's rate, oldest first."""
+
+    device_time_us: int
+    counts: bytes
+    """int16 little endian, -2048..2047 for -10..+10 V."""
+    HEAD: ClassVar[struct.Struct] = struct.Struct("<IB")
+
+    def encode(self) -> bytes:
+        """Payload bytes."""
+        return self.HEAD.pack(self.device_time_us & 0xFFFFFFFF, len(self.counts) // 2) + self.counts
+
+    @classmethod
+    def decode(cls, payload: bytes) -> "TextureSamples":
+        """Check and unpack.
+
+        Raises:
+            BadPayload: the length does not fit the count of samples.
+        """
+        if len(payload) < cls.HEAD.size:
+            raise BadPayload(f"texture samples: {len(payload)} bytes are too few")
+        time_us, count = cls.HEAD.unpack_from(payload)
+        counts = payload[cls.HEAD.size :]
+        if len(counts) != 2 * count:
+            raise BadPayload(f"texture samples: {count} samples announced, {len(counts)} bytes follow")
+        return cls(time_us, counts)
+
+
+@dataclass(frozen=True, slots=True)
+class ThermalReading:
+    """One reading of the remote thermal sensor; 12 bit counts of `common.thermometry.ssr_c`."""
+
+    device_time_us: int
+    plate_counts: int
+    ambient_counts: int
+    flags: int
+    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<IHHB")
+
+    def encode(self) -> bytes:
+        """Payload bytes."""
+        return self.LAYOUT.pack(
+            self.device_time_us & 0xFFFFFFFF, self.plate_counts, self.ambient_counts, self.flags
+        )
+
+    @classmethod
+    def decode(cls, payload: bytes) -> "ThermalReading":
+        """Check and unpack.
+
+        Raises:
+            BadPayload: wrong length, or counts beyond 12 bits.
+        """
+        time_us, plate, ambient, flags = (int(v) for v in _unpack(cls.LAYOUT, payload, "thermal reading"))
+        if plate > 4095 or ambient > 4095:
+            raise BadPayload(f"thermal reading: counts {plate}, {ambient} are beyond 12 bits")
+        return cls(time_us, plate, ambient, flags)
+
+
+DRIVE_FULL = 1000
+"""A Peltier or heater drive is signed thousandths of full drive; positive heats the finger's side."""
+
+
+@dataclass(frozen=True, slots=True)
+class HeaterCommand:
+    """Drive of the thermal sensor's Peltier element, -1000..1000 thousandths."""
+
+    drive_permille: int
+    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<h")
+
+    def encode(self) -> bytes:
+        """Payload bytes.
+
+        Raises:
+            ValueError: the drive is beyond full.
+        """
+        _check_drive(self.drive_permille)
+        return self.LAYOUT.pack(self.drive_permille)
+
+    @classmethod
+    def decode(cls, payload: bytes) -> "HeaterCommand":
+        """Check and unpack; raises BadPayload on a wrong length or a drive beyond full."""
+        (drive,) = _unpack(cls.LAYOUT, payload, "heater command")
+        _check_drive(int(drive), BadPayload)
+        return cls(int(drive))
+
+
+MOTOR_MAX_MV = 3000
+
+
+@dataclass(frozen=True, slots=True)
+class TactTipCommand:
+    """Drives of one fingertip module: motor voltage 0..3000 mV, Peltier -1000..1000 thousandths."""
+
+    motor_mv: int
+    peltier_permille: int
+    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<Hh")
+
+    def encode(self) -> bytes:
+        """Payload bytes.
+
+        Raises:
+            ValueError: a drive is out of its range.
+        """
+        _check_motor(self.motor_mv)
+        _check_drive(self.peltier_permille)
+        return self.LAYOUT.pack(self.motor_mv, self.peltier_permille)
+
+    @classmethod
+    def decode(cls, payload: bytes) -> "TactTipCommand":
+        """Check and unpack; raises BadPayload on a wrong length or a drive out of range."""
+        motor, peltier = (int(v) for v in _unpack(cls.LAYOUT, payload, "TactTip command"))
+        _check_motor(motor, BadPayload)
+        _check_drive(peltier, BadPayload)
+        return cls(motor, peltier)
+
+
+@dataclass(frozen=True, slots=True)
+class TactTipState:
+    """What a fingertip module measures: 12 bit NTC counts of plate and hot side (`common.thermometry.ntc_c`)."""
+
+    device_time_us: int
+    plate_counts: int
+    hot_side_counts: int
+    flags: int
+    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<IHHB")
+
+    def encode(self) -> bytes:
+        """Payload bytes."""
+        return self.LAYOUT.pack(
+            self.device_time_us & 0xFFFFFFFF, self.plate_counts, self.hot_side_counts, self.flags
+        )
+
+    @classmethod
+    def decode(cls, payload: bytes) -> "TactTipState":
+        """Check and unpack; raises BadPayload on a wrong length or counts beyond 12 bits."""
+        time_us, plate, hot, flags = (int(v) for v in _unpack(cls.LAYOUT, payload, "TactTip state"))
+        if plate > 4095 or hot > 4095:
+            raise BadPayload(f"TactTip state: counts {plate}, {hot} are beyond 12 bits")
+        return cls(time_us, plate, hot, flags)
+
+
+def _check_drive(permille: int, error: type[ValueError] = ValueError) -> None:
+    if not -DRIVE_FULL <= permille <= DRIVE_FULL:
+        raise error(f"Peltier drive {permille} is outside -{DRIVE_FULL}..{DRIVE_FULL} thousandths")
+
+
+def _check_motor(motor_mv: int, error: type[ValueError] = ValueError) -> None:
+    if not 0 <= motor_mv <= MOTOR_MAX_MV:
+        raise error(f"motor voltage {motor_mv} mV is outside 0..{MOTOR_MAX_MV}")

@@ -1,0 +1,50 @@
+"""The one table of streams between the sites: sockets, watchdogs and recording derive from it."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+from common.limits import GAP_S
+
+
+class Direction(Enum):
+    """Who sends a stream."""
+
+    TO_REMOTE = "operator to remote"
+    TO_OPERATOR = "remote to operator"
+    BOTH = "request and answer"
+
+
+@dataclass(frozen=True, slots=True)
+class Stream:
+    """One stream of the link.
+
+    Attributes:
+        name: its name in configuration, recordings and counters.
+        direction: who sends it.
+        rate_hz: how often it is sent while a session runs; 0 for events.
+        latest_only: an unread packet is replaced by a newer one instead of queueing behind it.
+        port: its TCP port, counted from the link's first port.
+        record_every: every n-th packet is recorded; 0 for none.
+    """
+
+    name: str
+    direction: Direction
+    rate_hz: float
+    latest_only: bool
+    port: int
+    record_every: int
+
+    def __post_init__(self) -> None:
+        if self.latest_only and not 3.0 / self.rate_hz <= GAP_S:
+            raise ValueError(f"{self.name}: a gap of {GAP_S} s must cover three periods")
+
+
+STREAMS = {
+    stream.name: stream
+    for stream in (
+        Stream("motion", Direction.TO_REMOTE, 500.0, latest_only=True, port=0, record_every=1),
+        Stream("touch", Direction.TO_OPERATOR, 500.0, latest_only=True, port=1, record_every=1),
+        Stream("heartbeat", Direction.BOTH, 20.0, latest_only=False, port=2, record_every=1),
+        Stream("control", Direction.BOTH, 0.0, latest_only=False, port=3, record_every=1),
+    )
+}

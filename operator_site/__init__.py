@@ -1,0 +1,1 @@
+"""The operator site: makes five fingertips feel what the remote fingers touch."""

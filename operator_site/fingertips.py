@@ -1,0 +1,167 @@
+"""All five fingertips of the operator: force, vibration and heat from what the remote site says it touches.
+
+Runs at the site's own rate (500 Hz; heat at 100 Hz inside). What comes out are requests: the gate stands between
+them and the devices.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.fingers import FINGERS
+from common.limits import COMFORT, PlateRange
+from common.materials import materials
+from common.messages import TOUCH_COLUMN, Event, EventKind
+from operator_site.contact_force import ContactLaw, LocalContact
+from operator_site.plate_display import PlateDisplay
+from operator_site.plate_loop import PlateLoop
+from operator_site.scene_skin import SceneSkin, SkinState, touched_object
+from operator_site.skin import DEFAULT_MODEL, STEP_S, Body, SkinModel, skin_step
+from operator_site.vibration import FingerVibration, PlayedEvents, Surface
+
+NEAR_SURFACE_M = 0.3e-3
+"""A finger this close above the remote surface counts as touching for heat: heights of two sites differ a little."""
+
+_MODE = TOUCH_COLUMN["mode"]
+_CONTACT = TOUCH_COLUMN["contact"]
+_FORCE = TOUCH_COLUMN["contact_force_n"]
+_SURFACE = TOUCH_COLUMN["surface_z_m"]
+_STIFFNESS = TOUCH_COLUMN["stiffness_n_m"]
+_VIBRATION = [TOUCH_COLUMN[name] for name in ("k_tap", "b_tap_per_s", "k_stroke_v", "k_stroke_f", "b_groove_per_s")]
+_THERMAL = [TOUCH_COLUMN[name] for name in ("conductivity_w_mk", "density_kg_m3", "specific_heat_j_kgk")]
+_OBJECT_C = TOUCH_COLUMN["object_c"]
+
+
+@dataclass(frozen=True, slots=True)
+class Requested:
+    """What the renderer would like the devices to do, five fingers each; the gate's input."""
+
+    force_n: list[float]
+    motor_rpm: list[float]
+    plate_set_c: list[float]
+    peltier_drive: list[float]
+    limited: list[int]
+    """`Limit` bits where the plate cannot show what the model wants."""
+
+
+class Fingertips:
+    """Renders touch for five fingertips."""
+
+    def __init__(
+        self,
+        profile: PlateRange = COMFORT,
+        law: ContactLaw | None = None,
+        model: SkinModel = DEFAULT_MODEL,
+        body: Body | None = None,
+    ) -> None:
+        n = len(FINGERS)
+        self._contacts = [LocalContact(law) for _ in range(n)]
+        self._vibrations = [FingerVibration() for _ in range(n)]
+        self._surfaces = [Surface()] * n
+        self._played = PlayedEvents()
+        self._skin = SceneSkin(model, body)
+        for known in materials().values():  # 0.4 ms each, now rather than in the tick that first touches one
+            touched = touched_object(known.conductivity_w_mk, known.density_kg_m3, known.specific_heat_j_kgk)
+            skin_step(model, touched)
+        self.skin: SkinState = self._skin.state()
+        """What the fingers feel by the model, for display and recording."""
+        self._display = PlateDisplay(profile, self.skin.surface_c.tolist())
+        self._loops = [PlateLoop() for _ in range(n)]
+        self._drive = [0.0] * n
+        self._touching = [False] * n
+        self._engaged = False
+        self._t_s = math.nan
+        self._heat_t_s = math.nan
+        self._block: NDArray[np.float32] | None = None
+        self._rows: list[list[float]] = [[0.0] * len(TOUCH_COLUMN)] * n
+        self.impulses_played: list[int] = []
+        """Idents of the taps and grooves begun in the last step."""
+
+    def begin_session(self) -> None:
+        """Forget which events were played: a new session numbers its own."""
+        self._played = PlayedEvents()
+
+    def step(
+        self,
+        t_s: float,
+        engaged: bool,
+        *,
+        touch: NDArray[np.float32],
+        events: Sequence[Event],
+        speed_m_s: float,
+        z_m: Sequence[float],
+        plate_c: Sequence[float],
+        plate_age_s: Sequence[float],
+    ) -> Requested:
+        """Requests for this tick.
+
+        Args:
+            t_s: time on a steady clock, s.
+            engaged: whether outputs act; while not, plate loops rest and events pass unplayed.
+            touch: last accepted block (5, 18) of `common.messages.TOUCH_FIELDS`; hand over the same array until there
+                is a new one, it is unpacked once only.
+            events: events of the last packet, played or not.
+            speed_m_s: the hand's own stroke speed along x.
+            z_m: height of each fingertip.
+            plate_c: last reading of each plate, C; NaN without one.
+            plate_age_s: age of each reading, s.
+        """
+        dt_s = t_s - self._t_s
+        dt_s = dt_s if 0.0 < dt_s <= 0.1 else 0.0
+        self._t_s = t_s
+        if touch is not self._block:
+            self._unpack(touch)
+        fresh = self._played.new(events) if events else []
+        self.impulses_played = []
+        force, rpm = [], []
+        for finger, row in enumerate(self._rows):
+            newton = self._contacts[finger].step(t_s, z_m[finger], row[_SURFACE], row[_STIFFNESS])
+            force.append(newton)
+            mine = [event for event in fresh if event.finger == finger] if engaged and fresh else ()
+            # The finger's own force says how hard it strokes; before a surface is known, the remote finger's.
+            pressed = newton if row[_STIFFNESS] > 0.0 else row[_FORCE]
+            speed = self._vibrations[finger].step(
+                t_s, int(row[_MODE]), speed_m_s, pressed, surface=self._surfaces[finger], events=mine
+            )
+            if mine and speed > 0.0:
+                self.impulses_played += [e.ident for e in mine if e.kind is not EventKind.MATERIAL]
+            rpm.append(speed)
+        if engaged and not self._engaged:
+            for finger, measured in enumerate(plate_c):
+                self._display.restart(finger, measured)
+                self._loops[finger].reset()
+        self._engaged = engaged
+        heat = not t_s - self._heat_t_s < STEP_S - 1e-4
+        if heat:
+            self._heat_t_s = t_s if not t_s - self._heat_t_s < 2.0 * STEP_S else self._heat_t_s + STEP_S
+            self._heat(z_m)
+        set_c = self._display.step(dt_s)
+        if heat:
+            for finger, loop in enumerate(self._loops):
+                fresh_c = plate_c[finger] if engaged and plate_age_s[finger] <= 0.1 else math.nan
+                self._drive[finger] = loop.step(t_s, set_c[finger], fresh_c)
+        return Requested(force, rpm, set_c, list(self._drive), list(self._display.limited))
+
+    def _unpack(self, touch: NDArray[np.float32]) -> None:
+        rows: list[list[float]] = touch.tolist()
+        for finger, row in enumerate(rows):
+            old = self._rows[finger]
+            if any(row[column] != old[column] for column in _VIBRATION):
+                self._surfaces[finger] = Surface(*(row[column] for column in _VIBRATION))
+        self._rows = rows
+        self._block = touch
+
+    def _heat(self, z_m: Sequence[float]) -> None:
+        """One 10 ms step of all fingers' skin in the scene."""
+        for finger, row in enumerate(self._rows):
+            near = row[_STIFFNESS] > 0.0 and z_m[finger] < row[_SURFACE] + NEAR_SURFACE_M
+            touched = None
+            if near or row[_CONTACT] > 0.0:
+                touched = touched_object(*(row[column] for column in _THERMAL))
+            self._touching[finger] = touched is not None
+            self._skin.touch(finger, touched, row[_OBJECT_C])
+        self.skin = self._skin.step()
+        self._display.aim(self.skin, self._touching)

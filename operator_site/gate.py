@@ -1,0 +1,298 @@
+"""The operator-side gate: the last thing before motor, Peltier element and finger force.
+
+Whatever is asked for, what leaves here is inside `common.limits`. Pure: numbers and a time in, numbers out.
+A fault latches and takes all outputs of all fingers to neutral; only `clear_fault` ends it, and outputs
+then start from zero. Missing input means neutral, never the last value.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntFlag
+
+from common.fingers import FINGERS
+from common.limits import (
+    FINGER_FORCE_N,
+    FORCE_RAMP_DOWN_N_S,
+    FORCE_RAMP_UP_N_S,
+    FORCE_SAFE_S,
+    GAP_S,
+    MOTOR_FLOOR_RPM,
+    MOTOR_MAX_RPM,
+    PLATE_COOLING_K_S,
+    PLATE_FAULT_C,
+    PLATE_HEATING_K_S,
+    WIDE,
+    PlateRange,
+)
+from operator_site.plate_follow import CHECK_S, PlateFollow
+from operator_site.skin_dose import SkinDose
+
+FORCE_MARGIN_S = 0.010
+"""Forces reach zero this much before the deadline: time for the tick that sends it and the bus."""
+FORCE_FALL_N_S = max(FORCE_RAMP_DOWN_N_S, FINGER_FORCE_N / (FORCE_SAFE_S - GAP_S - FORCE_MARGIN_S))
+PLATE_MARGIN_K = PLATE_FAULT_C - WIDE.high_c
+"""A plate this far outside its profile is driven back only, never further out."""
+LOOK_AHEAD_S = 0.25
+"""Sensor and drive are this far behind the plate: it is judged by where it will be."""
+TEMPERATURE_AGE_S = GAP_S
+"""An older reading is no reading."""
+SKIN_NEUTRAL_C = 33.0
+"""Set-point shown to the world while a plate has no reading; its drive is off then."""
+
+LONGEST_CHECK_S = 0.05
+"""After a pause of the loop: as long as the follow check may count at once."""
+_EPSILON = 1e-9
+RATE_ROUNDING_K = 1e-6
+"""A set-point that misses its rate by rounding only is not reported as limited."""
+
+
+class Limit(IntFlag):
+    """Which limits acted on a finger."""
+
+    RELEASED = 1
+    """Not engaged, input stale, or a fault: outputs are going to neutral."""
+    FORCE_RANGE = 2
+    FORCE_RAMP = 4
+    MOTOR_RANGE = 8
+    PLATE_RANGE = 16
+    PLATE_RATE = 32
+    PLATE_TEMPERATURE = 64
+    """Plate at the edge of its profile or of the fault limit: drive cut."""
+    DOSE = 128
+    PLATE_UNKNOWN = 256
+    """No fresh reading of the plate: drive off."""
+    DRIVE_RANGE = 512
+
+
+@dataclass(frozen=True, slots=True)
+class GatedOutput:
+    """What may reach the devices, five fingers each, and what the gate did."""
+
+    force_n: list[float]
+    motor_rpm: list[float]
+    plate_set_c: list[float]
+    peltier_drive: list[float]
+    limited: list[int]
+    """`Limit` bits of each finger."""
+    fault: str | None
+
+
+class OperatorGate:
+    """Keeps the state that the limits need: ramps, doses, and how each plate follows."""
+
+    def __init__(self, profile: PlateRange) -> None:
+        """A gate for plates in the given profile, which must lie within the wide one.
+
+        Raises:
+            ValueError: the profile reaches outside the wide one.
+        """
+        if not WIDE.low_c <= profile.low_c < profile.high_c <= WIDE.high_c:
+            raise ValueError(f"plate profile {profile} must lie within {WIDE}")
+        n = len(FINGERS)
+        self._profile = profile
+        self._t_s: float | None = None
+        self._fault: str | None = None
+        self._ceiling_n = [0.0] * n
+        self._force_n = [0.0] * n
+        self._set_c = [min(profile.high_c, max(profile.low_c, SKIN_NEUTRAL_C))] * n
+        self._drive = [0.0] * n
+        self._driven = [False] * n
+        self._dose = [SkinDose() for _ in range(n)]
+        self._spent = [False] * n
+        self._follow = [PlateFollow() for _ in range(n)]
+        self._checked_s = -math.inf
+
+    @property
+    def fault(self) -> str | None:
+        """The latched fault, if any."""
+        return self._fault
+
+    def trip(self, reason: str) -> None:
+        """Latch a fault found elsewhere; the first reason is kept."""
+        self._fault = self._fault or reason
+
+    def clear_fault(self) -> None:
+        """End a latched fault: a deliberate act of a person. Doses are not forgotten."""
+        self._fault = None
+        self._follow = [PlateFollow() for _ in FINGERS]
+
+    def step(
+        self,
+        t_s: float,
+        engaged: bool,
+        last_input_age_s: float,
+        *,
+        force_n: Sequence[float],
+        motor_rpm: Sequence[float],
+        plate_set_c: Sequence[float],
+        peltier_drive: Sequence[float],
+        plate_measured_c: Sequence[float],
+        measurement_age_s: Sequence[float],
+    ) -> GatedOutput:
+        """Pass requests for all five fingers through every limit.
+
+        Args:
+            t_s: time on a steady clock, s.
+            engaged: whether both sites agree that outputs may act.
+            last_input_age_s: since the last accepted input from which the requests follow, s.
+            force_n: wanted force on each finger, N.
+            motor_rpm: wanted motor speed, rpm.
+            plate_set_c: wanted plate set-point, C.
+            peltier_drive: wanted Peltier drive, -1..1, positive heats.
+            plate_measured_c: last reading of each plate, C; NaN where the sensor is not to be believed.
+            measurement_age_s: age of each reading, s; infinite where there never was one.
+        """
+        dt_s = self._elapsed(t_s)
+        self._inspect(force_n, motor_rpm, plate_set_c, peltier_drive, last_input_age_s)
+        known = [0.0 <= age <= TEMPERATURE_AGE_S for age in measurement_age_s]
+        if dt_s < math.inf:
+            self._watch_plates(t_s, dt_s, known, plate_measured_c)
+        fresh = 0.0 <= last_input_age_s <= GAP_S
+        live = engaged and fresh and self._fault is None
+        limited = [0 if live else Limit.RELEASED.value] * len(FINGERS)
+        out = GatedOutput(
+            self._forces(dt_s, live, last_input_age_s, force_n, limited),
+            _motors(live, motor_rpm, limited),
+            [0.0] * len(FINGERS),
+            [0.0] * len(FINGERS),
+            limited,
+            self._fault,
+        )
+        for finger in range(len(FINGERS)):
+            measured = plate_measured_c[finger] if known[finger] else math.nan
+            set_c = self._plate_set(
+                finger, dt_s, live=live, wanted_c=plate_set_c[finger], measured_c=measured, limited=limited
+            )
+            drive = self._plate_drive(finger, live, peltier_drive[finger], measured, limited)
+            out.plate_set_c[finger] = self._set_c[finger] = set_c
+            out.peltier_drive[finger] = self._drive[finger] = drive
+        return out
+
+    def _elapsed(self, t_s: float) -> float:
+        if not math.isfinite(t_s):
+            self.trip("time is not a finite number")
+            return math.inf  # whatever falls with time has fallen
+        dt_s = 0.0 if self._t_s is None else max(0.0, t_s - self._t_s)
+        self._t_s = t_s
+        return dt_s
+
+    def _inspect(
+        self,
+        force_n: Sequence[float],
+        motor_rpm: Sequence[float],
+        plate_set_c: Sequence[float],
+        peltier_drive: Sequence[float],
+        age_s: float,
+    ) -> None:
+        """A request that is no number means that the renderer is broken: nothing of it is believed."""
+        # One sum is not finite as soon as one part is not; requests are far too small to overflow it.
+        total = sum(force_n) + sum(motor_rpm) + sum(plate_set_c) + sum(peltier_drive)
+        if not math.isfinite(total):
+            self.trip("a requested output is not a finite number")
+        if math.isnan(age_s):
+            self.trip("age of the input is not a number")
+
+    def _watch_plates(self, t_s: float, dt_s: float, known: list[bool], plate_measured_c: Sequence[float]) -> None:
+        check = t_s - self._checked_s >= CHECK_S - _EPSILON
+        since_s = min(LONGEST_CHECK_S, t_s - self._checked_s)
+        for finger, plate_c in enumerate(plate_measured_c):
+            if not known[finger]:
+                if self._follow[finger].started:
+                    self._follow[finger] = PlateFollow()
+                continue
+            if not math.isfinite(plate_c):
+                self.trip(f"{FINGERS[finger]}: plate temperature is not to be believed")
+                continue
+            if plate_c > PLATE_FAULT_C:
+                self.trip(f"{FINGERS[finger]}: plate at {plate_c:.1f} C, above {PLATE_FAULT_C:.1f} C")
+            self._spent[finger] = self._dose[finger].step(t_s, dt_s, plate_c)
+            if check:
+                wrong = self._follow[finger].step(since_s, self._drive[finger], plate_c)
+                if wrong:
+                    self.trip(f"{FINGERS[finger]}: plate {wrong}")
+        if check:
+            self._checked_s = t_s
+
+    def _forces(
+        self, dt_s: float, live: bool, age_s: float, force_n: Sequence[float], limited: list[int]
+    ) -> list[float]:
+        """Ceilings that rise from zero while live and fall otherwise; below them the contact law is untouched."""
+        latest = math.inf
+        if age_s > GAP_S:
+            latest = max(0.0, FORCE_FALL_N_S * (FORCE_SAFE_S - FORCE_MARGIN_S - age_s))
+        out = []
+        for finger, wanted in enumerate(force_n):
+            if live:
+                ceiling = min(FINGER_FORCE_N, self._ceiling_n[finger] + FORCE_RAMP_UP_N_S * dt_s)
+            else:
+                shown = min(self._ceiling_n[finger], self._force_n[finger])
+                ceiling = min(latest, max(0.0, shown - FORCE_FALL_N_S * dt_s))
+            self._ceiling_n[finger] = ceiling
+            allowed = min(FINGER_FORCE_N, wanted) if wanted > 0.0 else 0.0
+            if live and allowed != wanted:
+                limited[finger] |= Limit.FORCE_RANGE.value
+            if allowed > ceiling:
+                allowed = ceiling
+                limited[finger] |= Limit.FORCE_RAMP.value
+            out.append(allowed)
+        self._force_n = out
+        return out
+
+    def _plate_set(
+        self, finger: int, dt_s: float, *, live: bool, wanted_c: float, measured_c: float, limited: list[int]
+    ) -> float:
+        """Set-point inside the profile; it starts from the plate's own temperature and moves at the plate's rates."""
+        low, high = self._profile.low_c, self._profile.high_c
+        present = SKIN_NEUTRAL_C if math.isnan(measured_c) else measured_c
+        present = min(high, max(low, present))
+        driven, self._driven[finger] = self._driven[finger], live and not math.isnan(measured_c)
+        if not self._driven[finger]:
+            return present
+        base = self._set_c[finger] if driven else present
+        target = min(high, max(low, wanted_c))
+        if target != wanted_c:
+            limited[finger] |= Limit.PLATE_RANGE.value
+        change = min(PLATE_HEATING_K_S * dt_s, max(-PLATE_COOLING_K_S * dt_s, target - base))
+        if abs(target - base - change) > RATE_ROUNDING_K:
+            limited[finger] |= Limit.PLATE_RATE.value
+        return base + change
+
+    def _plate_drive(self, finger: int, live: bool, wanted: float, measured_c: float, limited: list[int]) -> float:
+        if math.isnan(measured_c):
+            limited[finger] |= Limit.PLATE_UNKNOWN.value
+            return 0.0
+        if not live:
+            return 0.0
+        if self._spent[finger]:
+            limited[finger] |= Limit.DOSE.value
+            return 0.0
+        drive = min(1.0, max(-1.0, wanted))
+        if drive != wanted:
+            limited[finger] |= Limit.DRIVE_RANGE.value
+        if (
+            measured_c + LOOK_AHEAD_S * self._follow[finger].rate_k_s > PLATE_FAULT_C
+            or (drive > 0.0 and measured_c > self._profile.high_c + PLATE_MARGIN_K)
+            or (drive < 0.0 and measured_c < self._profile.low_c - PLATE_MARGIN_K)
+        ):
+            limited[finger] |= Limit.PLATE_TEMPERATURE.value
+            return 0.0
+        return drive
+
+
+def _motors(live: bool, motor_rpm: Sequence[float], limited: list[int]) -> list[float]:
+    """Motor speeds: zero, or what can be felt and the motor can do."""
+    if not live:
+        return [0.0] * len(motor_rpm)
+    out = []
+    for finger, rpm in enumerate(motor_rpm):
+        allowed = min(MOTOR_MAX_RPM, rpm) if rpm >= MOTOR_FLOOR_RPM else 0.0
+        if allowed != rpm:
+            limited[finger] |= Limit.MOTOR_RANGE.value
+        out.append(allowed)
+    return out
+
+
+def limit_names(bits: int) -> tuple[str, ...]:
+    """Names of the limits in one finger's `limited`, for people to read."""
+    return tuple(str(limit.name).lower() for limit in Limit if bits & limit)

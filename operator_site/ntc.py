@@ -1,0 +1,51 @@
+"""NTC thermistor of a fingertip plate: its temperature, and whether to believe it."""
+
+import math
+from collections import deque
+from typing import NamedTuple
+
+from common.thermometry import ntc_c
+
+SHORT_BELOW = 100
+OPEN_ABOVE = 3995
+"""Counts outside are a broken wire or a short, not a temperature (about 143 C and -43 C)."""
+RATE_LIMIT_K_S = 8.0
+"""Twice what the plate can do: a faster change is a fault of the sensor."""
+RATE_WINDOW_S = 0.05
+"""Over which the rate is taken, so that noise of one sample is not taken for one."""
+
+
+class PlateReading(NamedTuple):
+    """A plate's temperature; NaN together with the reason where there is none."""
+
+    plate_c: float
+    fault: str | None
+
+
+class PlateSensor:
+    """One plate's sensor over time: `step` for each new reading."""
+
+    def __init__(self) -> None:
+        self._recent: deque[tuple[float, float]] = deque()
+
+    def step(self, t_s: float, counts: int) -> PlateReading:
+        """Judge the reading taken at `t_s`."""
+        if counts <= SHORT_BELOW:
+            return self._refuse("short circuit")
+        if counts >= OPEN_ABOVE:
+            return self._refuse("open circuit")
+        plate_c = ntc_c(counts)
+        recent = self._recent
+        if recent and not 0.0 <= t_s - recent[-1][0] <= 4.0 * RATE_WINDOW_S:
+            recent.clear()  # a silence or a restarted clock: no rate can be told across it
+        recent.append((t_s, plate_c))
+        while t_s - recent[0][0] > 1.5 * RATE_WINDOW_S:
+            recent.popleft()
+        span_s = t_s - recent[0][0]
+        if span_s >= RATE_WINDOW_S - 1e-9 and abs(plate_c - recent[0][1]) > RATE_LIMIT_K_S * span_s:
+            return PlateReading(math.nan, "changes faster than a plate can")
+        return PlateReading(plate_c, None)
+
+    def _refuse(self, reason: str) -> PlateReading:
+        self._recent.clear()
+        return PlateReading(math.nan, reason)

@@ -1,0 +1,95 @@
+"""Does a plate follow its drive? Finds a dead, stuck or detached sensor, a dead heater, reversed polarity.
+
+Drive and reading pass the same band-pass (both sides of the plate's heat balance), which removes what
+holds a temperature against a steady loss. What is left of the drive must be found again in the reading.
+"""
+
+from common.limits import DOSE_ABOVE_C, PLATE_COOLING_K_S, PLATE_HEATING_K_S
+
+CHECK_S = 0.01
+LAG_S = 0.2
+SLOW_S = 1.0
+EXPECTED_K = 0.8
+"""A change this large that the drive should have made, and ..."""
+LEAST_SHARE = 0.2
+"""... of which less than this share is seen, for ..."""
+PERSIST_S = 0.05
+STILL_K = 0.01
+"""Less than half a count: a reading that does not move by more is the same reading."""
+STILL_S = 0.5
+STILL_EXPECTED_K = 0.3
+STILL_HOT_S = 1.0
+"""Where skin takes dose, a reading that never moves is not believed for longer, whatever the drive."""
+
+
+class _Band:
+    """Band-pass of a rate, K/s in, K out."""
+
+    __slots__ = ("_mean", "change_k")
+
+    def __init__(self) -> None:
+        self._mean = 0.0
+        self.change_k = 0.0
+
+    def step(self, dt_s: float, rate_k_s: float) -> None:
+        self._mean += (rate_k_s - self._mean) * dt_s / (SLOW_S + dt_s)
+        self.change_k += (rate_k_s - self._mean - self.change_k / SLOW_S) * dt_s
+
+
+class PlateFollow:
+    """Watches one plate; call `step` about every CHECK_S."""
+
+    def __init__(self) -> None:
+        self._drive_k_s = 0.0
+        self._expected = _Band()
+        self._seen = _Band()
+        self._plate_c: float | None = None
+        self._doubt_s = 0.0
+        self._still_c = 0.0
+        self._still_s = 0.0
+        self.rate_k_s = 0.0
+        """Smoothed rate of change of the reading, K/s."""
+
+    @property
+    def started(self) -> bool:
+        """Whether any reading was given."""
+        return self._plate_c is not None
+
+    def step(self, dt_s: float, drive: float, plate_c: float) -> str | None:
+        """Return what is wrong, or None.
+
+        Args:
+            dt_s: time since the last call, s.
+            drive: Peltier drive that was applied during it, -1..1.
+            plate_c: the reading now, C, finite.
+        """
+        if self._plate_c is None:
+            self._plate_c = self._still_c = plate_c
+            return None
+        rate = (plate_c - self._plate_c) / dt_s
+        self._plate_c = plate_c
+        self.rate_k_s += (rate - self.rate_k_s) * dt_s / (0.1 + dt_s)
+        power = drive * (PLATE_HEATING_K_S if drive > 0.0 else PLATE_COOLING_K_S)
+        self._drive_k_s += (power - self._drive_k_s) * dt_s / (LAG_S + dt_s)
+        self._expected.step(dt_s, self._drive_k_s)
+        self._seen.step(dt_s, rate)
+        expected, seen = self._expected.change_k, self._seen.change_k
+
+        if abs(plate_c - self._still_c) > STILL_K:
+            self._still_c, self._still_s = plate_c, 0.0
+        else:
+            self._still_s += dt_s
+        if self._still_s >= STILL_S and abs(expected) >= STILL_EXPECTED_K:
+            return "temperature does not change although driven"
+        if self._still_s >= STILL_HOT_S and plate_c > DOSE_ABOVE_C:
+            return "temperature reading stands still"
+
+        if expected < 0.0:
+            expected, seen = -expected, -seen
+        if expected >= EXPECTED_K and seen < LEAST_SHARE * expected:
+            self._doubt_s += dt_s
+        else:
+            self._doubt_s = 0.0
+        if self._doubt_s >= PERSIST_S:
+            return "temperature does not follow the drive"
+        return None

@@ -1,0 +1,42 @@
+"""Thermal dose of one fingertip: the integral of max(0, T - 40 C) over the last minute."""
+
+from collections import deque
+
+from common.limits import DOSE_ABOVE_C, DOSE_LIMIT_K_S, DOSE_WINDOW_S
+
+BIN_S = 1.0
+"""Dose is forgotten by bins, each kept until all of it is older than the window: never too early."""
+COAST_S = 2.0
+"""A plate goes on giving dose this long after its drive is off; it is counted before it is given."""
+RESUME_SHARE = 0.5
+"""Spent until this share of the limit is left behind, so that the drive does not chatter at the limit."""
+
+
+class SkinDose:
+    """Counts the dose; `spent` says that nothing more may be driven."""
+
+    def __init__(self) -> None:
+        self._bins: deque[list[float]] = deque()
+        self._total = 0.0
+        self._spent = False
+
+    @property
+    def total_k_s(self) -> float:
+        """Dose of the window, K s."""
+        return self._total
+
+    def step(self, t_s: float, dt_s: float, plate_c: float) -> bool:
+        """Add `dt_s` at `plate_c` (finite) ending at `t_s`; return whether the dose is spent."""
+        bins = self._bins
+        while bins and t_s - bins[0][0] > DOSE_WINDOW_S + BIN_S:
+            bins.popleft()
+            self._total = sum(dose for _, dose in bins)
+        over_k = plate_c - DOSE_ABOVE_C
+        if over_k > 0.0:
+            if not bins or t_s - bins[-1][0] >= BIN_S:
+                bins.append([t_s, 0.0])
+            bins[-1][1] += over_k * dt_s
+            self._total += over_k * dt_s
+        share = RESUME_SHARE if self._spent else 1.0
+        self._spent = self._total + max(0.0, over_k) * COAST_S >= share * DOSE_LIMIT_K_S
+        return self._spent

@@ -1,0 +1,1 @@
+"""The remote site: reads what the telemanipulator's fingers touch and identifies it."""

@@ -1,0 +1,86 @@
+"""Extrapolation of the plate's exponential response (Kron & Schmidt 2003, Eq. 7-11, corrected).
+
+The plate loses heat, C dT/dt = -A U (T - T_obj), so that T(t) = T_obj + D exp(-t/tau) with
+tau = C/(U A). The printed equations lack the sign and use a resistance where a conductance belongs.
+For every tau of a logarithmic grid T_obj and D follow by linear least squares from running sums
+(variable projection, which reaches the Cramer-Rao bound); the best cell is refined by a parabola.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+TAU_GRID_S: NDArray[np.float64] = np.geomspace(0.2, 80.0, 72)
+ONSET_S = 1.0
+"""Left out after contact, s: the sensor's own lag shows there, not the object."""
+_LN_STEP = float(np.log(TAU_GRID_S[1] / TAU_GRID_S[0]))
+_MINUS_RATE: NDArray[np.float64] = -1.0 / TAU_GRID_S
+
+
+@dataclass(frozen=True, slots=True)
+class ExponentialFit:
+    """Parameters of Eq. 11: `rate_per_s` = 1/tau, steady state, start offset D, and rms residual."""
+
+    rate_per_s: float
+    object_c: float
+    offset_k: float
+    residual_k: float
+
+
+class ExponentialResponse:
+    """Running fit of one touch; O(grid) per sample and independent of how many there are."""
+
+    __slots__ = ("_cross", "_n", "_square", "_start_c", "_sum", "_y", "_yy")
+
+    def __init__(self, start_c: float) -> None:
+        """Begin at contact; `start_c` is the plate there, C (an offset that keeps the sums small)."""
+        self._start_c = start_c
+        self._n = 0
+        self._y = 0.0
+        self._yy = 0.0
+        self._sum = np.zeros_like(TAU_GRID_S)
+        self._square = np.zeros_like(TAU_GRID_S)
+        self._cross = np.zeros_like(TAU_GRID_S)
+
+    def add(self, since_contact_s: float, sensor_c: float) -> None:
+        """Take one reading, C, at a time since contact, s; readings within the onset are left out."""
+        if since_contact_s < ONSET_S:
+            return
+        y = sensor_c - self._start_c
+        basis = np.exp(since_contact_s * _MINUS_RATE)
+        self._n += 1
+        self._y += y
+        self._yy += y * y
+        self._sum += basis
+        self._square += basis * basis
+        self._cross += basis * y
+
+    def fit(self) -> ExponentialFit | None:
+        """Best parameters so far; None with fewer than ten readings or none that differ."""
+        n = self._n
+        if n < 10:
+            return None
+        mean = self._sum / n
+        mean_y = self._y / n
+        s_yy = self._yy - n * mean_y * mean_y
+        s_ee = self._square - n * mean * mean
+        s_ey = self._cross - n * mean * mean_y
+        if not s_yy > 1e-12:
+            return None
+        offset = s_ey / np.maximum(s_ee, 1e-12)
+        left = s_yy - offset * s_ey
+        best = int(np.argmin(left))
+        shift, low, high = 0.0, max(best - 1, 0), min(best + 1, len(left) - 1)
+        if high - low == 2:
+            bend = left[low] - 2.0 * left[best] + left[high]
+            if bend > 0.0:
+                shift = float(0.5 * (left[low] - left[high]) / bend)
+        tau_s = float(TAU_GRID_S[best]) * float(np.exp(shift * _LN_STEP))
+        other = high if shift > 0.0 else low
+        part = abs(shift)
+        d = float((1.0 - part) * offset[best] + part * offset[other])
+        t_obj = mean_y - d * float((1.0 - part) * mean[best] + part * mean[other])
+        return ExponentialFit(
+            1.0 / tau_s, self._start_c + t_obj, d, float(np.sqrt(max(float(left[best]), 0.0) / n))
+        )

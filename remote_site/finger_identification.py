@@ -1,0 +1,276 @@
+"""One remote finger's identification: mode, texture, stiffness, material, and its sensor's heater.
+
+Joins the parts; numbers and a time in, numbers out. Texture and thermal readings come at their own rates,
+None in between.
+"""
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.materials import ALIASES, materials
+from remote_site.exploration import Exploration, ExplorationMode
+from remote_site.heater_control import HeaterControl, next_offset_k
+from remote_site.material_evidence import MaterialEvidence
+from remote_site.material_table import MaterialTable
+from remote_site.motion_estimate import MotionEstimate
+from remote_site.roughness import Roughness
+from remote_site.stiffness import Stiffness
+from remote_site.surface_class import (
+    GROOVE_DECAY_PER_S,
+    GROOVE_RAD_S,
+    TAP_DECAY_PER_S,
+    TAP_SPEED_PER_M_S,
+    GroovePeriod,
+    SurfaceTable,
+    stroke_constants,
+)
+from remote_site.thermal_identification import (
+    NO_DIFFERENCE,
+    ThermalAnswer,
+    ThermalIdentification,
+    ThermalStatus,
+)
+from remote_site.thermal_touches import BEFORE
+
+STROKED = "stroked: the touch did not rest"
+READING_AGE_S = 0.10
+"""A thermal reading older than this is none, s."""
+SHOW_FROM = 0.5
+"""Posterior from which the likeliest materials are rendered while the touch is still undecided."""
+
+
+@dataclass(frozen=True, slots=True)
+class FingerSample:
+    """One tick's input; SI, C and V. `texture_v`, `sensor_c` and `ambient_c` are None where nothing new came."""
+
+    t_s: float
+    force_n: float
+    x_m: float
+    y_m: float
+    z_m: float
+    texture_v: NDArray[np.float64] | None = None
+    sensor_c: float | None = None
+    ambient_c: float | None = None
+    sensor_fault: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class TouchEvent:
+    """Something that happened once.
+
+    `kind` is `tap` (value: approach speed, m/s), `groove` (value: amplitude, rad/s) or `material` (name).
+    """
+
+    kind: str
+    value: float
+    name: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class FingerTouch:
+    """One tick's output: what the operator site renders, and the heater's drive, -1..1.
+
+    A conductivity of 0 says that the material is unknown. Units: N, m, N/m, (rad/s)/(m/s), 1/s,
+    (rad/s)/(m/s), (rad/s)/N, rad/s, 1/s, W/mK, kg/m3, J/kgK.
+    """
+
+    mode: ExplorationMode
+    contact: bool
+    contact_force_n: float
+    surface_z_m: float
+    stiffness_n_m: float
+    k_tap: float
+    b_tap_per_s: float
+    k_stroke_v: float
+    k_stroke_f: float
+    groove_rad_s: float
+    b_groove_per_s: float
+    conductivity_w_mk: float
+    density_kg_m3: float
+    specific_heat_j_kgk: float
+    thermal: ThermalAnswer
+    heater_drive: float
+    speed_m_s: float
+    roughness_v: float
+    events: tuple[TouchEvent, ...]
+
+
+class FingerIdentification:
+    """Identification of one finger; step it at 500 Hz.
+
+    Attributes:
+        finger: number of the finger, 0..4.
+        preheat_k: pre-heat of the thermal sensor above ambient in use, K.
+    """
+
+    def __init__(
+        self,
+        finger: int,
+        table: MaterialTable,
+        surfaces: SurfaceTable,
+        evidence: MaterialEvidence | None = None,
+    ) -> None:
+        """Identify against the two tables; fingers may share one `MaterialEvidence` made of `table`."""
+        self.finger = finger
+        self._surfaces = surfaces
+        self._motion = MotionEstimate()
+        self._exploration = Exploration()
+        self._roughness = Roughness()
+        self._period = GroovePeriod()
+        self._stiffness = Stiffness()
+        self._heater = HeaterControl()
+        self._thermal = ThermalIdentification(table, evidence)
+        self._free_c: deque[float] = deque(maxlen=BEFORE)
+        self._sensor_s = -1.0
+        self._ambient_c: float | None = None
+        self._drive = 0.0
+        self._before_s: float | None = None
+        self._roughness_v = 0.0
+        self._stroke = stroke_constants(surfaces, surfaces.surfaces[0].ln_roughness)
+        self._shown: tuple[ThermalAnswer | None, tuple[float, float, float]] = (None, (0.0, 0.0, 0.0))
+        self._told: str | None = None
+
+    @property
+    def preheat_k(self) -> float:
+        """Offset of the thermal sensor's set-point above ambient, K."""
+        return self._heater.offset_k
+
+    @property
+    def period(self) -> GroovePeriod:
+        """Distances of the grooves crossed in this contact."""
+        return self._period
+
+    def step(self, sample: FingerSample) -> FingerTouch:
+        """Advance to `sample.t_s`."""
+        t_s, force_n = sample.t_s, sample.force_n
+        motion, exploration = self._motion, self._exploration
+        motion.step(t_s, sample.x_m, sample.y_m, sample.z_m)
+        speed_m_s = motion.speed_m_s
+        mode = exploration.step(t_s, force_n, sample.x_m, sample.y_m, speed_m_s, motion.approach_m_s)
+        self._stiffness.step(force_n, sample.z_m)
+        events: list[TouchEvent] = []
+        if exploration.began:
+            events.append(TouchEvent("tap", exploration.approach_m_s))
+            self._period = GroovePeriod()
+        self._follow_grooves(t_s, mode, speed_m_s)
+        if sample.texture_v is not None and len(sample.texture_v):
+            self._texture(sample, mode, speed_m_s, events)
+        self._thermal_step(sample, mode)
+        answer = self._thermal.answer
+        if answer.material is not None and answer.material != self._told:
+            self._told = answer.material
+            events.append(TouchEvent("material", answer.probability, answer.material))
+        conductivity, density, specific_heat = self._constants(answer)
+        return FingerTouch(
+            mode=mode,
+            contact=exploration.contact,
+            contact_force_n=force_n,
+            surface_z_m=self._stiffness.surface_z_m,
+            stiffness_n_m=self._stiffness.stiffness_n_m,
+            k_tap=TAP_SPEED_PER_M_S,
+            b_tap_per_s=TAP_DECAY_PER_S,
+            k_stroke_v=self._stroke.k_stroke_v,
+            k_stroke_f=self._stroke.k_stroke_f,
+            groove_rad_s=GROOVE_RAD_S,
+            b_groove_per_s=GROOVE_DECAY_PER_S,
+            conductivity_w_mk=conductivity,
+            density_kg_m3=density,
+            specific_heat_j_kgk=specific_heat,
+            thermal=answer,
+            heater_drive=self._drive,
+            speed_m_s=speed_m_s,
+            roughness_v=self._roughness_v,
+            events=tuple(events),
+        )
+
+    def _follow_grooves(self, t_s: float, mode: ExplorationMode, speed_m_s: float) -> None:
+        """Measure the way between impulse flags."""
+        if mode is not ExplorationMode.STROKING:
+            self._period.interrupt()
+        elif self._before_s is not None:
+            self._period.move(speed_m_s * (t_s - self._before_s))
+        self._before_s = t_s
+
+    def _texture(
+        self, sample: FingerSample, mode: ExplorationMode, speed_m_s: float, events: list[TouchEvent]
+    ) -> None:
+        """Take a chunk of the texture signal."""
+        assert sample.texture_v is not None
+        reading = self._roughness.step(sample.t_s, sample.texture_v, mode, speed_m_s, sample.force_n)
+        if reading.impulse:
+            self._period.flag()
+            events.append(TouchEvent("groove", GROOVE_RAD_S))
+        if reading.valid and mode is ExplorationMode.STROKING:
+            self._roughness_v = reading.roughness_v
+            ln_roughness = self._surfaces.ln_normal(reading.roughness_v, sample.force_n, speed_m_s)
+            self._stroke = stroke_constants(self._surfaces, ln_roughness)
+
+    def _thermal_step(self, sample: FingerSample, mode: ExplorationMode) -> None:
+        """Start, feed and end the thermal touch, and run the heater while free."""
+        t_s, exploration, thermal = sample.t_s, self._exploration, self._thermal
+        if sample.ambient_c is not None:
+            self._ambient_c = sample.ambient_c
+        if exploration.began:
+            self._drive = 0.0
+            self._told = None
+            fresh = bool(self._free_c) and t_s - self._sensor_s <= READING_AGE_S
+            thermal.start(t_s, sum(self._free_c) / len(self._free_c) if fresh else 0.0, self._ambient_c)
+            if not fresh or sample.sensor_fault is not None:
+                thermal.stop(f"sensor fault: {sample.sensor_fault or 'no reading before contact'}")
+        elif exploration.ended:
+            self._choose_preheat()
+            thermal.release()
+            self._free_c.clear()
+        elif exploration.contact:
+            if mode is ExplorationMode.STROKING:
+                thermal.stop(STROKED)
+            elif sample.sensor_fault is not None:
+                thermal.stop(f"sensor fault: {sample.sensor_fault}")
+        if sample.sensor_c is None:
+            if t_s - self._sensor_s > READING_AGE_S:
+                self._drive = 0.0
+                if exploration.contact:
+                    thermal.stop("sensor fault: no reading")
+            return
+        self._sensor_s = t_s
+        if exploration.contact:
+            thermal.step(t_s, sample.sensor_c, sample.force_n)
+        else:
+            self._free_c.append(sample.sensor_c)
+        self._drive = self._heater.step(
+            t_s, sample.sensor_c, self._ambient_c, exploration.contact, fault=sample.sensor_fault
+        )
+
+    def _choose_preheat(self) -> None:
+        """At the end of a touch: another pre-heat after one without difference, the first one after success."""
+        answer = self._thermal.answer
+        if answer.reason == NO_DIFFERENCE and self._ambient_c is not None:
+            self._heater.offset_k = next_offset_k(self._heater.offset_k, self._ambient_c)
+
+    def _constants(self, answer: ThermalAnswer) -> tuple[float, float, float]:
+        """Conductivity, density and specific heat to render: mean in logarithms over the likely materials."""
+        if self._shown[0] is not answer:
+            self._shown = (answer, _rendered(answer))
+        return self._shown[1]
+
+
+def _rendered(answer: ThermalAnswer) -> tuple[float, float, float]:
+    """Constants of the candidates weighted by probability; zeros where nothing may be rendered."""
+    sure = answer.status in (ThermalStatus.IDENTIFIED, ThermalStatus.AMBIGUOUS)
+    if not (sure or (answer.status is ThermalStatus.DECIDING and answer.probability >= SHOW_FROM)):
+        return 0.0, 0.0, 0.0
+    known = materials()
+    wanted = {answer.material: 1.0} if answer.material is not None else answer.candidates
+    rows, weights = [], []
+    for name, probability in wanted.items():
+        entry = known.get(ALIASES.get(name, name))
+        if entry is not None:
+            rows.append((entry.conductivity_w_mk, entry.density_kg_m3, entry.specific_heat_j_kgk))
+            weights.append(probability)
+    if not rows or sum(weights) < SHOW_FROM:
+        return 0.0, 0.0, 0.0
+    mean = np.exp(np.average(np.log(np.array(rows)), axis=0, weights=weights))
+    return float(mean[0]), float(mean[1]), float(mean[2])

@@ -1,0 +1,75 @@
+"""JSON files of calibrated tables: checked on reading, hashed on writing."""
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any, Self
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+
+class StoredTable(BaseModel):
+    """A table that is a file of its own kind and version.
+
+    Attributes:
+        kind: what the table is for; a file of another kind is refused.
+        schema_version: version of the table's fields.
+        sensor_serial: the sensor that was calibrated; "unknown" where nobody said.
+        made_on: ISO date of the calibration, "" where nobody said.
+        content_hash: SHA-256 of all other fields; a table edited by hand is refused.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    kind: str
+    schema_version: int
+    sensor_serial: str = "unknown"
+    made_on: str = ""
+    content_hash: str = ""
+
+    def _hash(self) -> str:
+        fields: dict[str, Any] = self.model_dump(mode="json", exclude={"content_hash"})
+        return hashlib.sha256(json.dumps(fields, sort_keys=True).encode()).hexdigest()
+
+    def save(self, path: Path) -> None:
+        """Write the table with its hash.
+
+        Raises:
+            OSError: the file cannot be written.
+        """
+        fields = self.model_dump(mode="json")
+        fields["content_hash"] = self._hash()
+        path.write_text(json.dumps(fields, indent=1) + "\n", "utf-8")
+
+    @classmethod
+    def load(cls, path: Path) -> Self:
+        """Read a table.
+
+        Raises:
+            ValueError: the file is missing, is no JSON, is another kind or version of table, lacks a
+                field, or was changed since it was written.
+        """
+        kind = cls.model_fields["kind"].default
+        try:
+            fields = json.loads(path.read_text("utf-8"))
+        except OSError as error:
+            raise ValueError(f"{path}: cannot be read: {error.strerror}") from None
+        except ValueError:
+            raise ValueError(f"{path}: not JSON; a {kind} table is what `teletaction calibrate` writes") from None
+        if not isinstance(fields, dict) or fields.get("kind") != kind:
+            raise ValueError(f"{path}: not a {kind} table; make one with `teletaction calibrate`")
+        version = cls.model_fields["schema_version"].default
+        if fields.get("schema_version") != version:
+            raise ValueError(
+                f"{path}: schema_version {fields.get('schema_version')!r}, this program reads {version}; "
+                "calibrate again"
+            )
+        try:
+            table = cls.model_validate(fields)
+        except ValidationError as error:
+            first = error.errors()[0]
+            where = ".".join(str(part) for part in first["loc"])
+            raise ValueError(f"{path}: field {where}: {first['msg']}") from None
+        if table.content_hash != table._hash():
+            raise ValueError(f"{path}: content_hash does not match: the file was changed; calibrate again")
+        return table

@@ -1,0 +1,160 @@
+"""From roughness to the constants of vibration rendering (Kron & Schmidt 2003, section 4.1).
+
+The paper puts hard intervals on the mean rectified signal. Here the signal is first freed from force and
+speed, and the constants are interpolated between calibrated surfaces, so that nothing jumps at a border.
+"""
+
+import math
+from collections import deque
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from remote_site.stored_table import StoredTable
+
+NOMINAL_FORCE_N = 1.0
+NOMINAL_SPEED_M_S = 0.050
+"""Roughness is stated for this force and speed."""
+BLEND = 2.0
+"""Interpolation is softer than recognition by this factor in standard deviations."""
+SAME_PERIOD = 0.15
+"""One standard deviation of ln(period) between a patterned surface and its calibration."""
+SAME_IRREGULARITY = 0.12
+TAP_SPEED_PER_M_S = 4000.0
+TAP_DECAY_PER_S = 30.0
+"""k_tap and b_tap of Eq. 1: a tap is too short to identify anything, the paper holds them constant."""
+GROOVE_RAD_S = 400.0
+GROOVE_DECAY_PER_S = 60.0
+"""Amplitude and decay of one damped impulse J(t)."""
+
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+
+
+class Surface(BaseModel):
+    """One calibrated surface.
+
+    Attributes:
+        name: label given in calibration.
+        ln_roughness: mean of ln(roughness in V) at the nominal force and speed.
+        ln_roughness_sd: its standard deviation.
+        period_mm: mean distance of grooves; None for a surface without.
+        irregularity: standard deviation of that distance over its mean.
+        k_stroke_v: constant K_v,s of Eq. 2, (rad/s)/(m/s).
+        k_stroke_f: constant K_F,s of Eq. 2, (rad/s)/N.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: str = Field(min_length=1)
+    ln_roughness: Annotated[float, Field(allow_inf_nan=False)]
+    ln_roughness_sd: Positive
+    period_mm: Positive | None = None
+    irregularity: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] = 0.0
+    k_stroke_v: Positive
+    k_stroke_f: Positive
+
+
+class SurfaceTable(StoredTable):
+    """Calibrated surfaces of one texture sensor: roughness_v = r * force^a * speed^b at nominal units."""
+
+    kind: Literal["texture_surfaces"] = "texture_surfaces"
+    schema_version: Literal[1] = 1
+    force_exponent: Annotated[float, Field(ge=0.0, le=2.0)] = 0.5
+    speed_exponent: Annotated[float, Field(ge=0.0, le=2.0)] = 0.5
+    surfaces: list[Surface] = Field(min_length=1)
+
+    def ln_normal(self, roughness_v: float, force_n: float | None, speed_m_s: float | None) -> float:
+        """Logarithm of a roughness brought to nominal force and speed; an unknown one counts as nominal."""
+        value = math.log(max(roughness_v, 1e-4))
+        if force_n is not None:
+            value -= self.force_exponent * math.log(max(force_n, 0.1) / NOMINAL_FORCE_N)
+        if speed_m_s is not None:
+            value -= self.speed_exponent * math.log(max(speed_m_s, 2e-3) / NOMINAL_SPEED_M_S)
+        return value
+
+
+@dataclass(frozen=True, slots=True)
+class StrokeConstants:
+    """Constants of Eq. 2, (rad/s)/(m/s) and (rad/s)/N."""
+
+    k_stroke_v: float
+    k_stroke_f: float
+
+
+def stroke_constants(table: SurfaceTable, ln_roughness: float) -> StrokeConstants:
+    """Interpolate K_v,s and K_F,s between the calibrated surfaces by their distance in ln(roughness)."""
+    distances = [((ln_roughness - s.ln_roughness) / (BLEND * s.ln_roughness_sd)) ** 2 for s in table.surfaces]
+    nearest = min(distances)
+    total = by_speed = by_force = 0.0
+    for surface, distance in zip(table.surfaces, distances, strict=True):
+        weight = math.exp(0.5 * (nearest - distance))
+        total += weight
+        by_speed += weight * math.log(surface.k_stroke_v)
+        by_force += weight * math.log(surface.k_stroke_f)
+    return StrokeConstants(math.exp(by_speed / total), math.exp(by_force / total))
+
+
+def recognise(
+    table: SurfaceTable, ln_roughness: float, period_mm: float | None, irregularity: float
+) -> Surface:
+    """The calibrated surface nearest to a roughness and, for patterned ones, to period and irregularity."""
+
+    def distance(surface: Surface) -> float:
+        own = ((ln_roughness - surface.ln_roughness) / surface.ln_roughness_sd) ** 2
+        own += 2.0 * math.log(surface.ln_roughness_sd)
+        if period_mm is None or surface.period_mm is None:
+            # a pattern seen or missed outweighs any roughness
+            return own + (0.0 if period_mm is surface.period_mm else 100.0)
+        own += (math.log(period_mm / surface.period_mm) / SAME_PERIOD) ** 2
+        return own + ((irregularity - surface.irregularity) / SAME_IRREGULARITY) ** 2
+
+    return min(table.surfaces, key=distance)
+
+
+@dataclass(frozen=True, slots=True)
+class Period:
+    """Distance of grooves and its standard deviation, m, and standard deviation over mean of single gaps."""
+
+    period_m: float
+    period_sd_m: float
+    irregularity: float
+
+
+class GroovePeriod:
+    """Distance between impulse flags along the stroke."""
+
+    FEWEST = 3
+    LONGEST_M = 0.030
+
+    __slots__ = ("_gaps_m", "_travelled_m")
+
+    def __init__(self) -> None:
+        self._travelled_m: float | None = None
+        self._gaps_m: deque[float] = deque(maxlen=64)
+
+    def move(self, distance_m: float) -> None:
+        """The finger moved by this path length, m, without a flag."""
+        if self._travelled_m is not None:
+            self._travelled_m += distance_m
+
+    def flag(self) -> None:
+        """A groove was crossed here."""
+        if self._travelled_m is not None and self._travelled_m <= self.LONGEST_M:
+            self._gaps_m.append(self._travelled_m)
+        self._travelled_m = 0.0
+
+    def interrupt(self) -> None:
+        """The stroke ended: the next gap starts anew."""
+        self._travelled_m = None
+
+    def estimate(self) -> Period | None:
+        """Median distance with its standard error; None before FEWEST gaps."""
+        n = len(self._gaps_m)
+        if n < self.FEWEST:
+            return None
+        gaps = sorted(self._gaps_m)
+        median = gaps[n // 2] if n % 2 else 0.5 * (gaps[n // 2 - 1] + gaps[n // 2])
+        deviations = sorted(abs(gap - median) for gap in gaps)
+        sd = 1.4826 * deviations[n // 2]
+        return Period(median, 1.25 * sd / math.sqrt(n), sd / max(median, 1e-6))

@@ -1,0 +1,206 @@
+"""Trace files of touches and strokes: CSV with a header, read strictly.
+
+Every error names file, line and column, so that a person can go and mend the file.
+"""
+
+import csv
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from remote_site.exploration import CONTACT_ON_N
+
+Array = NDArray[np.float64]
+
+HELD_S = 0.050
+"""Contact is the first sample at CONTACT_ON_N or more that stays there for this long, s."""
+NOT_SIGNALS = ("time_s", "force_n", "speed_mm_s")
+
+
+@dataclass(frozen=True, slots=True)
+class ThermalTrace:
+    """One recorded touch; arrays of one length, `ambient_c` and `reference_c` where the file has them."""
+
+    name: str
+    time_s: Array
+    sensor_c: Array
+    force_n: Array
+    ambient_c: Array | None
+    reference_c: Array | None
+
+    def contact(self) -> int | None:
+        """Index of the first sample in contact, or None."""
+        touching = self.force_n >= CONTACT_ON_N
+        for k in np.flatnonzero(touching & ~np.concatenate(([False], touching[:-1]))):
+            held = (self.time_s >= self.time_s[k]) & (self.time_s <= self.time_s[k] + HELD_S + 1e-9)
+            if touching[held].all() and self.time_s[-1] >= self.time_s[k] + HELD_S - 1e-9:
+                return int(k)
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class StrokeTrace:
+    """One recorded stroke: a signal (or several, samples x signals), and force and speed where known."""
+
+    name: str
+    time_s: Array
+    signals: Array
+    signal_names: tuple[str, ...]
+    force_n: Array | None
+    speed_m_s: Array | None
+
+    @property
+    def rate_hz(self) -> float:
+        """Mean sampling rate, 1/s."""
+        return (len(self.time_s) - 1) / float(self.time_s[-1] - self.time_s[0])
+
+
+class TraceFile:
+    """Text of a CSV file by column; a column becomes numbers when it is asked for.
+
+    Extra columns may therefore hold anything.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Read the file.
+
+        Raises:
+            ValueError: the file is missing, empty, not UTF-8, or has a line of the wrong length.
+        """
+        self.path = path
+        try:
+            with path.open(encoding="utf-8-sig", newline="") as file:
+                rows = list(csv.reader(file))
+        except OSError as error:
+            raise ValueError(f"{path}: cannot be read: {error.strerror}") from None
+        except (UnicodeDecodeError, csv.Error):
+            raise ValueError(f"{path}: not a UTF-8 CSV file") from None
+        self.names = tuple(cell.strip() for cell in rows[0]) if rows else ()
+        if not any(self.names):
+            raise ValueError(f"{path}: line 1: no header")
+        if len(set(self.names)) != len(self.names):
+            raise ValueError(f"{path}: line 1: a column is named twice")
+        self.rows = [(number, row) for number, row in enumerate(rows[1:], start=2) if row]
+        for number, row in self.rows:
+            if len(row) != len(self.names):
+                raise ValueError(f"{path}: line {number}: {len(row)} values under {len(self.names)} columns")
+
+    def texts(self, name: str) -> list[tuple[int, str]]:
+        """Line number and text of every cell of a column.
+
+        Raises:
+            ValueError: there is no such column.
+        """
+        if name not in self.names:
+            raise ValueError(f"{self.path}: line 1: column {name} is missing; there are {', '.join(self.names)}")
+        k = self.names.index(name)
+        return [(number, row[k].strip()) for number, row in self.rows]
+
+    def numbers(self, name: str) -> Array:
+        """A column as finite numbers.
+
+        Raises:
+            ValueError: there is no such column, or a value that is missing or no finite number.
+        """
+        cells = self.texts(name)
+        values = np.empty(len(cells))
+        for k, (line, text) in enumerate(cells):
+            try:
+                values[k] = float(text)
+            except ValueError:
+                values[k] = math.nan
+            if not math.isfinite(values[k]):
+                what = f"not a finite number: {text!r}" if text else "missing value"
+                raise ValueError(f"{self.path}: line {line}: column {name}: {what}")
+        return values
+
+    def times(self) -> Array:
+        """The column `time_s`, s.
+
+        Raises:
+            ValueError: as `numbers`, or the times do not ascend strictly, or there are fewer than two.
+        """
+        time_s = self.numbers("time_s")
+        if len(time_s) < 2:
+            raise ValueError(f"{self.path}: column time_s: fewer than two lines of data")
+        stuck = np.flatnonzero(np.diff(time_s) <= 0.0)
+        if len(stuck):
+            raise ValueError(f"{self.path}: line {self.rows[stuck[0] + 1][0]}: column time_s does not ascend")
+        return time_s
+
+
+def read_thermal(path: Path) -> ThermalTrace:
+    """Read a touch: `time_s,sensor_c,force_n` and, where there are, `ambient_c`, `reference_c`.
+
+    Raises:
+        ValueError: naming file, line and column.
+    """
+    file = TraceFile(path)
+    return ThermalTrace(
+        name=path.name,
+        time_s=file.times(),
+        sensor_c=file.numbers("sensor_c"),
+        force_n=file.numbers("force_n"),
+        ambient_c=file.numbers("ambient_c") if "ambient_c" in file.names else None,
+        reference_c=file.numbers("reference_c") if "reference_c" in file.names else None,
+    )
+
+
+def read_stroke(path: Path, signal: str | None = None) -> StrokeTrace:
+    """Read a stroke: `time_s`, a signal and, where there are, `force_n`, `speed_mm_s`.
+
+    Args:
+        path: the file.
+        signal: a column's name, or `best` or `mean` of all that are no time, force or speed;
+            None means `pressure_v`. All candidates are returned for `best`, their mean for `mean`.
+
+    Raises:
+        ValueError: naming file, line and column.
+    """
+    file = TraceFile(path)
+    names = (signal or "pressure_v",)
+    if signal in ("best", "mean"):
+        names = tuple(name for name in file.names if name not in NOT_SIGNALS)
+        if not names:
+            raise ValueError(f"{path}: line 1: no signal column beside {', '.join(file.names)}")
+    signals = np.column_stack([file.numbers(name) for name in names])
+    if signal == "mean":
+        signals, names = signals.mean(axis=1, keepdims=True), ("mean",)
+    return StrokeTrace(
+        name=path.name,
+        time_s=file.times(),
+        signals=signals,
+        signal_names=names,
+        force_n=file.numbers("force_n") if "force_n" in file.names else None,
+        speed_m_s=file.numbers("speed_mm_s") / 1000.0 if "speed_mm_s" in file.names else None,
+    )
+
+
+def read_labels(folder: Path, label: str, optional: str | None = None) -> list[tuple[Path, str, float | None]]:
+    """Read FOLDER/labels.csv: `file`, `label` and, where there is one, a number that may be empty.
+
+    Raises:
+        ValueError: naming file, line and column; also for a listed file that does not exist.
+    """
+    file = TraceFile(folder / "labels.csv")
+    files, labels = file.texts("file"), file.texts(label)
+    extra = file.texts(optional) if optional is not None and optional in file.names else [(0, "")] * len(files)
+    listed: list[tuple[Path, str, float | None]] = []
+    for (line, name), (_, word), (_, text) in zip(files, labels, extra, strict=True):
+        if not name or not (folder / name).is_file():
+            raise ValueError(f"{file.path}: line {line}: column file: there is no {folder / name}")
+        if not word:
+            raise ValueError(f"{file.path}: line {line}: column {label}: missing value")
+        try:
+            number = float(text) if text else None
+        except ValueError:
+            number = math.nan
+        if number is not None and not math.isfinite(number):
+            raise ValueError(f"{file.path}: line {line}: column {optional}: not a finite number: {text!r}")
+        listed.append((folder / name, word, number))
+    if not listed:
+        raise ValueError(f"{file.path}: no traces are listed")
+    return listed

@@ -1,0 +1,1 @@
+"""Simulated devices that speak the real bytes, and the physical world they stand in."""

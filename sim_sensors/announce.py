@@ -1,0 +1,11 @@
+"""Tells where the simulated devices are: a pseudo terminal's name is not known before it is opened."""
+
+import json
+import sys
+from collections.abc import Mapping
+
+
+def announce(addresses: Mapping[str, str]) -> None:
+    """Print one JSON line per device to stdout: `{"device": "tacttip index", "address": "/dev/pts/3"}`."""
+    for device, address in addresses.items():
+        print(json.dumps({"device": device, "address": address}), flush=True, file=sys.stdout)

@@ -1,0 +1,53 @@
+"""What every simulated CAN node does: frames in with their time of arrival, frames out, set-points that expire."""
+
+from abc import ABC, abstractmethod
+
+import can
+
+from common.can_frames import BadFrame, FrameReceiver
+from common.limits import MODULE_TIMEOUT_S
+
+
+class CanNode(ABC):
+    """Base of the emulated CAN nodes. It knows no bus, no clock and no physics.
+
+    Attributes:
+        refused: frames that were damaged or repeated.
+    """
+
+    def __init__(self, receivers: tuple[FrameReceiver, ...]) -> None:
+        self._receivers = {receiver.frame_id: receiver for receiver in receivers}
+        self._heard_s: dict[str, float] = {}
+
+    @property
+    def refused(self) -> int:
+        """Frames addressed to this node that it did not act on."""
+        return sum(receiver.refused for receiver in self._receivers.values())
+
+    def feed(self, frame_id: int, data: bytes, now_s: float) -> None:
+        """Take a frame from the bus; frames for others are let pass."""
+        receiver = self._receivers.get(frame_id)
+        if receiver is None:
+            return
+        try:
+            values = receiver.decode(data)
+        except BadFrame:
+            return
+        self._heard_s[receiver.name] = now_s
+        self._obey(receiver.name, values, now_s)
+
+    def silent_s(self, name: str, now_s: float) -> float:
+        """How long ago the last good frame of that name came, s; infinite if none ever did."""
+        return now_s - self._heard_s.get(name, -float("inf"))
+
+    def alive(self, name: str, now_s: float) -> bool:
+        """Whether that frame's set-point is still in force."""
+        return self.silent_s(name, now_s) < MODULE_TIMEOUT_S
+
+    @abstractmethod
+    def _obey(self, name: str, values: dict[str, float], now_s: float) -> None:
+        """Act on a good frame."""
+
+    @abstractmethod
+    def take_frames(self) -> list[can.Message]:
+        """The node's next frames, with what it measures now."""

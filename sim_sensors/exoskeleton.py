@@ -1,0 +1,55 @@
+"""The exoskeleton as a CAN node: tells where the hand and the fingertips are, pushes on the fingers."""
+
+import can
+import numpy as np
+from numpy.typing import NDArray
+
+from common.can_frames import FrameReceiver, FrameSender, by_finger
+from common.fingers import FINGERS
+from common.limits import MODULE_TIMEOUT_S
+from sim_sensors.can_node import CanNode
+
+RELEASE_S = 0.050
+"""A force that is no longer commanded goes to 0 within this time."""
+DRIVEN_S = 0.5
+"""Forces commanded without a gap for this long: a driver is there."""
+
+
+class Exoskeleton(CanNode):
+    """Emulated exoskeleton of the operator's hand."""
+
+    def __init__(self) -> None:
+        super().__init__((FrameReceiver("FingerForces"),))
+        self._pose_sender = FrameSender("HandPose")
+        self._height_sender = FrameSender("FingerHeights")
+        self._force_n = np.zeros(len(FINGERS))
+        self._driven_since_s: float | None = None
+        self._pose = (0.0, 0.0)
+        self._z_m: NDArray[np.float64] = np.zeros(len(FINGERS))
+
+    def measure(self, x_m: float, y_m: float, z_m: NDArray[np.float64]) -> None:
+        """What its encoders read now: the hand's pose and the heights of the fingertips (5,)."""
+        self._pose, self._z_m = (x_m, y_m), z_m
+
+    def force_n(self, now_s: float) -> NDArray[np.float64]:
+        """Force on each finger now, (5,), N: as commanded, and falling to 0 once the command is too old."""
+        late_s = self.silent_s("FingerForces", now_s) - MODULE_TIMEOUT_S
+        if late_s <= 0.0:
+            return self._force_n
+        self._driven_since_s = None
+        return self._force_n * max(0.0, 1.0 - late_s / RELEASE_S)
+
+    def driven(self, now_s: float) -> bool:
+        """Whether valid forces have come without a gap for half a second: somebody works with it."""
+        return self._driven_since_s is not None and now_s - self._driven_since_s >= DRIVEN_S
+
+    def take_frames(self) -> list[can.Message]:
+        """HandPose and FingerHeights with what was measured last."""
+        pose = {"x": self._pose[0] * 1e3, "y": self._pose[1] * 1e3}
+        heights = dict(zip(FINGERS, (self._z_m * 1e3).tolist(), strict=True))
+        return [self._pose_sender.encode(pose), self._height_sender.encode(heights)]
+
+    def _obey(self, name: str, values: dict[str, float], now_s: float) -> None:
+        self._force_n = np.array(by_finger(values))
+        if self._driven_since_s is None:
+            self._driven_since_s = now_s

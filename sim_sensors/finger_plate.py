@@ -1,0 +1,191 @@
+"""Heat in a TactTip and in the fingertip that rests on it.
+
+An aluminium plate (10 x 15 x 0.5 mm) is heated or cooled by four Peltier elements in series whose other
+side sits on a water-cooled block. The finger is a column of 40 cells: epidermis, dermis, subcutis, fed by
+perfusion and by the warm inside of the finger. It always rests on the plate, through a contact resistance.
+
+Heat pumped into the plate at the current I:  S I T_plate + I^2 R/2 + K (T_hot - T_plate). The Joule half is
+what makes heating faster than cooling, and what leaves less of the cooling the warmer the hot side gets.
+
+All conduction is linear, so 10 ms are five implicit (backward Euler) steps of 2 ms folded into one matrix.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+STEP_S = 0.010
+IMPLICIT_STEPS = 5
+
+PLATE_AREA_M2 = 0.010 * 0.015
+PLATE_CAPACITY_J_K = 0.30
+"""0.18 J/K of aluminium and 0.12 J/K share of the Peltiers' ceramic, solder and the NTC."""
+PLATE_FINGER_M2K_W = 5.4e-4
+
+PELTIER_CURRENT_A = 1.0
+PELTIER_SEEBECK_V_K = 3.95e-3
+PELTIER_OHM = 0.78
+PELTIER_W_K = 0.008
+"""Four elements in series: full current, Seebeck coefficient, resistance, heat conductance."""
+
+HOT_SIDE_CAPACITY_J_K = 6.0
+HOT_SIDE_K_W = 0.8
+WATER_C = 20.0
+ROOM_C = 23.0
+AIR_W_M2K = 10.0
+CASE_W_K = 0.002
+"""Plate to room through the case."""
+
+NTC_LAG_S = 0.06
+NTC_NOISE_K = 0.01
+
+DEEP_C = 34.0
+ARTERY_C = 35.0
+BLOOD_J_M3K = 1060.0 * 3770.0
+LAYERS = (
+    # thickness m, cells, growth from cell to cell, conductivity W/mK, heat capacity J/m3K, perfusion 1/s
+    (0.48e-3, 12, 1.08, 0.22, 1200.0 * 3600.0, 0.0),
+    (1.15e-3, 14, 1.06, 0.40, 1200.0 * 3600.0, 0.005),
+    (5.5e-3, 14, 1.15, 0.20, 1000.0 * 2500.0, 0.00125),
+)
+EPIDERMIS_CELLS = LAYERS[0][1]
+KELVIN = 273.15
+
+_PLATE = 0
+_SKIN = 1  # first of the finger's cells
+
+
+def _finger_column() -> tuple[NDArray[np.float64], ...]:
+    """Thickness, conductivity, heat capacity per volume and perfusion of each cell, outermost first."""
+    thickness, conductivity, capacity, perfusion = [], [], [], []
+    for depth_m, cells, growth, k, volumetric, flow in LAYERS:
+        widths = growth ** np.arange(cells)
+        thickness.append(depth_m * widths / widths.sum())
+        conductivity.append(np.full(cells, k))
+        capacity.append(np.full(cells, volumetric))
+        perfusion.append(np.full(cells, flow))
+    return tuple(np.concatenate(part) for part in (thickness, conductivity, capacity, perfusion))
+
+
+class FingerPlates:
+    """Plates, Peltiers and fingertips of `count` TactTips.
+
+    Attributes:
+        plate_c, hot_side_c, surface_c, felt_c: temperatures of the plate, of the water-cooled side, of the
+            skin's surface and mean of its epidermis (what is felt), C, one per finger.
+        ntc_c: what the plate's NTC element has by now, C, with lag and noise.
+    """
+
+    def __init__(self, count: int, seed: int) -> None:
+        thickness, conductivity, capacity, perfusion = _finger_column()
+        cells = len(thickness)
+        size = cells + 2
+        hot = size - 1
+        half = thickness / (2.0 * conductivity)
+        between = PLATE_AREA_M2 / (half[:-1] + half[1:])
+        self._skin_w_k = PLATE_AREA_M2 / (PLATE_FINGER_M2K_W + half[0])
+        self._surface_k_per_k = PLATE_FINGER_M2K_W * self._skin_w_k / PLATE_AREA_M2
+        self._epidermis = thickness[:EPIDERMIS_CELLS] / thickness[:EPIDERMIS_CELLS].sum()
+
+        heat_capacity = np.empty(size)
+        heat_capacity[_PLATE] = PLATE_CAPACITY_J_K
+        heat_capacity[_SKIN:hot] = PLATE_AREA_M2 * thickness * capacity
+        heat_capacity[hot] = HOT_SIDE_CAPACITY_J_K
+        flow = np.zeros((size, size))  # W/K between nodes
+        links = [(_PLATE, _SKIN, self._skin_w_k), (_PLATE, hot, PELTIER_W_K)]
+        links += [(_SKIN + i, _SKIN + i + 1, float(g)) for i, g in enumerate(between)]
+        for a, b, conductance in links:
+            flow[a, b] += conductance
+            flow[b, a] += conductance
+            flow[a, a] -= conductance
+            flow[b, b] -= conductance
+        source = np.zeros(size)  # W from what lies around, at its own temperature
+        blood = PLATE_AREA_M2 * thickness * perfusion * BLOOD_J_M3K
+        deep = PLATE_AREA_M2 / half[-1]
+        for node, conductance, around_c in (
+            *((_SKIN + i, float(g), ARTERY_C) for i, g in enumerate(blood)),
+            (hot - 1, float(deep), DEEP_C),
+            (hot, 1.0 / HOT_SIDE_K_W, WATER_C),
+            (_PLATE, CASE_W_K, ROOM_C),
+        ):
+            flow[node, node] -= conductance
+            source[node] += conductance * around_c
+        rate = flow / heat_capacity[:, None]
+        implicit = np.linalg.inv(np.eye(size) - rate * (STEP_S / IMPLICIT_STEPS))
+        self._advance = np.linalg.matrix_power(implicit, IMPLICIT_STEPS)
+        summed = sum(np.linalg.matrix_power(implicit, n) for n in range(1, IMPLICIT_STEPS + 1))
+        respond = np.asarray(summed) * (STEP_S / IMPLICIT_STEPS) / heat_capacity
+        self._offset = (respond @ source)[:, None]
+        self._pumped = respond[:, [_PLATE, hot]]
+        skin = self._finger_in_air(flow[_SKIN:hot, _SKIN:hot], source[_SKIN:hot], float(half[0]))
+        start = np.concatenate(([skin[0]], skin, [WATER_C]))
+        self._state = np.repeat(start[:, None], count, axis=1)
+        self._random = np.random.default_rng([seed, 0x9A7E])
+        self._since_s = 0.0
+        self._charge = np.zeros(count)
+        self._ntc = self.plate_c.copy()
+        self.ntc_c: NDArray[np.float64] = self._ntc.copy()
+
+    def _finger_in_air(
+        self, flow: NDArray[np.float64], source: NDArray[np.float64], half_cell_m2k_w: float
+    ) -> NDArray[np.float64]:
+        """Steady temperatures of a finger that was free until it was put on its plate, C."""
+        to_air = PLATE_AREA_M2 / (1.0 / AIR_W_M2K + half_cell_m2k_w)
+        free_flow, free_source = flow.copy(), source.copy()
+        free_flow[0, 0] += self._skin_w_k - to_air
+        free_source[0] += to_air * ROOM_C
+        steady: NDArray[np.float64] = np.linalg.solve(free_flow, -free_source).astype(np.float64)
+        return steady
+
+    @property
+    def plate_c(self) -> NDArray[np.float64]:
+        """Temperature of each plate, C."""
+        plate: NDArray[np.float64] = self._state[_PLATE]
+        return plate
+
+    @property
+    def hot_side_c(self) -> NDArray[np.float64]:
+        """Temperature of each water-cooled block, C."""
+        hot_side: NDArray[np.float64] = self._state[-1]
+        return hot_side
+
+    @property
+    def surface_c(self) -> NDArray[np.float64]:
+        """Temperature of the skin's surface on each plate, C."""
+        plate = self._state[_PLATE]
+        surface: NDArray[np.float64] = plate - (plate - self._state[_SKIN]) * self._surface_k_per_k
+        return surface
+
+    @property
+    def felt_c(self) -> NDArray[np.float64]:
+        """Mean temperature of each epidermis, C: where warmth and cold are sensed."""
+        felt: NDArray[np.float64] = self._epidermis @ self._state[_SKIN : _SKIN + EPIDERMIS_CELLS]
+        return felt
+
+    def start_at(self, plate_c: float) -> None:
+        """Put the plates at a temperature (a test's or a fault's start); the fingers keep theirs."""
+        self._state[_PLATE] = plate_c
+        self._ntc[:] = plate_c
+
+    def step(self, dt_s: float, drive: NDArray[np.float64]) -> None:
+        """Let `dt_s` pass with a signed `drive` (-1..1 of the full current, above 0 heats) on each Peltier.
+
+        Heat moves in steps of 10 ms, with the mean of the drive over them.
+        """
+        self._since_s += dt_s
+        self._charge += drive * dt_s
+        if self._since_s < STEP_S - 1e-9:
+            return
+        current = self._charge * (PELTIER_CURRENT_A / self._since_s)
+        self._since_s = 0.0
+        self._charge = np.zeros_like(current)
+        joule = current * current * (PELTIER_OHM / 2.0)
+        seebeck = current * PELTIER_SEEBECK_V_K
+        pumped = np.stack(
+            (
+                joule + seebeck * (self._state[_PLATE] + KELVIN),
+                joule - seebeck * (self._state[-1] + KELVIN),
+            )
+        )
+        self._state = self._advance @ self._state + self._offset + self._pumped @ pumped
+        self._ntc += (self._state[_PLATE] - self._ntc) * (STEP_S / (NTC_LAG_S + STEP_S))
+        self.ntc_c = self._ntc + NTC_NOISE_K * self._random.standard_normal(len(current))

@@ -1,0 +1,162 @@
+"""A scripted hand in the exoskeleton: it follows a scene's script as a person's arm and fingers would.
+
+Along the bench the arm carries the hand where it wants to be. Each fingertip is a mass on the finger's own
+spring and damper, pulled to the wanted height and pushed up by the exoskeleton (Hajian & Howe 1997 for the
+finger; the mass includes the exoskeleton's link):
+
+    m z'' = k (z_wanted - z) + b (z_wanted' - z') + F_exoskeleton
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+from common.fingers import FINGERS
+from sim_sensors.hand_plan import FREE, HOVER_M, LIFT_S, HandPlan, Segment, Wanted, minimum_jerk
+from sim_sensors.scene import Scene
+
+FINGER_MASS_KG = 0.1
+FINGER_DAMPING_N_S_M = 3.0
+FINGER_STIFFNESS_N_M = 400.0
+HIGHEST_M = 0.0100
+LOWEST_M = -0.0100
+"""Mechanical stops of the exoskeleton's fingers."""
+STOP_S = 0.15
+"""An arm that is told to end its work stands still within this time."""
+
+TREMOR_HZ = (8.0, 11.0)
+TREMOR_XY_M = 0.015e-3
+TREMOR_Z_M = 0.02e-3
+DRIFT_HZ = (0.15, 0.4)
+DRIFT_M = 0.1e-3
+
+
+class ScriptedHand:
+    """Hand of the simulated operator.
+
+    It hovers over the first object until `start`, repeats the script, and lifts and stays after `finish`.
+
+    Attributes:
+        time_s: time lived.
+        script_s: time worked.
+        x_m, y_m: pose of the hand.
+        z_m: heights of the fingertips over the bench plane, (5,), negative into it.
+        mode: exploration mode that the script means now (0 free .. 3 stroking).
+        segment: movement of the script that is under way.
+    """
+
+    def __init__(self, scene: Scene, *, seed: int, fingers: Sequence[str] = FINGERS) -> None:
+        """Prepare the first pass through the scene's script; only `fingers` will touch, the others stay up."""
+        self._scene = scene
+        self._used = np.array([finger in fingers for finger in FINGERS])
+        self._rng = np.random.default_rng([seed, 0x4A4D])
+        self._plan = HandPlan(self._scene, self._used, self._rng)
+        self._first_seconds = self._plan.seconds
+        self._plan_began_s = 0.0
+        count = len(FINGERS)
+        self._tremor_rad_s = 2.0 * math.pi * self._rng.uniform(*TREMOR_HZ, count + 2)
+        self._drift_rad_s = 2.0 * math.pi * self._rng.uniform(*DRIFT_HZ, count + 2)
+        self._phase = self._rng.uniform(0.0, 2.0 * math.pi, (2, count + 2))
+        self._tremor_m = np.concatenate(([TREMOR_XY_M] * 2, [TREMOR_Z_M] * count))
+        self._advance = np.empty((2, 2))
+        self._push = np.empty((2, 3))
+        self._advance_dt_s = 0.0
+        self._working_since_s: float | None = None
+        self._finished_at_s: float | None = None
+        self.time_s = 0.0
+        self.script_s = 0.0
+        wanted = self._plan.at(0.0)
+        self._wanted_z = wanted.z_m.copy()
+        self._motion: NDArray[np.float64] = np.stack((self._wanted_z, np.zeros(count)))
+        self._follow(wanted)
+
+    @property
+    def z_m(self) -> NDArray[np.float64]:
+        """Heights of the fingertips, (5,), within the exoskeleton's stops."""
+        heights: NDArray[np.float64] = np.clip(self._motion[0], LOWEST_M, HIGHEST_M)
+        return heights
+
+    @property
+    def velocity_m_s(self) -> NDArray[np.float64]:
+        """Vertical speeds of the fingertips, (5,), positive up."""
+        velocity: NDArray[np.float64] = self._motion[1]
+        return velocity
+
+    def total_seconds(self) -> float:
+        """How long the first pass through the script takes, s."""
+        return self._first_seconds
+
+    def timeline(self) -> list[Segment]:
+        """The movements of the pass that is under way; their times count from its start."""
+        return list(self._plan.segments)
+
+    @property
+    def finished(self) -> bool:
+        """Whether the work has been ended."""
+        return self._finished_at_s is not None
+
+    def start(self) -> None:
+        """Begin the script (once; later calls do nothing)."""
+        if self._working_since_s is None:
+            self._working_since_s = self.time_s
+
+    def finish(self) -> None:
+        """End the work: stand still, lift, hover."""
+        if self._finished_at_s is None:
+            self._finished_at_s = self.time_s
+
+    def step(self, dt_s: float, force_n: NDArray[np.float64]) -> None:
+        """Let `dt_s` pass with the exoskeleton pushing the fingers up by `force_n`, (5,), N."""
+        self.time_s += dt_s
+        self.script_s += dt_s * self._pace()
+        if self.script_s - self._plan_began_s >= self._plan.seconds:
+            self._plan_began_s += self._plan.seconds
+            self._plan = HandPlan(self._scene, self._used, self._rng, self._plan.end)
+        wanted = self._plan.at(self.script_s - self._plan_began_s)
+        tremble = self._follow(wanted)
+        wanted_z = self._lifted(wanted.z_m) + tremble[2:]
+        if dt_s != self._advance_dt_s:
+            self._prepare(dt_s)
+        pull = np.stack((0.5 * (wanted_z + self._wanted_z), (wanted_z - self._wanted_z) / dt_s, force_n))
+        self._motion = self._advance @ self._motion + self._push @ pull
+        self._wanted_z = wanted_z
+
+    def _follow(self, wanted: Wanted) -> NDArray[np.float64]:
+        """Carry the hand along; returns the tremor of x, y and each finger's height, m."""
+        tremble = self._tremble()
+        self.x_m, self.y_m = wanted.x_m + float(tremble[0]), wanted.y_m + float(tremble[1])
+        self.segment = wanted.segment
+        self.mode = FREE if self._finished_at_s is not None or self._working_since_s is None else wanted.mode
+        return tremble
+
+    def _pace(self) -> float:
+        """How fast script time runs: 0 before the start, 1 at work, easing to 0 after the end."""
+        if self._working_since_s is None:
+            return 0.0
+        if self._finished_at_s is None:
+            return 1.0
+        return 1.0 - minimum_jerk((self.time_s - self._finished_at_s) / STOP_S)
+
+    def _lifted(self, z_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        if self._finished_at_s is None:
+            return z_m
+        return z_m + (HOVER_M - z_m) * minimum_jerk((self.time_s - self._finished_at_s) / LIFT_S)
+
+    def _tremble(self) -> NDArray[np.float64]:
+        fast = np.sin(self._tremor_rad_s * self.time_s + self._phase[0])
+        slow = np.sin(self._drift_rad_s * self.time_s + self._phase[1])
+        tremble: NDArray[np.float64] = self._tremor_m * fast + DRIFT_M * slow
+        return tremble
+
+    def _prepare(self, dt_s: float) -> None:
+        """Exact solution of the finger's equation over one step of constant pull (van Loan 1978)."""
+        stiffness = FINGER_STIFFNESS_N_M / FINGER_MASS_KG
+        damping = FINGER_DAMPING_N_S_M / FINGER_MASS_KG
+        augmented = np.zeros((5, 5))
+        augmented[0, 1] = 1.0
+        augmented[1] = (-stiffness, -damping, stiffness, damping, 1.0 / FINGER_MASS_KG)
+        solved = expm(augmented * dt_s)
+        self._advance, self._push, self._advance_dt_s = solved[:2, :2], solved[:2, 2:], dt_s

@@ -1,0 +1,41 @@
+"""A TCP port that listens, with an error that says which one is taken."""
+
+import socket
+
+
+def listen_tcp(host: str, port: int, what: str) -> socket.socket:
+    """Listen on an address without blocking.
+
+    Args:
+        host: name or address of one of this machine's interfaces.
+        port: TCP port; 0 lets the system choose one.
+        what: what will be served there, for the error.
+
+    Raises:
+        ValueError: the address is taken or is not this machine's.
+    """
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind((host, port))
+        listener.listen()
+        listener.setblocking(False)
+    except (OSError, OverflowError) as error:
+        listener.close()
+        raise ValueError(f"{what}: cannot listen on {host}:{port}: {error}; choose another port") from None
+    return listener
+
+
+def accept_tcp(listener: socket.socket, buffer_bytes: int) -> socket.socket | None:
+    """The next client, set up for small fast messages; None if it has gone again.
+
+    The kernel's own send buffer is kept small: a slow reader must not be served from the past.
+    """
+    try:
+        client, _ = listener.accept()
+    except OSError:
+        return None
+    client.setblocking(False)
+    client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    client.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, buffer_bytes)
+    return client

@@ -1,0 +1,61 @@
+"""The TactTip's vibration motor: an eccentric mass on a small DC motor.
+
+    u = R i + k_e omega                      (armature, inductance left out: 0.1 ms against 50 ms)
+    J d(omega)/dt = k_t i - b omega - T_f    (turning one way only: the module's driver is one transistor)
+
+The motor keeps still until its torque beats the stiction. At 0 V the driver shorts the motor, so that it
+brakes by its own back-EMF.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+RESISTANCE_OHM = 10.8
+TORQUE_CONSTANT = 6.4e-4
+"""k_t in N m/A and k_e in V s/rad: the same number."""
+INERTIA_KG_M2 = 3e-9
+VISCOUS_N_M_S = 2.2e-8
+FRICTION_N_M = 2.1e-5
+STICTION_N_M = 2.3e-5
+"""Torque needed to start: 0.39 V; the running friction alone would be 0.35 V."""
+
+SUBSTEP_S = 0.001
+RPM_PER_RAD_S = 60.0 / (2.0 * math.pi)
+
+_LOSS = VISCOUS_N_M_S + TORQUE_CONSTANT**2 / RESISTANCE_OHM
+TIME_CONSTANT_S = INERTIA_KG_M2 / _LOSS
+"""About 50 ms: friction and back-EMF against the inertia."""
+
+
+class VibrationMotors:
+    """A row of vibration motors, each with its own voltage.
+
+    Attributes:
+        speed_rad_s: present speed of each motor, never negative.
+    """
+
+    def __init__(self, count: int) -> None:
+        self.speed_rad_s: NDArray[np.float64] = np.zeros(count)
+
+    @property
+    def rpm(self) -> NDArray[np.float64]:
+        """Present speed of each motor, revolutions per minute."""
+        return self.speed_rad_s * RPM_PER_RAD_S
+
+    def step(self, dt_s: float, volts: NDArray[np.float64]) -> None:
+        """Let `dt_s` pass at constant `volts` (one per motor, 0 V or more).
+
+        Between stiction checks (each millisecond at least) the equation is linear and solved exactly.
+        """
+        substeps = max(1, math.ceil(dt_s / SUBSTEP_S - 1e-9))
+        keep = math.exp(-dt_s / substeps / TIME_CONSTANT_S)
+        torque = volts * (TORQUE_CONSTANT / RESISTANCE_OHM)
+        starts = torque > STICTION_N_M
+        final = (torque - FRICTION_N_M) * (1.0 / _LOSS)
+        speed = self.speed_rad_s
+        for _ in range(substeps):
+            turning = starts | (speed > 0.0)
+            speed = np.maximum(0.0, final + (speed - final) * keep) * turning
+        self.speed_rad_s = speed

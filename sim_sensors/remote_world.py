@@ -1,0 +1,257 @@
+"""The whole remote world of one session: five fingers of a robot hand over a bench of objects.
+
+Pure physics: it advances only by `step`, on simulated time, never by being asked. All randomness comes from the
+seed.
+Constants and what is left out: docs/decisions/0002-simulated-world.md.
+"""
+
+import math
+from bisect import bisect_right
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.fingers import FINGERS
+from sim_sensors.bench import FINGER_Y_M, Bench, BenchObject
+from sim_sensors.fingertip import HIGH_Z_M, Fingertip
+from sim_sensors.scene import BENCH_M, Scene
+from sim_sensors.texture_touch import TextureTouch
+from sim_sensors.thermal_touch import STEP_S, SensorSpread, ThermalTouch, draw_touch_factor
+from sim_sensors.true_mode import TrueMode
+
+HOVER_M = 0.006
+"""Height of the fingers above the bench at the start, m."""
+HAND_RAD_S = 80.0
+"""The hand follows its set-points in x and y as a critically damped second order of this frequency."""
+FORCE_NOISE_N = 0.01
+_FREE = -1
+
+
+@dataclass(frozen=True, slots=True)
+class TruthEvent:
+    """Something that truly happened to a finger, on noise-free motion.
+
+    `finger` is an index into FINGERS; `mode` is the true mode (0 free, 1 tapping, 2 quiescent, 3 stroking);
+    `approach_m_s` is the finger's speed when it last met a surface.
+    """
+
+    time_s: float
+    finger: int
+    kind: Literal["contact", "release", "groove"]
+    object_name: str
+    object_c: float
+    material: str
+    approach_m_s: float
+    mode: int
+
+
+class RemoteWorld:
+    """Objects, robot hand and the sensors on its fingers; arrays are always five long, in the order of FINGERS.
+
+    After each `step`: `time_s`, hand pose `x_m`, `y_m`, fingertip heights `z_m`, true forces `force_n` and
+    measured ones `measured_force_n`, `speed_m_s` along the bench; truth: `mode`, `object_index` (-1: touches
+    nothing), `plate_c`.
+    """
+
+    def __init__(self, scene: Scene, seed: int, fingers: tuple[str, ...] = FINGERS) -> None:
+        """Draw a session.
+
+        Args:
+            scene: what lies on the bench.
+            seed: all randomness; the same seed gives the same world whatever the hand does to it.
+            fingers: the fingers that take part; the others stay up and touch nothing.
+
+        Raises:
+            ValueError: a name that is not in FINGERS.
+        """
+        strangers = set(fingers) - set(FINGERS)
+        if strangers:
+            raise ValueError(f"unknown finger {sorted(strangers)[0]!r}; known: {', '.join(FINGERS)}")
+        bench_rng, sensor_rng, thermal_rng, texture_rng, self._touch_rng, self._force_rng = (
+            np.random.default_rng(part) for part in np.random.SeedSequence(seed).spawn(6)
+        )
+        count = len(FINGERS)
+        self.scene = scene
+        self.bench = Bench(scene, bench_rng)
+        self._present = tuple(name in fingers for name in FINGERS)
+        self._thermal = ThermalTouch(SensorSpread.draw(count, sensor_rng), scene.ambient_c, thermal_rng)
+        self._texture = TextureTouch(count, self.bench.heights_m, self.bench.slopes, texture_rng)
+        self._tips = [Fingertip(HOVER_M if here else HIGH_Z_M) for here in self._present]
+        self._truth = [TrueMode() for _ in FINGERS]
+        self._below = [_FREE] * count
+        self._touched = [_FREE] * count
+        self._factor = [1.0] * count
+        self._events: list[TruthEvent] = []
+        self._thermal_due_s = 0.0
+        self._velocity = (0.0, 0.0)
+        self.time_s = 0.0
+        self.x_m = 0.0
+        self.y_m = 0.0
+        self.speed_m_s = 0.0
+        self.z_m = np.array([tip.z_m for tip in self._tips])
+        self.force_n = np.zeros(count)
+        self.measured_force_n = np.zeros(count)
+        self.mode = np.zeros(count, dtype=np.int64)
+        self.object_index = np.full(count, _FREE, dtype=np.int64)
+
+    @property
+    def plate_c(self) -> NDArray[np.float64]:
+        """True temperatures of the sensors' plates, C."""
+        return self._thermal.plate_c
+
+    def step(
+        self,
+        dt_s: float,
+        setpoint_x_m: float,
+        setpoint_y_m: float,
+        setpoint_z_m: NDArray[np.float64],
+        heater_drive: NDArray[np.float64],
+    ) -> None:
+        """Advance by `dt_s` (2 ms at 500 Hz; up to 10 ms) with constant set-points.
+
+        Args:
+            dt_s: time to advance, s.
+            setpoint_x_m: wanted hand x, m; held within the bench.
+            setpoint_y_m: wanted hand y, m; held within the bench.
+            setpoint_z_m: wanted fingertip heights (5,), m.
+            heater_drive: Peltier drives (5,), -1..1.
+
+        Raises:
+            ValueError: `dt_s` out of range or a set-point that is not finite.
+        """
+        heights: list[float] = setpoint_z_m.tolist()
+        if not 0.0 < dt_s <= STEP_S:
+            raise ValueError(f"dt_s must be in (0, {STEP_S}] s, not {dt_s}")
+        if not math.isfinite(setpoint_x_m + setpoint_y_m + sum(heights) + float(heater_drive.sum())):
+            raise ValueError("set-points and heater drives must be finite")
+        before_x, before_s = self.x_m, self.time_s
+        self.time_s += dt_s
+        self._move_hand(dt_s, setpoint_x_m, setpoint_y_m)
+        self._move_fingers(dt_s, heights)
+        self._observe(before_x, before_s)
+        self._conduct(dt_s, heater_drive)
+
+    def take_texture_counts(self) -> NDArray[np.int16]:
+        """Texture samples since the last call, (5, m) counts at 2 kHz, +-2048 = +-10 V."""
+        return self._texture.take_counts()
+
+    def ssr_counts(self) -> NDArray[np.int16]:
+        """Latest reading of the plates' resistors, (5,) counts 0..4095; new every 10 ms."""
+        return self._thermal.ssr_counts()
+
+    def ambient_counts(self) -> NDArray[np.int16]:
+        """Latest reading of the ambient sensors, (5,) counts 0..4095."""
+        return self._thermal.ambient_counts()
+
+    def take_events(self) -> list[TruthEvent]:
+        """What truly happened since the last call, in order of time."""
+        events, self._events = self._events, []
+        return events
+
+    def _move_hand(self, dt_s: float, target_x_m: float, target_y_m: float) -> None:
+        vx, vy = self._velocity
+        self.x_m, vx = _follow(dt_s, self.x_m, vx, min(max(target_x_m, -BENCH_M), BENCH_M))
+        self.y_m, vy = _follow(dt_s, self.y_m, vy, min(max(target_y_m, -BENCH_M), BENCH_M))
+        self._velocity = (vx, vy)
+        self.speed_m_s = math.hypot(vx, vy)
+
+    def _move_fingers(self, dt_s: float, heights: list[float]) -> None:
+        """Move the present fingers, and lay a knot for the texture sensors."""
+        gains, tracks, origins = [], [], []
+        for finger, tip in enumerate(self._tips):
+            gain, track, origin = 0.0, 0, 0.0
+            if self._present[finger]:
+                index = self.bench.find(self.x_m, self.y_m + FINGER_Y_M[finger], self._below[finger])
+                self._below[finger] = index
+                if index == _FREE:
+                    tip.step(dt_s, heights[finger], 0.0, 0.0)
+                else:
+                    below = self.bench.objects[index]
+                    tip.step(dt_s, heights[finger], below.surface_z_m, below.stiffness_n_m)
+                    gain, track, origin = below.relief_per_m, below.track[finger], below.low_x_m
+                self._change_object(finger, index if tip.force_n > 0.0 else _FREE)
+            gains.append(gain)
+            tracks.append(track)
+            origins.append(origin)
+        forces = [tip.force_n for tip in self._tips]
+        self._texture.step(self.time_s, self.x_m, force_n=forces, gain=gains, track=tracks, origin_m=origins)
+        self.z_m = np.array([tip.z_m for tip in self._tips])
+        self.force_n = np.array(forces)
+        self.measured_force_n = self.force_n + FORCE_NOISE_N * self._force_rng.standard_normal(len(FINGERS))
+
+    def _change_object(self, finger: int, index: int) -> None:
+        """Tell the thermal sensor what it touches now: a new contact draws a new conductance."""
+        before = self._touched[finger]
+        if index == before:
+            return
+        self._touched[finger] = index
+        if index == _FREE:
+            self._thermal.release(finger)
+            return
+        if before == _FREE:
+            self._factor[finger] = draw_touch_factor(self._touch_rng)
+        touched = self.bench.objects[index]
+        conductance = touched.conductance_w_m2k * self._factor[finger]
+        self._thermal.touch(finger, touched.column, touched.object_c, conductance, touched.area_share)
+        if before == _FREE:
+            self._thermal.settle(finger)
+
+    def _observe(self, before_x_m: float, before_s: float) -> None:
+        """Keep the truth: modes, contacts, grooves crossed."""
+        modes = []
+        for finger, (tip, truth) in enumerate(zip(self._tips, self._truth, strict=True)):
+            was = truth.contact
+            modes.append(truth.step(self.time_s, tip.force_n, self.x_m, self.y_m, self.speed_m_s))
+            below = self._below[finger]
+            if truth.contact != was:
+                self._add(self.time_s, finger, "contact" if truth.contact else "release")
+            elif was and below != _FREE and self.bench.objects[below].grooves_x_m:
+                self._cross_grooves(finger, self.bench.objects[below], before_x_m, before_s)
+        self.mode = np.array(modes)
+        self.object_index = np.array(self._touched)
+
+    def _cross_grooves(self, finger: int, below: BenchObject, before_x_m: float, before_s: float) -> None:
+        grooves = below.grooves_x_m
+        start, end = bisect_right(grooves, before_x_m), bisect_right(grooves, self.x_m)
+        if start == end:
+            return
+        crossed = grooves[start:end] if start < end else grooves[end:start][::-1]
+        for groove in crossed:
+            part = (groove - before_x_m) / (self.x_m - before_x_m)
+            self._add(before_s + part * (self.time_s - before_s), finger, "groove")
+
+    def _add(self, time_s: float, finger: int, kind: Literal["contact", "release", "groove"]) -> None:
+        """Note an event; a finger that slid off an edge is released from nothing."""
+        index = self._below[finger]
+        below = None if index == _FREE else self.bench.objects[index]
+        self._events.append(
+            TruthEvent(
+                time_s,
+                finger,
+                kind,
+                below.name if below else "",
+                below.object_c if below else self.scene.ambient_c,
+                below.material if below else "air",
+                self._tips[finger].approach_m_s,
+                self._truth[finger].mode,
+            )
+        )
+
+    def _conduct(self, dt_s: float, heater_drive: NDArray[np.float64]) -> None:
+        self._thermal_due_s += dt_s
+        if self._thermal_due_s >= STEP_S - 1e-9:
+            self._thermal_due_s -= STEP_S
+            self._thermal.step(np.where(self._present, heater_drive, 0.0), self.force_n, self.speed_m_s)
+
+
+def _follow(dt_s: float, position: float, velocity: float, target: float) -> tuple[float, float]:
+    """Exact step of a critically damped second order towards a constant target."""
+    away = position - target
+    slope = velocity + HAND_RAD_S * away
+    decay = math.exp(-HAND_RAD_S * dt_s)
+    return (
+        target + (away + slope * dt_s) * decay,
+        (velocity - HAND_RAD_S * slope * dt_s) * decay,
+    )

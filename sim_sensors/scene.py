@@ -1,0 +1,216 @@
+"""Scenes: which objects lie on the bench, and what the scripted hand does with them. Read from TOML."""
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+
+from common.materials import material
+from sim_sensors.surface import surface_kind
+
+SCENES = Path(__file__).parent / "scenes"
+BENCH_M = 0.655
+"""The hand reaches x and y from -BENCH_M to +BENCH_M, m."""
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Move(_Strict):
+    """Travel at hover height until the hand's x is at fraction `u` of the object's length."""
+
+    act: Literal["move"]
+    object: str
+    u: float = Field(default=0.5, ge=0.0, le=1.0)
+
+
+class Touch(_Strict):
+    """Lower all fingers until they are in contact."""
+
+    act: Literal["touch"]
+
+
+class Hold(_Strict):
+    """Rest in contact for `seconds`."""
+
+    act: Literal["hold"]
+    seconds: float = Field(gt=0.0, le=120.0)
+
+
+class Stroke(_Strict):
+    """Slide in contact to fraction `u` of `to_object`, mm/s along the path."""
+
+    act: Literal["stroke"]
+    to_object: str
+    u: float = Field(default=0.5, ge=0.0, le=1.0)
+    speed_mm_s: float = Field(default=50.0, ge=5.0, le=200.0)
+
+
+class Lift(_Strict):
+    """Raise all fingers to hover height."""
+
+    act: Literal["lift"]
+
+
+class Tap(_Strict):
+    """Lower and lift quickly, `times` times, without holding."""
+
+    act: Literal["tap"]
+    times: int = Field(default=1, ge=1, le=20)
+
+
+class Wait(_Strict):
+    """Hover for `seconds`: the thermal sensor re-heats."""
+
+    act: Literal["wait"]
+    seconds: float = Field(gt=0.0, le=120.0)
+
+
+Step = Annotated[Move | Touch | Hold | Stroke | Lift | Tap | Wait, Field(discriminator="act")]
+
+
+class SceneObject(_Strict):
+    """A rectangle of one material and one surface on the bench; its top is at z = `height_m`.
+
+    Without `y_m` and `width_m` it covers all y. Without `stiffness_n_m` it has that of its surface.
+    Its temperature is `absolute_c`, or ambient plus a value drawn from `offset_c` at each session. Objects of the
+    same `body` are zones of one piece: one specimen, and one drawn temperature.
+    """
+
+    name: str = Field(min_length=1, max_length=40)
+    material: str
+    surface: str
+    body: str | None = None
+    x_m: float = Field(ge=-BENCH_M, le=BENCH_M)
+    length_m: float = Field(gt=0.005, le=2 * BENCH_M)
+    y_m: float | None = Field(default=None, ge=-1.0, le=1.0)
+    width_m: float | None = Field(default=None, gt=0.0, le=2.0)
+    height_m: float = Field(default=0.0, ge=-0.004, le=0.004)
+    stiffness_n_m: float | None = Field(default=None, ge=50.0, le=20_000.0)
+    thickness_m: float | None = Field(default=None, gt=0.0005, le=1.0)
+    offset_c: tuple[float, float] = (-3.0, 3.0)
+    absolute_c: float | None = Field(default=None, ge=-10.0, le=60.0)
+
+    @field_validator("material")
+    @classmethod
+    def _known_material(cls, name: str) -> str:
+        try:
+            return material(name).name
+        except KeyError as error:
+            raise ValueError(error.args[0]) from None
+
+    @field_validator("surface")
+    @classmethod
+    def _known_surface(cls, name: str) -> str:
+        surface_kind(name)
+        return name
+
+    @model_validator(mode="after")
+    def _shape(self) -> Self:
+        if (self.y_m is None) != (self.width_m is None):
+            raise ValueError("give both y_m and width_m, or neither")
+        if not self.offset_c[0] <= self.offset_c[1]:
+            raise ValueError("offset_c must be [low, high] with low <= high")
+        return self
+
+    @property
+    def end_x_m(self) -> float:
+        """Far edge in x, m."""
+        return self.x_m + self.length_m
+
+    @property
+    def stiffness(self) -> float:
+        """Contact stiffness, N/m."""
+        return surface_kind(self.surface).stiffness_n_m if self.stiffness_n_m is None else self.stiffness_n_m
+
+    @property
+    def y_range_m(self) -> tuple[float, float]:
+        """Edges in y, m."""
+        if self.y_m is None or self.width_m is None:
+            return (-2.0, 2.0)
+        return (self.y_m, self.y_m + self.width_m)
+
+    def x_at(self, u: float) -> float:
+        """World x at fraction `u` (0..1) of the object, m."""
+        return self.x_m + u * self.length_m
+
+
+class Scene(_Strict):
+    """A bench with objects, and the script of the hand; after its last step the script starts again."""
+
+    name: str
+    ambient_c: float = Field(default=23.0, ge=5.0, le=35.0)
+    calibrated: tuple[str, ...]
+    objects: tuple[SceneObject, ...] = Field(min_length=1)
+    script: tuple[Step, ...] = Field(min_length=1)
+
+    @field_validator("calibrated")
+    @classmethod
+    def _known_materials(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        try:
+            return tuple(material(name).name for name in names)
+        except KeyError as error:
+            raise ValueError(error.args[0]) from None
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        names = [thing.name for thing in self.objects]
+        if len(set(names)) != len(names):
+            raise ValueError("two objects have the same name")
+        for i, a in enumerate(self.objects):
+            for b in self.objects[i + 1 :]:
+                if _overlap(a, b):
+                    raise ValueError(f"objects {a.name!r} and {b.name!r} overlap")
+        for number, step in enumerate(self.script, 1):
+            target = getattr(step, "object", None) or getattr(step, "to_object", None)
+            if target is not None and target not in names:
+                raise ValueError(f"script step {number} names no object {target!r}; there are {', '.join(names)}")
+        return self
+
+    def object_named(self, name: str) -> SceneObject:
+        """Look an object up.
+
+        Raises:
+            KeyError: no object of this name.
+        """
+        for thing in self.objects:
+            if thing.name == name:
+                return thing
+        raise KeyError(f"scene {self.name!r} has no object {name!r}")
+
+
+def _overlap(a: SceneObject, b: SceneObject) -> bool:
+    slack = 1e-9
+    apart_x = a.end_x_m <= b.x_m + slack or b.end_x_m <= a.x_m + slack
+    (a_low, a_high), (b_low, b_high) = a.y_range_m, b.y_range_m
+    return not (apart_x or a_high <= b_low + slack or b_high <= a_low + slack)
+
+
+def scene_names() -> tuple[str, ...]:
+    """Names of the scenes that come with the program."""
+    return tuple(sorted(path.stem for path in SCENES.glob("*.toml")))
+
+
+def load_scene(name_or_path: str) -> Scene:
+    """Load a scene by its name, or from a path that ends in `.toml`.
+
+    Raises:
+        ValueError: unknown scene (the known ones are listed), unreadable file, or bad content; the
+            message is one line that names file and field.
+    """
+    path = Path(name_or_path) if name_or_path.endswith(".toml") else SCENES / f"{name_or_path}.toml"
+    known = scene_names()
+    if path.parent == SCENES and path.stem not in known:
+        raise ValueError(f"unknown scene {name_or_path!r}; known: {', '.join(known)} (or a path that ends in .toml)")
+    try:
+        return Scene.model_validate(tomllib.loads(path.read_text("utf-8")))
+    except ValidationError as error:
+        first = error.errors()[0]
+        field = ".".join(str(part) for part in first["loc"]) or "scene"
+        raise ValueError(f"{path}: {field}: {first['msg']}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"{path}: not valid TOML: {error}") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: cannot read the scene: {error}") from None

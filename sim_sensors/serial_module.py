@@ -1,0 +1,124 @@
+"""What every simulated serial module does: frames, identity, reports at a rate, and the command watchdog.
+
+A module is a machine of bytes and times. It knows no port, no clock and no physics: bytes of the host go in
+with the time at which they came, bytes for the host come out, and the world connects what the module
+measures and drives.
+"""
+
+from abc import ABC, abstractmethod
+
+from common.framing import Frame, FrameReader, encode_frame
+from common.limits import MODULE_TIMEOUT_S
+from common.serial_messages import BadPayload, Identity, MessageId
+
+
+class SerialModule(ABC):
+    """Base of the emulated modules.
+
+    Attributes:
+        identity: what it answers to IDENTIFY.
+        refused: good frames whose content was out of range, or that this kind of module does not know.
+        reader: what came in, with the count of damaged frames.
+    """
+
+    def __init__(self, identity: Identity, powered_s: float = 0.0) -> None:
+        self.identity = identity
+        self.reader = FrameReader()
+        self.refused = 0
+        self._powered_s = powered_s
+        self._sequence = 0
+        self._output = bytearray()
+
+    def feed(self, data: bytes, now_s: float) -> None:
+        """Take bytes from the host that arrived at `now_s`, in whatever pieces they come."""
+        for frame in self.reader.feed(data):
+            if frame.message_id == MessageId.IDENTIFY:
+                self._say(MessageId.IDENTITY, self.identity.encode())
+                continue
+            try:
+                self._obey(frame, now_s)
+            except BadPayload:
+                self.refused += 1
+
+    def take_output(self, now_s: float) -> bytes:
+        """Let the module's own clock reach `now_s`; return the bytes that it has for the host."""
+        self._run(now_s)
+        output = bytes(self._output)
+        self._output.clear()
+        return output
+
+    def _say(self, message_id: MessageId, payload: bytes) -> None:
+        self._output += encode_frame(message_id, self._sequence, payload)
+        self._sequence = (self._sequence + 1) & 0xFF
+
+    def _time_us(self, now_s: float) -> int:
+        return round((now_s - self._powered_s) * 1e6)
+
+    @abstractmethod
+    def _obey(self, frame: Frame, now_s: float) -> None:
+        """Carry a command out; raises BadPayload on one that this module does not accept."""
+
+    @abstractmethod
+    def _run(self, now_s: float) -> None:
+        """Do what is due by `now_s`: watchdog, limits, reports."""
+
+
+class ReportClock:
+    """Says when the next periodic report is due; a module that was not asked for a while sends one, not a burst."""
+
+    def __init__(self, period_s: float, start_s: float) -> None:
+        self._period_s = period_s
+        self._due_s = start_s
+
+    def due(self, now_s: float) -> bool:
+        """Whether a report is due at `now_s`; if so, the next one is a period later."""
+        if now_s < self._due_s - 1e-9:
+            return False
+        self._due_s = max(self._due_s, now_s - self._period_s) + self._period_s
+        return True
+
+
+class CommandWatchdog:
+    """Armed from power-up: without a valid command for 100 ms the module's drives go to 0.
+
+    Attributes:
+        expired: no command is in force.
+        limit_s: moment at which the command in force runs out.
+    """
+
+    def __init__(self) -> None:
+        self.expired = True
+        self.limit_s = 0.0
+
+    def obeyed(self, now_s: float) -> None:
+        """A valid command came."""
+        self.expired = False
+        self.limit_s = now_s + MODULE_TIMEOUT_S
+
+    def expires(self, now_s: float) -> bool:
+        """Whether the command in force runs out by `now_s`; says so once."""
+        if self.expired or now_s < self.limit_s:
+            return False
+        self.expired = True
+        return True
+
+
+class CutOut:
+    """A module's own temperature limit: switches a drive off by the module's own measurement.
+
+    It lets go again 1 K below the limit, and only after the host has asked for a drive that does not heat.
+    """
+
+    RELEASE_K = 1.0
+
+    def __init__(self, limit_c: float) -> None:
+        self._limit_c = limit_c
+        self.tripped = False
+
+    def allows(self, measured_c: float, drive_permille: int) -> bool:
+        """Whether the drive may go through with the plate at `measured_c`; a reading that is NaN trips."""
+        if not measured_c < self._limit_c:
+            self.tripped = True
+        elif drive_permille <= 0 and measured_c < self._limit_c - self.RELEASE_K:
+            self.tripped = False
+        return not self.tripped

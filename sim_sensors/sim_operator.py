@@ -1,0 +1,150 @@
+"""The operator site's simulated devices in one process: hand in the exoskeleton, and the TactTips it wears."""
+
+from collections.abc import Callable
+from contextlib import ExitStack
+
+import numpy as np
+
+from common.config import SimOperatorConfig, to_toml
+from common.fingers import FINGERS
+from sim_sensors.announce import announce
+from sim_sensors.exoskeleton import Exoskeleton
+from sim_sensors.finger_plate import FingerPlates
+from sim_sensors.hand import ScriptedHand
+from sim_sensors.motor import VibrationMotors
+from sim_sensors.scene import load_scene
+from sim_sensors.select_loop import SelectLoop
+from sim_sensors.serial_server import serve_fingers
+from sim_sensors.simulation_loop import STEP_S, run_world
+from sim_sensors.socketcand import SocketcandBus
+from sim_sensors.tacttip import TactTip, ntc_counts
+from sim_sensors.truth_log import LOG_EVERY, OPERATOR_STREAMS, TruthLog
+
+_MEASURE_EVERY = 5
+"""Steps between two readings of the NTCs: 100 Hz."""
+
+
+class OperatorDevices:
+    """Devices and physics of the operator's side.
+
+    The hand starts its script once the exoskeleton has been driven for half a second, and ends
+    `config.seconds` later.
+    """
+
+    def __init__(self, config: SimOperatorConfig, sockets: SelectLoop) -> None:
+        """Open everything.
+
+        Raises:
+            ValueError: unknown scene, an address that is taken or malformed, a recording that cannot be written.
+        """
+        self.hand = ScriptedHand(load_scene(config.scene), seed=config.seed, fingers=config.fingers)
+        self.exoskeleton = Exoskeleton()
+        self.motors = VibrationMotors(len(FINGERS))
+        self.plates = FingerPlates(len(FINGERS), config.seed)
+        start_s = sockets.now()
+        self.modules = {finger: TactTip(FINGERS.index(finger), start_s) for finger in config.fingers}
+        self._seconds = config.seconds
+        self._started_s: float | None = None
+        self._steps = 0
+        self._volts = np.zeros(len(FINGERS))
+        self._drive = np.zeros(len(FINGERS))
+        self._measure()
+        with ExitStack() as opened:
+            self.servers = serve_fingers(self.modules, sockets, config.tacttip, "tacttip")
+            for server in self.servers.values():
+                opened.callback(server.close)
+            self.bus = SocketcandBus(sockets, config.can_host, config.can_port, [self.exoskeleton])
+            opened.callback(self.bus.close)
+            self._log = TruthLog(config.record, OPERATOR_STREAMS, {"configuration": to_toml(config)})
+            opened.callback(self._log.close)
+            self._opened = opened.pop_all()
+
+    def step(self, now_s: float) -> None:
+        """Advance the physics by one step to `now_s`, and say what is due."""
+        self._steps += 1
+        self._work(now_s)
+        force_n = self.exoskeleton.force_n(now_s)
+        self.hand.step(STEP_S, force_n)
+        self.exoskeleton.measure(self.hand.x_m, self.hand.y_m, self.hand.z_m)
+        self.bus.pump(now_s)
+        for finger, module in self.modules.items():
+            index = module.identity.finger
+            self._volts[index] = module.motor_v
+            self._drive[index] = module.peltier_drive
+            self.servers[finger].pump(now_s)
+            for moment_s, motor_mv in module.take_motor_switches():
+                self._log.write("truth_motor", moment_s, {"finger": index, "motor_mv": motor_mv})
+        self.motors.step(STEP_S, self._volts)
+        self.plates.step(STEP_S, self._drive)
+        if self._steps % _MEASURE_EVERY == 0:
+            self._measure()
+        if self._log.open and self._steps % LOG_EVERY == 0:
+            self._write_truth(now_s, force_n.tolist())
+
+    def figures(self) -> dict[str, object]:
+        """What the status file tells: whether the hand works, and what devices refused."""
+        return {
+            "scene_seconds": self.hand.total_seconds(),
+            "script_s": self.hand.script_s,
+            "finished": self.hand.finished,
+            "can_clients": self.bus.clients,
+            "frames_refused": self.exoskeleton.refused,
+            "commands_refused": {finger: module.refused for finger, module in self.modules.items()},
+            "frames_damaged": {finger: module.reader.damaged for finger, module in self.modules.items()},
+        }
+
+    def close(self) -> None:
+        """Give every address back and finish the recording."""
+        self._opened.close()
+
+    def _work(self, now_s: float) -> None:
+        if self._started_s is None:
+            if self.exoskeleton.driven(now_s):
+                self._started_s = now_s
+                self.hand.start()
+        elif self._seconds is not None and now_s - self._started_s >= self._seconds:
+            self.hand.finish()
+
+    def _measure(self) -> None:
+        plate_c, hot_side_c = self.plates.ntc_c.tolist(), self.plates.hot_side_c.tolist()
+        for module in self.modules.values():
+            index = module.identity.finger
+            module.measure(ntc_counts(plate_c[index]), ntc_counts(hot_side_c[index]))
+
+    def _write_truth(self, now_s: float, force_n: list[float]) -> None:
+        hand, plates = self.hand, self.plates
+        self._log.write(
+            "truth_fingertips",
+            now_s,
+            {
+                "motor_rpm": self.motors.rpm.tolist(),
+                "motor_mv": [round(volts * 1e3) for volts in self._volts.tolist()],
+                "plate_c": plates.plate_c.tolist(),
+                "hot_side_c": plates.hot_side_c.tolist(),
+                "peltier": self._drive.tolist(),
+                "surface_c": plates.surface_c.tolist(),
+                "felt_c": plates.felt_c.tolist(),
+                "force_n": force_n,
+                "z_m": hand.z_m.tolist(),
+                "x_m": hand.x_m,
+                "y_m": hand.y_m,
+                "script_mode": hand.mode,
+                "act": hand.segment.act,
+                "object": hand.segment.object,
+            },
+        )
+
+
+def run_sim_operator(config: SimOperatorConfig, stop: Callable[[], bool]) -> None:
+    """Serve the operator site's simulated devices until `stop()`.
+
+    Raises:
+        ValueError: the configuration cannot be carried out (scene, addresses, recording).
+    """
+    sockets = SelectLoop()
+    devices = OperatorDevices(config, sockets)
+    try:
+        announce({f"tacttip {finger}": server.address for finger, server in devices.servers.items()})
+        run_world(devices, sockets, stop, "sim-operator", config.status)
+    finally:
+        devices.close()

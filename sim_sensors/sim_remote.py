@@ -1,0 +1,147 @@
+"""The remote site's simulated devices in one process: robot hand, its sensors, and the world they touch."""
+
+from collections.abc import Callable
+from contextlib import ExitStack
+
+import numpy as np
+
+from common.config import SimRemoteConfig, to_toml
+from common.fingers import FINGERS
+from sim_sensors.announce import announce
+from sim_sensors.remote_world import RemoteWorld
+from sim_sensors.scene import load_scene
+from sim_sensors.select_loop import SelectLoop
+from sim_sensors.serial_server import serve_fingers
+from sim_sensors.simulation_loop import STEP_S, run_world
+from sim_sensors.socketcand import SocketcandBus
+from sim_sensors.telemanipulator import Telemanipulator
+from sim_sensors.texture_sensor import TextureSensor
+from sim_sensors.thermal_sensor import ThermalSensor
+from sim_sensors.truth_log import LOG_EVERY, REMOTE_STREAMS, TruthLog
+
+_MEASURE_EVERY = 5
+"""Steps between two readings of the thermometers: 100 Hz."""
+
+
+class RemoteDevices:
+    """Devices and world of the remote side."""
+
+    def __init__(self, config: SimRemoteConfig, sockets: SelectLoop) -> None:
+        """Open everything.
+
+        Raises:
+            ValueError: unknown scene, an address that is taken or malformed, a recording that cannot be written.
+        """
+        self.world = RemoteWorld(load_scene(config.scene), config.seed, config.fingers)
+        self.robot = Telemanipulator()
+        start_s = sockets.now()
+        numbers = {finger: FINGERS.index(finger) for finger in config.fingers}
+        self.texture = {finger: TextureSensor(number, start_s) for finger, number in numbers.items()}
+        self.thermal = {finger: ThermalSensor(number, start_s) for finger, number in numbers.items()}
+        self._drive = np.zeros(len(FINGERS))
+        self._steps = 0
+        self._measure_robot()
+        self._measure_plates()
+        with ExitStack() as opened:
+            self.texture_servers = serve_fingers(self.texture, sockets, config.texture, "texture")
+            for server in self.texture_servers.values():
+                opened.callback(server.close)
+            self.thermal_servers = serve_fingers(self.thermal, sockets, config.thermal_sensors, "thermal_sensors")
+            for server in self.thermal_servers.values():
+                opened.callback(server.close)
+            self.bus = SocketcandBus(sockets, config.can_host, config.can_port, [self.robot])
+            opened.callback(self.bus.close)
+            self._log = TruthLog(config.record, REMOTE_STREAMS, {"configuration": to_toml(config)})
+            opened.callback(self._log.close)
+            self._opened = opened.pop_all()
+        self._servers = [*self.texture_servers.values(), *self.thermal_servers.values()]
+
+    def step(self, now_s: float) -> None:
+        """Advance the world by one step to `now_s`, and say what is due."""
+        self._steps += 1
+        for module in self.thermal.values():
+            self._drive[module.identity.finger] = module.drive
+        world = self.world
+        world.step(STEP_S, *self.robot.setpoint_m(now_s), self._drive)
+        self._measure_robot()
+        self.bus.pump(now_s)
+        counts = world.take_texture_counts()
+        for sensor in self.texture.values():
+            sensor.add_samples(counts[sensor.identity.finger])
+        if self._steps % _MEASURE_EVERY == 0:
+            self._measure_plates()
+        for server in self._servers:
+            server.pump(now_s)
+        self._write_truth(now_s)
+
+    def figures(self) -> dict[str, object]:
+        """What the status file tells: who listens, and what devices refused."""
+        return {
+            "can_clients": self.bus.clients,
+            "frames_refused": self.robot.refused,
+            "commands_refused": {finger: module.refused for finger, module in self.thermal.items()},
+            "frames_damaged": {finger: module.reader.damaged for finger, module in self.thermal.items()},
+        }
+
+    def close(self) -> None:
+        """Give every address back and finish the recording."""
+        self._opened.close()
+
+    def _measure_robot(self) -> None:
+        world = self.world
+        self.robot.measure(world.x_m, world.y_m, world.z_m, world.measured_force_n)
+
+    def _measure_plates(self) -> None:
+        plates, ambient = self.world.ssr_counts().tolist(), self.world.ambient_counts().tolist()
+        for module in self.thermal.values():
+            index = module.identity.finger
+            module.measure(plates[index], ambient[index])
+
+    def _write_truth(self, now_s: float) -> None:
+        world = self.world
+        for event in world.take_events():
+            self._log.write(
+                "truth_event",
+                now_s + event.time_s - world.time_s,
+                {
+                    "finger": event.finger,
+                    "kind": event.kind,
+                    "object": event.object_name,
+                    "object_c": event.object_c,
+                    "material": event.material,
+                    "approach_m_s": event.approach_m_s,
+                    "mode": event.mode,
+                },
+            )
+        if self._steps % LOG_EVERY or not self._log.open:
+            return
+        self._log.write(
+            "truth_contact",
+            now_s,
+            {
+                "mode": world.mode.tolist(),
+                "object": world.object_index.tolist(),
+                "force_n": world.force_n.tolist(),
+                "plate_c": world.plate_c.tolist(),
+                "heater": self._drive.tolist(),
+                "z_m": world.z_m.tolist(),
+                "x_m": world.x_m,
+                "y_m": world.y_m,
+            },
+        )
+
+
+def run_sim_remote(config: SimRemoteConfig, stop: Callable[[], bool]) -> None:
+    """Serve the remote site's simulated devices until `stop()`.
+
+    Raises:
+        ValueError: the configuration cannot be carried out (scene, addresses, recording).
+    """
+    sockets = SelectLoop()
+    devices = RemoteDevices(config, sockets)
+    try:
+        announce({f"texture {finger}": server.address for finger, server in devices.texture_servers.items()})
+        announce({f"thermal_sensors {finger}": server.address for finger, server in devices.thermal_servers.items()})
+        run_world(devices, sockets, stop, "sim-remote", config.status)
+    finally:
+        devices.close()

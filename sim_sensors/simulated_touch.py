@@ -1,0 +1,242 @@
+"""Single thermal touches through the physics of the simulated world, many at once.
+
+Each touch is a session of its own: sensor, specimen, object temperature, contact and force are drawn anew.
+"""
+
+from dataclasses import dataclass
+from zlib import crc32
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.limits import CONTACT_FORCE_N, SENSOR_PLATE_C
+from common.materials import material
+from sim_sensors.bench import Specimen
+from sim_sensors.fingertip import Fingertip, pressing_depth_m
+from sim_sensors.object_column import ObjectColumn, object_column
+from sim_sensors.remote_world import FORCE_NOISE_N, HOVER_M
+from sim_sensors.ssr_converter import celsius_of
+from sim_sensors.surface import SurfaceKind, surface_kind
+from sim_sensors.thermal_touch import (
+    STAGE_S,
+    STEP_S,
+    SensorSpread,
+    ThermalTouch,
+    draw_touch_factor,
+    force_share,
+    full_conductance_w_m2k,
+)
+from sim_sensors.true_mode import CONTACT_N
+
+Array = NDArray[np.float64]
+
+AIR = "air"
+"""In place of a material: a free cool-down, the heater switched off where others touch."""
+LEAD_S = 1.0
+"""A trace starts about this long before contact, s."""
+LOWER_S = 0.35
+LOWER_AHEAD_S = 0.25
+TICK_S = 0.002
+BLOCK_M = 0.020
+"""Thickness of the touched block unless told otherwise, m."""
+WARM_S = (4.0, 12.0)
+"""The sensor has been warming up for this long when the trace starts, s, drawn."""
+FORCE_SPREAD = (0.9, 1.1)
+PREHEAT_PER_K = 2.0
+
+_POLISHED = ("aluminium", "copper", "brass", "iron", "carbon_steel", "stainless_304")
+_GLAZED = ("ceramic_tile", "alumina", "glass", "marble", "granite")
+_BODY = ("skin_dermis", "soft_tissue", "fat", "gelatin_10pct")
+_SURFACE_OF = (
+    dict.fromkeys(_POLISHED, "aluminium")
+    | dict.fromkeys(_GLAZED, "ceramic_tile")
+    | dict.fromkeys(("pine", "oak", "cork"), "pine")
+    | dict.fromkeys(_BODY, "skin")
+    | {"pu_foam": "foam"}
+)
+"""Which surface a block of a material has; any other is as smooth as plain PVC."""
+
+
+@dataclass(frozen=True, slots=True)
+class ThermalTrace:
+    """One touch at 100 Hz, and the truth behind it.
+
+    `contact_s` is when the true force first reached 0.30 N (in air: when the heater went off); in air `object_c`
+    is None and `effusivity` and `conductance_w_m2k`, the contact's at its resting force, are 0.
+    """
+
+    time_s: Array
+    sensor_c: Array
+    force_n: Array
+    ambient_c: Array
+    material: str
+    object_c: float | None
+    contact_s: float
+    effusivity: float
+    conductance_w_m2k: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Touched:
+    """What one touch meets: everything that is drawn for it but the sensor."""
+
+    specimen: Specimen
+    column: ObjectColumn
+    object_c: float
+    full_w_m2k: float
+    force_n: float
+
+    @classmethod
+    def draw(
+        cls,
+        name: str,
+        surface: SurfaceKind,
+        *,
+        object_c: tuple[float, float],
+        force_n: float,
+        thickness_m: float | None,
+        rng: np.random.Generator,
+    ) -> "_Touched":
+        specimen = Specimen.draw(material(name), rng)
+        full = full_conductance_w_m2k(specimen.conductivity_w_mk, surface.rms_m)
+        return cls(
+            specimen,
+            object_column(specimen.conductivity_w_mk, specimen.heat_j_m3k, thickness_m, STAGE_S),
+            rng.uniform(*object_c),
+            full * draw_touch_factor(rng),
+            force_n * rng.uniform(*FORCE_SPREAD),
+        )
+
+
+def simulate_thermal(
+    material_name: str,
+    seed: int,
+    *,
+    touches: int = 1,
+    seconds: float = 8.1,
+    force_n: float = 1.2,
+    ambient_c: float = 23.0,
+    preheat_k: float = 10.0,
+    offset_c: tuple[float, float] = (-3.0, 3.0),
+    thickness_m: float | None = BLOCK_M,
+) -> list[ThermalTrace]:
+    """Touch a block `touches` times with a sensor pre-heated to ambient + `preheat_k` (never above its limit).
+
+    Args:
+        material_name: a material or alias, or `air`.
+        seed: all randomness, together with the material: two materials never share their draws.
+        touches: number of independent touches.
+        seconds: time in contact, s.
+        force_n: nominal resting force, N; each touch draws 0.9..1.1 of it.
+        ambient_c: room temperature, C.
+        preheat_k: sensor's start above ambient, K.
+        offset_c: range of the object's temperature relative to ambient, K.
+        thickness_m: of the block; None: half space.
+
+    Raises:
+        ValueError: unknown material, or a number out of range.
+    """
+    check_range("touches", touches, 1, 1000)
+    check_range("seconds", seconds, 0.1, 120.0)
+    check_range("force, N", force_n, 0.5, CONTACT_FORCE_N)
+    check_range("seed", seed, 0, 2**53)
+    check_range("ambient, C", ambient_c, 5.0, 35.0)
+    name = known_material(material_name)
+    draw, reading, pressing = (np.random.default_rng([seed, crc32(name.encode()), part]) for part in range(3))
+    sensors = SensorSpread.draw(touches, draw)
+    target_c = min(ambient_c + preheat_k, SENSOR_PLATE_C)
+    sensor = _PreheatedSensor(ThermalTouch(sensors, ambient_c, reading), target_c, draw.uniform(*WARM_S, touches))
+    touched: list[_Touched] = []
+    if name == AIR:
+        forces = np.zeros((round((LEAD_S + seconds) / STEP_S), touches))
+        contact_step = np.full(touches, round(LEAD_S / STEP_S))
+    else:
+        surface = surface_kind(_SURFACE_OF.get(name, "plain_pvc"))
+        range_c = (ambient_c + offset_c[0], ambient_c + offset_c[1])
+        touched = [
+            _Touched.draw(name, surface, object_c=range_c, force_n=force_n, thickness_m=thickness_m, rng=draw)
+            for _ in range(touches)
+        ]
+        forces = np.stack([_press(one.force_n, surface.stiffness_n_m, seconds) for one in touched], axis=1)
+        contact_step = np.argmax(forces >= CONTACT_N, axis=0)
+    sensor_c, ambient_read_c = sensor.run(forces, contact_step, touched)
+    measured = forces + FORCE_NOISE_N * pressing.standard_normal(forces.shape)
+    time_s = STEP_S * np.arange(len(forces), dtype=np.float64)
+    return [
+        ThermalTrace(
+            time_s,
+            sensor_c[:, one],
+            measured[:, one],
+            ambient_read_c[:, one],
+            name,
+            touched[one].object_c if touched else None,
+            float(time_s[contact_step[one]]),
+            touched[one].specimen.effusivity if touched else 0.0,
+            touched[one].full_w_m2k * float(force_share(forces[-1:, one])[0]) if touched else 0.0,
+        )
+        for one in range(touches)
+    ]
+
+
+def known_material(name: str) -> str:
+    """Proper name of a material or alias, or `air`.
+
+    Raises:
+        ValueError: no such material; the message lists those that there are.
+    """
+    try:
+        return AIR if name == AIR else material(name).name
+    except KeyError as error:
+        raise ValueError(f"{error.args[0]}, {AIR}") from None
+
+
+def check_range(what: str, value: float, low: float, high: float) -> None:
+    """Raise ValueError unless low <= value <= high (NaN is refused too)."""
+    if not low <= value <= high:
+        raise ValueError(f"{what} must be {low:g}..{high:g}, not {value:g}")
+
+
+class _PreheatedSensor:
+    """Sensors that an ideal loop keeps at a target until contact; warmed for `warm_s` when the trace starts."""
+
+    def __init__(self, thermal: ThermalTouch, target_c: float, warm_s: Array) -> None:
+        self._thermal = thermal
+        self._target_c = target_c
+        idle = np.zeros(warm_s.size)
+        for step in range(round(WARM_S[1] / STEP_S)):
+            thermal.step(np.where(WARM_S[1] - step * STEP_S <= warm_s, self._heating(), 0.0), idle)
+
+    def _heating(self) -> Array:
+        return PREHEAT_PER_K * (self._target_c - self._thermal.plate_c)
+
+    def run(self, forces: Array, contact_step: NDArray[np.intp], touched: list[_Touched]) -> tuple[Array, Array]:
+        """Readings of sensors and ambient sensors, C, for forces (steps, touches); heaters off from contact on."""
+        sensor_c, ambient_c = np.empty(forces.shape), np.empty(forces.shape)
+        meets = np.argmax(forces > 0.0, axis=0).tolist() if touched else []
+        for step, force in enumerate(forces):
+            for one, at in enumerate(meets):
+                if at == step:
+                    self._thermal.touch(one, touched[one].column, touched[one].object_c, touched[one].full_w_m2k)
+                    self._thermal.settle(one)
+            self._thermal.step(np.where(step < contact_step, self._heating(), 0.0), force)
+            sensor_c[step] = celsius_of(self._thermal.ssr_counts())
+            ambient_c[step] = celsius_of(self._thermal.ambient_counts())
+        return sensor_c, ambient_c
+
+
+def _press(force_n: float, stiffness_n_m: float, seconds: float) -> Array:
+    """True contact force every STEP_S while a finger is lowered to rest with `force_n`."""
+    tip = Fingertip(HOVER_M)
+    depth = pressing_depth_m(force_n, stiffness_n_m)
+    start = LEAD_S - LOWER_AHEAD_S
+    ticks = round(STEP_S / TICK_S)
+    forces = np.empty(round((LEAD_S + seconds) / STEP_S))
+    for step in range(forces.size):
+        forces[step] = tip.force_n
+        if step * STEP_S > start + LOWER_S and abs(tip.velocity_m_s) < 1e-9:
+            continue  # at rest: nothing moves any more
+        for tick in range(ticks):
+            u = min(max((step * STEP_S + tick * TICK_S - start) / LOWER_S, 0.0), 1.0)
+            down = u**3 * (10.0 - 15.0 * u + 6.0 * u * u)  # minimum jerk
+            tip.step(TICK_S, HOVER_M - down * (HOVER_M + depth), 0.0, stiffness_n_m)
+    return forces

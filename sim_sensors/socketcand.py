@@ -1,0 +1,178 @@
+"""A CAN bus served over TCP by the public socketcand protocol (github.com/linux-can/socketcand).
+
+What is said, all in ASCII:
+
+    server: < hi >       client: < open can0 >       server: < ok >
+    client: < rawmode >  server: < ok >
+    client: < send 110 8 1 2 3 4 5 6 7 8 >           server: < frame 100 12.345678 0102030405060708 >
+
+Every frame of one client or node goes to all other clients and nodes. Bit rate, arbitration and errors of a
+real bus are not modelled.
+"""
+
+import socket
+from collections.abc import Sequence
+from typing import Protocol
+
+import can
+
+from sim_sensors.backlog import Backlog
+from sim_sensors.listener import accept_tcp, listen_tcp
+from sim_sensors.select_loop import SelectLoop
+
+_CHUNK = 4096
+_BACKLOG_BYTES = 64 * 1024
+_LONGEST_COMMAND = 200
+QUIET_S = 0.1
+"""A client takes the answer to `rawmode` alone in one read; frames right behind it would spoil the handshake."""
+
+
+class Node(Protocol):
+    """A CAN node of this process."""
+
+    def feed(self, frame_id: int, data: bytes, now_s: float) -> None:
+        """Take a frame from the bus."""
+
+    def take_frames(self) -> list[can.Message]:
+        """Return the frames that the node has to send now."""
+
+
+class _Client:
+    """One connection: its handshake, its unread input, its unsent output."""
+
+    def __init__(self, connection: socket.socket) -> None:
+        self.connection = connection
+        self.backlog = Backlog(_BACKLOG_BYTES)
+        self.pending = ""
+        self.raw_from_s = float("inf")
+
+
+class SocketcandBus:
+    """The bus: nodes of this process and any number of TCP clients.
+
+    Attributes:
+        port: TCP port that it is served at.
+        not_understood: commands of clients that were no command or not in place.
+    """
+
+    def __init__(
+        self, loop: SelectLoop, host: str, port: int, nodes: Sequence[Node] = (), channel: str = "can0"
+    ) -> None:
+        """Serve the bus at `host`:`port` (0: one that is free).
+
+        Raises:
+            ValueError: the address is taken.
+        """
+        self._loop = loop
+        self._nodes = list(nodes)
+        self._channel = channel
+        self._listener = listen_tcp(host, port, f"CAN bus {channel}")
+        self._clients: dict[int, _Client] = {}
+        self.port: int = self._listener.getsockname()[1]
+        self.not_understood = 0
+        loop.watch(self._listener.fileno(), self._accept)
+
+    @property
+    def clients(self) -> int:
+        """How many connections there are."""
+        return len(self._clients)
+
+    def pump(self, now_s: float) -> None:
+        """Put what the nodes have to send now on the bus."""
+        for node in self._nodes:
+            text = ""
+            for frame in node.take_frames():
+                for other in self._nodes:
+                    if other is not node:
+                        other.feed(frame.arbitration_id, bytes(frame.data), now_s)
+                text += _frame_text(frame.arbitration_id, frame.is_extended_id, frame.data, now_s)
+            self._tell_others(None, text.encode("ascii"), now_s)
+
+    def close(self) -> None:
+        """Hang up on everybody and give the port back."""
+        for client in list(self._clients.values()):
+            self._hang_up(client)
+        self._loop.forget(self._listener.fileno())
+        self._listener.close()
+
+    def _accept(self, now_s: float) -> None:
+        connection = accept_tcp(self._listener, _BACKLOG_BYTES)
+        if connection is None:
+            return
+        client = _Client(connection)
+        self._clients[connection.fileno()] = client
+        self._loop.watch(connection.fileno(), lambda now: self._read(client, now))
+        self._tell(client, b"< hi >")
+
+    def _read(self, client: _Client, now_s: float) -> None:
+        try:
+            data = client.connection.recv(_CHUNK)
+        except BlockingIOError:
+            return
+        except OSError:
+            data = b""
+        if not data:
+            self._hang_up(client)
+            return
+        *commands, client.pending = (client.pending + data.decode("ascii", "replace")).split(">")
+        for command in commands:
+            self._obey(client, command.strip().removeprefix("<").split(), now_s)
+        if len(client.pending) > _LONGEST_COMMAND:
+            client.pending = ""
+            self.not_understood += 1
+
+    def _obey(self, client: _Client, words: list[str], now_s: float) -> None:
+        match words:
+            case ["send", identifier, length, *data]:
+                self._forward(client, identifier, length, data, now_s)
+            case ["open", channel] if channel == self._channel:
+                self._tell(client, b"< ok >")
+            case ["open", _]:
+                self._tell(client, b"< error could not open bus >")
+            case ["rawmode"]:
+                self._tell(client, b"< ok >")
+                client.raw_from_s = now_s + QUIET_S
+            case ["echo"]:
+                self._tell(client, b"< echo >")
+            case _:
+                # Clients in raw mode cannot read an error, so it is only counted.
+                self.not_understood += 1
+
+    def _forward(self, client: _Client, identifier: str, length: str, data: list[str], now_s: float) -> None:
+        try:
+            frame_id, payload = int(identifier, 16), bytes(int(byte, 16) for byte in data)
+            extended = len(identifier) > 3
+            sound = int(length, 16) == len(payload) <= 8 and 0 <= frame_id < (1 << 29 if extended else 1 << 11)
+        except ValueError:
+            sound = False
+        if not sound:
+            self.not_understood += 1
+            return
+        client.raw_from_s = min(client.raw_from_s, now_s)  # who sends has read the handshake to its end
+        for node in self._nodes:
+            node.feed(frame_id, payload, now_s)
+        self._tell_others(client, _frame_text(frame_id, extended, payload, now_s).encode("ascii"), now_s)
+
+    def _tell_others(self, sender: _Client | None, text: bytes, now_s: float) -> None:
+        for client in list(self._clients.values()):
+            if client is not sender and text and now_s >= client.raw_from_s:
+                self._tell(client, text)
+
+    def _tell(self, client: _Client, text: bytes) -> None:
+        client.backlog.push(text)
+        try:
+            client.backlog.write(client.connection.send)
+        except OSError:
+            self._hang_up(client)
+
+    def _hang_up(self, client: _Client) -> None:
+        if client.connection.fileno() < 0:
+            return
+        self._loop.forget(client.connection.fileno())
+        del self._clients[client.connection.fileno()]
+        client.connection.close()
+
+
+def _frame_text(frame_id: int, extended: bool, data: bytes | bytearray, now_s: float) -> str:
+    identifier = f"{frame_id:08X}" if extended else f"{frame_id:03X}"
+    return f"< frame {identifier} {now_s:.6f} {data.hex()} >"

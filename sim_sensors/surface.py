@@ -1,0 +1,137 @@
+"""Height profiles of surfaces, as the ball-shaped tip of the texture sensor follows them.
+
+A surface is a Gaussian process of a given rms height and correlation length, with V grooves across the
+stroke where there are any. The tip does not follow the surface itself but rolls over it: its path is the
+dilation of the profile by a ball, which smooths peaks and lets it sink into a groove only as far as it fits.
+Constants: docs/decisions/0002-simulated-world.md.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d, grey_dilation
+
+from common.fingers import FINGERS
+
+GRID_M = 10e-6
+"""Spacing of the profile's samples, m."""
+TIP_RADIUS_M = 0.3e-3
+GROOVE_WIDTH_M = 0.4e-3
+GROOVE_DEPTH_M = 0.25e-3
+
+
+@dataclass(frozen=True, slots=True)
+class SurfaceKind:
+    """One kind of surface: rms height and correlation length, m; stiffness of what carries it, N/m.
+
+    `groove_spacing_m` is the smallest and largest distance of neighbouring grooves, None without grooves.
+    """
+
+    rms_m: float
+    correlation_m: float
+    stiffness_n_m: float
+    groove_spacing_m: tuple[float, float] | None = None
+
+    @property
+    def contact_fraction(self) -> float:
+        """Share of the area that touches a flat plate: grooves take theirs away."""
+        if self.groove_spacing_m is None:
+            return 1.0
+        return 1.0 - GROOVE_WIDTH_M / (0.5 * sum(self.groove_spacing_m))
+
+
+SURFACES = {
+    "aluminium": SurfaceKind(0.5e-6, 0.2e-3, 6000.0),
+    "ceramic_tile": SurfaceKind(0.5e-6, 0.2e-3, 5000.0),
+    "pine": SurfaceKind(3e-6, 0.4e-3, 3500.0),
+    "plain_pvc": SurfaceKind(1e-6, 0.2e-3, 4000.0),
+    "closely_grooved_pvc": SurfaceKind(1e-6, 0.2e-3, 4000.0, (2e-3, 2e-3)),
+    "arbitrarily_grooved_pvc": SurfaceKind(1e-6, 0.2e-3, 4000.0, (2e-3, 8e-3)),
+    "widely_grooved_pvc": SurfaceKind(1e-6, 0.2e-3, 4000.0, (8e-3, 8e-3)),
+    "sandpaper": SurfaceKind(30e-6, 0.08e-3, 3000.0),
+    "foam": SurfaceKind(8e-6, 0.8e-3, 400.0),
+    "skin": SurfaceKind(4e-6, 0.5e-3, 600.0),
+    "lesion": SurfaceKind(35e-6, 0.25e-3, 700.0),
+    "nodule": SurfaceKind(4e-6, 0.5e-3, 1800.0),
+}
+"""Every kind of surface that a scene or a simulated stroke may name."""
+
+
+@dataclass(frozen=True, slots=True)
+class SurfaceProfile:
+    """The tip's path over one surface.
+
+    `height_m` and `slope` have shape (fingers, samples), spacing GRID_M from the near edge; every finger has a
+    track of its own. `grooves_m` are the distances of the groove centres from the near edge, ascending, m.
+    """
+
+    height_m: NDArray[np.float32]
+    slope: NDArray[np.float32]
+    grooves_m: tuple[float, ...]
+
+
+def surface_kind(name: str) -> SurfaceKind:
+    """Look a surface up by name.
+
+    Raises:
+        ValueError: no such surface; the message lists those that there are.
+    """
+    try:
+        return SURFACES[name]
+    except KeyError:
+        raise ValueError(f"unknown surface {name!r}; known: {', '.join(sorted(SURFACES))}") from None
+
+
+def make_profile(kind: SurfaceKind, length_m: float, rng: np.random.Generator) -> SurfaceProfile:
+    """Draw one realisation of a surface of `length_m` metres for all five fingers."""
+    samples = math.ceil(length_m / GRID_M) + 1
+    grooves = _groove_centres(kind, length_m, rng)
+    height = _roughness(kind, samples, rng) + _grooves(grooves, samples)
+    path = _roll_tip(height)
+    path -= np.median(path, axis=1, keepdims=True)  # rolling over a rough surface lifts the tip; only changes matter
+    slope = np.gradient(path, GRID_M, axis=1)
+    return SurfaceProfile(path.astype(np.float32), slope.astype(np.float32), tuple(grooves))
+
+
+def _roughness(kind: SurfaceKind, samples: int, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Gaussian heights with autocorrelation exp(-(dx/l)^2): white noise through a Gaussian of width l/2."""
+    sigma = kind.correlation_m / (2.0 * GRID_M)
+    white = rng.standard_normal((len(FINGERS), samples))
+    smooth: NDArray[np.float64] = gaussian_filter1d(white, sigma, axis=1, mode="reflect")
+    gain = math.sqrt(2.0 * math.sqrt(math.pi) * sigma)  # restores unit variance after the filter
+    return smooth * (gain * kind.rms_m)
+
+
+def _groove_centres(kind: SurfaceKind, length_m: float, rng: np.random.Generator) -> list[float]:
+    if kind.groove_spacing_m is None:
+        return []
+    low, high = kind.groove_spacing_m
+    centres = []
+    centre = 0.5 * low
+    while centre <= length_m - 0.5 * low + 1e-9:
+        centres.append(centre)
+        centre += rng.uniform(low, high) if high > low else low
+    return centres
+
+
+def _grooves(centres: list[float], samples: int) -> NDArray[np.float64]:
+    """V notches, height 0 outside and -GROOVE_DEPTH_M at their centres."""
+    x = np.arange(samples) * GRID_M
+    notch = np.zeros(samples)
+    for centre in centres:
+        rise = np.abs(x - centre) / (0.5 * GROOVE_WIDTH_M)
+        np.minimum(notch, GROOVE_DEPTH_M * (np.minimum(rise, 1.0) - 1.0), out=notch)
+    return notch
+
+
+def _roll_tip(height: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Path of the lowest point of a ball of TIP_RADIUS_M that rests on the profile."""
+    half = round(TIP_RADIUS_M / GRID_M)
+    u = np.arange(-half, half + 1) * GRID_M
+    ball = np.sqrt(np.maximum(TIP_RADIUS_M**2 - u**2, 0.0)) - TIP_RADIUS_M
+    path: NDArray[np.float64] = grey_dilation(
+        height, footprint=np.ones((1, ball.size), dtype=bool), structure=ball[None, :], mode="nearest"
+    )
+    return path

@@ -1,0 +1,104 @@
+"""The TactTip's module: drives the vibration motor and the Peltiers, reads the plate's and hot side's NTC."""
+
+import math
+
+from common.framing import Frame
+from common.limits import PLATE_FAULT_C
+from common.serial_messages import (
+    DRIVE_FULL,
+    BadPayload,
+    DeviceFlag,
+    DeviceKind,
+    Identity,
+    MessageId,
+    TactTipCommand,
+    TactTipState,
+)
+from common.thermometry import COUNT_MAX, NTC_B_K, NTC_R25_OHM, NTC_SERIES_OHM, ntc_c
+from sim_sensors.serial_module import CommandWatchdog, CutOut, ReportClock, SerialModule
+
+RATE_HZ = 100
+RANGE_C = (8.0, 80.0)
+"""Temperatures that the device as such can reach (Kron & Schmidt 2003, section 2)."""
+
+
+def ntc_counts(temperature_c: float) -> int:
+    """What the module's 12 bit converter reads with its NTC at a temperature, C."""
+    ohm = NTC_R25_OHM * math.exp(NTC_B_K * (1.0 / (temperature_c + 273.15) - 1.0 / 298.15))
+    return round(COUNT_MAX * ohm / (ohm + NTC_SERIES_OHM))
+
+
+class TactTip(SerialModule):
+    """Emulated module of one operator finger.
+
+    Attributes:
+        motor_mv: voltage at the motor, 0..3000 mV.
+        peltier_permille: what the Peltiers are driven with, signed thousandths of full drive.
+        flags: `DeviceFlag` bits of the next state.
+    """
+
+    def __init__(self, finger: int, powered_s: float = 0.0) -> None:
+        super().__init__(Identity(DeviceKind.TACTTIP, finger, f"TT{finger:04d}", 1, RATE_HZ, *RANGE_C), powered_s)
+        self._watchdog = CommandWatchdog()
+        self._cut_out = CutOut(PLATE_FAULT_C)
+        self._reports = ReportClock(1.0 / RATE_HZ, powered_s)
+        self._asked_permille = 0
+        self._plate_counts = self._hot_side_counts = ntc_counts(25.0)
+        self._motor_switched: list[tuple[float, int]] = []
+        self.motor_mv = 0
+        self.peltier_permille = 0
+
+    @property
+    def motor_v(self) -> float:
+        """Voltage at the motor, V."""
+        return self.motor_mv * 1e-3
+
+    @property
+    def peltier_drive(self) -> float:
+        """What the Peltiers get, -1..1 of full drive; above 0 heats the plate."""
+        return self.peltier_permille / DRIVE_FULL
+
+    @property
+    def flags(self) -> int:
+        """Status bits as they are now."""
+        timeout = DeviceFlag.COMMAND_TIMEOUT if self._watchdog.expired else 0
+        return timeout | (DeviceFlag.THERMAL_CUT_OUT if self._cut_out.tripped else 0)
+
+    def measure(self, plate_counts: int, hot_side_counts: int) -> None:
+        """What the two converters read now, 0..4095."""
+        self._plate_counts, self._hot_side_counts = plate_counts, hot_side_counts
+        self._limit()
+
+    def take_motor_switches(self) -> list[tuple[float, int]]:
+        """Times (s) and voltages (mV) at which the motor was switched on or off since the last call."""
+        switched, self._motor_switched = self._motor_switched, []
+        return switched
+
+    def _obey(self, frame: Frame, now_s: float) -> None:
+        if frame.message_id != MessageId.TACTTIP_COMMAND:
+            raise BadPayload(f"TactTip: no command {frame.message_id:#04x}")
+        command = TactTipCommand.decode(frame.payload)
+        self._watchdog.obeyed(now_s)
+        self._drive_motor(command.motor_mv, now_s)
+        self._asked_permille = command.peltier_permille
+        self._limit()
+
+    def _run(self, now_s: float) -> None:
+        if self._watchdog.expires(now_s):
+            self._drive_motor(0, self._watchdog.limit_s)
+            self._asked_permille = 0
+            self._limit()
+        if self._reports.due(now_s):
+            state = TactTipState(self._time_us(now_s), self._plate_counts, self._hot_side_counts, self.flags)
+            self._say(MessageId.TACTTIP_STATE, state.encode())
+
+    def _drive_motor(self, motor_mv: int, now_s: float) -> None:
+        if bool(motor_mv) != bool(self.motor_mv):
+            self._motor_switched.append((now_s, motor_mv))
+        self.motor_mv = motor_mv
+
+    def _limit(self) -> None:
+        # An open or shorted NTC measures nothing: the module must not go on driving blind.
+        readable = 0 < self._plate_counts < COUNT_MAX
+        allowed = self._cut_out.allows(ntc_c(self._plate_counts) if readable else math.nan, self._asked_permille)
+        self.peltier_permille = self._asked_permille if allowed else 0

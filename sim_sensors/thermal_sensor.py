@@ -1,0 +1,75 @@
+"""The remote thermal sensor's module: reads plate and ambient temperature, drives the heating Peltier."""
+
+from common.framing import Frame
+from common.limits import SENSOR_PLATE_C
+from common.serial_messages import (
+    DRIVE_FULL,
+    BadPayload,
+    DeviceFlag,
+    DeviceKind,
+    HeaterCommand,
+    Identity,
+    MessageId,
+    ThermalReading,
+)
+from common.thermometry import ssr_c
+from sim_sensors.serial_module import CommandWatchdog, CutOut, ReportClock, SerialModule
+
+RATE_HZ = 100
+RANGE_C = (0.0, 60.0)
+
+
+class ThermalSensor(SerialModule):
+    """Emulated module of one remote finger's thermal sensor.
+
+    Attributes:
+        drive_permille: what the heating Peltier is driven with, signed thousandths of full drive.
+        flags: `DeviceFlag` bits of the next reading.
+    """
+
+    def __init__(self, finger: int, powered_s: float = 0.0) -> None:
+        super().__init__(
+            Identity(DeviceKind.THERMAL_SENSOR, finger, f"TH{finger:04d}", 1, RATE_HZ, *RANGE_C), powered_s
+        )
+        self._watchdog = CommandWatchdog()
+        self._cut_out = CutOut(SENSOR_PLATE_C)
+        self._reports = ReportClock(1.0 / RATE_HZ, powered_s)
+        self._asked = 0
+        self._plate_counts = 0
+        self._ambient_counts = 0
+        self.drive_permille = 0
+
+    @property
+    def drive(self) -> float:
+        """What the Peltier gets, -1..1 of full drive; above 0 heats the plate."""
+        return self.drive_permille / DRIVE_FULL
+
+    @property
+    def flags(self) -> int:
+        """Status bits as they are now."""
+        timeout = DeviceFlag.COMMAND_TIMEOUT if self._watchdog.expired else 0
+        return timeout | (DeviceFlag.THERMAL_CUT_OUT if self._cut_out.tripped else 0)
+
+    def measure(self, plate_counts: int, ambient_counts: int) -> None:
+        """What the two converters read now, 0..4095."""
+        self._plate_counts, self._ambient_counts = plate_counts, ambient_counts
+        self._limit()
+
+    def _obey(self, frame: Frame, now_s: float) -> None:
+        if frame.message_id != MessageId.HEATER_COMMAND:
+            raise BadPayload(f"thermal sensor: no command {frame.message_id:#04x}")
+        self._asked = HeaterCommand.decode(frame.payload).drive_permille
+        self._watchdog.obeyed(now_s)
+        self._limit()
+
+    def _run(self, now_s: float) -> None:
+        if self._watchdog.expires(now_s):
+            self._asked = 0
+            self._limit()
+        if self._reports.due(now_s):
+            reading = ThermalReading(self._time_us(now_s), self._plate_counts, self._ambient_counts, self.flags)
+            self._say(MessageId.THERMAL_READING, reading.encode())
+
+    def _limit(self) -> None:
+        allowed = self._cut_out.allows(ssr_c(self._plate_counts), self._asked)
+        self.drive_permille = self._asked if allowed else 0

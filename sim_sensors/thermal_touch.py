@@ -1,0 +1,211 @@
+"""Heat in the thermal sensors of n remote fingers and in what they touch.
+
+Each sensor: plate, back side of its Peltier element, case, and the lagging silicon resistor; below the plate a column
+of finite volumes of the touched object behind a contact conductance that depends on force. All linear, solved
+implicitly in two stages of one step (SDIRK2: second order and L-stable, so a step of any size is stable and a sudden
+contact does not ring). Constants and spreads: docs/decisions/0002-simulated-world.md.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_sensors.object_column import CELLS, ObjectColumn
+from sim_sensors.ssr_converter import NOISE_C, counts_of
+
+Array = NDArray[np.float64]
+
+STEP_S = 0.010
+STAGE_SHARE = 1.0 - math.sqrt(0.5)
+STAGE_S = STAGE_SHARE * STEP_S
+"""Length of an implicit stage, s: object columns are prepared for it."""
+_SECOND = (1.0 - STAGE_SHARE) / STAGE_SHARE
+
+AREA_M2 = 14e-3 * 14e-3
+PLATE_LENGTH_M = 14e-3
+PLATE_J_K = 0.388
+BACK_J_K = 3.0
+CASE_J_K = 1.3
+PELTIER_W_K = 8e-3
+CASE_LEAK_W_K = 4e-3
+BACK_AMBIENT_W_K = 25e-3
+CASE_AMBIENT_W_K = 10e-3
+AIR_W_M2K = 10.0
+HEATER_W = 2.0
+BACK_HEATING = -0.5
+BACK_COOLING = 1.5
+"""Heat into the Peltier's back side per heat moved at the plate: what is pumped, less or plus electric power."""
+
+GAP_AIR_W_MK = 0.026
+GAP_M = 14.4e-6
+GAP_PER_RMS = 2.0
+SPOT_W_M2K = 400.0
+HALF_FORCE_N = 0.3
+FORCE_EXPONENT = 0.6
+TOUCH_SPREAD = 0.15
+LEAK_SPREAD = 0.10
+LAG_S = (0.2, 0.5)
+
+
+@dataclass(frozen=True, slots=True)
+class SensorSpread:
+    """What differs between n sensors: lag of the resistor, s; leaks of Peltier and case as multiples of nominal."""
+
+    lag_s: Array
+    leak: Array
+
+    @classmethod
+    def draw(cls, count: int, rng: np.random.Generator) -> "SensorSpread":
+        """Draw `count` sensors."""
+        return cls(rng.uniform(*LAG_S, count), np.exp(LEAK_SPREAD * rng.standard_normal(count)))
+
+
+def full_conductance_w_m2k(conductivity_w_mk: float, rms_m: float) -> float:
+    """Contact conductance of plate and object at large force, before the spread of a touch, W/m2K.
+
+    Air in the gap, which the object's roughness widens, beside spots that touch and constrict the flow.
+    """
+    gap = GAP_AIR_W_MK / (GAP_M + GAP_PER_RMS * rms_m)
+    return gap + SPOT_W_M2K * conductivity_w_mk / (conductivity_w_mk + 1.0)
+
+
+def force_share(force_n: Array) -> Array:
+    """Share of the full contact conductance at a force: a saturating power law, 0..1."""
+    ratio = (np.maximum(force_n, 0.0) / HALF_FORCE_N) ** FORCE_EXPONENT
+    return ratio / (1.0 + ratio)
+
+
+def draw_touch_factor(rng: np.random.Generator) -> float:
+    """Draw the contact conductance of one touch as a multiple of nominal (lognormal)."""
+    return math.exp(TOUCH_SPREAD * rng.standard_normal())
+
+
+class ThermalTouch:
+    """Temperatures of n sensors, all at ambient at first; C.
+
+    `plate_c`, `back_c`, `case_c`, `ssr_c` have shape (n,); `column_c` (n, cells) holds the touched objects.
+    """
+
+    def __init__(self, spread: SensorSpread, ambient_c: float, rng: np.random.Generator, cells: int = CELLS) -> None:
+        self._n = n = spread.lag_s.size
+        self._rng = rng
+        self.ambient_c = ambient_c
+        self.plate_c = np.full(n, ambient_c)
+        self.back_c = np.full(n, ambient_c)
+        self.case_c = np.full(n, ambient_c)
+        self.ssr_c = np.full(n, ambient_c)
+        self.column_c = np.full((n, cells), ambient_c)
+        self.object_c = np.full(n, ambient_c)
+        self.area_m2 = np.full(n, AREA_M2)
+        self._peltier = PELTIER_W_K * spread.leak
+        self._case = CASE_LEAK_W_K * spread.leak
+        self._lag_gain = STAGE_S / spread.lag_s
+        self._inverse = np.zeros((n, cells, cells))
+        self._response = np.zeros((n, cells))
+        self._half_cell = np.ones(n)
+        self._full = np.zeros(n)
+        self._touching = np.zeros(n, dtype=bool)
+        self._columns: list[ObjectColumn | None] = [None] * n
+        self._back_sum = BACK_J_K / STAGE_S + self._peltier + BACK_AMBIENT_W_K
+        self._case_sum = CASE_J_K / STAGE_S + self._case + CASE_AMBIENT_W_K
+        self._plate_sum = (
+            PLATE_J_K / STAGE_S
+            + self._peltier * (1.0 - self._peltier / self._back_sum)
+            + self._case * (1.0 - self._case / self._case_sum)
+        )
+        self._convert()
+
+    def touch(
+        self, finger: int, column: ObjectColumn, object_c: float, conductance_w_m2k: float, area_share: float = 1.0
+    ) -> None:
+        """Put `column` below a finger, keeping the temperatures there: contact, or sliding onto another object.
+
+        `conductance_w_m2k` is that of this touch at large force (see `full_conductance_w_m2k`), `object_c` the
+        temperature of material not touched yet.
+        """
+        self._full[finger] = conductance_w_m2k
+        self.object_c[finger] = object_c
+        self.area_m2[finger] = AREA_M2 * area_share
+        self._touching[finger] = True
+        if self._columns[finger] is not column:
+            self._columns[finger] = column
+            self._inverse[finger] = column.inverse
+            self._response[finger] = column.response
+            self._half_cell[finger] = column.half_cell_m2k_w
+
+    def settle(self, finger: int) -> None:
+        """Put all of a finger's column at the object's temperature: a new contact."""
+        self.column_c[finger] = self.object_c[finger]
+
+    def release(self, finger: int) -> None:
+        """Take the object away from a finger."""
+        self._touching[finger] = False
+        self._full[finger] = 0.0
+
+    def step(self, drive: Array, force_n: Array, speed_m_s: float = 0.0) -> None:
+        """Advance by STEP_S.
+
+        Args:
+            drive: Peltier drive (n,), -1..1.
+            force_n: contact force (n,), N.
+            speed_m_s: sliding speed; fresh material replaces the column as the plate moves over it.
+        """
+        if speed_m_s > 0.0:
+            fresh = -math.expm1(-speed_m_s * STEP_S / PLATE_LENGTH_M)
+            self.column_c += fresh * (self.object_c[:, None] - self.column_c)
+        contact = self._full * force_share(force_n)
+        conductance = contact / (1.0 + contact * self._half_cell)
+        conductance /= 1.0 + conductance * self._response[:, 0]
+        heat = HEATER_W * np.minimum(np.maximum(drive, -1.0), 1.0)
+        back_heat = np.where(heat > 0.0, BACK_HEATING, -BACK_COOLING) * heat
+        air = np.where(self._touching, 0.0, AIR_W_M2K * AREA_M2)
+        start = (self.column_c, self.plate_c, self.back_c, self.case_c, self.ssr_c)
+        first = self._stage(start, conductance, heat, back_heat, air)
+        second = tuple(old + _SECOND * (new - old) for old, new in zip(start, first, strict=True))
+        self.column_c, self.plate_c, self.back_c, self.case_c, self.ssr_c = self._stage(
+            second, conductance, heat, back_heat, air
+        )
+        self._convert()
+
+    def ssr_counts(self) -> NDArray[np.int16]:
+        """Latest reading of each plate's resistor, counts; a new one with new noise at each step."""
+        return self._ssr_counts
+
+    def ambient_counts(self) -> NDArray[np.int16]:
+        """Latest reading of each ambient sensor, counts."""
+        return self._ambient_counts
+
+    def _stage(
+        self, rest: tuple[Array, ...], conductance: Array, heat: Array, back_heat: Array, air: Array
+    ) -> tuple[Array, Array, Array, Array, Array]:
+        """Solve one implicit stage from `rest`: column, back and case are eliminated, the plate is solved for."""
+        column, plate, back, case, ssr = rest
+        carried = np.matmul(self._inverse, column[:, :, None])[:, :, 0]
+        surface = carried[:, 0]
+        into_object = conductance * self.area_m2
+        back_known = (BACK_J_K / STAGE_S) * back + back_heat + BACK_AMBIENT_W_K * self.ambient_c
+        case_known = (CASE_J_K / STAGE_S) * case + CASE_AMBIENT_W_K * self.ambient_c
+        new_plate = (
+            (PLATE_J_K / STAGE_S) * plate
+            + heat
+            + into_object * surface
+            + air * self.ambient_c
+            + self._peltier * (back_known / self._back_sum)
+            + self._case * (case_known / self._case_sum)
+        ) / (self._plate_sum + into_object + air)
+        flux = conductance * (new_plate - surface)
+        return (
+            carried + self._response * flux[:, None],
+            new_plate,
+            (back_known + self._peltier * new_plate) / self._back_sum,
+            (case_known + self._case * new_plate) / self._case_sum,
+            (ssr + self._lag_gain * new_plate) / (1.0 + self._lag_gain),
+        )
+
+    def _convert(self) -> None:
+        noise = NOISE_C * self._rng.standard_normal((2, self._n))
+        counts = counts_of(np.stack((self.ssr_c + noise[0], self.ambient_c + noise[1])))
+        self._ssr_counts: NDArray[np.int16] = counts[0]
+        self._ambient_counts: NDArray[np.int16] = counts[1]

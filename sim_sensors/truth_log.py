@@ -1,0 +1,98 @@
+"""What really reached fingers and objects, written down beside the session: the judge of everything else."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import msgpack
+
+from common.recording import Recorder
+
+_NUMBER = {"type": "number"}
+_WHOLE = {"type": "integer"}
+_TEXT = {"type": "string"}
+_FIVE = {"type": "array", "items": _NUMBER, "minItems": 5, "maxItems": 5}
+_FIVE_WHOLE = {"type": "array", "items": _WHOLE, "minItems": 5, "maxItems": 5}
+
+
+def _schema(**fields: Mapping[str, object]) -> dict[str, object]:
+    return {"type": "object", "properties": fields, "required": list(fields)}
+
+
+OPERATOR_STREAMS = {
+    "truth_fingertips": _schema(
+        motor_rpm=_FIVE,
+        motor_mv=_FIVE_WHOLE,
+        plate_c=_FIVE,
+        hot_side_c=_FIVE,
+        peltier=_FIVE,
+        surface_c=_FIVE,
+        felt_c=_FIVE,
+        force_n=_FIVE,
+        z_m=_FIVE,
+        x_m=_NUMBER,
+        y_m=_NUMBER,
+        script_mode=_WHOLE,
+        act=_TEXT,
+        object=_TEXT,
+    ),
+    "truth_motor": _schema(finger=_WHOLE, motor_mv=_WHOLE),
+}
+"""At the operator's fingers: 100 Hz, and each moment at which a module's motor is switched on or off."""
+
+REMOTE_STREAMS = {
+    "truth_contact": _schema(
+        mode=_FIVE_WHOLE,
+        object=_FIVE_WHOLE,
+        force_n=_FIVE,
+        plate_c=_FIVE,
+        heater=_FIVE,
+        z_m=_FIVE,
+        x_m=_NUMBER,
+        y_m=_NUMBER,
+    ),
+    "truth_event": _schema(
+        finger=_WHOLE,
+        kind=_TEXT,
+        object=_TEXT,
+        object_c=_NUMBER,
+        material=_TEXT,
+        approach_m_s=_NUMBER,
+        mode=_WHOLE,
+    ),
+}
+"""At the remote fingers: 100 Hz, and each contact, release and groove crossed."""
+
+LOG_EVERY = 5
+"""Steps of 2 ms between the 100 Hz entries."""
+
+
+class TruthLog:
+    """Writes truth to an MCAP file, or nothing at all without one."""
+
+    def __init__(
+        self, path: Path | None, streams: Mapping[str, Mapping[str, object]], metadata: Mapping[str, str]
+    ) -> None:
+        """Open the file.
+
+        Raises:
+            ValueError: it cannot be created.
+        """
+        try:
+            self._recorder = Recorder(path, streams, metadata) if path is not None else None
+        except OSError as error:
+            raise ValueError(f"record: cannot write {path}: {error.strerror}") from None
+
+    @property
+    def open(self) -> bool:
+        """Whether anything is written; without, nobody needs to put entries together."""
+        return self._recorder is not None
+
+    def write(self, stream: str, time_s: float, entry: Mapping[str, object]) -> None:
+        """Write one entry with its moment on the monotonic clock, s."""
+        if self._recorder is not None:
+            self._recorder.write(stream, round(time_s * 1e9), msgpack.packb(entry))
+
+    def close(self) -> None:
+        """Finish the file."""
+        if self._recorder is not None:
+            self._recorder.close()
