@@ -65,10 +65,7 @@ class _Link:
 
     def close(self) -> None:
         """Close all sockets at once, dropping what was not sent."""
-        for socket in self._sockets.values():
-            socket.disable_monitor()
-            socket.close()
-        self._context.term()
+        self._context.destroy(linger=0)
 
     def send_latest(self, stream: str, packet: bytes) -> None:
         """Send on a latest-only stream; an unsent older packet is replaced."""
@@ -184,6 +181,12 @@ class OperatorLink(_Link):
             event: dict[str, Any] = dict(zmq.utils.monitor.recv_monitor_message(self._monitor))
             refused = refused or event["event"] == zmq.EVENT_HANDSHAKE_FAILED_AUTH
         return refused
+
+    def close(self) -> None:
+        """Close all sockets at once."""
+        self._sockets["control"].disable_monitor()
+        self._monitor.close()
+        super().close()
 
     def __enter__(self) -> "OperatorLink":
         return self

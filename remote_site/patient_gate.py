@@ -6,20 +6,13 @@ Pure: numbers and a time in, numbers out. A fault latches; only `clear_fault` en
 """
 
 import math
-from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntFlag
 
 from common.fingers import FINGERS
-from common.limits import (
-    CONTACT_FORCE_N,
-    DOSE_ABOVE_C,
-    DOSE_LIMIT_K_S,
-    DOSE_WINDOW_S,
-    GAP_S,
-    SENSOR_PLATE_C,
-)
+from common.limits import CONTACT_FORCE_N, GAP_S, SENSOR_PLATE_C
+from remote_site.heater_limits import SENSOR_HIGH_C, HeaterLimits
 
 PLANE_RANGE_M = 0.655
 HEIGHT_LOW_M = -0.0100
@@ -40,20 +33,12 @@ BRAKE_SHARE = 0.9
 """At this share of the force limit a set-point goes no deeper; approaching it, ever slower."""
 TOUCHING_N = 0.15
 """More force than this is contact for the heater, whatever the mode says."""
-SENSOR_LOW_C = -5.0
-SENSOR_HIGH_C = 60.0
-"""Outside, it is the read-out that is wrong."""
-SENSOR_AGE_S = GAP_S
-LOOK_AHEAD_S = 0.5
-"""The silicon sensor is this far behind its plate, which is judged by where it will be."""
-RATE_LAG_S = 0.2
-DOSE_BIN_S = 1.0
-DOSE_COAST_S = 2.0
-"""Dose that a warm plate still gives after its heater is off is counted before it is given."""
-HOLDING_DRIVE = 0.2
-SILENT_WORK_S = 0.6
-SILENT_K = 0.3
-"""More than so much drive above what holds a temperature, in s of full drive, must have moved the reading so far."""
+LONGEST_TICK_S = 0.010
+"""After a pause of the loop: as far as a set-point may move at once."""
+
+
+ROUNDING_M = 1e-9
+"""A set-point that misses by rounding only is not reported as limited."""
 
 
 class Limit(IntFlag):
@@ -81,6 +66,8 @@ class Limit(IntFlag):
 class GatedCommand:
     """What may reach the telemanipulator and the heaters, and what the gate did."""
 
+    ready: bool
+    """False until the telemanipulator's place was measured once: no set-point may be sent before."""
     x_m: float
     y_m: float
     z_m: list[float]
@@ -108,7 +95,8 @@ class PatientGate:
         self._z_m: list[float] = [CLEAR_HEIGHT_M] * len(FINGERS)
         self._stopped_s = 0.0
         self._blind_s = [0.0] * len(FINGERS)
-        self._sensors = [_SensorPlate() for _ in FINGERS]
+        self._drive = [0.0] * len(FINGERS)
+        self._heaters = [HeaterLimits() for _ in FINGERS]
 
     @property
     def fault(self) -> str | None:
@@ -122,8 +110,8 @@ class PatientGate:
     def clear_fault(self) -> None:
         """End a latched fault: a deliberate act of a person. Doses are not forgotten."""
         self._fault = None
-        for sensor in self._sensors:
-            sensor.believe_again()
+        for heater in self._heaters:
+            heater.believe_again()
 
     def step(
         self,
@@ -160,30 +148,124 @@ class PatientGate:
             in_contact: whether each finger is known to touch.
         """
         dt_s = self._elapsed(t_s)
-        plane_ok = math.isfinite(measured_x_m + measured_y_m)
-        if not math.isfinite(wanted_x_m + wanted_y_m + sum(wanted_z_m) + sum(heater_drive)):
-            self.trip("a wanted motion or drive is not a finite number")
-        if not (plane_ok and math.isfinite(sum(measured_z_m) + sum(force_n))):
+        self._inspect_motion(wanted_x_m + wanted_y_m + sum(wanted_z_m) + sum(heater_drive))
+        measured_ok = math.isfinite(measured_x_m + measured_y_m + sum(measured_z_m) + sum(force_n))
+        if not measured_ok:
             self.trip("a measurement of the telemanipulator is not a finite number")
+        elif self._plane is None:
+            self._plane = (_within(measured_x_m, PLANE_RANGE_M), _within(measured_y_m, PLANE_RANGE_M))
+            self._z_m = [min(HEIGHT_HIGH_M, max(HEIGHT_LOW_M, z_m)) for z_m in measured_z_m]
         for finger, plate_c in enumerate(sensor_c):
             if SENSOR_PLATE_C < plate_c <= SENSOR_HIGH_C:
                 self.trip(f"{FINGERS[finger]}: sensor plate at {plate_c:.1f} C, above {SENSOR_PLATE_C:.1f} C")
         live = engaged and 0.0 <= motion_age_s <= GAP_S and self._fault is None
         limited = [0 if live else Limit.RELEASED.value] * len(FINGERS)
         self._stopped_s = 0.0 if live else self._stopped_s + dt_s
-        if self._plane is None and plane_ok:
-            self._begin(measured_x_m, measured_y_m, measured_z_m)
-        if live:
-            self._move_plane(dt_s, wanted_x_m, wanted_y_m, limited)
+        tick_s = min(LONGEST_TICK_S, dt_s)
         force_known = 0.0 <= force_age_s <= GAP_S
-        for finger, wanted in enumerate(wanted_z_m):
-            pressed = force_n[finger] if force_known else math.nan
-            self._move_finger(finger, dt_s, live, wanted, measured_z_m[finger], pressed, limited)
-        heat = [
-            self._heat(finger, t_s, dt_s, live, drive, sensor_c[finger], sensor_age_s[finger], limited)
-            if not (in_contact[finger] or not force_n[finger] <= TOUCHING_N)
-            else self._no_heat(finger, t_s, dt_s, sensor_c[finger], sensor_age_s[finger], limited)
-            for finger, drive in enumerate(heater_drive)
-        ]
+        if live:
+            self._move_plane(tick_s, wanted_x_m, wanted_y_m, limited)
+        for finger in range(len(FINGERS)):
+            # A fault may be just this number: what is not a number presses with unknown force.
+            pressed_n = force_n[finger] if force_known else math.nan
+            if not live:
+                self._z_m[finger] = self._retreated(finger, tick_s, self._stopped_s, pressed_n)
+            elif math.isnan(pressed_n):
+                limited[finger] |= Limit.FORCE_UNKNOWN.value
+                self._blind_s[finger] += dt_s
+                self._z_m[finger] = self._retreated(finger, tick_s, self._blind_s[finger], pressed_n)
+            else:
+                self._blind_s[finger] = 0.0
+                self._z_m[finger] = self._lowered(
+                    finger, tick_s, wanted_z_m[finger], measured_z_m[finger], pressed_n, limited
+                )
+            self._heaters[finger].step(t_s, dt_s, self._drive[finger], sensor_c[finger], sensor_age_s[finger])
+            touching = in_contact[finger] or not pressed_n <= TOUCHING_N
+            self._drive[finger] = self._heat(finger, live and not touching, heater_drive[finger], limited)
+            if touching:
+                limited[finger] |= Limit.HEATER_CONTACT.value
         x_m, y_m = self._plane or (0.0, 0.0)
-        return GatedCommand(x_m, y_m, list(self._z_m), heat, limited, self._fault)
+        return GatedCommand(self._plane is not None, x_m, y_m, list(self._z_m), list(self._drive), limited, self._fault)
+
+    def _elapsed(self, t_s: float) -> float:
+        if not math.isfinite(t_s):
+            self.trip("time is not a finite number")
+            return 0.0
+        dt_s = 0.0 if self._t_s is None else max(0.0, t_s - self._t_s)
+        self._t_s = t_s
+        return dt_s
+
+    def _inspect_motion(self, total: float) -> None:
+        # One sum is not finite as soon as one part is not; wanted values are far too small to overflow it.
+        if not math.isfinite(total):
+            self.trip("a wanted motion or heater drive is not a finite number")
+
+    def _move_plane(self, tick_s: float, wanted_x_m: float, wanted_y_m: float, limited: list[int]) -> None:
+        """Follow the hand along the bench in range and at limited speed."""
+        assert self._plane is not None  # live needs no fault, so a finite place was measured
+        target = (_within(wanted_x_m, PLANE_RANGE_M), _within(wanted_y_m, PLANE_RANGE_M))
+        reach = PLANE_SPEED_M_S * tick_s
+        x_m, y_m = (old + _within(new - old, reach) for old, new in zip(self._plane, target, strict=True))
+        acted = 0
+        if target != (wanted_x_m, wanted_y_m):
+            acted |= Limit.PLANE_RANGE.value
+        if max(abs(target[0] - x_m), abs(target[1] - y_m)) > ROUNDING_M:
+            acted |= Limit.PLANE_SPEED.value
+        if acted:
+            limited[:] = [bits | acted for bits in limited]
+        self._plane = (x_m, y_m)
+
+    def _retreated(self, finger: int, tick_s: float, waited_s: float, pressed_n: float) -> float:
+        """Stop where the finger is told to be; then, or at once when it presses too hard, up until it is clear."""
+        z_m = self._z_m[finger]
+        if z_m >= CLEAR_HEIGHT_M or (waited_s < STOP_S and not pressed_n > self._force_limit_n):
+            return z_m
+        return min(CLEAR_HEIGHT_M, z_m + RETREAT_SPEED_M_S * tick_s)
+
+    def _lowered(
+        self, finger: int, tick_s: float, wanted_m: float, measured_m: float, pressed_n: float, limited: list[int]
+    ) -> float:
+        """Follow the operator's finger, slower the harder it presses, and back up beyond the limit."""
+        before = self._z_m[finger]
+        target = min(HEIGHT_HIGH_M, max(HEIGHT_LOW_M, wanted_m))
+        if target != wanted_m:
+            limited[finger] |= Limit.HEIGHT_RANGE.value
+        up = HEIGHT_SPEED_M_S * tick_s
+        if pressed_n > self._force_limit_n:
+            limited[finger] |= Limit.FORCE.value
+            return min(HEIGHT_HIGH_M, before + up)
+        room_n = max(0.0, BRAKE_SHARE * self._force_limit_n - pressed_n)
+        down = min(HEIGHT_SPEED_M_S, room_n / (SERVO_N_M * REACTION_S)) * tick_s
+        z_m = before + min(up, max(-down, target - before))
+        if abs(z_m - target) > ROUNDING_M:
+            braked = z_m > target and down < up
+            limited[finger] |= (Limit.FORCE if braked else Limit.HEIGHT_SPEED).value
+        deepest = measured_m - self._force_limit_n / SERVO_N_M
+        if z_m < deepest:
+            limited[finger] |= Limit.FORCE.value
+            z_m = min(deepest, before + up)
+        return min(HEIGHT_HIGH_M, z_m)
+
+    def _heat(self, finger: int, allowed: bool, wanted: float, limited: list[int]) -> float:
+        heater = self._heaters[finger]
+        if not heater.known:
+            limited[finger] |= Limit.SENSOR_UNKNOWN.value
+        elif heater.spent:
+            limited[finger] |= Limit.DOSE.value
+        elif heater.too_hot:
+            limited[finger] |= Limit.SENSOR_TEMPERATURE.value
+        elif allowed:
+            drive = _within(wanted, 1.0)
+            if drive != wanted:
+                limited[finger] |= Limit.HEATER_RANGE.value
+            return drive
+        return 0.0
+
+
+def _within(value: float, reach: float) -> float:
+    return min(reach, max(-reach, value))
+
+
+def limit_names(bits: int) -> tuple[str, ...]:
+    """Names of the limits in one finger's `limited`, for people to read."""
+    return tuple(str(limit.name).lower() for limit in Limit if bits & limit)
