@@ -76,13 +76,11 @@ class SiteConfig(_Section):
             raise ValueError(f"link.gap_s: {gap_s} s must cover three periods of rate_hz {self.rate_hz:g}")
 
 
-class ThermalConfig(_Section):
-    """Thermal identification at the remote site."""
+class CalibrationConfig(_Section):
+    """Calibrated look-up tables of the remote site, as `teletaction calibrate` writes them."""
 
-    table: Path
-    """Calibrated look-up table."""
-    preheat_k: float = Field(default=10.0, ge=3.0, le=17.0)
-    """The free sensor plate is held this much above the measured ambient temperature, K."""
+    materials: Path
+    surfaces: Path
 
 
 class PatientConfig(_Section):
@@ -98,7 +96,7 @@ class RemoteConfig(SiteConfig):
     texture: Addresses
     thermal_sensors: Addresses
     telemanipulator: CanAddress
-    thermal: ThermalConfig
+    calibration: CalibrationConfig
     patient: PatientConfig = PatientConfig()
 
     @model_validator(mode="after")

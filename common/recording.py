@@ -21,6 +21,10 @@ log = logging.getLogger(__name__)
 CHUNK_BYTES = 16 * 1024
 FLUSH_S = 0.25
 _QUEUE_LENGTH = 20_000
+PACKET_SCHEMA: dict[str, object] = {
+    "type": "array",
+    "description": "a packet of the link as it stands on the wire, see docs/protocols.md",
+}
 
 
 class Recorder:

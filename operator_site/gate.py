@@ -91,7 +91,7 @@ class OperatorGate:
             raise ValueError(f"plate profile {profile} must lie within {WIDE}")
         n = len(FINGERS)
         self._profile = profile
-        self._t_s: float | None = None
+        self._t_s = math.nan
         self._fault: str | None = None
         self._ceiling_n = [0.0] * n
         self._force_n = [0.0] * n
@@ -173,7 +173,7 @@ class OperatorGate:
         if not math.isfinite(t_s):
             self.trip("time is not a finite number")
             return math.inf  # whatever falls with time has fallen
-        dt_s = 0.0 if self._t_s is None else max(0.0, t_s - self._t_s)
+        dt_s = max(0.0, t_s - self._t_s)  # 0 the first time: a comparison with NaN is false
         self._t_s = t_s
         return dt_s
 

@@ -9,8 +9,9 @@ from common.limits import DOSE_ABOVE_C, PLATE_COOLING_K_S, PLATE_HEATING_K_S
 CHECK_S = 0.01
 LAG_S = 0.2
 SLOW_S = 1.0
-EXPECTED_K = 0.8
-"""A change this large that the drive should have made, and ..."""
+EXPECTED_HEATING_K = 1.0
+EXPECTED_COOLING_K = 0.8
+"""A change this large that the drive should have made, and ... (full drive passes 1.3 K and 0.9 K)"""
 LEAST_SHARE = 0.2
 """... of which less than this share is seen, for ..."""
 PERSIST_S = 0.05
@@ -18,6 +19,7 @@ STILL_K = 0.01
 """Less than half a count: a reading that does not move by more is the same reading."""
 STILL_S = 0.5
 STILL_EXPECTED_K = 0.3
+"""A reading that is still for so long may miss so much of the expected change, no more."""
 STILL_HOT_S = 1.0
 """Where skin takes dose, a reading that never moves is not believed for longer, whatever the drive."""
 
@@ -79,14 +81,15 @@ class PlateFollow:
             self._still_c, self._still_s = plate_c, 0.0
         else:
             self._still_s += dt_s
-        if self._still_s >= STILL_S and abs(expected) >= STILL_EXPECTED_K:
+        if self._still_s >= STILL_S and abs(expected - seen) >= STILL_EXPECTED_K:
             return "temperature does not change although driven"
         if self._still_s >= STILL_HOT_S and plate_c > DOSE_ABOVE_C:
             return "temperature reading stands still"
 
+        enough = EXPECTED_HEATING_K
         if expected < 0.0:
-            expected, seen = -expected, -seen
-        if expected >= EXPECTED_K and seen < LEAST_SHARE * expected:
+            expected, seen, enough = -expected, -seen, EXPECTED_COOLING_K
+        if expected >= enough and seen < LEAST_SHARE * expected:
             self._doubt_s += dt_s
         else:
             self._doubt_s = 0.0

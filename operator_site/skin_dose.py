@@ -13,17 +13,12 @@ RESUME_SHARE = 0.5
 
 
 class SkinDose:
-    """Counts the dose; `spent` says that nothing more may be driven."""
+    """Counts the dose; `step` says when nothing more may be driven."""
 
     def __init__(self) -> None:
         self._bins: deque[list[float]] = deque()
         self._total = 0.0
         self._spent = False
-
-    @property
-    def total_k_s(self) -> float:
-        """Dose of the window, K s."""
-        return self._total
 
     def step(self, t_s: float, dt_s: float, plate_c: float) -> bool:
         """Add `dt_s` at `plate_c` (finite) ending at `t_s`; return whether the dose is spent."""

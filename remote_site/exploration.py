@@ -55,7 +55,7 @@ class Exploration:
         self._slow_since_s: float | None = None
 
     def step(
-        self, t_s: float, force_n: float, x_m: float, y_m: float, speed_m_s: float, approach_m_s: float = 0.0
+        self, t_s: float, force_n: float, x_m: float, y_m: float, speed_m_s: float, *, approach_m_s: float = 0.0
     ) -> ExplorationMode:
         """Advance to `t_s` and return the mode.
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 TAU_GRID_S: NDArray[np.float64] = np.geomspace(0.2, 80.0, 72)
-ONSET_S = 1.0
-"""Left out after contact, s: the sensor's own lag shows there, not the object."""
+ONSET_S = 0.8
+"""Left out after contact, s: the lag of the SSR (0.2-0.5 s) shows there, not the object."""
 _LN_STEP = float(np.log(TAU_GRID_S[1] / TAU_GRID_S[0]))
 _MINUS_RATE: NDArray[np.float64] = -1.0 / TAU_GRID_S
 

@@ -149,7 +149,7 @@ class FingerIdentification:
         motion, exploration = self._motion, self._exploration
         motion.step(t_s, sample.x_m, sample.y_m, sample.z_m)
         speed_m_s = motion.speed_m_s
-        mode = exploration.step(t_s, force_n, sample.x_m, sample.y_m, speed_m_s, motion.approach_m_s)
+        mode = exploration.step(t_s, force_n, sample.x_m, sample.y_m, speed_m_s, approach_m_s=motion.approach_m_s)
         self._stiffness.step(force_n, sample.z_m)
         events: list[TouchEvent] = []
         if exploration.began:

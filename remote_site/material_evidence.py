@@ -98,7 +98,8 @@ class MaterialEvidence:
         variance = square[None, :, None] * self._eigenvalue[n - 1][:, None, :] + self._table.noise_k**2
         error = rotated[:, None, :] - difference_k[None, :, None] * self._mean[n - 1][:, None, :]
         distance = np.sum(error * error / variance, axis=2)
-        log_likelihood = -0.5 * (self._dof + n) * np.log1p(distance / self._dof) - 0.5 * np.sum(np.log(variance), axis=2)
+        log_determinant = np.sum(np.log(variance), axis=2)
+        log_likelihood = -0.5 * ((self._dof + n) * np.log1p(distance / self._dof) + log_determinant)
         misfit = float(distance.min()) / _limit(n)
         return Evidence(log_likelihood, start_c, ambient_c, misfit)
 

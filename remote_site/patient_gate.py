@@ -89,9 +89,10 @@ class PatientGate:
         if not 0.0 < contact_force_n <= CONTACT_FORCE_N:
             raise ValueError(f"contact_force_n must be above 0 and at most {CONTACT_FORCE_N} N, not {contact_force_n}")
         self._force_limit_n = contact_force_n
-        self._t_s: float | None = None
+        self._t_s = math.nan
         self._fault: str | None = None
-        self._plane: tuple[float, float] | None = None
+        self._ready = False
+        self._plane = (0.0, 0.0)
         self._z_m: list[float] = [CLEAR_HEIGHT_M] * len(FINGERS)
         self._stopped_s = 0.0
         self._blind_s = [0.0] * len(FINGERS)
@@ -141,7 +142,7 @@ class PatientGate:
             wanted_x_m, wanted_y_m, wanted_z_m: where the operator's hand and five fingertips are.
             measured_x_m, measured_y_m, measured_z_m: where the telemanipulator is.
             force_n: contact force of each finger, N.
-            force_age_s: age of that measurement, s.
+            force_age_s: age of the telemanipulator's measurements, s; infinite before the first.
             heater_drive: wanted drive of each sensor's heater, -1..1, positive heats.
             sensor_c: last reading of each sensor plate, C; NaN where it is implausible.
             sensor_age_s: age of each reading, s.
@@ -149,20 +150,20 @@ class PatientGate:
         """
         dt_s = self._elapsed(t_s)
         self._inspect_motion(wanted_x_m + wanted_y_m + sum(wanted_z_m) + sum(heater_drive))
-        measured_ok = math.isfinite(measured_x_m + measured_y_m + sum(measured_z_m) + sum(force_n))
-        if not measured_ok:
+        force_known = 0.0 <= force_age_s <= GAP_S
+        if force_known and not math.isfinite(measured_x_m + measured_y_m + sum(measured_z_m) + sum(force_n)):
             self.trip("a measurement of the telemanipulator is not a finite number")
-        elif self._plane is None:
+        elif force_known and not self._ready:
+            self._ready = True
             self._plane = (_within(measured_x_m, PLANE_RANGE_M), _within(measured_y_m, PLANE_RANGE_M))
             self._z_m = [min(HEIGHT_HIGH_M, max(HEIGHT_LOW_M, z_m)) for z_m in measured_z_m]
         for finger, plate_c in enumerate(sensor_c):
             if SENSOR_PLATE_C < plate_c <= SENSOR_HIGH_C:
                 self.trip(f"{FINGERS[finger]}: sensor plate at {plate_c:.1f} C, above {SENSOR_PLATE_C:.1f} C")
-        live = engaged and 0.0 <= motion_age_s <= GAP_S and self._fault is None
+        live = engaged and self._ready and 0.0 <= motion_age_s <= GAP_S and self._fault is None
         limited = [0 if live else Limit.RELEASED.value] * len(FINGERS)
         self._stopped_s = 0.0 if live else self._stopped_s + dt_s
         tick_s = min(LONGEST_TICK_S, dt_s)
-        force_known = 0.0 <= force_age_s <= GAP_S
         if live:
             self._move_plane(tick_s, wanted_x_m, wanted_y_m, limited)
         for finger in range(len(FINGERS)):
@@ -177,21 +178,25 @@ class PatientGate:
             else:
                 self._blind_s[finger] = 0.0
                 self._z_m[finger] = self._lowered(
-                    finger, tick_s, wanted_z_m[finger], measured_z_m[finger], pressed_n, limited
+                    finger,
+                    tick_s,
+                    wanted_m=wanted_z_m[finger],
+                    measured_m=measured_z_m[finger],
+                    pressed_n=pressed_n,
+                    limited=limited,
                 )
-            self._heaters[finger].step(t_s, dt_s, self._drive[finger], sensor_c[finger], sensor_age_s[finger])
+            self._heaters[finger].step(self._t_s, dt_s, self._drive[finger], sensor_c[finger], sensor_age_s[finger])
             touching = in_contact[finger] or not pressed_n <= TOUCHING_N
             self._drive[finger] = self._heat(finger, live and not touching, heater_drive[finger], limited)
             if touching:
                 limited[finger] |= Limit.HEATER_CONTACT.value
-        x_m, y_m = self._plane or (0.0, 0.0)
-        return GatedCommand(self._plane is not None, x_m, y_m, list(self._z_m), list(self._drive), limited, self._fault)
+        return GatedCommand(self._ready, *self._plane, list(self._z_m), list(self._drive), limited, self._fault)
 
     def _elapsed(self, t_s: float) -> float:
         if not math.isfinite(t_s):
             self.trip("time is not a finite number")
             return 0.0
-        dt_s = 0.0 if self._t_s is None else max(0.0, t_s - self._t_s)
+        dt_s = max(0.0, t_s - self._t_s)  # 0 the first time: a comparison with NaN is false
         self._t_s = t_s
         return dt_s
 
@@ -202,7 +207,6 @@ class PatientGate:
 
     def _move_plane(self, tick_s: float, wanted_x_m: float, wanted_y_m: float, limited: list[int]) -> None:
         """Follow the hand along the bench in range and at limited speed."""
-        assert self._plane is not None  # live needs no fault, so a finite place was measured
         target = (_within(wanted_x_m, PLANE_RANGE_M), _within(wanted_y_m, PLANE_RANGE_M))
         reach = PLANE_SPEED_M_S * tick_s
         x_m, y_m = (old + _within(new - old, reach) for old, new in zip(self._plane, target, strict=True))
@@ -223,7 +227,7 @@ class PatientGate:
         return min(CLEAR_HEIGHT_M, z_m + RETREAT_SPEED_M_S * tick_s)
 
     def _lowered(
-        self, finger: int, tick_s: float, wanted_m: float, measured_m: float, pressed_n: float, limited: list[int]
+        self, finger: int, tick_s: float, *, wanted_m: float, measured_m: float, pressed_n: float, limited: list[int]
     ) -> float:
         """Follow the operator's finger, slower the harder it presses, and back up beyond the limit."""
         before = self._z_m[finger]

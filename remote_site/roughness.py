@@ -20,7 +20,7 @@ from remote_site.exploration import ExplorationMode
 RATE_HZ = 2000.0
 LEAK_HZ = 3.0
 """Corner of the texture sensor's leaky integrator, Hz."""
-DRIFT_HZ = 0.3
+DRIFT_HZ = 0.02
 """Undoing the leak would sum noise for ever; below this it is let go, Hz."""
 CLIP_V = 9.98
 TAU_S = 0.30
@@ -30,8 +30,11 @@ BASELINE_CHUNKS = 20
 """The pressure itself is the median of this many chunk means: it follows the hand, not the grooves."""
 FLAG_ON, FLAG_OFF = 3.0, 1.5
 """A pattern begins and ends at these multiples of the mean ..."""
-FLOOR_ON_V, FLOOR_OFF_V = 0.030, 0.015
-"""... and never below these (6 and 3 steps of the converter), V."""
+SCATTERS = 7.0
+"""... begins no lower than the mean and so many standard deviations of the envelope: a slow stroke over a
+rough surface leaves the envelope nearly unaveraged, and three times the mean is then nothing special ..."""
+FLOOR_ON_V, FLOOR_OFF_V = 0.040, 0.020
+"""... and never below these (8 and 4 steps of the converter), V."""
 REARM = 0.5
 """Within a pattern the next impulse needs the envelope to have fallen to this part of the last peak, then doubled."""
 SHORTEST_PERIOD_M = 1.0e-3
@@ -68,7 +71,7 @@ class Roughness:
     """Roughness identification of one finger."""
 
     __slots__ = ("_armed", "_baseline", "_impulse_s", "_integral_v", "_leak", "_mean_v", "_pattern",
-                 "_pattern_m", "_pattern_s", "_peak_v", "_recent", "_seed", "_stroke_s", "_valley_v")
+                 "_pattern_m", "_pattern_s", "_peak_v", "_recent", "_seed", "_square", "_stroke_s", "_valley_v")
 
     def __init__(self, leak_hz: float = LEAK_HZ) -> None:
         """Take the corner of the sensor's leaky integrator, Hz; 0 for a sensor with a true zero."""
@@ -78,6 +81,7 @@ class Roughness:
         self._recent: deque[float] = deque(maxlen=SEED_CHUNKS)
         self._seed = 0
         self._mean_v = 0.0
+        self._square = 0.0
         self._pattern = False
         self._pattern_s = 0.0
         self._pattern_m = 0.0
@@ -126,7 +130,7 @@ class Roughness:
         self._recent.append(envelope_v)
         if self._seed < SEED_CHUNKS:
             self._seed += 1
-            self._mean_v = self._typical_v()
+            self._begin_mean()
             return RoughnessReading(
                 self._mean_v, False, False, self._seed >= SEED_CHUNKS, False, False, envelope_v
             )
@@ -143,13 +147,21 @@ class Roughness:
         self._pattern = False
         self._armed = True
 
-    def _typical_v(self) -> float:
-        """Median of the last 50 ms: one groove in it changes nothing, V."""
-        return sorted(self._recent)[len(self._recent) // 2]
+    def _begin_mean(self) -> None:
+        """Start from the last 50 ms, by ranks: one groove in them changes little."""
+        ranked = sorted(self._recent)
+        middle = ranked[len(ranked) * 2 // 5]
+        spread = 2.0 * (middle - ranked[len(ranked) // 10])
+        self._mean_v = middle
+        self._square = spread * spread
+
+    def _on_v(self) -> float:
+        """Envelope above which a pattern begins, V."""
+        return max(FLAG_ON * self._mean_v, self._mean_v + SCATTERS * math.sqrt(self._square), FLOOR_ON_V)
 
     def _watch_impulse(self, t_s: float, envelope_v: float, speed_m_s: float) -> bool:
         """Whether an impulse begins: over the threshold and, within a pattern, out of a valley."""
-        on_v = max(FLAG_ON * self._mean_v, FLOOR_ON_V)
+        on_v = self._on_v()
         if not self._armed:
             self._peak_v = max(self._peak_v, envelope_v)
             if envelope_v < max(REARM * self._peak_v, FLAG_OFF * self._mean_v):
@@ -169,18 +181,21 @@ class Roughness:
     def _hold_or_average(self, envelope_v: float, speed_m_s: float, dt_s: float) -> bool:
         """Eq. 6 with forgetting outside patterns; returns whether the surface changed."""
         if not self._pattern:
-            if envelope_v > max(FLAG_ON * self._mean_v, FLOOR_ON_V):
+            if envelope_v > self._on_v():
                 self._pattern = True
                 self._pattern_s = self._pattern_m = 0.0
             else:
-                self._mean_v += (1.0 - math.exp(-dt_s / TAU_S)) * (envelope_v - self._mean_v)
+                part = 1.0 - math.exp(-dt_s / TAU_S)
+                error_v = envelope_v - self._mean_v
+                self._mean_v += part * error_v
+                self._square += part * (error_v * error_v - self._square)
             return False
         self._pattern_s += dt_s
         self._pattern_m += speed_m_s * dt_s
         if envelope_v < max(FLAG_OFF * self._mean_v, FLOOR_OFF_V):
             self._pattern = False
         elif self._pattern_s > PATTERN_S and self._pattern_m > PATTERN_M:
-            self._mean_v = self._typical_v()
+            self._begin_mean()
             self._pattern = False
             self._armed = True
             return True

@@ -63,7 +63,7 @@ class SsrPlausibility:
         self._counts, self._t_s = counts, t_s
         if before is None or counts != before or abs(drive) < 0.3:
             self._since_s = t_s
-        if not 0 < counts:
+        if not counts > 0:
             return "thermal sensor shorted"
         if not counts < FULL_SCALE:
             return "thermal sensor open"

@@ -161,7 +161,7 @@ def read_stroke(path: Path, signal: str | None = None) -> StrokeTrace:
         ValueError: naming file, line and column.
     """
     file = TraceFile(path)
-    names = (signal or "pressure_v",)
+    names: tuple[str, ...] = (signal or "pressure_v",)
     if signal in ("best", "mean"):
         names = tuple(name for name in file.names if name not in NOT_SIGNALS)
         if not names:

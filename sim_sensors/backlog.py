@@ -35,19 +35,14 @@ class Backlog:
             OSError: what `send` raises, except that it would have to wait.
         """
         while self._waiting:
-            together = b"".join(self._waiting)
+            message = self._waiting[0]
             try:
-                taken = send(together)
+                taken = send(message)
             except (BlockingIOError, InterruptedError):
                 return
             self._bytes -= taken
-            if taken == len(together):
-                self._waiting.clear()
-                self._begun = False
-                return
-            while taken >= len(self._waiting[0]):
-                taken -= len(self._waiting.popleft())
-                self._begun = False
-            if taken:
-                self._waiting[0] = self._waiting[0][taken:]
-                self._begun = True
+            self._begun = taken < len(message)
+            if self._begun:
+                self._waiting[0] = message[taken:]
+            else:
+                self._waiting.popleft()

@@ -39,3 +39,20 @@ def accept_tcp(listener: socket.socket, buffer_bytes: int) -> socket.socket | No
     client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     client.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, buffer_bytes)
     return client
+
+
+def receive_tcp(client: socket.socket, most: int) -> bytes | None:
+    """What a client has sent: empty once it has gone, None if nothing is there yet.
+
+    Acknowledged at once: clients that leave Nagle's algorithm on (python-can, pyserial) hold their next
+    message back until the last one is.
+    """
+    try:
+        data = client.recv(most)
+        if data and hasattr(socket, "TCP_QUICKACK"):
+            client.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)
+    except BlockingIOError:
+        return None
+    except OSError:
+        return b""
+    return data

@@ -134,7 +134,7 @@ class RemoteWorld:
         self._conduct(dt_s, heater_drive)
 
     def take_texture_counts(self) -> NDArray[np.int16]:
-        """Texture samples since the last call, (5, m) counts at 2 kHz, +-2048 = +-10 V."""
+        """Texture samples since the last call, (5, m) counts at 2 kHz, +-2048 = +-10 V; m is a multiple of 10."""
         return self._texture.take_counts()
 
     def ssr_counts(self) -> NDArray[np.int16]:

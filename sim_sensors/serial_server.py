@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Protocol, TypeVar
 
 from sim_sensors.backlog import Backlog
-from sim_sensors.listener import accept_tcp, listen_tcp
+from sim_sensors.listener import accept_tcp, listen_tcp, receive_tcp
 from sim_sensors.select_loop import SelectLoop
 
 _CHUNK = 4096
@@ -135,12 +135,9 @@ class TcpServer(SerialServer):
     def _read(self, now_s: float) -> None:
         if self._client is None:
             return
-        try:
-            data = self._client.recv(_CHUNK)
-        except BlockingIOError:
+        data = receive_tcp(self._client, _CHUNK)
+        if data is None:
             return
-        except OSError:
-            data = b""
         if data:
             self._received(data, now_s)
         else:

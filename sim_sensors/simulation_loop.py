@@ -1,20 +1,17 @@
 """Runs a simulated world in real time: bytes as they arrive, physics every 2 ms on absolute deadlines."""
 
-import json
-import os
-import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
 from common.loop import PeriodicLoop, sharpen_timers
+from common.process import StatusFile
 from sim_sensors.select_loop import SelectLoop
 
 STEP_S = 0.002
 _MOST_STEPS = 25
 """After a stall up to 50 ms of physics are made up for; the rest is lost, and counted."""
-_STATUS_S = 1.0
 
 
 class World(Protocol):
@@ -39,7 +36,7 @@ class StepClock:
 
     start_s: float
     steps: int = 0
-    lost_s: float = field(default=0.0)
+    lost_s: float = 0.0
 
     def due(self, now_s: float) -> list[float]:
         """Real times of the steps to make now, oldest first."""
@@ -59,35 +56,12 @@ def run_world(world: World, sockets: SelectLoop, stop: Callable[[], bool], name:
     sharpen_timers()
     periodic = PeriodicLoop(STEP_S, now=sockets.now, sleep=sockets.serve)
     clock = StepClock(sockets.now())
-    status_due_s, status_from_s, cpu_from_s = clock.start_s, clock.start_s, time.process_time()
+    status_file = StatusFile(status, name, periodic)
     while not stop():
         if periodic.wait() > STEP_S / 4.0:
             sockets.serve(0.0)  # there was no waiting, so nothing was handled since the last tick
         now_s = sockets.now()
         for step_s in clock.due(now_s):
             world.step(step_s)
-        if status is not None and now_s >= status_due_s:
-            cpu_s = time.process_time()
-            used = (cpu_s - cpu_from_s) / (now_s - status_from_s) if now_s > status_from_s else 0.0
-            figures = _loop_figures(periodic, clock) | {"cpu": round(used, 4)}
-            _write_status(status, {"process": name, "loop": figures, **world.figures()})
-            status_due_s, status_from_s, cpu_from_s = now_s + _STATUS_S, now_s, cpu_s
-
-
-def _loop_figures(periodic: PeriodicLoop, clock: StepClock) -> dict[str, float]:
-    return {
-        "period_ms": STEP_S * 1e3,
-        "ticks": periodic.ticks,
-        "late_p50_us": periodic.late_us(0.5),
-        "late_p99_us": periodic.late_us(0.99),
-        "overruns": periodic.overruns,
-        "lost_s": clock.lost_s,
-    }
-
-
-def _write_status(path: Path, figures: dict[str, object]) -> None:
-    """Replace the status file as a whole: a reader never sees half of one."""
-    status = {"pid": os.getpid(), "time_ns": time.monotonic_ns(), **figures}
-    part = path.with_name(path.name + ".part")
-    part.write_text(json.dumps(status), "utf-8")
-    part.replace(path)
+        if status_file.due(now_s):
+            status_file.write(now_s, {"lost_s": clock.lost_s, **world.figures()})

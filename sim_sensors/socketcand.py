@@ -17,7 +17,7 @@ from typing import Protocol
 import can
 
 from sim_sensors.backlog import Backlog
-from sim_sensors.listener import accept_tcp, listen_tcp
+from sim_sensors.listener import accept_tcp, listen_tcp, receive_tcp
 from sim_sensors.select_loop import SelectLoop
 
 _CHUNK = 4096
@@ -105,12 +105,9 @@ class SocketcandBus:
         self._tell(client, b"< hi >")
 
     def _read(self, client: _Client, now_s: float) -> None:
-        try:
-            data = client.connection.recv(_CHUNK)
-        except BlockingIOError:
+        data = receive_tcp(client.connection, _CHUNK)
+        if data is None:
             return
-        except OSError:
-            data = b""
         if not data:
             self._hang_up(client)
             return

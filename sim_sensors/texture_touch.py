@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 
 OUTPUT_HZ = 2000.0
 OVERSAMPLING = 4
+BLOCK = 10
+"""Samples leave the sensor in whole blocks of 5 ms."""
 INNER_HZ = OUTPUT_HZ * OVERSAMPLING
 HIGH_PASS_HZ = 3.0
 LOW_PASS_HZ = 800.0
@@ -91,8 +93,9 @@ class TextureTouch:
         self._origin.append(origin_m)
 
     def take_counts(self) -> NDArray[np.int16]:
-        """Counts of all samples since the last call, shape (n, samples), 2 kHz."""
-        last = math.floor(self._time[-1] * OUTPUT_HZ + 1e-6) * OVERSAMPLING
+        """Counts of all whole blocks since the last call, (n, samples) at 2 kHz; a begun block waits for its end."""
+        blocks = math.floor(self._time[-1] * (OUTPUT_HZ / BLOCK) + 1e-6)
+        last = blocks * BLOCK * OVERSAMPLING
         count = len(self._force[0])
         if last <= self._taken or not self._gain:
             return np.empty((count, 0), dtype=np.int16)

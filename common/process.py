@@ -1,0 +1,126 @@
+"""What every process of a session shares: a clean end on a signal, a log, and its figures in a status file."""
+
+import argparse
+import json
+import logging
+import os
+import resource
+import signal
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+from typing import TypeVar
+
+from pydantic import BaseModel
+
+from common.config import load_config
+from common.loop import PeriodicLoop
+
+STATUS_S = 1.0
+_C = TypeVar("_C", bound=BaseModel)
+
+
+class StopSignal:
+    """True once SIGTERM or SIGINT came; a second one is not needed."""
+
+    def __init__(self) -> None:
+        self.stopped = False
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(number, self._stop)
+
+    def __call__(self) -> bool:
+        """Whether to stop."""
+        return self.stopped
+
+    def _stop(self, number: int, frame: FrameType | None) -> None:
+        self.stopped = True
+
+
+def log_to_stderr(process: str) -> None:
+    """Log lines with a monotonic time that fits the recordings' times."""
+
+    class MonotonicFormatter(logging.Formatter):
+        def formatTime(self, record: logging.LogRecord, datefmt: str | None = None) -> str:
+            return f"{time.monotonic():.3f}"
+
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(MonotonicFormatter(f"%(asctime)s {process} %(levelname)s %(name)s: %(message)s"))
+    logging.basicConfig(level=logging.INFO, handlers=[handler], force=True)
+    # These libraries report each failed try to connect; the lines say it once.
+    for library in ("can", "can.interfaces.socketcand"):
+        logging.getLogger(library).setLevel(logging.CRITICAL)
+
+
+def rss_mib() -> float:
+    """Largest memory that this process has had resident so far, MiB."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+
+
+class StatusFile:
+    """Rewrites a small JSON file once a second; the whole file is replaced, so a reader never sees half of one."""
+
+    def __init__(self, path: Path | None, process: str, loop: PeriodicLoop):
+        self._path = path
+        self._process = process
+        self._loop = loop
+        self._due_s = 0.0
+        self._start_s = time.monotonic()
+
+    def due(self, t_s: float) -> bool:
+        """Whether it is time to write."""
+        return self._path is not None and t_s >= self._due_s
+
+    def write(self, t_s: float, figures: dict[str, object]) -> None:
+        """Write the loop's figures and `figures`; a full disk is no reason to stop."""
+        self._due_s = t_s + STATUS_S
+        if self._path is None:
+            return
+        loop = self._loop
+        wall_s = max(1e-9, time.monotonic() - self._start_s)
+        status = {
+            "process": self._process,
+            "pid": os.getpid(),
+            "time_ns": time.monotonic_ns(),
+            "rss_mib": round(rss_mib(), 1),
+            "loop": {
+                "period_ms": loop.period_s * 1e3,
+                "ticks": loop.ticks,
+                "late_p50_us": round(loop.late_us(0.5), 1),
+                "late_p99_us": round(loop.late_us(0.99), 1),
+                "late_max_us": round(loop.late_max_s * 1e6, 1),
+                "overruns": loop.overruns,
+                "cpu": round(time.process_time() / wall_s, 3),
+            },
+            **figures,
+        }
+        part = self._path.with_name(self._path.name + ".part")
+        try:
+            part.write_text(json.dumps(status), "utf-8")
+            part.replace(self._path)
+        except OSError as error:
+            logging.getLogger(__name__).warning("status file: %s", error)
+
+
+def run_process(name: str, config: Path, model: type[_C], run: Callable[[_C, Callable[[], bool]], None]) -> None:
+    """Run one process of a session until it is told to end; raises what `load_config` and `run` raise."""
+    log_to_stderr(name)
+    run(load_config(config, model), StopSignal())
+
+
+def room_main(processes: dict[str, tuple[type[_C], Callable[[_C, Callable[[], bool]], None]]]) -> int:
+    """`python -m ROOM [PROCESS] --config FILE`; returns the exit code, 2 with one line for bad input."""
+    parser = argparse.ArgumentParser()
+    only = next(iter(processes)) if len(processes) == 1 else None
+    if only is None:
+        parser.add_argument("process", choices=sorted(processes))
+    parser.add_argument("--config", type=Path, required=True, help="TOML file of this process")
+    arguments = parser.parse_args()
+    name = only or arguments.process
+    try:
+        run_process(name, arguments.config, *processes[name])
+    except (ValueError, OSError) as error:
+        print(f"{name}: {error}", file=sys.stderr)
+        return 2
+    return 0

@@ -1,0 +1,65 @@
+"""All devices of the operator site behind one read and one write; the gate's output is all that is written."""
+
+import math
+
+from common.config import OperatorConfig
+from common.fingers import FINGERS
+from common.serial_line import SerialLine
+from operator_site.exoskeleton import Exoskeleton, Hand
+from operator_site.gate import GatedOutput
+from operator_site.tacttip import TactTip
+
+_NEVER = -math.inf
+
+
+class OperatorDevices:
+    """Opens every device in the background; reading and writing never block."""
+
+    def __init__(self, config: OperatorConfig):
+        self.exoskeleton = Exoskeleton(config.exoskeleton)
+        self.tacttips = {FINGERS.index(f): TactTip(f, address) for f, address in config.tacttip.items()}
+
+    def lines(self) -> list[SerialLine]:
+        """Every serial line."""
+        return [module.line for module in self.tacttips.values()]
+
+    def missing(self) -> str:
+        """What keeps the site from working; empty when all devices are there."""
+        if not self.exoskeleton.line.connected:
+            return f"exoskeleton: {self.exoskeleton.line.problem or 'opening'}"
+        for line in self.lines():
+            if not line.connected:
+                return f"{line.finger} {line.kind.name.lower()}: {line.problem or 'opening'}"
+        if not self.exoskeleton.hand.oldest_s > _NEVER:
+            return f"exoskeleton: CAN {self.exoskeleton.line.address} is open, but no positions come"
+        return ""
+
+    def problems(self) -> list[Exception]:
+        """Why devices are not there, for those that have failed at least once."""
+        lines = [self.exoskeleton.line.problem, *(line.problem for line in self.lines())]
+        return [problem for problem in lines if problem is not None]
+
+    def read(self, t_s: float) -> Hand:
+        """Take what all devices said since the last call."""
+        for module in self.tacttips.values():
+            module.read(t_s)
+        return self.exoskeleton.read(t_s)
+
+    def plates(self, t_s: float) -> tuple[list[float], list[float]]:
+        """Each plate's last temperature (C, NaN where it is not to be believed) and its age, s."""
+        plate_c, age_s = [math.nan] * len(FINGERS), [math.inf] * len(FINGERS)
+        for finger, module in self.tacttips.items():
+            plate_c[finger], age_s[finger] = module.plate_c, t_s - module.measured_s
+        return plate_c, age_s
+
+    def write(self, t_s: float, output: GatedOutput) -> None:
+        """Send what the gate let through."""
+        self.exoskeleton.push(output.force_n)
+        for finger, module in self.tacttips.items():
+            module.drive(t_s, output.motor_rpm[finger], output.peltier_drive[finger])
+
+    def close(self) -> None:
+        """Close every device; their own time-outs bring them to rest."""
+        self.exoskeleton.line.close()
+        for line in self.lines():
+            line.close()

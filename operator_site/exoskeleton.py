@@ -1,0 +1,52 @@
+"""Driver of the hand-force exoskeleton on CAN: the hand's pose and fingertips' heights in, finger forces out."""
+
+from dataclasses import dataclass
+
+from common.can_frames import FrameReceiver, FrameSender, by_finger
+from common.can_line import CanAddress, CanLine
+from common.fingers import FINGERS
+
+_MM = 1000.0
+_NEVER = float("-inf")
+
+
+@dataclass(slots=True)
+class Hand:
+    """Where the operator's hand and fingertips are; the newest of each frame, SI."""
+
+    x_m: float = 0.0
+    y_m: float = 0.0
+    z_m: tuple[float, ...] = (0.0,) * len(FINGERS)
+    pose_s: float = _NEVER
+    heights_s: float = _NEVER
+
+    @property
+    def oldest_s(self) -> float:
+        """When the part that was measured longest ago came in, s; -inf until both came once."""
+        return min(self.pose_s, self.heights_s)
+
+
+class Exoskeleton:
+    """The hand-force exoskeleton."""
+
+    def __init__(self, address: CanAddress):
+        """Open the bus at `address` in the background."""
+        self.receivers = (FrameReceiver("HandPose"), FrameReceiver("FingerHeights"))
+        self.line = CanLine(address, self.receivers)
+        self.hand = Hand()
+        self._forces = FrameSender("FingerForces")
+
+    def read(self, t_s: float) -> Hand:
+        """Take what came since the last call, stamped with `t_s`."""
+        frames = self.line.poll()
+        hand = self.hand
+        if (pose := frames.get("HandPose")) is not None:
+            hand.x_m, hand.y_m, hand.pose_s = pose["x"] / _MM, pose["y"] / _MM, t_s
+        if (heights := frames.get("FingerHeights")) is not None:
+            hand.z_m = tuple(height / _MM for height in by_finger(heights))
+            hand.heights_s = t_s
+        return hand
+
+    def push(self, force_n: list[float]) -> None:
+        """Send the force on each finger, N."""
+        self.line.send(self._forces.encode(dict(zip(FINGERS, force_n, strict=True))))

@@ -1,0 +1,63 @@
+"""Driver of one TactTip fingertip module: motor and Peltier drives out, plate temperature in."""
+
+import math
+
+from common.serial_line import SerialLine
+from common.serial_messages import (
+    DRIVE_FULL,
+    BadPayload,
+    DeviceFlag,
+    DeviceKind,
+    MessageId,
+    TactTipCommand,
+    TactTipState,
+)
+from operator_site.motor_drive import motor_mv
+from operator_site.ntc import PlateSensor
+
+_LEAST_INTERVAL_S = 0.004
+"""Rate budget of a module: 250 commands a second; switching the motor on or off never waits."""
+_REFRESH_S = 0.020
+"""An unchanged command is repeated this often; the module gives up after 100 ms without."""
+_NEVER = -math.inf
+
+
+class TactTip:
+    """One module. `plate_c` is NaN where there is no believable reading."""
+
+    def __init__(self, finger: str, address: str):
+        """Open the module at `address` in the background."""
+        self.line = SerialLine(address, DeviceKind.TACTTIP, finger)
+        self.damaged = 0
+        self.plate_c = math.nan
+        self.measured_s = _NEVER
+        """When the last reading came, s; -inf before the first."""
+        self.sensor_fault = ""
+        self.cut_out = False
+        self._sensor = PlateSensor()
+        self._sent = (0, 0)
+        self._sent_s = _NEVER
+
+    def read(self, t_s: float) -> None:
+        """Take what came since the last call."""
+        for frame in self.line.poll():
+            if frame.message_id != MessageId.TACTTIP_STATE:
+                continue
+            try:
+                state = TactTipState.decode(frame.payload)
+            except BadPayload:
+                self.damaged += 1
+                continue
+            reading = self._sensor.step(t_s, state.plate_counts)
+            self.plate_c, self.sensor_fault = reading.plate_c, reading.fault or ""
+            self.cut_out = bool(state.flags & DeviceFlag.THERMAL_CUT_OUT)
+            self.measured_s = t_s
+
+    def drive(self, t_s: float, motor_rpm: float, peltier_drive: float) -> None:
+        """Send drives within the module's rate budget: motor speed in rpm, Peltier -1..1."""
+        wanted = (motor_mv(motor_rpm), round(peltier_drive * DRIVE_FULL))
+        since_s = t_s - self._sent_s
+        switches = (wanted[0] > 0) != (self._sent[0] > 0)
+        if switches or since_s >= _REFRESH_S or (wanted != self._sent and since_s >= _LEAST_INTERVAL_S):
+            self.line.send(MessageId.TACTTIP_COMMAND, TactTipCommand(*wanted).encode())
+            self._sent, self._sent_s = wanted, t_s

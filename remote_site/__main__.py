@@ -1,0 +1,9 @@
+"""`python -m remote_site --config FILE` runs the remote site."""
+
+import sys
+
+from common.config import RemoteConfig
+from common.process import room_main
+from remote_site.site import run_remote
+
+sys.exit(room_main({"remote": (RemoteConfig, run_remote)}))

@@ -1,0 +1,76 @@
+"""All devices of the remote site behind one read and one write; the gate's output is all that is written."""
+
+import math
+
+from common.config import RemoteConfig
+from common.fingers import FINGERS
+from common.serial_line import SerialLine
+from remote_site.patient_gate import GatedCommand
+from remote_site.sensed import Sensed
+from remote_site.telemanipulator import Telemanipulator
+from remote_site.texture_sensor import TextureSensor
+from remote_site.thermal_sensor import PlateReading, ThermalSensor
+
+_NEVER = -math.inf
+
+
+class RemoteDevices:
+    """Opens every device in the background; reading and writing never block."""
+
+    def __init__(self, config: RemoteConfig):
+        self.telemanipulator = Telemanipulator(config.telemanipulator)
+        self.texture = {FINGERS.index(f): TextureSensor(f, address) for f, address in config.texture.items()}
+        self.thermal = {FINGERS.index(f): ThermalSensor(f, address) for f, address in config.thermal_sensors.items()}
+        self.sensor_c = [math.nan] * len(FINGERS)
+        self.sensor_s = [_NEVER] * len(FINGERS)
+        """Last reading of each sensor plate (NaN where it was implausible), and when it came."""
+
+    def lines(self) -> list[SerialLine]:
+        """Every serial line."""
+        return [*(sensor.line for sensor in self.texture.values()), *(sensor.line for sensor in self.thermal.values())]
+
+    def missing(self) -> str:
+        """What keeps the site from working; empty when all devices are there."""
+        if not self.telemanipulator.line.connected:
+            return f"telemanipulator: {self.telemanipulator.line.problem or 'opening'}"
+        for line in self.lines():
+            if not line.connected:
+                return f"{line.finger} {line.kind.name.lower()}: {line.problem or 'opening'}"
+        if not self.telemanipulator.measured.oldest_s > _NEVER:
+            return f"telemanipulator: CAN {self.telemanipulator.line.address} is open, but no measurements come"
+        return ""
+
+    def problems(self) -> list[Exception]:
+        """Why devices are not there, for those that have failed at least once."""
+        lines = [self.telemanipulator.line.problem, *(line.problem for line in self.lines())]
+        return [problem for problem in lines if problem is not None]
+
+    def read(self, t_s: float) -> Sensed:
+        """Take what all devices said since the last call."""
+        measured = self.telemanipulator.read(t_s)
+        texture: list[bytes | None] = [None] * len(FINGERS)
+        plates: list[PlateReading | None] = [None] * len(FINGERS)
+        for finger, texture_sensor in self.texture.items():
+            texture[finger] = texture_sensor.read()
+        for finger, thermal_sensor in self.thermal.items():
+            plate = plates[finger] = thermal_sensor.read(t_s)
+            if plate is not None:
+                self.sensor_c[finger] = math.nan if plate.fault else plate.sensor_c
+                self.sensor_s[finger] = t_s
+        return Sensed(
+            t_s, measured.x_m, measured.y_m, measured.z_m, measured.force_n, tuple(texture), tuple(plates)
+        )  # fmt: skip
+
+    def write(self, command: GatedCommand, sensed: Sensed) -> None:
+        """Send what the gate let through: set-points each tick, heater drives at each sensor's own rate."""
+        if command.ready:
+            self.telemanipulator.move(command.x_m, command.y_m, command.z_m)
+        for finger, sensor in self.thermal.items():
+            if sensed.plates[finger] is not None:
+                sensor.heat(command.heater_drive[finger])
+
+    def close(self) -> None:
+        """Close every device; their own time-outs bring them to rest."""
+        self.telemanipulator.line.close()
+        for line in self.lines():
+            line.close()

@@ -1,0 +1,96 @@
+"""Limits of one thermal sensor's heater, part of the patient-side gate: this plate touches a person."""
+
+import math
+from collections import deque
+
+from common.limits import DOSE_ABOVE_C, DOSE_LIMIT_K_S, DOSE_WINDOW_S, GAP_S, SENSOR_PLATE_C
+
+SENSOR_LOW_C = -5.0
+SENSOR_HIGH_C = 60.0
+"""Outside, it is the read-out that is wrong."""
+LOOK_AHEAD_S = 0.5
+RATE_LAG_S = 0.2
+"""The silicon sensor is behind its plate, which is judged by where it will be, from a smoothed rate."""
+DOSE_BIN_S = 1.0
+"""Dose is forgotten by bins, each kept until all of it is older than the window: never too early."""
+DOSE_COAST_S = 2.0
+"""A warm plate still gives dose this long after its heater is off; it is counted before it is given."""
+RESUME_SHARE = 0.5
+"""Spent until this share of the dose is left behind, so that the heater does not chatter at the limit."""
+HOLDING_DRIVE = 0.2
+SILENT_WORK_S = 0.6
+SILENT_K = 0.3
+"""So much drive above what holds a temperature, in s of full drive, must have moved the reading so far."""
+
+
+class HeaterLimits:
+    """One plate's memory: dose, rate, and whether its reading answers to the drive.
+
+    Attributes:
+        known: whether the last reading is fresh, plausible and answering.
+        spent: whether the dose is spent.
+        too_hot: whether the plate is, or is about to be, above the limit.
+    """
+
+    def __init__(self) -> None:
+        self.known = False
+        self.spent = False
+        self.too_hot = False
+        self._plate_c = math.nan
+        self._mark_c = math.nan
+        self._rate_k_s = 0.0
+        self._bins: deque[list[float]] = deque()
+        self._dose_k_s = 0.0
+        self._work_s = 0.0
+        self._silent = False
+
+    def believe_again(self) -> None:
+        """Give a sensor that did not answer another chance, after a deliberate act."""
+        self._silent = False
+        self._work_s = 0.0
+
+    def step(self, t_s: float, dt_s: float, drive: float, plate_c: float, age_s: float) -> None:
+        """Take the reading of this tick.
+
+        Args:
+            t_s, dt_s: time and time since the last tick, s.
+            drive: what was given to the heater since then, -1..1.
+            plate_c: last reading, C; NaN where it is implausible.
+            age_s: its age, s.
+        """
+        if not (0.0 <= age_s <= GAP_S and SENSOR_LOW_C <= plate_c <= SENSOR_HIGH_C):
+            self.known = False
+            self._plate_c = math.nan
+            return
+        self._answer(dt_s, drive, plate_c)
+        self._dose(t_s, dt_s, plate_c)
+        self.known = not self._silent
+        self.too_hot = plate_c + LOOK_AHEAD_S * max(0.0, self._rate_k_s) > SENSOR_PLATE_C
+
+    def _answer(self, dt_s: float, drive: float, plate_c: float) -> None:
+        if math.isnan(self._plate_c):
+            self._plate_c = self._mark_c = plate_c
+            self._rate_k_s = self._work_s = 0.0
+        if dt_s > 0.0:
+            rate = (plate_c - self._plate_c) / dt_s
+            self._rate_k_s += (rate - self._rate_k_s) * dt_s / (RATE_LAG_S + dt_s)
+            self._plate_c = plate_c
+        if abs(plate_c - self._mark_c) >= SILENT_K:
+            self._mark_c, self._work_s = plate_c, 0.0
+        self._work_s = max(0.0, self._work_s + (abs(drive) - HOLDING_DRIVE) * dt_s)
+        self._silent = self._silent or self._work_s > SILENT_WORK_S
+
+    def _dose(self, t_s: float, dt_s: float, plate_c: float) -> None:
+        """Integral of max(0, T - 40 C) over the last minute."""
+        bins = self._bins
+        while bins and t_s - bins[0][0] > DOSE_WINDOW_S + DOSE_BIN_S:
+            bins.popleft()
+            self._dose_k_s = sum(dose for _, dose in bins)
+        over_k = plate_c - DOSE_ABOVE_C
+        if over_k > 0.0:
+            if not bins or t_s - bins[-1][0] >= DOSE_BIN_S:
+                bins.append([t_s, 0.0])
+            bins[-1][1] += over_k * dt_s
+            self._dose_k_s += over_k * dt_s
+        share = RESUME_SHARE if self.spent else 1.0
+        self.spent = self._dose_k_s + max(0.0, over_k) * DOSE_COAST_S >= share * DOSE_LIMIT_K_S

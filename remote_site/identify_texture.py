@@ -1,0 +1,68 @@
+"""Off-line texture identification of recorded strokes: one JSON line per segment."""
+
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from remote_site.exploration import ExplorationMode
+from remote_site.stroke_segments import Segment, segments
+from remote_site.surface_class import SurfaceTable, recognise, stroke_constants
+from remote_site.traces import read_stroke
+
+RPM_PER_MM_S = 60.0 / (2.0 * math.pi) / 1000.0
+"""(rad/s)/(m/s) to rpm/(mm/s)."""
+RPM = 60.0 / (2.0 * math.pi)
+
+
+def identify_texture(
+    strokes: Sequence[Path],
+    table: SurfaceTable | None = None,
+    signal: str | None = None,
+    speed_mm_s: float | None = None,
+) -> Iterator[dict[str, Any]]:
+    """Yield one line per segment in contact of every stroke; `null` for what could not be determined.
+
+    Args:
+        strokes: trace files.
+        table: calibrated surfaces; without one neither a surface nor constants are stated.
+        signal: column, `best` or `mean`; see `read_stroke`.
+        speed_mm_s: speed of recordings without a speed column, mm/s.
+
+    Raises:
+        ValueError: a file cannot be used (names file, line and column), or the speed is not positive.
+    """
+    if speed_mm_s is not None and not 0.0 < speed_mm_s < 10_000.0:
+        raise ValueError(f"--speed: must be positive, mm/s, not {speed_mm_s}")
+    for path in strokes:
+        trace = read_stroke(path, signal)
+        for part in segments(trace, None if speed_mm_s is None else speed_mm_s / 1000.0):
+            yield _line(path, part, table)
+
+
+def _line(path: Path, part: Segment, table: SurfaceTable | None) -> dict[str, Any]:
+    """A segment as the line that is printed."""
+    line: dict[str, Any] = {
+        "stroke": str(path),
+        "mode": part.mode.name.lower(),
+        "start_s": round(part.start_s, 4),
+        "end_s": round(part.end_s, 4),
+        "surface": None,
+        "roughness_v": None if part.roughness_v is None else round(part.roughness_v, 5),
+        "k_speed_rpm_per_mm_s": None,
+        "k_force_rpm_per_n": None,
+        "impulses_s": part.impulses_s,
+        "period_mm": None,
+        "period_sd_mm": None,
+    }
+    if part.period is not None:
+        line["period_mm"] = round(1000.0 * part.period.period_m, 3)
+        line["period_sd_mm"] = round(1000.0 * part.period.period_sd_m, 3)
+    if table is not None and part.roughness_v is not None and part.mode is ExplorationMode.STROKING:
+        ln_roughness = table.ln_normal(part.roughness_v, part.force_n, part.speed_m_s)
+        constants = stroke_constants(table, ln_roughness)
+        irregularity = 0.0 if part.period is None else part.period.irregularity
+        line["surface"] = recognise(table, ln_roughness, line["period_mm"], irregularity).name
+        line["k_speed_rpm_per_mm_s"] = round(constants.k_stroke_v * RPM_PER_MM_S, 3)
+        line["k_force_rpm_per_n"] = round(constants.k_stroke_f * RPM, 2)
+    return line

@@ -1,0 +1,102 @@
+"""Five fingers' identification in one step, and its result as the touch packet that travels."""
+
+from collections import deque
+from collections.abc import Iterable
+
+import numpy as np
+
+from common.fingers import FINGERS
+from common.messages import MAX_EVENTS, TOUCH_FIELDS, Event, EventKind, Floats, LinkState, Touch
+from remote_site.finger_identification import FingerIdentification, FingerSample, FingerTouch
+from remote_site.material_evidence import MaterialEvidence
+from remote_site.material_table import MaterialTable
+from remote_site.sensed import Sensed
+from remote_site.surface_class import SurfaceTable
+from remote_site.texture_sensor import texture_v
+
+HISTORY_S = 0.5
+"""An event is repeated in every packet for this long: any later packet repairs a loss."""
+_THERMAL_UNKNOWN_SD_K = 50.0
+_FREE = (0.0,) * len(TOUCH_FIELDS)
+
+
+class Perception:
+    """Identification of all fingers in use. Pure: readings in, touches and events out."""
+
+    def __init__(self, fingers: Iterable[str], table: MaterialTable, surfaces: SurfaceTable):
+        """Identify with the calibrated tables."""
+        evidence = MaterialEvidence(table)
+        self._identifications = {
+            FINGERS.index(finger): FingerIdentification(FINGERS.index(finger), table, surfaces, evidence)
+            for finger in fingers
+        }
+        self.touches: dict[int, FingerTouch] = {}
+        """Newest result of each finger in use, by finger number."""
+        self._events: deque[Event] = deque(maxlen=MAX_EVENTS)
+        self._event_count = 0
+
+    def step(self, sensed: Sensed) -> list[Event]:
+        """Take one tick's readings; return the events that happened in it."""
+        happened = []
+        for finger, identification in self._identifications.items():
+            counts, plate = sensed.texture_counts[finger], sensed.plates[finger]
+            touch = identification.step(
+                FingerSample(
+                    t_s=sensed.time_s,
+                    force_n=sensed.force_n[finger],
+                    x_m=sensed.x_m,
+                    y_m=sensed.y_m,
+                    z_m=sensed.z_m[finger],
+                    texture_v=None if counts is None else texture_v(counts),
+                    sensor_c=None if plate is None else plate.sensor_c,
+                    ambient_c=None if plate is None else plate.ambient_c,
+                    sensor_fault=None if plate is None else plate.fault or None,
+                )
+            )
+            self.touches[finger] = touch
+            for event in touch.events:
+                self._event_count += 1
+                kind = EventKind[event.kind.upper()]
+                happened.append(
+                    Event(self._event_count, kind, finger, round(sensed.time_s * 1e9), float(event.value), event.name)
+                )
+        self._events.extend(happened)
+        while self._events and sensed.time_s - self._events[0].time_ns * 1e-9 > HISTORY_S:
+            self._events.popleft()
+        return happened
+
+    def packet(self, session: int, sequence: int, time_ns: int, state: LinkState) -> Touch:
+        """The newest touches as a packet."""
+        rows = [_FREE if (touch := self.touches.get(finger)) is None else _row(touch) for finger in range(len(FINGERS))]
+        names = tuple(
+            "" if (touch := self.touches.get(finger)) is None else touch.thermal.best or ""
+            for finger in range(len(FINGERS))
+        )
+        block: Floats = np.array(rows, dtype=np.float32)
+        return Touch(session, sequence, time_ns, state, block, names, tuple(self._events))
+
+
+def _row(touch: FingerTouch) -> tuple[float, ...]:
+    """One finger's line of the touch block, in the order of `TOUCH_FIELDS`."""
+    thermal = touch.thermal
+    known = thermal.object_c is not None
+    return (
+        float(touch.mode),
+        float(touch.contact),
+        max(0.0, touch.contact_force_n),
+        touch.surface_z_m,
+        touch.stiffness_n_m,
+        touch.k_tap,
+        touch.b_tap_per_s,
+        touch.k_stroke_v,
+        touch.k_stroke_f,
+        touch.groove_rad_s,
+        touch.b_groove_per_s,
+        touch.conductivity_w_mk if known else 0.0,
+        touch.density_kg_m3 if known else 0.0,
+        touch.specific_heat_j_kgk if known else 0.0,
+        min(150.0, max(-50.0, thermal.object_c)) if thermal.object_c is not None else 0.0,
+        min(_THERMAL_UNKNOWN_SD_K, thermal.object_c_sd or 0.0) if known else _THERMAL_UNKNOWN_SD_K,
+        thermal.probability,
+        float(thermal.status),
+    )

@@ -1,0 +1,56 @@
+"""What the remote site's devices said in one tick: the exact input of identification, recorded and replayed."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import msgpack
+
+from remote_site.thermal_sensor import PlateReading
+
+SCHEMA: dict[str, object] = {
+    "type": "array",
+    "description": "[time_s, x_m, y_m, z_m x 5, force_n x 5, texture counts x 5 (int16 little endian or null), "
+    "plates x 5 ([sensor_c, ambient_c, fault] or null)]",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Sensed:
+    """One tick's readings, five fingers each; None where nothing new came."""
+
+    time_s: float
+    x_m: float
+    y_m: float
+    z_m: tuple[float, ...]
+    force_n: tuple[float, ...]
+    texture_counts: tuple[bytes | None, ...]
+    plates: tuple[PlateReading | None, ...]
+
+    def pack(self) -> bytes:
+        """Bytes for the recording; nothing is rounded."""
+        plates = [None if p is None else [p.sensor_c, p.ambient_c, p.fault] for p in self.plates]
+        packed: bytes = msgpack.packb(
+            [self.time_s, self.x_m, self.y_m, self.z_m, self.force_n, self.texture_counts, plates]
+        )
+        return packed
+
+    @classmethod
+    def unpack(cls, packed: bytes) -> "Sensed":
+        """Read what `pack` wrote.
+
+        Raises:
+            ValueError: it is something else.
+        """
+        fields: Any = msgpack.unpackb(packed)
+        if not isinstance(fields, list) or len(fields) != 7:
+            raise ValueError("not a record of sensed values")
+        time_s, x_m, y_m, z_m, force_n, texture, plates = fields
+        return cls(
+            time_s,
+            x_m,
+            y_m,
+            tuple(z_m),
+            tuple(force_n),
+            tuple(texture),
+            tuple(None if plate is None else PlateReading(*plate) for plate in plates),
+        )

@@ -1,0 +1,39 @@
+"""Driver of one finger's piezo texture sensor: 2 kHz, 12 bit, 10 V for 10 N."""
+
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.serial_line import SerialLine
+from common.serial_messages import BadPayload, DeviceKind, MessageId, TextureSamples
+
+VOLTS_PER_COUNT = 10.0 / 2048.0
+_MOST_WAITING = 40
+"""Chunks kept when the loop stood still: 0.2 s of signal; older ones are dropped."""
+
+
+class TextureSensor:
+    """Hands over the signal in the sensor's own chunks, oldest first."""
+
+    def __init__(self, finger: str, address: str):
+        """Open the sensor at `address` in the background."""
+        self.line = SerialLine(address, DeviceKind.TEXTURE_SENSOR, finger)
+        self.damaged = 0
+        self._waiting: deque[bytes] = deque(maxlen=_MOST_WAITING)
+
+    def read(self) -> bytes | None:
+        """The next chunk of counts (int16 little endian), or None: one chunk a call, so a tick's cost is bounded."""
+        for frame in self.line.poll():
+            if frame.message_id != MessageId.TEXTURE_SAMPLES:
+                continue
+            try:
+                self._waiting.append(TextureSamples.decode(frame.payload).counts)
+            except BadPayload:
+                self.damaged += 1
+        return self._waiting.popleft() if self._waiting else None
+
+
+def texture_v(counts: bytes) -> NDArray[np.float64]:
+    """Signal in V of one chunk of counts; shape (samples,), -10..10 V."""
+    return np.frombuffer(counts, dtype="<i2") * VOLTS_PER_COUNT

@@ -1,0 +1,325 @@
+"""The command line. Human text to stderr, data to stdout; exit 0, 1 (failed) or 2 (bad input, one clear line).
+
+Commands import what they need when they run: a site's process must not carry the weight of the others.
+"""
+
+import json
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated
+
+import click
+import typer
+
+from common.config import OperatorConfig, RemoteConfig, SimOperatorConfig, SimRemoteConfig
+from common.process import run_process
+
+app = typer.Typer(
+    name="teletaction",
+    help="Feel a remote place with five fingers: texture, temperature and stiffness over an ordinary network.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+keys_app = typer.Typer(help="CurveZMQ keys of a site and the list of those it trusts.", no_args_is_help=True)
+calibrate_app = typer.Typer(help="Look-up tables from labelled recordings.", no_args_is_help=True)
+identify_app = typer.Typer(help="Identification of recorded traces, as JSON lines.", no_args_is_help=True)
+simulate_app = typer.Typer(help="Traces from the simulated sensors, as CSV.", no_args_is_help=True)
+render_app = typer.Typer(help="What the operator's finger is made to feel, as CSV.", no_args_is_help=True)
+for name, group in (
+    ("keys", keys_app),
+    ("calibrate", calibrate_app),
+    ("identify", identify_app),
+    ("simulate", simulate_app),
+    ("render", render_app),
+):
+    app.add_typer(group, name=name)
+
+ConfigFile = Annotated[Path, typer.Option("--config", help="TOML file of this process.")]
+KeyFolder = Annotated[Path, typer.Option("--keys", help="Key folder of the site.")]
+
+
+class Failed(Exception):
+    """Work that was asked for rightly and did not succeed: exit 1."""
+
+
+@app.command()
+def demo(
+    headless: Annotated[bool, typer.Option("--headless", help="Run for --seconds, report, and end.")] = False,
+    seconds: Annotated[float | None, typer.Option(help="How long the hand works; 60 when headless.")] = None,
+    scene: Annotated[str, typer.Option(help="Scene of the simulated world.")] = "materials",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of everything random in the simulated world.")] = 0,
+    fingers: Annotated[int, typer.Option(min=1, max=5, help="How many fingers, 1 to 5.")] = 5,
+    out: Annotated[Path | None, typer.Option(help="Output folder; by default a new one.")] = None,
+) -> None:
+    """A whole telediagnosis session on this machine with simulated devices over the real transports."""
+    from teletaction.demo import DemoOptions, run_demo
+
+    options = DemoOptions(
+        seconds=seconds if seconds is not None or not headless else 60.0,
+        scene=scene,
+        seed=seed,
+        fingers=fingers,
+        out=out,
+    )
+    failure = run_demo(options)
+    if failure:
+        raise Failed(failure)
+
+
+@app.command()
+def remote(config: ConfigFile) -> None:
+    """Run the remote site."""
+    from remote_site.site import run_remote
+
+    run_process("remote", config, RemoteConfig, run_remote)
+
+
+@app.command()
+def operator(config: ConfigFile) -> None:
+    """Run the operator site."""
+    from operator_site.site import run_operator
+
+    run_process("operator", config, OperatorConfig, run_operator)
+
+
+@app.command()
+def sim_remote(config: ConfigFile) -> None:
+    """Run the simulated devices of the remote site."""
+    from sim_sensors.sim_remote import run_sim_remote
+
+    run_process("sim-remote", config, SimRemoteConfig, run_sim_remote)
+
+
+@app.command()
+def sim_operator(config: ConfigFile) -> None:
+    """Run the simulated devices and the scripted hand of the operator site."""
+    from sim_sensors.sim_operator import run_sim_operator
+
+    run_process("sim-operator", config, SimOperatorConfig, run_sim_operator)
+
+
+@app.command()
+def doctor(config: ConfigFile) -> None:
+    """Find and name each device of a site's configuration; check keys and clocks; say what to do."""
+    from teletaction.doctor import examine
+
+    findings = examine(config)
+    for finding in findings:
+        typer.echo(f"{'ok  ' if finding.good else 'FAIL'} {finding.what}: {finding.result}")
+    bad = [finding for finding in findings if not finding.good]
+    if bad:
+        raise Failed(f"{len(bad)} of {len(findings)} checks failed; first: {bad[0].what}: {bad[0].result}")
+
+
+@keys_app.command("init")
+def keys_init(keys: KeyFolder) -> None:
+    """Make a key pair; prints the public key."""
+    from common.keys import create_keys
+
+    typer.echo(create_keys(keys))
+
+
+@keys_app.command("show")
+def keys_show(keys: KeyFolder) -> None:
+    """Print the site's public key, its fingerprint, and whom it trusts."""
+    from common.keys import TrustedKeys, fingerprint, load_keys
+
+    own = load_keys(keys)
+    typer.echo(f"own {fingerprint(own.public)} {own.public}")
+    for key, name in TrustedKeys(keys).names().items():
+        typer.echo(f"trusted {name} {fingerprint(key)} {key}")
+
+
+@keys_app.command("trust")
+def keys_trust(name: str, public_key: str, keys: KeyFolder) -> None:
+    """Allow a public key under a name."""
+    from common.keys import TrustedKeys
+
+    TrustedKeys(keys).trust(name, public_key)
+
+
+@keys_app.command("revoke")
+def keys_revoke(name: str, keys: KeyFolder) -> None:
+    """Allow the keys of a name no longer."""
+    from common.keys import TrustedKeys
+
+    count = TrustedKeys(keys).revoke(name)
+    typer.echo(f"revoked {count} key{'s' if count != 1 else ''} of {name}", err=True)
+
+
+@calibrate_app.command("thermal")
+def calibrate_thermal_command(
+    traces: Annotated[Path, typer.Option(help="Folder with traces and labels.csv (file,material[,object_c]).")],
+    out: Annotated[Path, typer.Option(help="Table to write.")],
+    serial: Annotated[str, typer.Option(help="Serial number of the calibrated sensor.")] = "unknown",
+) -> None:
+    """Material look-up table from labelled touches."""
+    from remote_site.calibration import calibrate_thermal
+
+    calibrate_thermal(traces, out, sensor_serial=serial)
+    typer.echo(f"wrote {out}", err=True)
+
+
+@calibrate_app.command("texture")
+def calibrate_texture_command(
+    strokes: Annotated[Path, typer.Option(help="Folder with strokes and labels.csv (file,surface).")],
+    out: Annotated[Path, typer.Option(help="Table to write.")],
+    serial: Annotated[str, typer.Option(help="Serial number of the calibrated sensor.")] = "unknown",
+) -> None:
+    """Surface look-up table from labelled strokes."""
+    from remote_site.calibration import calibrate_texture
+
+    calibrate_texture(strokes, out, sensor_serial=serial)
+    typer.echo(f"wrote {out}", err=True)
+
+
+@identify_app.command("thermal")
+def identify_thermal_command(
+    table: Annotated[Path, typer.Option(help="Calibrated table.")],
+    traces: Annotated[list[Path] | None, typer.Argument(help="Trace files.")] = None,
+    at: Annotated[str, typer.Option(help="Times after contact to answer at, s.")] = "0.5,1,2,3,5,7",
+    touches: Annotated[Path | None, typer.Option(help="CSV `touch,trace`: traces judged jointly.")] = None,
+) -> None:
+    """Material and object temperature of recorded touches."""
+    from remote_site.identify import identify_thermal
+
+    _print_lines(identify_thermal(table, traces or [], _times(at), touches))
+
+
+@identify_app.command("texture")
+def identify_texture_command(
+    strokes: Annotated[list[Path], typer.Argument(help="Stroke files.")],
+    table: Annotated[Path | None, typer.Option(help="Calibrated table of surfaces.")] = None,
+    signal: Annotated[str, typer.Option(help="Signal column, or `best` or `mean` of all.")] = "pressure_v",
+    speed: Annotated[float | None, typer.Option(help="Stroke speed in mm/s where the file has none.")] = None,
+) -> None:
+    """Mode, surface, grooves and rendering constants of recorded strokes."""
+    from remote_site.identify import identify_texture
+
+    _print_lines(identify_texture(strokes, table=table, signal=signal, speed_mm_s=speed))
+
+
+@simulate_app.command("thermal")
+def simulate_thermal_command(
+    material: Annotated[str, typer.Option(help="Material touched, or `air` for free cooling.")],
+    out: Annotated[Path, typer.Option(help="Folder for the traces and labels.csv.")],
+    touches: Annotated[int, typer.Option(min=1)] = 1,
+    seconds: Annotated[float, typer.Option(help="Time in contact, s.", min=0.5, max=120.0)] = 8.1,
+    seed: Annotated[int, typer.Option(min=0)] = 0,
+    ambient_c: Annotated[float, typer.Option(min=5.0, max=35.0)] = 23.0,
+    preheat_k: Annotated[float, typer.Option(min=0.0, max=19.0)] = 10.0,
+    object_c: Annotated[
+        float | None, typer.Option(help="Object temperature; by default within 3 K of ambient.", min=-10.0, max=60.0)
+    ] = None,
+) -> None:
+    """Touches of the simulated thermal sensor."""
+    from common.materials import material as look_up
+    from sim_sensors.simulate import simulate_thermal_set
+
+    if material != "air":
+        look_up(material)
+    offset_c = (-3.0, 3.0) if object_c is None else (object_c - ambient_c,) * 2
+    simulate_thermal_set(
+        material,
+        touches,
+        seconds=seconds,
+        seed=seed,
+        out=out,
+        ambient_c=ambient_c,
+        preheat_k=preheat_k,
+        offset_c=offset_c,
+    )
+    typer.echo(f"wrote {touches} touches of {material} to {out}", err=True)
+
+
+@simulate_app.command("stroke")
+def simulate_stroke_command(
+    surface: Annotated[str, typer.Option(help="Surface stroked.")],
+    out: Annotated[Path, typer.Option(help="Folder for the strokes and labels.csv.")],
+    strokes: Annotated[int, typer.Option(min=1)] = 1,
+    speed: Annotated[float, typer.Option(help="mm/s", min=5.0, max=200.0)] = 50.0,
+    force: Annotated[float, typer.Option(help="N", min=0.3, max=5.0)] = 1.2,
+    seed: Annotated[int, typer.Option(min=0)] = 0,
+) -> None:
+    """Strokes of the simulated texture sensor."""
+    from sim_sensors.simulate import simulate_stroke_set
+
+    simulate_stroke_set(surface, strokes, speed_mm_s=speed, force_n=force, seed=seed, out=out)
+    typer.echo(f"wrote {strokes} strokes of {surface} to {out}", err=True)
+
+
+@render_app.command("thermal")
+def render_thermal_command(
+    object_name: Annotated[str, typer.Option("--object", help="Material touched.")],
+    object_c: Annotated[float, typer.Option(help="Object temperature, C.", min=-20.0, max=60.0)],
+    air_c: Annotated[float, typer.Option(help="Air temperature, C.", min=-20.0, max=45.0)],
+    seconds: Annotated[float, typer.Option(help="Length of the run, s; contact at 1.0 s.", min=0.01, max=3600.0)],
+    model: Annotated[str, typer.Option(help="Cells: epidermis+dermis+subcutis+object.")] = "4+1+1+6",
+    plate: Annotated[bool, typer.Option("--plate", help="Add the plate temperature that shows it.")] = False,
+    parameters: Annotated[Path | None, typer.Option(help="Write every constant used, as JSON.")] = None,
+) -> None:
+    """What a fingertip feels in contact with an object, through the skin model."""
+    from operator_site.render import PLATE_COLUMN, THERMAL_COLUMNS, render_thermal, write_parameters
+
+    rows = render_thermal(object_name, object_c, air_c, seconds, model=model, plate=plate)
+    if parameters is not None:
+        write_parameters(parameters, object_name, object_c, air_c, model=model)
+    _print_csv((*THERMAL_COLUMNS, PLATE_COLUMN) if plate else THERMAL_COLUMNS, rows)
+
+
+@render_app.command("vibration")
+def render_vibration_command(stroke: Annotated[Path, typer.Argument(help="Stroke file.")]) -> None:
+    """Motor speed that a recorded stroke makes the operator feel."""
+    from operator_site.render import VIBRATION_COLUMNS
+    from teletaction.render_vibration import render_stroke
+
+    _print_csv(VIBRATION_COLUMNS, render_stroke(stroke))
+
+
+def _times(text: str) -> list[float]:
+    try:
+        times = [float(word) for word in text.split(",")]
+    except ValueError:
+        raise ValueError(f"--at {text!r}: expected times in seconds with commas between them") from None
+    if not times or not all(0.0 < t < 1e4 for t in times):
+        raise ValueError(f"--at {text!r}: times must be above 0 s")
+    return times
+
+
+def _print_lines(records: Iterable[Mapping[str, object]]) -> None:
+    for record in records:
+        sys.stdout.write(json.dumps(record) + "\n")
+
+
+def _print_csv(columns: Sequence[str], rows: Iterable[Sequence[float]]) -> None:
+    sys.stdout.write(",".join(columns) + "\n")
+    for row in rows:
+        sys.stdout.write(",".join(f"{value:.7g}" for value in row) + "\n")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run one command; returns its exit code."""
+    try:
+        app(args=arguments, standalone_mode=False)
+    except click.exceptions.NoArgsIsHelpError as error:
+        typer.echo(error.format_message(), err=True)
+        return 2
+    except click.ClickException as error:
+        return _complain(error.format_message(), 2)
+    except (ValueError, KeyError, OSError) as error:
+        if isinstance(error, BrokenPipeError):
+            return 0  # whoever read our output has enough
+        return _complain(str(error.args[0]) if isinstance(error, KeyError) else str(error), 2)
+    except Failed as failure:
+        return _complain(str(failure), 1)
+    except (KeyboardInterrupt, click.Abort):
+        return 130
+    return 0
+
+
+def _complain(message: str, code: int) -> int:
+    typer.echo("teletaction: " + " ".join(message.split()), err=True)
+    return code

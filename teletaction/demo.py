@@ -1,0 +1,135 @@
+"""A whole telediagnosis session on this machine: four processes, a scripted hand, and what came of it."""
+
+import json
+import sys
+import time
+from datetime import datetime
+from pathlib import Path
+
+from common.process import StopSignal
+from sim_sensors.scene import load_scene
+from teletaction.demo_files import PROCESSES, DemoOptions, prepare
+from teletaction.ping import BarePing
+from teletaction.processes import SessionProcesses
+
+_START_S = 30.0
+"""The hand must have started working by then."""
+_PING_S = 0.05
+_PRODUCED = ("summary.json", "session.mcap", "report.html")
+
+
+def run_demo(options: DemoOptions) -> str:
+    """Run a session and leave its output folder; returns what failed, empty when nothing did.
+
+    Raises:
+        ValueError: bad options: unknown scene, no calibration for it, an output folder with other things in it.
+    """
+    load_scene(options.scene)
+    out = _output_folder(options)
+    configurations = prepare(options, out)
+    stop = StopSignal()
+    _say(f"session in {out}")
+    with BarePing() as ping:
+        processes = SessionProcesses(out)
+        for name in PROCESSES:
+            processes.start(name, configurations[name])
+        try:
+            failure, usage, wall_s = _watch(processes, options, stop, ping)
+        finally:
+            gentle = processes.end()
+    if failure and wall_s is None:
+        return failure
+    return failure or _conclude(options, out, ping, usage, wall_s or 0.0, gentle)
+
+
+def _conclude(
+    options: DemoOptions, out: Path, ping: BarePing, usage: dict[str, tuple[float, float]], wall_s: float, gentle: bool
+) -> str:
+    # Plots and statistics are loaded only now: while the session ran they would have cost it memory and time.
+    from teletaction.merge import merge_recordings  # noqa: PLC0415
+    from teletaction.report import write_report  # noqa: PLC0415
+    from teletaction.session_data import SessionData  # noqa: PLC0415
+    from teletaction.summary import summarise  # noqa: PLC0415
+
+    merge_recordings([out / f"{name}.mcap" for name in PROCESSES], out / "session.mcap")
+    statuses = {name: json.loads((out / f"{name}.json").read_text("utf-8")) for name in PROCESSES}
+    data = SessionData.read(out / "session.mcap")
+    summary = summarise(data, options, statuses, usage, wall_s, ping.round_trips_s)
+    (out / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", "utf-8")
+    write_report(data, summary, out / "report.html")
+    for process in PROCESSES:
+        (out / f"{process}.mcap").unlink()
+    _say(f"summary {out / 'summary.json'}, report {out / 'report.html'}, recording {out / 'session.mcap'}")
+    return "" if gentle else "a process did not end by itself within 2 s"
+
+
+def _watch(
+    processes: SessionProcesses, options: DemoOptions, stop: StopSignal, ping: BarePing
+) -> tuple[str, dict[str, tuple[float, float]], float | None]:
+    """Wait for the session's end; what failed, each process's CPU share and memory, and how long the hand worked."""
+    started_s: float | None = None
+    begin_s = time.monotonic()
+    first: dict[str, tuple[float, float]] = {}
+    while not stop():
+        time.sleep(_PING_S)
+        ping.once()
+        now_s = time.monotonic()
+        ended = processes.ended()
+        if ended:
+            name = next(iter(ended))
+            return f"{name} ended with exit code {ended[name]}: {processes.last_words(name)}", {}, None
+        hand = _status(processes.out / "sim-operator.json")
+        if started_s is None:
+            if hand.get("script_s"):
+                started_s, first = now_s, processes.usage()
+                _say("both sites are engaged; the hand is exploring")
+            elif now_s - begin_s > _START_S:
+                return f"the session did not start within {_START_S:g} s: {_waiting_for(processes.out)}", {}, None
+        elif options.seconds is not None and hand.get("finished"):
+            break
+    if started_s is None:
+        return "stopped before the session began", {}, None
+    wall_s = time.monotonic() - started_s
+    usage = {
+        name: ((cpu_s - first[name][0]) / wall_s, peak_mib)
+        for name, (cpu_s, peak_mib) in processes.usage().items()
+        if name in first
+    }
+    return "", usage, wall_s
+
+
+def _status(path: Path) -> dict[str, object]:
+    try:
+        status = json.loads(path.read_text("utf-8"))
+    except (FileNotFoundError, ValueError):
+        return {}
+    return status if isinstance(status, dict) else {}
+
+
+def _waiting_for(out: Path) -> str:
+    said = []
+    for name in ("remote", "operator"):
+        status = _status(out / f"{name}.json")
+        said.append(f"{name} {status.get('state', 'has not started')} {status.get('missing') or ''}".strip())
+    return "; ".join(said)
+
+
+def _output_folder(options: DemoOptions) -> Path:
+    out = options.out or Path(f"session-{datetime.now():%Y%m%d-%H%M%S}")
+    if out.exists():
+        if not out.is_dir():
+            raise ValueError(f"--out {out}: is a file, expected a folder")
+        if any(out.iterdir()) and not (out / "config").is_dir():
+            raise ValueError(f"--out {out}: holds other things; choose a new or empty folder")
+    out = out.resolve()
+    out.mkdir(parents=True, exist_ok=True)
+    for name in PROCESSES:
+        for suffix in (".json", ".mcap", ".log"):
+            (out / f"{name}{suffix}").unlink(missing_ok=True)
+    for produced in _PRODUCED:
+        (out / produced).unlink(missing_ok=True)
+    return out
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)

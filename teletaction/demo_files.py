@@ -1,0 +1,150 @@
+"""The files of one session on this machine: keys, resolved configurations, free ports."""
+
+import socket
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+from pydantic import BaseModel
+
+from common.can_line import CanAddress
+from common.config import (
+    CalibrationConfig,
+    OperatorConfig,
+    OperatorLinkConfig,
+    RemoteConfig,
+    RemoteLinkConfig,
+    SimOperatorConfig,
+    SimRemoteConfig,
+    to_toml,
+)
+from common.fingers import chosen_fingers
+from common.keys import TrustedKeys, create_keys
+from common.streams import STREAMS
+
+HOST = "127.0.0.1"
+PROCESSES = ("sim-remote", "sim-operator", "remote", "operator")
+_SURFACES = "surfaces.json"
+
+
+@dataclass(frozen=True, slots=True)
+class DemoOptions:
+    """What a session on this machine shall be; without `seconds` it runs until it is stopped."""
+
+    seconds: float | None = 60.0
+    scene: str = "materials"
+    seed: int = 0
+    fingers: int = 5
+    out: Path | None = None
+
+
+def calibrated_tables(scene: str) -> tuple[Path, Path]:
+    """Material and surface tables shipped for a scene.
+
+    Raises:
+        ValueError: none was calibrated for this scene's materials.
+    """
+    folder = Path(str(resources.files("remote_site"))) / "tables"
+    materials = folder / f"{Path(scene).stem}.json"
+    if not materials.is_file():
+        raise ValueError(f"scene {scene!r}: no calibrated table {materials.name}; make one with `teletaction calibrate`")
+    return materials, folder / _SURFACES
+
+
+def free_ports(count: int) -> list[int]:
+    """Ports that nobody listens on right now; all held open at once so that they differ."""
+    sockets = [socket.create_server((HOST, 0)) for _ in range(count)]
+    ports = [int(s.getsockname()[1]) for s in sockets]
+    for s in sockets:
+        s.close()
+    return ports
+
+
+def free_port_block(count: int) -> int:
+    """First of `count` consecutive free ports.
+
+    Raises:
+        OSError: none was found.
+    """
+    for first in range(20_000, 32_000, count):
+        try:
+            held = [socket.create_server((HOST, first + n)) for n in range(count)]
+        except OSError:
+            continue
+        for s in held:
+            s.close()
+        return first
+    raise OSError(f"no {count} consecutive free ports on {HOST}")
+
+
+def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
+    """Write keys and configurations of a session into `out`; return each process's configuration file.
+
+    Raises:
+        ValueError: bad number of fingers, or no calibration for the scene.
+    """
+    fingers = chosen_fingers(options.fingers)
+    materials, surfaces = calibrated_tables(options.scene)
+    folder = out / "config"
+    folder.mkdir(parents=True, exist_ok=True)
+    remote_keys, operator_keys = out / "keys" / "remote", out / "keys" / "operator"
+    for keys in (remote_keys, operator_keys):
+        for old in ("site.key", "site.key_secret", "trusted"):
+            (keys / old).unlink(missing_ok=True)
+    TrustedKeys(remote_keys).trust("operator", operator_key := create_keys(operator_keys))
+    TrustedKeys(operator_keys).trust("remote", create_keys(remote_keys))
+    assert operator_key
+    base_port = free_port_block(len(STREAMS))
+    ports = iter(free_ports(3 * len(fingers) + 2))
+    texture, thermal, tacttip = ({finger: next(ports) for finger in fingers} for _ in range(3))
+    robot_port, exoskeleton_port = next(ports), next(ports)
+
+    def listening(serial: dict[str, int]) -> dict[str, str]:
+        return {finger: f"tcp:{HOST}:{port}" for finger, port in serial.items()}
+
+    def reaching(serial: dict[str, int]) -> dict[str, str]:
+        return {finger: f"socket://{HOST}:{port}" for finger, port in serial.items()}
+
+    def files(process: str) -> dict[str, Path]:
+        return {"record": out / f"{process}.mcap", "status": out / f"{process}.json"}
+
+    simulation = {"fingers": fingers, "scene": options.scene, "seed": options.seed, "can_host": HOST}
+    site = {"fingers": fingers, "wait_for_devices_s": 20.0}
+    models: dict[str, BaseModel] = {
+        "sim-remote": SimRemoteConfig.model_validate(
+            simulation
+            | files("sim-remote")
+            | {"can_port": robot_port, "texture": listening(texture), "thermal_sensors": listening(thermal)}
+        ),
+        "sim-operator": SimOperatorConfig.model_validate(
+            simulation
+            | files("sim-operator")
+            | {"can_port": exoskeleton_port, "tacttip": listening(tacttip), "seconds": options.seconds}
+        ),
+        "remote": RemoteConfig.model_validate(
+            site
+            | files("remote")
+            | {
+                "link": RemoteLinkConfig(bind=HOST, base_port=base_port, keys=remote_keys),
+                "texture": reaching(texture),
+                "thermal_sensors": reaching(thermal),
+                "telemanipulator": CanAddress(interface="socketcand", host=HOST, port=robot_port),
+                "calibration": CalibrationConfig(materials=materials, surfaces=surfaces),
+            }
+        ),
+        "operator": OperatorConfig.model_validate(
+            site
+            | files("operator")
+            | {
+                "link": OperatorLinkConfig(host=HOST, base_port=base_port, keys=operator_keys),
+                "tacttip": reaching(tacttip),
+                "exoskeleton": CanAddress(interface="socketcand", host=HOST, port=exoskeleton_port),
+                "engage": True,
+            }
+        ),
+    }
+    configurations = {}
+    for process, model in models.items():
+        configurations[process] = folder / f"{process}.toml"
+        configurations[process].write_text(to_toml(model), "utf-8")
+    return configurations

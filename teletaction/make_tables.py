@@ -1,0 +1,79 @@
+"""The tables that ship with the remote site, calibrated on simulated touches and strokes."""
+
+import tempfile
+from pathlib import Path
+
+from remote_site.calibration import calibrate_texture, calibrate_thermal
+from sim_sensors.simulate import simulate_stroke_set, simulate_thermal, simulate_thermal_set, write_thermal_csv
+
+TOUCHES = 120
+SECONDS = 8.1
+AIR_SECONDS = 12.0
+SERIAL = "simulated"
+BLOCKS = ("aluminium", "ceramic_tile", "pvc", "pine")
+PHANTOM = ("fat", "rubber", "pvc", "aluminium")
+"""What lies about at room temperature beside the phantom."""
+BODY_OFFSETS_C = (9.0, 13.0)
+BODY_PREHEAT_K = 17.0
+"""Living skin is calibrated as warm as it is, ambient + 9..13 K, hence with the warmer pre-heat."""
+GROOVED = ("closely_grooved_pvc", "widely_grooved_pvc", "arbitrarily_grooved_pvc")
+CONSTANTS = {"foam": (500.0, 20.0), "plain_pvc": (2000.0, 60.0), "sandpaper": (5000.0, 120.0)}
+"""K_v,s in (rad/s)/(m/s) and K_F,s in (rad/s)/N of the reference surfaces; grooved PVC is PVC."""
+STROKES = ((30.0, 1.2), (50.0, 1.2), (80.0, 1.2), (50.0, 2.5))
+"""Speeds, mm/s, and forces, N, of the calibration strokes."""
+
+
+def make_tables(out: Path, *, made_on: str = "") -> list[Path]:
+    """Write materials.json, phantom.json and surfaces.json into `out`; takes about a minute.
+
+    Raises:
+        OSError: `out` cannot be written.
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as folder:
+        work = Path(folder)
+        _blocks(work / "materials", BLOCKS, 11_000)
+        calibrate_thermal(work / "materials", out / "materials.json", sensor_serial=SERIAL, made_on=made_on)
+        _blocks(work / "phantom", PHANTOM, 12_000)
+        _skin(work / "phantom", 12_500)
+        calibrate_thermal(work / "phantom", out / "phantom.json", sensor_serial=SERIAL, made_on=made_on)
+        constants = CONSTANTS | dict.fromkeys(GROOVED, CONSTANTS["plain_pvc"])
+        for number, surface in enumerate(constants):
+            for variant, (speed_mm_s, force_n) in enumerate(STROKES):
+                simulate_stroke_set(
+                    surface,
+                    strokes=3,
+                    speed_mm_s=speed_mm_s,
+                    force_n=force_n,
+                    seed=13_000 + 10 * number + variant,
+                    out=work / "strokes",
+                )
+        calibrate_texture(
+            work / "strokes", out / "surfaces.json", constants=constants, sensor_serial=SERIAL, made_on=made_on
+        )
+    return [out / name for name in ("materials.json", "phantom.json", "surfaces.json")]
+
+
+def _blocks(folder: Path, materials: tuple[str, ...], seed: int) -> None:
+    """Touches of blocks at room temperature, and free cool-downs."""
+    for number, material in enumerate(materials):
+        simulate_thermal_set(material, TOUCHES, seconds=SECONDS, seed=seed + number, out=folder)
+    simulate_thermal_set("air", 5, seconds=AIR_SECONDS, seed=seed + 100, out=folder)
+
+
+def _skin(folder: Path, seed: int) -> None:
+    """Touches of body-warm skin, added to the labels of `folder`."""
+    traces = simulate_thermal(
+        "skin_dermis",
+        seed,
+        touches=TOUCHES,
+        seconds=SECONDS,
+        preheat_k=BODY_PREHEAT_K,
+        offset_c=BODY_OFFSETS_C,
+        thickness_m=None,
+    )
+    with (folder / "labels.csv").open("a", encoding="utf-8") as labels:
+        for number, trace in enumerate(traces):
+            file = f"skin_dermis_{number:03d}.csv"
+            write_thermal_csv(folder / file, trace)
+            labels.write(f"{file},skin_dermis,{trace.object_c:.4f}\n")

@@ -1,0 +1,79 @@
+"""The processes of a session on this machine: started together, watched, ended together."""
+
+import ctypes
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+END_S = 2.0
+"""All processes are gone this long after they were told to end."""
+_PR_SET_PDEATHSIG = 1
+_TICKS_PER_S = os.sysconf("SC_CLK_TCK")
+
+
+def _die_with_parent() -> None:
+    # In the child, before its program: a launcher that is killed must not leave a session running.
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
+    # Ctrl-C reaches the launcher alone, which ends the others in order.
+    os.setsid()
+
+
+@dataclass(slots=True)
+class SessionProcesses:
+    """Processes by name, each with a log file of its own in `out`."""
+
+    out: Path
+    running: dict[str, subprocess.Popen[bytes]] = field(default_factory=dict)
+
+    def start(self, name: str, config: Path) -> None:
+        """Start one process with its configuration file."""
+        with (self.out / f"{name}.log").open("wb") as log:
+            self.running[name] = subprocess.Popen(
+                [sys.executable, "-m", "teletaction", name, "--config", str(config)],
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                preexec_fn=_die_with_parent,  # noqa: PLW1509 - the launcher has no other thread yet
+            )
+
+    def ended(self) -> dict[str, int]:
+        """Exit codes of those that are no longer running."""
+        return {name: code for name, process in self.running.items() if (code := process.poll()) is not None}
+
+    def last_words(self, name: str) -> str:
+        """The last line that a process wrote to its log."""
+        lines = (self.out / f"{name}.log").read_text("utf-8", errors="replace").strip().splitlines()
+        return lines[-1] if lines else "it said nothing"
+
+    def end(self) -> bool:
+        """End all within END_S, the operator first; True when none had to be killed."""
+        deadline_s = time.monotonic() + END_S
+        for name in reversed(self.running):
+            if self.running[name].poll() is None:
+                self.running[name].send_signal(signal.SIGTERM)
+        gentle = True
+        for process in self.running.values():
+            try:
+                process.wait(max(0.0, deadline_s - time.monotonic()))
+            except subprocess.TimeoutExpired:
+                gentle = False
+                process.kill()
+                process.wait()
+        return gentle
+
+    def usage(self) -> dict[str, tuple[float, float]]:
+        """CPU time used so far (s) and largest resident memory (MiB) of each running process."""
+        found = {}
+        for name, process in self.running.items():
+            try:
+                stat = Path(f"/proc/{process.pid}/stat").read_text("ascii").rsplit(")", 1)[1].split()
+                status = Path(f"/proc/{process.pid}/status").read_text("ascii")
+            except (FileNotFoundError, ProcessLookupError):
+                continue
+            peak = next((line.split()[1] for line in status.splitlines() if line.startswith("VmHWM")), "0")
+            found[name] = ((int(stat[11]) + int(stat[12])) / _TICKS_PER_S, int(peak) / 1024.0)
+        return found

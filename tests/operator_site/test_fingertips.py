@@ -1,0 +1,167 @@
+"""Five fingertips together: from touch parameters to requests, and through the gate."""
+
+import math
+
+import numpy as np
+import pytest
+
+from common.limits import COMFORT
+from common.materials import material
+from common.messages import TOUCH_COLUMN, Event, EventKind
+from operator_site.fingertips import Fingertips
+from operator_site.gate import Limit, OperatorGate
+from operator_site.vibration import Mode
+
+DT = 0.002
+UP, DOWN = [0.006] * 5, [-0.002] * 5
+
+
+def block(fingers=range(5), **values: float) -> np.ndarray:
+    touch = np.zeros((5, len(TOUCH_COLUMN)), dtype=np.float32)
+    for name, value in values.items():
+        touch[list(fingers), TOUCH_COLUMN[name]] = value
+    return touch
+
+
+def constants(name: str, object_c: float) -> dict[str, float]:
+    m = material(name)
+    return {
+        "conductivity_w_mk": m.conductivity_w_mk,
+        "density_kg_m3": m.density_kg_m3,
+        "specific_heat_j_kgk": m.specific_heat_j_kgk,
+        "object_c": object_c,
+    }
+
+
+class Rig:
+    def __init__(self) -> None:
+        self.tips = Fingertips()
+        self.t_s = 3.0
+        self.plate_c = [33.0] * 5
+
+    def step(self, touch, z_m, events=(), speed=0.0, engaged=True, age=0.005):
+        self.t_s += DT
+        return self.tips.step(
+            self.t_s,
+            engaged,
+            touch=touch,
+            events=events,
+            speed_m_s=speed,
+            z_m=z_m,
+            plate_c=self.plate_c,
+            plate_age_s=[age] * 5,
+        )
+
+    def run(self, seconds, touch, z_m, **more):
+        return [self.step(touch, z_m, **more) for _ in range(round(seconds / DT))]
+
+
+def test_free_hand_feels_nothing():
+    rig = Rig()
+    for out in rig.run(1.0, block(), UP, speed=0.3):
+        assert out.force_n == [0.0] * 5
+        assert out.motor_rpm == [0.0] * 5
+    assert out.plate_set_c == pytest.approx([33.03] * 5, abs=0.05)
+
+
+def test_force_comes_from_the_local_height():
+    rig = Rig()
+    touch = block(stiffness_n_m=400.0, surface_z_m=0.001, contact=0, contact_force_n=9.0)
+    rig.run(0.5, touch, UP)
+    out = rig.run(0.2, touch, [0.0, -0.001, 0.002, 0.001, -0.009])[-1]
+    assert out.force_n == pytest.approx([0.4, 0.8, 0.0, 0.0, 4.0], abs=1e-6)
+
+
+def test_cold_metal_is_felt_by_the_finger_that_touches_it():
+    rig = Rig()
+    touch = block([1], stiffness_n_m=400.0, contact=1, mode=Mode.QUIESCENT, **constants("aluminium", 23.0))
+    start = rig.tips.skin.epidermis_c.copy()
+    out = rig.run(4.0, touch, DOWN)[-1]
+    change = rig.tips.skin.epidermis_c - start
+    assert change[1] < -4.0
+    assert np.abs(np.delete(change, 1)).max() < 0.01
+    assert out.plate_set_c[1] < 26.0
+    assert out.peltier_drive[1] < -0.5  # the plate stands at 33 C and is asked to be cold
+
+
+def test_contact_for_heat_is_local_or_the_remote_fingers():
+    for contact, z_m, touches in ((1, UP, True), (0, DOWN, True), (0, UP, False)):
+        rig = Rig()
+        rig.run(0.5, block(stiffness_n_m=400.0, contact=contact, **constants("copper", 20.0)), z_m)
+        assert (rig.tips.skin.flux_w_m2[0] < -500.0) == touches
+
+
+def test_unknown_material_is_neutral():
+    rig = Rig()
+    out = rig.run(1.0, block(stiffness_n_m=400.0, contact=1, object_c=20.0), DOWN)[-1]
+    assert out.plate_set_c == pytest.approx([33.03] * 5, abs=0.05)
+
+
+def test_rate_that_the_plate_cannot_show_is_reported():
+    rig = Rig()
+    touch = block(stiffness_n_m=400.0, contact=1, **constants("aluminium", 15.0))
+    assert any(out.limited[0] & Limit.PLATE_RATE for out in rig.run(0.2, touch, DOWN))
+
+
+def test_events_reach_their_own_finger_once_and_only_while_engaged():
+    rig = Rig()
+    touch = block(mode=Mode.TAPPING, contact=1, k_tap=4000.0, b_tap_per_s=30.0, stiffness_n_m=400.0)
+    taps = [Event(1, EventKind.TAP, 1, 0, 0.1), Event(2, EventKind.MATERIAL, 2, 0, 0.9, "pvc")]
+    out = rig.step(touch, DOWN, events=taps)
+    assert [speed > 0.0 for speed in out.motor_rpm] == [False, True, False, False, False]
+    assert rig.tips.impulses_played == [1]
+    outs = rig.run(0.3, touch, DOWN, events=taps)
+    assert rig.tips.impulses_played == []
+    assert outs[-1].motor_rpm == [0.0] * 5
+    idle = Rig()
+    idle.step(touch, DOWN, events=taps, engaged=False)
+    assert idle.step(touch, DOWN, events=taps).motor_rpm == [0.0] * 5  # what passed is not made up for
+    idle.tips.begin_session()
+    assert idle.step(touch, DOWN, events=taps).motor_rpm[1] > 0.0
+
+
+def test_stroke_uses_the_hands_own_speed_and_force():
+    rig = Rig()
+    touch = block(mode=Mode.STROKING, contact=1, k_stroke_v=5000.0, k_stroke_f=120.0, stiffness_n_m=400.0)
+    rig.run(0.2, touch, DOWN, speed=0.1)
+    out = rig.step(touch, DOWN, speed=-0.1)
+    assert out.motor_rpm[0] == pytest.approx((5000.0 * 0.1 + 120.0 * 0.8) * 30.0 / math.pi)
+    unknown = block(mode=Mode.STROKING, contact=1, k_stroke_v=5000.0, k_stroke_f=120.0, contact_force_n=1.5)
+    assert Rig().step(unknown, DOWN, speed=0.1).motor_rpm[0] == pytest.approx((500.0 + 180.0) * 30.0 / math.pi)
+
+
+def test_plate_without_a_fresh_reading_or_engagement_is_not_driven():
+    touch = block(stiffness_n_m=400.0, contact=1, **constants("aluminium", 20.0))
+    rig = Rig()
+    assert all(out.peltier_drive == [0.0] * 5 for out in rig.run(0.5, touch, DOWN, age=math.inf))
+    rig = Rig()
+    assert all(out.peltier_drive == [0.0] * 5 for out in rig.run(0.5, touch, DOWN, engaged=False))
+
+
+def test_whole_chain_shows_an_object_and_the_gate_has_nothing_to_correct():
+    rig, gate = Rig(), OperatorGate(COMFORT)
+    touch = block(stiffness_n_m=400.0, contact=1, mode=Mode.QUIESCENT, **constants("ceramic_tile", 23.0))
+    plate, acted = np.full(5, 33.0), 0
+    for tick in range(5000):
+        near = tick > 500
+        wanted = rig.step(touch if near else block(), DOWN if near else UP)
+        out = gate.step(
+            rig.t_s,
+            True,
+            0.0,
+            force_n=wanted.force_n,
+            motor_rpm=wanted.motor_rpm,
+            plate_set_c=wanted.plate_set_c,
+            peltier_drive=wanted.peltier_drive,
+            plate_measured_c=rig.plate_c,
+            measurement_age_s=[0.005] * 5,
+        )
+        drive = np.array(out.peltier_drive)
+        plate += DT * (drive * np.where(drive > 0.0, 4.0, 2.5) - 0.05 * (plate - 31.0))
+        if tick % 5 == 4:
+            rig.plate_c = [float(value) for value in plate]
+        acted |= out.limited[2]
+    assert out.fault is None
+    assert acted == 0
+    assert plate[2] == pytest.approx(out.plate_set_c[2], abs=0.1)
+    assert plate[2] < 30.0

@@ -1,0 +1,399 @@
+"""The operator-side gate keeps every limit of `common.limits`, whatever is asked for."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from common.limits import (
+    COMFORT,
+    DOSE_ABOVE_C,
+    DOSE_LIMIT_K_S,
+    FINGER_FORCE_N,
+    FORCE_RAMP_DOWN_N_S,
+    FORCE_RAMP_UP_N_S,
+    FORCE_SAFE_S,
+    GAP_S,
+    MOTOR_FLOOR_RPM,
+    MOTOR_MAX_RPM,
+    PLATE_COOLING_K_S,
+    PLATE_FAULT_C,
+    PLATE_HEATING_K_S,
+    PLATE_PEAK_C,
+    WIDE,
+    PlateRange,
+)
+from operator_site.gate import Limit, OperatorGate, limit_names
+from operator_site.plate_loop import PlateLoop
+
+DT = 0.002
+NOT_FINITE = (math.nan, math.inf, -math.inf)
+
+
+def dense(*edges: float, step: float) -> list[float]:
+    return sorted({round(edge + k * step, 9) for edge in edges for k in range(-4, 5)})
+
+
+class Rig:
+    """A gate with a clock; every request has a harmless default."""
+
+    def __init__(self, profile: PlateRange = COMFORT) -> None:
+        self.gate = OperatorGate(profile)
+        self.t_s = 10.0
+
+    def step(self, engaged=True, age=0.0, dt=DT, **changes):
+        self.t_s += dt
+        request = {
+            "force_n": 0.0,
+            "motor_rpm": 0.0,
+            "plate_set_c": 33.0,
+            "peltier_drive": 0.0,
+            "plate_measured_c": 33.0,
+            "measurement_age_s": 0.01,
+        } | changes
+        # One number stands for all five fingers.
+        request = {name: [v] * 5 if isinstance(v, float) else v for name, v in request.items()}
+        return self.gate.step(self.t_s, engaged, age, **request)
+
+    def warm_up(self, **changes):
+        """Engaged for long enough that no ramp is left."""
+        return [self.step(**changes) for _ in range(150)][-1]
+
+
+def one(value: float, other: float, finger: int = 1) -> list[float]:
+    return [value if i == finger else other for i in range(5)]
+
+
+def test_limits_have_the_right_order():
+    assert COMFORT.low_c < COMFORT.high_c <= WIDE.high_c < PLATE_FAULT_C < PLATE_PEAK_C
+    assert FINGER_FORCE_N / FORCE_RAMP_DOWN_N_S <= FORCE_SAFE_S - GAP_S + 1e-12
+
+
+def test_refuses_a_profile_outside_the_wide_one():
+    for low, high in ((14.9, 30.0), (20.0, 41.6), (30.0, 30.0), (math.nan, 30.0)):
+        with pytest.raises(ValueError, match="profile"):
+            OperatorGate(PlateRange(low, high))
+
+
+def test_force_range():
+    rig = Rig()
+    rig.warm_up(force_n=10.0)
+    for wanted in dense(0.0, 5.0, FINGER_FORCE_N, step=0.01):
+        out = rig.step(force_n=wanted)
+        assert out.force_n == [min(FINGER_FORCE_N, max(0.0, wanted))] * 5
+        inside = 0.0 <= wanted <= FINGER_FORCE_N
+        assert out.limited == [0 if inside else Limit.FORCE_RANGE] * 5
+
+
+def test_force_rises_slowly_after_engaging_then_is_free():
+    rig = Rig()
+    before = 0.0
+    for _ in range(99):
+        out = rig.step(force_n=FINGER_FORCE_N)
+        assert out.force_n[0] - before <= FORCE_RAMP_UP_N_S * DT + 1e-9
+        assert limit_names(out.limited[0]) == ("force_ramp",)
+        before = out.force_n[0]
+    rig.warm_up()
+    assert rig.step(force_n=FINGER_FORCE_N).force_n[0] == FINGER_FORCE_N  # no rate limit inside the contact law
+
+
+@pytest.mark.parametrize("way", ["disengaged", "stale", "fault", "clock"])
+def test_force_falls_to_zero_in_time(way):
+    rig = Rig()
+    rig.warm_up(force_n=FINGER_FORCE_N, motor_rpm=5000.0)
+    forces = [FINGER_FORCE_N]
+    if way == "fault":
+        rig.gate.trip("test")
+    for tick in range(1, 40):
+        if way == "stale":  # the deadline counts from the last valid input
+            forces.append(rig.step(age=GAP_S + tick * DT, force_n=FINGER_FORCE_N).force_n[0])
+        elif way == "clock":
+            rig.t_s = math.nan
+            forces.append(rig.step(force_n=FINGER_FORCE_N).force_n[0])
+        else:
+            forces.append(rig.step(engaged=way == "fault", force_n=FINGER_FORCE_N).force_n[0])
+    falls = -np.diff(forces)
+    assert all(
+        fall >= FORCE_RAMP_DOWN_N_S * DT - 1e-9 or now == 0.0 for fall, now in zip(falls, forces[1:], strict=True)
+    )
+    assert forces[int((FORCE_SAFE_S - GAP_S) / DT)] == 0.0
+
+
+def test_force_deadline_holds_across_a_stalled_loop():
+    rig = Rig()
+    rig.warm_up(force_n=FINGER_FORCE_N)
+    assert rig.step(age=0.139, dt=0.139, force_n=10.0).force_n[0] <= 0.3
+    assert rig.step(age=FORCE_SAFE_S, dt=DT, force_n=10.0).force_n == [0.0] * 5
+
+
+def test_ages_at_the_edge():
+    for age in [*dense(0.0, GAP_S, step=0.0005), math.inf]:
+        rig = Rig()
+        rig.warm_up(force_n=5.0, motor_rpm=5000.0)
+        out = rig.step(age=age, force_n=5.0, motor_rpm=5000.0, peltier_drive=0.5)
+        fresh = 0.0 <= age <= GAP_S
+        assert out.motor_rpm == [5000.0 if fresh else 0.0] * 5, age
+        assert out.peltier_drive == [0.5 if fresh else 0.0] * 5, age
+        assert all(bool(bits & Limit.RELEASED) != fresh for bits in out.limited)
+        assert out.fault is None
+
+
+def test_motor_range():
+    rig = Rig()
+    for wanted in dense(0.0, MOTOR_FLOOR_RPM, MOTOR_MAX_RPM, step=1.0):
+        out = rig.step(motor_rpm=wanted)
+        want = 0.0 if wanted < MOTOR_FLOOR_RPM else min(wanted, MOTOR_MAX_RPM)
+        assert out.motor_rpm == [want] * 5
+        assert out.limited == [0 if want == wanted else Limit.MOTOR_RANGE] * 5
+
+
+@pytest.mark.parametrize("profile", [COMFORT, WIDE])
+def test_plate_set_point_range_and_rate(profile):
+    rig = Rig(profile)
+    rig.step(plate_set_c=33.0)
+    for wanted in (-300.0, profile.low_c, 33.0, profile.high_c, 500.0, 42.0, 15.0):
+        before = rig.step().plate_set_c[0]
+        for _ in range(7000):
+            out = rig.step(plate_set_c=wanted)
+            now = out.plate_set_c[0]
+            assert profile.low_c <= now <= profile.high_c
+            assert -PLATE_COOLING_K_S * DT - 1e-9 <= now - before <= PLATE_HEATING_K_S * DT + 1e-9
+            moving, before = now != before, now
+            assert bool(out.limited[0] & Limit.PLATE_RANGE) == (not profile.low_c <= wanted <= profile.high_c)
+            if not moving:
+                break
+        assert now == pytest.approx(min(profile.high_c, max(profile.low_c, wanted)))
+
+
+def test_plate_set_point_starts_from_the_plate():
+    rig = Rig()
+    assert rig.step(engaged=False, plate_set_c=38.0, plate_measured_c=25.0).plate_set_c == [25.0] * 5
+    first = rig.step(plate_set_c=38.0, plate_measured_c=26.0)
+    assert first.plate_set_c[0] == pytest.approx(26.0 + PLATE_HEATING_K_S * DT)
+    assert first.limited == [Limit.PLATE_RATE] * 5
+    assert rig.step(engaged=False, plate_measured_c=60.0).plate_set_c == [COMFORT.high_c] * 5
+
+
+def test_hot_plate_is_a_fault_that_latches_for_all():
+    for measured in dense(PLATE_FAULT_C, step=0.01):
+        rig = Rig(WIDE)
+        out = rig.step(plate_measured_c=one(measured, 33.0), peltier_drive=-1.0, motor_rpm=3000.0)
+        tripped = measured > PLATE_FAULT_C
+        assert (out.fault is not None) == tripped
+        assert out.peltier_drive[0] == (0.0 if tripped else -1.0)
+        if tripped:
+            assert "index" in str(out.fault)
+            assert rig.step(motor_rpm=3000.0).motor_rpm == [0.0] * 5  # cool again, still latched
+            rig.gate.clear_fault()
+            assert rig.gate.fault is None
+            assert rig.step(motor_rpm=3000.0, force_n=5.0).force_n[0] <= FORCE_RAMP_UP_N_S * DT + 1e-9
+    rig = Rig()
+    assert rig.step(engaged=False, plate_measured_c=43.0).fault  # also while nobody works
+
+
+def test_drive_is_cut_at_the_edge_of_the_profile_only_outwards():
+    margin = PLATE_FAULT_C - WIDE.high_c
+    for edge, sign in ((COMFORT.high_c + margin, 1.0), (COMFORT.low_c - margin, -1.0)):
+        for measured in dense(edge, step=0.01):
+            rig = Rig()
+            outside = sign * (measured - edge) > 0.0
+            outwards = rig.step(plate_measured_c=measured, peltier_drive=sign)
+            assert outwards.peltier_drive[0] == (0.0 if outside else sign)
+            assert bool(outwards.limited[0] & Limit.PLATE_TEMPERATURE) == outside
+            assert rig.step(plate_measured_c=measured, peltier_drive=-sign).peltier_drive[0] == -sign
+
+
+def test_drive_range():
+    rig = Rig()
+    for wanted in dense(-1.0, 0.0, 1.0, step=0.01):
+        out = rig.step(peltier_drive=wanted)
+        assert out.peltier_drive == [min(1.0, max(-1.0, wanted))] * 5
+        assert out.limited == [Limit.DRIVE_RANGE if abs(wanted) > 1.0 else 0] * 5
+
+
+def test_no_fresh_reading_no_drive():
+    for age in [*dense(0.0, GAP_S, step=0.001), math.inf, math.nan]:
+        rig = Rig()
+        out = rig.step(measurement_age_s=age, peltier_drive=0.5)
+        known = 0.0 <= age <= GAP_S
+        assert out.peltier_drive == [0.5 if known else 0.0] * 5, age
+        assert out.limited == [0 if known else Limit.PLATE_UNKNOWN] * 5
+        assert out.fault is None
+    rig = Rig()  # a finger without a module has a reading neither as number nor in time
+    out = rig.step(plate_measured_c=one(math.nan, 33.0), measurement_age_s=one(math.inf, 0.0), peltier_drive=0.5)
+    assert out.peltier_drive == one(0.0, 0.5)
+    assert out.fault is None
+
+
+def test_reading_lost_in_the_middle_starts_anew():
+    rig = Rig()
+    for _ in range(100):
+        rig.step(plate_set_c=20.0)
+    assert rig.step(measurement_age_s=1.0).plate_set_c == [33.0] * 5
+    assert rig.step(plate_set_c=20.0, plate_measured_c=24.0).plate_set_c[0] == pytest.approx(24.0 - 2.5 * DT)
+
+
+@pytest.mark.parametrize("name", ["force_n", "motor_rpm", "plate_set_c", "peltier_drive", "plate_measured_c"])
+@pytest.mark.parametrize("value", NOT_FINITE)
+def test_what_is_no_number_is_a_fault(name, value):
+    rig = Rig()
+    rig.warm_up()
+    default = 33.0 if "plate" in name else 0.0
+    out = rig.step(**({"force_n": 0.0, "motor_rpm": 3000.0} | {name: one(value, default)}))
+    assert out.fault
+    assert out.motor_rpm == [0.0] * 5
+    numbers = itertools.chain(out.force_n, out.motor_rpm, out.plate_set_c, out.peltier_drive)
+    assert all(map(math.isfinite, numbers))
+
+
+def test_age_that_is_no_number_is_a_fault():
+    assert "age" in str(Rig().step(age=math.nan).fault)
+
+
+@pytest.mark.parametrize("value", NOT_FINITE)
+def test_time_that_is_no_number_is_a_fault(value):
+    rig = Rig()
+    rig.warm_up(force_n=10.0)
+    rig.t_s = value
+    out = rig.step(force_n=10.0)
+    assert "time" in str(out.fault)
+    assert out.force_n == [0.0] * 5
+
+
+def test_first_fault_is_kept():
+    rig = Rig()
+    rig.gate.trip("first")
+    rig.gate.trip("second")
+    assert rig.step().fault == "first"
+
+
+def test_dose_is_spent_before_it_is_exceeded_and_comes_back():
+    rig = Rig(WIDE)
+    dose = 0.0
+    cut = False
+    for tick in range(15_000):  # 30 s at 41.5 C would be 45 K s; the reading moves so that it is believed
+        reading = 41.5 + 0.05 * (tick // 100 % 2)
+        out = rig.step(plate_measured_c=reading, peltier_drive=0.1)
+        cut = cut or bool(out.limited[0] & Limit.DOSE)
+        if cut:
+            assert out.peltier_drive[0] == 0.0
+            break
+        dose += (reading - DOSE_ABOVE_C) * DT
+    assert 0.7 * DOSE_LIMIT_K_S < dose <= DOSE_LIMIT_K_S - 1.5 * 2.0 + 0.2
+    for tick in range(400):
+        rig.step(dt=0.1, measurement_age_s=0.0, plate_measured_c=33.0 + tick % 2)
+    assert rig.step(peltier_drive=0.1).limited[0] & Limit.DOSE  # 40 s later still in the window
+    for tick in range(300):
+        rig.step(dt=0.1, plate_measured_c=33.0 + tick % 2)
+    assert rig.step(peltier_drive=0.1).peltier_drive[0] == 0.1
+
+
+class Plate:
+    """A plate that warms at 4 and cools at 2.5 K/s at full drive and leaks to the finger; not the product's model."""
+
+    def __init__(self, start_c: float) -> None:
+        self.plate_c = self.reading_c = start_c
+
+    def step(self, drive: float) -> None:
+        self.plate_c += DT * (drive * (4.6 if drive > 0 else 3.0) - 0.06 * (self.plate_c - 30.0))
+        self.reading_c += (self.plate_c - self.reading_c) * DT / 0.12
+
+
+@pytest.mark.parametrize("fault", ["none", "reversed", "dead", "frozen"])
+@pytest.mark.parametrize(("start_c", "goal_c"), [(40.0, 41.5), (40.0, 20.0), (33.0, 41.5), (33.0, 22.0)])
+def test_single_fault_is_found_and_stays_below_the_peak(fault, start_c, goal_c):
+    rig, plate, loop = Rig(WIDE), Plate(start_c), PlateLoop()
+    noise = np.random.default_rng(1)
+    reading, drive, hot_s, found_s = start_c, 0.0, None, None
+    set_c, frozen_c = start_c, start_c
+    for tick in range(5000):
+        if tick % 5 == 0:
+            seen = frozen_c if fault == "frozen" else plate.reading_c + 0.01 * noise.standard_normal()
+            reading = round(seen * 40.0) / 40.0
+            drive = loop.step(tick * DT, set_c, reading)
+        out = rig.step(plate_set_c=goal_c, peltier_drive=drive, plate_measured_c=reading)
+        set_c = out.plate_set_c[0]
+        acted = {"none": 1.0, "frozen": 1.0, "reversed": -1.0, "dead": 0.0}[fault]
+        plate.step(acted * out.peltier_drive[0])
+        assert plate.plate_c <= PLATE_PEAK_C
+        if plate.plate_c > PLATE_FAULT_C:
+            hot_s = tick * DT if hot_s is None else hot_s
+            assert tick * DT - hot_s < 2.0
+        if out.fault and found_s is None:
+            found_s = tick * DT
+    if fault == "none":
+        assert found_s is None
+        assert plate.plate_c == pytest.approx(goal_c, abs=0.3)
+    elif (fault, start_c, goal_c) != ("dead", 40.0, 20.0):  # there it cools by itself as if driven, and nothing acts
+        assert found_s is not None
+        assert found_s < 2.0
+
+
+def test_reading_that_stands_still_where_it_is_hot_is_a_fault():
+    rig = Rig(WIDE)
+    outs = [rig.step(plate_measured_c=40.5) for _ in range(600)]
+    assert outs[400].fault is None
+    assert "stands still" in str(outs[-1].fault)
+    rig = Rig(WIDE)
+    assert [rig.step(plate_measured_c=39.5) for _ in range(600)][-1].fault is None
+
+
+numbers = st.one_of(
+    st.floats(allow_nan=True, allow_infinity=True),
+    st.floats(-5.0, 50.0),
+    st.sampled_from([0.0, 1.0, 10.0, 20.0, 38.0, 42.0, 2740.0, 10_000.0, *NOT_FINITE]),
+)
+five = st.lists(numbers, min_size=5, max_size=5)
+calm = st.lists(st.floats(20.0, 41.9), min_size=5, max_size=5)
+ages = st.one_of(st.floats(0.0, 0.2), numbers)
+ticks = st.fixed_dictionaries(
+    {
+        "engaged": st.booleans(),
+        "age": ages,
+        "dt": st.floats(0.0, 0.3),
+        "force_n": st.one_of(five, calm),
+        "motor_rpm": st.one_of(five, st.just([3000.0] * 5)),
+        "plate_set_c": st.one_of(five, calm),
+        "peltier_drive": st.one_of(five, st.just([0.7] * 5)),
+        "plate_measured_c": st.one_of(calm, calm, five),
+        "measurement_age_s": st.one_of(st.just([0.01] * 5), st.lists(ages, min_size=5, max_size=5)),
+        "clear": st.booleans(),
+    }
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.sampled_from([COMFORT, WIDE]), st.lists(ticks, min_size=1, max_size=25))
+def test_every_output_of_every_sequence_keeps_the_limits(profile, sequence):
+    rig = Rig(profile)
+    before = None
+    for tick in sequence:
+        request = dict(tick)
+        if request.pop("clear"):
+            rig.gate.clear_fault()
+        out = rig.step(**request)
+        fresh = 0.0 <= tick["age"] <= GAP_S
+        live = tick["engaged"] and fresh and out.fault is None
+        for i in range(5):
+            assert 0.0 <= out.force_n[i] <= FINGER_FORCE_N
+            assert out.motor_rpm[i] == 0.0 or MOTOR_FLOOR_RPM <= out.motor_rpm[i] <= MOTOR_MAX_RPM
+            assert profile.low_c <= out.plate_set_c[i] <= profile.high_c
+            assert -1.0 <= out.peltier_drive[i] <= 1.0
+            known = 0.0 <= tick["measurement_age_s"][i] <= GAP_S and math.isfinite(tick["plate_measured_c"][i])
+            if not live:
+                assert out.motor_rpm[i] == 0.0
+                assert out.peltier_drive[i] == 0.0
+                assert out.limited[i] & Limit.RELEASED
+            if not known or tick["plate_measured_c"][i] > PLATE_FAULT_C:
+                assert out.peltier_drive[i] == 0.0
+            if tick["age"] >= FORCE_SAFE_S:
+                assert out.force_n[i] == 0.0
+            if before is not None and not live:
+                fallen = before.force_n[i] - FORCE_RAMP_DOWN_N_S * tick["dt"]
+                assert out.force_n[i] <= max(0.0, fallen) + 1e-9
+            if before is None and live:
+                assert out.force_n[i] == 0.0
+        before = out

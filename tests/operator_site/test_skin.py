@@ -1,0 +1,134 @@
+"""The three-layer finger against a fine grid, against closed form, and in mid-contact changes."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.special import erfcx
+
+from common.materials import contact_resistance_m2k_w, material
+from operator_site.scene_skin import SceneSkin, touched_object
+from operator_site.skin import DEFAULT_MODEL, Body, SkinModel, Touched, ladder_m, skin_step
+
+FINE = SkinModel(60, 60, 70, 100)
+
+
+def touched(name: str) -> Touched:
+    m = material(name)
+    k = m.conductivity_w_mk
+    return Touched(k, m.density_kg_m3, m.specific_heat_j_kgk, contact_resistance_m2k_w(k))
+
+
+def felt(model: SkinModel, name: str, object_c: float, steps: int = 1000) -> np.ndarray:
+    skin = SceneSkin(model, fingers=1)
+    start = skin.state().epidermis_c[0]
+    skin.touch(0, touched(name), object_c)
+    return np.array([start, *(skin.step().epidermis_c[0] for _ in range(steps))])
+
+
+@pytest.mark.parametrize("name", ["aluminium", "ceramic_tile", "pvc", "pine"])
+@pytest.mark.parametrize("object_c", [25.0, 15.0, 40.0])
+def test_felt_temperature_agrees_with_a_fine_grid(name, object_c):
+    reference = felt(FINE, name, object_c)
+    tolerance = np.maximum(0.1, 0.1 * np.abs(reference - reference[0]))
+    error = np.abs(felt(DEFAULT_MODEL, name, object_c) - reference)
+    assert np.max(error / tolerance) <= 1.0
+
+
+def test_flux_into_a_fine_grid_is_that_of_two_half_spaces_at_first():
+    skin = SceneSkin(FINE, Body(deep_c=33.0, arterial_c=33.0, air_c=33.0), fingers=1)
+    skin.touch(0, touched("pvc"), 23.0)
+    e_skin, e_object = math.sqrt(0.24 * 1200.0 * 3590.0), material("pvc").effusivity
+    r_c = contact_resistance_m2k_w(material("pvc").conductivity_w_mk)
+    for step in range(1, 31):  # heat has not reached the dermis
+        flux = skin.step().flux_w_m2[0]
+        b = (e_skin + e_object) / (r_c * e_skin * e_object)
+        assert flux == pytest.approx(-10.0 / r_c * erfcx(b * math.sqrt(step * 0.01)), rel=0.02)
+
+
+def test_start_is_the_steady_state_of_a_free_finger():
+    skin = SceneSkin()
+    before = skin.state()
+    assert 32.0 <= before.surface_c[0] <= 34.0
+    for _ in range(500):
+        after = skin.step()
+    assert np.allclose(after.epidermis_c, before.epidermis_c, atol=1e-9)
+    assert before.flux_w_m2[0] == pytest.approx(10.0 * (25.0 - before.surface_c[0]))
+
+
+def test_heat_is_conserved_in_contact():
+    """What leaves the object arrives in the tissue: no perfusion, no deep node within this time scale."""
+    step = skin_step(DEFAULT_MODEL, touched("aluminium"))
+    # With everything at one temperature nothing may change.
+    x = np.full(12, 31.0)
+    assert np.allclose(step.a @ x + step.b @ np.full(3, 31.0), x)
+
+
+def test_each_finger_has_its_own_object():
+    skin = SceneSkin()
+    for finger, name in enumerate(("copper", "ceramic_tile", "pvc", "pu_foam")):
+        skin.touch(finger, touched(name), 20.0)
+    for _ in range(200):
+        state = skin.step()
+    assert list(np.argsort(state.epidermis_c)) == [0, 1, 2, 3, 4]
+    alone = felt(DEFAULT_MODEL, "pvc", 20.0, 200)
+    assert state.epidermis_c[2] == pytest.approx(alone[-1])
+
+
+def test_release_returns_to_the_start():
+    skin = SceneSkin(fingers=1)
+    start = skin.state().epidermis_c[0]
+    skin.touch(0, touched("aluminium"), 15.0)
+    for _ in range(300):
+        cold = skin.step().epidermis_c[0]
+    skin.touch(0, None, 0.0)
+    skin.touch(0, None, 0.0)
+    for _ in range(30_000):
+        warm = skin.step().epidermis_c[0]
+    assert cold < start - 5.0
+    assert warm == pytest.approx(start, abs=0.25)  # the deepest cell takes minutes
+
+
+def test_better_estimates_in_mid_contact_do_not_jerk_and_lead_to_the_same_end():
+    skin = SceneSkin(fingers=1)
+    skin.touch(0, touched("ceramic_tile"), 27.0)
+    for _ in range(100):
+        before = skin.step()
+    skin.touch(0, touched("aluminium"), 25.0)
+    after = skin.step()
+    assert abs(after.epidermis_c[0] - before.epidermis_c[0]) < 0.1
+    for _ in range(900):
+        end = skin.step().epidermis_c[0]
+    assert end == pytest.approx(felt(DEFAULT_MODEL, "aluminium", 25.0)[-1], abs=0.4)
+
+
+def test_without_a_ladder_the_object_keeps_its_temperature():
+    model = SkinModel.parse("3")
+    assert model == SkinModel(1, 1, 1, 0)
+    x = felt(model, "pine", 25.0, 5000)
+    assert x[-1] < felt(DEFAULT_MODEL, "pine", 25.0, 5000)[-1] - 1.0
+
+
+def test_model_names():
+    for text in ("4+1+1+6", "1+1+1"):
+        assert str(SkinModel.parse(text)) == text
+    for text in ("", "4", "4+1", "a+1+1", "4+1+1+0", "4+1+1+6+1", "999+1+1+6", "4+-1+1+6"):
+        with pytest.raises(ValueError, match="model"):
+            SkinModel.parse(text)
+
+
+def test_ladder_is_finest_at_the_skin_and_never_thicker_than_the_object():
+    widths = ladder_m(6, touched("pvc"))
+    assert np.all(np.diff(widths) < 0.0)
+    assert ladder_m(6, replace(touched("copper"), thickness_m=0.001)).sum() == pytest.approx(0.001)
+
+
+def test_objects_are_known_by_their_constants_or_not_at_all():
+    aluminium = touched_object(230.0, 2700.0, 900.0)
+    assert aluminium is not None
+    assert aluminium.conductivity_w_mk == pytest.approx(230.0, rel=0.006)
+    assert aluminium == touched_object(230.3, 2701.0, 900.3)
+    for constants in ((0.0, 0.0, 0.0), (0.0, 2700.0, 900.0), (230.0, 0.0, 900.0), (230.0, 2700.0, 5.0)):
+        assert touched_object(*constants) is None
+    assert touched_object(math.nan, 2700.0, 900.0) is None

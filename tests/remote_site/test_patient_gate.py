@@ -1,0 +1,433 @@
+"""The patient-side gate keeps its limits, whatever is asked for."""
+
+import itertools
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from common.limits import CONTACT_FORCE_N, DOSE_ABOVE_C, DOSE_LIMIT_K_S, GAP_S, SENSOR_PLATE_C
+from remote_site.patient_gate import (
+    BRAKE_SHARE,
+    CLEAR_HEIGHT_M,
+    HEIGHT_HIGH_M,
+    HEIGHT_LOW_M,
+    HEIGHT_SPEED_M_S,
+    LONGEST_TICK_S,
+    PLANE_RANGE_M,
+    PLANE_SPEED_M_S,
+    RETREAT_SPEED_M_S,
+    SERVO_N_M,
+    STOP_S,
+    TOUCHING_N,
+    Limit,
+    PatientGate,
+    limit_names,
+)
+
+DT = 0.002
+NOT_FINITE = (math.nan, math.inf, -math.inf)
+
+
+def dense(*edges: float, step: float) -> list[float]:
+    return sorted({round(edge + k * step, 9) for edge in edges for k in range(-4, 5)})
+
+
+def one(value, other, finger=1):
+    return [value if i == finger else other for i in range(5)]
+
+
+class Rig:
+    """A gate with a clock and a telemanipulator that is where its set-points are."""
+
+    def __init__(self, z_m: float = 0.006, **settings) -> None:
+        self.gate = PatientGate(**settings)
+        self.t_s = 5.0
+        self.x_m, self.y_m, self.z_m = 0.0, 0.0, [z_m] * 5
+
+    def step(self, engaged=True, age=0.0, dt=DT, **changes):
+        self.t_s += dt
+        request = {
+            "wanted_x_m": self.x_m,
+            "wanted_y_m": self.y_m,
+            "wanted_z_m": list(self.z_m),
+            "measured_x_m": self.x_m,
+            "measured_y_m": self.y_m,
+            "measured_z_m": list(self.z_m),
+            "force_n": 0.0,
+            "force_age_s": 0.0,
+            "heater_drive": 0.0,
+            "sensor_c": 33.0,
+            "sensor_age_s": 0.01,
+            "in_contact": False,
+        } | changes
+        for name in ("wanted_z_m", "measured_z_m", "force_n", "heater_drive", "sensor_c", "sensor_age_s", "in_contact"):
+            if not isinstance(request[name], list):
+                request[name] = [request[name]] * 5
+        out = self.gate.step(self.t_s, engaged, age, **request)
+        if out.ready:
+            self.x_m, self.y_m, self.z_m = out.x_m, out.y_m, list(out.z_m)
+        return out
+
+
+def test_refuses_a_force_limit_above_the_table():
+    for limit in (0.0, -1.0, CONTACT_FORCE_N + 0.01, math.nan):
+        with pytest.raises(ValueError, match="contact_force_n"):
+            PatientGate(limit)
+
+
+def test_nothing_is_ready_before_the_telemanipulator_was_measured():
+    rig = Rig()
+    out = rig.step(force_age_s=math.inf, measured_x_m=math.nan, wanted_x_m=0.1)
+    assert not out.ready
+    assert out.fault is None
+    assert out.limited == [Limit.RELEASED | Limit.HEATER_CONTACT] * 5
+    out = rig.step(measured_x_m=0.3, measured_y_m=-9.0, measured_z_m=[-1.0, 1.0, 0.0, 0.001, 0.002], engaged=False)
+    assert out.ready
+    assert (out.x_m, out.y_m) == (0.3, -PLANE_RANGE_M)
+    assert out.z_m == [HEIGHT_LOW_M, HEIGHT_HIGH_M, 0.0, 0.001, 0.002]
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_plane_range_and_speed(axis):
+    for goal in (*dense(-PLANE_RANGE_M, PLANE_RANGE_M, step=0.001), 7.0):
+        rig = Rig()
+        rig.x_m = rig.y_m = math.copysign(PLANE_RANGE_M - 0.003, goal)
+        before = rig.x_m
+        for _ in range(30):
+            out = rig.step(**{f"wanted_{axis}_m": goal})
+            now = out.x_m if axis == "x" else out.y_m
+            inside = min(PLANE_RANGE_M, max(-PLANE_RANGE_M, goal))
+            assert abs(now - before) <= PLANE_SPEED_M_S * DT + 1e-12
+            assert bool(out.limited[3] & Limit.PLANE_RANGE) == (goal != inside)
+            assert bool(out.limited[3] & Limit.PLANE_SPEED) == (abs(now - inside) > 1e-9)
+            before = now
+        assert now == pytest.approx(inside)
+
+
+def test_height_range_and_speed():
+    for goal in (*dense(HEIGHT_LOW_M, HEIGHT_HIGH_M, step=0.0001), -1.0, 1.0):
+        rig = Rig(z_m=math.copysign(0.009, goal))
+        before = rig.z_m[0]
+        for _ in range(30):
+            out = rig.step(wanted_z_m=goal)
+            now = out.z_m[0]
+            inside = min(HEIGHT_HIGH_M, max(HEIGHT_LOW_M, goal))
+            assert abs(now - before) <= HEIGHT_SPEED_M_S * DT + 1e-12
+            assert bool(out.limited[0] & Limit.HEIGHT_RANGE) == (goal != inside)
+            assert bool(out.limited[0] & Limit.HEIGHT_SPEED) == (abs(now - inside) > 1e-9)
+            before = now
+        assert now == pytest.approx(inside)
+
+
+def test_a_stalled_loop_does_not_jump():
+    rig = Rig()
+    rig.step()
+    out = rig.step(dt=0.09, wanted_x_m=0.5, wanted_z_m=-0.01)
+    assert out.x_m == pytest.approx(PLANE_SPEED_M_S * LONGEST_TICK_S)
+    assert out.z_m[0] == pytest.approx(0.006 - HEIGHT_SPEED_M_S * LONGEST_TICK_S)
+
+
+@pytest.mark.parametrize("limit", [CONTACT_FORCE_N, 1.0])
+def test_force_decides_how_fast_a_finger_goes_deeper(limit):
+    lowered = []
+    forces = dense(0.0, limit * BRAKE_SHARE, limit, step=0.01)
+    for force in forces:
+        rig = Rig(z_m=0.0, contact_force_n=limit)
+        rig.step()
+        out = rig.step(wanted_z_m=-0.004, force_n=force)
+        lowered.append(-out.z_m[0] / DT)
+        if force > limit:
+            assert out.z_m[0] > 0.0
+        elif force >= limit * BRAKE_SHARE:
+            assert out.z_m[0] == 0.0
+        else:
+            assert -HEIGHT_SPEED_M_S * DT - 1e-12 <= out.z_m[0] < 0.0
+        assert bool(out.limited[0] & Limit.FORCE) == (lowered[-1] < HEIGHT_SPEED_M_S - 1e-9)
+        assert rig.step(wanted_z_m=0.004, force_n=force).z_m[0] > out.z_m[0]  # up is always allowed
+    assert lowered == sorted(lowered, reverse=True)
+
+
+def test_set_point_does_not_run_ahead_of_a_blocked_finger():
+    rig = Rig(z_m=0.0)
+    rig.step()
+    for _ in range(200):
+        out = rig.step(wanted_z_m=HEIGHT_LOW_M, measured_z_m=0.0)
+    assert out.z_m[0] == pytest.approx(-CONTACT_FORCE_N / SERVO_N_M)
+    assert "force" in limit_names(out.limited[0])
+    lifted = rig.step(wanted_z_m=HEIGHT_LOW_M, measured_z_m=0.004)  # pushed up: the set-point follows, not at once
+    assert lifted.z_m[0] == pytest.approx(out.z_m[0] + HEIGHT_SPEED_M_S * DT)
+
+
+@pytest.mark.parametrize("stiffness", [600.0, 6000.0])
+def test_contact_force_stays_below_the_limit_on_an_object(stiffness):
+    """A servo of 1000 N/m presses on a spring; the force is known 10 ms late."""
+    rig = Rig(z_m=0.003)
+    z_m, forces = 0.003, [0.0] * 6
+    for _ in range(1500):
+        out = rig.step(wanted_z_m=HEIGHT_LOW_M, measured_z_m=z_m, force_n=forces[-6])
+        goal = (SERVO_N_M * out.z_m[0]) / (SERVO_N_M + stiffness) if out.z_m[0] < 0.0 else out.z_m[0]
+        z_m += (goal - z_m) * DT / 0.01
+        forces.append(max(0.0, -stiffness * z_m))
+    assert max(forces) <= CONTACT_FORCE_N
+    assert forces[-1] > 0.7 * CONTACT_FORCE_N
+
+
+def test_gap_stops_then_retreats_until_clear_then_goes_on():
+    rig = Rig(z_m=-0.002)
+    rig.step()
+    start = list(rig.z_m)
+    for age in dense(GAP_S, step=0.0005):
+        moved = PatientGate()
+        probe = Rig(z_m=-0.002)
+        probe.gate = moved
+        probe.step()
+        out = probe.step(age=age, wanted_x_m=0.01)
+        assert (out.x_m > 0.0) == (age <= GAP_S)
+    stopped_s = 0.0
+    heights = []
+    while stopped_s < 1.0:
+        stopped_s += DT
+        out = rig.step(age=GAP_S + stopped_s, wanted_x_m=0.1, wanted_z_m=-0.01)
+        assert out.x_m == 0.0
+        assert out.limited[0] & Limit.RELEASED
+        heights.append(out.z_m[0])
+        if stopped_s < STOP_S - DT:
+            assert out.z_m == start
+    rises = [b - a for a, b in itertools.pairwise(heights)]
+    assert all(-1e-12 <= rise <= RETREAT_SPEED_M_S * DT + 1e-12 for rise in rises)
+    assert heights[-1] == CLEAR_HEIGHT_M
+    out = rig.step(wanted_x_m=0.1, wanted_z_m=0.0)
+    assert out.x_m == pytest.approx(PLANE_SPEED_M_S * DT)
+    assert out.z_m[0] == pytest.approx(CLEAR_HEIGHT_M - HEIGHT_SPEED_M_S * DT)
+
+
+def test_stopped_finger_that_presses_too_hard_leaves_at_once():
+    rig = Rig(z_m=-0.002)
+    rig.step()
+    out = rig.step(engaged=False, force_n=one(CONTACT_FORCE_N + 0.01, CONTACT_FORCE_N))
+    assert out.z_m == pytest.approx(one(-0.002 + RETREAT_SPEED_M_S * DT, -0.002))
+
+
+def test_unknown_force_stops_and_retreats():
+    for age in [*dense(0.0, GAP_S, step=0.0005), math.inf, math.nan]:
+        rig = Rig(z_m=-0.002)
+        rig.step()
+        known = 0.0 <= age <= GAP_S
+        out = rig.step(wanted_z_m=0.0, force_age_s=age, heater_drive=0.5)
+        assert (out.z_m[0] > -0.002) == known, age
+        assert bool(out.limited[0] & Limit.FORCE_UNKNOWN) != known
+        assert out.heater_drive[0] == (0.5 if known else 0.0)
+        assert out.fault is None
+    for _ in range(600):
+        out = rig.step(wanted_z_m=-0.01, force_age_s=1.0)
+    assert out.z_m == [CLEAR_HEIGHT_M] * 5
+    assert rig.step(wanted_z_m=-0.01).z_m[0] < CLEAR_HEIGHT_M
+
+
+@pytest.mark.parametrize("value", NOT_FINITE)
+@pytest.mark.parametrize(
+    "name",
+    [
+        "wanted_x_m",
+        "wanted_y_m",
+        "wanted_z_m",
+        "measured_x_m",
+        "measured_y_m",
+        "measured_z_m",
+        "force_n",
+        "heater_drive",
+    ],
+)
+def test_what_is_no_number_is_a_fault(name, value):
+    rig = Rig(z_m=-0.002)
+    rig.step()
+    out = rig.step(**{"heater_drive": 0.5} | {name: one(value, 0.0) if name[-1] != "m" or "z" in name else value})
+    assert out.fault
+    assert out.heater_drive == [0.0] * 5
+    assert all(map(math.isfinite, [out.x_m, out.y_m, *out.z_m]))
+    for _ in range(600):
+        out = rig.step(wanted_z_m=-0.002)
+    assert out.z_m == [CLEAR_HEIGHT_M] * 5  # latched: it retreats although all is well again
+    rig.gate.clear_fault()
+    assert rig.gate.fault is None
+    assert rig.step(wanted_z_m=-0.002).z_m[0] < CLEAR_HEIGHT_M
+
+
+@pytest.mark.parametrize("value", NOT_FINITE)
+def test_time_that_is_no_number_is_a_fault(value):
+    rig = Rig()
+    rig.step()
+    rig.t_s = value
+    out = rig.step(wanted_x_m=0.1, heater_drive=1.0)
+    assert "time" in str(out.fault)
+    assert out.x_m == 0.0
+    assert out.heater_drive == [0.0] * 5
+
+
+def test_first_fault_is_kept():
+    rig = Rig()
+    rig.gate.trip("first")
+    rig.gate.trip("second")
+    assert rig.step().fault == "first"
+
+
+def test_hot_sensor_plate_is_a_fault():
+    for reading in dense(SENSOR_PLATE_C, step=0.01):
+        rig = Rig()
+        out = rig.step(sensor_c=one(reading, 33.0), heater_drive=-1.0)
+        assert (out.fault is not None) == (reading > SENSOR_PLATE_C)
+        if out.fault:
+            assert "index" in out.fault
+            assert out.heater_drive == [0.0] * 5
+
+
+def test_heater_is_off_on_contact():
+    for force in dense(0.0, TOUCHING_N, step=0.005):
+        out = Rig().step(force_n=force, heater_drive=0.5)
+        touching = force > TOUCHING_N
+        assert out.heater_drive == [0.0 if touching else 0.5] * 5
+        assert bool(out.limited[0] & Limit.HEATER_CONTACT) == touching
+    out = Rig().step(in_contact=one(True, False), heater_drive=0.5)
+    assert out.heater_drive == one(0.0, 0.5)
+
+
+def test_heater_needs_engagement_motion_and_a_believable_reading():
+    assert Rig().step(engaged=False, heater_drive=0.5).heater_drive == [0.0] * 5
+    assert Rig().step(age=GAP_S + 0.001, heater_drive=0.5).heater_drive == [0.0] * 5
+    for reading in (math.nan, -5.1, 60.1, math.inf):
+        out = Rig().step(sensor_c=one(reading, 33.0), heater_drive=0.5)
+        assert out.heater_drive == one(0.0, 0.5)
+        assert out.limited[1] & Limit.SENSOR_UNKNOWN
+        assert out.fault is None
+    for age in [*dense(0.0, GAP_S, step=0.001), math.inf, math.nan]:
+        known = 0.0 <= age <= GAP_S
+        assert Rig().step(sensor_age_s=age, heater_drive=0.5).heater_drive == [0.5 if known else 0.0] * 5
+
+
+def test_heater_drive_range():
+    for wanted in dense(-1.0, 0.0, 1.0, step=0.01):
+        out = Rig().step(heater_drive=wanted)
+        assert out.heater_drive == [min(1.0, max(-1.0, wanted))] * 5
+        assert bool(out.limited[0] & Limit.HEATER_RANGE) == (abs(wanted) > 1.0)
+
+
+def test_reading_that_does_not_answer_the_heater_switches_it_off():
+    rig = Rig()
+    driven_s = 0.0
+    while rig.step(heater_drive=1.0).heater_drive[0] > 0.0:
+        driven_s += DT
+        assert driven_s < 1.0  # 5 K of heating at most
+    for _ in range(2000):
+        assert rig.step(heater_drive=1.0, sensor_c=30.0).heater_drive == [0.0] * 5
+    rig.gate.clear_fault()
+    assert rig.step(heater_drive=1.0).heater_drive == [1.0] * 5
+
+
+def test_a_plate_that_holds_or_warms_is_believed():
+    rig = Rig()
+    for tick in range(1500):
+        assert rig.step(heater_drive=1.0, sensor_c=23.0 + 4.0 * tick * DT).heater_drive[0] == 1.0
+    for _ in range(5000):
+        assert rig.step(heater_drive=0.15, sensor_c=35.0).heater_drive[0] == 0.15
+
+
+def test_heater_looks_ahead_of_its_sensor():
+    rig = Rig()
+    for tick in range(3000):
+        reading = 33.0 + 5.0 * tick * DT
+        if rig.step(heater_drive=1.0, sensor_c=reading).limited[0] & Limit.SENSOR_TEMPERATURE:
+            break
+    assert SENSOR_PLATE_C - 3.0 < reading < SENSOR_PLATE_C - 2.0
+
+
+def test_dose_is_spent_before_it_is_exceeded_and_comes_back():
+    rig, dose = Rig(), 0.0
+    for tick in range(20_000):
+        reading = 41.5 + 0.05 * (tick // 500 % 2)
+        if rig.step(sensor_c=reading, heater_drive=0.1).limited[0] & Limit.DOSE:
+            break
+        dose += (reading - DOSE_ABOVE_C) * DT
+    assert 0.7 * DOSE_LIMIT_K_S < dose < DOSE_LIMIT_K_S - 2.0 * 1.4
+    for _ in range(400):
+        rig.step(dt=0.1, sensor_c=30.0)
+    assert rig.step(heater_drive=0.1, sensor_c=30.0).heater_drive[0] == 0.0
+    for _ in range(300):
+        rig.step(dt=0.1, sensor_c=30.0)
+    assert rig.step(heater_drive=0.1, sensor_c=30.0).heater_drive[0] == 0.1
+
+
+numbers = st.one_of(
+    st.floats(allow_nan=True, allow_infinity=True), st.floats(-1.0, 1.0), st.sampled_from([42.0, 5.0, *NOT_FINITE])
+)
+ages = st.one_of(st.floats(0.0, 0.2), numbers)
+
+
+def five(calm):
+    return st.one_of(
+        st.lists(calm, min_size=5, max_size=5),
+        st.lists(calm, min_size=5, max_size=5),
+        st.lists(numbers, min_size=5, max_size=5),
+    )
+
+
+def single(calm):
+    return st.one_of(calm, calm, calm, numbers)
+
+
+plane, height = st.floats(-0.7, 0.7), st.floats(-0.012, 0.012)
+tick_inputs = st.fixed_dictionaries(
+    {
+        "engaged": st.booleans(),
+        "age": ages,
+        "dt": st.floats(0.0, 0.3),
+        "wanted_x_m": single(plane),
+        "wanted_y_m": single(plane),
+        "wanted_z_m": five(height),
+        "measured_x_m": single(plane),
+        "measured_y_m": single(plane),
+        "measured_z_m": five(height),
+        "force_n": five(st.floats(0.0, 7.0)),
+        "force_age_s": ages,
+        "heater_drive": five(st.floats(-1.5, 1.5)),
+        "sensor_c": five(st.floats(20.0, 41.9)),
+        "sensor_age_s": st.lists(ages, min_size=5, max_size=5),
+        "in_contact": st.lists(st.booleans(), min_size=5, max_size=5),
+        "clear": st.booleans(),
+    }
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.lists(tick_inputs, min_size=1, max_size=20))
+def test_every_output_of_every_sequence_keeps_the_limits(sequence):
+    rig = Rig()
+    before = None
+    for tick in sequence:
+        request = dict(tick)
+        if request.pop("clear"):
+            rig.gate.clear_fault()
+        out = rig.step(**request)
+        live = tick["engaged"] and 0.0 <= tick["age"] <= GAP_S and out.fault is None and out.ready
+        force_known = 0.0 <= tick["force_age_s"] <= GAP_S
+        assert max(abs(out.x_m), abs(out.y_m)) <= PLANE_RANGE_M
+        for i in range(5):
+            assert HEIGHT_LOW_M <= out.z_m[i] <= HEIGHT_HIGH_M
+            assert -1.0 <= out.heater_drive[i] <= 1.0
+            reading_ok = 0.0 <= tick["sensor_age_s"][i] <= GAP_S and tick["sensor_c"][i] <= SENSOR_PLATE_C
+            may_heat = live and force_known and reading_ok and not tick["in_contact"][i]
+            if not (may_heat and tick["force_n"][i] <= TOUCHING_N):
+                assert out.heater_drive[i] == 0.0
+            if before is not None and before.ready:
+                rise = out.z_m[i] - before.z_m[i]
+                reach = min(LONGEST_TICK_S, tick["dt"])
+                assert abs(rise) <= HEIGHT_SPEED_M_S * reach + 1e-9
+                if not live or not force_known:
+                    assert -1e-12 <= rise <= RETREAT_SPEED_M_S * reach + 1e-9
+                elif tick["force_n"][i] >= BRAKE_SHARE * CONTACT_FORCE_N:
+                    assert rise >= -1e-12
+        if before is not None and before.ready:
+            reach = PLANE_SPEED_M_S * min(LONGEST_TICK_S, tick["dt"]) if live else 0.0
+            assert max(abs(out.x_m - before.x_m), abs(out.y_m - before.y_m)) <= reach + 1e-9
+        before = out

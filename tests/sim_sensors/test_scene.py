@@ -1,0 +1,125 @@
+from itertools import pairwise
+
+import pytest
+
+from sim_sensors.scene import Hold, Stroke, Tap, load_scene, scene_names
+
+SCENE = """
+name = "small"
+calibrated = ["pvc"]
+[[objects]]
+name = "block"
+material = "wood"
+surface = "plain_pvc"
+x_m = 0.0
+length_m = 0.05
+[[script]]
+act = "move"
+object = "block"
+u = 0.5
+"""
+
+
+def load(tmp_path, text):
+    path = tmp_path / "small.toml"
+    path.write_text(text, "utf-8")
+    return load_scene(str(path))
+
+
+def test_shipped_scenes_load():
+    assert scene_names() == ("materials", "phantom")
+    for name in scene_names():
+        assert load_scene(name).name == name
+
+
+def test_materials_scene_holds_the_papers_objects_and_touches_four_materials_for_eight_seconds():
+    scene = load_scene("materials")
+    surfaces = {thing.surface for thing in scene.objects}
+    assert {
+        "sandpaper",
+        "foam",
+        "plain_pvc",
+        "closely_grooved_pvc",
+        "arbitrarily_grooved_pvc",
+        "widely_grooved_pvc",
+    } <= surfaces
+    held, at = set(), ""
+    for step in scene.script:
+        at = getattr(step, "object", at)
+        if isinstance(step, Hold) and step.seconds >= 8.0:
+            held.add(scene.object_named(at).material)
+    assert held == set(scene.calibrated) == {"aluminium", "ceramic_tile", "pvc", "pine"}
+    assert any(isinstance(step, Stroke) for step in scene.script)
+    assert sum(step.times for step in scene.script if isinstance(step, Tap)) >= 2
+
+
+def test_pvc_zones_are_one_piece():
+    zones = [thing for thing in load_scene("materials").objects if thing.material == "pvc"]
+    assert {zone.body for zone in zones} == {"pvc_block"}
+    for zone, following in pairwise(zones):
+        assert zone.end_x_m == pytest.approx(following.x_m)
+
+
+def test_phantom_is_as_warm_as_the_sensor_with_a_warmer_spot_and_a_stiffer_nodule():
+    scene = load_scene("phantom")
+    tissue = scene.object_named("tissue")
+    assert tissue.absolute_c == scene.ambient_c + 10.0
+    assert scene.object_named("warm_spot").absolute_c == tissue.absolute_c + 2.0
+    assert scene.object_named("nodule").stiffness == 3 * tissue.stiffness
+
+
+def test_alias_and_defaults(tmp_path):
+    block = load(tmp_path, SCENE).objects[0]
+    assert block.material == "pine"
+    assert block.stiffness == 4000.0
+    assert block.y_range_m[0] < -1.0
+    assert block.x_at(0.5) == pytest.approx(0.025)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('material = "wood"', 'material = "wodd"', r"objects\.0\.material.*unknown material 'wodd'"),
+        ('surface = "plain_pvc"', 'surface = "velvet"', r"objects\.0\.surface.*unknown surface 'velvet'"),
+        ("x_m = 0.0", "x_m = 0.0\ncolour = 3", r"objects\.0\.colour: Extra inputs"),
+        ("x_m = 0.0", "x_m = 3.0", r"objects\.0\.x_m"),
+        ("x_m = 0.0", "x_m = nan", r"objects\.0\.x_m"),
+        ("x_m = 0.0", "x_m = 0.0\ny_m = 0.0", "both y_m and width_m"),
+        ("x_m = 0.0", "x_m = 0.0\noffset_c = [3.0, -3.0]", "low <= high"),
+        ('object = "block"', 'object = "blok"', r"script step 1 names no object 'blok'"),
+        ('act = "move"', 'act = "fly"', r"script\.0"),
+        ('calibrated = ["pvc"]', 'calibrated = ["gold"]', r"calibrated.*unknown material 'gold'"),
+        ("[[script]]", "[[script]", "not valid TOML"),
+        (
+            "[[script]]",
+            '[[objects]]\nname = "b"\nmaterial = "pvc"\nsurface = "foam"\nx_m = 0.04\nlength_m = 0.05\n[[script]]',
+            "'block' and 'b' overlap",
+        ),
+        (
+            "[[script]]",
+            '[[objects]]\nname = "block"\nmaterial = "pvc"\nsurface = "foam"\nx_m = 0.1\nlength_m = 0.05\n[[script]]',
+            "same name",
+        ),
+    ],
+)
+def test_bad_scene_is_refused_in_one_line_that_names_file_and_field(tmp_path, old, new, message):
+    assert old in SCENE
+    with pytest.raises(ValueError, match=message) as caught:
+        load(tmp_path, SCENE.replace(old, new, 1))
+    assert "small.toml" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_unknown_scene_lists_the_known_ones():
+    with pytest.raises(ValueError, match="unknown scene 'moon'; known: materials, phantom"):
+        load_scene("moon")
+
+
+def test_missing_file_is_named(tmp_path):
+    with pytest.raises(ValueError, match=r"none\.toml: cannot read"):
+        load_scene(str(tmp_path / "none.toml"))
+
+
+def test_unknown_object_name_is_a_key_error():
+    with pytest.raises(KeyError, match="has no object 'x'"):
+        load_scene("materials").object_named("x")

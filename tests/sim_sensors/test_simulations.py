@@ -1,0 +1,168 @@
+import json
+import socket
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import msgpack
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+
+from common.can_frames import FrameSender
+from common.config import SimOperatorConfig, SimRemoteConfig
+from common.fingers import FINGERS
+from common.framing import encode_frame
+from common.serial_messages import HeaterCommand, MessageId, TactTipCommand
+from sim_sensors.hand_plan import HOVER_M
+from sim_sensors.select_loop import SelectLoop
+from sim_sensors.sim_operator import OperatorDevices
+from sim_sensors.sim_remote import RemoteDevices
+from sim_sensors.simulation_loop import STEP_S, StepClock, run_world
+
+START_S = 100.0
+FORCES = FrameSender("FingerForces")
+
+
+def free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        return int(taken.getsockname()[1])
+
+
+def entries(path: Path) -> dict[str, list[tuple[int, dict[str, Any]]]]:
+    found: dict[str, list[tuple[int, dict[str, Any]]]] = {}
+    with path.open("rb") as file:
+        for _, channel, message in make_reader(file).iter_messages():
+            found.setdefault(channel.topic, []).append((message.log_time, msgpack.unpackb(message.data)))
+    return found
+
+
+@pytest.fixture
+def operator(tmp_path: Path) -> Iterator[OperatorDevices]:
+    config = SimOperatorConfig(
+        fingers=("index",),
+        tacttip={"index": "pty"},
+        can_port=free_port(),
+        seconds=4.0,
+        record=tmp_path / "truth.mcap",
+    )
+    devices = OperatorDevices(config, SelectLoop(lambda: START_S))
+    yield devices
+    devices.close()
+
+
+def drive_operator(devices: OperatorDevices, steps: range, motor_mv: int = 0, newton: float = 0.0) -> None:
+    """Advance, with force frames each step and a command to the module every 10 ms."""
+    for step in steps:
+        now_s = START_S + step * STEP_S
+        frame = FORCES.encode(dict.fromkeys(FINGERS, newton))
+        devices.exoskeleton.feed(frame.arbitration_id, bytes(frame.data), now_s)
+        if step % 5 == 0:
+            command = TactTipCommand(motor_mv, 0).encode()
+            devices.modules["index"].feed(encode_frame(MessageId.TACTTIP_COMMAND, 0, command), now_s)
+        devices.step(now_s)
+
+
+def test_the_hand_works_from_half_a_second_of_force_frames_for_the_seconds_asked(operator: OperatorDevices) -> None:
+    for step in range(1, 500):
+        operator.step(START_S + step * STEP_S)
+    assert operator.hand.script_s == 0.0
+    drive_operator(operator, range(500, 752))
+    assert operator.hand.script_s == pytest.approx(0.0, abs=2 * STEP_S)
+    drive_operator(operator, range(752, 1900))
+    assert operator.hand.script_s == pytest.approx(2.296, abs=3 * STEP_S)
+    assert not operator.hand.finished
+    drive_operator(operator, range(1900, 2900))
+    assert operator.hand.finished
+    assert np.all(np.abs(operator.hand.z_m - HOVER_M) < 0.5e-3)
+
+
+def test_what_reached_the_finger_is_recorded_with_exact_times(operator: OperatorDevices, tmp_path: Path) -> None:
+    drive_operator(operator, range(1, 100), motor_mv=1000)
+    for step in range(100, 250):  # nobody drives it any more
+        operator.step(START_S + step * STEP_S)
+    operator.close()
+    found = entries(tmp_path / "truth.mcap")
+    assert len(found["truth_fingertips"]) == 49
+    assert [(entry["finger"], entry["motor_mv"]) for _, entry in found["truth_motor"]] == [(1, 1000), (1, 0)]
+    first_s, last_s = START_S + 5 * STEP_S, START_S + 95 * STEP_S + 0.1
+    assert [time_ns * 1e-9 for time_ns, _ in found["truth_motor"]] == pytest.approx([first_s, last_s], abs=1e-7)
+    rpm = [entry["motor_rpm"][1] for _, entry in found["truth_fingertips"]]
+    assert max(rpm) > 5000.0
+    assert rpm[-1] < 100.0
+
+
+def test_the_remote_fingers_go_where_they_are_sent_and_contacts_are_recorded(tmp_path: Path) -> None:
+    config = SimRemoteConfig(
+        fingers=("index", "middle"),
+        texture={"index": "pty", "middle": "pty"},
+        thermal_sensors={"index": "pty", "middle": "pty"},
+        can_port=free_port(),
+        record=tmp_path / "truth.mcap",
+    )
+    devices = RemoteDevices(config, SelectLoop(lambda: START_S))
+    pose, heights = FrameSender("HandSetpoint"), FrameSender("HeightSetpoint")
+    plate_c = devices.world.plate_c.copy()
+    for step in range(1, 501):
+        now_s = START_S + step * STEP_S
+        height_mm = 6.0 if step < 250 else -2.0
+        for frame in (pose.encode({"x": -170.0, "y": 0.0}), heights.encode(dict.fromkeys(FINGERS, height_mm))):
+            devices.robot.feed(frame.arbitration_id, bytes(frame.data), now_s)
+        heater = encode_frame(MessageId.HEATER_COMMAND, 0, HeaterCommand(500).encode())
+        devices.thermal["middle"].feed(heater, now_s)
+        devices.step(now_s)
+    devices.close()
+    assert devices.world.plate_c[2] > plate_c[2] + 0.5
+    assert devices.world.plate_c[1] < plate_c[1] + 0.2
+    found = entries(tmp_path / "truth.mcap")
+    assert len(found["truth_contact"]) == 100
+    contacts = [(time_ns, entry) for time_ns, entry in found["truth_event"] if entry["kind"] == "contact"]
+    assert {entry["finger"] for _, entry in contacts} == {1, 2}
+    for time_ns, entry in contacts:
+        assert entry["material"] == "aluminium"
+        assert START_S + 0.5 < time_ns * 1e-9 < START_S + 0.6
+
+
+def test_fingers_without_an_address_are_named_and_nothing_stays_open() -> None:
+    port = free_port()
+    config = SimOperatorConfig(fingers=("thumb", "index"), tacttip={"index": "pty"}, can_port=port)
+    with pytest.raises(ValueError, match="tacttip: has addresses for index, fingers says thumb, index"):
+        OperatorDevices(config, SelectLoop())
+    free = SimOperatorConfig(fingers=("index",), tacttip={"index": "pty"}, can_port=port)
+    for _ in range(2):  # the port is given back each time
+        OperatorDevices(free, SelectLoop()).close()
+
+
+def test_after_a_stall_the_world_catches_up_to_a_limit_and_counts_the_rest() -> None:
+    clock = StepClock(10.0)
+    assert clock.due(10.0041) == pytest.approx([10.002, 10.004])
+    assert clock.due(10.0045) == []
+    assert len(clock.due(10.034)) == 15
+    times = clock.due(11.034)
+    assert len(times) == 25
+    assert times[-1] == pytest.approx(11.034)
+    assert clock.lost_s == pytest.approx(0.95)
+
+
+class Counting:
+    """A world that only counts."""
+
+    def __init__(self) -> None:
+        self.calls: Counter[str] = Counter()
+
+    def step(self, now_s: float) -> None:
+        self.calls["step"] += 1
+
+    def figures(self) -> dict[str, object]:
+        return {"answer": 42}
+
+
+def test_the_loop_steps_in_real_time_and_writes_its_status(tmp_path: Path) -> None:
+    world, sockets = Counting(), SelectLoop()
+    end_s = sockets.now() + 0.2
+    run_world(world, sockets, lambda: sockets.now() >= end_s, "sim-test", tmp_path / "status.json")
+    assert 60 <= world.calls["step"] <= 101
+    status = json.loads((tmp_path / "status.json").read_text("utf-8"))
+    assert (status["process"], status["answer"]) == ("sim-test", 42)
+    assert status["loop"]["period_ms"] == 2.0

@@ -1,0 +1,189 @@
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import can
+import pytest
+
+from sim_sensors.select_loop import SelectLoop
+from sim_sensors.socketcand import QUIET_S, SocketcandBus
+
+
+class Echo:
+    """A node that keeps what it hears and sends what it is given."""
+
+    def __init__(self) -> None:
+        self.heard: list[tuple[int, bytes]] = []
+        self.to_send: list[can.Message] = []
+
+    def feed(self, frame_id: int, data: bytes, now_s: float) -> None:
+        self.heard.append((frame_id, data))
+
+    def take_frames(self) -> list[can.Message]:
+        frames, self.to_send = self.to_send, []
+        return frames
+
+
+@pytest.fixture
+def node() -> Echo:
+    return Echo()
+
+
+@pytest.fixture
+def loop() -> SelectLoop:
+    return SelectLoop()
+
+
+@pytest.fixture
+def bus(loop: SelectLoop, node: Echo) -> Iterator[SocketcandBus]:
+    bus = SocketcandBus(loop, "127.0.0.1", 0, [node])
+    yield bus
+    bus.close()
+
+
+@pytest.fixture
+def pumped(loop: SelectLoop, bus: SocketcandBus) -> Iterator[SocketcandBus]:
+    """The bus, served by a thread: python-can's client blocks while it says hello."""
+    end = threading.Event()
+
+    def serve() -> None:
+        while not end.is_set():
+            loop.serve(0.002)
+            bus.pump(loop.now())
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    yield bus
+    end.set()
+    thread.join()
+
+
+def client(bus: SocketcandBus) -> can.BusABC:
+    return can.Bus(interface="socketcand", host="127.0.0.1", port=bus.port, channel="can0")
+
+
+def eventually(done: Callable[[], object]) -> bool:
+    deadline = time.monotonic() + 2.0
+    while time.monotonic() < deadline:
+        if done():
+            return True
+        threading.Event().wait(0.002)
+    return False
+
+
+FRAMES = [
+    can.Message(arbitration_id=0x110, data=bytes(range(8)), is_extended_id=False),
+    can.Message(arbitration_id=0x7FF, data=b"", is_extended_id=False),
+    can.Message(arbitration_id=0x12, data=b"\xff\x00\x0a", is_extended_id=False),
+    can.Message(arbitration_id=0x1ABCDEF0, data=b"\x01", is_extended_id=True),
+]
+
+
+def test_python_can_sends_to_the_node(pumped: SocketcandBus, node: Echo) -> None:
+    with client(pumped) as can_bus:
+        for frame in FRAMES:
+            can_bus.send(frame)
+        assert eventually(lambda: len(node.heard) == len(FRAMES))
+    assert node.heard == [(frame.arbitration_id, bytes(frame.data)) for frame in FRAMES]
+    assert pumped.not_understood == 0
+
+
+def test_python_can_hears_the_node_and_the_other_client_but_not_itself(pumped: SocketcandBus, node: Echo) -> None:
+    with client(pumped) as one, client(pumped) as other:
+        one.send(FRAMES[0])
+        heard = other.recv(2.0 + QUIET_S)
+        if heard is None:  # still within the quiet time after its hello
+            one.send(FRAMES[0])
+            heard = other.recv(2.0)
+        assert heard is not None
+        assert (heard.arbitration_id, bytes(heard.data)) == (0x110, bytes(range(8)))
+        other.send(FRAMES[2])
+        heard = one.recv(2.0)
+        assert heard is not None
+        assert heard.arbitration_id == 0x12
+        node.to_send = [FRAMES[2], FRAMES[3]]
+        for each in (one, other):
+            ids = [message.arbitration_id for message in iter(lambda each=each: each.recv(0.3), None)]  # type: ignore[misc]
+            assert ids == [0x12, 0x1ABCDEF0]
+
+
+def test_clients_may_come_and_go_on_a_busy_bus(pumped: SocketcandBus, node: Echo) -> None:
+    end = threading.Event()
+
+    def babble() -> None:
+        while not end.wait(0.001):
+            node.to_send.append(FRAMES[0])
+
+    thread = threading.Thread(target=babble)
+    thread.start()
+    try:
+        for _ in range(5):  # the hello must come through although frames wait to be sent
+            with client(pumped) as can_bus:
+                assert can_bus.recv(2.0) is not None
+    finally:
+        end.set()
+        thread.join()
+    assert eventually(lambda: pumped.clients == 0)
+
+
+def said(loop: SelectLoop, connection: socket.socket, text: bytes = b"") -> bytes:
+    connection.sendall(text)
+    loop.serve(0.02)
+    try:
+        return connection.recv(4096)
+    except BlockingIOError:
+        return b""
+
+
+def test_the_hello_word_for_word(bus: SocketcandBus, loop: SelectLoop, node: Echo) -> None:
+    with socket.create_connection(("127.0.0.1", bus.port)) as connection:
+        connection.setblocking(False)
+        assert said(loop, connection) == b"< hi >"
+        assert said(loop, connection, b"< open vcan7 >") == b"< error could not open bus >"
+        assert said(loop, connection, b"< open can0 >") == b"< ok >"
+        assert said(loop, connection, b"< rawmode >") == b"< ok >"
+        said(loop, connection, b"< send 110 2 a")
+        said(loop, connection, b" ff >< send 12 0 >")
+        assert node.heard == [(0x110, b"\x0a\xff"), (0x12, b"")]
+        node.to_send = [FRAMES[2]]
+        bus.pump(12.5)
+        assert said(loop, connection) == b""  # a time before the hello: the client is not listening yet
+        node.to_send = [FRAMES[2]]
+        now_s = loop.now()
+        bus.pump(now_s)
+        assert said(loop, connection) == f"< frame 012 {now_s:.6f} ff000a >".encode()
+
+
+@pytest.mark.parametrize(
+    "nonsense",
+    [b"< send >", b"< send 110 3 1 2 >", b"< send xyz 1 1 >", b"< send 110 1 100 >", b"< send 800 1 1 >",
+     b"< send 110 9 1 2 3 4 5 6 7 8 9 >", b"< bcm >", b"\xff\xfe>", b"<" * 500],
+)  # fmt: skip
+def test_nonsense_is_counted_and_harms_nobody(
+    nonsense: bytes, bus: SocketcandBus, loop: SelectLoop, node: Echo
+) -> None:
+    with socket.create_connection(("127.0.0.1", bus.port)) as connection:
+        connection.setblocking(False)
+        said(loop, connection, nonsense)
+        assert node.heard == []
+        assert bus.not_understood >= 1
+        said(loop, connection, b"> < send 111 1 7 >")
+        assert node.heard == [(0x111, b"\x07")]
+
+
+def test_a_client_that_never_reads_does_not_stop_the_bus(bus: SocketcandBus, loop: SelectLoop, node: Echo) -> None:
+    with socket.create_connection(("127.0.0.1", bus.port)) as connection:
+        connection.setblocking(False)
+        said(loop, connection, b"< rawmode >< send 110 1 1 >")
+        start = time.monotonic()
+        for _ in range(200):
+            node.to_send = [FRAMES[0]] * 200
+            bus.pump(loop.now())
+        assert time.monotonic() - start < 2.0
+        assert bus.clients == 1
+
+
+def test_a_taken_port_is_named(bus: SocketcandBus, loop: SelectLoop) -> None:
+    with pytest.raises(ValueError, match=f"CAN bus can0: cannot listen on 127.0.0.1:{bus.port}"):
+        SocketcandBus(loop, "127.0.0.1", bus.port)
