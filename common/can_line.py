@@ -38,7 +38,7 @@ class CanAddress(BaseModel):
         Raises:
             DeviceAbsent: it cannot be opened.
         """
-        options = {"host": self.host, "port": self.port} if self.interface == "socketcand" else {}
+        options = {"host": self.host, "port": self.port, "tcp_tune": True} if self.interface == "socketcand" else {}
         try:
             return can.Bus(interface=self.interface, channel=self.channel, **options)  # type: ignore[arg-type]
         except (can.CanError, OSError, TimeoutError) as error:

@@ -1,5 +1,6 @@
 """Offset between two hosts' monotonic clocks, with its uncertainty, from four timestamps."""
 
+import math
 from collections import deque
 from dataclasses import dataclass, field
 
@@ -13,7 +14,7 @@ class ClockOffset:
     """Estimates (far clock - own clock) in ns; the true offset lies within `uncertainty_ns` of it.
 
     A round trip t1 -> t2, t3 -> t4 bounds the offset by half its network time on either side,
-    whatever the asymmetry of the two ways. The tightest recent bound is kept.
+    whatever the asymmetry of the two ways. The tightest recent bound is kept, widened by the drift since.
     """
 
     offset_ns: int = 0
@@ -31,6 +32,6 @@ class ClockOffset:
         if t4_ns < t1_ns or t3_ns < t2_ns or round_trip < 0:
             raise ValueError(f"impossible round trip {t1_ns}, {t2_ns}, {t3_ns}, {t4_ns}")
         self.round_trip_ns = round_trip
-        self._samples.append((t4_ns, ((t2_ns - t1_ns) + (t3_ns - t4_ns)) // 2, round_trip // 2))
-        _, self.offset_ns, bound = min(self._samples, key=lambda s: s[2] + DRIFT * (t4_ns - s[0]))
-        self.uncertainty_ns = bound + 1
+        self._samples.append((t1_ns, ((t2_ns - t1_ns) + (t3_ns - t4_ns)) // 2, round_trip // 2))
+        sent_ns, self.offset_ns, bound = min(self._samples, key=lambda s: s[2] + DRIFT * (t4_ns - s[0]))
+        self.uncertainty_ns = bound + math.ceil(DRIFT * (t4_ns - sent_ns)) + 1

@@ -147,7 +147,7 @@ class TrustedKeys:
     def _read(self) -> dict[str, str]:
         names = {}
         for number, line in enumerate(self.file.read_text("utf-8").splitlines(), start=1):
-            words = line.split("#")[0].split()
+            words = line.split()
             if not words:
                 continue
             if len(words) != 2:

@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pydantic import BaseModel
 
@@ -109,7 +109,7 @@ def run_process(name: str, config: Path, model: type[_C], run: Callable[[_C, Cal
     run(load_config(config, model), StopSignal())
 
 
-def room_main(processes: dict[str, tuple[type[_C], Callable[[_C, Callable[[], bool]], None]]]) -> int:
+def room_main(processes: dict[str, tuple[Any, Callable[[Any, Callable[[], bool]], None]]]) -> int:
     """`python -m ROOM [PROCESS] --config FILE`; returns the exit code, 2 with one line for bad input."""
     parser = argparse.ArgumentParser()
     only = next(iter(processes)) if len(processes) == 1 else None

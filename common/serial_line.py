@@ -46,7 +46,8 @@ def open_line(address: str, baud: int) -> OpenLine:
     reader = FrameReader()
     deadline = time.monotonic() + _IDENTIFY_S
     try:
-        port.write(encode_frame(MessageId.IDENTIFY, 0))
+        # The zero byte ends whatever half frame an earlier driver left on the line.
+        port.write(b"\0" + encode_frame(MessageId.IDENTIFY, 0))
         while time.monotonic() < deadline:
             for frame in reader.feed(port.read(_CHUNK)):
                 if frame.message_id == MessageId.IDENTITY:

@@ -108,7 +108,7 @@ class TextureSamples:
         """Check and unpack.
 
         Raises:
-            BadPayload: the length does not fit the count of samples.
+            BadPayload: the length does not fit the count of samples, or one is beyond 12 bits.
         """
         if len(payload) < cls.HEAD.size:
             raise BadPayload(f"texture samples: {len(payload)} bytes are too few")
@@ -116,6 +116,8 @@ class TextureSamples:
         counts = payload[cls.HEAD.size :]
         if len(counts) != 2 * count:
             raise BadPayload(f"texture samples: {count} samples announced, {len(counts)} bytes follow")
+        if not all(-2048 <= sample <= 2047 for sample in struct.unpack(f"<{count}h", counts)):
+            raise BadPayload("texture samples: beyond 12 bits")
         return cls(time_us, counts)
 
 

@@ -36,10 +36,10 @@ class Session:
             self.state = LinkState.CONNECTED
 
     def disconnect(self) -> None:
-        """The far side is gone. A latched fault stays."""
+        """The far side is gone. A latched fault stays, and somebody may connect anew to clear it."""
+        self.ident = 0
         if self.state is not LinkState.FAULT:
             self.state = LinkState.DISCONNECTED
-            self.ident = 0
 
     def engage(self) -> None:
         """Let outputs leave neutral.

@@ -52,9 +52,9 @@ class OperatorDevices:
             plate_c[finger], age_s[finger] = module.plate_c, t_s - module.measured_s
         return plate_c, age_s
 
-    def write(self, t_s: float, output: GatedOutput) -> None:
+    def write(self, t_s: float, output: GatedOutput, engaged: bool) -> None:
         """Send what the gate let through."""
-        self.exoskeleton.push(output.force_n)
+        self.exoskeleton.push(output.force_n, engaged)
         for finger, module in self.tacttips.items():
             module.drive(t_s, output.motor_rpm[finger], output.peltier_drive[finger])
 

@@ -47,6 +47,7 @@ class Exoskeleton:
             hand.heights_s = t_s
         return hand
 
-    def push(self, force_n: list[float]) -> None:
-        """Send the force on each finger, N."""
-        self.line.send(self._forces.encode(dict(zip(FINGERS, force_n, strict=True))))
+    def push(self, force_n: list[float], enabled: bool) -> None:
+        """Send the force on each finger, N, and whether the session is engaged: not, and the drives stay off."""
+        values = {"enabled": float(enabled), **dict(zip(FINGERS, force_n, strict=True))}
+        self.line.send(self._forces.encode(values))

@@ -11,8 +11,12 @@ OPEN_ABOVE = 3995
 """Counts outside are a broken wire or a short, not a temperature (about 143 C and -43 C)."""
 RATE_LIMIT_K_S = 8.0
 """Twice what the plate can do: a faster change is a fault of the sensor."""
-RATE_WINDOW_S = 0.05
-"""Over which the rate is taken, so that noise of one sample is not taken for one."""
+RATE_WINDOW_S = 0.15
+"""Over which the rate is taken, so that noise of one sample, or its late arrival, is not taken for one."""
+SILENCE_S = 0.03
+"""After a longer pause readings arrive in a heap, too late: no rate can be told across it."""
+HEAP_S = 0.002
+"""Readings that arrive this close together were waiting; only the last one's time is true."""
 
 
 class PlateReading(NamedTuple):
@@ -36,10 +40,12 @@ class PlateSensor:
             return self._refuse("open circuit")
         plate_c = ntc_c(counts)
         recent = self._recent
-        if recent and not 0.0 <= t_s - recent[-1][0] <= 4.0 * RATE_WINDOW_S:
-            recent.clear()  # a silence or a restarted clock: no rate can be told across it
+        if recent and not 0.0 <= t_s - recent[-1][0] <= SILENCE_S:
+            recent.clear()
+        elif recent and t_s - recent[-1][0] < HEAP_S:
+            recent.pop()
         recent.append((t_s, plate_c))
-        while t_s - recent[0][0] > 1.5 * RATE_WINDOW_S:
+        while t_s - recent[0][0] > RATE_WINDOW_S + SILENCE_S:
             recent.popleft()
         span_s = t_s - recent[0][0]
         if span_s >= RATE_WINDOW_S - 1e-9 and abs(plate_c - recent[0][1]) > RATE_LIMIT_K_S * span_s:

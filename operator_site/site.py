@@ -14,7 +14,7 @@ from common.keys import KeyProblem, TrustedKeys, check_public_key, fingerprint, 
 from common.limits import PLATE_PROFILES
 from common.link import LinkProblem, OperatorLink
 from common.loop import PeriodicLoop, sharpen_timers
-from common.messages import SCHEMA_VERSION, TOUCH_FIELDS, Event, Floats
+from common.messages import SCHEMA_VERSION, TOUCH_FIELDS, Event, Floats, LinkState
 from common.process import StatusFile
 from common.recording import PACKET_SCHEMA, Recorder
 from common.startup import wait_for_devices
@@ -74,6 +74,8 @@ class OperatorSite:
         hand = self._devices.read(now_s)
         client = self.client
         client.step(now_ns, self.gate.fault or self._devices.missing())
+        if self.gate.fault is not None and client.session.state is not LinkState.FAULT:
+            self.gate.clear_fault()  # the session was cleared by a person, and the gate with it
         if client.session.ident != self._session:
             self._session = client.session.ident
             self.fingertips.begin_session()
@@ -105,7 +107,7 @@ class OperatorSite:
         )
         if output.fault is not None:
             client.session.latch(output.fault)
-        self._devices.write(now_s, output)
+        self._devices.write(now_s, output, client.both_engaged)
         if self._recorder is not None:
             self._record(self._recorder, now_ns, hand, output, motion, plate_c, gap_ns)
         self._ticks += 1

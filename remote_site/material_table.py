@@ -1,20 +1,38 @@
 """The calibrated look-up table of thermal identification.
 
-A touch is linear in the temperature difference D = T_sensor(0) - T_obj: the plate's drop, corrected for
-what leaks past the object, is D g(t), and g belongs to the material, the contact and the sensor. The table
-holds mean and covariance of g over calibration touches of each material, so that no physical model of the
-sensor is assumed, and the rate of Eq. 11 at the same times for the paper's own method.
+A touch is linear in the temperatures: the plate's drop is D g(t) + (T_obj - T_ambient) l(t) with
+D = T_sensor(0) - T_obj. The gain g belongs to material, contact and sensor; l is what leaks past an object
+that is not at ambient temperature, and follows from g (`drift`). The table holds mean and covariance of g
+over calibration touches of each material, so that no physical model of the sensor is assumed, and the rate of
+Eq. 11 at the same times for the paper's own method.
 """
 
+from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from remote_site.stored_table import StoredTable
 
 TIMES_S = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0)
 """Times after contact at which a touch is judged, s."""
+
+def drift(gain: NDArray[np.float64], times_s: Sequence[float], leak_per_s: float) -> NDArray[np.float64]:
+    """Drop at each time per kelvin of object above ambient: leak * integral of (1 - g).
+
+    The plate in contact keeps the part 1 - g of any heat put into it, hence of each moment's leak.
+
+    Args:
+        gain: g at `times_s`, along the last axis; g(0) = 0.
+        times_s: times after contact, s.
+        leak_per_s: rate at which the free plate drifts to ambient, 1/s.
+    """
+    kept = 1.0 - np.concatenate((np.zeros((*gain.shape[:-1], 1)), gain), axis=-1)
+    steps_s = np.diff(np.concatenate(((0.0,), times_s)))
+    return leak_per_s * np.cumsum(0.5 * (kept[..., 1:] + kept[..., :-1]) * steps_s, axis=-1)
+
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
@@ -25,7 +43,7 @@ class MaterialEntry(BaseModel):
     Attributes:
         name: label given in calibration.
         touches: calibration touches behind the figures.
-        gain_mean: mean of g, corrected drop per kelvin of difference.
+        gain_mean: mean of g, drop per kelvin of difference.
         gain_covariance: covariance of g over touches, times x times.
         ln_rate: mean of ln(rate of Eq. 11 in 1/s).
         ln_rate_sd: its standard deviation over touches.

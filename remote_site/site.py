@@ -12,7 +12,7 @@ from common.fingers import FINGERS
 from common.keys import TrustedKeys, fingerprint, load_keys
 from common.link import RemoteLink
 from common.loop import PeriodicLoop, sharpen_timers
-from common.messages import SCHEMA_VERSION, Event
+from common.messages import SCHEMA_VERSION, Event, LinkState
 from common.process import StatusFile
 from common.recording import PACKET_SCHEMA, Recorder
 from common.startup import wait_for_devices
@@ -59,7 +59,7 @@ class RemoteSite:
             "schema": SCHEMA_VERSION,
             "fingers": list(config.fingers),
             "rate_hz": config.rate_hz,
-            "materials": materials.names,
+            "materials": materials.names(),
             "calibration": materials.content_hash,
         }
         self.server = SessionServer(link, capabilities, config.link.max_age_s)
@@ -74,6 +74,8 @@ class RemoteSite:
         now_s = now_ns * 1e-9
         sensed_now = self._devices.read(now_s)
         self.server.step(now_ns, self._not_ready())
+        if self.gate.fault is not None and self.server.session.state is not LinkState.FAULT:
+            self.gate.clear_fault()  # the session was cleared by a person, and the gate with it
         happened = self.perception.step(sensed_now)
         command = self._gated(now_ns, sensed_now)
         self._devices.write(command, sensed_now)

@@ -16,8 +16,8 @@ from remote_site.stored_table import StoredTable
 NOMINAL_FORCE_N = 1.0
 NOMINAL_SPEED_M_S = 0.050
 """Roughness is stated for this force and speed."""
-BLEND = 2.0
-"""Interpolation is softer than recognition by this factor in standard deviations."""
+ONE_ROUGHNESS = 0.25
+"""Surfaces within this distance in ln(roughness) are equally rough: a quarter is below what a finger tells apart."""
 SAME_PERIOD = 0.15
 """One standard deviation of ln(period) between a patterned surface and its calibration."""
 SAME_IRREGULARITY = 0.12
@@ -83,16 +83,39 @@ class StrokeConstants:
 
 
 def stroke_constants(table: SurfaceTable, ln_roughness: float) -> StrokeConstants:
-    """Interpolate K_v,s and K_F,s between the calibrated surfaces by their distance in ln(roughness)."""
-    distances = [((ln_roughness - s.ln_roughness) / (BLEND * s.ln_roughness_sd)) ** 2 for s in table.surfaces]
-    nearest = min(distances)
-    total = by_speed = by_force = 0.0
-    for surface, distance in zip(table.surfaces, distances, strict=True):
-        weight = math.exp(0.5 * (nearest - distance))
-        total += weight
-        by_speed += weight * math.log(surface.k_stroke_v)
-        by_force += weight * math.log(surface.k_stroke_f)
-    return StrokeConstants(math.exp(by_speed / total), math.exp(by_force / total))
+    """Interpolate ln K_v,s and ln K_F,s between the calibrated surfaces, linearly in ln(roughness).
+
+    Surfaces nearer to each other than ONE_ROUGHNESS count as one, with the mean of their constants;
+    beyond the smoothest and the roughest their constants are held.
+    """
+    groups: list[list[Surface]] = []
+    for surface in sorted(table.surfaces, key=lambda surface: surface.ln_roughness):
+        if groups and surface.ln_roughness - groups[-1][0].ln_roughness < ONE_ROUGHNESS:
+            groups[-1].append(surface)
+        else:
+            groups.append([surface])
+    low = high = _centre(groups[0])
+    for group in groups:
+        low, high = high, _centre(group)
+        if high[0] >= ln_roughness:
+            break
+    else:
+        low = high
+    part = (ln_roughness - low[0]) / (high[0] - low[0]) if high[0] > low[0] else 0.0
+    part = min(max(part, 0.0), 1.0)
+    return StrokeConstants(
+        math.exp(low[1] + part * (high[1] - low[1])), math.exp(low[2] + part * (high[2] - low[2]))
+    )
+
+
+def _centre(group: list[Surface]) -> tuple[float, float, float]:
+    """Means of ln(roughness), ln K_v,s and ln K_F,s."""
+    n = len(group)
+    return (
+        sum(surface.ln_roughness for surface in group) / n,
+        sum(math.log(surface.k_stroke_v) for surface in group) / n,
+        sum(math.log(surface.k_stroke_f) for surface in group) / n,
+    )
 
 
 def recognise(

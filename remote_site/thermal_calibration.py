@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from remote_site.exponential_response import TAU_GRID_S, ExponentialFit
-from remote_site.material_table import TIMES_S, MaterialEntry, MaterialTable
+from remote_site.material_table import TIMES_S, MaterialEntry, MaterialTable, drift
 from remote_site.thermal_response import AVERAGE, ThermalResponse
 from remote_site.thermal_touches import BEFORE, RecordedTouch, find_touch
 from remote_site.traces import ThermalTrace, read_labels, read_thermal
@@ -21,8 +21,10 @@ FEWEST = 2
 """Touches below which a material cannot be calibrated."""
 PRIOR_TOUCHES = 4.0
 """Weight of the covariance pooled over materials beside a material's own, in touches."""
+ITERATIONS = 4
+"""The leak past an object needs the gain that it corrects; it converges within a few rounds."""
 LEAST_GAIN = 0.005
-LEAST_SCATTER = 0.002
+LEAST_SCATTER = 0.01
 """Part of a gain that scatters independently from time to time, whatever few touches may say."""
 LEAST_OFFSET_SD_K = 1.0
 LEAST_DIFFERENCE_K = 1.0
@@ -127,7 +129,7 @@ def _course(
     name = touch.trace.name
     if abs(difference_k) < LEAST_DIFFERENCE_K:
         raise ValueError(f"{name}: plate {touch.start_c:.2f} C and object {object_c:.2f} C are too close to calibrate")
-    response = ThermalResponse(0.0, touch.start_c, around_c, leak_per_s, times_s)
+    response = ThermalResponse(0.0, touch.start_c, times_s)
     fits: list[ExponentialFit | None] = []
     for since_s, sensor_c, _ in touch.readings():
         try:
@@ -135,7 +137,11 @@ def _course(
                 fits.append(response.fit())
         except ValueError as error:
             raise ValueError(f"{name}: {error}") from None
-    return _Course(np.array(response.drops_k) / difference_k, fits, object_c, object_c - around_c)
+    drops_k, offset_k = np.array(response.drops_k), object_c - around_c
+    gains = drops_k / difference_k
+    for _ in range(ITERATIONS):
+        gains = (drops_k - offset_k * drift(gains, times_s, leak_per_s)) / difference_k
+    return _Course(gains, fits, object_c, offset_k)
 
 
 def _noise_k(touches: list[RecordedTouch]) -> float:

@@ -108,9 +108,7 @@ class ThermalIdentification:
         self._contact_s = t_s
         self._start_c = sensor_c
         self._ambient_c = self._table.ambient_c if ambient_c is None else ambient_c
-        self._response = ThermalResponse(
-            t_s, sensor_c, self._ambient_c, self._table.leak_per_s, self._table.times_s
-        )
+        self._response = ThermalResponse(t_s, sensor_c, self._table.times_s)
         self._held: tuple[ThermalStatus, str | None] = (ThermalStatus.DECIDING, None)
         self._light_since_s: float | None = None
         self.evidence = None
@@ -205,13 +203,15 @@ def conclude(names: list[str], judgement: Judgement, since_s: float) -> ThermalA
             break
     best = names[order[0]]
     probability = float(judgement.probability[order[0]])
+    # at a temperature that calibration never met, the shape of the response has to decide by itself
+    sure = probability if judgement.usual_temperature else min(probability, float(judgement.by_shape[order[0]]))
     status, reason = ThermalStatus.DECIDING, None
     if since_s >= EARLIEST_S - HALF_SAMPLE_S:
         if judgement.no_difference > 0.5:
             status, reason = ThermalStatus.UNIDENTIFIABLE, NO_DIFFERENCE
         elif judgement.foreign:
             status = ThermalStatus.UNKNOWN
-        elif probability >= SURE:
+        elif sure >= SURE:
             status = ThermalStatus.IDENTIFIED
         elif since_s >= LATEST_S - HALF_SAMPLE_S:
             status = ThermalStatus.AMBIGUOUS

@@ -20,30 +20,22 @@ class ThermalResponse:
     """Course of one touch from contact on.
 
     Attributes:
-        drops_k: drop of the plate below its start at each time reached, K, less what leaked to ambient.
+        drops_k: drop of the plate below its start at each time reached, K.
     """
 
-    __slots__ = ("_ambient_c", "_before_s", "_contact_s", "_exponential", "_leak_per_s", "_leaked_k", "_recent",
-                 "_start_c", "_times_s", "drops_k")
+    __slots__ = ("_before_s", "_contact_s", "_exponential", "_recent", "_start_c", "_times_s", "drops_k")
 
-    def __init__(
-        self, contact_s: float, start_c: float, ambient_c: float, leak_per_s: float, times_s: Sequence[float]
-    ) -> None:
+    def __init__(self, contact_s: float, start_c: float, times_s: Sequence[float]) -> None:
         """Begin at contact.
 
         Args:
             contact_s: time of contact, s.
             start_c: plate there, C.
-            ambient_c: ambient temperature, C.
-            leak_per_s: rate at which the free plate drifts to ambient, 1/s.
             times_s: times after contact at which a drop is taken, s, ascending.
         """
         self._contact_s = self._before_s = contact_s
         self._start_c = start_c
-        self._ambient_c = ambient_c
-        self._leak_per_s = leak_per_s
         self._times_s = times_s
-        self._leaked_k = 0.0
         self._recent: deque[float] = deque(maxlen=AVERAGE)
         self._exponential = ExponentialResponse(start_c)
         self.drops_k: list[float] = []
@@ -64,8 +56,7 @@ class ThermalResponse:
             raise ValueError(f"thermal readings missing before {t_s:.3f} s")
         self._before_s = t_s
         since_s = t_s - self._contact_s
-        self._leaked_k += self._leak_per_s * (sensor_c - self._ambient_c) * dt_s
-        self._recent.append(self._start_c - sensor_c - self._leaked_k)
+        self._recent.append(self._start_c - sensor_c)
         self._exponential.add(since_s, sensor_c)
         if self.complete or since_s < self._times_s[len(self.drops_k)] - HALF_SAMPLE_S:
             return False

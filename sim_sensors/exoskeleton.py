@@ -12,7 +12,7 @@ from sim_sensors.can_node import CanNode
 RELEASE_S = 0.050
 """A force that is no longer commanded goes to 0 within this time."""
 DRIVEN_S = 0.5
-"""Forces commanded without a gap for this long: a driver is there."""
+"""Enabled without a gap for this long: a session is engaged."""
 
 
 class Exoskeleton(CanNode):
@@ -40,7 +40,7 @@ class Exoskeleton(CanNode):
         return self._force_n * max(0.0, 1.0 - late_s / RELEASE_S)
 
     def driven(self, now_s: float) -> bool:
-        """Whether valid forces have come without a gap for half a second: somebody works with it."""
+        """Whether it has been enabled without a gap for half a second: the hand can work."""
         return self._driven_since_s is not None and now_s - self._driven_since_s >= DRIVEN_S
 
     def take_frames(self) -> list[can.Message]:
@@ -50,6 +50,9 @@ class Exoskeleton(CanNode):
         return [self._pose_sender.encode(pose), self._height_sender.encode(heights)]
 
     def _obey(self, name: str, values: dict[str, float], now_s: float) -> None:
-        self._force_n = np.array(by_finger(values))
-        if self._driven_since_s is None:
+        enabled = values["enabled"] > 0.0
+        self._force_n = np.array(by_finger(values)) if enabled else np.zeros(len(FINGERS))
+        if not enabled:
+            self._driven_since_s = None
+        elif self._driven_since_s is None:
             self._driven_since_s = now_s

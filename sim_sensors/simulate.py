@@ -45,6 +45,7 @@ def simulate_thermal_set(
     force_n: float = 1.2,
     ambient_c: float = 23.0,
     preheat_k: float = 10.0,
+    offset_c: tuple[float, float] = (-3.0, 3.0),
     thickness_m: float | None = BLOCK_M,
 ) -> list[ThermalTrace]:
     """Write `touches` traces of a material (or `air`) and their labels `file,material,object_c` into `out`.
@@ -64,6 +65,7 @@ def simulate_thermal_set(
         force_n=force_n,
         ambient_c=ambient_c,
         preheat_k=preheat_k,
+        offset_c=offset_c,
         thickness_m=thickness_m,
     )
     labels = _Labels(out, ("file", "material", "object_c"))

@@ -6,6 +6,7 @@ Commands import what they need when they run: a site's process must not carry th
 import json
 import sys
 from collections.abc import Iterable, Mapping, Sequence
+from datetime import date
 from pathlib import Path
 from typing import Annotated
 
@@ -55,7 +56,8 @@ def demo(
     out: Annotated[Path | None, typer.Option(help="Output folder; by default a new one.")] = None,
 ) -> None:
     """A whole telediagnosis session on this machine with simulated devices over the real transports."""
-    from teletaction.demo import DemoOptions, run_demo
+    from teletaction.demo import run_demo
+    from teletaction.demo_files import DemoOptions
 
     options = DemoOptions(
         seconds=seconds if seconds is not None or not headless else 60.0,
@@ -157,9 +159,9 @@ def calibrate_thermal_command(
     serial: Annotated[str, typer.Option(help="Serial number of the calibrated sensor.")] = "unknown",
 ) -> None:
     """Material look-up table from labelled touches."""
-    from remote_site.calibration import calibrate_thermal
+    from remote_site.thermal_calibration import calibrate_thermal
 
-    calibrate_thermal(traces, out, sensor_serial=serial)
+    calibrate_thermal(traces, out, sensor_serial=serial, made_on=f"{date.today()}")
     typer.echo(f"wrote {out}", err=True)
 
 
@@ -170,9 +172,9 @@ def calibrate_texture_command(
     serial: Annotated[str, typer.Option(help="Serial number of the calibrated sensor.")] = "unknown",
 ) -> None:
     """Surface look-up table from labelled strokes."""
-    from remote_site.calibration import calibrate_texture
+    from remote_site.texture_calibration import calibrate_texture
 
-    calibrate_texture(strokes, out, sensor_serial=serial)
+    calibrate_texture(strokes, out, sensor_serial=serial, made_on=f"{date.today()}")
     typer.echo(f"wrote {out}", err=True)
 
 
@@ -184,22 +186,27 @@ def identify_thermal_command(
     touches: Annotated[Path | None, typer.Option(help="CSV `touch,trace`: traces judged jointly.")] = None,
 ) -> None:
     """Material and object temperature of recorded touches."""
-    from remote_site.identify import identify_thermal
+    from remote_site.identify_thermal import identify_thermal
+    from remote_site.material_table import MaterialTable
 
-    _print_lines(identify_thermal(table, traces or [], _times(at), touches))
+    if not traces and touches is None:
+        raise ValueError("nothing to identify: name trace files, or --touches FILE")
+    _print_lines(identify_thermal(MaterialTable.load(table), traces or [], _times(at), touches))
 
 
 @identify_app.command("texture")
 def identify_texture_command(
     strokes: Annotated[list[Path], typer.Argument(help="Stroke files.")],
     table: Annotated[Path | None, typer.Option(help="Calibrated table of surfaces.")] = None,
-    signal: Annotated[str, typer.Option(help="Signal column, or `best` or `mean` of all.")] = "pressure_v",
+    signal: Annotated[str | None, typer.Option(help="Signal column, or `best` or `mean` of all.")] = None,
     speed: Annotated[float | None, typer.Option(help="Stroke speed in mm/s where the file has none.")] = None,
 ) -> None:
     """Mode, surface, grooves and rendering constants of recorded strokes."""
-    from remote_site.identify import identify_texture
+    from remote_site.identify_texture import identify_texture
+    from remote_site.surface_class import SurfaceTable
 
-    _print_lines(identify_texture(strokes, table=table, signal=signal, speed_mm_s=speed))
+    surfaces = None if table is None else SurfaceTable.load(table)
+    _print_lines(identify_texture(strokes, surfaces, signal, speed))
 
 
 @simulate_app.command("thermal")
@@ -271,12 +278,17 @@ def render_thermal_command(
 
 
 @render_app.command("vibration")
-def render_vibration_command(stroke: Annotated[Path, typer.Argument(help="Stroke file.")]) -> None:
+def render_vibration_command(
+    stroke: Annotated[Path, typer.Argument(help="Stroke file.")],
+    table: Annotated[Path | None, typer.Option(help="Calibrated table of surfaces; by default the shipped one.")] = None,
+) -> None:
     """Motor speed that a recorded stroke makes the operator feel."""
     from operator_site.render import VIBRATION_COLUMNS
+    from remote_site.surface_class import SurfaceTable
+    from teletaction.demo_files import SURFACES
     from teletaction.render_vibration import render_stroke
 
-    _print_csv(VIBRATION_COLUMNS, render_stroke(stroke))
+    _print_csv(VIBRATION_COLUMNS, render_stroke(stroke, SurfaceTable.load(table or SURFACES)))
 
 
 def _times(text: str) -> list[float]:

@@ -29,14 +29,14 @@ def run_demo(options: DemoOptions) -> str:
     configurations = prepare(options, out)
     stop = StopSignal()
     _say(f"session in {out}")
-    with BarePing() as ping:
-        processes = SessionProcesses(out)
+    processes = SessionProcesses(out)
+    try:
         for name in PROCESSES:
             processes.start(name, configurations[name])
-        try:
+        with BarePing() as ping:
             failure, usage, wall_s = _watch(processes, options, stop, ping)
-        finally:
-            gentle = processes.end()
+    finally:
+        gentle = processes.end()
     if failure and wall_s is None:
         return failure
     return failure or _conclude(options, out, ping, usage, wall_s or 0.0, gentle)

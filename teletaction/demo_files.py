@@ -24,7 +24,9 @@ from common.streams import STREAMS
 
 HOST = "127.0.0.1"
 PROCESSES = ("sim-remote", "sim-operator", "remote", "operator")
-_SURFACES = "surfaces.json"
+TABLES = Path(str(resources.files("remote_site"))) / "tables"
+SURFACES = TABLES / "surfaces.json"
+"""Surfaces calibrated on simulated strokes, as shipped."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,11 +46,10 @@ def calibrated_tables(scene: str) -> tuple[Path, Path]:
     Raises:
         ValueError: none was calibrated for this scene's materials.
     """
-    folder = Path(str(resources.files("remote_site"))) / "tables"
-    materials = folder / f"{Path(scene).stem}.json"
+    materials = TABLES / f"{Path(scene).stem}.json"
     if not materials.is_file():
-        raise ValueError(f"scene {scene!r}: no calibrated table {materials.name}; make one with `teletaction calibrate`")
-    return materials, folder / _SURFACES
+        raise ValueError(f"scene {scene!r}: no calibrated table {materials.name}; make one with `calibrate thermal`")
+    return materials, SURFACES
 
 
 def free_ports(count: int) -> list[int]:

@@ -125,6 +125,13 @@ def test_sensor_that_changes_too_fast_is_not_believed(rate, believed):
     assert (not any(faults)) == believed
 
 
+def test_readings_that_arrive_late_in_a_heap_are_no_fault():
+    sensor, rate = PlateSensor(), 5.3  # as fast as a strong plate warms
+    for i in range(300):
+        arrives_s = i * 0.01 if i % 40 > 9 else (i // 40 * 40 + 9) * 0.01  # 90 ms of silence, then all at once
+        assert sensor.step(arrives_s, counts(20.0 + rate * i * 0.01)).fault is None
+
+
 def test_sensor_noise_and_silence_are_no_fault():
     sensor, noise = PlateSensor(), np.random.default_rng(0)
     assert not any(sensor.step(i * 0.01, 1700 + round(noise.normal(0.0, 1.5))).fault for i in range(500))

@@ -247,7 +247,7 @@ def hear(node: Exoskeleton | Telemanipulator, frame: can.Message, now_s: float) 
 
 
 def forces(newton: float) -> dict[str, float]:
-    return dict.fromkeys(FINGERS, newton)
+    return {"enabled": 1.0, **dict.fromkeys(FINGERS, newton)}
 
 
 class TestExoskeleton:

@@ -56,7 +56,7 @@ def drive_operator(devices: OperatorDevices, steps: range, motor_mv: int = 0, ne
     """Advance, with force frames each step and a command to the module every 10 ms."""
     for step in steps:
         now_s = START_S + step * STEP_S
-        frame = FORCES.encode(dict.fromkeys(FINGERS, newton))
+        frame = FORCES.encode({"enabled": 1.0, **dict.fromkeys(FINGERS, newton)})
         devices.exoskeleton.feed(frame.arbitration_id, bytes(frame.data), now_s)
         if step % 5 == 0:
             command = TactTipCommand(motor_mv, 0).encode()

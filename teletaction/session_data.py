@@ -1,0 +1,141 @@
+"""A recorded session as arrays: what was sent, what was rendered, and what really reached fingers and patient."""
+
+from collections import defaultdict
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Self
+
+import msgpack
+import numpy as np
+from mcap.reader import make_reader
+from numpy.typing import NDArray
+
+from common.messages import TOUCH_COLUMN, Touch
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """Values over time: `time_s` (n,), and each field (n,) or (n, 5)."""
+
+    time_s: Floats
+    values: dict[str, Floats]
+
+    def __getitem__(self, name: str) -> Floats:
+        return self.values[name]
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+
+@dataclass(frozen=True, slots=True)
+class SessionData:
+    """Series and events of one recording; times in s on the recording machine's monotonic clock.
+
+    Attributes:
+        touch: mode, contact, contact force, stiffness, speeds' constants and object temperature as sent by the remote.
+        rendered: what left the operator's gate: force_n, motor_rpm, plate_set_c, peltier, limits, age_s, engaged.
+        gate: what left the patient's gate: z_m, heater, limits.
+        fingertips: truth at the operator's modules (motor_rpm, motor_mv, plate_c, felt_c, force_n, ...).
+        contact: truth at the remote fingers (mode, object, force_n, plate_c, ...).
+        skin: the operator site's skin model (felt_c, surface_c, flux_w_m2).
+        thermal: per finger, the identification's answers over time as dictionaries.
+        events: truth events; `sent`: the remote's events; `played`: events shown; `motor`: module motor switches.
+        counts: messages per stream.
+    """
+
+    touch: Series
+    rendered: Series
+    gate: Series
+    fingertips: Series
+    contact: Series
+    skin: Series
+    thermal: dict[int, list[dict[str, Any]]]
+    truth_events: list[dict[str, Any]]
+    sent_events: list[dict[str, Any]]
+    played: list[dict[str, Any]]
+    motor_switches: list[dict[str, Any]]
+    counts: dict[str, int] = field(default_factory=dict)
+
+    @classmethod
+    def read(cls, path: Path) -> Self:
+        """Read a merged session recording.
+
+        Raises:
+            OSError: it cannot be read.
+        """
+        times: dict[str, list[float]] = defaultdict(list)
+        entries: dict[str, list[Any]] = defaultdict(list)
+        with path.open("rb") as file:
+            for _, channel, message in make_reader(file).iter_messages():
+                topic = channel.topic
+                times[topic].append(message.log_time * 1e-9)
+                entries[topic].append(
+                    Touch.decode(message.data) if topic == "remote/touch" else msgpack.unpackb(message.data)
+                )
+        thermal: dict[int, list[dict[str, Any]]] = defaultdict(list)
+        for time_s, row in zip(times["remote/thermal"], entries["remote/thermal"], strict=True):
+            thermal[row[0]].append({"time_s": time_s, **dict(zip(_THERMAL, row[1:], strict=True))})
+        return cls(
+            touch=_touches(times["remote/touch"], entries["remote/touch"]),
+            rendered=_rows(times["operator/rendered"], entries["operator/rendered"], _RENDERED),
+            gate=_rows(times["remote/gate"], entries["remote/gate"], _GATE),
+            fingertips=_maps(times["truth_fingertips"], entries["truth_fingertips"]),
+            contact=_maps(times["truth_contact"], entries["truth_contact"]),
+            skin=_rows(times["operator/skin"], entries["operator/skin"], _SKIN),
+            thermal=dict(thermal),
+            truth_events=_timed(times["truth_event"], entries["truth_event"]),
+            sent_events=[dict(zip(_EVENT, row, strict=True)) for row in entries["remote/event"]],
+            played=_timed(
+                times["operator/played"],
+                [dict(zip(("ident", "kind", "finger"), row, strict=True)) for row in entries["operator/played"]],
+            ),
+            motor_switches=_timed(times["truth_motor"], entries["truth_motor"]),
+            counts={topic: len(rows) for topic, rows in entries.items()},
+        )
+
+
+_THERMAL = (
+    "status",
+    "best",
+    "probability",
+    "object_c",
+    "object_c_sd",
+    "rate_per_s",
+    "exponential_object_c",
+    "exponential_material",
+    "reason",
+    "roughness_v",
+    "stiffness_n_m",
+)
+_EVENT = ("ident", "kind", "finger", "time_ns", "value", "name")
+_RENDERED = {"engaged": 0, "age_s": 1, "force_n": 2, "motor_rpm": 3, "plate_set_c": 4, "peltier": 5, "limits": 6,
+             "x_m": 8, "z_m": 10, "plate_c": 11, "sequence": 12}  # fmt: skip
+_GATE = {"x_m": 0, "z_m": 2, "heater": 3, "limits": 4}
+_SKIN = {"felt_c": 0, "surface_c": 1, "flux_w_m2": 2}
+
+
+def _array(values: list[Any]) -> Floats:
+    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
+
+
+def _rows(time_s: list[float], rows: list[Any], columns: dict[str, int]) -> Series:
+    return Series(np.array(time_s), {name: _array([row[i] for row in rows]) for name, i in columns.items()})
+
+
+def _maps(time_s: list[float], maps: list[dict[str, Any]]) -> Series:
+    numeric = [name for name, value in (maps[0] if maps else {}).items() if not isinstance(value, str)]
+    return Series(np.array(time_s), {name: _array([entry[name] for entry in maps]) for name in numeric})
+
+
+def _touches(time_s: list[float], touches: list[Touch]) -> Series:
+    blocks = np.array([touch.block for touch in touches], dtype=np.float64).reshape(len(touches), -1, len(TOUCH_COLUMN))
+    values = {name: blocks[:, :, column] for name, column in TOUCH_COLUMN.items()}
+    values["sequence"] = _array([touch.sequence for touch in touches])
+    values["state"] = _array([int(touch.state) for touch in touches])
+    return Series(np.array(time_s), values)
+
+
+def _timed(time_s: list[float], maps: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    return [{"time_s": t, **entry} for t, entry in zip(time_s, maps, strict=True)]

@@ -1,0 +1,294 @@
+"""`summary.json`: what reached the fingers, measured at the simulated devices."""
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from common.fingers import FINGERS, chosen_fingers
+from common.limits import MOTOR_STILL_S
+from common.messages import EventKind, ThermalStatus
+from remote_site.exploration import ExplorationMode
+from teletaction.demo_files import DemoOptions
+from teletaction.session_data import Floats, SessionData
+
+MODES = tuple(mode.name.lower() for mode in ExplorationMode)
+SHORTEST_CONTACT_S = 1.0
+"""Shorter contacts are taps: counted as such, no material is asked of them."""
+PAPER_S = 8.0
+"""The paper's method answers 5 to 8 s after contact: its answer is taken at the latest then."""
+_FOLLOWS_S = 0.3
+"""A tap's vibration that begins later than this belongs to something else."""
+_GROOVE_EARLY_S, _GROOVE_LATE_S = 0.005, 0.035
+"""A played impulse belongs to the groove whose crossing its source time follows this closely."""
+
+
+def summarise(
+    data: SessionData,
+    options: DemoOptions,
+    statuses: Mapping[str, Mapping[str, Any]],
+    usage: Mapping[str, tuple[float, float]],
+    wall_s: float,
+    round_trips_s: list[float],
+) -> dict[str, Any]:
+    """Measure a session.
+
+    Args:
+        data: the merged recording.
+        options: how the session was asked for.
+        statuses: the last status of each process.
+        usage: CPU share (of one core) and largest memory (MiB) of each process while the hand worked.
+        wall_s: how long the hand worked, s.
+        round_trips_s: of the bare ping, s.
+    """
+    used = [FINGERS.index(finger) for finger in chosen_fingers(options.fingers)]
+    remote, operator = statuses["remote"], statuses["operator"]
+    return {
+        "duration_s": round(wall_s, 1),
+        "scene": options.scene,
+        "seed": options.seed,
+        "fingers": options.fingers,
+        "contacts": contacts(data),
+        "modes": modes(data, used),
+        "impulses": impulses(data),
+        "taps": taps(data),
+        "vibration_rpm": still_vibration(data, used),
+        "latency_ms": {
+            "contact_to_motor": _spread(contact_to_motor_s(data)),
+            "link_one_way": _spread(one_way_s(data)),
+            "bare_curve_ping": _spread(round_trips_s),
+        },
+        "plate_c": _range(data.fingertips, "plate_c", used, ("min", "max")),
+        "sensor_plate_c": _range(data.contact, "plate_c", used, ("max",)),
+        "force_n": _range(data.fingertips, "force_n", used, ("max",)),
+        "contact_force_n": _range(data.contact, "force_n", used, ("max",)),
+        "loop": {name: dict(status["loop"]) | {"cpu": round(usage.get(name, (0.0, 0.0))[0], 3)}
+                 for name, status in statuses.items()},  # fmt: skip
+        "cpu_cores": round(sum(cpu for cpu, _ in usage.values()), 3),
+        "rss_mib": {name: round(peak, 1) for name, (_, peak) in usage.items()},
+        "packets": {
+            "touch": _packets("touch", remote, operator),
+            "motion": _packets("motion", operator, remote),
+        },
+        "recorded": data.counts,
+        "faults": [
+            {"site": name, "fault": status["fault"]}
+            for name, status in (("remote", remote), ("operator", operator))
+            if status["fault"]
+        ],
+    }
+
+
+def contacts(data: SessionData) -> list[dict[str, Any]]:
+    """Each touch that lasted at least SHORTEST_CONTACT_S, with what was true and what was answered."""
+    found = []
+    for touch in _touches(data):
+        if touch["end_s"] - touch["time_s"] < SHORTEST_CONTACT_S:
+            continue
+        answers = [
+            a for a in data.thermal.get(touch["finger"], []) if touch["time_s"] + 0.05 < a["time_s"] < touch["end_s"]
+        ]
+        last = answers[-1] if answers else {}
+        status = ThermalStatus(last.get("status", 0))
+        named = next((a["time_s"] for a in answers if a["status"] == ThermalStatus.IDENTIFIED), None)
+        paper = [a["exponential_material"] for a in answers if a["time_s"] <= touch["time_s"] + PAPER_S]
+        found.append(
+            {
+                "finger": FINGERS[touch["finger"]],
+                "object": touch["object"],
+                "true_material": touch["material"],
+                "material": last.get("best") if status is ThermalStatus.IDENTIFIED else None,
+                "best": last.get("best"),
+                "status": status.name.lower(),
+                "reason": last.get("reason"),
+                "probability": _rounded(last.get("probability"), 4),
+                "seconds": None if named is None else round(named - touch["time_s"], 2),
+                "held_s": round(touch["end_s"] - touch["time_s"], 2),
+                "true_object_c": round(touch["object_c"], 2),
+                "object_c": _rounded(last.get("object_c"), 2),
+                "object_c_sd": _rounded(last.get("object_c_sd"), 2),
+                "paper_material": paper[-1] if paper else None,
+                "paper_object_c": _rounded(last.get("exponential_object_c"), 2),
+            }
+        )
+    return found
+
+
+def modes(data: SessionData, used: Iterable[int]) -> dict[str, Any]:
+    """How often the identified mode was the true one, counted every 10 ms, all fingers together."""
+    confusion = {true: Counter[str]() for true in MODES}
+    if len(data.touch) and len(data.contact):
+        newest = np.searchsorted(data.touch.time_s, data.contact.time_s, side="right") - 1
+        known = newest >= 0
+        for finger in used:
+            true = data.contact["mode"][known, finger].astype(int)
+            told = data.touch["mode"][newest[known], finger].astype(int)
+            for (t, o), count in Counter(zip(true.tolist(), told.tolist(), strict=True)).items():
+                confusion[MODES[t]][MODES[o]] += count
+    total = sum(sum(row.values()) for row in confusion.values())
+    agree = sum(confusion[mode][mode] for mode in MODES)
+    in_contact = {true: row for true, row in confusion.items() if true != "free"}
+    contact_total = sum(sum(row.values()) for row in in_contact.values())
+    contact_agree = sum(row[true] for true, row in in_contact.items())
+    return {
+        "agreement": round(agree / total, 4) if total else None,
+        "agreement_in_contact": round(contact_agree / contact_total, 4) if contact_total else None,
+        "confusion": {true: dict(row) for true, row in confusion.items() if row},
+    }
+
+
+def impulses(data: SessionData) -> dict[str, Any]:
+    """Grooves crossed by the true fingertips against impulses shown to the operator, in all and by object."""
+    by_ident = {event["ident"]: event for event in data.sent_events}
+    shown = [by_ident[p["ident"]] for p in data.played if p["kind"] == EventKind.GROOVE and p["ident"] in by_ident]
+    touches = _touches(data)
+    by_object: dict[str, dict[str, int]] = {}
+    for finger in range(len(FINGERS)):
+        crossed = [(e["time_s"], e["object"]) for e in data.truth_events if _is(e, finger, "groove")]
+        played = sorted(e["time_ns"] * 1e-9 for e in shown if e["finger"] == finger)
+        matched, invented_s = _match([t for t, _ in crossed], played)
+        for (_, thing), hit in zip(crossed, matched, strict=True):
+            row = by_object.setdefault(thing, {"crossed": 0, "played": 0, "missed": 0, "invented": 0})
+            row["crossed"] += 1
+            row["played" if hit else "missed"] += 1
+        for time_s in invented_s:
+            under = _object_under(touches, crossed, finger, time_s)
+            row = by_object.setdefault(under, {"crossed": 0, "played": 0, "missed": 0, "invented": 0})
+            row["played"] += 1
+            row["invented"] += 1
+    total = {
+        name: sum(row[name] for row in by_object.values()) for name in ("crossed", "played", "missed", "invented")
+    }
+    return {**total, "by_object": by_object}
+
+
+def taps(data: SessionData) -> dict[str, int]:
+    """Contacts made by the true fingertips, and how many of them the operator felt as a tap."""
+    made = [e for e in data.truth_events if e["kind"] == "contact"]
+    shown = [p for p in data.played if p["kind"] == EventKind.TAP]
+    felt = 0
+    for event in made:
+        mine = [p for p in shown if p["finger"] == event["finger"] and 0.0 <= p["time_s"] - event["time_s"] < _FOLLOWS_S]
+        felt += bool(mine)
+    return {"made": len(made), "played": felt}
+
+
+def still_vibration(data: SessionData, used: Iterable[int]) -> dict[str, float | None]:
+    """Fastest motor at a true fingertip that has been free, or resting, for MOTOR_STILL_S."""
+    fastest: dict[str, float | None] = {"free_max": None, "resting_max": None}
+    if not len(data.contact) or not len(data.fingertips):
+        return fastest
+    nearest = np.searchsorted(data.fingertips.time_s, data.contact.time_s).clip(0, len(data.fingertips) - 1)
+    for name, mode in (("free_max", ExplorationMode.FREE), ("resting_max", ExplorationMode.QUIESCENT)):
+        speeds = [0.0]
+        for finger in used:
+            still = _lasting(data.contact["mode"][:, finger] == mode, data.contact.time_s, MOTOR_STILL_S)
+            speeds += data.fingertips["motor_rpm"][nearest[still], finger].tolist()
+        fastest[name] = round(max(speeds), 1)
+    return fastest
+
+
+def contact_to_motor_s(data: SessionData) -> list[float]:
+    """From 0.30 N at the true fingertip to the first motor command in its module, s."""
+    delays = []
+    for event in data.truth_events:
+        if event["kind"] != "contact":
+            continue
+        after = [
+            switch["time_s"] - event["time_s"]
+            for switch in data.motor_switches
+            if switch["finger"] == event["finger"] and switch["motor_mv"] > 0 and switch["time_s"] >= event["time_s"]
+        ]
+        if after and after[0] < _FOLLOWS_S:
+            delays.append(after[0])
+    return delays
+
+
+def one_way_s(data: SessionData) -> list[float]:
+    """From a touch packet's source time to the operator tick that consumed it, s (one machine, one clock)."""
+    if not len(data.rendered) or not len(data.touch):
+        return []
+    sequence = data.rendered["sequence"]
+    first = np.flatnonzero(np.diff(sequence, prepend=np.nan) > 0)
+    sent = dict(zip(data.touch["sequence"].tolist(), data.touch.time_s.tolist(), strict=True))
+    return [
+        float(data.rendered.time_s[i] - sent[sequence[i]]) for i in first.tolist() if sequence[i] in sent
+    ]  # fmt: skip
+
+
+def _touches(data: SessionData) -> list[dict[str, Any]]:
+    """True contacts with their end; one that never ended ends with the recording."""
+    end_s = float(data.contact.time_s[-1]) if len(data.contact) else 0.0
+    found = []
+    for number, event in enumerate(data.truth_events):
+        if event["kind"] == "contact":
+            later = data.truth_events[number + 1 :]
+            release = next((e["time_s"] for e in later if _is(e, event["finger"], "release")), end_s)
+            found.append({**event, "end_s": release})
+    return found
+
+
+def _is(event: Mapping[str, Any], finger: int, kind: str) -> bool:
+    return bool(event["finger"] == finger and event["kind"] == kind)
+
+
+def _match(crossed_s: list[float], played_s: list[float]) -> tuple[list[bool], list[float]]:
+    """Which crossings were shown, and the impulses that belong to none; each is used once, in order of time."""
+    left = list(played_s)
+    matched = []
+    for time_s in crossed_s:
+        hit = next((p for p in left if -_GROOVE_EARLY_S <= p - time_s <= _GROOVE_LATE_S), None)
+        if hit is not None:
+            left.remove(hit)
+        matched.append(hit is not None)
+    return matched, left
+
+
+def _object_under(
+    touches: list[dict[str, Any]], crossed: list[tuple[float, str]], finger: int, time_s: float
+) -> str:
+    """Name for an impulse without a groove: the grooved zone crossed last in this touch, else the touched object."""
+    touch = next((t for t in touches if t["finger"] == finger and t["time_s"] <= time_s <= t["end_s"] + 0.1), None)
+    if touch is None:
+        return "nothing"
+    before = [thing for t, thing in crossed if touch["time_s"] <= t <= time_s]
+    return before[-1] if before else str(touch["object"])
+
+
+def _lasting(condition: "np.ndarray[Any, np.dtype[np.bool_]]", time_s: Floats, least_s: float) -> Any:
+    """Samples at which a condition has held for at least `least_s`."""
+    since = np.where(condition, np.nan, time_s)
+    started = np.fmax.accumulate(np.concatenate(([time_s[0]], since[1:])))
+    return condition & (time_s - started >= least_s)
+
+
+def _spread(seconds: list[float]) -> dict[str, float | int | None]:
+    """p50, p99 and maximum in ms, and the count."""
+    if not seconds:
+        return {"p50": None, "p99": None, "max": None, "count": 0}
+    ms = np.array(seconds) * 1e3
+    p50, p99 = np.percentile(ms, (50, 99))
+    return {"p50": round(float(p50), 3), "p99": round(float(p99), 3), "max": round(float(ms.max()), 3),
+            "count": len(seconds)}  # fmt: skip
+
+
+def _range(series: Any, name: str, used: list[int], ends: tuple[str, ...]) -> dict[str, float | None]:
+    if not len(series):
+        return dict.fromkeys(ends)
+    values = series[name][:, used]
+    return {end: round(float(getattr(values, end)()), 3) for end in ends}
+
+
+def _packets(stream: str, sender: Mapping[str, Any], receiver: Mapping[str, Any]) -> dict[str, Any]:
+    refused = sum(receiver["refused"][stream].values()) + receiver["refused"]["damaged"].get(stream, 0)
+    return {
+        "sent": sender["sent"][stream],
+        "received": receiver["received"][stream],
+        "superseded": receiver["superseded"][stream],
+        "refused": refused,
+    }
+
+
+def _rounded(value: float | None, digits: int) -> float | None:
+    return None if value is None else round(value, digits)

@@ -1,0 +1,167 @@
+"""Every golden block of docs/protocols.md, both ways through the code that drivers and emulators share."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+from common.can_frames import FrameReceiver, FrameSender, by_finger
+from common.fingers import FINGERS
+from common.framing import Frame, FrameReader, encode_frame
+from common.messages import (
+    TOUCH_FIELDS,
+    Answer,
+    Event,
+    EventKind,
+    Heartbeat,
+    LinkState,
+    Motion,
+    Request,
+    ThermalStatus,
+    Touch,
+)
+from common.serial_messages import (
+    DeviceFlag,
+    DeviceKind,
+    HeaterCommand,
+    Identity,
+    MessageId,
+    TactTipCommand,
+    TactTipState,
+    TextureSamples,
+    ThermalReading,
+)
+from common.thermometry import ntc_c, ssr_c
+
+SESSION = 0x0123456789ABCDEF
+T = 1_000_000_000_000
+
+
+@dataclass
+class Nothing:
+    """IDENTIFY has no payload."""
+
+    def encode(self) -> bytes:
+        return b""
+
+    @staticmethod
+    def decode(payload: bytes) -> "Nothing":
+        assert not payload
+        return Nothing()
+
+
+SAMPLES = np.array([-2048, 2047, 0, 1, -1, 256, 100, -100, 1000, -1000], dtype="<i2").tobytes()
+SERIAL: dict[str, tuple[MessageId, int, Any]] = {
+    "identify": (MessageId.IDENTIFY, 0, Nothing()),
+    "identity": (MessageId.IDENTITY, 0, Identity(DeviceKind.THERMAL_SENSOR, 1, "TH0001", 1, 100, 0.0, 60.0)),
+    "texture_samples": (MessageId.TEXTURE_SAMPLES, 7, TextureSamples(5000, SAMPLES)),
+    "thermal_reading": (
+        MessageId.THERMAL_READING, 200, ThermalReading(1_000_000, 2210, 1610, DeviceFlag.COMMAND_TIMEOUT),
+    ),
+    "heater_command": (MessageId.HEATER_COMMAND, 1, HeaterCommand(-250)),
+    "tacttip_command": (MessageId.TACTTIP_COMMAND, 2, TactTipCommand(1410, -500)),
+    "tacttip_state": (
+        MessageId.TACTTIP_STATE, 255, TactTipState(0xFFFFFFFF, 1700, 2275, DeviceFlag.THERMAL_CUT_OUT),
+    ),
+}  # fmt: skip
+POSES = {"HandPose": (0, -170.0, 2.0), "HandSetpoint": (15, 655.34, -655.36), "HandPoseMeasured": (9, 100.0, -0.02)}
+FIVES = {
+    "FingerHeights": (1, (6.0, -2.0, 0.0, 0.005, -10.24)),
+    "FingerForces": (2, (0.0, 0.01, 1.25, 5.0, 10.23)),
+    "HeightSetpoint": (4, (6.0, -2.0, 0.0, 10.22, -10.24)),
+    "FingerHeightsMeasured": (10, (10.235, -0.005, 3.0, -3.0, 0.05)),
+    "ContactForces": (11, (0.3, 0.15, 0.0, 2.0, 10.0)),
+}
+CAN = {name: (counter, {"x": x, "y": y}) for name, (counter, x, y) in POSES.items()} | {
+    name: (counter, dict(zip(FINGERS, values, strict=True))) for name, (counter, values) in FIVES.items()
+}
+CAN["FingerForces"][1]["enabled"] = 1.0
+
+ALL_FINGERS = list(FINGERS)
+MOTION_BLOCK = np.array([(-0.170, 0.002, z) for z in (0.006, -0.002, 0.0, 0.001, 0.01)], dtype=np.float32)
+INDEX_TOUCH = {
+    "mode": 3, "contact": 1, "contact_force_n": 0.75, "surface_z_m": -0.0005, "stiffness_n_m": 850, "k_tap": 1500,
+    "b_tap_per_s": 60, "k_stroke_v": 4000, "k_stroke_f": 30, "groove_rad_s": 300, "b_groove_per_s": 40,
+    "conductivity_w_mk": 0.19, "density_kg_m3": 1400, "specific_heat_j_kgk": 1000, "object_c": 23.5,
+    "object_c_sd": 0.25, "probability": 0.9375, "thermal_status": ThermalStatus.IDENTIFIED,
+}  # fmt: skip
+UNTOUCHED = {"object_c_sd": 50, "thermal_status": ThermalStatus.NO_CONTACT}
+TOUCH_BLOCK = np.array(
+    [[(INDEX_TOUCH if f == "index" else UNTOUCHED).get(name, 0) for name in TOUCH_FIELDS] for f in FINGERS], np.float32
+)
+EVENTS = (
+    Event(1, EventKind.TAP, 1, T - 200_000_000, 0.125),
+    Event(2, EventKind.MATERIAL, 1, T, 0.9375, "pvc"),
+)
+BEAT = (2, T, -5_000_000, 150_001)
+REMOTE_T = T - 4_900_000
+PACKETS: dict[str, Any] = {
+    "motion": Motion(SESSION, 3, T, LinkState.CONNECTED, MOTION_BLOCK),
+    "touch": Touch(
+        SESSION, 70_000, T + 4_000_000, LinkState.ENGAGED, TOUCH_BLOCK, ("", "pvc", "", "", ""), EVENTS
+    ),
+    "heartbeat": Heartbeat(SESSION, 12, T, LinkState.ENGAGED, T, 0, -5_000_000, 150_001),
+    "heartbeat_answer": Heartbeat(SESSION, 12, REMOTE_T, LinkState.ENGAGED, T, REMOTE_T, -5_000_000, 150_001),
+    "hello": Request(0, 1, T, "hello", {"schema": 1, "fingers": ALL_FINGERS, "rate_hz": 500.0}),
+    "hello_answer": Answer(
+        SESSION, 1, T + 77, "",
+        {"session": SESSION, "schema": 1, "fingers": ALL_FINGERS, "rate_hz": 500.0, "materials": ["aluminium", "pvc"],
+         "calibration": "5f2c"},
+    ),
+    "engage": Request(SESSION, 2, T, "engage", {}),
+    "refusal": Answer(SESSION, 2, T + 77, "not ready: index thermal_sensor: opening", {}),
+}  # fmt: skip
+
+
+def test_every_block_of_the_document_is_tested(golden: dict[str, bytes]) -> None:
+    assert set(golden) == {*SERIAL, *CAN, *PACKETS}
+
+
+@pytest.mark.parametrize("name", SERIAL)
+def test_serial(golden: dict[str, bytes], name: str) -> None:
+    message_id, sequence, message = SERIAL[name]
+    assert encode_frame(message_id, sequence, message.encode()) == golden[name]
+    reader = FrameReader()
+    (frame,) = reader.feed(golden[name])
+    assert frame == Frame(message_id, sequence, message.encode())
+    assert type(message).decode(frame.payload) == message
+    assert reader.damaged == 0
+
+
+def test_serial_temperatures_are_what_the_document_says() -> None:
+    assert (ssr_c(0), ssr_c(4095)) == (pytest.approx(0.0, abs=0.02), pytest.approx(60.0, abs=0.02))
+    assert ntc_c(2047.5) == pytest.approx(25.0)
+    assert ntc_c(1700) > 25.0 > ntc_c(2275)
+    for broken in (0, 4095):
+        with pytest.raises(ValueError, match="open or shorted"):
+            ntc_c(broken)
+
+
+@pytest.mark.parametrize("name", CAN)
+def test_can(golden: dict[str, bytes], name: str) -> None:
+    counter, values = CAN[name]
+    sender, receiver = FrameSender(name), FrameReceiver(name)
+    for _ in range(counter):
+        sender.encode(values)
+    assert bytes(sender.encode(values).data) == golden[name]
+    assert receiver.decode(golden[name]) == pytest.approx(values)
+    if name in FIVES:
+        assert by_finger(FrameReceiver(name).decode(golden[name])) == pytest.approx(FIVES[name][1])
+
+
+@pytest.mark.parametrize("name", PACKETS)
+def test_packets(golden: dict[str, bytes], name: str) -> None:
+    packet = PACKETS[name]
+    assert packet.encode() == golden[name]
+    decoded = type(packet).decode(golden[name])
+    for field in packet.__slots__:
+        expected, found = getattr(packet, field), getattr(decoded, field)
+        assert np.array_equal(expected, found) if field == "block" else expected == found
+        assert isinstance(found, type(expected))
+
+
+def test_the_documents_clock_example_adds_up(golden: dict[str, bytes]) -> None:
+    answer = Heartbeat.decode(golden["heartbeat_answer"])
+    assert math.isclose(answer.arrived_ns - answer.sent_ns, -4.9e6)

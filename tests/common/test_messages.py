@@ -1,0 +1,229 @@
+import math
+import struct
+from collections.abc import Callable
+from typing import Any
+
+import msgpack
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from common.messages import (
+    MAX_EVENTS,
+    MAX_PACKET,
+    REQUESTS,
+    SCHEMA_VERSION,
+    TOUCH_FIELDS,
+    TOUCH_RANGES,
+    Answer,
+    BadPacket,
+    Event,
+    EventKind,
+    Heartbeat,
+    LinkState,
+    Motion,
+    Request,
+    Touch,
+    WrongVersion,
+)
+
+KINDS: dict[str, Any] = {
+    "motion": Motion, "touch": Touch, "heartbeat": Heartbeat, "heartbeat_answer": Heartbeat, "hello": Request,
+    "hello_answer": Answer, "engage": Request, "refusal": Answer,
+}  # fmt: skip
+names = st.sampled_from(sorted(KINDS))
+rubbish = st.recursive(
+    st.none() | st.booleans() | st.integers(-(2**63), 2**64 - 1) | st.floats() | st.text(max_size=50)
+    | st.binary(max_size=400),
+    lambda inner: st.lists(inner, max_size=8) | st.dictionaries(st.text(max_size=5) | st.integers(0, 9), inner, max_size=4),
+    max_leaves=12,
+)  # fmt: skip
+
+
+def only_bad_packet(decode: Callable[[bytes], object], packet: bytes) -> None:
+    try:
+        decode(packet)
+    except BadPacket:
+        pass
+
+
+@given(names, st.binary(max_size=300))
+def test_random_bytes_raise_only_bad_packet(name: str, packet: bytes) -> None:
+    only_bad_packet(KINDS[name].decode, packet)
+
+
+@given(names, st.data())
+def test_mutated_packets_raise_only_bad_packet(golden: dict[str, bytes], name: str, data: st.DataObject) -> None:
+    packet = bytearray(golden[name])
+    for _ in range(data.draw(st.integers(1, 4))):
+        at = data.draw(st.integers(0, len(packet) - 1))
+        match data.draw(st.sampled_from(("change", "cut", "insert"))):
+            case "change":
+                packet[at] = data.draw(st.integers(0, 255))
+            case "cut":
+                del packet[max(1, at) :]
+            case "insert":
+                packet[at:at] = data.draw(st.binary(max_size=5))
+    only_bad_packet(KINDS[name].decode, bytes(packet))
+
+
+@given(names, st.data())
+def test_any_value_in_any_field_raises_only_bad_packet(
+    golden: dict[str, bytes], name: str, data: st.DataObject
+) -> None:
+    fields = msgpack.unpackb(golden[name])
+    fields[data.draw(st.integers(0, len(fields) - 1))] = data.draw(rubbish)
+    only_bad_packet(KINDS[name].decode, msgpack.packb(fields))
+
+
+@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("nest", [b"\x91", b"\x81\xa1a"])
+def test_deep_nesting_in_any_field_raises_only_bad_packet(golden: dict[str, bytes], name: str, nest: bytes) -> None:
+    fields = msgpack.unpackb(golden[name])
+    for depth in (50, 900, 1020):
+        for at in range(len(fields)):
+            packed = [msgpack.packb(field) for field in fields]
+            packed[at] = nest * depth + b"\xc0"
+            packet = bytes((0x90 + len(fields),)) + b"".join(packed)
+            with pytest.raises(BadPacket):
+                KINDS[name].decode(packet)
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_each_headers_field_is_checked(golden: dict[str, bytes], name: str) -> None:
+    fields = msgpack.unpackb(golden[name])
+    for at in range(1, 4):
+        for bad in (-1, 2**63, 1.0, True, None, "1", [1]):
+            with pytest.raises(BadPacket):
+                KINDS[name].decode(msgpack.packb([*fields[:at], bad, *fields[at + 1 :]]))
+    for wrong in (fields[:-1], [*fields, 0], [], {}, 7):
+        with pytest.raises(BadPacket):
+            KINDS[name].decode(msgpack.packb(wrong))
+    with pytest.raises(BadPacket):
+        KINDS[name].decode(golden[name] + b"\0")
+    for version in (0, 2, True, 1.0, None, "1"):
+        with pytest.raises(WrongVersion, match=f"speaks {SCHEMA_VERSION}"):
+            KINDS[name].decode(msgpack.packb([version, *fields[1:]]))
+
+
+@pytest.mark.parametrize("name", ["motion", "touch", "heartbeat"])
+def test_a_state_that_is_none_is_refused(golden: dict[str, bytes], name: str) -> None:
+    fields = msgpack.unpackb(golden[name])
+    for bad in (4, -1, 1.0, "engaged", None, True):
+        with pytest.raises(BadPacket, match="LinkState"):
+            KINDS[name].decode(msgpack.packb([*fields[:4], bad, *fields[5:]]))
+
+
+def beyond(low: float, high: float) -> list[float]:
+    span = (high - low) * 1e-3
+    return [low - span, high + span, math.nan, math.inf, -math.inf]
+
+
+@pytest.mark.parametrize("column", range(len(TOUCH_FIELDS)), ids=TOUCH_FIELDS)
+def test_each_touch_column_out_of_range_is_neither_taken_nor_sent(golden: dict[str, bytes], column: int) -> None:
+    name = TOUCH_FIELDS[column]
+    low, high = TOUCH_RANGES[name]
+    fields = msgpack.unpackb(golden["touch"])
+    for finger in (0, 4):
+        for value in (low, high):
+            _put(fields, 18 * finger + column, value)
+            Touch.decode(msgpack.packb(fields))
+        for value in beyond(low, high):
+            _put(fields, 18 * finger + column, value)
+            with pytest.raises(BadPacket, match=name):
+                Touch.decode(msgpack.packb(fields))
+            block = np.frombuffer(fields[5], "<f4").reshape(5, 18)
+            with pytest.raises(BadPacket, match=name):
+                Touch(1, 1, 1, LinkState.ENGAGED, block, ("",) * 5, ()).encode()
+        _put(fields, 18 * finger + column, low)
+
+
+@pytest.mark.parametrize(("column", "limit"), [(0, 0.66), (1, 0.66), (2, 0.0103)])
+def test_each_motion_column_out_of_range_is_neither_taken_nor_sent(
+    golden: dict[str, bytes], column: int, limit: float
+) -> None:
+    fields = msgpack.unpackb(golden["motion"])
+    for value in beyond(-limit, limit):
+        _put(fields, 6 + column, value)
+        with pytest.raises(BadPacket, match="middle"):
+            Motion.decode(msgpack.packb(fields))
+        with pytest.raises(BadPacket, match="middle"):
+            Motion(1, 1, 1, LinkState.ENGAGED, np.frombuffer(fields[5], "<f4").reshape(5, 3)).encode()
+
+
+def _put(fields: list[Any], index: int, value: float) -> None:
+    fields[5] = fields[5][: 4 * index] + struct.pack("<f", value) + fields[5][4 * index + 4 :]
+
+
+@pytest.mark.parametrize("block", [b"", bytes(359), bytes(361), "text", None, [0.0] * 90])
+def test_a_block_of_another_size_is_refused(golden: dict[str, bytes], block: object) -> None:
+    fields = msgpack.unpackb(golden["touch"])
+    with pytest.raises(BadPacket, match="expected 360 bytes"):
+        Touch.decode(msgpack.packb([*fields[:5], block, *fields[6:]]))
+
+
+@pytest.mark.parametrize(
+    ("position", "bad"),
+    [(0, -1), (0, 1.0), (1, 3), (2, 5), (2, -1), (3, -1), (3, None), (4, 1), (4, -0.1), (4, 2001.0), (4, math.nan),
+     (4, math.inf), (5, "x" * 41), (5, b"pvc"), (5, None)],
+)  # fmt: skip
+def test_each_field_of_an_event_is_checked(golden: dict[str, bytes], position: int, bad: object) -> None:
+    fields = msgpack.unpackb(golden["touch"])
+    fields[7][1][position] = bad
+    with pytest.raises(BadPacket):
+        Touch.decode(msgpack.packb(fields))
+
+
+def test_lists_of_names_and_events_have_their_lengths(golden: dict[str, bytes]) -> None:
+    fields = msgpack.unpackb(golden["touch"])
+    event = fields[7][0]
+    for at, bad in ((6, [""] * 4), (6, [""] * 6), (6, "pvc"), (6, [1] * 5), (6, ["x" * 41] + [""] * 4),
+                    (7, [event] * (MAX_EVENTS + 1)), (7, [event[:5]]), (7, {}), (7, [1])):  # fmt: skip
+        with pytest.raises(BadPacket):
+            Touch.decode(msgpack.packb([*fields[:at], bad, *fields[at + 1 :]]))
+
+
+def test_the_fullest_touch_packet_fits() -> None:
+    block = np.zeros((5, 18), np.float32)
+    events = tuple(Event(2**62 + n, EventKind.MATERIAL, 4, 2**62, 0.5, "m" * 40) for n in range(MAX_EVENTS))
+    touch = Touch(2**62, 2**62, 2**62, LinkState.ENGAGED, block, ("n" * 40,) * 5, events)
+    assert Touch.decode(touch.encode()).events == events
+
+
+def test_too_long_a_packet_is_neither_sent_nor_taken() -> None:
+    details = {"text": "x" * MAX_PACKET}
+    with pytest.raises(BadPacket, match="longer than 4096"):
+        Request(1, 1, 1, "annotate", details).encode()
+    with pytest.raises(BadPacket, match="longer than 4096"):
+        Request.decode(msgpack.packb([1, 1, 1, 1, "annotate", details]))
+
+
+@pytest.mark.parametrize("verb", ["", "Engage", "reboot", None, 3, ["engage"], b"engage"])
+def test_an_unknown_verb_is_refused(verb: object) -> None:
+    with pytest.raises(BadPacket, match="unknown request"):
+        Request.decode(msgpack.packb([1, 1, 1, 1, verb, {}]))
+
+
+@pytest.mark.parametrize("details", [None, [], {1: 2}, {b"a": 1}, {"a": {"b": 1}}, {"a": [[1]]}, {"a": math.nan}, {"a": b"x"}])
+@pytest.mark.parametrize("kind", [Request, Answer])
+def test_details_are_a_flat_map_with_text_keys(kind: Any, details: object) -> None:
+    with pytest.raises(BadPacket, match="details"):
+        kind.decode(msgpack.packb([1, 1, 1, 1, "hello", details]))
+
+
+def test_a_refusal_has_its_longest() -> None:
+    with pytest.raises(BadPacket, match="refused"):
+        Answer.decode(msgpack.packb([1, 1, 1, 1, "x" * 401, {}]))
+
+
+@given(st.sampled_from(REQUESTS), st.integers(0, 2**63 - 1), st.dictionaries(st.text(max_size=9), st.text(max_size=9)))
+def test_requests_come_back(verb: str, number: int, details: dict[str, str]) -> None:
+    request = Request(number, number, number, verb, details)
+    assert Request.decode(request.encode()) == request
+
+
+@given(st.integers(-(2**63), 2**63 - 1), st.integers(0, 2**63 - 1))
+def test_heartbeats_come_back(offset_ns: int, uncertainty_ns: int) -> None:
+    beat = Heartbeat(1, 2, 3, LinkState.FAULT, 4, 5, offset_ns, uncertainty_ns)
+    assert Heartbeat.decode(beat.encode()) == beat

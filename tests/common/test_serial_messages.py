@@ -1,0 +1,108 @@
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from common.serial_messages import (
+    BadPayload,
+    DeviceKind,
+    HeaterCommand,
+    Identity,
+    TactTipCommand,
+    TactTipState,
+    TextureSamples,
+    ThermalReading,
+)
+
+KINDS: list[Any] = [Identity, TextureSamples, ThermalReading, HeaterCommand, TactTipCommand, TactTipState]
+LENGTHS = {Identity: 22, ThermalReading: 9, HeaterCommand: 2, TactTipCommand: 4, TactTipState: 9}
+drive = st.integers(-1000, 1000)
+counts_12 = st.integers(0, 4095)
+u32 = st.integers(0, 2**32 - 1)
+
+
+@given(st.sampled_from(KINDS), st.binary(max_size=40))
+def test_any_payload_raises_nothing_but_bad_payload(kind: Any, payload: bytes) -> None:
+    try:
+        message = kind.decode(payload)
+    except BadPayload:
+        return
+    if kind is not Identity:  # a serial number may be padded in more ways than one
+        assert message.encode() == payload
+
+
+@pytest.mark.parametrize(("kind", "length"), LENGTHS.items())
+def test_a_wrong_length_is_refused(kind: Any, length: int) -> None:
+    for wrong in (0, length - 1, length + 1):
+        with pytest.raises(BadPayload, match=f"{wrong} bytes, expected {length}"):
+            kind.decode(bytes(wrong))
+
+
+@given(drive)
+def test_heater_commands_come_back(permille: int) -> None:
+    assert HeaterCommand.decode(HeaterCommand(permille).encode()).drive_permille == permille
+
+
+@given(st.integers(0, 3000), drive)
+def test_tacttip_commands_come_back(motor_mv: int, permille: int) -> None:
+    command = TactTipCommand(motor_mv, permille)
+    assert TactTipCommand.decode(command.encode()) == command
+
+
+@pytest.mark.parametrize("kind", [ThermalReading, TactTipState])
+@given(u32, counts_12, counts_12, st.integers(0, 255))
+def test_reports_come_back(kind: Any, time_us: int, first: int, second: int, flags: int) -> None:
+    report = kind(time_us, first, second, flags)
+    assert kind.decode(report.encode()) == report
+
+
+@pytest.mark.parametrize(
+    "command", [HeaterCommand(1001), HeaterCommand(-1001), TactTipCommand(3001, 0), TactTipCommand(0, 1001)]
+)
+def test_a_drive_beyond_full_is_neither_sent_nor_taken(command: HeaterCommand | TactTipCommand) -> None:
+    with pytest.raises(ValueError, match="outside"):
+        command.encode()
+    fields = [getattr(command, name) for name in command.__slots__]
+    with pytest.raises(BadPayload, match="outside"):
+        type(command).decode(command.LAYOUT.pack(*fields))
+
+
+def test_a_negative_motor_voltage_is_not_sent() -> None:
+    with pytest.raises(ValueError, match="motor voltage -1 mV"):
+        TactTipCommand(-1, 0).encode()
+
+
+@pytest.mark.parametrize("kind", [ThermalReading, TactTipState])
+def test_counts_beyond_12_bits_are_refused(kind: Any) -> None:
+    for pair in ((4096, 0), (0, 4096)):
+        with pytest.raises(BadPayload, match="12 bits"):
+            kind.decode(kind(0, *pair, 0).encode())
+
+
+@pytest.mark.parametrize("sample", [2048, -2049, 32767])
+def test_samples_beyond_12_bits_are_refused(sample: int) -> None:
+    counts = (0).to_bytes(2, "little") + sample.to_bytes(2, "little", signed=True)
+    with pytest.raises(BadPayload, match="12 bits"):
+        TextureSamples.decode(TextureSamples(0, counts).encode())
+
+
+def test_the_announced_count_of_samples_must_follow() -> None:
+    good = TextureSamples(0, bytes(20)).encode()
+    for payload in (good[:-1], good[:-2], good + b"\0\0", good[:4]):
+        with pytest.raises(BadPayload, match="texture samples"):
+            TextureSamples.decode(payload)
+
+
+@pytest.mark.parametrize(
+    ("position", "value", "message"), [(0, 0, "0 is not a valid"), (0, 4, "4 is not"), (1, 5, "no finger"), (2, 200, "ascii")]
+)
+def test_an_identity_of_nobody_is_refused(position: int, value: int, message: str) -> None:
+    payload = bytearray(Identity(DeviceKind.TACTTIP, 0, "TT1", 1, 100, 8.0, 80.0).encode())
+    payload[position] = value
+    with pytest.raises(BadPayload, match=message):
+        Identity.decode(bytes(payload))
+
+
+def test_device_time_wraps() -> None:
+    assert ThermalReading.decode(ThermalReading(2**32 + 5, 0, 0, 0).encode()).device_time_us == 5

@@ -1,0 +1,56 @@
+"""Eq. 11 fitted online: exact without noise, near the bound with it."""
+
+import numpy as np
+import pytest
+
+from remote_site.exponential_response import ExponentialResponse
+from remote_site.ssr import SsrPlausibility, c_to_counts, counts_to_c
+
+
+def fit(tau, noise=0.0, seconds=8.0, seed=0):
+    rng = np.random.default_rng(seed)
+    response = ExponentialResponse(33.0)
+    for t in np.arange(0.0, seconds, 0.01):
+        response.add(t, 23.0 + 10.0 * np.exp(-t / tau) + noise * rng.normal())
+    return response.fit()
+
+
+@pytest.mark.parametrize("tau", [1.0, 1.7, 2.9, 8.0])
+def test_a_clean_exponential_is_recovered(tau):
+    found = fit(tau)
+    assert 1 / found.rate_per_s == pytest.approx(tau, rel=0.003)
+    assert found.object_c == pytest.approx(23.0, abs=0.05)
+    assert found.offset_k == pytest.approx(10.0, abs=0.05)
+
+
+def test_noise_costs_no_more_than_twice_the_bound():
+    # Cramer-Rao at window/tau = 0.9, all unknown, scaled to 0.02 K, 100 Hz: sd(tau)/tau about 0.5 %
+    errors = [np.log(8.0 * fit(8.0, 0.02, seed=k).rate_per_s) for k in range(30)]
+    assert np.std(errors) < 0.01
+
+
+def test_nothing_is_said_without_readings_or_change():
+    assert ExponentialResponse(30.0).fit() is None
+    still = ExponentialResponse(30.0)
+    for k in range(200):
+        still.add(0.01 * k, 30.0)
+    assert still.fit() is None
+
+
+def test_counts_go_back_and_forth():
+    assert counts_to_c(0) == pytest.approx(0.0, abs=1e-6)
+    assert counts_to_c(4095) == pytest.approx(60.0, abs=1e-6)
+    assert all(c_to_counts(counts_to_c(n)) == n for n in range(0, 4096, 37))
+
+
+def test_implausible_sensors_are_named():
+    def last(counts, drive=0.0):
+        check = SsrPlausibility()
+        return [check.step(0.01 * k, n, drive) for k, n in enumerate(counts)][-1]
+
+    assert last([2000, 2001]) is None
+    assert "short" in last([0])
+    assert "open" in last([4095])
+    assert "jumps" in last([2000, 2200])
+    assert "frozen" in last([2000] * 150, drive=1.0)
+    assert last([2000] * 150) is None

@@ -1,0 +1,58 @@
+"""Trace files: every error names file, line and column."""
+
+import pytest
+
+from remote_site.traces import read_labels, read_stroke, read_thermal
+
+GOOD = "time_s,sensor_c,force_n,note\n0.00,30.0,0.0,a\n0.01,30.0,0.5,b\n0.06,29.9,0.5,c\n"
+
+
+def trace(tmp_path, text):
+    path = tmp_path / "t.csv"
+    path.write_text(text)
+    return path
+
+
+def test_extra_columns_may_hold_anything(tmp_path):
+    read = read_thermal(trace(tmp_path, GOOD))
+    assert read.contact() == 1
+    assert read.ambient_c is None
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("sensor_c", "plate", "line 1: column sensor_c is missing"),
+        ("29.9", "warm", "line 4: column sensor_c: not a finite number: 'warm'"),
+        ("29.9", "", "line 4: column sensor_c: missing value"),
+        ("29.9", "nan", "line 4: column sensor_c: not a finite number"),
+        ("0.06", "0.01", "line 4: column time_s does not ascend"),
+        (",c\n", "\n", "line 4: 3 values under 4 columns"),
+        ("note", "force_n", "named twice"),
+    ],
+)
+def test_errors_name_file_line_and_column(tmp_path, old, new, message):
+    path = trace(tmp_path, GOOD.replace(old, new))
+    with pytest.raises(ValueError, match=message) as error:
+        read_thermal(path)
+    assert str(error.value).startswith(str(path))
+
+
+def test_a_short_touch_is_no_contact(tmp_path):
+    text = "time_s,sensor_c,force_n\n" + "".join(f"{0.01 * k:.2f},30,{0.5 if 3 <= k < 6 else 0}\n" for k in range(20))
+    assert read_thermal(trace(tmp_path, text)).contact() is None
+
+
+def test_signals_by_name_best_and_mean(tmp_path):
+    path = trace(tmp_path, "time_s,a,b,force_n\n0,1,3,0\n1,2,4,0\n")
+    assert read_stroke(path, "b").signals[:, 0].tolist() == [3, 4]
+    assert read_stroke(path, "best").signal_names == ("a", "b")
+    assert read_stroke(path, "mean").signals[:, 0].tolist() == [2, 3]
+    with pytest.raises(ValueError, match="pressure_v is missing"):
+        read_stroke(path)
+
+
+def test_labels_must_name_files_that_exist(tmp_path):
+    (tmp_path / "labels.csv").write_text("file,material\ngone.csv,pvc\n")
+    with pytest.raises(ValueError, match="line 2: column file"):
+        read_labels(tmp_path, "material")
