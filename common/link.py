@@ -4,6 +4,7 @@ All socket options are set before bind and connect: set later they do nothing. W
 authenticator a Curve server would serve any key; with it only those of the allow-list.
 """
 
+import contextlib
 import logging
 from types import TracebackType
 from typing import Any
@@ -68,8 +69,9 @@ class _Link:
         self._context.destroy(linger=0)
 
     def send_latest(self, stream: str, packet: bytes) -> None:
-        """Send on a latest-only stream; an unsent older packet is replaced."""
-        self._sockets[stream].send(packet, zmq.DONTWAIT)
+        """Send on a latest-only stream; an unsent older packet is replaced. To a far side that refused us: nothing."""
+        with contextlib.suppress(zmq.Again):
+            self._sockets[stream].send(packet, zmq.DONTWAIT)
 
     def receive_latest(self, stream: str) -> bytes | None:
         """The newest unread packet of a latest-only stream."""

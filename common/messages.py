@@ -5,6 +5,7 @@ the sender's monotonic clock). Floats of all fingers travel as one packed little
 block. The same checks run when a packet is made: nothing that the far side would refuse is sent.
 """
 
+import math
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, TypeVar
@@ -254,9 +255,9 @@ class Request:
     def decode(cls, packet: bytes) -> "Request":
         """Check and unpack; raises BadPacket."""
         _, session, sequence, time_ns, verb, details = _unpack(packet, 6)
-        if verb not in REQUESTS:
-            raise BadPacket(f"unknown request {str(verb)[:40]!r}")
-        return cls(*_header(session, sequence, time_ns), str(verb), _details(details))
+        if not isinstance(verb, str) or verb not in REQUESTS:
+            raise BadPacket(f"unknown request {verb[:40] if isinstance(verb, str) else type(verb).__name__!r}")
+        return cls(*_header(session, sequence, time_ns), verb, _details(details))
 
 
 @dataclass(frozen=True, slots=True)
@@ -302,8 +303,11 @@ def _unpack(packet: bytes, length: int) -> list[Any]:
         raise BadPacket(f"not MessagePack: {type(error).__name__}") from None
     if not isinstance(fields, list) or not fields:
         raise BadPacket("not a list")
-    if fields[0] != SCHEMA_VERSION or isinstance(fields[0], bool):
-        raise WrongVersion(f"schema version {str(fields[0])[:20]}, this side speaks {SCHEMA_VERSION}")
+    version = fields[0]
+    if type(version) is not int or version != SCHEMA_VERSION:
+        # Only an integer is shown: printing something deeply nested would raise an error of its own.
+        shown = version if type(version) is int else type(version).__name__
+        raise WrongVersion(f"schema version {shown}, this side speaks {SCHEMA_VERSION}")
     if len(fields) != length:
         raise BadPacket(f"{len(fields)} fields, expected {length}")
     return fields
@@ -328,14 +332,22 @@ def _text(value: object, name: str, longest: int = 40) -> str:
 def _details(value: object) -> dict[str, Any]:
     if not isinstance(value, dict) or not all(isinstance(key, str) for key in value):
         raise BadPacket("details: not a map with text keys")
+    for item in value.values():
+        if not all(_plain(part) for part in (item if isinstance(item, list) else (item,))):
+            raise BadPacket("details: values must be nil, booleans, finite numbers, texts, or lists of these")
     return value
 
 
+def _plain(value: object) -> bool:
+    return value is None or isinstance(value, (bool, int, str)) or (isinstance(value, float) and math.isfinite(value))
+
+
 def _enum(kind: type[_E], value: object) -> _E:
+    number = _integer(value, kind.__name__, 0, 255)
     try:
-        return kind(_integer(value, kind.__name__, 0, 255))
+        return kind(number)
     except ValueError:
-        raise BadPacket(f"{kind.__name__}: no value {value!r}") from None
+        raise BadPacket(f"{kind.__name__}: no value {number}") from None
 
 
 def _block(raw: object, low: Floats, high: Floats, names: tuple[str, ...]) -> Floats:

@@ -40,8 +40,17 @@ class Exploration:
         approach_m_s: approach speed at that contact, m/s, >= 0 (v_n of Eq. 1).
     """
 
-    __slots__ = ("_slow_since_s", "_tap_x_m", "_tap_y_m", "approach_m_s", "began", "contact", "contact_s",
-                 "ended", "mode")
+    __slots__ = (
+        "_slow_since_s",
+        "_tap_x_m",
+        "_tap_y_m",
+        "approach_m_s",
+        "began",
+        "contact",
+        "contact_s",
+        "ended",
+        "mode",
+    )
 
     def __init__(self) -> None:
         self.mode = ExplorationMode.FREE

@@ -81,6 +81,4 @@ class ExponentialResponse:
         part = abs(shift)
         d = float((1.0 - part) * offset[best] + part * offset[other])
         t_obj = mean_y - d * float((1.0 - part) * mean[best] + part * mean[other])
-        return ExponentialFit(
-            1.0 / tau_s, self._start_c + t_obj, d, float(np.sqrt(max(float(left[best]), 0.0) / n))
-        )
+        return ExponentialFit(1.0 / tau_s, self._start_c + t_obj, d, float(np.sqrt(max(float(left[best]), 0.0) / n)))

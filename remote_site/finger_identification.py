@@ -194,9 +194,7 @@ class FingerIdentification:
             self._period.move(speed_m_s * (t_s - self._before_s))
         self._before_s = t_s
 
-    def _texture(
-        self, sample: FingerSample, mode: ExplorationMode, speed_m_s: float, events: list[TouchEvent]
-    ) -> None:
+    def _texture(self, sample: FingerSample, mode: ExplorationMode, speed_m_s: float, events: list[TouchEvent]) -> None:
         """Take a chunk of the texture signal."""
         assert sample.texture_v is not None
         reading = self._roughness.step(sample.t_s, sample.texture_v, mode, speed_m_s, sample.force_n)

@@ -99,9 +99,7 @@ def _lines(
     yield _line(label, end_s, True, _answer(replays, math.inf, evidence, table))
 
 
-def _answer(
-    replays: list[_Replay], until_s: float, evidence: MaterialEvidence, table: MaterialTable
-) -> ThermalAnswer:
+def _answer(replays: list[_Replay], until_s: float, evidence: MaterialEvidence, table: MaterialTable) -> ThermalAnswer:
     """Answer of one finger, or of all together."""
     answers = [replay.play(until_s) for replay in replays]
     if len(replays) == 1:

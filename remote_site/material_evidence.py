@@ -1,8 +1,8 @@
 """Which calibrated material fits a touch, and how warm the object is: both from one joint posterior.
 
 The object's temperature is unknown, so every temperature of a grid is tried with every material. Given
-both, the drops are Gaussian: mean D g + (T_obj - T_ambient) l, covariance D^2 cov(g) + noise. The predictive density is Student's
-t, since cov(g) comes from a limited number of touches.
+both, the drops are Gaussian: mean D g + (T_obj - T_ambient) l, covariance D^2 cov(g) + noise. The predictive
+density is Student's t, since cov(g) comes from a limited number of touches.
 """
 
 from dataclasses import dataclass

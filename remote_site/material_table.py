@@ -19,6 +19,7 @@ from remote_site.stored_table import StoredTable
 TIMES_S = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0)
 """Times after contact at which a touch is judged, s."""
 
+
 def drift(gain: NDArray[np.float64], times_s: Sequence[float], leak_per_s: float) -> NDArray[np.float64]:
     """Drop at each time per kelvin of object above ambient: leak * integral of (1 - g).
 

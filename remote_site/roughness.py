@@ -70,8 +70,23 @@ class RoughnessReading:
 class Roughness:
     """Roughness identification of one finger."""
 
-    __slots__ = ("_armed", "_baseline", "_impulse_s", "_integral_v", "_leak", "_mean_v", "_pattern",
-                 "_pattern_m", "_pattern_s", "_peak_v", "_recent", "_seed", "_square", "_stroke_s", "_valley_v")
+    __slots__ = (
+        "_armed",
+        "_baseline",
+        "_impulse_s",
+        "_integral_v",
+        "_leak",
+        "_mean_v",
+        "_pattern",
+        "_pattern_m",
+        "_pattern_s",
+        "_peak_v",
+        "_recent",
+        "_seed",
+        "_square",
+        "_stroke_s",
+        "_valley_v",
+    )
 
     def __init__(self, leak_hz: float = LEAK_HZ) -> None:
         """Take the corner of the sensor's leaky integrator, Hz; 0 for a sensor with a true zero."""
@@ -131,9 +146,7 @@ class Roughness:
         if self._seed < SEED_CHUNKS:
             self._seed += 1
             self._begin_mean()
-            return RoughnessReading(
-                self._mean_v, False, False, self._seed >= SEED_CHUNKS, False, False, envelope_v
-            )
+            return RoughnessReading(self._mean_v, False, False, self._seed >= SEED_CHUNKS, False, False, envelope_v)
         impulse = self._watch_impulse(t_s, envelope_v, speed_m_s)
         changed = self._hold_or_average(envelope_v, speed_m_s, dt_s)
         return RoughnessReading(self._mean_v, impulse, self._pattern, True, False, changed, envelope_v)

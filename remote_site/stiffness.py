@@ -25,8 +25,18 @@ class Stiffness:
         known: whether this contact has given a value of its own yet.
     """
 
-    __slots__ = ("_f", "_fz", "_onset_z_m", "_used_z_m", "_weight", "_z", "_zz", "known", "stiffness_n_m",
-                 "surface_z_m")
+    __slots__ = (
+        "_f",
+        "_fz",
+        "_onset_z_m",
+        "_used_z_m",
+        "_weight",
+        "_z",
+        "_zz",
+        "known",
+        "stiffness_n_m",
+        "surface_z_m",
+    )
 
     def __init__(self) -> None:
         self.stiffness_n_m = PRIOR_N_M

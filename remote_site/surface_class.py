@@ -103,9 +103,7 @@ def stroke_constants(table: SurfaceTable, ln_roughness: float) -> StrokeConstant
         low = high
     part = (ln_roughness - low[0]) / (high[0] - low[0]) if high[0] > low[0] else 0.0
     part = min(max(part, 0.0), 1.0)
-    return StrokeConstants(
-        math.exp(low[1] + part * (high[1] - low[1])), math.exp(low[2] + part * (high[2] - low[2]))
-    )
+    return StrokeConstants(math.exp(low[1] + part * (high[1] - low[1])), math.exp(low[2] + part * (high[2] - low[2])))
 
 
 def _centre(group: list[Surface]) -> tuple[float, float, float]:
@@ -118,9 +116,7 @@ def _centre(group: list[Surface]) -> tuple[float, float, float]:
     )
 
 
-def recognise(
-    table: SurfaceTable, ln_roughness: float, period_mm: float | None, irregularity: float
-) -> Surface:
+def recognise(table: SurfaceTable, ln_roughness: float, period_mm: float | None, irregularity: float) -> Surface:
     """The calibrated surface nearest to a roughness and, for patterned ones, to period and irregularity."""
 
     def distance(surface: Surface) -> float:

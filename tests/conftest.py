@@ -1,10 +1,15 @@
 """What all tests share: the bytes of the protocol document, and hypothesis without chance or stopwatch."""
 
 import re
+import socket
+from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+from common.keys import TrustedKeys, create_keys
 
 settings.register_profile("suite", deadline=None, derandomize=True, print_blob=True)
 settings.load_profile("suite")
@@ -20,3 +25,37 @@ def golden() -> dict[str, bytes]:
     found = {name: bytes.fromhex(text) for name, text in blocks}
     assert len(found) == len(blocks), "two golden blocks have one name"
     return found
+
+
+@pytest.fixture
+def base_port() -> int:
+    """First of four TCP ports on loopback that were free a moment ago."""
+    for _ in range(100):
+        with socket.create_server(("127.0.0.1", 0)) as first, ExitStack() as others:
+            port: int = first.getsockname()[1]
+            try:
+                for number in range(port + 1, port + 4):
+                    others.enter_context(socket.create_server(("127.0.0.1", number)))
+            except (OSError, OverflowError):
+                continue
+            return port
+    raise AssertionError("no four free ports in a row")
+
+
+@dataclass(frozen=True)
+class Keys:
+    """Key folders of two sites that trust each other, and of a stranger."""
+
+    remote: Path
+    operator: Path
+    stranger: Path
+
+
+@pytest.fixture
+def keys(tmp_path: Path) -> Keys:
+    """Keys of both sites; the remote site trusts the operator."""
+    folders = Keys(tmp_path / "remote", tmp_path / "operator", tmp_path / "stranger")
+    public = {name: create_keys(getattr(folders, name)) for name in ("remote", "operator", "stranger")}
+    TrustedKeys(folders.remote).trust("operator", public["operator"])
+    TrustedKeys(folders.operator).trust("remote", public["remote"])
+    return folders

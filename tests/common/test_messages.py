@@ -205,7 +205,7 @@ def test_an_unknown_verb_is_refused(verb: object) -> None:
         Request.decode(msgpack.packb([1, 1, 1, 1, verb, {}]))
 
 
-@pytest.mark.parametrize("details", [None, [], {1: 2}, {b"a": 1}, {"a": {"b": 1}}, {"a": [[1]]}, {"a": math.nan}, {"a": b"x"}])
+@pytest.mark.parametrize("details", [None, [], {b"a": 1}, {"a": {"b": 1}}, {"a": [[1]]}, {"a": math.nan}, {"a": b"x"}])
 @pytest.mark.parametrize("kind", [Request, Answer])
 def test_details_are_a_flat_map_with_text_keys(kind: Any, details: object) -> None:
     with pytest.raises(BadPacket, match="details"):

@@ -41,7 +41,9 @@ def test_a_reversal_is_one_stroke_and_a_rest_ends_it():
     assert run(stroke + [(1.0, 0.01, 0.001)] * 30)[1][-1] is QUIESCENT
 
 
-@given(st.lists(st.tuples(st.floats(-1, 6) | st.just(float("nan")), st.floats(-0.1, 0.1), st.floats(0, 0.3)), max_size=200))
+@given(
+    st.lists(st.tuples(st.floats(-1, 6) | st.just(float("nan")), st.floats(-0.1, 0.1), st.floats(0, 0.3)), max_size=200)
+)
 def test_every_mode_has_its_reason(steps):
     machine, touched, began_at, x_tap = Exploration(), False, 0.0, 0.0
     for k, (force, x, speed) in enumerate(steps):

@@ -33,7 +33,9 @@ def calibrated(tmp_path_factory):
     return calibrate_texture(folder, folder / "surfaces.json", constants={"smooth": (2000.0, 60.0)}), folder
 
 
-@pytest.mark.parametrize(("name", "sd", "period"), [("smooth", 0.012, None), ("rough", 0.3, None), ("ribbed", 0.012, 4.0)])
+@pytest.mark.parametrize(
+    ("name", "sd", "period"), [("smooth", 0.012, None), ("rough", 0.3, None), ("ribbed", 0.012, 4.0)]
+)
 def test_surfaces_are_recognised(calibrated, tmp_path, name, sd, period):
     table, folder = calibrated
     assert SurfaceTable.load(folder / "surfaces.json").surfaces == table.surfaces

@@ -1,0 +1,87 @@
+from dataclasses import dataclass
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from common.acceptance import FUTURE_TOLERANCE_NS, Acceptance
+
+MS = 1_000_000
+MAX_AGE = 150 * MS
+
+
+@dataclass(frozen=True)
+class Packet:
+    session: int
+    sequence: int
+    time_ns: int
+
+
+def accept(acceptance: Acceptance, packet: Packet, now_ns: int, offset_ns: int = 0, uncertainty_ns: int | None = 0) -> bool:
+    return acceptance.accept(packet, 1, now_ns, offset_ns, uncertainty_ns)
+
+
+@given(st.lists(st.tuples(st.integers(0, 3), st.integers(0, 30), st.integers(-400, 50)), max_size=40), st.integers(0, 20))
+def test_what_is_accepted_is_new_in_order_and_young(arrivals: list[tuple[int, int, int]], uncertainty_ms: int) -> None:
+    acceptance = Acceptance(MAX_AGE)
+    now_ns, highest, accepted = 10**12, -1, 0
+    for session, sequence, age_ms in arrivals:
+        now_ns += 2 * MS
+        packet = Packet(session, sequence, now_ns + age_ms * MS)
+        if accept(acceptance, packet, now_ns, 0, uncertainty_ms * MS):
+            accepted += 1
+            assert session == 1
+            assert sequence > highest
+            assert -age_ms * MS <= MAX_AGE + uncertainty_ms * MS
+            assert age_ms * MS <= FUTURE_TOLERANCE_NS + uncertainty_ms * MS
+            assert (acceptance.age_ns, acceptance.gap_ns(now_ns + 7)) == (-age_ms * MS, 7)
+            highest = sequence
+    assert acceptance.received == accepted
+    assert acceptance.refused.total() == len(arrivals) - accepted
+
+
+@pytest.mark.parametrize(
+    ("packet", "uncertainty", "reason"),
+    [
+        (Packet(2, 5, 0), 0, "session"),
+        (Packet(1, 4, 0), 0, "sequence"),
+        (Packet(1, 3, 0), 0, "sequence"),
+        (Packet(1, 5, 0), None, "clock"),
+        (Packet(1, 5, -151 * MS), 0, "age"),
+        (Packet(1, 5, 6 * MS), 0, "future"),
+        (Packet(1, 5, -151 * MS), 2 * MS, ""),
+        (Packet(1, 5, 6 * MS), 2 * MS, ""),
+    ],
+)
+def test_each_reason_is_counted(packet: Packet, uncertainty: int | None, reason: str) -> None:
+    acceptance = Acceptance(MAX_AGE)
+    assert accept(acceptance, Packet(1, 4, 0), 0)
+    assert accept(acceptance, packet, 0, 0, uncertainty) is not bool(reason)
+    assert dict(acceptance.refused) == ({reason: 1} if reason else {})
+
+
+@given(st.integers(-(10**15), 10**15), st.integers(0, 149))
+def test_another_hosts_clock_makes_no_difference(offset_ns: int, age_ms: int) -> None:
+    acceptance = Acceptance(MAX_AGE)
+    now_ns = 2 * 10**15
+    assert accept(acceptance, Packet(1, 1, now_ns - age_ms * MS + offset_ns), now_ns, offset_ns)
+    assert acceptance.age_ns == age_ms * MS
+
+
+def test_superseded_packets_are_counted_and_a_refused_one_blocks_nothing() -> None:
+    acceptance = Acceptance(MAX_AGE)
+    for sequence in (1, 2, 6, 7):
+        assert accept(acceptance, Packet(1, sequence, 0), 0)
+    assert acceptance.lost == 3
+    assert not accept(acceptance, Packet(1, 100, -10**9), 0)
+    assert accept(acceptance, Packet(1, 8, 0), 0)
+
+
+def test_a_new_session_starts_over() -> None:
+    acceptance = Acceptance(MAX_AGE)
+    assert acceptance.gap_ns(5) is None
+    assert accept(acceptance, Packet(1, 900, 0), 0)
+    acceptance.restart()
+    assert acceptance.gap_ns(5) is None
+    assert accept(acceptance, Packet(1, 1, 0), 0)
+    assert acceptance.lost == 0

@@ -1,0 +1,60 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from common.clock import DRIFT, WINDOW, ClockOffset
+
+delay = st.integers(0, 300_000_000)
+trips = st.lists(st.tuples(st.integers(1, 60_000_000_000), delay, delay, delay), min_size=1, max_size=100)
+
+
+@given(st.integers(-(10**17), 10**17), trips)
+def test_the_true_offset_is_within_the_uncertainty_whatever_the_two_ways(
+    offset_ns: int, rounds: list[tuple[int, int, int, int]]
+) -> None:
+    clock, now = ClockOffset(), 10**18
+    for pause, there, stay, back in rounds:
+        t1 = now + pause
+        now = t1 + there + stay + back
+        clock.add(t1, t1 + there + offset_ns, t1 + there + stay + offset_ns, now)
+        assert clock.uncertainty_ns is not None
+        assert abs(clock.offset_ns - offset_ns) <= clock.uncertainty_ns
+        assert clock.round_trip_ns == there + back
+
+
+@given(st.integers(-(10**12), 10**12), st.sampled_from([-DRIFT, DRIFT, DRIFT / 3]), trips)
+def test_it_stays_within_when_the_clocks_drift_apart(
+    offset_ns: int, drift: float, rounds: list[tuple[int, int, int, int]]
+) -> None:
+    def far(near_ns: int) -> int:
+        return near_ns + offset_ns + int(near_ns * drift)
+
+    clock, now = ClockOffset(), 0
+    for pause, there, stay, back in rounds:
+        t1 = now + pause
+        there += 50_000  # no way is shorter than what the clocks drift apart during the stay
+        now = t1 + there + stay + back
+        clock.add(t1, far(t1 + there), far(t1 + there + stay), now)
+        assert clock.uncertainty_ns is not None
+        assert abs(clock.offset_ns - (far(now) - now)) <= clock.uncertainty_ns + 2  # far() rounds
+
+
+def test_one_fast_round_trip_is_remembered_until_it_leaves_the_window() -> None:
+    clock = ClockOffset()
+    clock.add(0, 1000, 1000, 2000)
+    second = 10**6
+    for n in range(WINDOW - 1):
+        start = 10**6 * (n + 1)
+        clock.add(start, start + 500_000, start + 500_000, start + second)
+    assert clock.uncertainty_ns is not None
+    assert clock.uncertainty_ns < 10_000
+    clock.add(10**9, 10**9 + 500_000, 10**9 + 500_000, 10**9 + second)
+    assert clock.uncertainty_ns >= 500_000
+
+
+@pytest.mark.parametrize("times", [(10, 0, 0, 9), (0, 5, 4, 20), (0, 0, 30, 20)])
+def test_times_that_run_backwards_are_refused(times: tuple[int, int, int, int]) -> None:
+    clock = ClockOffset()
+    with pytest.raises(ValueError, match="impossible round trip"):
+        clock.add(*times)
+    assert clock.uncertainty_ns is None

@@ -1,0 +1,117 @@
+import os
+import stat
+from pathlib import Path
+
+import pytest
+
+from common.keys import KEY_LENGTH, KeyProblem, TrustedKeys, check_public_key, create_keys, fingerprint, load_keys
+
+
+@pytest.fixture
+def key(tmp_path: Path) -> str:
+    return create_keys(tmp_path / "other")
+
+
+def test_a_new_secret_key_is_for_its_owner_only(tmp_path: Path) -> None:
+    public = create_keys(tmp_path / "site")
+    secret_file = tmp_path / "site" / "site.key_secret"
+    assert stat.S_IMODE(secret_file.stat().st_mode) == 0o600
+    pair = load_keys(tmp_path / "site")
+    assert pair.public == public
+    assert len(public) == len(pair.secret) == KEY_LENGTH
+    assert pair.secret.decode() not in repr(pair)
+    assert fingerprint(public) in repr(pair)
+
+
+@pytest.mark.parametrize("mode", [0o640, 0o604, 0o660, 0o644, 0o601])
+def test_a_looser_secret_key_is_refused(tmp_path: Path, mode: int) -> None:
+    create_keys(tmp_path)
+    (tmp_path / "site.key_secret").chmod(mode)
+    with pytest.raises(KeyProblem, match=f"mode {mode:04o} lets others read it; `chmod 600`"):
+        load_keys(tmp_path)
+
+
+def test_a_secret_key_is_never_overwritten(tmp_path: Path) -> None:
+    public = create_keys(tmp_path)
+    with pytest.raises(KeyProblem, match="exists"):
+        create_keys(tmp_path)
+    assert load_keys(tmp_path).public == public
+
+
+def test_no_key_says_how_to_make_one(tmp_path: Path) -> None:
+    with pytest.raises(KeyProblem, match=r"no key; make one with `teletaction keys init"):
+        load_keys(tmp_path)
+
+
+@pytest.mark.parametrize("text", ["", "curve\n", "metadata\n\ncurve\n    public-key = \"abc\"\n"])
+def test_a_damaged_key_file_is_named(tmp_path: Path, text: str) -> None:
+    file = tmp_path / "site.key_secret"
+    file.write_text(text)
+    file.chmod(0o600)
+    with pytest.raises(KeyProblem, match=r"site\.key_secret"):
+        load_keys(tmp_path)
+
+
+@pytest.mark.parametrize("text", ["", "short", "x" * 39, "x" * 41, "é" * 40, "~" * 40, '"' * 40])
+def test_what_is_no_public_key_is_refused(text: str) -> None:
+    with pytest.raises(KeyProblem, match="no public key"):
+        check_public_key(text)
+
+
+def test_trust_revoke_and_reload(tmp_path: Path, key: str) -> None:
+    here, elsewhere = TrustedKeys(tmp_path / "site"), TrustedKeys(tmp_path / "site")
+    assert not here.allows(key)
+    elsewhere.trust("operator", key)
+    assert here.allows(key)
+    assert here.names() == {key: "operator"}
+    second = create_keys(tmp_path / "second")
+    elsewhere.trust("observer", second)
+    assert here.allows(key)
+    assert here.allows(second)
+    assert elsewhere.revoke("operator") == 1
+    assert not here.allows(key)
+    assert here.allows(second)
+
+
+def test_every_key_can_be_trusted(tmp_path: Path) -> None:
+    """Z85 has characters like # in it, which must not cut a line short."""
+    trusted = TrustedKeys(tmp_path)
+    alphabet = "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ.-:+=^!/*?&<>()[]{}@%$#"
+    for start in range(0, len(alphabet) - 5, 5):
+        five = alphabet[start : start + 4]
+        key = f"0{five}" * 8
+        trusted.trust(f"k{start}", key)
+        assert TrustedKeys(tmp_path).allows(key)
+
+
+def test_a_revoked_name_that_is_not_there_lists_those_that_are(tmp_path: Path, key: str) -> None:
+    trusted = TrustedKeys(tmp_path)
+    trusted.trust("operator", key)
+    with pytest.raises(KeyProblem, match="trusts no 'remote'; known: operator"):
+        trusted.revoke("remote")
+
+
+@pytest.mark.parametrize("name", ["", "two words", " ", "tab\tname"])
+def test_a_name_is_one_word(tmp_path: Path, key: str, name: str) -> None:
+    with pytest.raises(KeyProblem, match="use one word"):
+        TrustedKeys(tmp_path).trust(name, key)
+
+
+@pytest.mark.parametrize("line", ["nokey", "operator short", "a b c", "operator " + "~" * 40])
+def test_a_damaged_list_allows_nobody(tmp_path: Path, key: str, line: str) -> None:
+    trusted = TrustedKeys(tmp_path)
+    trusted.trust("operator", key)
+    assert trusted.allows(key)
+    with trusted.file.open("a") as file:
+        file.write(line + "\n")
+    os.utime(trusted.file, ns=(1, 1))
+    assert not trusted.allows(key)
+    with pytest.raises(KeyProblem, match="trusted:2|no public key"):
+        trusted.names()
+
+
+def test_fingerprints_tell_keys_apart(tmp_path: Path, key: str) -> None:
+    other = create_keys(tmp_path / "second")
+    assert fingerprint(key) != fingerprint(other)
+    assert fingerprint(key).startswith("curve:")
+    assert key[:8] not in fingerprint(key)

@@ -1,0 +1,184 @@
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol
+
+import pytest
+
+from common.keys import TrustedKeys, load_keys
+from common.link import LinkProblem, OperatorLink, RemoteLink
+
+
+class Keys(Protocol):
+    remote: Path
+    operator: Path
+    stranger: Path
+
+
+def until(done: Callable[[], object], seconds: float = 5.0) -> bool:
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        if done():
+            return True
+        time.sleep(0.001)  # leaves the processor to the sockets' own threads
+    return False
+
+
+def remote_link(keys: Keys, base_port: int) -> RemoteLink:
+    return RemoteLink("127.0.0.1", base_port, load_keys(keys.remote), TrustedKeys(keys.remote))
+
+
+def operator_link(keys: Keys, base_port: int, folder: Path | None = None) -> OperatorLink:
+    remote_key = load_keys(keys.remote).public
+    return OperatorLink("127.0.0.1", base_port, load_keys(folder or keys.operator), remote_key)
+
+
+def served(remote: RemoteLink, operator: OperatorLink, question: bytes = b"?", seconds: float = 5.0) -> bool:
+    """Whether a request reaches the remote site and its answer comes back."""
+
+    def asked_and_answered() -> bool:
+        operator.send("control", question)
+        for who, packet in remote.requests("control"):
+            remote.answer("control", who, packet + b"!")
+        return question + b"!" in operator.receive("control")
+
+    return until(asked_and_answered, seconds)
+
+
+def test_a_trusted_key_is_served_on_every_stream(keys: Keys, base_port: int) -> None:
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
+        assert served(remote, operator)
+
+        def beaten() -> bool:
+            operator.send("heartbeat", b"beat")
+            for who, packet in remote.requests("heartbeat"):
+                remote.answer("heartbeat", who, packet)
+            return b"beat" in operator.receive("heartbeat")
+
+        assert until(beaten)
+
+        def moved() -> bool:
+            operator.send_latest("motion", b"m")
+            return remote.receive_latest("motion") == b"m"
+
+        def touched() -> bool:
+            remote.send_latest("touch", b"t")
+            return operator.receive_latest("touch") == b"t"
+
+        assert until(moved)
+        assert until(touched)
+        assert not operator.key_refused()
+
+
+def test_an_unknown_key_is_refused_told_and_harms_nothing(keys: Keys, base_port: int) -> None:
+    with (
+        remote_link(keys, base_port) as remote,
+        operator_link(keys, base_port, keys.stranger) as stranger,
+        operator_link(keys, base_port) as operator,
+    ):
+        assert until(stranger.key_refused)
+        assert served(remote, operator)
+        for n in range(100):
+            stranger.send_latest("motion", b"%d" % n)
+            remote.send_latest("touch", b"secret")
+            assert not stranger.send("control", b"please")
+            assert remote.receive_latest("motion") is None
+        assert stranger.receive_latest("touch") is None
+        assert until(lambda: operator.receive_latest("touch") == b"secret")
+
+
+def test_a_wrong_server_key_reaches_nothing(keys: Keys, base_port: int) -> None:
+    wrong = load_keys(keys.stranger).public
+    with (
+        remote_link(keys, base_port) as remote,
+        OperatorLink("127.0.0.1", base_port, load_keys(keys.operator), wrong) as misled,
+        operator_link(keys, base_port) as operator,
+    ):
+        assert served(remote, operator)
+        assert not misled.send("control", b"hello?")
+        assert misled.receive("control") == []
+
+
+def test_a_revoked_key_is_refused_on_a_new_connection(keys: Keys, base_port: int) -> None:
+    with remote_link(keys, base_port) as remote:
+        with operator_link(keys, base_port) as operator:
+            assert served(remote, operator)
+        TrustedKeys(keys.remote).revoke("operator")
+        with operator_link(keys, base_port) as operator:
+            assert until(operator.key_refused)
+            assert not operator.send("control", b"?")
+        TrustedKeys(keys.remote).trust("operator", load_keys(keys.operator).public)
+        with operator_link(keys, base_port) as operator:
+            assert served(remote, operator)
+
+
+def test_latest_only_gives_the_newest_when_the_peer_was_absent(keys: Keys, base_port: int) -> None:
+    with operator_link(keys, base_port) as operator:
+        for n in range(500):
+            operator.send_latest("motion", b"%d" % n)
+        assert not operator.send("control", b"nobody there")
+        with remote_link(keys, base_port) as remote:
+            got: list[bytes] = []
+
+            def came() -> bool:
+                got.extend(packet for packet in [remote.receive_latest("motion")] if packet is not None)
+                return bool(got)
+
+            assert until(came)
+            assert got == [b"499"]
+            assert remote.receive_latest("motion") is None
+            assert until(lambda: operator.send("control", b"now"))
+            requests: list[bytes] = []
+            assert until(lambda: requests.extend(p for _, p in remote.requests("control")) or requests)
+            assert set(requests) == {b"now"}
+
+
+def test_a_slow_reader_gets_the_newest_only(keys: Keys, base_port: int) -> None:
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
+
+        def subscribed() -> bool:
+            remote.send_latest("touch", b"first")
+            return operator.receive_latest("touch") is not None
+
+        assert until(subscribed)
+        for n in range(300):
+            remote.send_latest("touch", b"%d" % n)
+        seen: list[bytes] = []
+
+        def last() -> bool:
+            packet = operator.receive_latest("touch")
+            if packet is not None:
+                seen.append(packet)
+            return seen[-1:] == [b"299"]
+
+        assert until(last)
+        assert len(seen) < 100
+
+
+def test_too_large_a_packet_never_arrives(keys: Keys, base_port: int) -> None:
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
+        assert served(remote, operator)
+        operator.send("control", bytes(5000))
+        assert served(remote, operator, b"small")
+
+
+def test_either_side_may_come_first_and_come_back(keys: Keys, base_port: int) -> None:
+    with operator_link(keys, base_port) as operator:
+        for _ in range(2):
+            with remote_link(keys, base_port) as remote:
+                assert served(remote, operator)
+
+
+@pytest.mark.parametrize("offset", range(4))
+def test_a_port_in_use_is_a_link_problem_and_leaves_nothing_behind(keys: Keys, base_port: int, offset: int) -> None:
+    with remote_link(keys, base_port + 4) if offset else remote_link(keys, base_port):
+        taken = base_port + 4 if offset else base_port
+        with pytest.raises(LinkProblem, match=rf"tcp://127\.0\.0\.1:{taken} .*in use"):
+            remote_link(keys, taken - offset)
+    with remote_link(keys, base_port):
+        pass
+
+
+def test_an_address_of_another_machine_is_a_link_problem(keys: Keys, base_port: int) -> None:
+    with pytest.raises(LinkProblem, match=r"192\.0\.2\.1"):
+        RemoteLink("192.0.2.1", base_port, load_keys(keys.remote), TrustedKeys(keys.remote))

@@ -1,0 +1,45 @@
+import math
+
+import pytest
+
+from common.materials import ALIASES, contact_resistance_m2k_w, material, materials
+
+
+def test_there_are_at_least_24_plausible_materials() -> None:
+    known = materials()
+    assert len(known) >= 24
+    for name, each in known.items():
+        assert each.name == name
+        assert 0.01 < each.conductivity_w_mk <= 500
+        assert 10 < each.density_kg_m3 <= 25_000
+        assert 100 < each.specific_heat_j_kgk <= 10_000
+        assert 0 < each.spread < 0.5
+
+
+def test_aliases_name_specimens() -> None:
+    for alias, name in ALIASES.items():
+        assert material(alias) is materials()[name]
+        assert alias not in materials()
+
+
+def test_effusivities_are_ordered_as_fingers_feel_them() -> None:
+    felt = [material(name).effusivity for name in ("aluminium", "ceramic", "pvc", "wood", "foam")]
+    assert felt == sorted(felt, reverse=True)
+
+
+def test_effusivity_and_diffusivity_are_of_one_material() -> None:
+    copper = material("copper")
+    assert copper.effusivity == pytest.approx(math.sqrt(400.0 * 8960.0 * 385.0))
+    assert copper.effusivity * math.sqrt(copper.diffusivity_m2_s) == pytest.approx(copper.conductivity_w_mk)
+
+
+def test_an_unknown_material_is_answered_with_those_there_are() -> None:
+    with pytest.raises(KeyError, match="unknown material 'unobtainium'; known: .*aluminium.*wood"):
+        material("unobtainium")
+
+
+def test_contact_resistance_falls_with_conductivity_to_a_floor() -> None:
+    values = [contact_resistance_m2k_w(k) for k in (0.03, 0.2, 1.0, 50.0, 400.0)]
+    assert values == sorted(values, reverse=True)
+    assert values[-1] == 1e-3
+    assert values[1] == pytest.approx(0.57 / 374.0)
