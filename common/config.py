@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from common import limits
 from common.can_line import CanAddress
@@ -15,7 +15,15 @@ from common.fingers import FINGERS
 from common.keys import KEY_LENGTH
 
 FingerName = Literal["thumb", "index", "middle", "ring", "little"]
-Fingers = Annotated[tuple[FingerName, ...], Field(min_length=1, max_length=5)]
+
+
+def _each_once(fingers: tuple[str, ...]) -> tuple[str, ...]:
+    if len(set(fingers)) < len(fingers):
+        raise ValueError("a finger is named twice")
+    return fingers
+
+
+Fingers = Annotated[tuple[FingerName, ...], Field(min_length=1, max_length=5), AfterValidator(_each_once)]
 Addresses = dict[FingerName, str]
 """Where each finger's serial device is: a tty path or `socket://host:port`."""
 
@@ -221,5 +229,5 @@ def to_toml(model: BaseModel) -> str:
 
 
 def _toml(value: object) -> str:
-    # A JSON scalar or list of scalars is written the same way in TOML.
-    return json.dumps(value, ensure_ascii=False)
+    # A JSON scalar or list of scalars is written the same way in TOML, but for this one character.
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

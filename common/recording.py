@@ -4,6 +4,7 @@ A full disk, a slow disk or a crash of the writer never reaches the loop: `write
 bounded queue and counts what did not fit.
 """
 
+import contextlib
 import json
 import logging
 import queue
@@ -89,6 +90,8 @@ class Recorder:
             self._file.close()
         except OSError as error:
             self.failed = str(error)
+            with contextlib.suppress(OSError):  # what it still holds cannot be written either
+                self._file.close()
             log.error("recording stopped: %s", error)
 
     def _write_queued(self) -> bool:

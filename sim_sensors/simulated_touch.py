@@ -39,8 +39,11 @@ LOWER_AHEAD_S = 0.25
 TICK_S = 0.002
 BLOCK_M = 0.020
 """Thickness of the touched block unless told otherwise, m."""
-WARM_S = (4.0, 12.0)
-"""The sensor has been warming up for this long when the trace starts, s, drawn."""
+WARM_S = (0.0, 10.0)
+"""The sensor has been at its target for about this long when the trace starts, s, drawn: from the pause between two
+touches of a session to a sensor that has been waiting."""
+REACH_S_K = 0.2
+"""The heater needs this long for each K of pre-heat, s/K."""
 FORCE_SPREAD = (0.9, 1.1)
 PREHEAT_PER_K = 2.0
 
@@ -145,7 +148,8 @@ def simulate_thermal(
     draw, reading, pressing = (np.random.default_rng([seed, crc32(name.encode()), part]) for part in range(3))
     sensors = SensorSpread.draw(touches, draw)
     target_c = min(ambient_c + preheat_k, SENSOR_PLATE_C)
-    sensor = _PreheatedSensor(ThermalTouch(sensors, ambient_c, reading), target_c, draw.uniform(*WARM_S, touches))
+    warm_s = REACH_S_K * preheat_k + draw.uniform(*WARM_S, touches)
+    sensor = _PreheatedSensor(ThermalTouch(sensors, ambient_c, reading), target_c, warm_s)
     touched: list[_Touched] = []
     if name == AIR:
         forces = np.zeros((round((LEAD_S + seconds) / STEP_S), touches))
@@ -203,8 +207,9 @@ class _PreheatedSensor:
         self._thermal = thermal
         self._target_c = target_c
         idle = np.zeros(warm_s.size)
-        for step in range(round(WARM_S[1] / STEP_S)):
-            thermal.step(np.where(WARM_S[1] - step * STEP_S <= warm_s, self._heating(), 0.0), idle)
+        longest_s = float(warm_s.max())
+        for step in range(round(longest_s / STEP_S)):
+            thermal.step(np.where(longest_s - step * STEP_S <= warm_s, self._heating(), 0.0), idle)
 
     def _heating(self) -> Array:
         return PREHEAT_PER_K * (self._target_c - self._thermal.plate_c)

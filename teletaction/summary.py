@@ -20,6 +20,8 @@ PAPER_S = 8.0
 """The paper's method answers 5 to 8 s after contact: its answer is taken at the latest then."""
 _FOLLOWS_S = 0.3
 """A tap's vibration that begins later than this belongs to something else."""
+_NOISE_S = 0.020
+"""On soft ground the force creeps past 0.30 N, and the sensor's noise crosses it this much before the truth does."""
 _GROOVE_EARLY_S, _GROOVE_LATE_S = 0.005, 0.035
 """A played impulse belongs to the groove whose crossing its source time follows this closely."""
 
@@ -169,7 +171,7 @@ def taps(data: SessionData) -> dict[str, int]:
     shown = [p for p in data.played if p["kind"] == EventKind.TAP]
     felt = 0
     for event in made:
-        mine = [p for p in shown if p["finger"] == event["finger"] and 0.0 <= p["time_s"] - event["time_s"] < _FOLLOWS_S]
+        mine = [p for p in shown if p["finger"] == event["finger"] and -_NOISE_S <= p["time_s"] - event["time_s"] < _FOLLOWS_S]
         felt += bool(mine)
     return {"made": len(made), "played": felt}
 
@@ -198,7 +200,9 @@ def contact_to_motor_s(data: SessionData) -> list[float]:
         after = [
             switch["time_s"] - event["time_s"]
             for switch in data.motor_switches
-            if switch["finger"] == event["finger"] and switch["motor_mv"] > 0 and switch["time_s"] >= event["time_s"]
+            if switch["finger"] == event["finger"]
+            and switch["motor_mv"] > 0
+            and switch["time_s"] >= event["time_s"] - _NOISE_S
         ]
         if after and after[0] < _FOLLOWS_S:
             delays.append(after[0])

@@ -1,0 +1,141 @@
+import re
+from pathlib import Path
+
+import pytest
+
+from common.config import ConfigProblem, OperatorConfig, RemoteConfig, SimOperatorConfig, load_config, to_toml
+from common.fingers import FINGERS
+
+OPERATOR = """\
+fingers = ["thumb", "index"]
+rate_hz = 500.0
+
+[link]
+keys = "keys"
+max_age_s = 0.2
+
+[tacttip]
+thumb = "/dev/ttyUSB0"
+index = "socket://sim:7001"
+
+[exoskeleton]
+interface = "socketcand"
+host = "sim"
+
+[rendering]
+profile = "comfort"
+"""
+REMOTE = """\
+fingers = ["index"]
+
+[link]
+keys = "keys"
+
+[texture]
+index = "socket://sim:7001"
+
+[thermal_sensors]
+index = "socket://sim:7002"
+
+[telemanipulator]
+interface = "socketcan"
+
+[calibration]
+materials = "materials.json"
+surfaces = "/tables/surfaces.json"
+"""
+
+
+def write(folder: Path, text: str) -> Path:
+    file = folder / "site.toml"
+    file.write_text(text, "utf-8")
+    return file
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "says"),
+    [
+        ('profile = "comfort"', 'profile = "hot"', 17, "rendering.profile: Input should be 'comfort' or 'wide'"),
+        ("rate_hz = 500.0", "rate_hz = 50.0", 2, "rate_hz: .*greater than or equal to 100"),
+        ("rate_hz = 500.0", "rate_hz = nan", 2, "rate_hz: "),
+        ("rate_hz = 500.0", 'rate_hz = "fast"', 2, "rate_hz: .*number"),
+        ("max_age_s = 0.2", "max_age_s = 0.6", 6, r"link\.max_age_s: .*less than or equal to 0\.5"),
+        ("max_age_s = 0.2", "gap_s = 0.2", 6, r"link\.gap_s: .*less than or equal to 0\.1"),
+        ("max_age_s = 0.2", "gap_s = 0.004", None, r"link\.gap_s: .*three periods of rate_hz 500"),
+        ("max_age_s = 0.2", 'remote_key = "abc"', 6, r"link\.remote_key: .*at least 40"),
+        ("max_age_s = 0.2", "base_port = 65532", 6, r"link\.base_port: .*65531"),
+        ("max_age_s = 0.2", "colour = 1", 6, r"link\.colour: Extra inputs are not permitted"),
+        ('keys = "keys"\n', "", 4, r"link\.keys: Field required"),
+        ('interface = "socketcand"', 'interface = "usb"', 13, r"exoskeleton\.interface: Input should be"),
+        ('host = "sim"', "port = 0", 14, r"exoskeleton\.port: "),
+        ('fingers = ["thumb", "index"]', 'fingers = ["thumb", "toe"]', 1, "fingers"),
+        ('fingers = ["thumb", "index"]', "fingers = []", 1, "fingers: .*at least 1"),
+        ('fingers = ["thumb", "index"]', 'fingers = ["thumb"]', None, "tacttip: has addresses for index, thumb, fingers says"),
+        ('index = "socket://sim:7001"', 'index = "/dev/ttyUSB0"', None, "/dev/ttyUSB0 is given to two devices"),
+        ('profile = "comfort"', "max_stiffness_n_m = inf", 17, r"rendering\.max_stiffness_n_m"),
+    ],
+)  # fmt: skip
+def test_each_kind_of_wrong_input_gives_one_line_with_file_line_and_field(
+    tmp_path: Path, old: str, new: str, line: int | None, says: str
+) -> None:
+    assert old in OPERATOR
+    file = write(tmp_path, OPERATOR.replace(old, new))
+    with pytest.raises(ConfigProblem) as caught:
+        load_config(file, OperatorConfig)
+    message = str(caught.value)
+    assert "\n" not in message
+    assert re.match(rf"{re.escape(str(file))}:\d+: ", message)
+    assert re.search(says, message), message
+    if line is not None:
+        assert f":{line}: " in message, message
+
+
+def test_a_missing_section_is_named(tmp_path: Path) -> None:
+    file = write(tmp_path, OPERATOR[: OPERATOR.index("[tacttip]")])
+    with pytest.raises(ConfigProblem, match="tacttip: Field required"):
+        load_config(file, OperatorConfig)
+
+
+def test_one_finger_named_twice_is_refused(tmp_path: Path) -> None:
+    file = write(tmp_path, OPERATOR.replace('["thumb", "index"]', '["thumb", "index", "index"]'))
+    with pytest.raises(ConfigProblem, match="fingers: a finger is named twice"):
+        load_config(file, OperatorConfig)
+
+
+@pytest.mark.parametrize(("text", "says"), [("a = ", "not TOML.*end"), ("a = 1\na = = 2\n", "not TOML.*line 2")])
+def test_what_is_no_toml_is_said_with_its_line(tmp_path: Path, text: str, says: str) -> None:
+    with pytest.raises(ConfigProblem, match=rf"site\.toml: {says}"):
+        load_config(write(tmp_path, text), OperatorConfig)
+
+
+def test_no_file_and_no_text_are_said(tmp_path: Path) -> None:
+    with pytest.raises(ConfigProblem, match=r"absent\.toml: No such file"):
+        load_config(tmp_path / "absent.toml", OperatorConfig)
+    (tmp_path / "binary.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(ConfigProblem, match="not TOML"):
+        load_config(tmp_path / "binary.toml", OperatorConfig)
+
+
+def test_paths_count_from_the_files_own_folder(tmp_path: Path) -> None:
+    config = load_config(write(tmp_path, REMOTE), RemoteConfig)
+    assert config.link.keys == tmp_path / "keys"
+    assert config.calibration.materials == tmp_path / "materials.json"
+    assert config.calibration.surfaces == Path("/tables/surfaces.json")
+    assert config.record is None
+
+
+@pytest.mark.parametrize(("text", "model"), [(OPERATOR, OperatorConfig), (REMOTE, RemoteConfig)])
+def test_the_resolved_configuration_reads_back(
+    tmp_path: Path, text: str, model: type[OperatorConfig | RemoteConfig]
+) -> None:
+    config = load_config(write(tmp_path, text), model)
+    (tmp_path / "other").mkdir()
+    assert load_config(write(tmp_path / "other", to_toml(config)), model) == config
+
+
+def test_texts_of_any_kind_read_back(tmp_path: Path) -> None:
+    text = 'scene = "a \\"b\\" \\\\ é \\t\\u007f #x"\nseconds = 1e-7\n[tacttip]\n' + "".join(
+        f'{finger} = "pty"\n' for finger in FINGERS
+    )
+    config = load_config(write(tmp_path, text), SimOperatorConfig)
+    assert load_config(write(tmp_path, to_toml(config)), SimOperatorConfig) == config

@@ -1,0 +1,41 @@
+import pytest
+
+from common.serial_line import DeviceAbsent, WrongDevice
+from common.startup import DevicesMissing, wait_for_devices
+
+
+class Rig:
+    """Devices of which one comes at the n-th look."""
+
+    def __init__(self, comes_at: int, problems: list[Exception]) -> None:
+        self.looks = 0
+        self._comes_at = comes_at
+        self._problems = problems
+
+    def read(self, t_s: float) -> object:
+        self.looks += 1
+        return None
+
+    def missing(self) -> str:
+        return "" if self.looks >= self._comes_at else "index tacttip: opening"
+
+    def problems(self) -> list[Exception]:
+        return self._problems
+
+
+def test_it_returns_as_soon_as_all_are_there() -> None:
+    rig = Rig(3, [DeviceAbsent("not yet")])
+    wait_for_devices(rig, 5.0)
+    assert rig.looks == 3
+
+
+def test_patience_ends_with_what_is_missing() -> None:
+    with pytest.raises(DevicesMissing, match=r"index tacttip: opening \(waited 0 s\)"):
+        wait_for_devices(Rig(10**9, [DeviceAbsent("no answer")]), 0.0)
+
+
+def test_another_device_in_its_place_is_said_at_once() -> None:
+    rig = Rig(10**9, [DeviceAbsent("no answer"), WrongDevice("/dev/x: is the thumb's tacttip")])
+    with pytest.raises(DevicesMissing, match="is the thumb's tacttip"):
+        wait_for_devices(rig, 600.0)
+    assert rig.looks == 1
