@@ -1,6 +1,7 @@
 """The CAN bus of one site: frames in and out without blocking, re-opened when the gateway was away."""
 
 import logging
+import socket
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -40,6 +41,9 @@ class CanAddress(BaseModel):
         """
         options = {"host": self.host, "port": self.port, "tcp_tune": True} if self.interface == "socketcand" else {}
         try:
+            if self.interface == "socketcand":
+                # Where nobody listens the library tries for 10 s without a pause, at a whole core's cost: ask first.
+                socket.create_connection((self.host, self.port), timeout=1.0).close()
             return can.Bus(interface=self.interface, channel=self.channel, **options)  # type: ignore[arg-type]
         except (can.CanError, OSError, TimeoutError) as error:
             raise DeviceAbsent(f"CAN {self}: {error}") from None

@@ -19,6 +19,8 @@ from common.fingers import FINGERS
 SCHEMA_VERSION = 1
 MAX_PACKET = 4096
 """No packet of this link is larger, bytes."""
+LONGEST_REFUSAL = 400
+"""Characters of an answer's reason."""
 MAX_EVENTS = 24
 """Events in one touch packet: newest last."""
 
@@ -42,6 +44,15 @@ class LinkState(IntEnum):
     CONNECTED = 1
     ENGAGED = 2
     FAULT = 3
+
+
+class ExplorationMode(IntEnum):
+    """What a fingertip is doing (Kron & Schmidt 2003, section 3.1)."""
+
+    FREE = 0
+    TAPPING = 1
+    QUIESCENT = 2
+    STROKING = 3
 
 
 class ThermalStatus(IntEnum):
@@ -95,8 +106,8 @@ conductivity of 0 W/mK says that the object's thermal constants are not known.
 """
 TOUCH_FIELDS = tuple(TOUCH_RANGES)
 TOUCH_COLUMN = {name: column for column, name in enumerate(TOUCH_FIELDS)}
-_TOUCH_LOW = np.array([low for low, _ in TOUCH_RANGES.values()], dtype=np.float32)
-_TOUCH_HIGH = np.array([high for _, high in TOUCH_RANGES.values()], dtype=np.float32)
+TOUCH_LOW = np.array([low for low, _ in TOUCH_RANGES.values()], dtype=np.float32)
+TOUCH_HIGH = np.array([high for _, high in TOUCH_RANGES.values()], dtype=np.float32)
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,7 +164,7 @@ class Touch:
 
     def encode(self) -> bytes:
         """Packet bytes; raises BadPacket on a value out of range."""
-        _check_block(self.block, _TOUCH_LOW, _TOUCH_HIGH, TOUCH_FIELDS)
+        _check_block(self.block, TOUCH_LOW, TOUCH_HIGH, TOUCH_FIELDS)
         events = [[e.ident, int(e.kind), e.finger, e.time_ns, e.value, e.name] for e in self.events]
         return _pack(
             [
@@ -172,7 +183,7 @@ class Touch:
     def decode(cls, packet: bytes) -> "Touch":
         """Check and unpack; raises BadPacket."""
         _, session, sequence, time_ns, state, raw, materials, events = _unpack(packet, 8)
-        block = _block(raw, _TOUCH_LOW, _TOUCH_HIGH, TOUCH_FIELDS)
+        block = _block(raw, TOUCH_LOW, TOUCH_HIGH, TOUCH_FIELDS)
         if not isinstance(materials, list) or len(materials) != N:
             raise BadPacket(f"materials: expected a list of {N} names")
         if not isinstance(events, list) or len(events) > MAX_EVENTS:
@@ -279,7 +290,7 @@ class Answer:
         """Check and unpack; raises BadPacket."""
         _, session, sequence, time_ns, refused, details = _unpack(packet, 6)
         return cls(
-            *_header(session, sequence, time_ns), _text(refused, "refused", longest=400), _details(details)
+            *_header(session, sequence, time_ns), _text(refused, "refused", LONGEST_REFUSAL), _details(details)
         )
 
 

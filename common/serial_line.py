@@ -1,6 +1,8 @@
 """One serial device on a tty or a `socket://` address: opened, asked who it is, read in chunks, re-opened."""
 
 import logging
+import select
+import threading
 import time
 from dataclasses import dataclass, field
 
@@ -56,10 +58,22 @@ def open_line(address: str, baud: int) -> OpenLine:
                     port.write_timeout = 0
                     return OpenLine(port, identity)
     except (serial.SerialException, OSError, BadPayload) as error:
-        port.close()
+        _close(port)
         raise DeviceAbsent(f"{address}: {error}") from None
-    port.close()
+    _close(port)
     raise DeviceAbsent(f"{address}: a port, but no device answers IDENTIFY within {_IDENTIFY_S:g} s")
+
+
+def _close(port: serial.SerialBase) -> None:
+    connection = getattr(port, "_socket", None)
+    port.close()
+    if connection is not None:
+        connection.close()  # the library forgets to when the far side has gone first
+
+
+def _hang_up(port: serial.SerialBase) -> None:
+    """Close beside the loop: the library sleeps 0.3 s after closing a socket, and a tty may wait for its output."""
+    threading.Thread(target=_close, args=(port,), daemon=True, name="closer").start()
 
 
 @dataclass(slots=True)
@@ -74,6 +88,8 @@ class SerialLine:
     """Who answered; None while no device is there."""
     reader: FrameReader = field(default_factory=FrameReader)
     times_lost: int = 0
+    unsent: int = 0
+    """Messages dropped because the line was full."""
     _port: serial.SerialBase | None = None
     _sequence: int = 0
     _opener: BackgroundOpener[OpenLine] = field(init=False)
@@ -109,11 +125,15 @@ class SerialLine:
         return self.reader.feed(chunk) if chunk else []
 
     def send(self, message_id: MessageId, payload: bytes) -> None:
-        """Send one message; with no device there, nothing happens."""
+        """Send one message; with no device there, or one that takes nothing any more, it is dropped."""
         if self._port is None:
             return
         self._sequence = (self._sequence + 1) & 0xFF
         try:
+            # The library's write without a time-out turns for ever on a line that is full: ask first.
+            if not select.select((), (self._port,), (), 0.0)[1]:
+                self.unsent += 1
+                return
             self._port.write(encode_frame(message_id, self._sequence, payload))
         except (serial.SerialException, OSError) as error:
             self._lose(error)
@@ -122,14 +142,14 @@ class SerialLine:
         """Close the port and stop looking for the device."""
         self._opener.stop()
         if self._port is not None:
-            self._port.close()
+            _hang_up(self._port)
             self._port = None
 
     def _open_checked(self) -> OpenLine:
         opened = open_line(self.address, self.baud)
         found = opened.identity
         if found.kind is not self.kind or FINGERS[found.finger] != self.finger:
-            opened.port.close()
+            _close(opened.port)
             raise WrongDevice(
                 f"{self.address}: is the {FINGERS[found.finger]}'s {found.kind.name.lower()} {found.serial}, "
                 f"the configuration says {self.finger}'s {self.kind.name.lower()}"
@@ -139,7 +159,7 @@ class SerialLine:
     def _lose(self, error: Exception) -> None:
         log.warning("%s %s at %s lost: %s", self.finger, self.kind.name.lower(), self.address, error)
         assert self._port is not None
-        self._port.close()
+        _hang_up(self._port)
         self._port = None
         self.identity = None
         self.times_lost += 1

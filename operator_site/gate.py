@@ -25,8 +25,8 @@ from common.limits import (
     WIDE,
     PlateRange,
 )
+from common.skin_dose import SkinDose
 from operator_site.plate_follow import CHECK_S, PlateFollow
-from operator_site.skin_dose import SkinDose
 
 FORCE_MARGIN_S = 0.010
 """Forces reach zero this much before the deadline: time for the tick that sends it and the bus."""

@@ -38,6 +38,8 @@ class SessionClient:
     refusal: str = ""
     """Why the remote site refused the last hello or engage; empty when it did not."""
     _sequence: int = 0
+    """Of requests and heartbeats: it goes on across sessions, so that no old answer is taken for a new one."""
+    _motion_sequence: int = 0
     _asked_ns: int = 0
     _asked: dict[int, str] = field(default_factory=dict)
     _beat_ns: int = 0
@@ -85,8 +87,8 @@ class SessionClient:
         """Send the fingertips' places (5, 3), m; returns the packet, or None while there is no session."""
         if not self.session.ident:
             return None
-        self._sequence += 1
-        packet = Motion(self.session.ident, self._sequence, now_ns, self.session.state, block).encode()
+        self._motion_sequence += 1
+        packet = Motion(self.session.ident, self._motion_sequence, now_ns, self.session.state, block).encode()
         self.link.send_latest("motion", packet)
         return packet
 
@@ -131,7 +133,7 @@ class SessionClient:
         self.clock = ClockOffset()
         self.touch = None
         self.acceptance.restart()
-        self._sequence = 0
+        self._motion_sequence = 0
         self._heard_ns = now_ns
         log.info("session %x with the remote site", ident)
 

@@ -7,10 +7,9 @@ without delay; the network only says what the surface is like and which impulses
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from enum import IntEnum
 
 from common.limits import MOTOR_FLOOR_RPM, MOTOR_MAX_RPM
-from common.messages import Event, EventKind
+from common.messages import Event, EventKind, ExplorationMode
 from operator_site.motor_drive import MOTOR, RPM_TO_RAD_S
 
 TAP_S = 0.15
@@ -33,15 +32,6 @@ SHOWN_UNTIL = 0.4
 REMEMBERED_EVENTS = 512
 
 _MAX_RAD_S = MOTOR_MAX_RPM * RPM_TO_RAD_S
-
-
-class Mode(IntEnum):
-    """Exploratory procedures in their order on the wire."""
-
-    FREE = 0
-    TAPPING = 1
-    QUIESCENT = 2
-    STROKING = 3
 
 
 class PlayedEvents:
@@ -116,13 +106,13 @@ class FingerVibration:
             self._groove_rad_s *= math.exp(-rate * dt_s)
         for event in events:
             self._begin(event, surface)
-        if mode == Mode.FREE:
+        if mode == ExplorationMode.FREE:
             self._tap_t_s = -math.inf
             self._groove_rad_s = 0.0
             self._shown = False
             return 0.0
         wanted, least = self._tap(t_s)
-        if mode == Mode.STROKING:
+        if mode == ExplorationMode.STROKING:
             wanted += surface.k_stroke_v * abs(speed_m_s) + surface.k_stroke_f * max(0.0, force_n)
             wanted += self._groove_rad_s
         else:

@@ -5,7 +5,8 @@ stroke speed) and gives no values; those here carry hysteresis so that no mode c
 """
 
 import math
-from enum import IntEnum
+
+from common.messages import ExplorationMode
 
 CONTACT_ON_N = 0.30
 CONTACT_OFF_N = 0.15
@@ -17,15 +18,6 @@ STROKE_ON_M_S = 10e-3
 STROKE_OFF_M_S = 7e-3
 """A stroke is this far from the tap point and faster than the second; slower than the third for REST_S ends it."""
 REST_S = 0.050
-
-
-class ExplorationMode(IntEnum):
-    """The paper's modes; the value is the number on the wire."""
-
-    FREE = 0
-    TAPPING = 1
-    QUIESCENT = 2
-    STROKING = 3
 
 
 class Exploration:

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.materials import ALIASES, materials
-from remote_site.exploration import Exploration, ExplorationMode
+from common.messages import ExplorationMode, ThermalStatus
+from remote_site.exploration import Exploration
 from remote_site.heater_control import HeaterControl, next_offset_k
 from remote_site.material_evidence import MaterialEvidence
 from remote_site.material_table import MaterialTable
@@ -31,7 +32,6 @@ from remote_site.thermal_identification import (
     NO_DIFFERENCE,
     ThermalAnswer,
     ThermalIdentification,
-    ThermalStatus,
 )
 from remote_site.thermal_touches import BEFORE
 

@@ -1,9 +1,9 @@
 """Limits of one thermal sensor's heater, part of the patient-side gate: this plate touches a person."""
 
 import math
-from collections import deque
 
-from common.limits import DOSE_ABOVE_C, DOSE_LIMIT_K_S, DOSE_WINDOW_S, GAP_S, SENSOR_PLATE_C
+from common.limits import GAP_S, SENSOR_PLATE_C
+from common.skin_dose import SkinDose
 
 SENSOR_LOW_C = -5.0
 SENSOR_HIGH_C = 60.0
@@ -11,12 +11,6 @@ SENSOR_HIGH_C = 60.0
 LOOK_AHEAD_S = 0.5
 RATE_LAG_S = 0.2
 """The silicon sensor is behind its plate, which is judged by where it will be, from a smoothed rate."""
-DOSE_BIN_S = 1.0
-"""Dose is forgotten by bins, each kept until all of it is older than the window: never too early."""
-DOSE_COAST_S = 2.0
-"""A warm plate still gives dose this long after its heater is off; it is counted before it is given."""
-RESUME_SHARE = 0.5
-"""Spent until this share of the dose is left behind, so that the heater does not chatter at the limit."""
 HOLDING_DRIVE = 0.2
 SILENT_WORK_S = 0.6
 SILENT_K = 0.3
@@ -39,8 +33,7 @@ class HeaterLimits:
         self._plate_c = math.nan
         self._mark_c = math.nan
         self._rate_k_s = 0.0
-        self._bins: deque[list[float]] = deque()
-        self._dose_k_s = 0.0
+        self._dose = SkinDose()
         self._work_s = 0.0
         self._silent = False
 
@@ -63,7 +56,7 @@ class HeaterLimits:
             self._plate_c = math.nan
             return
         self._answer(dt_s, drive, plate_c)
-        self._dose(t_s, dt_s, plate_c)
+        self.spent = self._dose.step(t_s, dt_s, plate_c)
         self.known = not self._silent
         self.too_hot = plate_c + LOOK_AHEAD_S * max(0.0, self._rate_k_s) > SENSOR_PLATE_C
 
@@ -79,18 +72,3 @@ class HeaterLimits:
             self._mark_c, self._work_s = plate_c, 0.0
         self._work_s = max(0.0, self._work_s + (abs(drive) - HOLDING_DRIVE) * dt_s)
         self._silent = self._silent or self._work_s > SILENT_WORK_S
-
-    def _dose(self, t_s: float, dt_s: float, plate_c: float) -> None:
-        """Integral of max(0, T - 40 C) over the last minute."""
-        bins = self._bins
-        while bins and t_s - bins[0][0] > DOSE_WINDOW_S + DOSE_BIN_S:
-            bins.popleft()
-            self._dose_k_s = sum(dose for _, dose in bins)
-        over_k = plate_c - DOSE_ABOVE_C
-        if over_k > 0.0:
-            if not bins or t_s - bins[-1][0] >= DOSE_BIN_S:
-                bins.append([t_s, 0.0])
-            bins[-1][1] += over_k * dt_s
-            self._dose_k_s += over_k * dt_s
-        share = RESUME_SHARE if self.spent else 1.0
-        self.spent = self._dose_k_s + max(0.0, over_k) * DOSE_COAST_S >= share * DOSE_LIMIT_K_S

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from remote_site.exploration import ExplorationMode
+from common.messages import ExplorationMode
 from remote_site.stroke_segments import Segment, segments
 from remote_site.surface_class import SurfaceTable, recognise, stroke_constants
 from remote_site.traces import read_stroke

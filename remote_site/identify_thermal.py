@@ -5,13 +5,13 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from common.messages import ThermalStatus
 from remote_site.material_evidence import MaterialEvidence
 from remote_site.material_table import MaterialTable
 from remote_site.thermal_identification import (
     NO_CONTACT,
     ThermalAnswer,
     ThermalIdentification,
-    ThermalStatus,
     conclude,
 )
 from remote_site.thermal_touches import find_touch

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from common.fingers import FINGERS
-from common.messages import MAX_EVENTS, TOUCH_FIELDS, Event, EventKind, Floats, LinkState, Touch
+from common.messages import MAX_EVENTS, TOUCH_FIELDS, TOUCH_HIGH, TOUCH_LOW, Event, EventKind, Floats, LinkState, Touch
 from remote_site.finger_identification import FingerIdentification, FingerSample, FingerTouch
 from remote_site.material_evidence import MaterialEvidence
 from remote_site.material_table import MaterialTable
@@ -72,7 +72,8 @@ class Perception:
             "" if (touch := self.touches.get(finger)) is None else touch.thermal.best or ""
             for finger in range(len(FINGERS))
         )
-        block: Floats = np.array(rows, dtype=np.float32)
+        # What an estimator says beyond the packet's ranges saturates there; a site never falls silent over it.
+        block: Floats = np.clip(np.array(rows, dtype=np.float32), TOUCH_LOW, TOUCH_HIGH)
         return Touch(session, sequence, time_ns, state, block, names, tuple(self._events))
 
 
@@ -83,7 +84,7 @@ def _row(touch: FingerTouch) -> tuple[float, ...]:
     return (
         float(touch.mode),
         float(touch.contact),
-        max(0.0, touch.contact_force_n),
+        touch.contact_force_n,
         touch.surface_z_m,
         touch.stiffness_n_m,
         touch.k_tap,
@@ -95,8 +96,8 @@ def _row(touch: FingerTouch) -> tuple[float, ...]:
         touch.conductivity_w_mk if known else 0.0,
         touch.density_kg_m3 if known else 0.0,
         touch.specific_heat_j_kgk if known else 0.0,
-        min(150.0, max(-50.0, thermal.object_c)) if thermal.object_c is not None else 0.0,
-        min(_THERMAL_UNKNOWN_SD_K, thermal.object_c_sd or 0.0) if known else _THERMAL_UNKNOWN_SD_K,
+        thermal.object_c if thermal.object_c is not None else 0.0,
+        thermal.object_c_sd or 0.0 if known else _THERMAL_UNKNOWN_SD_K,
         thermal.probability,
         float(thermal.status),
     )

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from remote_site.exploration import ExplorationMode
+from common.messages import ExplorationMode
 
 RATE_HZ = 2000.0
 LEAK_HZ = 3.0

@@ -8,7 +8,7 @@ from typing import Any
 
 from common.acceptance import Acceptance
 from common.link import RemoteLink
-from common.messages import Answer, BadPacket, Heartbeat, LinkState, Motion, Request
+from common.messages import LONGEST_REFUSAL, Answer, BadPacket, Heartbeat, LinkState, Motion, Request
 from common.session import Refused, Session
 
 log = logging.getLogger(__name__)
@@ -97,7 +97,7 @@ class SessionServer:
         try:
             details = self._do(request, now_ns, ready)
         except (Refused, BadPacket) as error:
-            refused = str(error)
+            refused = str(error)[:LONGEST_REFUSAL]
             log.info("refused %s: %s", request.verb, refused)
         answer = Answer(self.session.ident, request.sequence, now_ns, refused, details)
         self.link.answer("control", who, answer.encode())

@@ -12,6 +12,8 @@ FORGET = 0.995
 """Weight kept per sample that moved: 0.4 s at 500 Hz."""
 LEAST_MOVE_M = 8e-6
 """A sample nearer than this to the last one used says nothing new about the slope, m."""
+UNEVEN_M = 0.3e-3
+"""A surface stays this close to the height at which it was met, m."""
 PRIOR_WEIGHT_M2 = (2e-5) ** 2
 """Indentation variance at which data and prior weigh the same."""
 
@@ -75,5 +77,10 @@ class Stiffness:
             k = (slope + PRIOR_N_M * PRIOR_WEIGHT_M2) / (spread + PRIOR_WEIGHT_M2)
             self.stiffness_n_m = min(max(k, LOWEST_N_M), HIGHEST_N_M)
             self.known = self.known or spread > 4.0 * PRIOR_WEIGHT_M2
-        # the surface follows the present pair: force and indentation then agree with the local model
-        self.surface_z_m = z_m + force_n / self.stiffness_n_m
+        # Force and indentation agree with the local model at the present pair, and the surface stays where it was
+        # met: sliding from tissue onto a nodule changes the stiffness, not the height.
+        surface_m = z_m + force_n / self.stiffness_n_m
+        surface_m = min(max(surface_m, self._onset_z_m - UNEVEN_M), self._onset_z_m + UNEVEN_M)
+        indentation_m = max(surface_m - z_m, force_n / HIGHEST_N_M)
+        self.stiffness_n_m = max(LOWEST_N_M, force_n / indentation_m)
+        self.surface_z_m = z_m + indentation_m

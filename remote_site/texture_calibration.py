@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from remote_site.exploration import ExplorationMode
+from common.messages import ExplorationMode
 from remote_site.stroke_segments import Segment, segments
 from remote_site.surface_class import NOMINAL_FORCE_N, NOMINAL_SPEED_M_S, Surface, SurfaceTable
 from remote_site.traces import read_labels, read_stroke

@@ -5,10 +5,10 @@ calibrated rate) and the calibrated response (`material_evidence`), which alone 
 """
 
 from dataclasses import dataclass, field, replace
-from enum import IntEnum
 
 import numpy as np
 
+from common.messages import ThermalStatus
 from remote_site.exploration import CONTACT_OFF_N
 from remote_site.exponential_response import ExponentialFit
 from remote_site.material_evidence import Evidence, Judgement, MaterialEvidence
@@ -29,18 +29,6 @@ LOST_S = 0.05
 """Force has to be away for this long before a contact counts as lost, s."""
 NO_DIFFERENCE = "no temperature difference"
 CONTACT_LOST = "contact lost"
-
-
-class ThermalStatus(IntEnum):
-    """What can be said about a touch; the value is the number on the wire."""
-
-    NONE = 0
-    NO_CONTACT = 1
-    DECIDING = 2
-    IDENTIFIED = 3
-    AMBIGUOUS = 4
-    UNKNOWN = 5
-    UNIDENTIFIABLE = 6
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,8 @@ from common.serial_messages import (
     MessageId,
     ThermalReading,
 )
-from remote_site.ssr import SsrPlausibility, counts_to_c
+from common.thermometry import ssr_c
+from remote_site.ssr_plausibility import SsrPlausibility
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +47,7 @@ class ThermalSensor:
         if newest is None:
             return None
         fault = self._plausible.step(t_s, newest.plate_counts, self._permille / DRIVE_FULL)
-        return PlateReading(counts_to_c(newest.plate_counts), counts_to_c(newest.ambient_counts), fault or "")
+        return PlateReading(ssr_c(newest.plate_counts), ssr_c(newest.ambient_counts), fault or "")
 
     def heat(self, drive: float) -> None:
         """Send a heater drive, -1..1 of full power; positive heats."""

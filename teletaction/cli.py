@@ -103,6 +103,22 @@ def sim_operator(config: ConfigFile) -> None:
     run_process("sim-operator", config, SimOperatorConfig, run_sim_operator)
 
 
+@app.command("summarise")
+def summarise_command(
+    recordings: Annotated[Path, typer.Option(help="Folder with the recordings and status files of all processes.")],
+    out: Annotated[Path, typer.Option(help="Folder for session.mcap, summary.json and report.html.")],
+    scene: Annotated[str, typer.Option(help="Scene that was explored.")] = "materials",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the simulated world.")] = 0,
+    fingers: Annotated[int, typer.Option(min=1, max=5, help="How many fingers, 1 to 5.")] = 5,
+) -> None:
+    """Recording, summary and report of a session whose processes were started one by one."""
+    from teletaction.conclude import conclude
+    from teletaction.demo_files import DemoOptions
+
+    conclude(recordings, out, DemoOptions(scene=scene, seed=seed, fingers=fingers))
+    typer.echo(f"summary {out / 'summary.json'}, report {out / 'report.html'}", err=True)
+
+
 @app.command()
 def doctor(config: ConfigFile) -> None:
     """Find and name each device of a site's configuration; check keys and clocks; say what to do."""

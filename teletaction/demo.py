@@ -46,17 +46,9 @@ def _conclude(
     options: DemoOptions, out: Path, ping: BarePing, usage: dict[str, tuple[float, float]], wall_s: float, gentle: bool
 ) -> str:
     # Plots and statistics are loaded only now: while the session ran they would have cost it memory and time.
-    from teletaction.merge import merge_recordings  # noqa: PLC0415
-    from teletaction.report import write_report  # noqa: PLC0415
-    from teletaction.session_data import SessionData  # noqa: PLC0415
-    from teletaction.summary import summarise  # noqa: PLC0415
+    from teletaction.conclude import conclude  # noqa: PLC0415
 
-    merge_recordings([out / f"{name}.mcap" for name in PROCESSES], out / "session.mcap")
-    statuses = {name: json.loads((out / f"{name}.json").read_text("utf-8")) for name in PROCESSES}
-    data = SessionData.read(out / "session.mcap")
-    summary = summarise(data, options, statuses, usage, wall_s, ping.round_trips_s)
-    (out / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", "utf-8")
-    write_report(data, summary, out / "report.html")
+    conclude(out, out, options, usage, wall_s, ping.round_trips_s)
     for process in PROCESSES:
         (out / f"{process}.mcap").unlink()
     _say(f"summary {out / 'summary.json'}, report {out / 'report.html'}, recording {out / 'session.mcap'}")

@@ -8,8 +8,7 @@ import numpy as np
 
 from common.fingers import FINGERS, chosen_fingers
 from common.limits import MOTOR_STILL_S
-from common.messages import EventKind, ThermalStatus
-from remote_site.exploration import ExplorationMode
+from common.messages import EventKind, ExplorationMode, ThermalStatus
 from teletaction.demo_files import DemoOptions
 from teletaction.session_data import Floats, SessionData
 

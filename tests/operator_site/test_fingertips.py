@@ -7,10 +7,9 @@ import pytest
 
 from common.limits import COMFORT
 from common.materials import material
-from common.messages import TOUCH_COLUMN, Event, EventKind
+from common.messages import TOUCH_COLUMN, Event, EventKind, ExplorationMode
 from operator_site.fingertips import Fingertips
 from operator_site.gate import Limit, OperatorGate
-from operator_site.vibration import Mode
 
 DT = 0.002
 UP, DOWN = [0.006] * 5, [-0.002] * 5
@@ -74,7 +73,7 @@ def test_force_comes_from_the_local_height():
 
 def test_cold_metal_is_felt_by_the_finger_that_touches_it():
     rig = Rig()
-    touch = block([1], stiffness_n_m=400.0, contact=1, mode=Mode.QUIESCENT, **constants("aluminium", 23.0))
+    touch = block([1], stiffness_n_m=400.0, contact=1, mode=ExplorationMode.QUIESCENT, **constants("aluminium", 23.0))
     start = rig.tips.skin.epidermis_c.copy()
     out = rig.run(4.0, touch, DOWN)[-1]
     change = rig.tips.skin.epidermis_c - start
@@ -105,7 +104,7 @@ def test_rate_that_the_plate_cannot_show_is_reported():
 
 def test_events_reach_their_own_finger_once_and_only_while_engaged():
     rig = Rig()
-    touch = block(mode=Mode.TAPPING, contact=1, k_tap=4000.0, b_tap_per_s=30.0, stiffness_n_m=400.0)
+    touch = block(mode=ExplorationMode.TAPPING, contact=1, k_tap=4000.0, b_tap_per_s=30.0, stiffness_n_m=400.0)
     taps = [Event(1, EventKind.TAP, 1, 0, 0.1), Event(2, EventKind.MATERIAL, 2, 0, 0.9, "pvc")]
     out = rig.step(touch, DOWN, events=taps)
     assert [speed > 0.0 for speed in out.motor_rpm] == [False, True, False, False, False]
@@ -122,11 +121,11 @@ def test_events_reach_their_own_finger_once_and_only_while_engaged():
 
 def test_stroke_uses_the_hands_own_speed_and_force():
     rig = Rig()
-    touch = block(mode=Mode.STROKING, contact=1, k_stroke_v=5000.0, k_stroke_f=120.0, stiffness_n_m=400.0)
+    touch = block(mode=ExplorationMode.STROKING, contact=1, k_stroke_v=5000.0, k_stroke_f=120.0, stiffness_n_m=400.0)
     rig.run(0.2, touch, DOWN, speed=0.1)
     out = rig.step(touch, DOWN, speed=-0.1)
     assert out.motor_rpm[0] == pytest.approx((5000.0 * 0.1 + 120.0 * 0.8) * 30.0 / math.pi)
-    unknown = block(mode=Mode.STROKING, contact=1, k_stroke_v=5000.0, k_stroke_f=120.0, contact_force_n=1.5)
+    unknown = block(mode=ExplorationMode.STROKING, contact=1, k_stroke_v=5000.0, k_stroke_f=120.0, contact_force_n=1.5)
     assert Rig().step(unknown, DOWN, speed=0.1).motor_rpm[0] == pytest.approx((500.0 + 180.0) * 30.0 / math.pi)
 
 
@@ -140,7 +139,7 @@ def test_plate_without_a_fresh_reading_or_engagement_is_not_driven():
 
 def test_whole_chain_shows_an_object_and_the_gate_has_nothing_to_correct():
     rig, gate = Rig(), OperatorGate(COMFORT)
-    touch = block(stiffness_n_m=400.0, contact=1, mode=Mode.QUIESCENT, **constants("ceramic_tile", 23.0))
+    touch = block(stiffness_n_m=400.0, contact=1, mode=ExplorationMode.QUIESCENT, **constants("ceramic_tile", 23.0))
     plate, acted = np.full(5, 33.0), 0
     for tick in range(5000):
         near = tick > 500

@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 
 from common.limits import COMFORT
-from common.messages import Event, EventKind
+from common.messages import Event, EventKind, ExplorationMode
 from operator_site.render import (
     THERMAL_COLUMNS,
     StrokeSample,
@@ -15,7 +15,7 @@ from operator_site.render import (
     render_vibration,
     write_parameters,
 )
-from operator_site.vibration import Mode, Surface
+from operator_site.vibration import Surface
 
 
 def test_thermal_rows():
@@ -92,8 +92,8 @@ def test_bad_input_names_what_is_wrong(changes, named):
 def test_vibration_rows():
     surface = Surface(4000.0, 30.0, 5000.0, 120.0, 60.0)
     events = (Event(1, EventKind.TAP, 0, 0, 0.2),)
-    samples = [StrokeSample(i * 0.005, Mode.TAPPING, 0.0, 1.0, surface, events) for i in range(60)]
-    samples += [StrokeSample(0.3 + i * 0.005, Mode.STROKING, 0.06, 1.0, surface, events) for i in range(20)]
+    samples = [StrokeSample(i * 0.005, ExplorationMode.TAPPING, 0.0, 1.0, surface, events) for i in range(60)]
+    samples += [StrokeSample(0.3 + i * 0.005, ExplorationMode.STROKING, 0.06, 1.0, surface, events) for i in range(20)]
     rows = list(render_vibration(samples))
     assert [row[:2] for row in rows] == [(s.t_s, s.mode) for s in samples]
     assert rows[0][2] == pytest.approx(4000.0 * 0.2 * 30.0 / math.pi)

@@ -3,7 +3,8 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from remote_site.exploration import CONTACT_ON_N, Exploration, ExplorationMode
+from common.messages import ExplorationMode
+from remote_site.exploration import CONTACT_ON_N, Exploration
 from remote_site.motion_estimate import MotionEstimate
 
 FREE, TAPPING, QUIESCENT, STROKING = ExplorationMode

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from remote_site.exponential_response import ExponentialResponse
-from remote_site.ssr import SsrPlausibility, c_to_counts, counts_to_c
+from remote_site.ssr_plausibility import SsrPlausibility
 
 
 def fit(tau, noise=0.0, seconds=8.0, seed=0):
@@ -35,12 +35,6 @@ def test_nothing_is_said_without_readings_or_change():
     for k in range(200):
         still.add(0.01 * k, 30.0)
     assert still.fit() is None
-
-
-def test_counts_go_back_and_forth():
-    assert counts_to_c(0) == pytest.approx(0.0, abs=1e-6)
-    assert counts_to_c(4095) == pytest.approx(60.0, abs=1e-6)
-    assert all(c_to_counts(counts_to_c(n)) == n for n in range(0, 4096, 37))
 
 
 def test_implausible_sensors_are_named():

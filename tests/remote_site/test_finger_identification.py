@@ -5,11 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from remote_site.exploration import ExplorationMode
+from common.messages import ExplorationMode, ThermalStatus
 from remote_site.finger_identification import FingerIdentification, FingerSample
 from remote_site.material_table import MaterialTable
 from remote_site.surface_class import SurfaceTable
-from remote_site.thermal_identification import ThermalStatus
 
 TABLES = Path(__file__).parents[2] / "remote_site" / "tables"
 

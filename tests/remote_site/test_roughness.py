@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from remote_site.exploration import ExplorationMode
+from common.messages import ExplorationMode
 from remote_site.roughness import Roughness
 from remote_site.surface_class import GroovePeriod
 

@@ -1,4 +1,7 @@
-"""Thermal dose of one fingertip: the integral of max(0, T - 40 C) over the last minute."""
+"""Thermal dose of skin under one plate, a fingertip's or a patient's.
+
+The integral of max(0, T - 40 C) over the last minute.
+"""
 
 from collections import deque
 

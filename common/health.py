@@ -1,0 +1,52 @@
+"""`python -m common.health FILE [--state STATE]`: whether a process of a session is alive, for supervisors.
+
+A process rewrites its status file every second; one that hangs leaves it as it was.
+"""
+
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+
+OLDEST_S = 5.0
+
+
+def ill(status: Path, now_ns: int, state: str | None = None) -> str:
+    """What is wrong with the process that writes `status`; empty when nothing is.
+
+    Args:
+        status: the process's status file.
+        now_ns: monotonic clock of the machine on which the process runs.
+        state: the session state that a site must be in, such as `engaged`; any by default.
+    """
+    try:
+        told = json.loads(status.read_text("utf-8"))
+        age_s = (now_ns - int(told["time_ns"])) * 1e-9
+    except OSError as error:
+        return f"{status}: {error.strerror}"
+    except (ValueError, KeyError, TypeError):
+        return f"{status}: not a status file"
+    if not 0.0 <= age_s < OLDEST_S:
+        # A negative age comes from before the machine was last started.
+        return f"{status}: {age_s:.1f} s old, expected less than {OLDEST_S:g} s"
+    if state is not None and told.get("state") != state:
+        why = told.get("fault") or told.get("missing") or told.get("refusal") or ""
+        return f"{status}: {told.get('state', 'no session state')}, expected {state}" + (f" ({why})" if why else "")
+    return ""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Exit code 0 when healthy; else 1 and one line that says why."""
+    parser = argparse.ArgumentParser(prog="python -m common.health", description=__doc__)
+    parser.add_argument("status", type=Path, metavar="FILE", help="status file of the process")
+    parser.add_argument("--state", help="session state that a site must be in")
+    options = parser.parse_args(arguments)
+    problem = ill(options.status, time.monotonic_ns(), options.state)
+    if problem:
+        print(problem, file=sys.stderr)
+    return 1 if problem else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

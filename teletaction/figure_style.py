@@ -1,0 +1,106 @@
+"""Colours, names and fonts of the figures: distinct without colour vision (Okabe and Ito's set), and in grey."""
+
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from common.messages import ThermalStatus
+from remote_site.exploration import ExplorationMode
+from teletaction.session_curves import Curve
+
+BLACK, BLUE, SKY, GREEN, ORANGE, RED, PURPLE, GREY = (
+    "#000000",
+    "#0072B2",
+    "#56B4E9",
+    "#009E73",
+    "#E69F00",
+    "#D55E00",
+    "#CC79A7",
+    "#8A8A8A",
+)
+PALE, PLUM = "#E3E6EA", "#A23B7C"
+FINGER_COLOURS = (ORANGE, BLUE, GREEN, PURPLE, RED)
+FINGER_DASHES = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)))
+"""Of thumb to little: a finger is told from its neighbours without colour too."""
+MODE_COLOURS = {
+    ExplorationMode.FREE: PALE,
+    ExplorationMode.TAPPING: RED,
+    ExplorationMode.QUIESCENT: SKY,
+    ExplorationMode.STROKING: "#005F46",
+}
+STATUS_COLOURS = {
+    ThermalStatus.DECIDING: SKY,
+    ThermalStatus.IDENTIFIED: GREEN,
+    ThermalStatus.AMBIGUOUS: ORANGE,
+    ThermalStatus.UNKNOWN: PURPLE,
+    ThermalStatus.UNIDENTIFIABLE: GREY,
+}
+STYLE: dict[str, Any] = {
+    "font.size": 9.5,
+    "axes.titlesize": 9.5,
+    "axes.labelsize": 9.5,
+    "xtick.labelsize": 9,
+    "ytick.labelsize": 9,
+    "legend.fontsize": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#ECECEC",
+    "grid.linewidth": 0.7,
+    "legend.frameon": False,
+    "lines.linewidth": 1.2,
+    "text.parse_math": False,
+    "figure.facecolor": "white",
+}
+"""For `matplotlib.rc_context`: names come from scenes, so a `$` in one is a letter and no formula."""
+_LINE_BINS = 1000
+_LONGEST = 22
+
+
+def line(axes: Axes, curve: Curve | None, **how: Any) -> bool:
+    """Draw a curve, thinned; returns whether there was one."""
+    if curve is None:
+        return False
+    thin = curve.thinned(_LINE_BINS)
+    axes.plot(thin.time_s, thin.value, **how)
+    return True
+
+
+def absent(axes: Axes, text: str) -> None:
+    """Say in place of curves that nothing was recorded."""
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color="#5A5A5A")
+
+
+def shown_name(name: str) -> str:
+    """A name that the figures' font can show, not too long to stand in one."""
+    plain = "".join(letter if letter.isprintable() and ord(letter) < 0x250 else "?" for letter in name)
+    return plain if len(plain) <= _LONGEST else plain[: _LONGEST - 1] + "…"
+
+
+def label_once(axes: Axes, **how: Any) -> None:
+    """A legend in which each label stands once; none when nothing has a label."""
+    handles, labels = axes.get_legend_handles_labels()
+    unique = dict(zip(labels, handles, strict=True))
+    if unique:
+        axes.legend(list(unique.values()), list(unique), **how)
+
+
+def mode_keys() -> list[Patch]:
+    """Legend entries of the modes."""
+    return [Patch(facecolor=colour, label=mode.name.lower()) for mode, colour in MODE_COLOURS.items()]
+
+
+def status_keys() -> list[Patch]:
+    """Legend entries of the thermal statuses."""
+    return [Patch(facecolor=colour, label=status.name.lower()) for status, colour in STATUS_COLOURS.items()]
+
+
+def finger_keys(fingers: tuple[int, ...], names: tuple[str, ...]) -> list[Line2D]:
+    """Legend entries of the fingers."""
+    return [
+        Line2D([], [], color=FINGER_COLOURS[f], linestyle=FINGER_DASHES[f], label=names[f])  # type: ignore[arg-type]
+        for f in fingers
+    ]

@@ -1,0 +1,186 @@
+"""The CAN drivers against their emulators over socketcand."""
+
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+
+from common.can_line import CanAddress
+from common.fingers import FINGERS
+from common.serial_line import DeviceAbsent
+from operator_site.exoskeleton import Exoskeleton as ExoskeletonDriver
+from remote_site.telemanipulator import Telemanipulator as TelemanipulatorDriver
+from sim_sensors.can_node import CanNode
+from sim_sensors.exoskeleton import Exoskeleton
+from sim_sensors.select_loop import SelectLoop
+from sim_sensors.socketcand import SocketcandBus
+from sim_sensors.telemanipulator import Telemanipulator
+
+HEIGHTS_M = np.array([0.006, -0.002, 0.0, 0.00005, -0.01])
+
+
+class Rig:
+    """A bus with one node, turned by the test."""
+
+    def __init__(self, node: CanNode) -> None:
+        self.loop = SelectLoop()
+        self.node = node
+        self.bus = SocketcandBus(self.loop, "127.0.0.1", 0, [node])
+        self.address = CanAddress(interface="socketcand", port=self.bus.port)
+
+    def turn(self) -> None:
+        self.loop.serve(0.002)
+        self.bus.pump(self.loop.now())
+
+    def until(self, driver_turn: Callable[[], object], done: Callable[[], object], seconds: float = 5.0) -> None:
+        deadline = time.monotonic() + seconds
+        while not done():
+            assert time.monotonic() < deadline, "nothing came of it"
+            self.turn()
+            driver_turn()
+
+    def go_away(self) -> int:
+        port = self.bus.port
+        self.bus.close()
+        return port
+
+    def come_back(self, port: int) -> None:
+        self.bus = SocketcandBus(self.loop, "127.0.0.1", port, [self.node])
+
+
+class CanContract:
+    """What a CAN driver promises with its node."""
+
+    Driver: type[ExoskeletonDriver] | type[TelemanipulatorDriver]
+
+    def node(self) -> CanNode:
+        raise NotImplementedError
+
+    def newest_s(self, driver: ExoskeletonDriver | TelemanipulatorDriver) -> float:
+        """A tick of the driver: read, and write as a site does."""
+        newest_s = driver.read(time.monotonic()).oldest_s
+        if isinstance(driver, ExoskeletonDriver):
+            driver.push([0.0] * 5, enabled=True)
+        else:
+            driver.move(0.0, 0.0, [0.0] * 5)
+        return newest_s
+
+    @pytest.fixture
+    def rig(self) -> Iterator[Rig]:
+        rig = Rig(self.node())
+        yield rig
+        rig.bus.close()
+
+    @pytest.fixture
+    def driver(self, rig: Rig) -> Iterator[ExoskeletonDriver | TelemanipulatorDriver]:
+        driver = self.Driver(rig.address)
+        rig.until(lambda: None, lambda: self.newest_s(driver) > 0.0)
+        yield driver
+        driver.line.close()
+
+    def test_nothing_is_refused_or_unknown(
+        self, rig: Rig, driver: ExoskeletonDriver | TelemanipulatorDriver
+    ) -> None:
+        for _ in range(50):
+            rig.turn()
+            driver.read(time.monotonic())
+        assert driver.line.connected
+        assert driver.line.problem is None
+        assert [receiver.refused for receiver in driver.receivers] == [0] * len(driver.receivers)
+        assert (driver.line.unknown, rig.node.refused, rig.bus.not_understood) == (0, 0, 0)
+
+    def test_the_bus_goes_away_and_comes_back(
+        self, rig: Rig, driver: ExoskeletonDriver | TelemanipulatorDriver
+    ) -> None:
+        port = rig.go_away()
+        deadline = time.monotonic() + 5.0
+        while driver.line.connected and time.monotonic() < deadline:
+            start = time.monotonic()
+            self.newest_s(driver)
+            assert time.monotonic() - start < 0.2  # losing a device holds no loop up
+        assert (driver.line.connected, driver.line.times_lost) == (False, 1)
+        last_s = self.newest_s(driver)
+        while driver.line.problem is None and time.monotonic() < deadline:
+            driver.read(time.monotonic())
+        assert isinstance(driver.line.problem, DeviceAbsent)
+        assert f"socketcand://127.0.0.1:{port}/can0" in str(driver.line.problem)
+        assert self.newest_s(driver) == last_s  # what is old stays as old as it is
+        rig.come_back(port)
+        rig.until(lambda: None, lambda: self.newest_s(driver) > last_s, seconds=15.0)
+
+
+class TestExoskeleton(CanContract):
+    Driver = ExoskeletonDriver
+
+    def node(self) -> Exoskeleton:
+        node = Exoskeleton()
+        node.measure(-0.17, 0.002, HEIGHTS_M)
+        return node
+
+    def test_pose_and_heights_come_in_m(self, driver: ExoskeletonDriver) -> None:
+        hand = driver.hand
+        assert (hand.x_m, hand.y_m) == (pytest.approx(-0.17), pytest.approx(0.002))
+        assert hand.z_m == pytest.approx(HEIGHTS_M, abs=2.6e-6)
+
+    def test_forces_reach_the_fingers_while_enabled(self, rig: Rig, driver: ExoskeletonDriver) -> None:
+        node = rig.node
+        assert isinstance(node, Exoskeleton)
+        force_n = [0.0, 0.5, 1.25, 10.0, 99.0]
+
+        def drive() -> None:
+            driver.read(time.monotonic())
+            driver.push(force_n, enabled=True)
+
+        rig.until(drive, lambda: node.force_n(rig.loop.now())[2] > 0.0)
+        assert node.force_n(rig.loop.now()) == pytest.approx([0.0, 0.5, 1.25, 10.0, 10.23])
+        driver.push(force_n, enabled=False)
+        rig.until(lambda: None, lambda: not node.force_n(rig.loop.now()).any(), seconds=0.09)
+
+    def test_forces_end_by_themselves_when_the_driver_is_gone(self, rig: Rig, driver: ExoskeletonDriver) -> None:
+        node = rig.node
+        assert isinstance(node, Exoskeleton)
+        driver.push([1.0] * 5, enabled=True)
+        rig.until(lambda: None, lambda: node.force_n(rig.loop.now()).any())
+        start = time.monotonic()
+        rig.until(lambda: None, lambda: not node.force_n(rig.loop.now()).any())
+        assert time.monotonic() - start >= 0.1
+
+
+class TestTelemanipulator(CanContract):
+    Driver = TelemanipulatorDriver
+
+    def node(self) -> Telemanipulator:
+        node = Telemanipulator()
+        node.measure(0.1, -0.02, HEIGHTS_M, np.array([0.0, 0.15, 0.3, 2.0, 5.0]))
+        return node
+
+    def test_positions_and_forces_come_in_si(self, driver: TelemanipulatorDriver) -> None:
+        measured = driver.measured
+        assert (measured.x_m, measured.y_m) == (pytest.approx(0.1), pytest.approx(-0.02))
+        assert measured.z_m == pytest.approx(HEIGHTS_M, abs=2.6e-6)
+        assert measured.force_n == pytest.approx([0.0, 0.15, 0.3, 2.0, 5.0])
+
+    def test_set_points_reach_the_servos_and_stop_where_it_is(self, rig: Rig, driver: TelemanipulatorDriver) -> None:
+        node = rig.node
+        assert isinstance(node, Telemanipulator)
+        wanted = [0.006, -0.002, 0.0, 0.001, 0.01]
+
+        def drive() -> None:
+            driver.read(time.monotonic())
+            driver.move(-0.3, 0.05, wanted)
+
+        def followed() -> bool:
+            x_m, y_m, z_m = node.setpoint_m(rig.loop.now())
+            return np.allclose([x_m, y_m, *z_m], [-0.3, 0.05, *wanted], atol=1.1e-5)
+
+        rig.until(drive, followed)
+        rig.until(lambda: None, lambda: node.setpoint_m(rig.loop.now())[0] == 0.1)
+        assert node.setpoint_m(rig.loop.now())[2] == pytest.approx(HEIGHTS_M)
+
+
+def test_a_set_point_for_another_number_of_fingers_is_refused() -> None:
+    driver = TelemanipulatorDriver(CanAddress(interface="virtual", channel="nobody"))
+    with pytest.raises(ValueError, match="zip"):
+        driver.move(0.0, 0.0, [0.0] * (len(FINGERS) - 1))
+    driver.line.close()
