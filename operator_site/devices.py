@@ -4,12 +4,11 @@ import math
 
 from common.config import OperatorConfig
 from common.fingers import FINGERS
+from common.limits import GAP_S
 from common.serial_line import SerialLine
 from operator_site.exoskeleton import Exoskeleton, Hand
 from operator_site.gate import GatedOutput
 from operator_site.tacttip import TactTip
-
-_NEVER = -math.inf
 
 
 class OperatorDevices:
@@ -17,6 +16,7 @@ class OperatorDevices:
 
     def __init__(self, config: OperatorConfig):
         self.exoskeleton = Exoskeleton(config.exoskeleton)
+        self._read_s = -math.inf
         self.tacttips = {FINGERS.index(f): TactTip(f, address) for f, address in config.tacttip.items()}
 
     def lines(self) -> list[SerialLine]:
@@ -30,7 +30,7 @@ class OperatorDevices:
         for line in self.lines():
             if not line.connected:
                 return f"{line.finger} {line.kind.name.lower()}: {line.problem or 'opening'}"
-        if not self.exoskeleton.hand.oldest_s > _NEVER:
+        if not self._read_s - self.exoskeleton.hand.oldest_s <= GAP_S:
             return f"exoskeleton: CAN {self.exoskeleton.line.address} is open, but no positions come"
         return ""
 
@@ -41,6 +41,7 @@ class OperatorDevices:
 
     def read(self, t_s: float) -> Hand:
         """Take what all devices said since the last call."""
+        self._read_s = t_s
         for module in self.tacttips.values():
             module.read(t_s)
         return self.exoskeleton.read(t_s)

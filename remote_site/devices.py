@@ -4,6 +4,7 @@ import math
 
 from common.config import RemoteConfig
 from common.fingers import FINGERS
+from common.limits import GAP_S
 from common.serial_line import SerialLine
 from remote_site.patient_gate import GatedCommand
 from remote_site.sensed import Sensed
@@ -24,6 +25,7 @@ class RemoteDevices:
         self.sensor_c = [math.nan] * len(FINGERS)
         self.sensor_s = [_NEVER] * len(FINGERS)
         """Last reading of each sensor plate (NaN where it was implausible), and when it came."""
+        self._read_s = _NEVER
 
     def lines(self) -> list[SerialLine]:
         """Every serial line."""
@@ -36,7 +38,7 @@ class RemoteDevices:
         for line in self.lines():
             if not line.connected:
                 return f"{line.finger} {line.kind.name.lower()}: {line.problem or 'opening'}"
-        if not self.telemanipulator.measured.oldest_s > _NEVER:
+        if not self._read_s - self.telemanipulator.measured.oldest_s <= GAP_S:
             return f"telemanipulator: CAN {self.telemanipulator.line.address} is open, but no measurements come"
         return ""
 
@@ -47,6 +49,7 @@ class RemoteDevices:
 
     def read(self, t_s: float) -> Sensed:
         """Take what all devices said since the last call."""
+        self._read_s = t_s
         measured = self.telemanipulator.read(t_s)
         texture: list[bytes | None] = [None] * len(FINGERS)
         plates: list[PlateReading | None] = [None] * len(FINGERS)
@@ -57,9 +60,10 @@ class RemoteDevices:
             if plate is not None:
                 self.sensor_c[finger] = math.nan if plate.fault else plate.sensor_c
                 self.sensor_s[finger] = t_s
-        return Sensed(
-            t_s, measured.x_m, measured.y_m, measured.z_m, measured.force_n, tuple(texture), tuple(plates)
-        )  # fmt: skip
+        # An old force is no force: without it there is no contact, and nothing of the last one is rendered.
+        known = t_s - measured.oldest_s <= GAP_S
+        force_n = measured.force_n if known else (0.0,) * len(FINGERS)
+        return Sensed(t_s, measured.x_m, measured.y_m, measured.z_m, force_n, tuple(texture), tuple(plates))
 
     def write(self, command: GatedCommand, sensed: Sensed) -> None:
         """Send what the gate let through: set-points each tick, heater drives at each sensor's own rate."""

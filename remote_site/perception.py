@@ -86,7 +86,8 @@ def _row(touch: FingerTouch) -> tuple[float, ...]:
         float(touch.contact),
         touch.contact_force_n,
         touch.surface_z_m,
-        touch.stiffness_n_m,
+        # A finger that has left the object has no surface: none is rendered where nothing may be.
+        touch.stiffness_n_m if touch.contact else 0.0,
         touch.k_tap,
         touch.b_tap_per_s,
         touch.k_stroke_v,

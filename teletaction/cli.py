@@ -10,7 +10,6 @@ from datetime import date
 from pathlib import Path
 from typing import Annotated
 
-import click
 import typer
 
 from common.config import OperatorConfig, RemoteConfig, SimOperatorConfig, SimRemoteConfig
@@ -331,21 +330,22 @@ def _print_csv(columns: Sequence[str], rows: Iterable[Sequence[float]]) -> None:
 def main(arguments: list[str] | None = None) -> int:
     """Run one command; returns its exit code."""
     try:
-        app(args=arguments, standalone_mode=False)
-    except click.exceptions.NoArgsIsHelpError as error:
-        typer.echo(error.format_message(), err=True)
-        return 2
-    except click.ClickException as error:
-        return _complain(error.format_message(), 2)
+        # Only a command that was interrupted, or that ends early, has a code of its own.
+        return app(args=arguments, standalone_mode=False) or 0
+    except typer.TyperException as error:
+        message = error.format_message()
+        if "\n" in message:  # a command without arguments: the message is its help
+            typer.echo(message, err=True)
+            return 2
+        return _complain(message, 2)
     except (ValueError, KeyError, OSError) as error:
         if isinstance(error, BrokenPipeError):
             return 0  # whoever read our output has enough
         return _complain(str(error.args[0]) if isinstance(error, KeyError) else str(error), 2)
     except Failed as failure:
         return _complain(str(failure), 1)
-    except (KeyboardInterrupt, click.Abort):
+    except (KeyboardInterrupt, typer.Abort):
         return 130
-    return 0
 
 
 def _complain(message: str, code: int) -> int:

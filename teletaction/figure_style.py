@@ -6,8 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from common.messages import ThermalStatus
-from remote_site.exploration import ExplorationMode
+from common.messages import ExplorationMode, ThermalStatus
 from teletaction.session_curves import Curve
 
 BLACK, BLUE, SKY, GREEN, ORANGE, RED, PURPLE, GREY = (
@@ -56,15 +55,15 @@ STYLE: dict[str, Any] = {
     "figure.facecolor": "white",
 }
 """For `matplotlib.rc_context`: names come from scenes, so a `$` in one is a letter and no formula."""
-_LINE_BINS = 1000
-_LONGEST = 22
+LINE_BINS = 1000
+"""Points of a curve are thinned to two of these: about a pixel each."""
 
 
 def line(axes: Axes, curve: Curve | None, **how: Any) -> bool:
     """Draw a curve, thinned; returns whether there was one."""
     if curve is None:
         return False
-    thin = curve.thinned(_LINE_BINS)
+    thin = curve.thinned(LINE_BINS)
     axes.plot(thin.time_s, thin.value, **how)
     return True
 
@@ -74,10 +73,10 @@ def absent(axes: Axes, text: str) -> None:
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color="#5A5A5A")
 
 
-def shown_name(name: str) -> str:
+def shown_name(name: str, longest: int = 22) -> str:
     """A name that the figures' font can show, not too long to stand in one."""
     plain = "".join(letter if letter.isprintable() and ord(letter) < 0x250 else "?" for letter in name)
-    return plain if len(plain) <= _LONGEST else plain[: _LONGEST - 1] + "…"
+    return plain if len(plain) <= longest else plain[: longest - 1] + "…"
 
 
 def label_once(axes: Axes, **how: Any) -> None:

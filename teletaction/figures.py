@@ -5,9 +5,11 @@ Only matplotlib's objects are used, never pyplot: nothing is left behind in the 
 
 import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -20,19 +22,14 @@ from teletaction.figure_style import (
     BLUE,
     FINGER_COLOURS,
     FINGER_DASHES,
-    GREY,
-    ORANGE,
-    PLUM,
-    RED,
-    absent,
     finger_keys,
     label_once,
-    line,
     mode_keys,
     shown_name,
     status_keys,
 )
 from teletaction.finger_panels import (
+    ANSWERING,
     draw_comfort,
     draw_force,
     draw_materials,
@@ -43,6 +40,7 @@ from teletaction.finger_panels import (
     draw_temperature,
     draw_vibration,
 )
+from teletaction.session_data import Floats
 from teletaction.session_curves import SHORTEST_TOUCH_S, SessionCurves, SharedTouch
 
 WIDTH_IN = 11.5
@@ -55,11 +53,11 @@ _ROW_IN = 1.12
 def session_figure(session: SessionCurves, finger: int) -> Figure:
     """One finger over the whole session in seven panels, 16 x 10 inches."""
     figure = Figure(figsize=(16, 10))
-    grid = {"left": 0.085, "right": 0.8, "top": 0.925, "bottom": 0.055, "hspace": 0.16}
+    grid = {"left": 0.1, "right": 0.795, "top": 0.925, "bottom": 0.055, "hspace": 0.16}
     heights = (0.62, 1.0, 1.25, 1.25, 0.75, 1.05, 0.9)
     panels = figure.subplots(7, 1, sharex=True, height_ratios=heights, gridspec_kw=grid)
     figure.suptitle(f"One session, {FINGERS[finger]} finger: what was touched, identified, shown and felt",
-                    x=0.085, y=0.985, ha="left", fontsize=13, fontweight="bold")  # fmt: skip
+                    x=0.1, y=0.985, ha="left", fontsize=13, fontweight="bold")  # fmt: skip
     modes, vibration, temperature, materials, probability, object_c, force = panels
     draw_modes(modes, session, (finger,), ("",) * len(FINGERS))
     draw_objects(modes, session, (finger,))
@@ -154,8 +152,8 @@ def convergence_figure(session: SessionCurves) -> Figure | None:
         return None
     columns = min(4, len(shared))
     rows = math.ceil(len(shared) / columns)
-    figure = Figure(figsize=(WIDTH_IN, 0.7 + 3.5 * rows))
-    margins = _Margins(figure, top_in=0.75, between_in=0.95, rows=rows)
+    figure = Figure(figsize=(WIDTH_IN, 0.6 + 3.7 * rows))
+    margins = _Margins(figure, top_in=0.95, between_in=1.1, rows=rows)
     outer = figure.add_gridspec(rows, columns, **margins.grid, wspace=0.24)
     for place, touch in enumerate(shared):
         pair = outer[place // columns, place % columns].subgridspec(2, 1, hspace=0.1)
@@ -179,26 +177,25 @@ def _draw_converging(session: SessionCurves, shared: SharedTouch, upper: Axes, l
     longest_s = max(t.end_s - t.start_s for t in shared.touches)
     for touch in shared.touches:
         answers = [a for a in session.answers(touch) if a.get("best")]
-        how = {"color": FINGER_COLOURS[touch.finger], "linestyle": FINGER_DASHES[touch.finger], "linewidth": 1.3}
+        how: dict[str, Any] = {"color": FINGER_COLOURS[touch.finger], "linestyle": FINGER_DASHES[touch.finger], "linewidth": 1.3}
         time_s = np.array([a["time_s"] for a in answers])
         upper.plot(time_s, [a["probability"] for a in answers], **how)
         named = next((a for a in answers if a["status"] == ThermalStatus.IDENTIFIED), None)
         if named is not None:
             upper.plot(named["time_s"], named["probability"], "o", color=how["color"], markersize=5)
         said[_said(answers)] += 1
-        known = [a for a in answers if a.get("object_c") is not None and a.get("object_c_sd") is not None]
-        if known:
-            mean, deviation = (np.array([a[name] for a in known]) for name in ("object_c", "object_c_sd"))
-            at_s = np.array([a["time_s"] for a in known])
-            lower.fill_between(at_s, mean - deviation, mean + deviation, color=how["color"], alpha=0.12, linewidth=0)
-            lower.plot(at_s, mean, **how)
-            seen += np.percentile(mean, (10, 90)).tolist()
+        mean, deviation = (_while_answering(answers, name) for name in ("object_c", "object_c_sd"))
+        lower.fill_between(time_s, mean - deviation, mean + deviation, color=how["color"], alpha=0.12, linewidth=0)
+        lower.plot(time_s, mean, **how)
+        told_c = mean[np.isfinite(mean)]
+        seen += np.percentile(told_c, (10, 90)).tolist() if len(told_c) > 2 else []
         lower.plot([0, longest_s], [touch.object_c] * 2, color=BLACK, linewidth=2.4, zorder=1.5)
-    true = ", ".join(dict.fromkeys(shown_name(t.material) for t in shared.touches))
-    upper.set_title(f"{shown_name(shared.thing)} at {shared.start_s:.0f} s, true {true}", loc="left", pad=17, fontweight="bold",
-                    fontsize=9)  # fmt: skip
-    told = ", ".join(f"{count} × {what}" for what, count in said.most_common(2)) + (", …" if len(said) > 2 else "")
-    upper.annotate(told, (0, 1), xytext=(0, 4), xycoords="axes fraction", textcoords="offset points", fontsize=8.5)
+    true = ", ".join(dict.fromkeys(t.material for t in shared.touches))
+    told = ", ".join(f"{count} × {what}" for what, count in said.most_common())
+    title: dict[str, Any] = {"loc": "left", "fontsize": 9.0, "fontweight": "bold", "pad": 30}
+    upper.set_title(_fitted(f"{shared.thing}, at {shared.start_s:.0f} s"), **title)
+    upper.annotate(f"{_fitted('true: ' + true)}\n{_fitted('told: ' + told)}", (0, 1), xytext=(0, 4), fontsize=8.5,
+                   xycoords="axes fraction", textcoords="offset points")  # fmt: skip
     upper.set_ylim(-0.04, 1.08)
     upper.set_yticks([0, 0.5, 1])
     upper.tick_params(labelbottom=False)
@@ -207,12 +204,22 @@ def _draw_converging(session: SessionCurves, shared: SharedTouch, upper: Axes, l
         lower.set_ylim(min(seen) - 2.0, max(seen) + 2.0)
 
 
-def _said(answers: list[dict[str, object]]) -> str:
+def _said(answers: list[dict[str, Any]]) -> str:
     if not answers:
         return "no answer"
     last = answers[-1]
-    status = ThermalStatus(last["status"])  # type: ignore[arg-type]
-    return shown_name(str(last["best"])) if status is ThermalStatus.IDENTIFIED else status.name.lower()
+    status = ThermalStatus(last["status"])
+    return str(last["best"]) if status is ThermalStatus.IDENTIFIED else status.name.lower()
+
+
+def _while_answering(answers: list[dict[str, Any]], name: str) -> Floats:
+    values = [a[name] if a["status"] in ANSWERING and a[name] is not None else np.nan for a in answers]
+    return np.array(values, dtype=np.float64)
+
+
+def _fitted(text: str) -> str:
+    """As much of a line as fits above a narrow panel."""
+    return shown_name(text, 34)
 
 
 def _known(session: SessionCurves, shared: SharedTouch, name: str) -> list[bool]:
@@ -236,10 +243,10 @@ class _Margins:
             "hspace": between_in / row_in,
         }
 
-    def legend(self, handles: list[object]) -> None:
+    def legend(self, handles: Sequence[Artist]) -> None:
         """One line of keys at the top left."""
         self._figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(self._left, 1.0), ncols=len(handles),
-                            borderaxespad=0.2, columnspacing=1.4, handlelength=1.8)  # type: ignore[arg-type]  # fmt: skip
+                            borderaxespad=0.2, columnspacing=1.4, handlelength=1.8)  # fmt: skip
 
 
 def _rows(session: SessionCurves, draw: Callable[[Axes, SessionCurves, int], None], unit: str, row_in: float = _ROW_IN,

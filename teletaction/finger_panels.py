@@ -3,6 +3,8 @@
 Truth from the simulated world is black or filled; what a site believes or commands is coloured.
 """
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 
@@ -13,6 +15,7 @@ from teletaction.figure_style import (
     BLUE,
     GREEN,
     GREY,
+    LINE_BINS,
     MODE_COLOURS,
     ORANGE,
     PLUM,
@@ -22,10 +25,12 @@ from teletaction.figure_style import (
     line,
     shown_name,
 )
+from teletaction.session_data import Series
 from teletaction.session_curves import SHORTEST_TOUCH_S, SessionCurves, spans
 
 _MOST_MATERIALS = 9
-_ANSWERING = (ThermalStatus.DECIDING, ThermalStatus.IDENTIFIED, ThermalStatus.AMBIGUOUS)
+ANSWERING = (ThermalStatus.DECIDING, ThermalStatus.IDENTIFIED, ThermalStatus.AMBIGUOUS)
+"""An object temperature stands only with these."""
 
 
 def draw_modes(axes: Axes, session: SessionCurves, fingers: tuple[int, ...], names: tuple[str, ...]) -> None:
@@ -54,7 +59,7 @@ def draw_modes(axes: Axes, session: SessionCurves, fingers: tuple[int, ...], nam
 def draw_objects(axes: Axes, session: SessionCurves, fingers: tuple[int, ...]) -> None:
     """Names of the touched objects above a panel, in as many lines as they need, at most three."""
     width_s = session.shown_s[1] - session.shown_s[0]
-    inches = axes.get_position().width * axes.figure.get_figure(root=True).get_figwidth()  # type: ignore[union-attr]
+    inches = axes.get_position().width * axes.figure.get_figure(root=True).get_figwidth()
     letter_s = 0.078 * width_s / inches
     taken = [-np.inf] * 3
     for shared in session.shared_touches(fingers, SHORTEST_TOUCH_S / 2):
@@ -81,15 +86,18 @@ def draw_objects(axes: Axes, session: SessionCurves, fingers: tuple[int, ...]) -
 def draw_vibration(axes: Axes, session: SessionCurves, finger: int) -> None:
     """Speed of the module's motor, true and commanded, with the floor of perception."""
     data = session.data
-    known = line(axes, session.curve(data.rendered, "motor_rpm", finger), color=ORANGE, linewidth=1.0,
-                 label="commanded by the operator site")  # fmt: skip
-    true = session.curve(data.fingertips, "motor_rpm", finger)
-    if true is not None:
-        thin = true.thinned(1500)
-        axes.fill_between(thin.time_s, thin.value, color=BLUE, linewidth=0.4, label="true, at the module")
+    bands: tuple[tuple[Series, str, dict[str, Any]], ...] = (
+        (data.rendered, "commanded by the operator site", {"color": "#F3C96B", "linewidth": 0.6}),
+        (data.fingertips, "true, at the module", {"color": BLUE, "linewidth": 0.6}),
+    )
+    curves = [session.curve(series, "motor_rpm", finger) for series, _, _ in bands]
+    for curve, (_, label, how) in zip(curves, bands, strict=True):
+        if curve is not None:
+            thin = curve.thinned(LINE_BINS)
+            axes.fill_between(thin.time_s, thin.value, label=label, **how)
     axes.axhline(MOTOR_FLOOR_RPM, color=GREY, linestyle="--", linewidth=0.9, label=f"felt above {MOTOR_FLOOR_RPM:g} rpm")
     axes.set_ylim(bottom=0.0)
-    if not known and true is None:
+    if not any(curves):
         absent(axes, "no vibration recorded")
 
 
@@ -164,7 +172,7 @@ def draw_object_c(axes: Axes, session: SessionCurves, finger: int) -> None:
         axes.plot([touch.start_s, touch.end_s], [touch.object_c] * 2, color=BLACK, linewidth=2.4, solid_capstyle="butt",
                   label="true" if number == 0 else None)  # fmt: skip
     if status is not None and estimate is not None and deviation is not None:
-        answered = np.isin(status.value, _ANSWERING)
+        answered = np.isin(status.value, ANSWERING)
         value = np.where(answered, estimate.value, np.nan)
         axes.fill_between(estimate.time_s, value - deviation.value, value + deviation.value, color=GREEN, alpha=0.25,
                           linewidth=0, label="± standard deviation")  # fmt: skip
@@ -172,7 +180,7 @@ def draw_object_c(axes: Axes, session: SessionCurves, finger: int) -> None:
         seen += np.percentile(value[np.isfinite(value)], (5, 95)).tolist() if np.isfinite(value).any() else []
         if paper is not None:
             told = np.where(answered, paper.value, np.nan)
-            axes.plot(paper.time_s, told, color=PLUM, linestyle=":", linewidth=1.6, label="by the paper's Eq. 11")
+            axes.plot(paper.time_s, told, ".", color=PLUM, markersize=2.5, label="by the paper's Eq. 11")
             seen += np.percentile(told[np.isfinite(told)], (5, 95)).tolist() if np.isfinite(told).any() else []
     if seen:
         axes.set_ylim(min(seen) - 1.5, max(seen) + 1.5)
@@ -184,8 +192,8 @@ def draw_force(axes: Axes, session: SessionCurves, finger: int) -> None:
     """Force at the operator's finger and force on the patient."""
     data = session.data
     lines = (
+        (data.touch, "contact_force_n", "on the patient, measured", {"color": "#F3C96B", "linewidth": 3.0}),
         (data.contact, "force_n", "on the patient, true", {"color": BLACK}),
-        (data.touch, "contact_force_n", "on the patient, measured by the remote site", {"color": ORANGE, "linewidth": 0.8}),
         (data.fingertips, "force_n", "at the operator's finger, true", {"color": BLUE}),
     )
     drawn = [line(axes, session.curve(series, name, finger), label=label, **how) for series, name, label, how in lines]

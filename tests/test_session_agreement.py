@@ -51,9 +51,7 @@ class Pair:
         session = self.server.session
         if session.ident:
             self.sequence += 1
-            touch = Touch(
-                session.ident, self.sequence, self.remote_now(), session.state, TOUCH_NOTHING, ("",) * 5, ()
-            )
+            touch = Touch(session.ident, self.sequence, self.remote_now(), session.state, TOUCH_NOTHING, ("",) * 5, ())
             self.remote_link.send_latest("touch", touch.encode())
 
     def turn_operator(self) -> None:
@@ -80,7 +78,9 @@ class Pair:
 def make(keys: Keys, base_port: int) -> Iterator[Callable[..., Pair]]:
     made: list[Pair] = []
 
-    def make_pair(ours: tuple[str, ...] = ("index",), theirs: tuple[str, ...] = ("index",), engage: bool = True) -> Pair:
+    def make_pair(
+        ours: tuple[str, ...] = ("index",), theirs: tuple[str, ...] = ("index",), engage: bool = True
+    ) -> Pair:
         made.append(Pair(keys, base_port, (list(ours), list(theirs)), engage))
         return made[-1]
 

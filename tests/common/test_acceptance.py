@@ -17,11 +17,16 @@ class Packet:
     time_ns: int
 
 
-def accept(acceptance: Acceptance, packet: Packet, now_ns: int, offset_ns: int = 0, uncertainty_ns: int | None = 0) -> bool:
+def accept(
+    acceptance: Acceptance, packet: Packet, now_ns: int, offset_ns: int = 0, uncertainty_ns: int | None = 0
+) -> bool:
     return acceptance.accept(packet, 1, now_ns, offset_ns, uncertainty_ns)
 
 
-@given(st.lists(st.tuples(st.integers(0, 3), st.integers(0, 30), st.integers(-400, 50)), max_size=40), st.integers(0, 20))
+arrivals = st.lists(st.tuples(st.integers(0, 3), st.integers(0, 30), st.integers(-400, 50)), max_size=40)
+
+
+@given(arrivals, st.integers(0, 20))
 def test_what_is_accepted_is_new_in_order_and_young(arrivals: list[tuple[int, int, int]], uncertainty_ms: int) -> None:
     acceptance = Acceptance(MAX_AGE)
     now_ns, highest, accepted = 10**12, -1, 0
@@ -73,7 +78,7 @@ def test_superseded_packets_are_counted_and_a_refused_one_blocks_nothing() -> No
     for sequence in (1, 2, 6, 7):
         assert accept(acceptance, Packet(1, sequence, 0), 0)
     assert acceptance.lost == 3
-    assert not accept(acceptance, Packet(1, 100, -10**9), 0)
+    assert not accept(acceptance, Packet(1, 100, -(10**9)), 0)
     assert accept(acceptance, Packet(1, 8, 0), 0)
 
 

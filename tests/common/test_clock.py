@@ -30,9 +30,9 @@ def test_it_stays_within_when_the_clocks_drift_apart(
         return near_ns + offset_ns + int(near_ns * drift)
 
     clock, now = ClockOffset(), 0
-    for pause, there, stay, back in rounds:
+    for pause, extra, stay, back in rounds:
         t1 = now + pause
-        there += 50_000  # no way is shorter than what the clocks drift apart during the stay
+        there = 50_000 + extra  # no way is shorter than what the clocks drift apart during the stay
         now = t1 + there + stay + back
         clock.add(t1, far(t1 + there), far(t1 + there + stay), now)
         assert clock.uncertainty_ns is not None

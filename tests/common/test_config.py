@@ -70,7 +70,7 @@ def write(folder: Path, text: str) -> Path:
         ('host = "sim"', "port = 0", 14, r"exoskeleton\.port: "),
         ('fingers = ["thumb", "index"]', 'fingers = ["thumb", "toe"]', 1, "fingers"),
         ('fingers = ["thumb", "index"]', "fingers = []", 1, "fingers: .*at least 1"),
-        ('fingers = ["thumb", "index"]', 'fingers = ["thumb"]', None, "tacttip: has addresses for index, thumb, fingers says"),
+        ('fingers = ["thumb", "index"]', 'fingers = ["thumb"]', None, "tacttip: has addresses for index, thumb"),
         ('index = "socket://sim:7001"', 'index = "/dev/ttyUSB0"', None, "/dev/ttyUSB0 is given to two devices"),
         ('profile = "comfort"', "max_stiffness_n_m = inf", 17, r"rendering\.max_stiffness_n_m"),
     ],

@@ -92,5 +92,5 @@ def test_lost_frames_are_counted_across_the_turn_of_the_sequence() -> None:
     ("message_id", "sequence", "payload"), [(256, 0, b""), (-1, 0, b""), (1, 256, b""), (1, 0, bytes(MAX_FRAME - 3))]
 )
 def test_what_does_not_fit_is_refused(message_id: int, sequence: int, payload: bytes) -> None:
-    with pytest.raises(ValueError, match="range|longer"):
+    with pytest.raises(ValueError, match=r"range|longer"):
         encode_frame(message_id, sequence, payload)

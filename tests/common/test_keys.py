@@ -43,7 +43,7 @@ def test_no_key_says_how_to_make_one(tmp_path: Path) -> None:
         load_keys(tmp_path)
 
 
-@pytest.mark.parametrize("text", ["", "curve\n", "metadata\n\ncurve\n    public-key = \"abc\"\n"])
+@pytest.mark.parametrize("text", ["", "curve\n", 'metadata\n\ncurve\n    public-key = "abc"\n'])
 def test_a_damaged_key_file_is_named(tmp_path: Path, text: str) -> None:
     file = tmp_path / "site.key_secret"
     file.write_text(text)
@@ -106,7 +106,7 @@ def test_a_damaged_list_allows_nobody(tmp_path: Path, key: str, line: str) -> No
         file.write(line + "\n")
     os.utime(trusted.file, ns=(1, 1))
     assert not trusted.allows(key)
-    with pytest.raises(KeyProblem, match="trusted:2|no public key"):
+    with pytest.raises(KeyProblem, match=r"trusted:2|no public key"):
         trusted.names()
 
 

@@ -34,7 +34,7 @@ def test_effusivity_and_diffusivity_are_of_one_material() -> None:
 
 
 def test_an_unknown_material_is_answered_with_those_there_are() -> None:
-    with pytest.raises(KeyError, match="unknown material 'unobtainium'; known: .*aluminium.*wood"):
+    with pytest.raises(KeyError, match=r"unknown material 'unobtainium'; known: .*aluminium.*wood"):
         material("unobtainium")
 
 

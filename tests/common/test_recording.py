@@ -1,9 +1,12 @@
+import contextlib
 import json
+import struct
 import threading
 from collections import Counter
 from pathlib import Path
 
 import pytest
+from mcap.exceptions import McapError
 from mcap.reader import make_reader
 from mcap.records import Message
 from mcap.stream_reader import StreamReader
@@ -54,13 +57,10 @@ def test_a_file_cut_anywhere_still_yields_its_closed_chunks(tmp_path: Path) -> N
         cut = tmp_path / "cut.mcap"
         cut.write_bytes(whole[: int(len(whole) * share)])
         found: list[Message] = []
-        with cut.open("rb") as file:
-            try:
-                for item in StreamReader(file).records:
-                    if isinstance(item, Message):
-                        found.append(item)
-            except Exception as error:
-                assert "end" in str(error).lower() or type(error).__name__  # whatever the reader says at the cut
+        # The reader says in more ways than one that the file ends in the middle of a record.
+        with cut.open("rb") as file, contextlib.suppress(McapError, struct.error):
+            for item in StreamReader(file).records:
+                found.extend([item] if isinstance(item, Message) else [])
         numbers = [int.from_bytes(m.data[:4], "little") for m in found if m.data != b"event"]
         assert numbers == list(range(len(numbers)))
         # At most the chunk under way is lost; chunk and index take some bytes more than the messages.

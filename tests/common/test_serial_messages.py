@@ -95,7 +95,8 @@ def test_the_announced_count_of_samples_must_follow() -> None:
 
 
 @pytest.mark.parametrize(
-    ("position", "value", "message"), [(0, 0, "0 is not a valid"), (0, 4, "4 is not"), (1, 5, "no finger"), (2, 200, "ascii")]
+    ("position", "value", "message"),
+    [(0, 0, "0 is not a valid"), (0, 4, "4 is not a valid"), (1, 5, "finger"), (2, 200, "ascii")],
 )
 def test_an_identity_of_nobody_is_refused(position: int, value: int, message: str) -> None:
     payload = bytearray(Identity(DeviceKind.TACTTIP, 0, "TT1", 1, 100, 8.0, 80.0).encode())

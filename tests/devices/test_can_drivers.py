@@ -79,9 +79,7 @@ class CanContract:
         yield driver
         driver.line.close()
 
-    def test_nothing_is_refused_or_unknown(
-        self, rig: Rig, driver: ExoskeletonDriver | TelemanipulatorDriver
-    ) -> None:
+    def test_nothing_is_refused_or_unknown(self, rig: Rig, driver: ExoskeletonDriver | TelemanipulatorDriver) -> None:
         for _ in range(50):
             rig.turn()
             driver.read(time.monotonic())

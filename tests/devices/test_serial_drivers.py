@@ -92,9 +92,7 @@ class DriverContract:
 
     def until_it_reads(self, rig: Rig, driver: Any) -> Any:
         found: list[object] = []
-        rig.until(
-            lambda: found.extend(r for r in [self.turn(driver)] if r is not None), lambda: found
-        )
+        rig.until(lambda: found.extend(r for r in [self.turn(driver)] if r is not None), lambda: found)
         return found[-1]
 
     def test_it_learns_who_answers(self, rig: Rig, driver_on: Any) -> None:

@@ -1,0 +1,102 @@
+"""The protocol document's own bytes, put to emulators and drivers as a whole."""
+
+import time
+from typing import Any
+
+import numpy as np
+import pytest
+
+from common.serial_messages import DeviceFlag
+from common.thermometry import ntc_c
+from operator_site.tacttip import TactTip as TactTipDriver
+from remote_site.texture_sensor import TextureSensor as TextureDriver
+from remote_site.texture_sensor import texture_v
+from remote_site.thermal_sensor import ThermalSensor as ThermalDriver
+from sim_sensors.exoskeleton import Exoskeleton
+from sim_sensors.select_loop import SelectLoop
+from sim_sensors.serial_server import serve_serial
+from sim_sensors.tacttip import TactTip
+from sim_sensors.telemanipulator import Telemanipulator
+from sim_sensors.texture_sensor import TextureSensor
+from sim_sensors.thermal_sensor import ThermalSensor
+
+
+def test_the_emulated_thermal_sensor_answers_identify_and_obeys(golden: dict[str, bytes]) -> None:
+    sensor = ThermalSensor(1)
+    sensor.feed(golden["identify"], 0.0)
+    assert sensor.take_output(0.0).startswith(golden["identity"])
+    sensor.feed(golden["heater_command"], 0.0)
+    assert sensor.drive_permille == -250
+
+
+def test_the_emulated_tacttip_obeys(golden: dict[str, bytes]) -> None:
+    module = TactTip(1)
+    module.feed(golden["tacttip_command"], 0.0)
+    assert (module.motor_mv, module.peltier_permille) == (1410, -500)
+
+
+def test_the_emulated_can_nodes_obey(golden: dict[str, bytes]) -> None:
+    exoskeleton = Exoskeleton()
+    exoskeleton.feed(0x110, golden["FingerForces"], 0.0)
+    assert exoskeleton.force_n(0.0) == pytest.approx([0.0, 0.01, 1.25, 5.0, 10.23])
+    telemanipulator = Telemanipulator()
+    telemanipulator.feed(0x200, golden["HandSetpoint"], 0.0)
+    telemanipulator.feed(0x201, golden["HeightSetpoint"], 0.0)
+    x_m, y_m, z_m = telemanipulator.setpoint_m(0.0)
+    assert (x_m, y_m) == pytest.approx((0.65534, -0.65536))
+    assert z_m == pytest.approx([0.006, -0.002, 0.0, 0.01022, -0.01024])
+
+
+class OneReport:
+    """A device that says who it is, as an emulator does, and then nothing but the document's report."""
+
+    def __init__(self, module: Any, report: bytes) -> None:
+        self._module = module
+        self._report = report
+
+    def feed(self, data: bytes, now_s: float) -> None:
+        self._module.feed(data, 0.0)
+
+    def take_output(self, now_s: float) -> bytes:
+        return bytes(self._module.take_output(-1.0)) + self._report
+
+
+@pytest.mark.parametrize("name", ["texture_samples", "thermal_reading", "tacttip_state"])
+def test_drivers_read_the_reports(golden: dict[str, bytes], name: str) -> None:
+    module, driver = {
+        "texture_samples": (TextureSensor(1), TextureDriver),
+        "thermal_reading": (ThermalSensor(1), ThermalDriver),
+        "tacttip_state": (TactTip(1), TactTipDriver),
+    }[name]
+    loop = SelectLoop()
+    server = serve_serial(OneReport(module, golden[name]), loop, "pty", name)
+    read: Any = driver("index", server.address)
+    got: Any = None
+    deadline = time.monotonic() + 5.0
+    while got is None:
+        assert time.monotonic() < deadline
+        loop.serve(0.001)
+        server.pump(loop.now())
+        if name == "texture_samples":
+            got = read.read()
+        elif name == "thermal_reading":
+            got = read.read(time.monotonic())
+        else:
+            read.read(time.monotonic())
+            got = read.plate_c if read.measured_s > 0.0 else None
+    if name == "texture_samples":
+        samples = np.array([-2048, 2047, 0, 1, -1, 256, 100, -100, 1000, -1000])
+        assert texture_v(got) == pytest.approx(samples * 10.0 / 2048)
+    elif name == "thermal_reading":
+        # 814.9 + n / 4095 (1298.5 - 814.9) Ohm, solved for T by hand
+        assert (got.sensor_c, got.ambient_c, got.fault) == (
+            pytest.approx(34.3, abs=0.3),
+            pytest.approx(25.5, abs=0.5),
+            "",
+        )
+    else:
+        assert got == pytest.approx(ntc_c(1700))
+        assert read.cut_out
+        assert DeviceFlag.THERMAL_CUT_OUT == 0x02
+    read.line.close()
+    server.close()
