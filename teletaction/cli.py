@@ -295,7 +295,9 @@ def render_thermal_command(
 @render_app.command("vibration")
 def render_vibration_command(
     stroke: Annotated[Path, typer.Argument(help="Stroke file.")],
-    table: Annotated[Path | None, typer.Option(help="Calibrated table of surfaces; by default the shipped one.")] = None,
+    table: Annotated[
+        Path | None, typer.Option(help="Calibrated table of surfaces; by default the shipped one.")
+    ] = None,
 ) -> None:
     """Motor speed that a recorded stroke makes the operator feel."""
     from operator_site.render import VIBRATION_COLUMNS

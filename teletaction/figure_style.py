@@ -36,7 +36,7 @@ STATUS_COLOURS = {
     ThermalStatus.UNKNOWN: PURPLE,
     ThermalStatus.UNIDENTIFIABLE: GREY,
 }
-STYLE: dict[str, Any] = {
+STYLE: dict[Any, Any] = {
     "font.size": 9.5,
     "axes.titlesize": 9.5,
     "axes.labelsize": 9.5,

@@ -40,14 +40,23 @@ from teletaction.finger_panels import (
     draw_temperature,
     draw_vibration,
 )
-from teletaction.session_data import Floats
 from teletaction.session_curves import SHORTEST_TOUCH_S, SessionCurves, SharedTouch
+from teletaction.session_data import Floats
 
 WIDTH_IN = 11.5
 MOST_TOUCHES = 12
 """Touches shown converging; the table has them all."""
 _TIME = "time since both sites engaged (s)"
 _ROW_IN = 1.12
+_LABELS = (
+    "mode",
+    "vibration\n(rpm)",
+    "plate and\nskin (°C)",
+    "likeliest\nmaterial",
+    "probability",
+    "object (°C)",
+    "force (N)",
+)
 
 
 def session_figure(session: SessionCurves, finger: int) -> Figure:
@@ -67,7 +76,15 @@ def session_figure(session: SessionCurves, finger: int) -> Figure:
     draw_probability(probability, session, finger)
     draw_object_c(object_c, session, finger)
     draw_force(force, session, finger)
-    units = ("mode", "vibration\n(rpm)", "plate and\nskin (°C)", "likeliest\nmaterial", "probability", "object (°C)", "force (N)")
+    units = (
+        "mode",
+        "vibration\n(rpm)",
+        "plate and\nskin (°C)",
+        "likeliest\nmaterial",
+        "probability",
+        "object (°C)",
+        "force (N)",
+    )
     for axes, unit in zip(panels, units, strict=True):
         axes.set_ylabel(unit)
     figure.align_ylabels(list(panels))
@@ -83,12 +100,12 @@ def session_figure(session: SessionCurves, finger: int) -> Figure:
 
 def modes_figure(session: SessionCurves) -> Figure | None:
     """True above identified mode of every finger."""
+    if _nothing(session, ("contact", "mode"), ("touch", "mode")):
+        return None
     figure = Figure(figsize=(WIDTH_IN, 1.5 + 0.62 * len(session.fingers)))
     margins = _Margins(figure, top_in=0.85)
     axes = figure.subplots(gridspec_kw=margins.grid)
     draw_modes(axes, session, session.fingers, FINGERS)
-    if not axes.collections:
-        return None
     draw_objects(axes, session, session.fingers)
     margins.legend(mode_keys())
     _end_time_axis(axes, session)
@@ -177,15 +194,16 @@ def _draw_converging(session: SessionCurves, shared: SharedTouch, upper: Axes, l
     longest_s = max(t.end_s - t.start_s for t in shared.touches)
     for touch in shared.touches:
         answers = [a for a in session.answers(touch) if a.get("best")]
-        how: dict[str, Any] = {"color": FINGER_COLOURS[touch.finger], "linestyle": FINGER_DASHES[touch.finger], "linewidth": 1.3}
+        colour = FINGER_COLOURS[touch.finger]
+        how: dict[str, Any] = {"color": colour, "linestyle": FINGER_DASHES[touch.finger], "linewidth": 1.3}
         time_s = np.array([a["time_s"] for a in answers])
         upper.plot(time_s, [a["probability"] for a in answers], **how)
         named = next((a for a in answers if a["status"] == ThermalStatus.IDENTIFIED), None)
         if named is not None:
-            upper.plot(named["time_s"], named["probability"], "o", color=how["color"], markersize=5)
+            upper.plot(named["time_s"], named["probability"], "o", color=colour, markersize=5)
         said[_said(answers)] += 1
         mean, deviation = (_while_answering(answers, name) for name in ("object_c", "object_c_sd"))
-        lower.fill_between(time_s, mean - deviation, mean + deviation, color=how["color"], alpha=0.12, linewidth=0)
+        lower.fill_between(time_s, mean - deviation, mean + deviation, color=colour, alpha=0.12, linewidth=0)
         lower.plot(time_s, mean, **how)
         told_c = mean[np.isfinite(mean)]
         seen += np.percentile(told_c, (10, 90)).tolist() if len(told_c) > 2 else []

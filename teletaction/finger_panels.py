@@ -25,10 +25,11 @@ from teletaction.figure_style import (
     line,
     shown_name,
 )
-from teletaction.session_data import Series
 from teletaction.session_curves import SHORTEST_TOUCH_S, SessionCurves, spans
+from teletaction.session_data import Series
 
 _MOST_MATERIALS = 9
+_FELT = f"felt above {MOTOR_FLOOR_RPM:g} rpm"
 ANSWERING = (ThermalStatus.DECIDING, ThermalStatus.IDENTIFIED, ThermalStatus.AMBIGUOUS)
 """An object temperature stands only with these."""
 
@@ -95,7 +96,9 @@ def draw_vibration(axes: Axes, session: SessionCurves, finger: int) -> None:
         if curve is not None:
             thin = curve.thinned(LINE_BINS)
             axes.fill_between(thin.time_s, thin.value, label=label, **how)
-    axes.axhline(MOTOR_FLOOR_RPM, color=GREY, linestyle="--", linewidth=0.9, label=f"felt above {MOTOR_FLOOR_RPM:g} rpm")
+    axes.axhline(
+        MOTOR_FLOOR_RPM, color=GREY, linestyle="--", linewidth=0.9, label=f"felt above {MOTOR_FLOOR_RPM:g} rpm"
+    )
     axes.set_ylim(bottom=0.0)
     if not any(curves):
         absent(axes, "no vibration recorded")

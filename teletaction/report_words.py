@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
+from itertools import pairwise
 from typing import Any
 
 NONE = "none"
@@ -26,7 +27,8 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], name: str = "") ->
         return f"<p>{NONE}</p>"
     caption = f"<caption>{escape(name)}</caption>" if name else ""
     titles = "".join(f'<th scope="col">{escape(title)}</th>' for title in head)
-    return f'<div class="wide"><table>{caption}<thead><tr>{titles}</tr></thead><tbody>{"".join(body)}</tbody></table></div>'
+    head_row, rows_html = f"<thead><tr>{titles}</tr></thead>", f"<tbody>{''.join(body)}</tbody>"
+    return f'<div class="wide"><table>{caption}{head_row}{rows_html}</table></div>'
 
 
 def verdict(answer: Any, true: Any) -> str:
@@ -43,10 +45,8 @@ def _marked(word: str) -> str:
 
 def contacts_table(contacts: Sequence[Mapping[str, Any]]) -> str:
     """Each contact with what was true and what was told."""
-    head = (
-        "#", "finger", "object", "true material", "told", "", "status", "likeliest", "probability", "named after (s)", "held (s)",
-        "object, true (°C)", "object, estimated (°C)", "paper's answer", "",
-    )  # fmt: skip
+    head = ["#", "finger", "object", "true material", "told", "", "status", "likeliest", "probability"]
+    head += ["named after (s)", "held (s)", "object, true (°C)", "object, estimated (°C)", "paper's answer", ""]
     rows = []
     for number, contact in enumerate(contacts, 1):
         true = contact.get("true_material")
@@ -116,9 +116,9 @@ def histogram_table(times_s: Sequence[float], edges_ms: Sequence[float], name: s
     if not times_s:
         return f"<p>{escape(name)}: {NONE}</p>"
     edges = [float("-inf"), *edges_ms, float("inf")]
-    counts = [sum(low <= 1e3 * t < high for t in times_s) for low, high in zip(edges, edges[1:], strict=False)]
-    labels = [f"below {edges_ms[0]:g}", *(f"{low:g} to {high:g}" for low, high in zip(edges_ms, edges_ms[1:], strict=False)),
-              f"{edges_ms[-1]:g} and more"]  # fmt: skip
+    counts = [sum(low <= 1e3 * t < high for t in times_s) for low, high in pairwise(edges)]
+    between = [f"{low:g} to {high:g}" for low, high in pairwise(edges_ms)]
+    labels = [f"below {edges_ms[0]:g}", *between, f"{edges_ms[-1]:g} and more"]
     rows = [
         [label, str(count), f'<span class="bar" style="width:{160 * count / max(counts):.0f}px"></span>']
         for label, count in zip(labels, counts, strict=True)

@@ -1,0 +1,83 @@
+# Every target sets itself up in .venv, from nothing but Python >= 3.11. No compiler is needed.
+.DEFAULT_GOAL := help
+
+# The first that really starts, is new enough and can make a venv; `make PYTHON=...` chooses another.
+USABLE = import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))
+PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
+	$$p -c '$(USABLE)' >/dev/null 2>&1 && { echo $$p; break; }; done)
+
+BIN := .venv/bin
+READY := .venv/ready
+OUT := demo-out
+
+.PHONY: help
+help:
+	@echo "make demo        60 s session on simulated devices; leaves summary, report and recording in $(OUT)/"
+	@echo "make test        the fast tests"
+	@echo "make session     tests that run whole sessions"
+	@echo "make containers  tests that run the composition in containers (needs an engine)"
+	@echo "make check       style, types, import arrows"
+	@echo "make coverage    both gates must be covered to 100 % of lines and branches"
+	@echo "make picture     docs/session.png from the last demo"
+	@echo "make tables      the shipped calibration tables anew, from simulated sensors"
+	@echo "make clean       remove what all of these made"
+
+$(READY): pyproject.toml constraints.txt
+	@test -n "$(PYTHON)" || { echo "make: no Python >= 3.11 with venv found; say make PYTHON=/path/to/python3" >&2; exit 2; }
+	rm -rf .venv
+	$(PYTHON) -m venv .venv
+	$(BIN)/pip install --quiet --disable-pip-version-check --prefer-binary -c constraints.txt -e '.[dev]'
+	@touch $@
+
+.PHONY: demo
+demo: $(READY)
+	$(BIN)/teletaction demo --headless --seconds 60 --scene materials --out $(OUT)
+	@echo "the report is $(OUT)/report.html"
+
+.PHONY: test
+test: $(READY)
+	$(BIN)/pytest -m 'not containers and not session'
+
+.PHONY: session
+session: $(READY)
+	$(BIN)/pytest -m session
+
+.PHONY: containers
+containers: $(READY)
+	$(BIN)/pytest -m containers
+
+.PHONY: check
+check: $(READY)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+# What stands before every device: the two gates and the parts they are made of.
+OPERATOR_GATE := operator_site.gate operator_site.plate_follow common.skin_dose
+PATIENT_GATE := remote_site.patient_gate remote_site.heater_limits common.skin_dose
+
+.PHONY: coverage
+coverage: $(READY)
+	$(BIN)/pytest -q tests/operator_site/test_gate.py tests/remote_site/test_patient_gate.py --cov-branch \
+		--cov-report=term-missing --cov-fail-under=100 \
+		$(addprefix --cov=,$(sort $(OPERATOR_GATE) $(PATIENT_GATE)))
+
+.PHONY: picture
+picture: $(READY) $(OUT)/session.mcap
+	$(BIN)/python -c 'from pathlib import Path; \
+		from teletaction.report import write_figure; from teletaction.session_data import SessionData; \
+		write_figure(SessionData.read(Path("$(OUT)/session.mcap")), Path("docs/session.png"))'
+
+$(OUT)/session.mcap:
+	$(MAKE) demo
+
+.PHONY: tables
+tables: $(READY)
+	$(BIN)/python -c 'from datetime import date; from pathlib import Path; \
+		from teletaction.make_tables import make_tables; \
+		make_tables(Path("remote_site/tables"), made_on=str(date.today()))'
+
+.PHONY: clean
+clean:
+	rm -rf .venv $(OUT) build .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .coverage *.egg-info

@@ -1,0 +1,27 @@
+"""How the report looks: its style sheet, which is all it needs beside its text and pictures."""
+
+CSS = """
+body { font: 16px/1.5 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; color: #1b1f24; background: #fff;
+  margin: 0 auto; max-width: 1240px; padding: 1.5rem }
+h1 { font-size: 1.7rem; margin: 0 0 .6rem }
+h2 { font-size: 1.25rem; margin: 2.4rem 0 .4rem; border-bottom: 1px solid #d5d9de }
+p { max-width: 75ch; margin: .5rem 0 }
+small { color: #4a5058; white-space: normal }
+dl { display: flex; flex-wrap: wrap; gap: .4rem 2.2rem; margin: .8rem 0 }
+dt { color: #4a5058; font-size: .85rem }
+dd { margin: 0; font-weight: 600 }
+figure { margin: .6rem 0 }
+img { width: 100%; height: auto }
+figcaption { max-width: 85ch; color: #33383e; font-size: .92rem }
+.wide { overflow-x: auto }
+.side { display: flex; flex-wrap: wrap; gap: 0 3rem }
+table { border-collapse: collapse; font-size: .86rem; font-variant-numeric: tabular-nums; margin: .6rem 0 }
+caption { text-align: left; font-weight: 600; padding: .3rem 0 }
+th, td { padding: .22rem .6rem; border-bottom: 1px solid #e4e7ea; text-align: left; vertical-align: top }
+th { background: #f2f4f6 }
+.right { color: #00527f; font-weight: 700; white-space: nowrap }
+.wrong, .fault { color: #a63c00; font-weight: 700; white-space: nowrap }
+.no-answer { color: #4a5058; white-space: nowrap }
+.bar { display: inline-block; height: .7em; background: #0072B2 }
+@media print { h2 { break-after: avoid } figure, table { break-inside: avoid } }
+"""

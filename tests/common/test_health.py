@@ -1,0 +1,52 @@
+"""Health of a process from its status file, and the page of limits."""
+
+import json
+import time
+from pathlib import Path
+
+import pytest
+
+from common.health import ill, main
+from common.limits_table import limits_page
+
+NOW_NS = 1_000_000_000_000
+
+
+def status(tmp_path: Path, **fields: object) -> Path:
+    path = tmp_path / "status.json"
+    path.write_text(json.dumps(fields))
+    return path
+
+
+@pytest.mark.parametrize(("age_s", "healthy"), [(0.0, True), (4.9, True), (5.1, False), (-1.0, False)])
+def test_a_status_must_be_young(tmp_path: Path, age_s: float, healthy: bool) -> None:
+    problem = ill(status(tmp_path, time_ns=NOW_NS - round(age_s * 1e9)), NOW_NS)
+    assert (problem == "") is healthy
+
+
+def test_a_site_must_be_in_the_state_asked_for(tmp_path: Path) -> None:
+    path = status(tmp_path, time_ns=NOW_NS, state="fault", fault="thumb plate 42.3 C")
+    assert ill(path, NOW_NS) == ""
+    assert ill(path, NOW_NS, "fault") == ""
+    assert ill(path, NOW_NS, "engaged").endswith("fault, expected engaged (thumb plate 42.3 C)")
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"time_ns": "soon"}', '{"time_ns": null}'])
+def test_what_is_no_status_is_no_health(tmp_path: Path, text: str) -> None:
+    (tmp_path / "status.json").write_text(text)
+    assert ill(tmp_path / "status.json", NOW_NS).endswith("not a status file")
+
+
+def test_exit_codes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = status(tmp_path, time_ns=time.monotonic_ns(), state="engaged")
+    assert main([str(path), "--state", "engaged"]) == 0
+    assert main([str(tmp_path / "absent.json")]) == 1
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.count("\n") == 1
+    assert "absent.json: No such file" in told.err
+
+
+def test_the_page_of_limits_is_up_to_date() -> None:
+    page = Path(__file__).parents[2] / "docs" / "limits.md"
+    assert page.read_text("utf-8") == limits_page(), "python -m common.limits_table > docs/limits.md"

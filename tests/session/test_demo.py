@@ -1,0 +1,116 @@
+"""A whole session as a user runs it: the command line, five processes' worth of output, and its end."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from mcap.reader import make_reader
+
+from common import limits
+
+pytestmark = [pytest.mark.session, pytest.mark.timeout(120)]
+
+
+def demo(out: Path, *arguments: str) -> list[str]:
+    return [sys.executable, "-m", "teletaction", "demo", "--out", str(out), *arguments]
+
+
+def children_of(text: str) -> list[str]:
+    """Processes whose command line mentions `text`."""
+    found = []
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit() and entry.name != str(os.getpid()):
+            try:
+                command = (entry / "cmdline").read_bytes().replace(b"\0", b" ").decode()
+            except (FileNotFoundError, ProcessLookupError):
+                continue
+            if text in command:
+                found.append(command)
+    return found
+
+
+@pytest.mark.parametrize(("scene", "fingers"), [("materials", 5), ("phantom", 1)])
+def test_a_headless_session_leaves_a_true_summary(tmp_path: Path, scene: str, fingers: int) -> None:
+    out = tmp_path / "out"
+    run = subprocess.run(
+        demo(out, "--headless", "--seconds", "9", "--scene", scene, "--fingers", str(fingers), "--seed", "7"),
+        capture_output=True,
+        text=True,
+        timeout=100,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    assert run.stdout == ""
+    summary = json.loads((out / "summary.json").read_text("utf-8"))
+    assert summary["scene"] == scene
+    assert summary["seed"] == 7
+    assert len(summary["contacts"]) == fingers
+    assert summary["taps"]["made"] == summary["taps"]["played"] == fingers
+    assert summary["modes"]["agreement"] > 0.95
+    assert summary["faults"] == []
+    assert limits.WIDE.low_c <= summary["plate_c"]["min"] <= summary["plate_c"]["max"] <= limits.PLATE_FAULT_C
+    assert summary["sensor_plate_c"]["max"] <= limits.SENSOR_PLATE_C
+    assert 0.0 < summary["force_n"]["max"] <= limits.FINGER_FORCE_N
+    assert 0.0 < summary["contact_force_n"]["max"] <= limits.CONTACT_FORCE_N
+    assert summary["vibration_rpm"]["free_max"] < limits.MOTOR_FLOOR_RPM
+    assert summary["latency_ms"]["contact_to_motor"]["count"] == fingers
+    assert summary["latency_ms"]["bare_curve_ping"]["p50"] > 0.0
+    assert "<html" in (out / "report.html").read_text("utf-8")
+    for name in ("remote", "operator", "sim-remote", "sim-operator"):
+        assert (out / f"{name}.log").is_file()
+        assert (out / "config" / f"{name}.toml").is_file()
+    with (out / "session.mcap").open("rb") as file:
+        reader = make_reader(file)
+        counts: dict[str, int] = {}
+        for schema, channel, message in reader.iter_messages():
+            assert schema is not None
+            assert schema.data
+            assert message.log_time > 0
+            counts[channel.topic] = counts.get(channel.topic, 0) + 1
+    assert counts == summary["recorded"]
+    assert counts["remote/touch"] == summary["packets"]["touch"]["sent"]
+    assert counts["operator/motion"] == summary["packets"]["motion"]["sent"]
+
+
+def test_ctrl_c_ends_everything_within_two_seconds(tmp_path: Path) -> None:
+    out = tmp_path / "interrupted"
+    process = subprocess.Popen(demo(out, "--fingers", "1"), stderr=subprocess.PIPE, text=True)
+    try:
+        assert process.stderr is not None
+        for line in process.stderr:
+            if "exploring" in line:
+                break
+        assert len(children_of(str(out))) >= 4
+        process.send_signal(signal.SIGINT)
+        deadline_s = time.monotonic() + 2.0
+        while len(children_of(str(out / "config"))) > 0 and time.monotonic() < deadline_s:
+            time.sleep(0.02)
+        assert children_of(str(out / "config")) == []
+        assert process.wait(60) == 0
+    finally:
+        process.kill()
+        process.wait()
+        assert process.stderr is not None
+        process.stderr.close()
+    assert (out / "summary.json").is_file()
+
+
+def test_a_killed_launcher_leaves_no_process(tmp_path: Path) -> None:
+    out = tmp_path / "orphans"
+    process = subprocess.Popen(demo(out, "--fingers", "1"), stderr=subprocess.PIPE, text=True)
+    assert process.stderr is not None
+    for line in process.stderr:
+        if "exploring" in line:
+            break
+    process.kill()
+    process.wait()
+    process.stderr.close()
+    deadline_s = time.monotonic() + 5.0
+    while children_of(str(out)) and time.monotonic() < deadline_s:
+        time.sleep(0.02)
+    assert children_of(str(out)) == []
