@@ -21,6 +21,8 @@ MAX_PACKET = 4096
 """No packet of this link is larger, bytes."""
 LONGEST_REFUSAL = 400
 """Characters of an answer's reason."""
+EVENT_MAX = 2000.0
+"""Largest value of an event, in its own unit."""
 MAX_EVENTS = 24
 """Events in one touch packet: newest last."""
 
@@ -383,7 +385,7 @@ def _event(item: object) -> Event:
     if not isinstance(item, list) or len(item) != 6:
         raise BadPacket("event: expected a list of 6")
     ident, kind, finger, time_ns, value, name = item
-    if type(value) is not float or not 0.0 <= value <= 2000.0:
+    if type(value) is not float or not 0.0 <= value <= EVENT_MAX:
         raise BadPacket("event: value is not a number in 0..2000")
     return Event(
         _integer(ident, "event"),

@@ -119,7 +119,7 @@ class SessionClient:
             return
         if verb == "hello" and not self.session.ident:
             self._begin(answer, now_ns)
-        elif verb == "engage" and answer.session == self.session.ident:
+        elif verb == "engage" and answer.session == self.session.ident and self.session.state is LinkState.CONNECTED:
             self.session.engage()
             self._heard_ns = now_ns
             log.info("engaged")

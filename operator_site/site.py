@@ -234,12 +234,15 @@ def _loop(site: OperatorSite, config: OperatorConfig, link: OperatorLink, stop: 
     sharpen_timers()
     loop = PeriodicLoop(1.0 / config.rate_hz)
     status = StatusFile(config.status, "operator", loop)
+    refused = False
     while not stop():
         loop.wait()
         site.tick(time.monotonic_ns())
         now_s = time.monotonic()
         if status.due(now_s):
-            if link.key_refused() and not site.client.session.ident:
+            # A refused socket never tries again, so the refusal is remembered until the session is over.
+            refused = link.key_refused() or refused
+            if refused and not site.client.session.ident:
                 raise LinkProblem(
                     f"{config.link.host}:{config.link.base_port}: the remote site does not trust this site's key; "
                     "there: `teletaction keys trust NAME KEY`"

@@ -33,7 +33,7 @@ from remote_site.thermal_identification import (
     ThermalAnswer,
     ThermalIdentification,
 )
-from remote_site.thermal_touches import BEFORE
+from remote_site.thermal_touches import WARMING, plate_at_contact_c
 
 STROKED = "stroked: the touch did not rest"
 READING_AGE_S = 0.10
@@ -123,7 +123,7 @@ class FingerIdentification:
         self._stiffness = Stiffness()
         self._heater = HeaterControl()
         self._thermal = ThermalIdentification(table, evidence)
-        self._free_c: deque[float] = deque(maxlen=BEFORE)
+        self._free_c: deque[float] = deque(maxlen=WARMING)
         self._sensor_s = -1.0
         self._ambient_c: float | None = None
         self._drive = 0.0
@@ -215,7 +215,7 @@ class FingerIdentification:
             self._drive = 0.0
             self._told = None
             fresh = bool(self._free_c) and t_s - self._sensor_s <= READING_AGE_S
-            thermal.start(t_s, sum(self._free_c) / len(self._free_c) if fresh else 0.0, self._ambient_c)
+            thermal.start(t_s, plate_at_contact_c(list(self._free_c)) if fresh else 0.0, self._ambient_c)
             if not fresh or sample.sensor_fault is not None:
                 thermal.stop(f"sensor fault: {sample.sensor_fault or 'no reading before contact'}")
         elif exploration.ended:

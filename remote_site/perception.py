@@ -6,7 +6,18 @@ from collections.abc import Iterable
 import numpy as np
 
 from common.fingers import FINGERS
-from common.messages import MAX_EVENTS, TOUCH_FIELDS, TOUCH_HIGH, TOUCH_LOW, Event, EventKind, Floats, LinkState, Touch
+from common.messages import (
+    EVENT_MAX,
+    MAX_EVENTS,
+    TOUCH_FIELDS,
+    TOUCH_HIGH,
+    TOUCH_LOW,
+    Event,
+    EventKind,
+    Floats,
+    LinkState,
+    Touch,
+)
 from remote_site.finger_identification import FingerIdentification, FingerSample, FingerTouch
 from remote_site.material_evidence import MaterialEvidence
 from remote_site.material_table import MaterialTable
@@ -58,7 +69,14 @@ class Perception:
                 self._event_count += 1
                 kind = EventKind[event.kind.upper()]
                 happened.append(
-                    Event(self._event_count, kind, finger, round(sensed.time_s * 1e9), float(event.value), event.name)
+                    Event(
+                        self._event_count,
+                        kind,
+                        finger,
+                        round(sensed.time_s * 1e9),
+                        _sendable(event.value),
+                        event.name,
+                    )
                 )
         self._events.extend(happened)
         while self._events and sensed.time_s - self._events[0].time_ns * 1e-9 > HISTORY_S:
@@ -102,3 +120,8 @@ def _row(touch: FingerTouch) -> tuple[float, ...]:
         thermal.probability,
         float(thermal.status),
     )
+
+
+def _sendable(value: float) -> float:
+    """An event's value within what a packet may carry."""
+    return min(max(float(value), 0.0), EVENT_MAX)

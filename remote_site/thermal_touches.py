@@ -1,12 +1,17 @@
 """A recorded touch as the online identification meets it: start, ambient, readings in contact."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from remote_site.traces import ThermalTrace
 
 BEFORE = 5
-"""Readings before contact averaged into the plate's start temperature (50 ms)."""
+"""Readings averaged into one value of the plate before contact (50 ms)."""
+WARMING = 25
+"""Readings before contact that tell how fast the plate was still warming up (0.25 s)."""
+SSR_LAG_S = 0.3
+"""A typical sensor is this far behind its plate: a plate met while it warms up is warmer than it reads."""
+READING_S = 0.01
 AMBIENT = 50
 """Readings before contact averaged into the ambient temperature (0.5 s)."""
 
@@ -28,6 +33,22 @@ class RecordedTouch:
             yield float(trace.time_s[k]) - self.contact_s, float(trace.sensor_c[k]), float(trace.force_n[k])
 
 
+def plate_at_contact_c(before_c: Sequence[float]) -> float:
+    """The plate at contact, C, from at most WARMING readings of a free sensor just before it, oldest first.
+
+    Raises:
+        ValueError: there is no reading.
+    """
+    if not before_c:
+        raise ValueError("no reading before contact")
+    newest = before_c[-BEFORE:]
+    start_c = sum(newest) / len(newest)
+    if len(before_c) < WARMING:
+        return start_c
+    oldest_c = sum(before_c[:BEFORE]) / BEFORE
+    return start_c + SSR_LAG_S * (start_c - oldest_c) / ((len(before_c) - BEFORE) * READING_S)
+
+
 def find_touch(trace: ThermalTrace) -> RecordedTouch | None:
     """The first contact of a trace; None where there is none.
 
@@ -41,6 +62,6 @@ def find_touch(trace: ThermalTrace) -> RecordedTouch | None:
         trace=trace,
         first=first,
         contact_s=float(trace.time_s[first]),
-        start_c=float(trace.sensor_c[max(first - BEFORE, 0) : max(first, 1)].mean()),
+        start_c=plate_at_contact_c(trace.sensor_c[max(first - WARMING, 0) : max(first, 1)].tolist()),
         ambient_c=None if around is None else float(around[max(first - AMBIENT, 0) : max(first, 1)].mean()),
     )

@@ -61,8 +61,8 @@ def _read(file: IO[bytes]) -> tuple[list[Metadata], Iterable[Recorded]]:
         reader = make_reader(file)
         if reader.get_summary() is not None:
             return list(reader.iter_metadata()), reader.iter_messages()
-    except McapError:
-        pass  # no index at its end: the process that wrote it did not close it
+    except (McapError, struct.error, OSError):
+        pass  # no index at its end, or not even room for one: the process that wrote it did not close it
     file.seek(0)
     return _read_cut(file)
 

@@ -12,10 +12,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from common.fingers import FINGERS
+from teletaction.convergence_figure import MOST_TOUCHES, convergence_figure
 from teletaction.figure_style import STYLE
 from teletaction.figures import (
-    MOST_TOUCHES,
-    convergence_figure,
     force_figure,
     modes_figure,
     session_figure,

@@ -57,5 +57,9 @@ def _rows(session: SessionCurves, site: str, series: Series, limits: type[IntFla
     for limit in limits:
         seconds = [float(lasted_s[(acted[:, finger] & limit.value) != 0].sum()) for finger in session.fingers]
         if any(seconds):
-            rows.append([site, str(limit.name).lower().replace("_", " "), *(shown(value) for value in seconds)])
+            rows.append([site, str(limit.name).lower().replace("_", " "), *(_seconds(value) for value in seconds)])
     return rows
+
+
+def _seconds(value: float) -> str:
+    return "&lt; 0.01" if 0.0 < value < 0.01 else shown(value)

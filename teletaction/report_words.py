@@ -38,38 +38,36 @@ def verdict(answer: Any, true: Any) -> str:
     return _RIGHT if answer == true else _WRONG
 
 
-def _marked(word: str) -> str:
+def _judged(contact: Mapping[str, Any], name: str) -> str:
+    """An answer and whether it is right, or that there is none."""
+    answer = contact.get(name)
+    word = verdict(answer, contact.get("true_material"))
     sign = {_RIGHT: "✓", _WRONG: "✗", _SILENT: "–"}[word]
-    return f'<span class="{word.replace(" ", "-")}">{sign} {word}</span>'
+    mark = f'<span class="{word.replace(" ", "-")}">{sign}&nbsp;{word}</span>'
+    return mark if answer is None else f"{shown(answer)} {mark}"
 
 
 def contacts_table(contacts: Sequence[Mapping[str, Any]]) -> str:
     """Each contact with what was true and what was told."""
-    head = ["#", "finger", "object", "true material", "told", "", "status", "likeliest", "probability"]
-    head += ["named after (s)", "held (s)", "object, true (°C)", "object, estimated (°C)", "paper's answer", ""]
+    head = ["finger", "object", "true material", "told", "status", "likeliest", "probability", "named after (s)"]
+    head += ["held (s)", "object, true (°C)", "estimated (°C)", "paper's answer"]
     rows = []
-    for number, contact in enumerate(contacts, 1):
-        true = contact.get("true_material")
-        status = shown(contact.get("status"))
-        reason = contact.get("reason")
-        spread = contact.get("object_c_sd")
+    for contact in contacts:
+        status, reason, spread = shown(contact.get("status")), contact.get("reason"), contact.get("object_c_sd")
         rows.append(
             [
-                str(number),
                 shown(contact.get("finger")),
                 shown(contact.get("object")),
-                shown(true),
-                shown(contact.get("material")),
-                _marked(verdict(contact.get("material"), true)),
+                shown(contact.get("true_material")),
+                _judged(contact, "material"),
                 f"{status} <small>({escape(str(reason))})</small>" if reason else status,
                 shown(contact.get("best")),
                 shown(contact.get("probability")),
                 shown(contact.get("seconds")),
                 shown(contact.get("held_s")),
                 shown(contact.get("true_object_c")),
-                shown(contact.get("object_c")) + ("" if spread is None else f" ± {shown(spread)}"),
-                shown(contact.get("paper_material")),
-                _marked(verdict(contact.get("paper_material"), true)),
+                shown(contact.get("object_c")) + ("" if spread is None else f"&nbsp;±&nbsp;{shown(spread)}"),
+                _judged(contact, "paper_material"),
             ]
         )
     return table(head, rows)
@@ -119,10 +117,10 @@ def histogram_table(times_s: Sequence[float], edges_ms: Sequence[float], name: s
     counts = [sum(low <= 1e3 * t < high for t in times_s) for low, high in pairwise(edges)]
     between = [f"{low:g} to {high:g}" for low, high in pairwise(edges_ms)]
     labels = [f"below {edges_ms[0]:g}", *between, f"{edges_ms[-1]:g} and more"]
+    used = [place for place, count in enumerate(counts) if count]
     rows = [
         [label, str(count), f'<span class="bar" style="width:{160 * count / max(counts):.0f}px"></span>']
-        for label, count in zip(labels, counts, strict=True)
-        if count or label[0].isdigit()
+        for label, count in list(zip(labels, counts, strict=True))[used[0] : used[-1] + 1]
     ]
     return table(("ms", "count", ""), rows, name)
 

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from common.fingers import FINGERS, chosen_fingers
 from teletaction.session_data import Floats, Series, SessionData
@@ -157,12 +156,6 @@ def held_s(time_s: Floats) -> Floats:
         return np.zeros(len(time_s))
     gaps = np.diff(time_s)
     return np.append(np.minimum(gaps, 5 * np.median(gaps)), 0.0)
-
-
-def engaged_mask(rendered: Series) -> NDArray[np.bool_]:
-    """Ticks at which the operator site was engaged."""
-    engaged = rendered.values.get("engaged")
-    return np.zeros(len(rendered), dtype=np.bool_) if engaged is None else engaged > 0
 
 
 def _touches(events: Iterable[Mapping[str, Any]], zero_s: float, end_s: float) -> list[Touch]:

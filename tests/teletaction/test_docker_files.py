@@ -1,7 +1,9 @@
 """The configurations that ship for containers: they load, and their addresses and ports fit each other."""
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 from pydantic import BaseModel
@@ -12,8 +14,8 @@ ROOT = Path(__file__).parents[2]
 DOCKER = ROOT / "docker"
 
 
-def ports(addresses: dict[str, str]) -> dict[str, int]:
-    return {finger: int(address.rsplit(":", 1)[1]) for finger, address in addresses.items()}  # type: ignore[misc]
+def ports(addresses: Mapping[Any, str]) -> dict[str, int]:
+    return {finger: int(address.rsplit(":", 1)[1]) for finger, address in addresses.items()}
 
 
 def test_the_sites_look_for_the_devices_where_the_simulators_serve_them() -> None:
