@@ -34,7 +34,8 @@ SCHEMAS: dict[str, dict[str, object]] = {
     "operator/rendered": {
         "type": "array",
         "description": "[engaged, touch age_s, force_n x 5, motor_rpm x 5, plate_set_c x 5, peltier x 5, limits x 5, "
-        "fault or null, x_m, y_m, z_m x 5, plate_c x 5, touch sequence]: what left for the devices, and its input",
+        "fault or null, x_m, y_m, z_m x 5, plate_c x 5, touch sequence, written_s]: what left for the devices when, "
+        "and its input",
     },
     "operator/skin": {"type": "array", "description": "[felt_c x 5, surface_c x 5, flux_w_m2 x 5] of the skin model"},
     "operator/played": {"type": "array", "description": "[event id, kind, finger]: impulse begun"},
@@ -165,6 +166,7 @@ class OperatorSite:
             hand.z_m,
             plate_c,
             None if touch is None else touch.sequence,
+            time.monotonic(),
         ]
         recorder.write("operator/rendered", now_ns, msgpack.packb(rendered))
         if motion is not None:

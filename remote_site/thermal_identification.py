@@ -145,6 +145,8 @@ class ThermalIdentification:
         decided = self.answer.status is not ThermalStatus.DECIDING
         status = self.answer.status if decided else ThermalStatus.UNIDENTIFIABLE
         self.answer = replace(self.answer, status=status, reason=self.answer.reason or reason)
+        if not decided:  # half a course says nothing about the object's temperature
+            self.answer = replace(self.answer, object_c=None, object_c_sd=None)
 
     def release(self) -> None:
         """Forget the touch: the finger is free."""

@@ -51,7 +51,8 @@ def _remote(config: RemoteConfig) -> list[Finding]:
         _check("calibrated tables", lambda: ", ".join(load_tables(config)[0].names())),
         _clock(),
     ]
-    for kind, addresses in ((DeviceKind.TEXTURE_SENSOR, config.texture), (DeviceKind.THERMAL_SENSOR, config.thermal_sensors)):
+    sensors = {DeviceKind.TEXTURE_SENSOR: config.texture, DeviceKind.THERMAL_SENSOR: config.thermal_sensors}
+    for kind, addresses in sensors.items():
         findings += [_device(kind, finger, address) for finger, address in addresses.items()]
     frames = ("HandPoseMeasured", "FingerHeightsMeasured", "ContactForces")
     return [*findings, _can("telemanipulator", config.telemanipulator, frames)]
@@ -75,9 +76,10 @@ def _check(what: str, look: Callable[[], str]) -> Finding:
 
 
 def _trusted(keys: Path) -> str:
-    names = TrustedKeys(keys).names()
+    trusted = TrustedKeys(keys)
+    names = trusted.names()
     if not names:
-        raise ValueError(f"{TrustedKeys(keys).file}: nobody is trusted; `teletaction keys trust NAME KEY --keys {keys}`")
+        raise ValueError(f"{trusted.file}: nobody is trusted; `teletaction keys trust NAME KEY --keys {keys}`")
     return ", ".join(f"{name} {fingerprint(key)}" for key, name in names.items())
 
 

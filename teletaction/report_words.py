@@ -129,7 +129,7 @@ def latency_table(latency_ms: Mapping[str, Any]) -> str:
     """Delays of the session beside a bare ping of the same size in the same run, ms."""
     names = {
         "contact_to_motor": "contact at the sensor to motor command in the module",
-        "link_one_way": "touch packet, from its source time to the operator tick that used it",
+        "link_one_way": "touch packet, from its source time until its rendering left for the modules",
         "bare_curve_ping": "bare CURVE ping of the same size, there and back",
     }
     rows = [

@@ -1,6 +1,6 @@
 """A session cut into what a picture shows: curves of one finger, spans of one mode, touches of one object."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from common.fingers import FINGERS, chosen_fingers
 from teletaction.session_data import Floats, Series, SessionData
+from teletaction.true_touches import Touch, true_touches
 
 SHORTEST_TOUCH_S = 1.0
 """A shorter touch is a tap: nobody asks it for a material."""
@@ -30,18 +31,6 @@ class Curve:
         first = np.linspace(0, count, bins, endpoint=False).astype(int)
         low, high = np.fmin.reduceat(self.value, first), np.fmax.reduceat(self.value, first)
         return Curve(np.repeat(self.time_s[first], 2), np.column_stack((low, high)).ravel())
-
-
-@dataclass(frozen=True, slots=True)
-class Touch:
-    """A true contact of one finger with an object; times in s since the session's start."""
-
-    finger: int
-    thing: str
-    material: str
-    object_c: float
-    start_s: float
-    end_s: float
 
 
 @dataclass(slots=True)
@@ -94,7 +83,7 @@ class SessionCurves:
         zero_s = float(data.rendered.time_s[engaged[0]]) if len(engaged) else first_s
         shown_s = (max(first_s - zero_s, -1.0), max(last_s - zero_s, 1e-3))
         used = tuple(FINGERS.index(name) for name in chosen_fingers(fingers))
-        return cls(data, used, zero_s, shown_s, tuple(_touches(data.truth_events, zero_s, shown_s[1])))
+        return cls(data, used, zero_s, shown_s, tuple(true_touches(data.truth_events, shown_s[1], zero_s)))
 
     def curve(self, series: Series, name: str, finger: int) -> Curve | None:
         """One finger's values of one field; None when nothing was recorded."""
@@ -156,28 +145,6 @@ def held_s(time_s: Floats) -> Floats:
         return np.zeros(len(time_s))
     gaps = np.diff(time_s)
     return np.append(np.minimum(gaps, 5 * np.median(gaps)), 0.0)
-
-
-def _touches(events: Iterable[Mapping[str, Any]], zero_s: float, end_s: float) -> list[Touch]:
-    """Each contact with its release; one that never ended ends with the recording."""
-    found: list[Touch] = []
-    open_touches: dict[int, tuple[Mapping[str, Any], float]] = {}
-
-    def close(finger: int, at_s: float) -> None:
-        if finger in open_touches:
-            event, start_s = open_touches.pop(finger)
-            object_c = _number(event.get("object_c"))
-            found.append(Touch(finger, str(event["object"]), str(event["material"]), object_c, start_s, at_s))
-
-    for event in events:
-        at_s = event["time_s"] - zero_s
-        if event["kind"] in ("contact", "release"):
-            close(event["finger"], at_s)
-        if event["kind"] == "contact":
-            open_touches[event["finger"]] = (event, at_s)
-    for finger in list(open_touches):
-        close(finger, max(end_s, open_touches[finger][1]))
-    return sorted(found, key=lambda touch: (touch.start_s, touch.finger))
 
 
 def _number(value: Any) -> float:

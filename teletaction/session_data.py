@@ -10,7 +10,7 @@ import numpy as np
 from mcap.reader import make_reader
 from numpy.typing import NDArray
 
-from common.messages import TOUCH_COLUMN, Touch
+from common.messages import TOUCH_COLUMN, N, Touch
 
 Floats = NDArray[np.float64]
 
@@ -111,7 +111,7 @@ _THERMAL = (
 )
 _EVENT = ("ident", "kind", "finger", "time_ns", "value", "name")
 _RENDERED = {"engaged": 0, "age_s": 1, "force_n": 2, "motor_rpm": 3, "plate_set_c": 4, "peltier": 5, "limits": 6,
-             "x_m": 8, "z_m": 10, "plate_c": 11, "sequence": 12}  # fmt: skip
+             "x_m": 8, "z_m": 10, "plate_c": 11, "sequence": 12, "written_s": 13}  # fmt: skip
 _GATE = {"x_m": 0, "z_m": 2, "heater": 3, "limits": 4}
 _SKIN = {"felt_c": 0, "surface_c": 1, "flux_w_m2": 2}
 
@@ -130,7 +130,7 @@ def _maps(time_s: list[float], maps: list[dict[str, Any]]) -> Series:
 
 
 def _touches(time_s: list[float], touches: list[Touch]) -> Series:
-    blocks = np.array([touch.block for touch in touches], dtype=np.float64).reshape(len(touches), -1, len(TOUCH_COLUMN))
+    blocks = np.array([touch.block for touch in touches], dtype=np.float64).reshape(len(touches), N, len(TOUCH_COLUMN))
     values = {name: blocks[:, :, column] for name, column in TOUCH_COLUMN.items()}
     values["sequence"] = _array([touch.sequence for touch in touches])
     values["state"] = _array([int(touch.state) for touch in touches])

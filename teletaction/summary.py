@@ -11,6 +11,7 @@ from common.limits import MOTOR_STILL_S
 from common.messages import EventKind, ExplorationMode, ThermalStatus
 from teletaction.demo_files import DemoOptions
 from teletaction.session_data import Floats, SessionData
+from teletaction.true_touches import Touch, true_touches
 
 MODES = tuple(mode.name.lower() for mode in ExplorationMode)
 SHORTEST_CONTACT_S = 1.0
@@ -85,28 +86,26 @@ def contacts(data: SessionData) -> list[dict[str, Any]]:
     """Each touch that lasted at least SHORTEST_CONTACT_S, with what was true and what was answered."""
     found = []
     for touch in _touches(data):
-        if touch["end_s"] - touch["time_s"] < SHORTEST_CONTACT_S:
+        if touch.end_s - touch.start_s < SHORTEST_CONTACT_S:
             continue
-        answers = [
-            a for a in data.thermal.get(touch["finger"], []) if touch["time_s"] + 0.05 < a["time_s"] < touch["end_s"]
-        ]
+        answers = [a for a in data.thermal.get(touch.finger, []) if touch.start_s + 0.05 < a["time_s"] < touch.end_s]
         last = answers[-1] if answers else {}
         status = ThermalStatus(last.get("status", 0))
         named = next((a["time_s"] for a in answers if a["status"] == ThermalStatus.IDENTIFIED), None)
-        paper = [a["exponential_material"] for a in answers if a["time_s"] <= touch["time_s"] + PAPER_S]
+        paper = [a["exponential_material"] for a in answers if a["time_s"] <= touch.start_s + PAPER_S]
         found.append(
             {
-                "finger": FINGERS[touch["finger"]],
-                "object": touch["object"],
-                "true_material": touch["material"],
+                "finger": FINGERS[touch.finger],
+                "object": touch.thing,
+                "true_material": touch.material,
                 "material": last.get("best") if status is ThermalStatus.IDENTIFIED else None,
                 "best": last.get("best"),
                 "status": status.name.lower(),
                 "reason": last.get("reason"),
                 "probability": _rounded(last.get("probability"), 4),
-                "seconds": None if named is None else round(named - touch["time_s"], 2),
-                "held_s": round(touch["end_s"] - touch["time_s"], 2),
-                "true_object_c": round(touch["object_c"], 2),
+                "seconds": None if named is None else round(named - touch.start_s, 2),
+                "held_s": round(touch.end_s - touch.start_s, 2),
+                "true_object_c": round(touch.object_c, 2),
                 "object_c": _rounded(last.get("object_c"), 2),
                 "object_c_sd": _rounded(last.get("object_c_sd"), 2),
                 "paper_material": paper[-1] if paper else None,
@@ -209,27 +208,19 @@ def contact_to_motor_s(data: SessionData) -> list[float]:
 
 
 def one_way_s(data: SessionData) -> list[float]:
-    """From a touch packet's source time to the operator tick that consumed it, s (one machine, one clock)."""
+    """From a touch packet's source time to its rendering having left for the modules, s (one machine, one clock)."""
     if not len(data.rendered) or not len(data.touch):
         return []
     sequence = data.rendered["sequence"]
     first = np.flatnonzero(np.diff(sequence, prepend=np.nan) > 0)
     sent = dict(zip(data.touch["sequence"].tolist(), data.touch.time_s.tolist(), strict=True))
     return [
-        float(data.rendered.time_s[i] - sent[sequence[i]]) for i in first.tolist() if sequence[i] in sent
+        float(data.rendered["written_s"][i] - sent[sequence[i]]) for i in first.tolist() if sequence[i] in sent
     ]  # fmt: skip
 
 
-def _touches(data: SessionData) -> list[dict[str, Any]]:
-    """True contacts with their end; one that never ended ends with the recording."""
-    end_s = float(data.contact.time_s[-1]) if len(data.contact) else 0.0
-    found = []
-    for number, event in enumerate(data.truth_events):
-        if event["kind"] == "contact":
-            later = data.truth_events[number + 1 :]
-            release = next((e["time_s"] for e in later if _is(e, event["finger"], "release")), end_s)
-            found.append({**event, "end_s": release})
-    return found
+def _touches(data: SessionData) -> list[Touch]:
+    return true_touches(data.truth_events, float(data.contact.time_s[-1]) if len(data.contact) else 0.0)
 
 
 def _is(event: Mapping[str, Any], finger: int, kind: str) -> bool:
@@ -249,14 +240,14 @@ def _match(crossed_s: list[float], played_s: list[float]) -> tuple[list[bool], l
 
 
 def _object_under(
-    touches: list[dict[str, Any]], crossed: list[tuple[float, str]], finger: int, time_s: float
+    touches: list[Touch], crossed: list[tuple[float, str]], finger: int, time_s: float
 ) -> str:
     """Name for an impulse without a groove: the grooved zone crossed last in this touch, else the touched object."""
-    touch = next((t for t in touches if t["finger"] == finger and t["time_s"] <= time_s <= t["end_s"] + 0.1), None)
+    touch = next((t for t in touches if t.finger == finger and t.start_s <= time_s <= t.end_s + 0.1), None)
     if touch is None:
         return "nothing"
-    before = [thing for t, thing in crossed if touch["time_s"] <= t <= time_s]
-    return before[-1] if before else str(touch["object"])
+    before = [thing for t, thing in crossed if touch.start_s <= t <= time_s]
+    return before[-1] if before else touch.thing
 
 
 def _lasting(condition: "np.ndarray[Any, np.dtype[np.bool_]]", time_s: Floats, least_s: float) -> Any:

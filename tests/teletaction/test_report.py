@@ -52,7 +52,8 @@ def session(thing: str = "block") -> SessionData:
     return SessionData(
         touch=Series(time_s, {"mode": 2 * five, "contact_force_n": five, "sequence": np.arange(200.0)}),
         rendered=Series(time_s, {"engaged": (time_s >= 100.5).astype(float), "motor_rpm": 3000 * five, "force_n": five,
-                                 "plate_set_c": plates, "limits": 32 * five, "sequence": np.arange(200.0)}),
+                                 "plate_set_c": plates, "limits": 32 * five, "sequence": np.arange(200.0),
+                                 "written_s": time_s + 0.001}),
         gate=Series(time_s, {"limits": 128 * five}),
         fingertips=Series(time_s, {"motor_rpm": 2900 * five, "plate_c": plates, "felt_c": plates, "force_n": five}),
         contact=Series(time_s, {"mode": 2 * five, "force_n": five, "plate_c": plates}),
