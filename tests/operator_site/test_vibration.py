@@ -91,7 +91,7 @@ def test_free_ends_everything():
 
 def test_floor_has_hysteresis():
     finger = FingerVibration()
-    level = [0.45, 0.55, 0.45, 0.35, 0.45]
+    level = [0.30, 0.40, 0.30, 0.20, 0.30]
     shown = [
         finger.step(i * DT, ExplorationMode.STROKING, share * MOTOR_FLOOR_RPM * RPM_TO_RAD_S / 2000.0, 0.0, surface=PVC)
         for i, share in enumerate(level)
