@@ -5,6 +5,9 @@ from collections import deque
 
 WINDOW_S = 0.016
 """Length of the differencing window, s: one step of 0.02 mm of the hand's position is 1.25 mm/s over it."""
+LEAST = 3
+LONGEST_S = 0.1
+"""Samples that a speed needs at least, and how far back they may lie when the loop was late, s."""
 
 
 class MotionEstimate:
@@ -32,9 +35,10 @@ class MotionEstimate:
         if track and not t_s > track[-1][0]:
             track.clear()
         track.append((t_s, x_m, y_m, z_m))
-        while t_s - track[0][0] > WINDOW_S + 1e-4:
+        # A late tick must not leave the window empty: three samples say more than none, unless they are old.
+        while t_s - track[0][0] > (WINDOW_S if len(track) > LEAST else LONGEST_S) + 1e-4:
             track.popleft()
-        if len(track) < 3:
+        if len(track) < LEAST:
             self.speed_m_s = self.approach_m_s = 0.0
             return
         old_t, old_x, old_y, old_z = track[0]
