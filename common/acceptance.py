@@ -39,9 +39,7 @@ class Acceptance:
     """Age of the last accepted packet when it was accepted."""
     _sequence: int = -1
 
-    def accept(
-        self, packet: Stamped, session: int, now_ns: int, offset_ns: int, uncertainty_ns: int | None
-    ) -> bool:
+    def accept(self, packet: Stamped, session: int, now_ns: int, offset_ns: int, uncertainty_ns: int | None) -> bool:
         """Judge one decoded packet.
 
         Args:
@@ -63,9 +61,7 @@ class Acceptance:
         self.received += 1
         return True
 
-    def _judge(
-        self, packet: Stamped, session: int, now_ns: int, offset_ns: int, uncertainty_ns: int | None
-    ) -> str:
+    def _judge(self, packet: Stamped, session: int, now_ns: int, offset_ns: int, uncertainty_ns: int | None) -> str:
         if packet.session != session:
             return "session"
         if packet.sequence <= self._sequence:

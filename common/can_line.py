@@ -29,8 +29,10 @@ class CanAddress(BaseModel):
     port: int = Field(default=29536, ge=1, le=65535)
 
     def __str__(self) -> str:
-        return f"{self.interface}://{self.host}:{self.port}/{self.channel}" if self.interface == "socketcand" else (
-            f"{self.interface}:{self.channel}"
+        return (
+            f"{self.interface}://{self.host}:{self.port}/{self.channel}"
+            if self.interface == "socketcand"
+            else (f"{self.interface}:{self.channel}")
         )
 
     def open(self) -> can.BusABC:

@@ -140,9 +140,7 @@ class Motion:
     def encode(self) -> bytes:
         """Packet bytes; raises BadPacket on a value out of range."""
         _check_block(self.block, _MOTION_LOW, _MOTION_HIGH, MOTION_FIELDS)
-        return _pack(
-            [SCHEMA_VERSION, self.session, self.sequence, self.time_ns, int(self.state), self.block.tobytes()]
-        )
+        return _pack([SCHEMA_VERSION, self.session, self.sequence, self.time_ns, int(self.state), self.block.tobytes()])
 
     @classmethod
     def decode(cls, packet: bytes) -> "Motion":
@@ -291,9 +289,7 @@ class Answer:
     def decode(cls, packet: bytes) -> "Answer":
         """Check and unpack; raises BadPacket."""
         _, session, sequence, time_ns, refused, details = _unpack(packet, 6)
-        return cls(
-            *_header(session, sequence, time_ns), _text(refused, "refused", LONGEST_REFUSAL), _details(details)
-        )
+        return cls(*_header(session, sequence, time_ns), _text(refused, "refused", LONGEST_REFUSAL), _details(details))
 
 
 _packer = msgpack.Packer(use_bin_type=True)

@@ -133,9 +133,7 @@ class ThermalReading:
 
     def encode(self) -> bytes:
         """Payload bytes."""
-        return self.LAYOUT.pack(
-            self.device_time_us & 0xFFFFFFFF, self.plate_counts, self.ambient_counts, self.flags
-        )
+        return self.LAYOUT.pack(self.device_time_us & 0xFFFFFFFF, self.plate_counts, self.ambient_counts, self.flags)
 
     @classmethod
     def decode(cls, payload: bytes) -> "ThermalReading":
@@ -220,9 +218,7 @@ class TactTipState:
 
     def encode(self) -> bytes:
         """Payload bytes."""
-        return self.LAYOUT.pack(
-            self.device_time_us & 0xFFFFFFFF, self.plate_counts, self.hot_side_counts, self.flags
-        )
+        return self.LAYOUT.pack(self.device_time_us & 0xFFFFFFFF, self.plate_counts, self.hot_side_counts, self.flags)
 
     @classmethod
     def decode(cls, payload: bytes) -> "TactTipState":

@@ -140,9 +140,15 @@ class SessionClient:
     def _beat(self, now_ns: int) -> None:
         self._sequence += 1
         beat = Heartbeat(
-            self.session.ident, self._sequence, now_ns, self.session.state, now_ns, 0, self.clock.offset_ns,
+            self.session.ident,
+            self._sequence,
+            now_ns,
+            self.session.state,
+            now_ns,
+            0,
+            self.clock.offset_ns,
             self.clock.uncertainty_ns or 0,
-        )  # fmt: skip
+        )
         self.link.send("heartbeat", beat.encode())
 
     def _heartbeat(self, packet: bytes, now_ns: int) -> None:

@@ -82,9 +82,15 @@ class SessionServer:
         self._heard_ns = now_ns
         self._offset_ns, self._uncertainty_ns = beat.offset_ns, beat.uncertainty_ns or None
         answer = Heartbeat(
-            beat.session, beat.sequence, now_ns, self.session.state, beat.sent_ns, now_ns, beat.offset_ns,
+            beat.session,
+            beat.sequence,
+            now_ns,
+            self.session.state,
+            beat.sent_ns,
+            now_ns,
+            beat.offset_ns,
             beat.uncertainty_ns,
-        )  # fmt: skip
+        )
         self.link.answer("heartbeat", who, answer.encode())
 
     def _control(self, who: bytes, packet: bytes, now_ns: int, ready: str) -> None:

@@ -232,10 +232,22 @@ class HandPlan:
         to_z = self._z if to_z is None else to_z
         self.segments.append(
             Segment(
-                act, self._at, self.seconds, seconds, self._x, x_m, self._y, y_m, speed_m_s,
-                self._z, to_z, self._contact_s, release_s, self._tap_x,
+                act,
+                self._at,
+                self.seconds,
+                seconds,
+                self._x,
+                x_m,
+                self._y,
+                y_m,
+                speed_m_s,
+                self._z,
+                to_z,
+                self._contact_s,
+                release_s,
+                self._tap_x,
             )
-        )  # fmt: skip
+        )
         self._x, self._y, self._z = x_m, y_m, to_z
         self.seconds += seconds
 

@@ -44,9 +44,11 @@ def convergence_figure(session: SessionCurves) -> Figure | None:
             upper.set_ylabel("probability")
             lower.set_ylabel("object (°C)")
         lower.set_xlabel("s since contact")
-    keys = [*finger_keys(session.fingers, FINGERS),
-            Line2D([], [], color=BLACK, linewidth=2.4, label="true temperature"),
-            Line2D([], [], color=BLACK, marker="o", linestyle="none", label="named here")]  # fmt: skip
+    keys = [
+        *finger_keys(session.fingers, FINGERS),
+        Line2D([], [], color=BLACK, linewidth=2.4, label="true temperature"),
+        Line2D([], [], color=BLACK, marker="o", linestyle="none", label="named here"),
+    ]
     margins.legend(keys)
     return figure
 
@@ -78,8 +80,14 @@ def _draw_converging(session: SessionCurves, shared: SharedTouch, upper: Axes, l
     told = ", ".join(f"{count} × {what}" for what, count in said.most_common())
     title: dict[str, Any] = {"loc": "left", "fontsize": 9.0, "fontweight": "bold", "pad": 30}
     upper.set_title(_fitted(f"{shared.thing}, at {shared.start_s:.0f} s"), **title)
-    upper.annotate(f"{_fitted('true: ' + true)}\n{_fitted('told: ' + told)}", (0, 1), xytext=(0, 4), fontsize=8.5,
-                   xycoords="axes fraction", textcoords="offset points")  # fmt: skip
+    upper.annotate(
+        f"{_fitted('true: ' + true)}\n{_fitted('told: ' + told)}",
+        (0, 1),
+        xytext=(0, 4),
+        fontsize=8.5,
+        xycoords="axes fraction",
+        textcoords="offset points",
+    )
     upper.set_ylim(-0.04, 1.08)
     upper.set_yticks([0, 0.5, 1])
     upper.tick_params(labelbottom=False)

@@ -15,8 +15,9 @@ _TIME = "time since both sites engaged (s)"
 class Margins:
     """Margins in inches, which a figure of any height keeps, and the legend in the upper one."""
 
-    def __init__(self, figure: Figure, top_in: float = 0.4, right_in: float = 0.15, between_in: float = 0.12,
-                 rows: int = 1) -> None:  # fmt: skip
+    def __init__(
+        self, figure: Figure, top_in: float = 0.4, right_in: float = 0.15, between_in: float = 0.12, rows: int = 1
+    ) -> None:
         width_in, height_in = figure.get_size_inches()
         self._figure, self._left = figure, 1.05 / width_in
         inner_in = height_in - top_in - 0.5
@@ -31,8 +32,15 @@ class Margins:
 
     def legend(self, handles: Sequence[Artist]) -> None:
         """One line of keys at the top left."""
-        self._figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(self._left, 1.0), ncols=len(handles),
-                            borderaxespad=0.2, columnspacing=1.4, handlelength=1.8)  # fmt: skip
+        self._figure.legend(
+            handles=handles,
+            loc="upper left",
+            bbox_to_anchor=(self._left, 1.0),
+            ncols=len(handles),
+            borderaxespad=0.2,
+            columnspacing=1.4,
+            handlelength=1.8,
+        )
 
 
 def end_time_axis(axes: Axes, session: SessionCurves) -> None:
@@ -43,5 +51,8 @@ def end_time_axis(axes: Axes, session: SessionCurves) -> None:
 
 def nothing_recorded(session: SessionCurves, *fields: tuple[str, str]) -> bool:
     """Whether none of these fields (series, name) has a value for a finger in use."""
-    return all(session.curve(getattr(session.data, series), name, finger) is None
-               for series, name in fields for finger in session.fingers)  # fmt: skip
+    return all(
+        session.curve(getattr(session.data, series), name, finger) is None
+        for series, name in fields
+        for finger in session.fingers
+    )

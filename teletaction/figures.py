@@ -51,8 +51,14 @@ def session_figure(session: SessionCurves, finger: int) -> Figure:
     grid = {"left": 0.1, "right": 0.795, "top": 0.925, "bottom": 0.055, "hspace": 0.16}
     heights = (0.62, 1.0, 1.25, 1.25, 0.75, 1.05, 0.9)
     panels = figure.subplots(7, 1, sharex=True, height_ratios=heights, gridspec_kw=grid)
-    figure.suptitle(f"One session, {FINGERS[finger]} finger: what was touched, identified, shown and felt",
-                    x=0.1, y=0.985, ha="left", fontsize=13, fontweight="bold")  # fmt: skip
+    figure.suptitle(
+        f"One session, {FINGERS[finger]} finger: what was touched, identified, shown and felt",
+        x=0.1,
+        y=0.985,
+        ha="left",
+        fontsize=13,
+        fontweight="bold",
+    )
     modes, vibration, temperature, materials, probability, object_c, force = panels
     draw_modes(modes, session, (finger,), ("",) * len(FINGERS))
     draw_objects(modes, session, (finger,))
@@ -67,8 +73,13 @@ def session_figure(session: SessionCurves, finger: int) -> Figure:
     figure.align_ylabels(list(panels))
     aside = {"loc": "center left", "bbox_to_anchor": (1.005, 0.5), "borderaxespad": 0.0, "handlelength": 1.6}
     modes.legend(handles=mode_keys(), **aside, ncols=2, columnspacing=1.0)
-    materials.legend(handles=[Line2D([], [], color=BLACK, marker="s", markerfacecolor="none", linestyle="none",
-                                     label="true material"), *status_keys()], **aside)  # fmt: skip
+    materials.legend(
+        handles=[
+            Line2D([], [], color=BLACK, marker="s", markerfacecolor="none", linestyle="none", label="true material"),
+            *status_keys(),
+        ],
+        **aside,
+    )
     for axes in (vibration, temperature, object_c, force):
         label_once(axes, **aside, markerscale=2.5)
     end_time_axis(panels[-1], session)
@@ -135,8 +146,13 @@ def force_figure(session: SessionCurves) -> Figure | None:
     return figure
 
 
-def _rows(session: SessionCurves, draw: Callable[[Axes, SessionCurves, int], None], unit: str, row_in: float = _ROW_IN,
-          right_in: float = 0.15) -> Figure:  # fmt: skip
+def _rows(
+    session: SessionCurves,
+    draw: Callable[[Axes, SessionCurves, int], None],
+    unit: str,
+    row_in: float = _ROW_IN,
+    right_in: float = 0.15,
+) -> Figure:
     """One row a finger, one time axis, one legend."""
     count = len(session.fingers)
     figure = Figure(figsize=(WIDTH_IN, 1.3 + (row_in + 0.12) * count))

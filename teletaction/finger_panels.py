@@ -161,8 +161,14 @@ def draw_materials(axes: Axes, session: SessionCurves, finger: int) -> None:
             axes.broken_barh([frame[0]], frame[1], facecolors="none", edgecolor=BLACK, linewidth=1.2)
     for number, colour in STATUS_COLOURS.items():
         mine = [row for row in rows if row["status"] == number and row["best"] in place]
-        axes.plot([row["time_s"] - session.zero_s for row in mine], [place[row["best"]] for row in mine], "|",
-                  color=colour, markersize=6.5, markeredgewidth=2.2)  # fmt: skip
+        axes.plot(
+            [row["time_s"] - session.zero_s for row in mine],
+            [place[row["best"]] for row in mine],
+            "|",
+            color=colour,
+            markersize=6.5,
+            markeredgewidth=2.2,
+        )
 
 
 def draw_object_c(axes: Axes, session: SessionCurves, finger: int) -> None:
@@ -172,13 +178,26 @@ def draw_object_c(axes: Axes, session: SessionCurves, finger: int) -> None:
     touches = [t for t in session.touches if t.finger == finger]
     seen: list[float] = [t.object_c for t in touches if np.isfinite(t.object_c)]
     for number, touch in enumerate(touches):
-        axes.plot([touch.start_s, touch.end_s], [touch.object_c] * 2, color=BLACK, linewidth=2.4, solid_capstyle="butt",
-                  label="true" if number == 0 else None)  # fmt: skip
+        axes.plot(
+            [touch.start_s, touch.end_s],
+            [touch.object_c] * 2,
+            color=BLACK,
+            linewidth=2.4,
+            solid_capstyle="butt",
+            label="true" if number == 0 else None,
+        )
     if status is not None and estimate is not None and deviation is not None:
         answered = np.isin(status.value, ANSWERING)
         value = np.where(answered, estimate.value, np.nan)
-        axes.fill_between(estimate.time_s, value - deviation.value, value + deviation.value, color=GREEN, alpha=0.25,
-                          linewidth=0, label="± standard deviation")  # fmt: skip
+        axes.fill_between(
+            estimate.time_s,
+            value - deviation.value,
+            value + deviation.value,
+            color=GREEN,
+            alpha=0.25,
+            linewidth=0,
+            label="± standard deviation",
+        )
         axes.plot(estimate.time_s, value, color=GREEN, linewidth=1.6, label="estimated by the remote site")
         seen += np.percentile(value[np.isfinite(value)], (5, 95)).tolist() if np.isfinite(value).any() else []
         if paper is not None:

@@ -44,9 +44,7 @@ def merge_recordings(recordings: list[Path], out: Path) -> dict[str, int]:
                     channels[channel.topic] = writer.register_channel(
                         channel.topic, channel.message_encoding, schema_id
                     )
-                writer.add_message(
-                    channels[channel.topic], message.log_time, message.data, message.publish_time
-                )  # fmt: skip
+                writer.add_message(channels[channel.topic], message.log_time, message.data, message.publish_time)
                 counts[channel.topic] = counts.get(channel.topic, 0) + 1
         finally:
             for f in files:

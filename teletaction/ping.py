@@ -1,6 +1,7 @@
 """A bare CurveZMQ ping between two processes: what the link's latency is compared with, in the same run."""
 
 import multiprocessing
+import signal
 import time
 from multiprocessing.connection import Connection
 from types import TracebackType
@@ -8,6 +9,7 @@ from types import TracebackType
 import zmq
 
 from common.messages import TOUCH_FIELDS, N
+from teletaction.processes import die_with_parent
 
 PACKET_BYTES = 4 * N * len(TOUCH_FIELDS) + 16
 """About the size of a touch packet without events."""
@@ -16,6 +18,9 @@ _SERVER_PUBLIC, _SERVER_SECRET = zmq.curve_keypair()
 
 
 def _echo(told: Connection) -> None:
+    die_with_parent()
+    # The launcher's own handler came along with the fork, and would keep this process.
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     context = zmq.Context()
     socket = context.socket(zmq.DEALER)
     socket.setsockopt(zmq.LINGER, 0)

@@ -15,10 +15,9 @@ _PR_SET_PDEATHSIG = 1
 _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 
 
-def _die_with_parent() -> None:
-    # In the child, before its program: a launcher that is killed must not leave a session running.
+def die_with_parent() -> None:
+    """In a child process: end when the launcher is gone, however it went, and leave Ctrl-C to the launcher alone."""
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
-    # Ctrl-C reaches the launcher alone, which ends the others in order.
     os.setsid()
 
 
@@ -37,7 +36,7 @@ class SessionProcesses:
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
-                preexec_fn=_die_with_parent,  # noqa: PLW1509 - the launcher has no other thread yet
+                preexec_fn=die_with_parent,  # noqa: PLW1509 - the launcher has no other thread yet
             )
 
     def ended(self) -> dict[str, int]:

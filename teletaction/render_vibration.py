@@ -69,8 +69,6 @@ def _samples(stroke: Path, table: SurfaceTable) -> Iterator[StrokeSample]:
             int(mode),
             speed_m_s,
             force_n,
-            Surface(
-                TAP_SPEED_PER_M_S, TAP_DECAY_PER_S, constants.k_stroke_v, constants.k_stroke_f, GROOVE_DECAY_PER_S
-            ),
+            Surface(TAP_SPEED_PER_M_S, TAP_DECAY_PER_S, constants.k_stroke_v, constants.k_stroke_f, GROOVE_DECAY_PER_S),
             events,
         )

@@ -102,8 +102,10 @@ def confusion_table(modes: Mapping[str, Any]) -> str:
 def impulses_table(impulses: Mapping[str, Any]) -> str:
     """Grooves crossed by the true fingertips against impulses shown, in all and by object."""
     counts = ("crossed", "played", "missed", "invented")
-    rows = [[shown(thing), *(shown(row.get(name)) for name in counts)]
-            for thing, row in (impulses.get("by_object") or {}).items()]  # fmt: skip
+    rows = [
+        [shown(thing), *(shown(row.get(name)) for name in counts)]
+        for thing, row in (impulses.get("by_object") or {}).items()
+    ]
     if any(impulses.get(name) for name in counts) or rows:
         rows.append(["<b>all</b>", *(f"<b>{shown(impulses.get(name))}</b>" for name in counts)])
     return table(("object", *counts), rows)
@@ -150,8 +152,17 @@ def process_table(summary: Mapping[str, Any]) -> str:
         loop = loops.get(name) or {}
         cells = [shown(loop.get(part), 3 if part == "cpu" else 1) for part in fields]
         rows.append([shown(name), *cells, shown(memory.get(name), 1)])
-    head = ("process", "period (ms)", "ticks", "late, median (µs)", "late, 99 % (µs)", "late, largest (µs)", "overruns",
-            "CPU (cores)", "memory (MiB)")  # fmt: skip
+    head = (
+        "process",
+        "period (ms)",
+        "ticks",
+        "late, median (µs)",
+        "late, 99 % (µs)",
+        "late, largest (µs)",
+        "overruns",
+        "CPU (cores)",
+        "memory (MiB)",
+    )
     return table(head, rows)
 
 

@@ -110,8 +110,20 @@ _THERMAL = (
     "stiffness_n_m",
 )
 _EVENT = ("ident", "kind", "finger", "time_ns", "value", "name")
-_RENDERED = {"engaged": 0, "age_s": 1, "force_n": 2, "motor_rpm": 3, "plate_set_c": 4, "peltier": 5, "limits": 6,
-             "x_m": 8, "z_m": 10, "plate_c": 11, "sequence": 12, "written_s": 13}  # fmt: skip
+_RENDERED = {
+    "engaged": 0,
+    "age_s": 1,
+    "force_n": 2,
+    "motor_rpm": 3,
+    "plate_set_c": 4,
+    "peltier": 5,
+    "limits": 6,
+    "x_m": 8,
+    "z_m": 10,
+    "plate_c": 11,
+    "sequence": 12,
+    "written_s": 13,
+}
 _GATE = {"x_m": 0, "z_m": 2, "heater": 3, "limits": 4}
 _SKIN = {"felt_c": 0, "surface_c": 1, "flux_w_m2": 2}
 

@@ -65,8 +65,10 @@ def summarise(
         "sensor_plate_c": _range(data.contact, "plate_c", used, ("max",)),
         "force_n": _range(data.fingertips, "force_n", used, ("max",)),
         "contact_force_n": _range(data.contact, "force_n", used, ("max",)),
-        "loop": {name: dict(status["loop"]) | {"cpu": round(usage.get(name, (0.0, 0.0))[0], 3)}
-                 for name, status in statuses.items()},  # fmt: skip
+        "loop": {
+            name: dict(status["loop"]) | {"cpu": round(usage.get(name, (0.0, 0.0))[0], 3)}
+            for name, status in statuses.items()
+        },
         "cpu_cores": round(sum(cpu for cpu, _ in usage.values()), 3),
         "rss_mib": {name: round(peak, 1) for name, (_, peak) in usage.items()},
         "packets": {
@@ -157,9 +159,7 @@ def impulses(data: SessionData) -> dict[str, Any]:
             row = by_object.setdefault(under, {"crossed": 0, "played": 0, "missed": 0, "invented": 0})
             row["played"] += 1
             row["invented"] += 1
-    total = {
-        name: sum(row[name] for row in by_object.values()) for name in ("crossed", "played", "missed", "invented")
-    }
+    total = {name: sum(row[name] for row in by_object.values()) for name in ("crossed", "played", "missed", "invented")}
     return {**total, "by_object": by_object}
 
 
@@ -169,8 +169,9 @@ def taps(data: SessionData) -> dict[str, int]:
     shown = [p for p in data.played if p["kind"] == EventKind.TAP]
     felt = 0
     for event in made:
-        mine = [p for p in shown if p["finger"] == event["finger"] and -_NOISE_S <= p["time_s"] - event["time_s"] < _FOLLOWS_S]
-        felt += bool(mine)
+        felt += any(
+            p["finger"] == event["finger"] and -_NOISE_S <= p["time_s"] - event["time_s"] < _FOLLOWS_S for p in shown
+        )
     return {"made": len(made), "played": felt}
 
 
@@ -214,9 +215,7 @@ def one_way_s(data: SessionData) -> list[float]:
     sequence = data.rendered["sequence"]
     first = np.flatnonzero(np.diff(sequence, prepend=np.nan) > 0)
     sent = dict(zip(data.touch["sequence"].tolist(), data.touch.time_s.tolist(), strict=True))
-    return [
-        float(data.rendered["written_s"][i] - sent[sequence[i]]) for i in first.tolist() if sequence[i] in sent
-    ]  # fmt: skip
+    return [float(data.rendered["written_s"][i] - sent[sequence[i]]) for i in first.tolist() if sequence[i] in sent]
 
 
 def _touches(data: SessionData) -> list[Touch]:
@@ -239,9 +238,7 @@ def _match(crossed_s: list[float], played_s: list[float]) -> tuple[list[bool], l
     return matched, left
 
 
-def _object_under(
-    touches: list[Touch], crossed: list[tuple[float, str]], finger: int, time_s: float
-) -> str:
+def _object_under(touches: list[Touch], crossed: list[tuple[float, str]], finger: int, time_s: float) -> str:
     """Name for an impulse without a groove: the grooved zone crossed last in this touch, else the touched object."""
     touch = next((t for t in touches if t.finger == finger and t.start_s <= time_s <= t.end_s + 0.1), None)
     if touch is None:
@@ -263,8 +260,12 @@ def _spread(seconds: list[float]) -> dict[str, float | int | None]:
         return {"p50": None, "p99": None, "max": None, "count": 0}
     ms = np.array(seconds) * 1e3
     p50, p99 = np.percentile(ms, (50, 99))
-    return {"p50": round(float(p50), 3), "p99": round(float(p99), 3), "max": round(float(ms.max()), 3),
-            "count": len(seconds)}  # fmt: skip
+    return {
+        "p50": round(float(p50), 3),
+        "p99": round(float(p99), 3),
+        "max": round(float(ms.max()), 3),
+        "count": len(seconds),
+    }
 
 
 def _range(series: Any, name: str, used: list[int], ends: tuple[str, ...]) -> dict[str, float | None]:

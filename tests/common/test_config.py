@@ -74,7 +74,7 @@ def write(folder: Path, text: str) -> Path:
         ('index = "socket://sim:7001"', 'index = "/dev/ttyUSB0"', None, "/dev/ttyUSB0 is given to two devices"),
         ('profile = "comfort"', "max_stiffness_n_m = inf", 17, r"rendering\.max_stiffness_n_m"),
     ],
-)  # fmt: skip
+)
 def test_each_kind_of_wrong_input_gives_one_line_with_file_line_and_field(
     tmp_path: Path, old: str, new: str, line: int | None, says: str
 ) -> None:

@@ -9,8 +9,14 @@ payloads = st.binary(max_size=MAX_FRAME - 4)
 NEXT = encode_frame(0x55, 9, b"next")
 NEXT_FRAME = Frame(0x55, 9, b"next")
 SERIAL_BLOCKS = (
-    "identify", "identity", "texture_samples", "thermal_reading", "heater_command", "tacttip_command", "tacttip_state",
-)  # fmt: skip
+    "identify",
+    "identity",
+    "texture_samples",
+    "thermal_reading",
+    "heater_command",
+    "tacttip_command",
+    "tacttip_state",
+)
 
 
 @given(bytes_8, bytes_8, payloads)

@@ -58,14 +58,18 @@ SERIAL: dict[str, tuple[MessageId, int, Any]] = {
     "identity": (MessageId.IDENTITY, 0, Identity(DeviceKind.THERMAL_SENSOR, 1, "TH0001", 1, 100, 0.0, 60.0)),
     "texture_samples": (MessageId.TEXTURE_SAMPLES, 7, TextureSamples(5000, SAMPLES)),
     "thermal_reading": (
-        MessageId.THERMAL_READING, 200, ThermalReading(1_000_000, 2210, 1610, DeviceFlag.COMMAND_TIMEOUT),
+        MessageId.THERMAL_READING,
+        200,
+        ThermalReading(1_000_000, 2210, 1610, DeviceFlag.COMMAND_TIMEOUT),
     ),
     "heater_command": (MessageId.HEATER_COMMAND, 1, HeaterCommand(-250)),
     "tacttip_command": (MessageId.TACTTIP_COMMAND, 2, TactTipCommand(1410, -500)),
     "tacttip_state": (
-        MessageId.TACTTIP_STATE, 255, TactTipState(0xFFFFFFFF, 1700, 2275, DeviceFlag.THERMAL_CUT_OUT),
+        MessageId.TACTTIP_STATE,
+        255,
+        TactTipState(0xFFFFFFFF, 1700, 2275, DeviceFlag.THERMAL_CUT_OUT),
     ),
-}  # fmt: skip
+}
 POSES = {"HandPose": (0, -170.0, 2.0), "HandSetpoint": (15, 655.34, -655.36), "HandPoseMeasured": (9, 100.0, -0.02)}
 FIVES = {
     "FingerHeights": (1, (6.0, -2.0, 0.0, 0.005, -10.24)),
@@ -82,11 +86,25 @@ CAN["FingerForces"][1]["enabled"] = 1.0
 ALL_FINGERS = list(FINGERS)
 MOTION_BLOCK = np.array([(-0.170, 0.002, z) for z in (0.006, -0.002, 0.0, 0.001, 0.01)], dtype=np.float32)
 INDEX_TOUCH = {
-    "mode": 3, "contact": 1, "contact_force_n": 0.75, "surface_z_m": -0.0005, "stiffness_n_m": 850, "k_tap": 1500,
-    "b_tap_per_s": 60, "k_stroke_v": 4000, "k_stroke_f": 30, "groove_rad_s": 300, "b_groove_per_s": 40,
-    "conductivity_w_mk": 0.19, "density_kg_m3": 1400, "specific_heat_j_kgk": 1000, "object_c": 23.5,
-    "object_c_sd": 0.25, "probability": 0.9375, "thermal_status": ThermalStatus.IDENTIFIED,
-}  # fmt: skip
+    "mode": 3,
+    "contact": 1,
+    "contact_force_n": 0.75,
+    "surface_z_m": -0.0005,
+    "stiffness_n_m": 850,
+    "k_tap": 1500,
+    "b_tap_per_s": 60,
+    "k_stroke_v": 4000,
+    "k_stroke_f": 30,
+    "groove_rad_s": 300,
+    "b_groove_per_s": 40,
+    "conductivity_w_mk": 0.19,
+    "density_kg_m3": 1400,
+    "specific_heat_j_kgk": 1000,
+    "object_c": 23.5,
+    "object_c_sd": 0.25,
+    "probability": 0.9375,
+    "thermal_status": ThermalStatus.IDENTIFIED,
+}
 UNTOUCHED = {"object_c_sd": 50, "thermal_status": ThermalStatus.NO_CONTACT}
 TOUCH_BLOCK = np.array(
     [[(INDEX_TOUCH if f == "index" else UNTOUCHED).get(name, 0) for name in TOUCH_FIELDS] for f in FINGERS], np.float32
@@ -99,20 +117,27 @@ BEAT = (2, T, -5_000_000, 150_001)
 REMOTE_T = T - 4_900_000
 PACKETS: dict[str, Any] = {
     "motion": Motion(SESSION, 3, T, LinkState.CONNECTED, MOTION_BLOCK),
-    "touch": Touch(
-        SESSION, 70_000, T + 4_000_000, LinkState.ENGAGED, TOUCH_BLOCK, ("", "pvc", "", "", ""), EVENTS
-    ),
+    "touch": Touch(SESSION, 70_000, T + 4_000_000, LinkState.ENGAGED, TOUCH_BLOCK, ("", "pvc", "", "", ""), EVENTS),
     "heartbeat": Heartbeat(SESSION, 12, T, LinkState.ENGAGED, T, 0, -5_000_000, 150_001),
     "heartbeat_answer": Heartbeat(SESSION, 12, REMOTE_T, LinkState.ENGAGED, T, REMOTE_T, -5_000_000, 150_001),
     "hello": Request(0, 1, T, "hello", {"schema": 1, "fingers": ALL_FINGERS, "rate_hz": 500.0}),
     "hello_answer": Answer(
-        SESSION, 1, T + 77, "",
-        {"session": SESSION, "schema": 1, "fingers": ALL_FINGERS, "rate_hz": 500.0, "materials": ["aluminium", "pvc"],
-         "calibration": "5f2c"},
+        SESSION,
+        1,
+        T + 77,
+        "",
+        {
+            "session": SESSION,
+            "schema": 1,
+            "fingers": ALL_FINGERS,
+            "rate_hz": 500.0,
+            "materials": ["aluminium", "pvc"],
+            "calibration": "5f2c",
+        },
     ),
     "engage": Request(SESSION, 2, T, "engage", {}),
     "refusal": Answer(SESSION, 2, T + 77, "not ready: index thermal_sensor: opening", {}),
-}  # fmt: skip
+}
 
 
 def test_every_block_of_the_document_is_tested(golden: dict[str, bytes]) -> None:

@@ -12,9 +12,17 @@ def test_profiles_lie_within_each_other_and_below_the_fault() -> None:
 
 def test_rates_and_amounts_are_positive() -> None:
     for name in (
-        "PLATE_HEATING_K_S", "PLATE_COOLING_K_S", "DOSE_LIMIT_K_S", "DOSE_WINDOW_S", "FINGER_FORCE_N",
-        "FORCE_RAMP_UP_N_S", "FORCE_RAMP_DOWN_N_S", "MOTOR_FLOOR_RPM", "CONTACT_FORCE_N", "GAP_S",
-    ):  # fmt: skip
+        "PLATE_HEATING_K_S",
+        "PLATE_COOLING_K_S",
+        "DOSE_LIMIT_K_S",
+        "DOSE_WINDOW_S",
+        "FINGER_FORCE_N",
+        "FORCE_RAMP_UP_N_S",
+        "FORCE_RAMP_DOWN_N_S",
+        "MOTOR_FLOOR_RPM",
+        "CONTACT_FORCE_N",
+        "GAP_S",
+    ):
         assert getattr(t, name) > 0.0, name
     assert t.FORCE_RAMP_DOWN_N_S >= 200.0 > t.FORCE_RAMP_UP_N_S
     assert t.MOTOR_FLOOR_RPM < t.MOTOR_MAX_RPM

@@ -30,17 +30,28 @@ from common.messages import (
 )
 
 KINDS: dict[str, Any] = {
-    "motion": Motion, "touch": Touch, "heartbeat": Heartbeat, "heartbeat_answer": Heartbeat, "hello": Request,
-    "hello_answer": Answer, "engage": Request, "refusal": Answer,
-}  # fmt: skip
+    "motion": Motion,
+    "touch": Touch,
+    "heartbeat": Heartbeat,
+    "heartbeat_answer": Heartbeat,
+    "hello": Request,
+    "hello_answer": Answer,
+    "engage": Request,
+    "refusal": Answer,
+}
 names = st.sampled_from(sorted(KINDS))
 rubbish = st.recursive(
-    st.none() | st.booleans() | st.integers(-(2**63), 2**64 - 1) | st.floats() | st.text(max_size=50)
+    st.none()
+    | st.booleans()
+    | st.integers(-(2**63), 2**64 - 1)
+    | st.floats()
+    | st.text(max_size=50)
     | st.binary(max_size=400),
-    lambda inner: st.lists(inner, max_size=8)
-    | st.dictionaries(st.text(max_size=5) | st.integers(0, 9), inner, max_size=4),
+    lambda inner: (
+        st.lists(inner, max_size=8) | st.dictionaries(st.text(max_size=5) | st.integers(0, 9), inner, max_size=4)
+    ),
     max_leaves=12,
-)  # fmt: skip
+)
 
 
 def only_bad_packet(decode: Callable[[bytes], object], packet: bytes) -> None:
@@ -165,9 +176,24 @@ def test_a_block_of_another_size_is_refused(golden: dict[str, bytes], block: obj
 
 @pytest.mark.parametrize(
     ("position", "bad"),
-    [(0, -1), (0, 1.0), (1, 3), (2, 5), (2, -1), (3, -1), (3, None), (4, 1), (4, -0.1), (4, 2001.0), (4, math.nan),
-     (4, math.inf), (5, "x" * 41), (5, b"pvc"), (5, None)],
-)  # fmt: skip
+    [
+        (0, -1),
+        (0, 1.0),
+        (1, 3),
+        (2, 5),
+        (2, -1),
+        (3, -1),
+        (3, None),
+        (4, 1),
+        (4, -0.1),
+        (4, 2001.0),
+        (4, math.nan),
+        (4, math.inf),
+        (5, "x" * 41),
+        (5, b"pvc"),
+        (5, None),
+    ],
+)
 def test_each_field_of_an_event_is_checked(golden: dict[str, bytes], position: int, bad: object) -> None:
     fields = msgpack.unpackb(golden["touch"])
     fields[7][1][position] = bad
@@ -178,8 +204,17 @@ def test_each_field_of_an_event_is_checked(golden: dict[str, bytes], position: i
 def test_lists_of_names_and_events_have_their_lengths(golden: dict[str, bytes]) -> None:
     fields = msgpack.unpackb(golden["touch"])
     event = fields[7][0]
-    for at, bad in ((6, [""] * 4), (6, [""] * 6), (6, "pvc"), (6, [1] * 5), (6, ["x" * 41] + [""] * 4),
-                    (7, [event] * (MAX_EVENTS + 1)), (7, [event[:5]]), (7, {}), (7, [1])):  # fmt: skip
+    for at, bad in (
+        (6, [""] * 4),
+        (6, [""] * 6),
+        (6, "pvc"),
+        (6, [1] * 5),
+        (6, ["x" * 41] + [""] * 4),
+        (7, [event] * (MAX_EVENTS + 1)),
+        (7, [event[:5]]),
+        (7, {}),
+        (7, [1]),
+    ):
         with pytest.raises(BadPacket):
             Touch.decode(msgpack.packb([*fields[:at], bad, *fields[at + 1 :]]))
 

@@ -102,8 +102,17 @@ def test_a_composition_survives_a_killed_site_and_keeps_every_limit(composition:
     wait_for(lambda: composition.restarts("remote") == restarts + 1, "restarted", 30.0)
     wait_for(lambda: composition.status("remote")["loop"]["ticks"] < ticks, "running again", 60.0)
     wait_for(composition.engaged, "engaged again", 60.0)
-    run("docker", "exec", composition.container("remote"), "python", "-m", "common.health", "/session/remote.json",
-        "--state", "engaged")  # fmt: skip
+    run(
+        "docker",
+        "exec",
+        composition.container("remote"),
+        "python",
+        "-m",
+        "common.health",
+        "/session/remote.json",
+        "--state",
+        "engaged",
+    )
     before = composition.status("sim-operator")["script_s"]
     wait_for(lambda: composition.status("sim-operator")["script_s"] > before + 8.0, "8 s more of work", 60.0)
     source = f"{composition.container('sim-operator')}:/session/."

@@ -129,7 +129,9 @@ def test_memory_of_events_is_bounded_but_longer_than_any_packet():
 
 @given(
     st.lists(
-        st.tuples(st.sampled_from(list(ExplorationMode)), st.floats(-1.0, 1.0), st.floats(0.0, 10.0), st.floats(0.0, 1000.0)),
+        st.tuples(
+            st.sampled_from(list(ExplorationMode)), st.floats(-1.0, 1.0), st.floats(0.0, 10.0), st.floats(0.0, 1000.0)
+        ),
         max_size=30,
     )
 )

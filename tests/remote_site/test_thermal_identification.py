@@ -117,9 +117,19 @@ def test_lines_keep_the_contract_and_look_at_no_later_sample(calibrated, tmp_pat
         assert {**a, "trace": ""} == {**b, "trace": ""}
     assert json.loads(json.dumps(whole[-1]))["material"] == "stone"
     assert set(whole[0]) == {
-        "trace", "t_s", "final", "status", "material", "best", "probability", "candidates", "object_c",
-        "object_c_sd", "exponential", "reason",
-    }  # fmt: skip
+        "trace",
+        "t_s",
+        "final",
+        "status",
+        "material",
+        "best",
+        "probability",
+        "candidates",
+        "object_c",
+        "object_c_sd",
+        "exponential",
+        "reason",
+    }
 
 
 def test_fingers_on_one_object_are_judged_together(calibrated, tmp_path):

@@ -157,9 +157,18 @@ def test_the_hello_word_for_word(bus: SocketcandBus, loop: SelectLoop, node: Ech
 
 @pytest.mark.parametrize(
     "nonsense",
-    [b"< send >", b"< send 110 3 1 2 >", b"< send xyz 1 1 >", b"< send 110 1 100 >", b"< send 800 1 1 >",
-     b"< send 110 9 1 2 3 4 5 6 7 8 9 >", b"< bcm >", b"\xff\xfe>", b"<" * 500],
-)  # fmt: skip
+    [
+        b"< send >",
+        b"< send 110 3 1 2 >",
+        b"< send xyz 1 1 >",
+        b"< send 110 1 100 >",
+        b"< send 800 1 1 >",
+        b"< send 110 9 1 2 3 4 5 6 7 8 9 >",
+        b"< bcm >",
+        b"\xff\xfe>",
+        b"<" * 500,
+    ],
+)
 def test_nonsense_is_counted_and_harms_nobody(
     nonsense: bytes, bus: SocketcandBus, loop: SelectLoop, node: Echo
 ) -> None:

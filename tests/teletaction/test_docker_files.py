@@ -39,8 +39,13 @@ def test_each_device_of_the_hardware_configuration_is_mapped_by_the_composition(
     name: str, model: type[BaseModel]
 ) -> None:
     config = load_config(DOCKER / "hardware" / f"{name}.toml", model)
-    named = {address for table in config.model_dump().values() if isinstance(table, dict)
-             for address in table.values() if str(address).startswith("/dev/")}  # fmt: skip
+    named = {
+        address
+        for table in config.model_dump().values()
+        if isinstance(table, dict)
+        for address in table.values()
+        if str(address).startswith("/dev/")
+    }
     service = (ROOT / "docker-compose.yml").read_text("utf-8").split(f"  {name}-site-hardware:")[1].split("\n\n")[0]
     mapped = set(re.findall(r"^      - /dev/serial/by-id/\S+:(/dev/\S+)$", service, re.MULTILINE))
     assert named == mapped

@@ -42,46 +42,79 @@ def session(thing: str = "block") -> SessionData:
             if during
             else ThermalStatus.NO_CONTACT
         )
-        return {"time_s": at_s, "status": int(status), "best": thing if during else None, "probability": 0.9 * during,
-                "object_c": 22.5 if during else None, "object_c_sd": 0.4 if during else None,
-                "exponential_object_c": None, "exponential_material": None, "reason": None}  # fmt: skip
+        return {
+            "time_s": at_s,
+            "status": int(status),
+            "best": thing if during else None,
+            "probability": 0.9 * during,
+            "object_c": 22.5 if during else None,
+            "object_c_sd": 0.4 if during else None,
+            "exponential_object_c": None,
+            "exponential_material": None,
+            "reason": None,
+        }
 
     def event(kind: str, at_s: float, finger: int) -> dict[str, object]:
         return {"time_s": at_s, "kind": kind, "finger": finger, "object": thing, "material": thing, "object_c": 22.0}
 
     return SessionData(
         touch=Series(time_s, {"mode": 2 * five, "contact_force_n": five, "sequence": np.arange(200.0)}),
-        rendered=Series(time_s, {"engaged": (time_s >= 100.5).astype(float), "motor_rpm": 3000 * five, "force_n": five,
-                                 "plate_set_c": plates, "limits": 32 * five, "sequence": np.arange(200.0),
-                                 "written_s": time_s + 0.001}),
+        rendered=Series(
+            time_s,
+            {
+                "engaged": (time_s >= 100.5).astype(float),
+                "motor_rpm": 3000 * five,
+                "force_n": five,
+                "plate_set_c": plates,
+                "limits": 32 * five,
+                "sequence": np.arange(200.0),
+                "written_s": time_s + 0.001,
+            },
+        ),
         gate=Series(time_s, {"limits": 128 * five}),
         fingertips=Series(time_s, {"motor_rpm": 2900 * five, "plate_c": plates, "felt_c": plates, "force_n": five}),
         contact=Series(time_s, {"mode": 2 * five, "force_n": five, "plate_c": plates}),
         skin=Series(time_s, {"felt_c": plates}),
         thermal={finger: [answer(at_s) for at_s in time_s[::5].tolist()] for finger in range(5)},
         truth_events=[event(*what, f) for what in (("contact", 101.0), ("release", 103.0)) for f in range(5)],
-        sent_events=[], played=[],
+        sent_events=[],
+        played=[],
         motor_switches=[{"time_s": 101.005, "finger": f, "motor_mv": 700} for f in range(5)],
-    )  # fmt: skip
+    )
 
 
 def contact(**changed: object) -> dict[str, object]:
-    return {"finger": "index", "object": "block", "true_material": "pvc", "material": "pvc",
-            "status": "identified", "probability": 0.99, "seconds": 2.1, "true_object_c": 23.0,
-            "object_c": 23.2, "paper_material": "pine"} | changed  # fmt: skip
+    return {
+        "finger": "index",
+        "object": "block",
+        "true_material": "pvc",
+        "material": "pvc",
+        "status": "identified",
+        "probability": 0.99,
+        "seconds": 2.1,
+        "true_object_c": 23.0,
+        "object_c": 23.2,
+        "paper_material": "pine",
+    } | changed
 
 
 def summary(**changed: object) -> dict[str, object]:
     return {
-        "duration_s": 4.0, "scene": "materials", "seed": 3, "fingers": 5, "contacts": [contact()],
+        "duration_s": 4.0,
+        "scene": "materials",
+        "seed": 3,
+        "fingers": 5,
+        "contacts": [contact()],
         "modes": {"agreement": 0.97, "confusion": {"tapping": {"tapping": 3, "stroking": 1}}},
-        "impulses": {"crossed": 120, "played": 119, "missed": 1, "invented": 0}, "taps": {"made": 12, "played": 11},
+        "impulses": {"crossed": 120, "played": 119, "missed": 1, "invented": 0},
+        "taps": {"made": 12, "played": 11},
         "latency_ms": {"contact_to_motor": {"p50": 4.25, "p99": 7.0, "max": 8.0}, "bare_curve_ping": {"p50": 0.5}},
-        "force_n": {"max": 1.75}, "loop": {"remote": {"period_ms": 2.0, "late_p50_us": 35.5, "cpu": 0.319}},
+        "force_n": {"max": 1.75},
+        "loop": {"remote": {"period_ms": 2.0, "late_p50_us": 35.5, "cpu": 0.319}},
         "rss_mib": {"remote": 125.6},
         "packets": {"touch": {"sent": 200, "received": 198, "superseded": 2, "refused": 0}},
         "faults": [],
-    } | changed  # fmt: skip
+    } | changed
 
 
 class Page(HTMLParser):
@@ -116,9 +149,22 @@ def test_report_holds_all_figures_and_numbers(tmp_path):
     assert len(page.sources) == len(FIGURES)
     for source in page.sources:
         assert base64.b64decode(source.removeprefix("data:image/png;base64,")).startswith(b"\x89PNG")
-    for words in (*FIGURES, "materials, seed 3", "✓\xa0right", "✗\xa0wrong", "97.0 %", "4.25", "125.6",
-                  "0.319", "12 made, 11 played", "119", "198", "plate rate", "heater contact",
-                  "bare CURVE ping of the same size, there and back"):  # fmt: skip
+    for words in (
+        *FIGURES,
+        "materials, seed 3",
+        "✓\xa0right",
+        "✗\xa0wrong",
+        "97.0 %",
+        "4.25",
+        "125.6",
+        "0.319",
+        "12 made, 11 played",
+        "119",
+        "198",
+        "plate rate",
+        "heater contact",
+        "bare CURVE ping of the same size, there and back",
+    ):
         assert words in page.text, words
 
 
@@ -131,10 +177,16 @@ def test_report_needs_nothing_from_outside(tmp_path):
 
 
 def test_names_are_escaped_everywhere(tmp_path):
-    told = summary(scene=NAME, contacts=[contact(object=NAME, true_material=NAME, best=NAME, reason=NAME)],
-                   faults=[{"site": "remote", "fault": NAME}],
-                   modes={"confusion": {NAME: {NAME: 1}}}, impulses={"crossed": 1, "by_object": {NAME: {"crossed": 1}}},
-                   packets={NAME: {"sent": 1}}, loop={NAME: {}}, rss_mib={NAME: 1.0})  # fmt: skip
+    told = summary(
+        scene=NAME,
+        contacts=[contact(object=NAME, true_material=NAME, best=NAME, reason=NAME)],
+        faults=[{"site": "remote", "fault": NAME}],
+        modes={"confusion": {NAME: {NAME: 1}}},
+        impulses={"crossed": 1, "by_object": {NAME: {"crossed": 1}}},
+        packets={NAME: {"sent": 1}},
+        loop={NAME: {}},
+        rss_mib={NAME: 1.0},
+    )
     html, page = report(tmp_path, session(NAME), told)
     assert NAME not in html
     assert page.text.count(NAME) >= 8
@@ -224,5 +276,8 @@ def test_right_wrong_and_silence_are_words():
 def test_every_delay_is_counted_once():
     html = histogram_table([-0.001, 0.0, 0.0019, 0.002, 0.5], (0, 2, 10), "delay")
     assert re.findall(r"<tr><td>([^<]+)</td><td>(\d+)</td>", html) == [
-        ("below 0", "1"), ("0 to 2", "2"), ("2 to 10", "1"), ("10 and more", "1"),
-    ]  # fmt: skip
+        ("below 0", "1"),
+        ("0 to 2", "2"),
+        ("2 to 10", "1"),
+        ("10 and more", "1"),
+    ]
