@@ -1,0 +1,87 @@
+"""What only shows with devices and a far side there: swapped devices, keys that are not allowed, and the doctor."""
+
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from common.keys import TrustedKeys
+from teletaction.demo_files import DemoOptions, prepare
+from teletaction.processes import SessionProcesses
+
+pytestmark = [pytest.mark.session, pytest.mark.timeout(60)]
+
+
+@pytest.fixture
+def simulated(tmp_path: Path) -> Iterator[dict[str, Path]]:
+    """Configurations of a two-finger session whose simulated devices are running."""
+    configurations = prepare(DemoOptions(fingers=2), tmp_path)
+    processes = SessionProcesses(tmp_path)
+    try:
+        for name in ("sim-remote", "sim-operator"):
+            processes.start(name, configurations[name])
+        deadline_s = time.monotonic() + 20.0
+        while not all((tmp_path / f"{name}.json").exists() for name in processes.running):
+            assert time.monotonic() < deadline_s, "the simulated devices did not start"
+            time.sleep(0.02)
+        yield configurations
+    finally:
+        processes.end()
+
+
+def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "teletaction", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=40, check=False)
+
+
+def last_line(text: str) -> str:
+    return text.strip().splitlines()[-1]
+
+
+def test_swapped_devices_are_refused_by_name(simulated: dict[str, Path]) -> None:
+    config = simulated["operator"]
+    text = config.read_text("utf-8")
+    index, middle = (line.split(" = ")[1] for line in text.splitlines() if line.startswith(("index = ", "middle = ")))
+    swapped = text.replace(f"index = {index}", f"index = {middle}").replace(f"middle = {middle}", f"middle = {index}", 1)
+    config.write_text(swapped, "utf-8")
+    refused = run("operator", "--config", str(config))
+    assert refused.returncode == 2
+    line = last_line(refused.stderr)
+    assert "is the middle's tacttip" in line or "is the index's tacttip" in line
+    assert "Traceback" not in refused.stderr
+
+
+def test_a_key_that_is_not_trusted_is_told_so(simulated: dict[str, Path], tmp_path: Path) -> None:
+    TrustedKeys(tmp_path / "keys" / "remote").revoke("operator")
+    processes = SessionProcesses(tmp_path)
+    try:
+        processes.start("remote", simulated["remote"])
+        refused = run("operator", "--config", str(simulated["operator"]))
+    finally:
+        processes.end()
+    assert refused.returncode == 2
+    assert "does not trust this site's key" in last_line(refused.stderr)
+    assert "Traceback" not in refused.stderr
+
+
+@pytest.mark.parametrize("site", ["remote", "operator"])
+def test_the_doctor_names_every_device(simulated: dict[str, Path], site: str) -> None:
+    well = run("doctor", "--config", str(simulated[site]))
+    assert well.returncode == 0, well.stdout + well.stderr
+    assert "FAIL" not in well.stdout
+    kinds = ("texture sensor", "thermal sensor") if site == "remote" else ("tacttip",)
+    for finger in ("index", "middle"):
+        for kind in kinds:
+            assert f"{finger} {kind}" in well.stdout
+
+
+def test_the_doctor_says_what_is_missing(tmp_path: Path) -> None:
+    configurations = prepare(DemoOptions(fingers=1), tmp_path)
+    ill = run("doctor", "--config", str(configurations["remote"]))
+    assert ill.returncode == 1
+    assert "FAIL index texture sensor" in ill.stdout
+    assert "Connection refused" in ill.stdout
+    assert "ok   own key" in ill.stdout
