@@ -171,16 +171,17 @@ class ThermalIdentification:
             seen,
             rate_per_s=None if fit is None else fit.rate_per_s,
             exponential_object_c=None if fit is None else fit.object_c,
-            exponential_material=self._nearest_rate(fit),
+            exponential_material=self._likeliest_rate(fit),
         )
 
-    def _nearest_rate(self, fit: ExponentialFit | None) -> str | None:
-        """The paper's classification: the nearest calibrated rate at this time, in units of its own scatter."""
+    def _likeliest_rate(self, fit: ExponentialFit | None) -> str | None:
+        """The paper's classification by rate alone: which calibrated rate, with its scatter, explains it best."""
         if fit is None:
             return None
         k = len(self._response.drops_k) - 1
-        distance = np.abs(self._ln_rates[:, k] - np.log(fit.rate_per_s)) / self._ln_rate_sds[:, k]
-        return self._names[int(np.argmin(distance))]
+        sd = self._ln_rate_sds[:, k]
+        misfit = 0.5 * ((self._ln_rates[:, k] - np.log(fit.rate_per_s)) / sd) ** 2 + np.log(sd)
+        return self._names[int(np.argmin(misfit))]
 
 
 def conclude(names: list[str], judgement: Judgement, since_s: float) -> ThermalAnswer:
