@@ -1,6 +1,6 @@
 """Thermal identification of one touch: material and object temperature, improving with time.
 
-Two methods run on the same readings: the paper's (Eq. 7-11: rate of the exponential response, nearest
+Two methods run on the same readings: the paper's (Eq. 7-11: rate of the exponential response, likeliest
 calibrated rate) and the calibrated response (`material_evidence`), which alone decides the status.
 """
 
@@ -45,7 +45,7 @@ class ThermalAnswer:
         object_c_sd: its standard deviation, K.
         rate_per_s: rate 1/tau of Eq. 11, 1/s.
         exponential_object_c: Eq. 11's steady-state temperature, C.
-        exponential_material: material of the nearest calibrated rate: the paper's method.
+        exponential_material: material whose calibrated rate explains it best: the paper's method.
         reason: why a touch is unidentifiable, or why the answer is older than the touch.
     """
 
