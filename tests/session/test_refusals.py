@@ -45,7 +45,8 @@ def test_swapped_devices_are_refused_by_name(simulated: dict[str, Path]) -> None
     config = simulated["operator"]
     text = config.read_text("utf-8")
     index, middle = (line.split(" = ")[1] for line in text.splitlines() if line.startswith(("index = ", "middle = ")))
-    swapped = text.replace(f"index = {index}", f"index = {middle}").replace(f"middle = {middle}", f"middle = {index}", 1)
+    swapped = text.replace(f"index = {index}", f"index = {middle}")
+    swapped = swapped.replace(f"middle = {middle}", f"middle = {index}", 1)
     config.write_text(swapped, "utf-8")
     refused = run("operator", "--config", str(config))
     assert refused.returncode == 2
