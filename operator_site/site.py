@@ -13,7 +13,7 @@ from common.fingers import FINGERS
 from common.keys import KeyProblem, TrustedKeys, check_public_key, fingerprint, load_keys
 from common.limits import PLATE_PROFILES
 from common.link import LinkProblem, OperatorLink
-from common.loop import PeriodicLoop, sharpen_timers
+from common.loop import PeriodicLoop, become_timely
 from common.messages import SCHEMA_VERSION, TOUCH_FIELDS, Event, Floats, LinkState
 from common.process import StatusFile
 from common.recording import PACKET_SCHEMA, Recorder
@@ -204,7 +204,7 @@ def remote_public_key(config: OperatorConfig) -> str:
             return key
     raise KeyProblem(
         f"{trusted.file}: no key named `remote`; "
-        f"add it with `teletaction keys trust remote KEY --keys {trusted.folder}`"
+        f"add it with `teletaction keys trust --keys {trusted.folder} -- remote KEY`"
     )
 
 
@@ -233,7 +233,7 @@ def run_operator(config: OperatorConfig, stop: Callable[[], bool]) -> None:
 
 
 def _loop(site: OperatorSite, config: OperatorConfig, link: OperatorLink, stop: Callable[[], bool]) -> None:
-    sharpen_timers()
+    become_timely()
     loop = PeriodicLoop(1.0 / config.rate_hz)
     status = StatusFile(config.status, "operator", loop)
     refused = False
@@ -247,7 +247,7 @@ def _loop(site: OperatorSite, config: OperatorConfig, link: OperatorLink, stop: 
             if refused and not site.client.session.ident:
                 raise LinkProblem(
                     f"{config.link.host}:{config.link.base_port}: the remote site does not trust this site's key; "
-                    "there: `teletaction keys trust NAME KEY`"
+                    "there: `teletaction keys trust --keys FOLDER -- NAME KEY`"
                 )
             status.write(now_s, site.figures())
     status.write(time.monotonic(), site.figures())

@@ -11,7 +11,7 @@ from common.config import RemoteConfig, to_toml
 from common.fingers import FINGERS
 from common.keys import TrustedKeys, fingerprint, load_keys
 from common.link import RemoteLink
-from common.loop import PeriodicLoop, sharpen_timers
+from common.loop import PeriodicLoop, become_timely
 from common.messages import SCHEMA_VERSION, Event, LinkState
 from common.process import StatusFile
 from common.recording import PACKET_SCHEMA, Recorder
@@ -216,7 +216,7 @@ def run_remote(config: RemoteConfig, stop: Callable[[], bool]) -> None:
 
 
 def _loop(site: RemoteSite, config: RemoteConfig, stop: Callable[[], bool]) -> None:
-    sharpen_timers()
+    become_timely()
     loop = PeriodicLoop(1.0 / config.rate_hz)
     status = StatusFile(config.status, "remote", loop)
     while not stop():

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from common.loop import PeriodicLoop, sharpen_timers
+from common.loop import PeriodicLoop, become_timely
 from common.process import StatusFile
 from sim_sensors.select_loop import SelectLoop
 
@@ -53,7 +53,7 @@ class StepClock:
 
 def run_world(world: World, sockets: SelectLoop, stop: Callable[[], bool], name: str, status: Path | None) -> None:
     """Run until `stop()`; rewrites the `status` file every second with the loop's and the world's figures."""
-    sharpen_timers()
+    become_timely()
     periodic = PeriodicLoop(STEP_S, now=sockets.now, sleep=sockets.serve)
     clock = StepClock(sockets.now())
     status_file = StatusFile(status, name, periodic)

@@ -79,7 +79,7 @@ def _trusted(keys: Path) -> str:
     trusted = TrustedKeys(keys)
     names = trusted.names()
     if not names:
-        raise ValueError(f"{trusted.file}: nobody is trusted; `teletaction keys trust NAME KEY --keys {keys}`")
+        raise ValueError(f"{trusted.file}: nobody is trusted; `teletaction keys trust --keys {keys} -- NAME KEY`")
     return ", ".join(f"{name} {fingerprint(key)}" for key, name in names.items())
 
 

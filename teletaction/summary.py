@@ -142,8 +142,7 @@ def modes(data: SessionData, used: Iterable[int]) -> dict[str, Any]:
 
 def impulses(data: SessionData) -> dict[str, Any]:
     """Grooves crossed by the true fingertips against impulses shown to the operator, in all and by object."""
-    by_ident = {event["ident"]: event for event in data.sent_events}
-    shown = [by_ident[p["ident"]] for p in data.played if p["kind"] == EventKind.GROOVE and p["ident"] in by_ident]
+    shown = [event for p in data.played if p["kind"] == EventKind.GROOVE and (event := _sent(data, p)) is not None]
     touches = _touches(data)
     by_object: dict[str, dict[str, int]] = {}
     for finger in range(len(FINGERS)):
@@ -216,6 +215,12 @@ def one_way_s(data: SessionData) -> list[float]:
     first = np.flatnonzero(np.diff(sequence, prepend=np.nan) > 0)
     sent = dict(zip(data.touch["sequence"].tolist(), data.touch.time_s.tolist(), strict=True))
     return [float(data.rendered["written_s"][i] - sent[sequence[i]]) for i in first.tolist() if sequence[i] in sent]
+
+
+def _sent(data: SessionData, played: Mapping[str, Any]) -> dict[str, Any] | None:
+    """The event that was played: the newest of its number before, since a restarted site numbers anew."""
+    same = [e for e in data.sent_events if e["ident"] == played["ident"] and e["time_ns"] * 1e-9 <= played["time_s"]]
+    return same[-1] if same else None
 
 
 def _touches(data: SessionData) -> list[Touch]:

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.loop import PeriodicLoop, sharpen_timers
+from common.loop import PeriodicLoop, become_timely
 
 
 class Clock:
@@ -71,4 +71,4 @@ def test_quantiles_of_lateness_are_right_within_a_bucket(late_s: list[float], qu
 
 
 def test_timers_can_be_sharpened_anywhere() -> None:
-    sharpen_timers()
+    become_timely()

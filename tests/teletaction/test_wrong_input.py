@@ -94,7 +94,7 @@ def test_key_problems(capsys: pytest.CaptureFixture[str], configs: dict[str, Pat
     assert "0644" in refuse(capsys, "remote", "--config", str(configs["remote"]))
     secret.chmod(0o600)
     TrustedKeys(tmp_path / "keys" / "operator").revoke("remote")
-    assert "keys trust remote" in refuse(capsys, "operator", "--config", str(configs["operator"]))
+    assert "-- remote KEY" in refuse(capsys, "operator", "--config", str(configs["operator"]))
     assert "exists" in refuse(capsys, "keys", "init", "--keys", str(tmp_path / "keys" / "remote"))
     assert "nobody" in refuse(capsys, "keys", "revoke", "nobody", "--keys", str(tmp_path / "keys" / "remote"))
     assert "no public key" in refuse(capsys, "keys", "trust", "x", "y", "--keys", str(tmp_path / "keys" / "remote"))
