@@ -29,7 +29,7 @@ class SessionServer:
     """The newest accepted motion of this session."""
     acceptance: Acceptance = field(init=False)
     damaged: Counter[str] = field(default_factory=Counter)
-    annotations: list[str] = field(default_factory=list)
+    _notes: list[str] = field(default_factory=list)
     _heard_ns: int = 0
     _offset_ns: int = 0
     _uncertainty_ns: int | None = None
@@ -125,9 +125,20 @@ class SessionServer:
             case "clear_fault":
                 self.session.clear()
             case "annotate":
-                self.annotations.append(str(request.details.get("text", ""))[:1000])
+                self._annotate(request)
         log.info("%s: now %s", request.verb, self.session.state.name.lower())
         return {}
+
+    def take_notes(self) -> list[str]:
+        """What the operator noted since the last call."""
+        notes, self._notes = self._notes, []
+        return notes
+
+    def _annotate(self, request: Request) -> None:
+        text = request.details.get("text")
+        if not isinstance(text, str) or not text:
+            raise Refused("a note needs a text")
+        self._notes.append(text)
 
     def _hello(self, request: Request, now_ns: int) -> dict[str, Any]:
         if self.session.ident and request.session != self.session.ident:

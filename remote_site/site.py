@@ -35,6 +35,7 @@ SCHEMAS: dict[str, dict[str, object]] = {
         "type": "array",
         "description": "[x_m, y_m, z_m x 5, heater drive x 5, limits x 5, fault or null]: what left for the devices",
     },
+    "remote/note": {"type": "string", "description": "what the operator noted"},
     "remote/event": {"type": "array", "description": "[id, kind, finger, time_ns, value, name]"},
     "remote/thermal": {
         "type": "array",
@@ -76,12 +77,15 @@ class RemoteSite:
         self.server.step(now_ns, self._not_ready())
         if self.gate.fault is not None and self.server.session.state is not LinkState.FAULT:
             self.gate.clear_fault()  # the session was cleared by a person, and the gate with it
+        notes = self.server.take_notes()
         happened = self.perception.step(sensed_now)
         command = self._gated(now_ns, sensed_now)
         self._devices.write(command, sensed_now)
         packet = self._tell(now_ns)
         if self._recorder is not None:
             self._record(self._recorder, now_ns, sensed_now, happened, command, packet)
+            for note in notes:
+                self._recorder.write("remote/note", now_ns, msgpack.packb(note))
         self._ticks += 1
 
     def figures(self) -> dict[str, object]:

@@ -236,8 +236,14 @@ def test_requests_of_no_session_are_refused_and_remarks_are_kept(make: Callable[
     stale = Request(12345, 999_999, pair.operator_now(), "estop", {})
     pair.operator_link.send("control", stale.encode())
     pair.ask("annotate", "a rough spot")
-    pair.until(lambda: pair.server.annotations)
-    assert pair.server.annotations == ["a rough spot"]
+    notes: list[str] = []
+
+    def noted() -> bool:
+        notes.extend(pair.server.take_notes())
+        return bool(notes)
+
+    pair.until(noted)
+    assert notes == ["a rough spot"]
     assert pair.server.session.state is LinkState.CONNECTED
 
 
