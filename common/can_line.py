@@ -78,6 +78,15 @@ class CanLine:
         """Why the bus is not open; None while it is, or while it is being tried."""
         return None if self.connected else self._opener.problem
 
+    def figures(self) -> dict[str, object]:
+        """What the status file tells of this bus."""
+        return {
+            "connected": self.connected,
+            "times_lost": self.times_lost,
+            "refused": {receiver.name: receiver.refused for receiver in self.receivers},
+            "unknown": self.unknown,
+        }
+
     def poll(self) -> dict[str, dict[str, float]]:
         """The newest good values of each frame that came since the last call, by frame name."""
         if self._bus is None:

@@ -31,11 +31,6 @@ class Material:
         """sqrt(k rho c), J/(m2 K s^0.5): what a touch feels in its first seconds."""
         return math.sqrt(self.conductivity_w_mk * self.density_kg_m3 * self.specific_heat_j_kgk)
 
-    @property
-    def diffusivity_m2_s(self) -> float:
-        """k/(rho c), m2/s: how fast a temperature change travels into the material."""
-        return self.conductivity_w_mk / (self.density_kg_m3 * self.specific_heat_j_kgk)
-
 
 @cache
 def materials() -> dict[str, Material]:

@@ -108,6 +108,16 @@ class SerialLine:
         """Why there is no device: DeviceAbsent or WrongDevice; None while it is there or still being asked."""
         return None if self.connected else self._opener.problem
 
+    def figures(self) -> dict[str, object]:
+        """What the status file tells of this line."""
+        return {
+            "serial": self.identity.serial if self.identity is not None else None,
+            "times_lost": self.times_lost,
+            "damaged": self.reader.damaged,
+            "missed": self.reader.lost,
+            "unsent": self.unsent,
+        }
+
     def poll(self) -> list[Frame]:
         """Frames that came since the last call; takes a device up that has appeared."""
         if self._port is None:

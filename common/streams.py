@@ -24,7 +24,7 @@ class Stream:
         rate_hz: how often it is sent while a session runs; 0 for events.
         latest_only: an unread packet is replaced by a newer one instead of queueing behind it.
         port: its TCP port, counted from the link's first port.
-        record_every: every n-th packet is recorded; 0 for none.
+        recorded: whether its sender records every packet of it.
     """
 
     name: str
@@ -32,7 +32,7 @@ class Stream:
     rate_hz: float
     latest_only: bool
     port: int
-    record_every: int
+    recorded: bool
 
     def __post_init__(self) -> None:
         if self.latest_only and not 3.0 / self.rate_hz <= GAP_S:
@@ -42,9 +42,9 @@ class Stream:
 STREAMS = {
     stream.name: stream
     for stream in (
-        Stream("motion", Direction.TO_REMOTE, 500.0, latest_only=True, port=0, record_every=1),
-        Stream("touch", Direction.TO_OPERATOR, 500.0, latest_only=True, port=1, record_every=1),
-        Stream("heartbeat", Direction.BOTH, 20.0, latest_only=False, port=2, record_every=1),
-        Stream("control", Direction.BOTH, 0.0, latest_only=False, port=3, record_every=1),
+        Stream("motion", Direction.TO_REMOTE, 500.0, latest_only=True, port=0, recorded=True),
+        Stream("touch", Direction.TO_OPERATOR, 500.0, latest_only=True, port=1, recorded=True),
+        Stream("heartbeat", Direction.BOTH, 20.0, latest_only=False, port=2, recorded=False),
+        Stream("control", Direction.BOTH, 0.0, latest_only=False, port=3, recorded=False),
     )
 }

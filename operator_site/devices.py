@@ -59,6 +59,15 @@ class OperatorDevices:
         for finger, module in self.tacttips.items():
             module.drive(t_s, output.motor_rpm[finger], output.peltier_drive[finger])
 
+    def cut_out(self) -> list[int]:
+        """Fingers whose module has switched its plate off by its own temperature limit."""
+        return [finger for finger, module in self.tacttips.items() if module.cut_out]
+
+    def figures(self) -> dict[str, object]:
+        """What the status file tells of each device."""
+        found: dict[str, object] = {f"{line.finger} {line.kind.name.lower()}": line.figures() for line in self.lines()}
+        return {"exoskeleton": self.exoskeleton.line.figures(), **found}
+
     def close(self) -> None:
         """Close every device; their own time-outs bring them to rest."""
         self.exoskeleton.line.close()

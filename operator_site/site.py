@@ -18,11 +18,12 @@ from common.messages import SCHEMA_VERSION, TOUCH_FIELDS, Event, Floats, LinkSta
 from common.process import StatusFile
 from common.recording import PACKET_SCHEMA, Recorder
 from common.startup import wait_for_devices
+from common.streams import STREAMS
 from operator_site.contact_force import ContactLaw
 from operator_site.devices import OperatorDevices
 from operator_site.exoskeleton import Hand
 from operator_site.fingertips import Fingertips
-from operator_site.gate import GatedOutput, OperatorGate
+from operator_site.gate import GatedOutput, OperatorGate, limit_names
 from operator_site.session_client import SessionClient
 from operator_site.skin import Body
 from operator_site.stroke_speed import StrokeSpeed
@@ -67,6 +68,7 @@ class OperatorSite:
         self._gap_ns = round(config.link.gap_s * 1e9)
         self._session = 0
         self._ticks = 0
+        self._limited: list[int] = []
         self.motions_sent = 0
 
     def tick(self, now_ns: int) -> None:
@@ -80,6 +82,8 @@ class OperatorSite:
         if client.session.ident != self._session:
             self._session = client.session.ident
             self.fingertips.begin_session()
+        for finger in self._devices.cut_out():
+            self.gate.trip(f"{FINGERS[finger]}: the module's own temperature limit has switched its plate off")
         motion = self._send_motion(now_ns, now_s, hand)
         gap_ns = client.acceptance.gap_ns(now_ns) if client.touch is not None else None
         fresh = gap_ns is not None and gap_ns <= self._gap_ns
@@ -106,6 +110,7 @@ class OperatorSite:
             plate_measured_c=plate_c,
             measurement_age_s=plate_age_s,
         )
+        self._limited = output.limited
         if output.fault is not None:
             client.session.latch(output.fault)
         self._devices.write(now_s, output, client.both_engaged)
@@ -122,6 +127,8 @@ class OperatorSite:
             "fault": client.session.fault,
             "refusal": client.refusal,
             "missing": self._devices.missing(),
+            "devices": self._devices.figures(),
+            "limited": {FINGERS[finger]: limit_names(bits) for finger, bits in enumerate(self._limited) if bits},
             "age_ms": round(acceptance.age_ns * 1e-6, 3),
             "clock": {"offset_ns": client.clock.offset_ns, "uncertainty_ns": client.clock.uncertainty_ns},
             "sent": {"motion": self.motions_sent},
@@ -169,7 +176,7 @@ class OperatorSite:
             time.monotonic(),
         ]
         recorder.write("operator/rendered", now_ns, msgpack.packb(rendered))
-        if motion is not None:
+        if motion is not None and STREAMS["motion"].recorded:
             recorder.write("operator/motion", now_ns, motion)
         if self.fingertips.impulses_played and touch is not None:
             by_ident: dict[int, Event] = {event.ident: event for event in touch.events}

@@ -73,6 +73,11 @@ class RemoteDevices:
             if sensed.plates[finger] is not None:
                 sensor.heat(command.heater_drive[finger])
 
+    def figures(self) -> dict[str, object]:
+        """What the status file tells of each device."""
+        found: dict[str, object] = {f"{line.finger} {line.kind.name.lower()}": line.figures() for line in self.lines()}
+        return {"telemanipulator": self.telemanipulator.line.figures(), **found}
+
     def close(self) -> None:
         """Close every device; their own time-outs bring them to rest."""
         self.telemanipulator.line.close()

@@ -16,10 +16,11 @@ from common.messages import SCHEMA_VERSION, Event, LinkState
 from common.process import StatusFile
 from common.recording import PACKET_SCHEMA, Recorder
 from common.startup import wait_for_devices
+from common.streams import STREAMS
 from remote_site import sensed
 from remote_site.devices import RemoteDevices
 from remote_site.material_table import MaterialTable
-from remote_site.patient_gate import GatedCommand, PatientGate
+from remote_site.patient_gate import GatedCommand, PatientGate, limit_names
 from remote_site.perception import Perception
 from remote_site.sensed import Sensed
 from remote_site.session_server import SessionServer
@@ -28,9 +29,8 @@ from remote_site.surface_class import SurfaceTable
 log = logging.getLogger(__name__)
 
 SCHEMAS: dict[str, dict[str, object]] = {
-    "remote/sensed": sensed.SCHEMA,
     "remote/touch": PACKET_SCHEMA,
-    "remote/motion": PACKET_SCHEMA,
+    "remote/sensed": sensed.SCHEMA,
     "remote/gate": {
         "type": "array",
         "description": "[x_m, y_m, z_m x 5, heater drive x 5, limits x 5, fault or null]: what left for the devices",
@@ -68,6 +68,7 @@ class RemoteSite:
         self._gap_ns = round(config.link.gap_s * 1e9)
         self._ticks = 0
         self._sequence = 0
+        self._limited: list[int] = []
         self.touches_sent = 0
 
     def tick(self, now_ns: int) -> None:
@@ -80,6 +81,7 @@ class RemoteSite:
         notes = self.server.take_notes()
         happened = self.perception.step(sensed_now)
         command = self._gated(now_ns, sensed_now)
+        self._limited = command.limited
         self._devices.write(command, sensed_now)
         packet = self._tell(now_ns)
         if self._recorder is not None:
@@ -95,6 +97,8 @@ class RemoteSite:
             "state": server.session.state.name.lower(),
             "fault": server.session.fault,
             "missing": self._devices.missing(),
+            "devices": self._devices.figures(),
+            "limited": {FINGERS[finger]: limit_names(bits) for finger, bits in enumerate(self._limited) if bits},
             "sent": {"touch": self.touches_sent},
             "received": {"motion": server.acceptance.received},
             "superseded": {"motion": server.acceptance.lost},
@@ -158,7 +162,7 @@ class RemoteSite:
         packet: bytes | None,
     ) -> None:
         recorder.write("remote/sensed", now_ns, now.pack())
-        if packet is not None:
+        if packet is not None and STREAMS["touch"].recorded:
             recorder.write("remote/touch", now_ns, packet)
         for event in happened:
             fields = [event.ident, int(event.kind), event.finger, event.time_ns, event.value, event.name]

@@ -3,7 +3,8 @@
 import tempfile
 from pathlib import Path
 
-from remote_site.calibration import calibrate_texture, calibrate_thermal
+from remote_site.texture_calibration import calibrate_texture
+from remote_site.thermal_calibration import calibrate_thermal
 from sim_sensors.simulate import simulate_stroke_set, simulate_thermal, simulate_thermal_set, write_thermal_csv
 
 TOUCHES = 120

@@ -16,6 +16,6 @@ def test_a_gap_covers_three_periods_of_what_is_latest_only() -> None:
             assert 3.0 / stream.rate_hz <= GAP_S
             assert stream.direction is not Direction.BOTH
     with pytest.raises(ValueError, match=r"slow: a gap of 0\.1 s must cover three periods"):
-        Stream("slow", Direction.TO_REMOTE, 20.0, latest_only=True, port=9, record_every=1)
+        Stream("slow", Direction.TO_REMOTE, 20.0, latest_only=True, port=9, recorded=True)
     with pytest.raises(ValueError, match="three periods"):
-        Stream("none", Direction.TO_REMOTE, float("nan"), latest_only=True, port=9, record_every=1)
+        Stream("none", Direction.TO_REMOTE, float("nan"), latest_only=True, port=9, recorded=True)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from remote_site.calibration import calibrate_texture
-from remote_site.identify import identify_texture
+from remote_site.identify_texture import identify_texture
 from remote_site.surface_class import SurfaceTable, stroke_constants
+from remote_site.texture_calibration import calibrate_texture
 
 
 def write_stroke(path, sd, period_mm=None, seed=0, speed=50.0):

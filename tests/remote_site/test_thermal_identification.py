@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from common.messages import ThermalStatus
-from remote_site.calibration import calibrate_thermal
-from remote_site.identify import identify_thermal
+from remote_site.identify_thermal import identify_thermal
 from remote_site.material_table import MaterialTable
+from remote_site.thermal_calibration import calibrate_thermal
 from remote_site.thermal_identification import ThermalIdentification
 
 TAU_S = {"metal": 1.0, "stone": 2.2, "plastic": 8.0}
