@@ -202,6 +202,10 @@ class Roughness:
                 error_v = envelope_v - self._mean_v
                 self._mean_v += part * error_v
                 self._square += part * (error_v * error_v - self._square)
+                if self._square > self._mean_v * self._mean_v:
+                    # A homogeneous surface scatters by a quarter of its mean. At all of its mean impulses have got in, and
+                    # a threshold made of them would let them in for ever.
+                    self._begin_mean()
             return False
         self._pattern_s += dt_s
         self._pattern_m += speed_m_s * dt_s

@@ -46,6 +46,17 @@ def test_nothing_is_flagged_on_a_rough_surface():
     assert not any(r.impulse for seed in range(5) for r in play(noise(4.0, 0.3, seed)))
 
 
+@pytest.mark.parametrize("period_mm", [2.0, 8.0])
+def test_a_jolt_at_the_start_does_not_hide_the_grooves(period_mm):
+    signal = noise(4.0, 0.012)
+    times = grooves(signal, period_mm, start_s=0.0)
+    for begin, level in ((0.0, 0.5), (0.05, 1.8), (0.10, 0.6)):
+        signal[round(2000 * begin) : round(2000 * (begin + 0.05))] += level * np.sin(np.arange(100))
+    readings = play(signal)
+    flags = [0.005 * (k + 1) for k, r in enumerate(readings) if r.impulse and 0.005 * (k + 1) > 1.0]
+    assert len(flags) == pytest.approx(sum(times > 0.995), abs=1)
+
+
 def test_a_rougher_surface_does_not_latch():
     signal = np.concatenate((noise(1.0, 0.01), noise(1.0, 0.3, 1)))
     readings = play(signal)
