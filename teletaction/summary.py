@@ -211,10 +211,17 @@ def one_way_s(data: SessionData) -> list[float]:
     """From a touch packet's source time to its rendering having left for the modules, s (one machine, one clock)."""
     if not len(data.rendered) or not len(data.touch):
         return []
-    sequence = data.rendered["sequence"]
-    first = np.flatnonzero(np.diff(sequence, prepend=np.nan) > 0)
-    sent = dict(zip(data.touch["sequence"].tolist(), data.touch.time_s.tolist(), strict=True))
-    return [float(data.rendered["written_s"][i] - sent[sequence[i]]) for i in first.tolist() if sequence[i] in sent]
+    sequence, written_s = data.rendered["sequence"], data.rendered["written_s"]
+    sent: dict[float, list[float]] = {}
+    for number, time_s in zip(data.touch["sequence"].tolist(), data.touch.time_s.tolist(), strict=True):
+        sent.setdefault(number, []).append(time_s)
+    delays = []
+    for i in np.flatnonzero(np.diff(sequence, prepend=np.nan) > 0).tolist():
+        # A restarted site counts anew: the newest packet of that number before is the one that was consumed.
+        before = [time_s for time_s in sent.get(float(sequence[i]), []) if time_s <= written_s[i]]
+        if before:
+            delays.append(float(written_s[i]) - before[-1])
+    return delays
 
 
 def _sent(data: SessionData, played: Mapping[str, Any]) -> dict[str, Any] | None:
