@@ -203,8 +203,8 @@ class Roughness:
                 self._mean_v += part * error_v
                 self._square += part * (error_v * error_v - self._square)
                 if self._square > self._mean_v * self._mean_v:
-                    # A homogeneous surface scatters by a quarter of its mean. At all of its mean impulses have got in, and
-                    # a threshold made of them would let them in for ever.
+                    # A homogeneous surface scatters by a quarter of its mean. This one by all of it: impulses have
+                    # got in, and a threshold made of them would let them in for ever.
                     self._begin_mean()
             return False
         self._pattern_s += dt_s
