@@ -1,0 +1,57 @@
+"""Real recordings by others: every file is read and answered, and the spatial periods of real boards are found.
+
+The recordings are no part of the project. They are looked for where TELETACTION_DATA says, else beside the checkout.
+"""
+
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+from remote_site.identify_texture import identify_texture
+from remote_site.identify_thermal import identify_thermal
+from remote_site.material_table import MaterialTable
+from remote_site.traces import read_thermal
+
+DATA = Path(os.environ.get("TELETACTION_DATA", Path(__file__).parents[3] / "shared" / "data"))
+TABLE = Path(__file__).parents[2] / "remote_site" / "tables" / "materials.json"
+STATUSES = {"no_contact", "deciding", "identified", "ambiguous", "unknown", "unidentifiable"}
+
+
+def recordings(folder: str) -> list[Path]:
+    found = sorted((DATA / folder).glob("*.csv"))
+    if not found:
+        pytest.skip(f"no recordings in {DATA / folder}; TELETACTION_DATA names their folder")
+    return found
+
+
+def test_every_touch_is_read_and_answered() -> None:
+    traces = recordings("thermal_contact")[::6]
+    table = MaterialTable.load(TABLE)
+    for trace in traces:
+        assert read_thermal(trace).contact() is not None
+        lines = list(identify_thermal(table, [trace], [0.5, 2.0]))
+        assert [line["final"] for line in lines] == [False, False, True]
+        assert {line["status"] for line in lines} <= STATUSES
+
+
+def test_periods_of_grooved_boards() -> None:
+    """Period against the boards' own (twice the nominal width) on all 16 strokes."""
+    errors = []
+    for stroke in recordings("groove_boards"):
+        named = re.match(r"board(\d+)mm_force\d+_speed(\d+)mmps", stroke.stem)
+        assert named is not None
+        true_mm, speed_mm_s = 2.0 * float(named[1]), float(named[2])
+        (line,) = identify_texture([stroke], signal="best", speed_mm_s=speed_mm_s)
+        period_mm = line["period_mm"]
+        errors.append(abs(period_mm - true_mm) / true_mm if period_mm is not None else 1.0)
+    assert len(errors) == 16
+    assert sum(error < 0.05 for error in errors) >= 14, errors
+
+
+def test_every_fabric_stroke_is_read_and_answered() -> None:
+    for stroke in recordings("fabric_strokes")[::9]:
+        (line,) = identify_texture([stroke], signal="mean", speed_mm_s=50.0)
+        assert line["mode"] == "stroking"
+        assert line["roughness_v"] > 0.0
