@@ -14,7 +14,7 @@ import zmq.utils.monitor
 from zmq.auth.thread import ThreadAuthenticator
 
 from common.keys import KeyPair, TrustedKeys, fingerprint
-from common.messages import MAX_PACKET
+from common.packets import MAX_PACKET
 from common.streams import STREAMS, Direction, Stream
 
 log = logging.getLogger(__name__)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from common.messages import LinkState
+from common.packets import LinkState
 
 
 class Refused(ValueError):

@@ -8,8 +8,10 @@ from typing import Any
 from common.acceptance import Acceptance
 from common.clock import ClockOffset
 from common.link import OperatorLink
-from common.messages import Answer, BadPacket, Floats, Heartbeat, LinkState, Motion, Request, Touch
+from common.messages import Motion, Touch
+from common.packets import BadPacket, Floats, LinkState
 from common.session import Session
+from common.session_messages import Answer, Heartbeat, Request
 from common.streams import STREAMS
 
 log = logging.getLogger(__name__)

@@ -14,7 +14,8 @@ from common.keys import KeyProblem, TrustedKeys, check_public_key, fingerprint, 
 from common.limits import PLATE_PROFILES
 from common.link import LinkProblem, OperatorLink
 from common.loop import PeriodicLoop, become_timely
-from common.messages import SCHEMA_VERSION, TOUCH_FIELDS, Event, Floats, LinkState
+from common.messages import TOUCH_FIELDS, Event
+from common.packets import SCHEMA_VERSION, Floats, LinkState
 from common.process import StatusFile
 from common.recording import PACKET_SCHEMA, Recorder
 from common.startup import wait_for_devices

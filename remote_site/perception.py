@@ -6,18 +6,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from common.fingers import FINGERS
-from common.messages import (
-    EVENT_MAX,
-    MAX_EVENTS,
-    TOUCH_FIELDS,
-    TOUCH_HIGH,
-    TOUCH_LOW,
-    Event,
-    EventKind,
-    Floats,
-    LinkState,
-    Touch,
-)
+from common.messages import EVENT_MAX, MAX_EVENTS, TOUCH_FIELDS, TOUCH_HIGH, TOUCH_LOW, Event, EventKind, Touch
+from common.packets import Floats, LinkState
 from remote_site.finger_identification import FingerIdentification, FingerSample, FingerTouch
 from remote_site.material_evidence import MaterialEvidence
 from remote_site.material_table import MaterialTable

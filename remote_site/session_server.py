@@ -8,8 +8,10 @@ from typing import Any
 
 from common.acceptance import Acceptance
 from common.link import RemoteLink
-from common.messages import LONGEST_REFUSAL, Answer, BadPacket, Heartbeat, LinkState, Motion, Request
+from common.messages import Motion
+from common.packets import BadPacket, LinkState
 from common.session import Refused, Session
+from common.session_messages import LONGEST_REFUSAL, Answer, Heartbeat, Request
 
 log = logging.getLogger(__name__)
 

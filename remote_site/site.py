@@ -12,7 +12,8 @@ from common.fingers import FINGERS
 from common.keys import TrustedKeys, fingerprint, load_keys
 from common.link import RemoteLink
 from common.loop import PeriodicLoop, become_timely
-from common.messages import SCHEMA_VERSION, Event, LinkState
+from common.messages import Event
+from common.packets import SCHEMA_VERSION, LinkState
 from common.process import StatusFile
 from common.recording import PACKET_SCHEMA, Recorder
 from common.startup import wait_for_devices

@@ -10,7 +10,8 @@ import numpy as np
 from mcap.reader import make_reader
 from numpy.typing import NDArray
 
-from common.messages import TOUCH_COLUMN, N, Touch
+from common.messages import TOUCH_COLUMN, Touch
+from common.packets import N
 
 Floats = NDArray[np.float64]
 

@@ -10,7 +10,9 @@ import pytest
 
 from common.keys import TrustedKeys, load_keys
 from common.link import OperatorLink, RemoteLink
-from common.messages import LinkState, Request, Touch
+from common.messages import Touch
+from common.packets import LinkState
+from common.session_messages import Request
 from operator_site.session_client import SessionClient
 from remote_site.session_server import SessionServer
 

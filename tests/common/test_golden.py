@@ -10,18 +10,8 @@ import pytest
 from common.can_frames import FrameReceiver, FrameSender, by_finger
 from common.fingers import FINGERS
 from common.framing import Frame, FrameReader, encode_frame
-from common.messages import (
-    TOUCH_FIELDS,
-    Answer,
-    Event,
-    EventKind,
-    Heartbeat,
-    LinkState,
-    Motion,
-    Request,
-    ThermalStatus,
-    Touch,
-)
+from common.messages import TOUCH_FIELDS, Event, EventKind, Motion, ThermalStatus, Touch
+from common.packets import LinkState
 from common.serial_messages import (
     DeviceFlag,
     DeviceKind,
@@ -33,6 +23,7 @@ from common.serial_messages import (
     TextureSamples,
     ThermalReading,
 )
+from common.session_messages import Answer, Heartbeat, Request
 from common.thermometry import ntc_c, ssr_c
 
 SESSION = 0x0123456789ABCDEF

@@ -10,24 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.messages import (
-    MAX_EVENTS,
-    MAX_PACKET,
-    REQUESTS,
-    SCHEMA_VERSION,
-    TOUCH_FIELDS,
-    TOUCH_RANGES,
-    Answer,
-    BadPacket,
-    Event,
-    EventKind,
-    Heartbeat,
-    LinkState,
-    Motion,
-    Request,
-    Touch,
-    WrongVersion,
-)
+from common.messages import MAX_EVENTS, TOUCH_FIELDS, TOUCH_RANGES, Event, EventKind, Motion, Touch
+from common.packets import MAX_PACKET, SCHEMA_VERSION, BadPacket, LinkState, WrongVersion
+from common.session_messages import REQUESTS, Answer, Heartbeat, Request
 
 KINDS: dict[str, Any] = {
     "motion": Motion,

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
-from common.messages import LinkState
+from common.packets import LinkState
 from common.session import Refused, Session
 
 

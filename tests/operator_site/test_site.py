@@ -8,7 +8,7 @@ from common.can_line import CanAddress
 from common.config import OperatorConfig, OperatorLinkConfig
 from common.fingers import FINGERS
 from common.link import OperatorLink
-from common.messages import LinkState
+from common.packets import LinkState
 from operator_site.devices import OperatorDevices
 from operator_site.exoskeleton import Hand
 from operator_site.gate import GatedOutput

@@ -1,0 +1,138 @@
+"""What every packet of the link is made of: MessagePack lists, checked field by field.
+
+A packet is one list that begins with schema version, session, sequence and source time (ns of the sender's monotonic
+clock). The checks run on decode and, where they can fail there, when a packet is made.
+"""
+
+import math
+from enum import IntEnum
+from typing import Any, TypeVar
+
+import msgpack
+import numpy as np
+from numpy.typing import NDArray
+
+from common.fingers import FINGERS
+
+SCHEMA_VERSION = 1
+MAX_PACKET = 4096
+"""No packet of this link is larger, bytes."""
+
+Floats = NDArray[np.float32]
+N = len(FINGERS)
+_E = TypeVar("_E", bound=IntEnum)
+
+
+class BadPacket(ValueError):
+    """A packet that is not what the schema promises. The only error that decoding raises."""
+
+
+class WrongVersion(BadPacket):
+    """A packet of another schema version."""
+
+
+class LinkState(IntEnum):
+    """State of a site's session, as it travels in packets."""
+
+    DISCONNECTED = 0
+    CONNECTED = 1
+    ENGAGED = 2
+    FAULT = 3
+
+
+_packer = msgpack.Packer(use_bin_type=True)
+
+
+def pack(fields: list[Any]) -> bytes:
+    """Packet bytes of a list that begins with the schema version.
+
+    Raises:
+        BadPacket: it would be longer than MAX_PACKET.
+    """
+    packet: bytes = _packer.pack(fields)
+    if len(packet) > MAX_PACKET:
+        raise BadPacket(f"a packet of {len(packet)} bytes is longer than {MAX_PACKET}")
+    return packet
+
+
+def unpack(packet: bytes, length: int) -> list[Any]:
+    """The fields of a packet of this schema version and of `length` fields; raises BadPacket."""
+    if len(packet) > MAX_PACKET:
+        raise BadPacket(f"a packet of {len(packet)} bytes is longer than {MAX_PACKET}")
+    try:
+        fields = msgpack.unpackb(packet)
+    except Exception as error:
+        # The unpacker's own errors have no common base; whatever it meets, the packet is what is wrong.
+        raise BadPacket(f"not MessagePack: {type(error).__name__}") from None
+    if not isinstance(fields, list) or not fields:
+        raise BadPacket("not a list")
+    version = fields[0]
+    if type(version) is not int or version != SCHEMA_VERSION:
+        # Only an integer is shown: printing something deeply nested would raise an error of its own.
+        shown = version if type(version) is int else type(version).__name__
+        raise WrongVersion(f"schema version {shown}, this side speaks {SCHEMA_VERSION}")
+    if len(fields) != length:
+        raise BadPacket(f"{len(fields)} fields, expected {length}")
+    return fields
+
+
+def read_integer(value: object, name: str, low: int = 0, high: int = 2**63 - 1) -> int:
+    """`value` when it is an integer in low..high; raises BadPacket."""
+    if type(value) is not int or not low <= value <= high:
+        raise BadPacket(f"{name}: not an integer in {low}..{high}")
+    return value
+
+
+def read_header(session: object, sequence: object, time_ns: object) -> tuple[int, int, int]:
+    """Session, sequence and source time of a packet; raises BadPacket."""
+    return read_integer(session, "session"), read_integer(sequence, "sequence"), read_integer(time_ns, "time_ns")
+
+
+def read_text(value: object, name: str, longest: int = 40) -> str:
+    """`value` when it is a text of at most `longest` characters; raises BadPacket."""
+    if not isinstance(value, str) or len(value) > longest:
+        raise BadPacket(f"{name}: not a text of at most {longest} characters")
+    return value
+
+
+def read_details(value: object) -> dict[str, Any]:
+    """`value` when it is a flat map with text keys; raises BadPacket."""
+    if not isinstance(value, dict) or not all(isinstance(key, str) for key in value):
+        raise BadPacket("details: not a map with text keys")
+    for item in value.values():
+        if not all(_plain(part) for part in (item if isinstance(item, list) else (item,))):
+            raise BadPacket("details: values must be nil, booleans, finite numbers, texts, or lists of these")
+    return value
+
+
+def _plain(value: object) -> bool:
+    return value is None or isinstance(value, (bool, int, str)) or (isinstance(value, float) and math.isfinite(value))
+
+
+def read_enum(kind: type[_E], value: object) -> _E:
+    """The member of `kind` that `value` stands for; raises BadPacket."""
+    number = read_integer(value, kind.__name__, 0, 255)
+    try:
+        return kind(number)
+    except ValueError:
+        raise BadPacket(f"{kind.__name__}: no value {number}") from None
+
+
+def read_block(raw: object, low: Floats, high: Floats, names: tuple[str, ...]) -> Floats:
+    """Array (5, len(names)) from packed little-endian float32, each column within low..high; raises BadPacket."""
+    if not isinstance(raw, bytes) or len(raw) != 4 * N * len(names):
+        raise BadPacket(f"block: expected {4 * N * len(names)} bytes")
+    block = np.frombuffer(raw, dtype="<f4").reshape(N, len(names))
+    check_block(block, low, high, names)
+    return block
+
+
+def check_block(block: Floats, low: Floats, high: Floats, names: tuple[str, ...]) -> None:
+    """Raise BadPacket where a value of the block (5, len(names)) is not within its column's low..high."""
+    # NaN fails both comparisons, so what is not finite is out of range.
+    good = (block >= low) & (block <= high)
+    if not good.all():
+        finger, column = np.argwhere(~good)[0]
+        raise BadPacket(
+            f"{FINGERS[finger]}.{names[column]}: {block[finger, column]} is outside {low[column]:g}..{high[column]:g}"
+        )
