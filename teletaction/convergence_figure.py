@@ -14,8 +14,9 @@ from common.messages import ThermalStatus
 from teletaction.figure_layout import WIDTH_IN, Margins
 from teletaction.figure_style import BLACK, FINGER_COLOURS, FINGER_DASHES, finger_keys, shown_name
 from teletaction.finger_panels import ANSWERING
-from teletaction.session_curves import SHORTEST_TOUCH_S, SessionCurves, SharedTouch
+from teletaction.session_curves import SessionCurves, SharedTouch
 from teletaction.session_data import Floats
+from teletaction.true_touches import SHORTEST_TOUCH_S
 
 MOST_TOUCHES = 12
 """Touches shown converging; the table has them all."""

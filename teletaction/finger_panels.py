@@ -25,8 +25,9 @@ from teletaction.figure_style import (
     line,
     shown_name,
 )
-from teletaction.session_curves import SHORTEST_TOUCH_S, SessionCurves, spans
+from teletaction.session_curves import SessionCurves, spans
 from teletaction.session_data import Series
+from teletaction.true_touches import SHORTEST_TOUCH_S
 
 _MOST_MATERIALS = 9
 _FELT = f"felt above {MOTOR_FLOOR_RPM:g} rpm"

@@ -5,15 +5,15 @@ from pathlib import Path
 
 from remote_site.texture_calibration import calibrate_texture
 from remote_site.thermal_calibration import calibrate_thermal
+from sim_sensors.scene import load_scene
 from sim_sensors.simulate import simulate_stroke_set, simulate_thermal, simulate_thermal_set, write_thermal_csv
 
 TOUCHES = 120
 SECONDS = 8.1
 AIR_SECONDS = 12.0
 SERIAL = "simulated"
-BLOCKS = ("aluminium", "ceramic_tile", "pvc", "pine")
-PHANTOM = ("fat", "rubber", "pvc", "aluminium")
-"""What lies about at room temperature beside the phantom."""
+LIVING = "skin_dermis"
+"""Is calibrated as warm as it is; all else lies about at room temperature."""
 BODY_OFFSETS_C = (9.0, 13.0)
 BODY_PREHEAT_K = 17.0
 """Living skin is calibrated as warm as it is, ambient + 9..13 K, hence with the warmer pre-heat."""
@@ -33,9 +33,9 @@ def make_tables(out: Path, *, made_on: str = "") -> list[Path]:
     out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
-        _blocks(work / "materials", BLOCKS, 11_000)
+        _blocks(work / "materials", load_scene("materials").calibrated, 11_000)
         calibrate_thermal(work / "materials", out / "materials.json", sensor_serial=SERIAL, made_on=made_on)
-        _blocks(work / "phantom", PHANTOM, 12_000)
+        _blocks(work / "phantom", tuple(n for n in load_scene("phantom").calibrated if n != LIVING), 12_000)
         _skin(work / "phantom", 12_500)
         calibrate_thermal(work / "phantom", out / "phantom.json", sensor_serial=SERIAL, made_on=made_on)
         constants = CONSTANTS | dict.fromkeys(GROOVED, CONSTANTS["plain_pvc"])
@@ -65,7 +65,7 @@ def _blocks(folder: Path, materials: tuple[str, ...], seed: int) -> None:
 def _skin(folder: Path, seed: int) -> None:
     """Touches of body-warm skin, added to the labels of `folder`."""
     traces = simulate_thermal(
-        "skin_dermis",
+        LIVING,
         seed,
         touches=TOUCHES,
         seconds=SECONDS,
@@ -75,6 +75,6 @@ def _skin(folder: Path, seed: int) -> None:
     )
     with (folder / "labels.csv").open("a", encoding="utf-8") as labels:
         for number, trace in enumerate(traces):
-            file = f"skin_dermis_{number:03d}.csv"
+            file = f"{LIVING}_{number:03d}.csv"
             write_thermal_csv(folder / file, trace)
-            labels.write(f"{file},skin_dermis,{trace.object_c:.4f}\n")
+            labels.write(f"{file},{LIVING},{trace.object_c:.4f}\n")

@@ -10,8 +10,6 @@ from common.fingers import FINGERS, chosen_fingers
 from teletaction.session_data import Floats, Series, SessionData
 from teletaction.true_touches import Touch, true_touches
 
-SHORTEST_TOUCH_S = 1.0
-"""A shorter touch is a tap: nobody asks it for a material."""
 _TOGETHER_S = 0.3
 """Fingers that reach one object within this time touch it together."""
 

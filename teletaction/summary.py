@@ -11,11 +11,9 @@ from common.limits import MOTOR_STILL_S
 from common.messages import EventKind, ExplorationMode, ThermalStatus
 from teletaction.demo_files import DemoOptions
 from teletaction.session_data import Floats, SessionData
-from teletaction.true_touches import Touch, true_touches
+from teletaction.true_touches import SHORTEST_TOUCH_S, Touch, true_touches
 
 MODES = tuple(mode.name.lower() for mode in ExplorationMode)
-SHORTEST_CONTACT_S = 1.0
-"""Shorter contacts are taps: counted as such, no material is asked of them."""
 PAPER_S = 8.0
 """The paper's method answers 5 to 8 s after contact: its answer is taken at the latest then."""
 _FOLLOWS_S = 0.3
@@ -85,10 +83,10 @@ def summarise(
 
 
 def contacts(data: SessionData) -> list[dict[str, Any]]:
-    """Each touch that lasted at least SHORTEST_CONTACT_S, with what was true and what was answered."""
+    """Each touch that lasted at least SHORTEST_TOUCH_S, with what was true and what was answered."""
     found = []
     for touch in _touches(data):
-        if touch.end_s - touch.start_s < SHORTEST_CONTACT_S:
+        if touch.end_s - touch.start_s < SHORTEST_TOUCH_S:
             continue
         answers = [a for a in data.thermal.get(touch.finger, []) if touch.start_s + 0.05 < a["time_s"] < touch.end_s]
         last = answers[-1] if answers else {}

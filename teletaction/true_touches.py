@@ -4,6 +4,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+SHORTEST_TOUCH_S = 1.0
+"""A shorter touch is a tap: counted as such, and nobody asks it for a material."""
+
 
 @dataclass(frozen=True, slots=True)
 class Touch:
