@@ -1,12 +1,55 @@
-"""`python -m common.limits_table`: docs/limits.md, from the numbers that the gates use."""
+"""`python -m common.limits_table`: docs/limits.md, from the numbers that gates, watchdogs and devices use."""
+
+from collections.abc import Iterable, Mapping
 
 from common import limits
+from common.ladder import Rung, in_ms, ladder
+from common.safe_states import SAFE_STATES, TICK_S
+
+USUAL_RATE_HZ = 500.0
+"""Of both loops, for the ladder that the page shows."""
 
 
 def limits_page() -> str:
-    """The table of limits as Markdown."""
+    """Limits, watchdog ladder and safe states as Markdown."""
+    parts = [
+        "# Limits",
+        "",
+        "Everything that may reach a finger or a patient stays inside these tables. The numbers are the code's own",
+        "(`common/limits.py`, `common/ladder.py`, `common/safe_states.py`); after a change there:",
+        "`python -m common.limits_table > docs/limits.md`.",
+        "",
+        *_table(("what", "limit"), _limits().items()),
+        "",
+        "## The watchdog ladder",
+        "",
+        "Each time after which silence or standstill has a consequence, lowest first, here for loops of "
+        f"{USUAL_RATE_HZ:g} Hz at both sites.",
+        "A time acts only after those that it covers have had their turn. A configuration that breaks this is refused",
+        "when it is loaded, and a far side whose rate breaks it at hello.",
+        "",
+        *_table(("waited for", "time", "set by", "then", "covers"), _rungs()),
+        "",
+        "## Safe states",
+        "",
+        "What each actuator does, and within what time, when the link is silent, its site is dead or hangs, its own",
+        "line is cut, or a fault has latched. Times count from the last accepted packet, the last command that the",
+        f"device heard, or the tick that found the fault; a tick is at most {in_ms(TICK_S)}.",
+        "",
+        *_table(
+            ("site", "actuator", "safe output", "link silent", "site dead", "device alone", "fault"),
+            (
+                (s.site, s.actuator, s.output, str(s.link_silent), str(s.site_dead), str(s.device_alone), str(s.fault))
+                for s in SAFE_STATES
+            ),
+        ),
+    ]
+    return "\n".join(parts) + "\n"
+
+
+def _limits() -> Mapping[str, str]:
     comfort, wide = limits.COMFORT, limits.WIDE
-    rows = {
+    return {
         "operator plate, set-point": f"{comfort.low_c:g}-{comfort.high_c:g} °C (comfort, the default), "
         f"{wide.low_c:g}-{wide.high_c:g} °C (wide)",
         "operator plate, measured": f"a fault above {limits.PLATE_FAULT_C:g} °C; "
@@ -26,17 +69,27 @@ def limits_page() -> str:
         f"{limits.MOTOR_STILL_S * 1e3:g} ms), Peltier and heater drive 0 within {limits.THERMAL_SAFE_S * 1e3:g} ms",
         "silence at a module": f"it switches its own outputs off after {limits.MODULE_TIMEOUT_S * 1e3:g} ms",
     }
-    lines = [
-        "# Limits",
-        "",
-        "Everything that may reach a finger or a patient stays inside this table. The numbers are those of",
-        "`common/limits.py`; after a change there: `python -m common.limits_table > docs/limits.md`.",
-        "",
-        "| what | limit |",
-        "|---|---|",
-        *(f"| {what} | {limit} |" for what, limit in rows.items()),
+
+
+def _rungs() -> Iterable[tuple[str, ...]]:
+    rungs = ladder(USUAL_RATE_HZ, limits.GAP_S, limits.AGE_DEFAULT_S, USUAL_RATE_HZ)
+    return ((rung.name, in_ms(rung.after_s), rung.source, rung.then, _covers(rung)) for rung in rungs)
+
+
+def _covers(rung: Rung) -> str:
+    sums = (
+        " + ".join(name if times == 1 else f"{times:g} x {name}" for name, times in parts.items())
+        for parts in rung.covers
+    )
+    return "; ".join(sums) or "-"
+
+
+def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> list[str]:
+    return [
+        f"| {' | '.join(head)} |",
+        "|" + "---|" * len(head),
+        *(f"| {' | '.join(cells)} |" for cells in rows),
     ]
-    return "\n".join(lines) + "\n"
 
 
 if __name__ == "__main__":

@@ -1,0 +1,25 @@
+import pytest
+
+from common.capabilities import capabilities, disagreement
+
+OURS = capabilities(("index", "middle"), 500.0, calibration="abc")
+
+
+def test_equal_sites_agree() -> None:
+    assert disagreement(OURS, capabilities(("index", "middle"), 100.0)) == ""
+
+
+@pytest.mark.parametrize(
+    ("theirs", "words"),
+    [
+        ({}, "laid out differently"),
+        (OURS | {"layout": "0"}, "laid out differently"),
+        (OURS | {"fingers": ["index"]}, "has fingers"),
+        (OURS | {"fingers": None}, "has fingers"),
+        (OURS | {"rate_hz": 20.0}, "far side"),
+        (OURS | {"rate_hz": "fast"}, "far side"),
+        (OURS | {"rate_hz": float("nan")}, "far side"),
+    ],
+)
+def test_what_does_not_fit_is_said(theirs: dict[str, object], words: str) -> None:
+    assert words in disagreement(OURS, theirs)
