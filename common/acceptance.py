@@ -7,6 +7,10 @@ from typing import Protocol
 FUTURE_TOLERANCE_NS = 5_000_000
 """A packet may seem this much younger than now, beyond the clock's own uncertainty, ns."""
 
+MOST_AHEAD = 10_000
+"""A session does not outlive the silence in which so many packets could be lost: a sequence number further ahead is a
+sender's error, and believing it would refuse all that follow."""
+
 
 class Stamped(Protocol):
     """A packet with the common header."""
@@ -47,8 +51,8 @@ class Acceptance:
             session: the session that this side is in.
             now_ns: this side's clock.
             offset_ns: the sender's clock minus this side's.
-            uncertainty_ns: of the offset; None while it is unknown, and then no age is judged: until the
-                clocks have been compared a packet can only be known to be new, not how old it is.
+            uncertainty_ns: of the offset; None while it is unknown. Until the clocks have been compared well enough to
+                tell a packet of the allowed age from a fresh one, nothing is accepted.
         """
         refusal = self._judge(packet, session, now_ns, offset_ns, uncertainty_ns)
         if refusal:
@@ -64,12 +68,13 @@ class Acceptance:
     def _judge(self, packet: Stamped, session: int, now_ns: int, offset_ns: int, uncertainty_ns: int | None) -> str:
         if packet.session != session:
             return "session"
-        if packet.sequence <= self._sequence:
+        ahead = packet.sequence - self._sequence
+        if ahead <= 0 or (self._sequence >= 0 and ahead > MOST_AHEAD):  # who joins late begins anywhere
             return "sequence"
-        if uncertainty_ns is None:
+        if uncertainty_ns is None or uncertainty_ns > self.max_age_ns:
             return "clock"
         age_ns = now_ns - (packet.time_ns - offset_ns)
-        if age_ns > self.max_age_ns + uncertainty_ns:
+        if age_ns > self.max_age_ns:
             return "age"
         if age_ns < -(uncertainty_ns + FUTURE_TOLERANCE_NS):
             return "future"

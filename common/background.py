@@ -13,10 +13,13 @@ class BackgroundOpener(Generic[T]):
     def __init__(self, opener: Callable[[], T], retry_s: float = 0.25):
         self.problem: Exception | None = None
         """Why the last try failed; None while none has."""
+        self.discard: Callable[[T], object] = lambda opened: None
+        """Closes what was opened and is wanted no more."""
         self._opener = opener
         self._retry_s = retry_s
         self._opened: T | None = None
         self._stop = threading.Event()
+        self._handing = threading.Lock()
         self._thread: threading.Thread | None = None
 
     def start(self) -> None:
@@ -34,16 +37,29 @@ class BackgroundOpener(Generic[T]):
         return opened
 
     def stop(self) -> None:
-        """Give up; a try under way ends by itself and its result is dropped."""
-        self._stop.set()
+        """Give up; a try under way ends by itself, and what it opens is closed again."""
+        with self._handing:
+            self._stop.set()
+            opened = self.take()
+        if opened is not None:
+            self.discard(opened)
 
     def _run(self) -> None:
         while not self._stop.is_set():
             try:
-                self._opened = self._opener()
-            except (OSError, ValueError) as error:
+                opened = self._opener()
+            except Exception as error:  # whatever a library raises, the search goes on
                 self.problem = error
                 self._stop.wait(self._retry_s)
             else:
                 self.problem = None
+                self._hand_over(opened)
                 return
+
+    def _hand_over(self, opened: T) -> None:
+        with self._handing:
+            wanted = not self._stop.is_set()
+            if wanted:
+                self._opened = opened
+        if not wanted:
+            self.discard(opened)

@@ -1,7 +1,6 @@
 """The CAN bus of one site: frames in and out without blocking, re-opened when the gateway was away."""
 
 import logging
-import socket
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -10,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from common.background import BackgroundOpener
 from common.can_frames import BadFrame, FrameReceiver
+from common.can_gateway import GatewayBus
 from common.serial_line import DeviceAbsent
 
 log = logging.getLogger(__name__)
@@ -41,12 +41,10 @@ class CanAddress(BaseModel):
         Raises:
             DeviceAbsent: it cannot be opened.
         """
-        options = {"host": self.host, "port": self.port, "tcp_tune": True} if self.interface == "socketcand" else {}
         try:
             if self.interface == "socketcand":
-                # Where nobody listens the library tries for 10 s without a pause, at a whole core's cost: ask first.
-                socket.create_connection((self.host, self.port), timeout=1.0).close()
-            return can.Bus(interface=self.interface, channel=self.channel, **options)  # type: ignore[arg-type]
+                return GatewayBus(self.channel, self.host, self.port)
+            return can.Bus(interface=self.interface, channel=self.channel)
         except (can.CanError, OSError, TimeoutError) as error:
             raise DeviceAbsent(f"CAN {self}: {error}") from None
 
@@ -59,6 +57,8 @@ class CanLine:
     receivers: tuple[FrameReceiver, ...]
     times_lost: int = 0
     unknown: int = 0
+    unsent: int = 0
+    """Frames dropped because the gateway took none."""
     _bus: can.BusABC | None = None
     _opener: BackgroundOpener[can.BusABC] = field(init=False)
     _by_id: dict[int, FrameReceiver] = field(init=False)
@@ -66,6 +66,7 @@ class CanLine:
     def __post_init__(self) -> None:
         self._by_id = {receiver.frame_id: receiver for receiver in self.receivers}
         self._opener = BackgroundOpener(self.address.open)
+        self._opener.discard = _shut_down
         self._opener.start()
 
     @property
@@ -85,6 +86,7 @@ class CanLine:
             "times_lost": self.times_lost,
             "refused": {receiver.name: receiver.refused for receiver in self.receivers},
             "unknown": self.unknown,
+            "unsent": self.unsent,
         }
 
     def poll(self) -> dict[str, dict[str, float]]:
@@ -117,6 +119,8 @@ class CanLine:
             return
         try:
             self._bus.send(message)
+        except can.CanTimeoutError:
+            self.unsent += 1
         except (can.CanError, OSError) as error:
             self._lose(error)
 
@@ -124,16 +128,20 @@ class CanLine:
         """Close the bus and stop looking for it."""
         self._opener.stop()
         if self._bus is not None:
-            self._bus.shutdown()
+            _shut_down(self._bus)
             self._bus = None
 
     def _lose(self, error: Exception) -> None:
         log.warning("CAN %s lost: %s", self.address, error)
         assert self._bus is not None
-        try:
-            self._bus.shutdown()
-        except OSError:
-            log.debug("the lost bus did not shut down cleanly")
+        _shut_down(self._bus)
         self._bus = None
         self.times_lost += 1
         self._opener.start()
+
+
+def _shut_down(bus: can.BusABC) -> None:
+    try:
+        bus.shutdown()
+    except (can.CanError, OSError) as error:
+        log.debug("the bus did not shut down cleanly: %s", error)

@@ -20,6 +20,8 @@ class ClockOffset:
     offset_ns: int = 0
     uncertainty_ns: int | None = None
     round_trip_ns: int = 0
+    steps: int = 0
+    """How often a clock was stepped: a measurement contradicted all that was known."""
     _samples: deque[tuple[int, int, int]] = field(default_factory=lambda: deque(maxlen=WINDOW))
 
     def add(self, t1_ns: int, t2_ns: int, t3_ns: int, t4_ns: int) -> None:
@@ -32,6 +34,19 @@ class ClockOffset:
         if t4_ns < t1_ns or t3_ns < t2_ns or round_trip < 0:
             raise ValueError(f"impossible round trip {t1_ns}, {t2_ns}, {t3_ns}, {t4_ns}")
         self.round_trip_ns = round_trip
-        self._samples.append((t1_ns, ((t2_ns - t1_ns) + (t3_ns - t4_ns)) // 2, round_trip // 2))
+        sample = (t1_ns, ((t2_ns - t1_ns) + (t3_ns - t4_ns)) // 2, round_trip // 2)
+        if self._contradicts(sample, t4_ns):
+            # Both bounds hold for one pair of clocks, so one was stepped: what came before is worth nothing.
+            self._samples.clear()
+            self.steps += 1
+        self._samples.append(sample)
         sent_ns, self.offset_ns, bound = min(self._samples, key=lambda s: s[2] + DRIFT * (t4_ns - s[0]))
         self.uncertainty_ns = bound + math.ceil(DRIFT * (t4_ns - sent_ns)) + 1
+
+    def _contradicts(self, sample: tuple[int, int, int], now_ns: int) -> bool:
+        """Whether the ranges that this measurement and the best known one allow do not even touch."""
+        if self.uncertainty_ns is None or not self._samples:
+            return False
+        _, offset_ns, bound_ns = sample
+        drifted_ns = math.ceil(DRIFT * abs(now_ns - self._samples[-1][0])) + 2
+        return abs(offset_ns - self.offset_ns) > bound_ns + self.uncertainty_ns + drifted_ns

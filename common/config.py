@@ -13,6 +13,8 @@ from common import limits
 from common.can_line import CanAddress
 from common.fingers import FINGERS
 from common.keys import KEY_LENGTH
+from common.ladder import FASTEST_RATE_HZ, SLOWEST_RATE_HZ, check_ladder
+from common.logs import LogForm
 
 FingerName = Literal["thumb", "index", "middle", "ring", "little"]
 
@@ -40,7 +42,7 @@ class RemoteLinkConfig(_Section):
     """The remote site's side of the link. Curve keys are not an option: there is no way without."""
 
     bind: str = "127.0.0.1"
-    base_port: int = Field(default=5600, ge=1, le=65531)
+    base_port: int = Field(default=5600, ge=1, le=65530)
     keys: Path
     max_age_s: float = Field(default=limits.AGE_DEFAULT_S, gt=0.0, le=limits.AGE_MAX_S)
     gap_s: float = Field(default=limits.GAP_S, gt=0.0, le=limits.GAP_S)
@@ -50,10 +52,12 @@ class OperatorLinkConfig(_Section):
     """The operator site's side of the link."""
 
     host: str = "127.0.0.1"
-    base_port: int = Field(default=5600, ge=1, le=65531)
+    base_port: int = Field(default=5600, ge=1, le=65530)
     keys: Path
     remote_key: str | None = Field(default=None, min_length=KEY_LENGTH, max_length=KEY_LENGTH)
     """The remote site's public key; without it, the one that the key folder trusts under the name `remote`."""
+    calibration: str | None = None
+    """Hash that the remote site's table of materials must have; any, without."""
     max_age_s: float = Field(default=limits.AGE_DEFAULT_S, gt=0.0, le=limits.AGE_MAX_S)
     gap_s: float = Field(default=limits.GAP_S, gt=0.0, le=limits.GAP_S)
 
@@ -62,14 +66,16 @@ class SiteConfig(_Section):
     """What the two sites' configurations share."""
 
     fingers: Fingers = Field(default=FINGERS, validate_default=True)
-    rate_hz: float = Field(default=500.0, ge=100.0, le=1000.0)
+    rate_hz: float = Field(default=500.0, ge=SLOWEST_RATE_HZ, le=FASTEST_RATE_HZ)
     wait_for_devices_s: float = Field(default=5.0, ge=0.0, le=600.0)
     record: Path | None = None
     """MCAP file to record to; nothing is recorded without."""
     status: Path | None = None
     """JSON file with the process's own figures, rewritten every second; health checks read it."""
+    log: LogForm = "text"
+    """Lines for people on standard error, or one JSON object a line."""
 
-    def _check(self, serial: Mapping[str, Addresses], gap_s: float) -> None:
+    def _check(self, serial: Mapping[str, Addresses], gap_s: float, age_s: float) -> None:
         for kind, addresses in serial.items():
             if set(addresses) != set(self.fingers):
                 raise ValueError(
@@ -80,8 +86,7 @@ class SiteConfig(_Section):
         twice = {address for address in every if every.count(address) > 1}
         if twice:
             raise ValueError(f"address {min(twice)} is given to two devices")
-        if gap_s < 3.0 / self.rate_hz:
-            raise ValueError(f"link.gap_s: {gap_s} s must cover three periods of rate_hz {self.rate_hz:g}")
+        check_ladder(self.rate_hz, gap_s, age_s)
 
 
 class CalibrationConfig(_Section):
@@ -101,6 +106,8 @@ class RemoteConfig(SiteConfig):
     """The remote site."""
 
     link: RemoteLinkConfig
+    desk_port: int = Field(default=5608, ge=1, le=65535)
+    """Loopback port where a person at this site asks for an emergency stop and the like (`teletaction session`)."""
     texture: Addresses
     thermal_sensors: Addresses
     telemanipulator: CanAddress
@@ -109,7 +116,9 @@ class RemoteConfig(SiteConfig):
 
     @model_validator(mode="after")
     def _between_fields(self) -> "RemoteConfig":
-        self._check({"texture": self.texture, "thermal_sensors": self.thermal_sensors}, self.link.gap_s)
+        self._check(
+            {"texture": self.texture, "thermal_sensors": self.thermal_sensors}, self.link.gap_s, self.link.max_age_s
+        )
         return self
 
 
@@ -128,6 +137,8 @@ class OperatorConfig(SiteConfig):
     """The operator site."""
 
     link: OperatorLinkConfig
+    desk_port: int = Field(default=5609, ge=1, le=65535)
+    """Loopback port where the person at this site asks for an emergency stop and the like (`teletaction session`)."""
     tacttip: Addresses
     exoskeleton: CanAddress
     rendering: RenderingConfig = RenderingConfig()
@@ -136,8 +147,14 @@ class OperatorConfig(SiteConfig):
 
     @model_validator(mode="after")
     def _between_fields(self) -> "OperatorConfig":
-        self._check({"tacttip": self.tacttip}, self.link.gap_s)
+        self._check({"tacttip": self.tacttip}, self.link.gap_s, self.link.max_age_s)
         return self
+
+
+class ObserverConfig(_Section):
+    """Somebody who looks on."""
+
+    link: OperatorLinkConfig
 
 
 class _SimulationConfig(_Section):
@@ -146,8 +163,11 @@ class _SimulationConfig(_Section):
     seed: int = Field(default=0, ge=0)
     can_host: str = "127.0.0.1"
     can_port: int = Field(default=29536, ge=1, le=65535)
+    fault_port: int | None = Field(default=None, ge=1, le=65535)
+    """Loopback port at which the simulation is told to fail; nobody can make it fail without."""
     record: Path | None = None
     status: Path | None = None
+    log: LogForm = "text"
 
 
 class SimRemoteConfig(_SimulationConfig):
@@ -163,6 +183,29 @@ class SimOperatorConfig(_SimulationConfig):
     tacttip: Addresses
     seconds: float | None = Field(default=None, gt=0.0)
     """How long the hand works once its exoskeleton is driven; for ever without."""
+
+
+class SimNetworkConfig(_Section):
+    """A simulated network: the operator connects to it, and it connects on to the remote site."""
+
+    network: str
+    """Name of a network that comes with the program, or a path that ends in `.toml` or `.csv`."""
+    bind: str = "127.0.0.1"
+    base_port: int = Field(ge=1, le=65530)
+    to_host: str = "127.0.0.1"
+    to_base_port: int = Field(default=5600, ge=1, le=65530)
+    seed: int = Field(default=0, ge=0)
+    wait_for_start: bool = False
+    """Time 0 of the network's timetable is the command `start` at the fault port, instead of the process's start."""
+    fault_port: int | None = Field(default=None, ge=1, le=65535)
+    status: Path | None = None
+    log: LogForm = "text"
+
+    @model_validator(mode="after")
+    def _can_be_started(self) -> "SimNetworkConfig":
+        if self.wait_for_start and self.fault_port is None:
+            raise ValueError("wait_for_start needs a fault_port to be started at")
+        return self
 
 
 M = TypeVar("M", bound=BaseModel)
@@ -192,11 +235,29 @@ def load_config(path: Path, model: type[M]) -> M:
     return _anchor(checked, path.parent)
 
 
+def load_site(path: Path) -> "RemoteConfig | OperatorConfig":
+    """Read the configuration of either site: the operator's is the one with `tacttip` modules.
+
+    Raises:
+        ConfigProblem: as `load_config`.
+    """
+    try:
+        values = tomllib.loads(path.read_text("utf-8"))
+    except (OSError, ValueError):
+        values = {}  # said properly below
+    return load_config(path, OperatorConfig) if "tacttip" in values else load_config(path, RemoteConfig)
+
+
 def _line_of(text: str, location: list[str]) -> int:
     """Line of the deepest part of `location` that the file mentions; 1 when it mentions none."""
     found = 1
     lines = text.splitlines()
-    for part in location:
+    for above, part in zip(["", *location], location, strict=False):
+        if part.isdigit():
+            entry = re.compile(rf"^\s*\[\[\s*{re.escape(above)}\s*\]\]")
+            entries = [number for number, line in enumerate(lines, 1) if entry.match(line)]
+            found = entries[int(part)] if int(part) < len(entries) else found
+            continue
         name = re.escape(part)
         pattern = re.compile(rf"^\s*\[.*\b{name}\b.*\]|^.*\b{name}\b\"?\s*=")
         for number in range(found, len(lines) + 1):

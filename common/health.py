@@ -8,8 +8,35 @@ import json
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
-OLDEST_S = 5.0
+from common.ladder import SUPERVISOR_WATCHDOG_S
+
+OLDEST_S = SUPERVISOR_WATCHDOG_S
+
+
+class NoStatus(ValueError):
+    """A status file that is not there, or is none."""
+
+
+def read_status(status: Path, now_ns: int) -> tuple[dict[str, Any], float]:
+    """What a status file tells, and how long ago it was written, s.
+
+    Raises:
+        NoStatus: it cannot be read, or is no status file.
+    """
+    try:
+        told = json.loads(status.read_text("utf-8"))
+        return dict(told), (now_ns - int(told["time_ns"])) * 1e-9
+    except OSError as error:
+        raise NoStatus(f"{status}: {error.strerror}") from None
+    except (ValueError, KeyError, TypeError, OverflowError):
+        raise NoStatus(f"{status}: not a status file") from None
+
+
+def young(age_s: float) -> bool:
+    """Whether a status of this age says that its process lives; a negative age is from before the machine started."""
+    return 0.0 <= age_s < OLDEST_S
 
 
 def ill(status: Path, now_ns: int, state: str | None = None) -> str:
@@ -21,14 +48,10 @@ def ill(status: Path, now_ns: int, state: str | None = None) -> str:
         state: the session state that a site must be in, such as `engaged`; any by default.
     """
     try:
-        told = json.loads(status.read_text("utf-8"))
-        age_s = (now_ns - int(told["time_ns"])) * 1e-9
-    except OSError as error:
-        return f"{status}: {error.strerror}"
-    except (ValueError, KeyError, TypeError):
-        return f"{status}: not a status file"
-    if not 0.0 <= age_s < OLDEST_S:
-        # A negative age comes from before the machine was last started.
+        told, age_s = read_status(status, now_ns)
+    except NoStatus as problem:
+        return str(problem)
+    if not young(age_s):
         return f"{status}: {age_s:.1f} s old, expected less than {OLDEST_S:g} s"
     if state is not None and told.get("state") != state:
         why = told.get("fault") or told.get("missing") or told.get("refusal") or ""

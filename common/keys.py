@@ -1,7 +1,8 @@
 """CurveZMQ keys of a site and the list of those it trusts.
 
 A key folder holds `site.key` (public) and `site.key_secret` (0600, looser refused), as the zmq
-library writes them, and `trusted`: one `NAME PUBLIC_KEY` per line.
+library writes them, and `trusted`: one `NAME PUBLIC_KEY` per line, followed by `observer` where the
+owner of the key may only look on.
 """
 
 import base64
@@ -9,6 +10,7 @@ import hashlib
 import os
 import stat
 from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
 
 import zmq.auth
@@ -93,71 +95,96 @@ def check_public_key(text: str) -> str:
     raise KeyProblem(f"{text!r} is no public key: expected {KEY_LENGTH} Z85 characters")
 
 
+class Role(Enum):
+    """What the owner of a trusted key may do."""
+
+    PARTNER = "partner"
+    """Take part in a session: an operator at a remote site's list, the remote site at an operator's."""
+    OBSERVER = "observer"
+    """Look on, and change nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trusted:
+    """Whose a trusted key is, and what for."""
+
+    name: str
+    role: Role = Role.PARTNER
+
+
 @dataclass(slots=True)
 class TrustedKeys:
     """The allow-list of a key folder; reads the file again when it changed."""
 
     folder: Path
     _stamp: tuple[int, int] | None = None
-    _names: dict[str, str] | None = None
+    _owners: dict[str, Trusted] | None = None
 
     @property
     def file(self) -> Path:
         """Where the list stands."""
         return self.folder / "trusted"
 
-    def names(self) -> dict[str, str]:
-        """Trusted public keys and the name of each.
+    def owners(self) -> dict[str, Trusted]:
+        """Trusted public keys and the owner of each.
 
         Raises:
-            KeyProblem: a line is not `NAME PUBLIC_KEY`.
+            KeyProblem: a line is not `NAME PUBLIC_KEY [observer]`, or the file cannot be read.
         """
         try:
             status = self.file.stat()
+            stamp = (status.st_mtime_ns, status.st_size)
+            if self._owners is None or stamp != self._stamp:
+                self._owners = self._read()
+                self._stamp = stamp
         except FileNotFoundError:
             return {}
-        stamp = (status.st_mtime_ns, status.st_size)
-        if self._names is None or stamp != self._stamp:
-            self._names = self._read()
-            self._stamp = stamp
-        return self._names
+        except OSError as error:
+            raise KeyProblem(f"{self.file}: {error.strerror}") from None
+        return self._owners
 
-    def allows(self, public_key: str) -> bool:
-        """Whether this key may connect now. A damaged list allows nobody."""
+    def role(self, public_key: str) -> Role | None:
+        """What the owner of this key may do now; None for nothing. A damaged list allows nobody anything."""
         try:
-            return public_key in self.names()
+            owner = self.owners().get(public_key)
         except KeyProblem:
-            return False
+            return None
+        return None if owner is None else owner.role
 
-    def trust(self, name: str, public_key: str) -> None:
+    def trust(self, name: str, public_key: str, role: Role = Role.PARTNER) -> None:
         """Add a key under a name; raises KeyProblem on a bad key or a name with white space."""
         if not name or len(name.split()) != 1:
             raise KeyProblem(f"{name!r} is no name for a key: use one word")
-        self._write({**self.names(), check_public_key(public_key): name})
+        self._write({**self.owners(), check_public_key(public_key): Trusted(name, role)})
 
     def revoke(self, name: str) -> int:
         """Remove all keys of a name; return how many. Raises KeyProblem when there is none."""
-        names = self.names()
-        kept = {key: owner for key, owner in names.items() if owner != name}
-        if len(kept) == len(names):
-            raise KeyProblem(f"{self.file}: trusts no {name!r}; known: {', '.join(sorted(set(names.values())))}")
+        owners = self.owners()
+        kept = {key: owner for key, owner in owners.items() if owner.name != name}
+        if len(kept) == len(owners):
+            known = ", ".join(sorted({owner.name for owner in owners.values()}))
+            raise KeyProblem(f"{self.file}: trusts no {name!r}; known: {known or 'nobody'}")
         self._write(kept)
-        return len(names) - len(kept)
+        return len(owners) - len(kept)
 
-    def _read(self) -> dict[str, str]:
-        names = {}
+    def _read(self) -> dict[str, Trusted]:
+        owners = {}
         for number, line in enumerate(self.file.read_text("utf-8").splitlines(), start=1):
             words = line.split()
             if not words:
                 continue
-            if len(words) != 2:
-                raise KeyProblem(f"{self.file}:{number}: expected NAME PUBLIC_KEY")
-            names[check_public_key(words[1])] = words[0]
-        return names
+            role = Role.OBSERVER if words[2:] == [Role.OBSERVER.value] else Role.PARTNER
+            if len(words) - (role is Role.OBSERVER) != 2:
+                raise KeyProblem(f"{self.file}:{number}: expected NAME PUBLIC_KEY, and `observer` or nothing")
+            owners[check_public_key(words[1])] = Trusted(words[0], role)
+        return owners
 
-    def _write(self, names: dict[str, str]) -> None:
+    def _write(self, owners: dict[str, Trusted]) -> None:
         self.folder.mkdir(parents=True, exist_ok=True)
         temporary = self.file.with_suffix(".new")
-        temporary.write_text("".join(f"{name} {key}\n" for key, name in names.items()), "utf-8")
+        lines = (
+            f"{owner.name} {key}{' observer' if owner.role is Role.OBSERVER else ''}\n" for key, owner in owners.items()
+        )
+        temporary.write_text("".join(lines), "utf-8")
         temporary.replace(self.file)
-        self._names = None
+        self._owners = None

@@ -1,27 +1,26 @@
 """What the two sites stream to each other: where the operator's fingertips are, and what the remote ones touch.
 
-Floats of all fingers travel as one packed little-endian float32 block. The same checks run when a packet is made:
-nothing that the far side would refuse is sent.
+Floats of all fingers travel as one block. The same checks run when a packet is made: nothing that the far side would
+refuse is sent.
 """
 
-from dataclasses import dataclass
 from enum import IntEnum
+from functools import lru_cache
+from typing import NamedTuple
 
-import numpy as np
-
+from common.finger_block import FingerBlock
 from common.packets import (
     SCHEMA_VERSION,
     BadPacket,
     Floats,
     LinkState,
     N,
-    check_block,
     pack,
-    read_block,
     read_enum,
     read_header,
     read_integer,
     read_text,
+    read_texts,
     unpack,
 )
 
@@ -60,9 +59,8 @@ class EventKind(IntEnum):
     MATERIAL = 2
 
 
-MOTION_FIELDS = ("x_m", "y_m", "z_m")
-_MOTION_LOW = np.array([-0.66, -0.66, -0.0103], dtype=np.float32)
-_MOTION_HIGH = np.array([0.66, 0.66, 0.0103], dtype=np.float32)
+MOTION_BLOCK = FingerBlock({"x_m": (-0.66, 0.66), "y_m": (-0.66, 0.66), "z_m": (-0.0103, 0.0103)})
+MOTION_FIELDS = MOTION_BLOCK.names
 
 TOUCH_RANGES = {
     "mode": (0, 3),
@@ -91,12 +89,11 @@ conductivity of 0 W/mK says that the object's thermal constants are not known.
 """
 TOUCH_FIELDS = tuple(TOUCH_RANGES)
 TOUCH_COLUMN = {name: column for column, name in enumerate(TOUCH_FIELDS)}
-TOUCH_LOW = np.array([low for low, _ in TOUCH_RANGES.values()], dtype=np.float32)
-TOUCH_HIGH = np.array([high for _, high in TOUCH_RANGES.values()], dtype=np.float32)
+TOUCH_BLOCK = FingerBlock(TOUCH_RANGES, codes=("mode", "contact", "thermal_status"))
+TOUCH_LOW, TOUCH_HIGH = TOUCH_BLOCK.low, TOUCH_BLOCK.high
 
 
-@dataclass(frozen=True, slots=True)
-class Event:
+class Event(NamedTuple):
     """One happening at a finger; `ident` is unique in the session, so each is played once.
 
     `value`: approach speed in m/s of a tap, amplitude in rad/s of a groove, probability of a material.
@@ -110,8 +107,7 @@ class Event:
     name: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Motion:
+class Motion(NamedTuple):
     """Where the operator's fingertips are: block (5, 3) of `MOTION_FIELDS`, m."""
 
     session: int
@@ -122,19 +118,18 @@ class Motion:
 
     def encode(self) -> bytes:
         """Packet bytes; raises BadPacket on a value out of range."""
-        check_block(self.block, _MOTION_LOW, _MOTION_HIGH, MOTION_FIELDS)
-        return pack([SCHEMA_VERSION, self.session, self.sequence, self.time_ns, int(self.state), self.block.tobytes()])
+        raw = MOTION_BLOCK.to_bytes(self.block)
+        return pack([SCHEMA_VERSION, self.session, self.sequence, self.time_ns, self.state, raw])
 
     @classmethod
     def decode(cls, packet: bytes) -> "Motion":
         """Check and unpack; raises BadPacket."""
         _, session, sequence, time_ns, state, raw = unpack(packet, 6)
-        block = read_block(raw, _MOTION_LOW, _MOTION_HIGH, MOTION_FIELDS)
+        block = MOTION_BLOCK.from_bytes(raw)
         return cls(*read_header(session, sequence, time_ns), read_enum(LinkState, state), block)
 
 
-@dataclass(frozen=True, slots=True)
-class Touch:
+class Touch(NamedTuple):
     """What the remote fingers touch: block (5, 18) of `TOUCH_FIELDS`, names of the likeliest materials, events."""
 
     session: int
@@ -147,45 +142,31 @@ class Touch:
 
     def encode(self) -> bytes:
         """Packet bytes; raises BadPacket on a value out of range."""
-        check_block(self.block, TOUCH_LOW, TOUCH_HIGH, TOUCH_FIELDS)
-        events = [[e.ident, int(e.kind), e.finger, e.time_ns, e.value, e.name] for e in self.events]
-        return pack(
-            [
-                SCHEMA_VERSION,
-                self.session,
-                self.sequence,
-                self.time_ns,
-                int(self.state),
-                self.block.tobytes(),
-                list(self.materials),
-                events,
-            ]
-        )
+        raw = TOUCH_BLOCK.to_bytes(self.block)
+        header = (SCHEMA_VERSION, self.session, self.sequence, self.time_ns, self.state)
+        return pack([*header, raw, self.materials, self.events])
 
     @classmethod
     def decode(cls, packet: bytes) -> "Touch":
         """Check and unpack; raises BadPacket."""
         _, session, sequence, time_ns, state, raw, materials, events = unpack(packet, 8)
-        block = read_block(raw, TOUCH_LOW, TOUCH_HIGH, TOUCH_FIELDS)
-        if not isinstance(materials, list) or len(materials) != N:
-            raise BadPacket(f"materials: expected a list of {N} names")
-        if not isinstance(events, list) or len(events) > MAX_EVENTS:
+        block = TOUCH_BLOCK.from_bytes(raw)
+        if type(events) is not list or len(events) > MAX_EVENTS:
             raise BadPacket(f"events: expected a list of at most {MAX_EVENTS}")
-        return cls(
-            *read_header(session, sequence, time_ns),
-            read_enum(LinkState, state),
-            block,
-            tuple(read_text(name, "material") for name in materials),
-            tuple(_event(item) for item in events),
-        )
+        names = read_texts(materials, "materials", N)
+        try:
+            happened = tuple([_event(*event) for event in events])
+        except TypeError:
+            raise BadPacket("events: expected lists of 6 plain values") from None
+        header = read_header(session, sequence, time_ns)
+        return cls(*header, read_enum(LinkState, state), block, names, happened)
 
 
-def _event(item: object) -> Event:
-    if not isinstance(item, list) or len(item) != 6:
-        raise BadPacket("event: expected a list of 6")
-    ident, kind, finger, time_ns, value, name = item
+@lru_cache(maxsize=256, typed=True)
+def _event(ident: object, kind: object, finger: object, time_ns: object, value: object, name: object) -> Event:
+    """The event of these fields; remembered, since the same one comes in every packet for half a second."""
     if type(value) is not float or not 0.0 <= value <= EVENT_MAX:
-        raise BadPacket("event: value is not a number in 0..2000")
+        raise BadPacket(f"event: value is not a number in 0..{EVENT_MAX:g}")
     return Event(
         read_integer(ident, "event"),
         read_enum(EventKind, kind),

@@ -6,7 +6,8 @@ clock). The checks run on decode and, where they can fail there, when a packet i
 
 import math
 from enum import IntEnum
-from typing import Any, TypeVar
+from functools import cache
+from typing import Any, TypeVar, cast
 
 import msgpack
 import numpy as np
@@ -17,6 +18,9 @@ from common.fingers import FINGERS
 SCHEMA_VERSION = 1
 MAX_PACKET = 4096
 """No packet of this link is larger, bytes."""
+MAX_INTEGER = 2**63 - 1
+MAX_TEXT = 40
+"""Characters of a name."""
 
 Floats = NDArray[np.float32]
 N = len(FINGERS)
@@ -76,7 +80,7 @@ def unpack(packet: bytes, length: int) -> list[Any]:
     return fields
 
 
-def read_integer(value: object, name: str, low: int = 0, high: int = 2**63 - 1) -> int:
+def read_integer(value: object, name: str, low: int = 0, high: int = MAX_INTEGER) -> int:
     """`value` when it is an integer in low..high; raises BadPacket."""
     if type(value) is not int or not low <= value <= high:
         raise BadPacket(f"{name}: not an integer in {low}..{high}")
@@ -85,14 +89,28 @@ def read_integer(value: object, name: str, low: int = 0, high: int = 2**63 - 1) 
 
 def read_header(session: object, sequence: object, time_ns: object) -> tuple[int, int, int]:
     """Session, sequence and source time of a packet; raises BadPacket."""
-    return read_integer(session, "session"), read_integer(sequence, "sequence"), read_integer(time_ns, "time_ns")
+    if type(session) is not int or type(sequence) is not int or type(time_ns) is not int:
+        raise BadPacket("session, sequence or time_ns: not an integer")
+    if not (0 <= session <= MAX_INTEGER and 0 <= sequence <= MAX_INTEGER and 0 <= time_ns <= MAX_INTEGER):
+        raise BadPacket(f"session, sequence or time_ns: outside 0..{MAX_INTEGER}")
+    return session, sequence, time_ns
 
 
-def read_text(value: object, name: str, longest: int = 40) -> str:
+def read_text(value: object, name: str, longest: int = MAX_TEXT) -> str:
     """`value` when it is a text of at most `longest` characters; raises BadPacket."""
     if not isinstance(value, str) or len(value) > longest:
         raise BadPacket(f"{name}: not a text of at most {longest} characters")
     return value
+
+
+def read_texts(value: object, name: str, count: int) -> tuple[str, ...]:
+    """`value` when it is a list of `count` texts, each as `read_text` takes it; raises BadPacket."""
+    if type(value) is not list or len(value) != count:
+        raise BadPacket(f"{name}: not a list of {count} texts")
+    for text in value:
+        if type(text) is not str or len(text) > MAX_TEXT:
+            raise BadPacket(f"{name}: not texts of at most {MAX_TEXT} characters")
+    return tuple(value)
 
 
 def read_details(value: object) -> dict[str, Any]:
@@ -111,28 +129,15 @@ def _plain(value: object) -> bool:
 
 def read_enum(kind: type[_E], value: object) -> _E:
     """The member of `kind` that `value` stands for; raises BadPacket."""
-    number = read_integer(value, kind.__name__, 0, 255)
-    try:
-        return kind(number)
-    except ValueError:
-        raise BadPacket(f"{kind.__name__}: no value {number}") from None
+    members = _members(kind)
+    if type(value) is not int or not 0 <= value < len(members):
+        raise BadPacket(f"{kind.__name__}: not an integer in 0..{len(members) - 1}")
+    return cast(_E, members[value])
 
 
-def read_block(raw: object, low: Floats, high: Floats, names: tuple[str, ...]) -> Floats:
-    """Array (5, len(names)) from packed little-endian float32, each column within low..high; raises BadPacket."""
-    if not isinstance(raw, bytes) or len(raw) != 4 * N * len(names):
-        raise BadPacket(f"block: expected {4 * N * len(names)} bytes")
-    block = np.frombuffer(raw, dtype="<f4").reshape(N, len(names))
-    check_block(block, low, high, names)
-    return block
-
-
-def check_block(block: Floats, low: Floats, high: Floats, names: tuple[str, ...]) -> None:
-    """Raise BadPacket where a value of the block (5, len(names)) is not within its column's low..high."""
-    # NaN fails both comparisons, so what is not finite is out of range.
-    good = (block >= low) & (block <= high)
-    if not good.all():
-        finger, column = np.argwhere(~good)[0]
-        raise BadPacket(
-            f"{FINGERS[finger]}.{names[column]}: {block[finger, column]} is outside {low[column]:g}..{high[column]:g}"
-        )
+@cache
+def _members(kind: type[IntEnum]) -> tuple[IntEnum, ...]:
+    members = tuple(kind)
+    if members != tuple(range(len(members))):
+        raise TypeError(f"{kind.__name__}: members must be numbered from 0")
+    return members

@@ -1,4 +1,4 @@
-"""What every process of a session shares: a clean end on a signal, a log, and its figures in a status file."""
+"""What every process of a session shares: a clean end on a signal, and its figures in a status file."""
 
 import argparse
 import json
@@ -16,9 +16,12 @@ from typing import Any, TypeVar
 from pydantic import BaseModel
 
 from common.config import load_config
+from common.ladder import NOTICE_S
+from common.logs import LogForm, log_to_stderr
 from common.loop import PeriodicLoop
 
-STATUS_S = 1.0
+log = logging.getLogger(__name__)
+
 _C = TypeVar("_C", bound=BaseModel)
 
 
@@ -36,21 +39,6 @@ class StopSignal:
 
     def _stop(self, number: int, frame: FrameType | None) -> None:
         self.stopped = True
-
-
-def log_to_stderr(process: str) -> None:
-    """Log lines with a monotonic time that fits the recordings' times."""
-
-    class MonotonicFormatter(logging.Formatter):
-        def formatTime(self, record: logging.LogRecord, datefmt: str | None = None) -> str:
-            return f"{time.monotonic():.3f}"
-
-    handler = logging.StreamHandler(sys.stderr)
-    handler.setFormatter(MonotonicFormatter(f"%(asctime)s {process} %(levelname)s %(name)s: %(message)s"))
-    logging.basicConfig(level=logging.INFO, handlers=[handler], force=True)
-    # These libraries report each failed try to connect; the lines say it once.
-    for library in ("can", "can.interfaces.socketcand"):
-        logging.getLogger(library).setLevel(logging.CRITICAL)
 
 
 def rss_mib() -> float:
@@ -74,7 +62,7 @@ class StatusFile:
 
     def write(self, t_s: float, figures: dict[str, object]) -> None:
         """Write the loop's figures and `figures`; a full disk is no reason to stop."""
-        self._due_s = t_s + STATUS_S
+        self._due_s = t_s + NOTICE_S
         if self._path is None:
             return
         loop = self._loop
@@ -100,13 +88,25 @@ class StatusFile:
             part.write_text(json.dumps(status), "utf-8")
             part.replace(self._path)
         except OSError as error:
-            logging.getLogger(__name__).warning("status file: %s", error)
+            log.warning("status file: %s", error)
 
 
 def run_process(name: str, config: Path, model: type[_C], run: Callable[[_C, Callable[[], bool]], None]) -> None:
-    """Run one process of a session until it is told to end; raises what `load_config` and `run` raise."""
+    """Run one process of a session until it is told to end; raises what `load_config` and `run` raise.
+
+    Where the configuration wants JSON lines, bad input is one too, and ends the process with exit code 2.
+    """
     log_to_stderr(name)
-    run(load_config(config, model), StopSignal())
+    loaded = load_config(config, model)
+    form: LogForm = getattr(loaded, "log", "text")
+    log_to_stderr(name, form)
+    try:
+        run(loaded, StopSignal())
+    except (ValueError, KeyError, OSError) as error:
+        if form == "text":
+            raise
+        log.critical("%s", " ".join(str(error).split()))
+        raise SystemExit(2) from None
 
 
 def room_main(processes: dict[str, tuple[Any, Callable[[Any, Callable[[], bool]], None]]]) -> int:

@@ -1,7 +1,8 @@
-"""Recording to MCAP: small chunks by source time, written by a thread of its own.
+"""Recording to MCAP by a thread of its own: at most the last half second is lost when the process is killed.
 
-A full disk, a slow disk or a crash of the writer never reaches the loop: `write` only puts into a
-bounded queue and counts what did not fit.
+A full disk, a slow disk or a crash of the writer never reaches the loop: `write` only puts into a bounded queue and
+counts what did not fit. A recording that failed stays stopped, even if the disk has room again; the file is good up to
+there, and `teletaction recover` makes a whole one of it.
 """
 
 import contextlib
@@ -19,12 +20,20 @@ from mcap.writer import CompressionType, Writer
 
 log = logging.getLogger(__name__)
 
-CHUNK_BYTES = 16 * 1024
+CHUNK_BYTES = 256 * 1024
+"""More than is written between two flushes: the library keeps an index entry in memory for each chunk of the file."""
 FLUSH_S = 0.25
+"""Between two ends of a chunk: half of what may be lost, the other half is for a busy machine."""
 _QUEUE_LENGTH = 20_000
+_CLOSE_S = 5.0
 PACKET_SCHEMA: dict[str, object] = {
     "type": "array",
     "description": "a packet of the link as it stands on the wire, see docs/protocols.md",
+}
+SESSION_SCHEMA: dict[str, object] = {
+    "type": "array",
+    "description": "[what, session, text]: what became known while recording, as the session's number (0 for none), "
+    "the far side's capabilities, or a fault",
 }
 
 
@@ -32,27 +41,42 @@ class Recorder:
     """Writes streams to one MCAP file.
 
     Each payload is MessagePack; the channel's schema (JSON schema text) names its fields.
+
+    Attributes:
+        written: messages of each stream that were handed to the system.
+        failed: why the recording stopped; None while it has not.
     """
 
-    def __init__(self, path: Path, schemas: Mapping[str, Mapping[str, object]], metadata: Mapping[str, str]):
+    def __init__(
+        self,
+        path: Path,
+        schemas: Mapping[str, Mapping[str, object]],
+        metadata: Mapping[str, str],
+        attachments: Mapping[str, bytes] | None = None,
+    ):
         """Open `path` and start the writing thread.
 
         Args:
             path: file to create; its folder must exist.
             schemas: for each stream that will be written, its JSON schema.
-            metadata: facts about the recording (configuration, key fingerprints, calibration), kept in the file.
+            metadata: facts about the recording (configuration, own key's fingerprint, hashes of tables), no secret.
+            attachments: whole files by name, such as calibrated tables, so that a replay needs nothing else.
 
         Raises:
             OSError: the file cannot be created.
         """
         self.written: Counter[str] = Counter()
-        self.lost = 0
         self.failed: str | None = None
+        self._refused = 0
+        self._taken = 0
+        self._closed = False
         self._queue: queue.SimpleQueue[tuple[str, int, bytes] | None] = queue.SimpleQueue()
         self._file = path.open("wb")
         self._writer = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.NONE)
         self._writer.start(profile="teletaction", library="teletaction")
         self._writer.add_metadata("session", dict(metadata))
+        for name, content in (attachments or {}).items():
+            self._writer.add_attachment(0, 0, name, "application/octet-stream", content)
         self._channels: dict[str, int] = {}
         for stream, schema in schemas.items():
             schema_id = self._writer.register_schema(stream, "jsonschema", json.dumps(schema).encode())
@@ -60,18 +84,35 @@ class Recorder:
         self._thread = threading.Thread(target=self._drain, name="recorder", daemon=True)
         self._thread.start()
 
+    @property
+    def lost(self) -> int:
+        """Messages that did not fit into the queue or came to a recording that had stopped."""
+        abandoned = 0 if self.failed is None else self._taken - self.written.total()
+        return self._refused + abandoned
+
     def write(self, stream: str, time_ns: int, payload: bytes) -> None:
-        """Queue one message with its source time (ns, monotonic). Never blocks; a full queue loses it, counted."""
-        if self.failed is not None or self._queue.qsize() >= _QUEUE_LENGTH:
-            self.lost += 1
+        """Queue one message with its source time (ns, monotonic). Never blocks; a full queue loses it, counted.
+
+        Raises:
+            ValueError: the recording has no such stream.
+        """
+        if stream not in self._channels:
+            raise ValueError(f"stream {stream!r} is not in the recording's schemas: {', '.join(self._channels)}")
+        if self._closed or self.failed is not None or self._queue.qsize() >= _QUEUE_LENGTH:
+            self._refused += 1
             return
+        self._taken += 1
         self._queue.put((stream, time_ns, payload))
 
     def close(self) -> None:
         """Write what is queued, close the file with its index, end the thread."""
+        if self._closed:
+            return
+        self._closed = True
+        self._queue.put(None)
+        self._thread.join(timeout=_CLOSE_S)
         if self._thread.is_alive():
-            self._queue.put(None)
-            self._thread.join(timeout=5.0)
+            self._fail(f"the disk took nothing for {_CLOSE_S:g} s")
 
     def __enter__(self) -> "Recorder":
         return self
@@ -82,26 +123,47 @@ class Recorder:
         self.close()
 
     def _drain(self) -> None:
+        slow_said = False
         try:
             while self._write_queued():
+                if self._refused and not slow_said:
+                    slow_said = True
+                    log.warning("recording: the disk is slower than the data, %d messages lost so far", self._refused)
                 # One wake-up per flush keeps this thread off the interpreter while the loop runs.
                 time.sleep(FLUSH_S)
             self._writer.finish()  # type: ignore[no-untyped-call]  # the library leaves it untyped
             self._file.close()
-        except OSError as error:
-            self.failed = str(error)
+        except Exception as error:  # whatever it is, it must end the recording only
+            self._fail(str(error) or type(error).__name__)
             with contextlib.suppress(OSError):  # what it still holds cannot be written either
                 self._file.close()
-            log.error("recording stopped: %s", error)
 
     def _write_queued(self) -> bool:
-        """Write all that is queued; False once the closing mark was met."""
+        """Write all that is queued and end the chunk; False once the closing mark was met."""
+        written: Counter[str] = Counter()
+        going_on = True
         for _ in range(self._queue.qsize()):
             item = self._queue.get()
             if item is None:
-                return False
+                going_on = False
+                break
             stream, time_ns, payload = item
             self._writer.add_message(self._channels[stream], time_ns, payload, time_ns)
-            self.written[stream] += 1
-        self._file.flush()
-        return True
+            written[stream] += 1
+        self._writer.flush()  # type: ignore[no-untyped-call]
+        self.written.update(written)
+        return going_on
+
+    def _fail(self, why: str) -> None:
+        if self.failed is None:
+            self.failed = why
+            log.error("recording stopped: %s", why)
+
+
+def recording_figures(recorder: Recorder | None) -> dict[str, object]:
+    """What a site's status tells of its recording; None stands for a site that does not record."""
+    return {
+        "recorded": {} if recorder is None else dict(recorder.written),
+        "recording_lost": 0 if recorder is None else recorder.lost,
+        "recording_failed": "" if recorder is None else recorder.failed or "",
+    }

@@ -2,12 +2,14 @@
 
 import logging
 import select
+import socket
 import threading
 import time
 from dataclasses import dataclass, field
 
 import serial
 
+from common import device_socket
 from common.background import BackgroundOpener
 from common.fingers import FINGERS
 from common.framing import Frame, FrameReader, encode_frame
@@ -45,6 +47,8 @@ def open_line(address: str, baud: int) -> OpenLine:
         port = serial.serial_for_url(address, baudrate=baud, timeout=0.05, write_timeout=0.5)
     except (serial.SerialException, OSError, ValueError) as error:
         raise DeviceAbsent(f"{address}: {error}") from None
+    if isinstance(connection := getattr(port, "_socket", None), socket.socket):
+        device_socket.tune(connection)
     reader = FrameReader()
     deadline = time.monotonic() + _IDENTIFY_S
     try:
@@ -69,6 +73,10 @@ def _close(port: serial.SerialBase) -> None:
     port.close()
     if connection is not None:
         connection.close()  # the library forgets to when the far side has gone first
+
+
+def _discard(opened: OpenLine) -> None:
+    _hang_up(opened.port)
 
 
 def _hang_up(port: serial.SerialBase) -> None:
@@ -96,6 +104,7 @@ class SerialLine:
 
     def __post_init__(self) -> None:
         self._opener = BackgroundOpener(self._open_checked)
+        self._opener.discard = _discard
         self._opener.start()
 
     @property

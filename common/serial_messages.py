@@ -3,6 +3,7 @@
 Written down for firmware in docs/protocols.md, whose golden bytes test this file.
 """
 
+import math
 import struct
 from dataclasses import dataclass
 from enum import IntEnum
@@ -77,7 +78,8 @@ class Identity:
         """Check and unpack.
 
         Raises:
-            BadPayload: wrong length, unknown kind, no such finger or a serial number that is not ASCII.
+            BadPayload: wrong length, unknown kind, no such finger, a serial number that is not ASCII, or a range that
+                is not finite.
         """
         kind, finger, serial, firmware, rate_hz, low, high = _unpack(cls.LAYOUT, payload, "identity")
         assert isinstance(serial, bytes)
@@ -87,6 +89,8 @@ class Identity:
             raise BadPayload(f"identity: {error}") from None
         if int(finger) >= len(FINGERS):
             raise BadPayload(f"identity: no finger {finger!r}")
+        if not (math.isfinite(float(low)) and math.isfinite(float(high))):
+            raise BadPayload(f"identity: range {low!r} to {high!r}")
         return cls(kind, int(finger), name, int(firmware), int(rate_hz), float(low), float(high))
 
 
@@ -123,29 +127,34 @@ class TextureSamples:
 
 @dataclass(frozen=True, slots=True)
 class ThermalReading:
-    """One reading of the remote thermal sensor; 12 bit counts of `common.thermometry.ssr_c`."""
+    """One reading of the remote thermal sensor: 12 bit counts of `common.thermometry.ssr_c`, and its heater's drive."""
 
     device_time_us: int
     plate_counts: int
     ambient_counts: int
     flags: int
-    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<IHHB")
+    heater_permille: int
+    """What the heater gets at this moment, behind every limit of the device itself."""
+    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<IHHBh")
 
     def encode(self) -> bytes:
         """Payload bytes."""
-        return self.LAYOUT.pack(self.device_time_us & 0xFFFFFFFF, self.plate_counts, self.ambient_counts, self.flags)
+        return self.LAYOUT.pack(
+            self.device_time_us & 0xFFFFFFFF, self.plate_counts, self.ambient_counts, self.flags, self.heater_permille
+        )
 
     @classmethod
     def decode(cls, payload: bytes) -> "ThermalReading":
         """Check and unpack.
 
         Raises:
-            BadPayload: wrong length, or counts beyond 12 bits.
+            BadPayload: wrong length, counts beyond 12 bits, or a drive beyond full.
         """
-        time_us, plate, ambient, flags = (int(v) for v in _unpack(cls.LAYOUT, payload, "thermal reading"))
+        time_us, plate, ambient, flags, heater = (int(v) for v in _unpack(cls.LAYOUT, payload, "thermal reading"))
         if plate > 4095 or ambient > 4095:
             raise BadPayload(f"thermal reading: counts {plate}, {ambient} are beyond 12 bits")
-        return cls(time_us, plate, ambient, flags)
+        _check_drive(heater, BadPayload)
+        return cls(time_us, plate, ambient, flags, heater)
 
 
 DRIVE_FULL = 1000
@@ -208,25 +217,37 @@ class TactTipCommand:
 
 @dataclass(frozen=True, slots=True)
 class TactTipState:
-    """What a fingertip module measures: 12 bit NTC counts of plate and hot side (`common.thermometry.ntc_c`)."""
+    """What a fingertip module measures and does: NTC counts (`common.thermometry.ntc_c`), and the drives it applies."""
 
     device_time_us: int
     plate_counts: int
     hot_side_counts: int
     flags: int
-    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<IHHB")
+    motor_mv: int
+    peltier_permille: int
+    """What motor and Peltiers get at this moment, behind every limit of the device itself."""
+    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<IHHBHh")
 
     def encode(self) -> bytes:
         """Payload bytes."""
-        return self.LAYOUT.pack(self.device_time_us & 0xFFFFFFFF, self.plate_counts, self.hot_side_counts, self.flags)
+        return self.LAYOUT.pack(
+            self.device_time_us & 0xFFFFFFFF,
+            self.plate_counts,
+            self.hot_side_counts,
+            self.flags,
+            self.motor_mv,
+            self.peltier_permille,
+        )
 
     @classmethod
     def decode(cls, payload: bytes) -> "TactTipState":
-        """Check and unpack; raises BadPayload on a wrong length or counts beyond 12 bits."""
-        time_us, plate, hot, flags = (int(v) for v in _unpack(cls.LAYOUT, payload, "TactTip state"))
+        """Check and unpack; raises BadPayload on a wrong length, counts beyond 12 bits or a drive out of range."""
+        time_us, plate, hot, flags, motor, peltier = (int(v) for v in _unpack(cls.LAYOUT, payload, "TactTip state"))
         if plate > 4095 or hot > 4095:
             raise BadPayload(f"TactTip state: counts {plate}, {hot} are beyond 12 bits")
-        return cls(time_us, plate, hot, flags)
+        _check_motor(motor, BadPayload)
+        _check_drive(peltier, BadPayload)
+        return cls(time_us, plate, hot, flags, motor, peltier)
 
 
 def _check_drive(permille: int, error: type[ValueError] = ValueError) -> None:

@@ -1,12 +1,52 @@
 """The session's states, the same on both sites: disconnected, connected, engaged, fault (latched)."""
 
-from dataclasses import dataclass
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import msgpack
 
 from common.packets import LinkState
+
+log = logging.getLogger(__name__)
+
+
+_SERIOUS = ("fault", "estop", "silent", "missing")
 
 
 class Refused(ValueError):
     """A request that the present state does not allow; the message says why and what to do."""
+
+
+LONGEST_NOTE = 1000
+"""Characters of a note for the recording."""
+
+
+def note_text(details: Mapping[str, object]) -> str:
+    """The text of a note, from the details of the request to record it.
+
+    Raises:
+        Refused: there is none, or it is too long.
+    """
+    text = details.get("text")
+    if not isinstance(text, str) or not 0 < len(text) <= LONGEST_NOTE:
+        raise Refused(f"a note needs a text of 1 to {LONGEST_NOTE} characters")
+    return text
+
+
+@dataclass(frozen=True, slots=True)
+class Happening:
+    """Something that a session's report has to name."""
+
+    what: str
+    """connected, left, disconnected, engaged, disengaged, fault, cleared, estop, silent, heard, missing, complete."""
+    session: int
+    text: str = ""
+
+    def pack(self) -> bytes:
+        """Bytes for the recording."""
+        packed: bytes = msgpack.packb([self.what, self.session, self.text])
+        return packed
 
 
 @dataclass(slots=True)
@@ -17,13 +57,18 @@ class Session:
     ident: int = 0
     """Number of the session, chosen by the remote site at hello; 0 while there is none."""
     fault: str = ""
+    cleared_here_only: bool = False
+    """The fault was latched by a person at this site, and only one at this site may clear it."""
+    _happened: list[Happening] = field(default_factory=list)
+    _silent: bool = False
+    _missing: str = ""
 
     @property
     def engaged(self) -> bool:
         """Whether outputs may leave neutral."""
         return self.state is LinkState.ENGAGED
 
-    def connect(self, ident: int) -> None:
+    def connect(self, ident: int, text: str = "") -> None:
         """A far side said hello: a new session begins, not engaged. A latched fault stays.
 
         Raises:
@@ -34,14 +79,22 @@ class Session:
         self.ident = ident
         if self.state is not LinkState.FAULT:
             self.state = LinkState.CONNECTED
+        self.note("connected", text)
 
-    def disconnect(self) -> None:
-        """The far side is gone. A latched fault stays, and somebody may connect anew to clear it."""
+    def disconnect(self, why: str = "", *, left: bool = False) -> None:
+        """The far side is gone. A latched fault stays, and somebody may connect anew to clear it.
+
+        Args:
+            why: for people to read.
+            left: it went on purpose.
+        """
+        if self.ident:
+            self.note("left" if left else "disconnected", why)
         self.ident = 0
         if self.state is not LinkState.FAULT:
             self.state = LinkState.DISCONNECTED
 
-    def engage(self) -> None:
+    def engage(self, text: str = "") -> None:
         """Let outputs leave neutral.
 
         Raises:
@@ -51,26 +104,76 @@ class Session:
             raise Refused(f"a fault is latched ({self.fault}): clear it first")
         if self.state is LinkState.DISCONNECTED:
             raise Refused("no far side is connected: say hello first")
+        if self.state is not LinkState.ENGAGED:
+            self.note("engaged", text)
         self.state = LinkState.ENGAGED
 
-    def disengage(self) -> None:
+    def disengage(self, why: str = "") -> None:
         """Bring outputs to neutral; always allowed."""
         if self.state is LinkState.ENGAGED:
             self.state = LinkState.CONNECTED
+            self.note("disengaged", why)
 
-    def latch(self, why: str) -> None:
-        """Latch a fault: neutral until it is deliberately cleared. The first fault's reason is kept."""
+    def latch(self, why: str, *, cleared_here_only: bool = False) -> None:
+        """Latch a fault: neutral until it is deliberately cleared. The first fault's reason is kept.
+
+        Args:
+            why: for people to read.
+            cleared_here_only: a person at this site did it, and the far side must not undo it.
+        """
+        self.cleared_here_only = self.cleared_here_only or cleared_here_only
         if self.state is not LinkState.FAULT:
             self.fault = why
             self.state = LinkState.FAULT
+            self.note("fault", why)
 
-    def clear(self) -> None:
+    def clear(self, *, here: bool = True) -> None:
         """Clear a latched fault. Nothing moves by it: the session must be engaged again.
 
+        Args:
+            here: whether it is a person at this site who clears.
+
         Raises:
-            Refused: no fault is latched.
+            Refused: no fault is latched, or the far side asks for what only this site may do.
         """
         if self.state is not LinkState.FAULT:
             raise Refused("no fault is latched")
+        if self.cleared_here_only and not here:
+            raise Refused(f"{self.fault}: to be cleared where it was latched")
+        self.note("cleared", self.fault)
         self.fault = ""
+        self.cleared_here_only = False
         self.state = LinkState.CONNECTED if self.ident else LinkState.DISCONNECTED
+
+    def heard(self, gap_ns: int | None, gap_s: float, stream: str) -> None:
+        """Note when a stream falls silent while engaged, and when it is heard again.
+
+        Args:
+            gap_ns: since its last accepted packet; None before the first.
+            gap_s: silence that means safe state.
+            stream: its name.
+        """
+        silent = gap_ns is None or not 0 <= gap_ns <= gap_s * 1e9
+        if silent and not self._silent and self.engaged and gap_ns is not None:
+            self._silent = True
+            self.note("silent", f"no {stream} for {gap_s * 1e3:.0f} ms")
+        elif self._silent and not silent:
+            self._silent = False
+            self.note("heard", f"{stream} again")
+
+    def equipped(self, missing: str) -> None:
+        """Note when a device is missing in a session, and when all are there again."""
+        if self.ident and missing != self._missing:
+            self.note("missing" if missing else "complete", missing)
+            self._missing = missing
+
+    def note(self, what: str, text: str = "") -> None:
+        """Log a happening, and keep it for the recording."""
+        level = logging.WARNING if what in _SERIOUS else logging.INFO
+        log.log(level, "%s%s", what, f": {text}" if text else "")
+        self._happened.append(Happening(what, self.ident, text))
+
+    def take_happenings(self) -> list[Happening]:
+        """What happened since the last call."""
+        happened, self._happened = self._happened, []
+        return happened

@@ -68,7 +68,7 @@ class Heartbeat:
         )
 
 
-REQUESTS = ("hello", "engage", "disengage", "estop", "clear_fault", "annotate")
+REQUESTS = ("hello", "status", "engage", "disengage", "estop", "clear_fault", "annotate", "goodbye")
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,7 @@
 """Waiting for a site's devices at start: all there, or one clear line that says which is not."""
 
 import time
+from collections.abc import Callable
 from typing import Protocol
 
 from common.serial_line import WrongDevice
@@ -23,21 +24,22 @@ class DevicesMissing(ValueError):
     """A device is absent, or is another than the configuration says."""
 
 
-def wait_for_devices(devices: Devices, patience_s: float) -> None:
-    """Return once all devices answered.
+def wait_for_devices(devices: Devices, patience_s: float, stop: Callable[[], bool] = lambda: False) -> bool:
+    """Return True once all devices answered, or False as soon as `stop()`.
 
     Raises:
         DevicesMissing: one did not within `patience_s`, or another device answered in its place.
     """
     deadline_s = time.monotonic() + patience_s
-    while True:
+    while not stop():
         devices.read(time.monotonic())
         missing = devices.missing()
         if not missing:
-            return
+            return True
         wrong = next((problem for problem in devices.problems() if isinstance(problem, WrongDevice)), None)
         if wrong is not None:
             raise DevicesMissing(str(wrong))
         if time.monotonic() >= deadline_s:
             raise DevicesMissing(f"{missing} (waited {patience_s:g} s)")
         time.sleep(0.01)
+    return False

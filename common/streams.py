@@ -11,6 +11,7 @@ class Direction(Enum):
 
     TO_REMOTE = "operator to remote"
     TO_OPERATOR = "remote to operator"
+    TO_OBSERVERS = "remote to observers"
     BOTH = "request and answer"
 
 
@@ -46,5 +47,7 @@ STREAMS = {
         Stream("touch", Direction.TO_OPERATOR, 500.0, latest_only=True, port=1, recorded=True),
         Stream("heartbeat", Direction.BOTH, 20.0, latest_only=False, port=2, recorded=False),
         Stream("control", Direction.BOTH, 0.0, latest_only=False, port=3, recorded=False),
+        # The same packets as touch, on a socket of its own: cutting off an observer does not disturb the operator.
+        Stream("observed", Direction.TO_OBSERVERS, 500.0, latest_only=True, port=4, recorded=False),
     )
 }

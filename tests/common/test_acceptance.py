@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.acceptance import FUTURE_TOLERANCE_NS, Acceptance
+from common.acceptance import FUTURE_TOLERANCE_NS, MOST_AHEAD, Acceptance
 
 MS = 1_000_000
 MAX_AGE = 150 * MS
@@ -37,7 +37,7 @@ def test_what_is_accepted_is_new_in_order_and_young(arrivals: list[tuple[int, in
             accepted += 1
             assert session == 1
             assert sequence > highest
-            assert -age_ms * MS <= MAX_AGE + uncertainty_ms * MS
+            assert -age_ms * MS <= MAX_AGE
             assert age_ms * MS <= FUTURE_TOLERANCE_NS + uncertainty_ms * MS
             assert (acceptance.age_ns, acceptance.gap_ns(now_ns + 7)) == (-age_ms * MS, 7)
             highest = sequence
@@ -54,7 +54,9 @@ def test_what_is_accepted_is_new_in_order_and_young(arrivals: list[tuple[int, in
         (Packet(1, 5, 0), None, "clock"),
         (Packet(1, 5, -151 * MS), 0, "age"),
         (Packet(1, 5, 6 * MS), 0, "future"),
-        (Packet(1, 5, -151 * MS), 2 * MS, ""),
+        (Packet(1, 5, -151 * MS), 2 * MS, "age"),
+        (Packet(1, 5, 0), 151 * MS, "clock"),
+        (Packet(1, 5, -149 * MS), 150 * MS, ""),
         (Packet(1, 5, 6 * MS), 2 * MS, ""),
     ],
 )
@@ -71,6 +73,15 @@ def test_another_hosts_clock_makes_no_difference(offset_ns: int, age_ms: int) ->
     now_ns = 2 * 10**15
     assert accept(acceptance, Packet(1, 1, now_ns - age_ms * MS + offset_ns), now_ns, offset_ns)
     assert acceptance.age_ns == age_ms * MS
+
+
+def test_a_sequence_number_far_ahead_is_refused_and_blocks_nothing() -> None:
+    acceptance = Acceptance(MAX_AGE)
+    assert accept(acceptance, Packet(1, 1, 0), 0)
+    assert not accept(acceptance, Packet(1, 2**62, 0), 0)
+    assert not accept(acceptance, Packet(1, 2 + MOST_AHEAD, 0), 0)
+    assert accept(acceptance, Packet(1, 1 + MOST_AHEAD, 0), 0)
+    assert acceptance.refused == {"sequence": 2}
 
 
 def test_superseded_packets_are_counted_and_a_refused_one_blocks_nothing() -> None:

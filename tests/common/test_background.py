@@ -52,6 +52,42 @@ def test_it_tries_again_and_says_why_it_failed(error: Exception) -> None:
     assert background.problem is None
 
 
+def test_it_goes_on_whatever_a_library_raises() -> None:
+    raised = [RuntimeError("a bug"), KeyError("another")]
+
+    def opener() -> str:
+        if raised:
+            raise raised.pop()
+        return "open"
+
+    background = BackgroundOpener(opener, retry_s=0.001)
+    background.start()
+    assert until(lambda: background.take() == "open")
+
+
+@pytest.mark.parametrize("stopped_first", [True, False])
+def test_what_is_opened_and_not_wanted_any_more_is_closed(stopped_first: bool) -> None:
+    go, closed = threading.Event(), []
+
+    def opener() -> str:
+        go.wait(5.0)
+        return "open"
+
+    background = BackgroundOpener(opener)
+    background.discard = closed.append
+    background.start()
+    if stopped_first:
+        background.stop()
+        go.set()
+    else:
+        go.set()
+        assert until(lambda: background._opened)
+        background.stop()
+    assert until(lambda: closed)
+    assert closed == ["open"]
+    assert background.take() is None
+
+
 def test_it_never_waits_for_the_opener_and_gives_up_when_told() -> None:
     go, ended, tries = threading.Event(), threading.Event(), []
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from common.can_frames import FrameReceiver, FrameSender, by_finger
+from common.capabilities import LAYOUT
 from common.fingers import FINGERS
 from common.framing import Frame, FrameReader, encode_frame
 from common.messages import TOUCH_FIELDS, Event, EventKind, Motion, ThermalStatus, Touch
@@ -51,19 +52,20 @@ SERIAL: dict[str, tuple[MessageId, int, Any]] = {
     "thermal_reading": (
         MessageId.THERMAL_READING,
         200,
-        ThermalReading(1_000_000, 2210, 1610, DeviceFlag.COMMAND_TIMEOUT),
+        ThermalReading(1_000_000, 2210, 1610, 0, -250),
     ),
     "heater_command": (MessageId.HEATER_COMMAND, 1, HeaterCommand(-250)),
     "tacttip_command": (MessageId.TACTTIP_COMMAND, 2, TactTipCommand(1410, -500)),
     "tacttip_state": (
         MessageId.TACTTIP_STATE,
         255,
-        TactTipState(0xFFFFFFFF, 1700, 2275, DeviceFlag.THERMAL_CUT_OUT),
+        TactTipState(0xFFFFFFFF, 1700, 2275, DeviceFlag.THERMAL_CUT_OUT, 1410, 0),
     ),
 }
 POSES = {"HandPose": (0, -170.0, 2.0), "HandSetpoint": (15, 655.34, -655.36), "HandPoseMeasured": (9, 100.0, -0.02)}
 FIVES = {
     "FingerHeights": (1, (6.0, -2.0, 0.0, 0.005, -10.24)),
+    "ExoskeletonState": (6, (0.25, 0.0, 2.5, 0.01, 10.23)),
     "FingerForces": (2, (0.0, 0.01, 1.25, 5.0, 10.23)),
     "HeightSetpoint": (4, (6.0, -2.0, 0.0, 10.22, -10.24)),
     "FingerHeightsMeasured": (10, (10.235, -0.005, 3.0, -3.0, 0.05)),
@@ -73,6 +75,9 @@ CAN = {name: (counter, {"x": x, "y": y}) for name, (counter, x, y) in POSES.item
     name: (counter, dict(zip(FINGERS, values, strict=True))) for name, (counter, values) in FIVES.items()
 }
 CAN["FingerForces"][1]["enabled"] = 1.0
+CAN["ExoskeletonState"][1]["enabled"] = 0.0
+CAN["HeightSetpoint"][1]["released"] = 1.0
+CAN["TelemanipulatorState"] = (12, {"released": 1.0, "hand_alive": 0.0, "heights_alive": 1.0})
 
 ALL_FINGERS = list(FINGERS)
 MOTION_BLOCK = np.array([(-0.170, 0.002, z) for z in (0.006, -0.002, 0.0, 0.001, 0.01)], dtype=np.float32)
@@ -111,7 +116,20 @@ PACKETS: dict[str, Any] = {
     "touch": Touch(SESSION, 70_000, T + 4_000_000, LinkState.ENGAGED, TOUCH_BLOCK, ("", "pvc", "", "", ""), EVENTS),
     "heartbeat": Heartbeat(SESSION, 12, T, LinkState.ENGAGED, T, 0, -5_000_000, 150_001),
     "heartbeat_answer": Heartbeat(SESSION, 12, REMOTE_T, LinkState.ENGAGED, T, REMOTE_T, -5_000_000, 150_001),
-    "hello": Request(0, 1, T, "hello", {"schema": 1, "fingers": ALL_FINGERS, "rate_hz": 500.0}),
+    "hello": Request(
+        0,
+        1,
+        T,
+        "hello",
+        {
+            "schema": 1,
+            "layout": LAYOUT,
+            "fingers": ALL_FINGERS,
+            "rate_hz": 500.0,
+            "force_n": 10.0,
+            "role": "operator",
+        },
+    ),
     "hello_answer": Answer(
         SESSION,
         1,
@@ -120,13 +138,14 @@ PACKETS: dict[str, Any] = {
         {
             "session": SESSION,
             "schema": 1,
+            "layout": LAYOUT,
             "fingers": ALL_FINGERS,
             "rate_hz": 500.0,
             "materials": ["aluminium", "pvc"],
             "calibration": "5f2c",
         },
     ),
-    "engage": Request(SESSION, 2, T, "engage", {}),
+    "engage": Request(SESSION, 2, T, "engage", {"max_age_s": 0.15}),
     "refusal": Answer(SESSION, 2, T + 77, "not ready: index thermal_sensor: opening", {}),
 }
 

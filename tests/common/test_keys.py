@@ -4,7 +4,17 @@ from pathlib import Path
 
 import pytest
 
-from common.keys import KEY_LENGTH, KeyProblem, TrustedKeys, check_public_key, create_keys, fingerprint, load_keys
+from common.keys import (
+    KEY_LENGTH,
+    KeyProblem,
+    Role,
+    Trusted,
+    TrustedKeys,
+    check_public_key,
+    create_keys,
+    fingerprint,
+    load_keys,
+)
 
 
 @pytest.fixture
@@ -60,17 +70,17 @@ def test_what_is_no_public_key_is_refused(text: str) -> None:
 
 def test_trust_revoke_and_reload(tmp_path: Path, key: str) -> None:
     here, elsewhere = TrustedKeys(tmp_path / "site"), TrustedKeys(tmp_path / "site")
-    assert not here.allows(key)
+    assert not here.role(key)
     elsewhere.trust("operator", key)
-    assert here.allows(key)
-    assert here.names() == {key: "operator"}
+    assert here.role(key)
+    assert here.owners() == {key: Trusted("operator")}
     second = create_keys(tmp_path / "second")
-    elsewhere.trust("observer", second)
-    assert here.allows(key)
-    assert here.allows(second)
+    elsewhere.trust("student", second, Role.OBSERVER)
+    assert here.role(key) is Role.PARTNER
+    assert here.role(second) is Role.OBSERVER
     assert elsewhere.revoke("operator") == 1
-    assert not here.allows(key)
-    assert here.allows(second)
+    assert not here.role(key)
+    assert here.role(second)
 
 
 def test_every_key_can_be_trusted(tmp_path: Path) -> None:
@@ -81,7 +91,7 @@ def test_every_key_can_be_trusted(tmp_path: Path) -> None:
         five = alphabet[start : start + 4]
         key = f"0{five}" * 8
         trusted.trust(f"k{start}", key)
-        assert TrustedKeys(tmp_path).allows(key)
+        assert TrustedKeys(tmp_path).role(key)
 
 
 def test_a_revoked_name_that_is_not_there_lists_those_that_are(tmp_path: Path, key: str) -> None:
@@ -97,17 +107,19 @@ def test_a_name_is_one_word(tmp_path: Path, key: str, name: str) -> None:
         TrustedKeys(tmp_path).trust(name, key)
 
 
-@pytest.mark.parametrize("line", ["nokey", "operator short", "a b c", "operator " + "~" * 40])
+@pytest.mark.parametrize(
+    "line", ["nokey", "operator short", "a b c", "operator " + "~" * 40, "a b observer c", "a observer"]
+)
 def test_a_damaged_list_allows_nobody(tmp_path: Path, key: str, line: str) -> None:
     trusted = TrustedKeys(tmp_path)
     trusted.trust("operator", key)
-    assert trusted.allows(key)
+    assert trusted.role(key)
     with trusted.file.open("a") as file:
         file.write(line + "\n")
     os.utime(trusted.file, ns=(1, 1))
-    assert not trusted.allows(key)
+    assert not trusted.role(key)
     with pytest.raises(KeyProblem, match=r"trusted:2|no public key"):
-        trusted.names()
+        trusted.owners()
 
 
 def test_fingerprints_tell_keys_apart(tmp_path: Path, key: str) -> None:

@@ -16,7 +16,9 @@ from common.serial_messages import (
 )
 
 KINDS: list[Any] = [Identity, TextureSamples, ThermalReading, HeaterCommand, TactTipCommand, TactTipState]
-LENGTHS = {Identity: 22, ThermalReading: 9, HeaterCommand: 2, TactTipCommand: 4, TactTipState: 9}
+LENGTHS = {Identity: 22, ThermalReading: 11, HeaterCommand: 2, TactTipCommand: 4, TactTipState: 13}
+OFF: dict[Any, tuple[int, ...]] = {ThermalReading: (0,), TactTipState: (0, 0)}
+"""The drives that a report ends with."""
 drive = st.integers(-1000, 1000)
 counts_12 = st.integers(0, 4095)
 u32 = st.integers(0, 2**32 - 1)
@@ -50,11 +52,19 @@ def test_tacttip_commands_come_back(motor_mv: int, permille: int) -> None:
     assert TactTipCommand.decode(command.encode()) == command
 
 
-@pytest.mark.parametrize("kind", [ThermalReading, TactTipState])
-@given(u32, counts_12, counts_12, st.integers(0, 255))
-def test_reports_come_back(kind: Any, time_us: int, first: int, second: int, flags: int) -> None:
-    report = kind(time_us, first, second, flags)
-    assert kind.decode(report.encode()) == report
+@given(u32, counts_12, counts_12, st.integers(0, 255), st.integers(0, 3000), drive)
+def test_reports_come_back(time_us: int, first: int, second: int, flags: int, motor_mv: int, permille: int) -> None:
+    measured = (time_us, first, second, flags)
+    for report in (ThermalReading(*measured, permille), TactTipState(*measured, motor_mv, permille)):
+        assert type(report).decode(report.encode()) == report
+
+
+@pytest.mark.parametrize(
+    "report", [ThermalReading(0, 0, 0, 0, 1001), TactTipState(0, 0, 0, 0, 3001, 0), TactTipState(0, 0, 0, 0, 0, -1001)]
+)
+def test_a_report_of_a_drive_that_cannot_be_is_refused(report: Any) -> None:
+    with pytest.raises(BadPayload, match="outside"):
+        type(report).decode(report.encode())
 
 
 @pytest.mark.parametrize(
@@ -77,7 +87,7 @@ def test_a_negative_motor_voltage_is_not_sent() -> None:
 def test_counts_beyond_12_bits_are_refused(kind: Any) -> None:
     for pair in ((4096, 0), (0, 4096)):
         with pytest.raises(BadPayload, match="12 bits"):
-            kind.decode(kind(0, *pair, 0).encode())
+            kind.decode(kind(0, *pair, 0, *OFF[kind]).encode())
 
 
 @pytest.mark.parametrize("sample", [2048, -2049, 32767])
@@ -106,4 +116,4 @@ def test_an_identity_of_nobody_is_refused(position: int, value: int, message: st
 
 
 def test_device_time_wraps() -> None:
-    assert ThermalReading.decode(ThermalReading(2**32 + 5, 0, 0, 0).encode()).device_time_us == 5
+    assert ThermalReading.decode(ThermalReading(2**32 + 5, 0, 0, 0, 0).encode()).device_time_us == 5

@@ -1,34 +1,43 @@
+import logging
+
+import msgpack
 import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from common.packets import LinkState
-from common.session import Refused, Session
+from common.session import Happening, Refused, Session
 
 
 class Sessions(RuleBasedStateMachine):
-    """Whatever happens in whatever order: never engaged without a far side or with a fault."""
+    """Whatever happens in whatever order: never engaged without a far side or with a fault, and everything is told."""
 
     def __init__(self) -> None:
         super().__init__()
         self.session = Session()
         self.far_side = 0
         self.fault = ""
-        self.asked = False
+        self.here_only = False
+        self.asked = self.silent = False
+        self.missing = ""
+        self.happened: list[tuple[str, int, str]] = []
 
-    @rule(ident=st.integers(1, 2**62))
-    def connect(self, ident: int) -> None:
-        self.session.connect(ident)
+    @rule(ident=st.integers(1, 2**62), text=st.sampled_from(["", "operator curve:abc"]))
+    def connect(self, ident: int, text: str) -> None:
+        self.session.connect(ident, text)
         self.far_side, self.asked = ident, False
+        self.happened.append(("connected", ident, text))
 
     @rule(ident=st.integers(-5, 0))
     def connect_as_nobody(self, ident: int) -> None:
         with pytest.raises(ValueError, match="not positive"):
             self.session.connect(ident)
 
-    @rule()
-    def disconnect(self) -> None:
-        self.session.disconnect()
+    @rule(why=st.sampled_from(["", "the far side is silent"]), left=st.booleans())
+    def disconnect(self, why: str, left: bool) -> None:
+        if self.far_side:
+            self.happened.append(("left" if left else "disconnected", self.far_side, why))
+        self.session.disconnect(why, left=left)
         self.far_side, self.asked = 0, False
 
     @rule()
@@ -36,28 +45,64 @@ class Sessions(RuleBasedStateMachine):
         if self.fault or not self.far_side:
             with pytest.raises(Refused, match=self.fault or "hello"):
                 self.session.engage()
-        else:
-            self.session.engage()
-            self.asked = True
+            return
+        if not self.asked:
+            self.happened.append(("engaged", self.far_side, "150 ms"))
+        self.session.engage("150 ms")
+        self.asked = True
 
     @rule()
     def disengage(self) -> None:
-        self.session.disengage()
+        if self.asked:
+            self.happened.append(("disengaged", self.far_side, "asked for"))
+        self.session.disengage("asked for")
         self.asked = False
 
-    @rule(why=st.sampled_from(["hot plate", "emergency stop"]))
-    def latch(self, why: str) -> None:
-        self.session.latch(why)
+    @rule(why=st.sampled_from(["hot plate", "emergency stop"]), here_only=st.booleans())
+    def latch(self, why: str, here_only: bool) -> None:
+        if not self.fault:
+            self.happened.append(("fault", self.far_side, why))
+        self.session.latch(why, cleared_here_only=here_only)
         self.fault, self.asked = self.fault or why, False
+        self.here_only = self.here_only or here_only
+
+    @rule(here=st.booleans())
+    def clear(self, here: bool) -> None:
+        if not self.fault:
+            with pytest.raises(Refused, match="no fault"):
+                self.session.clear(here=here)
+        elif self.here_only and not here:
+            with pytest.raises(Refused, match=f"{self.fault}: to be cleared where it was latched"):
+                self.session.clear(here=here)
+        else:
+            self.happened.append(("cleared", self.far_side, self.fault))
+            self.session.clear(here=here)
+            self.fault, self.here_only = "", False
+
+    @rule(gap_ms=st.one_of(st.none(), st.sampled_from([-1, 0, 100, 101])))
+    def hear(self, gap_ms: int | None) -> None:
+        silent = gap_ms is None or not 0 <= gap_ms <= 100
+        if silent and not self.silent and self.asked and gap_ms is not None:
+            self.silent = True
+            self.happened.append(("silent", self.far_side, "no motion for 100 ms"))
+        elif not silent and self.silent:
+            self.silent = False
+            self.happened.append(("heard", self.far_side, "motion again"))
+        self.session.heard(None if gap_ms is None else gap_ms * 1_000_000, 0.1, "motion")
+
+    @rule(missing=st.sampled_from(["", "exoskeleton: opening", "index tacttip: opening"]))
+    def equip(self, missing: str) -> None:
+        if self.far_side and missing != self.missing:
+            self.missing = missing
+            self.happened.append(("missing" if missing else "complete", self.far_side, missing))
+        self.session.equipped(missing)
 
     @rule()
-    def clear(self) -> None:
-        if self.fault:
-            self.session.clear()
-            self.fault = ""
-        else:
-            with pytest.raises(Refused, match="no fault"):
-                self.session.clear()
+    def tell(self) -> None:
+        told = [(happening.what, happening.session, happening.text) for happening in self.session.take_happenings()]
+        assert told == self.happened
+        assert self.session.take_happenings() == []
+        self.happened.clear()
 
     @invariant()
     def agrees(self) -> None:
@@ -65,6 +110,7 @@ class Sessions(RuleBasedStateMachine):
         assert session.engaged == self.asked
         assert session.ident == self.far_side
         assert session.fault == self.fault
+        assert session.cleared_here_only == self.here_only
         assert (session.state is LinkState.FAULT) == bool(self.fault)
         if not self.fault:
             assert (session.state is LinkState.DISCONNECTED) == (not self.far_side)
@@ -80,6 +126,56 @@ def test_after_a_fault_somebody_new_can_connect_and_clear_it() -> None:
     session.disconnect()
     assert session.ident == 0
     session.connect(2)
-    assert session.state is LinkState.FAULT
+    assert session.fault
     session.clear()
     assert session.state is LinkState.CONNECTED
+
+
+def test_what_a_person_latched_here_is_not_cleared_by_whoever_connects_next() -> None:
+    session = Session()
+    session.connect(1)
+    session.latch("emergency stop at the remote site", cleared_here_only=True)
+    session.disconnect()
+    session.connect(2)
+    with pytest.raises(Refused, match="emergency stop at the remote site: to be cleared where it was latched"):
+        session.clear(here=False)
+    assert session.fault
+    session.clear()
+    session.latch("hot plate")
+    session.clear(here=False)
+    assert session.state is LinkState.CONNECTED
+
+
+def test_a_person_who_stops_what_is_latched_already_keeps_it_to_this_site() -> None:
+    session = Session()
+    session.latch("hot plate")
+    session.latch("emergency stop at the remote site", cleared_here_only=True)
+    assert session.fault == "hot plate", "the first reason is kept"
+    with pytest.raises(Refused, match="to be cleared where it was latched"):
+        session.clear(here=False)
+
+
+def test_a_happening_is_recorded_with_its_session() -> None:
+    session = Session()
+    session.connect(7, "operator curve:abc")
+    session.note("estop", "confirmed by every device")
+    first, second = session.take_happenings()
+    assert first == Happening("connected", 7, "operator curve:abc")
+    assert msgpack.unpackb(first.pack()) == ["connected", 7, "operator curve:abc"]
+    assert msgpack.unpackb(second.pack()) == ["estop", 7, "confirmed by every device"]
+
+
+def test_faults_and_stops_stand_out_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.INFO)
+    session = Session()
+    session.connect(7)
+    session.engage("150 ms")
+    session.latch("hot plate")
+    session.note("estop", "confirmed")
+    levels = {record.getMessage(): record.levelno for record in caplog.records}
+    assert levels == {
+        "connected": logging.INFO,
+        "engaged: 150 ms": logging.INFO,
+        "fault: hot plate": logging.WARNING,
+        "estop: confirmed": logging.WARNING,
+    }

@@ -25,7 +25,7 @@ class Rig:
 
 def test_it_returns_as_soon_as_all_are_there() -> None:
     rig = Rig(3, [DeviceAbsent("not yet")])
-    wait_for_devices(rig, 5.0)
+    assert wait_for_devices(rig, 5.0) is True
     assert rig.looks == 3
 
 
@@ -39,3 +39,10 @@ def test_another_device_in_its_place_is_said_at_once() -> None:
     with pytest.raises(DevicesMissing, match="is the thumb's tacttip"):
         wait_for_devices(rig, 600.0)
     assert rig.looks == 1
+
+
+@pytest.mark.parametrize("looks", [0, 1, 5])
+def test_being_told_to_stop_ends_the_waiting(looks: int) -> None:
+    rig = Rig(10**9, [DeviceAbsent("no answer")])
+    assert wait_for_devices(rig, 600.0, lambda: rig.looks >= looks) is False
+    assert rig.looks == looks

@@ -1,0 +1,140 @@
+"""Who may connect: answers the link's sockets for each handshake, in a thread of its own (ZeroMQ RFC 27, ZAP).
+
+Each socket has a domain, and each domain says which role a key needs. What is admitted is remembered, so that a key
+that is revoked later can be found and cut. A key that knocks too often is sent away for a while.
+"""
+
+import logging
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import zmq
+import zmq.utils.z85
+
+from common.keys import fingerprint
+
+log = logging.getLogger(__name__)
+
+Admits = Callable[[str, str], bool]
+"""Whether a domain is open to a public key."""
+
+KNOCKS_PER_S = 20.0
+KNOCKS_AT_ONCE = 40
+"""Handshakes of one key: a site opens all its streams at once and tries again twice a second at most."""
+_MOST_KEYS = 1000
+_QUIET_S = 10.0
+"""Refusals are counted each and logged this often: a flood must not fill a disk."""
+_ADDRESS = "inproc://zeromq.zap.01"
+_END = b"end"
+
+
+@dataclass(slots=True)
+class KnockLimit:
+    """At most `KNOCKS_AT_ONCE` handshakes at once and `KNOCKS_PER_S` in the long run. Pure: time is an argument, s."""
+
+    left: float = KNOCKS_AT_ONCE
+    since_s: float = 0.0
+
+    def allows(self, now_s: float) -> bool:
+        """Take one knock; False when there are too many."""
+        self.left = min(KNOCKS_AT_ONCE, self.left + (now_s - self.since_s) * KNOCKS_PER_S)
+        self.since_s = now_s
+        if self.left < 1.0:
+            return False
+        self.left -= 1.0
+        return True
+
+
+class Doorkeeper:
+    """Serves one ZeroMQ context; the only one to do so."""
+
+    def __init__(
+        self,
+        context: "zmq.Context[zmq.Socket[bytes]]",
+        admits: Admits,
+        now_s: Callable[[], float] = time.monotonic,
+        *,
+        limited: bool = True,
+    ):
+        """Start answering; must exist before the first socket is bound.
+
+        Args:
+            context: whose sockets ask.
+            admits: says who may connect to what.
+            now_s: a steady clock, s.
+            limited: whether a key that knocks too often is sent away for a while.
+        """
+        self.answers: Counter[str] = Counter()
+        """How many handshakes were `admitted`, `refused` (key not trusted for this) or `too_many`."""
+        self._context = context
+        self._admits = admits
+        self._now_s = now_s
+        self._limited = limited
+        self._limits: dict[str, KnockLimit] = {}
+        self._inside: dict[str, set[str]] = {}
+        self._lock = threading.Lock()
+        self._said_s = -_QUIET_S
+        socket = context.socket(zmq.REP)
+        socket.setsockopt(zmq.LINGER, 0)
+        socket.bind(_ADDRESS)
+        self._thread = threading.Thread(target=self._serve, args=(socket,), name="doorkeeper", daemon=True)
+        self._thread.start()
+
+    def revoked(self) -> dict[str, set[str]]:
+        """Keys that were admitted to each domain and no longer may be; they are forgotten by this."""
+        with self._lock:
+            inside = {domain: set(keys) for domain, keys in self._inside.items()}
+        out = {domain: {key for key in keys if not self._admits(domain, key)} for domain, keys in inside.items()}
+        with self._lock:
+            for domain, keys in out.items():
+                self._inside[domain] -= keys
+        return {domain: keys for domain, keys in out.items() if keys}
+
+    def close(self) -> None:
+        """End the thread; before the context is destroyed."""
+        end = self._context.socket(zmq.REQ)
+        end.setsockopt(zmq.LINGER, 0)
+        end.connect(_ADDRESS)
+        end.send(_END)
+        self._thread.join(timeout=2.0)
+        end.close()
+
+    def _serve(self, socket: "zmq.Socket[bytes]") -> None:
+        while (question := socket.recv_multipart()) != [_END]:
+            socket.send_multipart(self._answer(question))
+        socket.close()
+
+    def _answer(self, question: list[bytes]) -> list[bytes]:
+        version, request, domain_bytes, address, _, mechanism, *credentials = question
+        status, reason, user = b"400", b"not trusted", b""
+        if mechanism == b"CURVE" and len(credentials) == 1:
+            key = zmq.utils.z85.encode(credentials[0]).decode()
+            domain = domain_bytes.decode("utf-8", errors="replace")
+            if not self._admits(domain, key):
+                self.answers["refused"] += 1
+                self._say("refused a connection to %s from %s: key %s is not trusted", domain, address, key)
+            elif self._limited and not self._knock(key):
+                # Not a refusal: the far side's library tries again by itself after a 300.
+                self.answers["too_many"] += 1
+                self._say("too many connections to %s from %s with key %s", domain, address, key)
+                status, reason = b"300", b"too many connections"
+            else:
+                self.answers["admitted"] += 1
+                with self._lock:
+                    self._inside.setdefault(domain, set()).add(key)
+                status, reason, user = b"200", b"OK", key.encode()
+        return [version, request, status, reason, user, b""]
+
+    def _knock(self, key: str) -> bool:
+        if len(self._limits) > _MOST_KEYS:
+            self._limits.clear()
+        return self._limits.setdefault(key, KnockLimit()).allows(self._now_s())
+
+    def _say(self, text: str, domain: str, address: bytes, key: str) -> None:
+        now_s = self._now_s()
+        if now_s - self._said_s >= _QUIET_S:
+            self._said_s = now_s
+            log.warning(text, domain, address.decode("ascii", errors="replace"), fingerprint(key))

@@ -1,0 +1,57 @@
+"""Tells the supervisor of a service how it is: the sd_notify protocol, datagrams of `NAME=VALUE` lines to a socket."""
+
+import contextlib
+import logging
+import os
+import socket
+from types import TracebackType
+
+log = logging.getLogger(__name__)
+
+
+class Supervisor:
+    """Whoever started this process as a service; nobody, when the environment names none."""
+
+    def __init__(self, address: str | None = None) -> None:
+        """Where the supervisor listens: a path, or `@NAME` in the abstract namespace; by default $NOTIFY_SOCKET."""
+        self._address = os.environ.get("NOTIFY_SOCKET", "") if address is None else address
+        self._socket: socket.socket | None = None
+        if self._address[:1] in ("/", "@"):
+            # A supervisor that does not read must not hold the loop.
+            self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC | socket.SOCK_NONBLOCK)
+        elif self._address:
+            log.warning("NOTIFY_SOCKET %s is no local socket: the supervisor is told nothing", self._address)
+
+    def ready(self) -> None:
+        """The devices are there and the loop runs."""
+        self._say("READY=1")
+
+    def alive(self, status: str) -> None:
+        """The loop still runs; `status` is for people."""
+        self._say("WATCHDOG=1", f"STATUS={' '.join(status.split())}")
+
+    def stopping(self) -> None:
+        """The loop has ended, on purpose or not."""
+        self._say("STOPPING=1")
+
+    def close(self) -> None:
+        """Say nothing any more."""
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+
+    def __enter__(self) -> "Supervisor":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.stopping()
+        self.close()
+
+    def _say(self, *lines: str) -> None:
+        if self._socket is None:
+            return
+        # A supervisor that is gone or busy hears the next one; its own watchdog is what notices.
+        with contextlib.suppress(OSError):
+            self._socket.sendto("\n".join(lines).encode(), self._address.replace("@", "\0", 1))

@@ -1,0 +1,76 @@
+"""The loop of a site, the same for both: tick on time, and once a second tell how it is."""
+
+import time
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Protocol
+
+from common.ladder import NOTICE_S
+from common.loop import PeriodicLoop, become_timely
+from common.notify import Supervisor
+from common.process import StatusFile
+from common.watchdog import LoopWatchdog
+
+
+class Site(Protocol):
+    """What the loop runs."""
+
+    def tick(self, now_ns: int) -> None:
+        """Read, compute, pass the gate, write."""
+
+    def figures(self) -> dict[str, object]:
+        """What the status file tells."""
+
+
+def run_site_loop(
+    site: Site,
+    name: str,
+    rate_hz: float,
+    stop: Callable[[], bool],
+    *,
+    status: Path | None = None,
+    each_second: Callable[[], None] = lambda: None,
+    clock_ns: Callable[[], int] = time.monotonic_ns,
+    sleep: Callable[[float], None] = time.sleep,
+    watchdog: Callable[[Callable[[], int]], AbstractContextManager[object]] = LoopWatchdog,
+    supervisor: Supervisor | None = None,
+) -> None:
+    """Run `site` until `stop()`; called when its devices are there.
+
+    Args:
+        site: ticks with the clock's time.
+        name: of the process, for its status file.
+        rate_hz: ticks a second.
+        stop: asked before each tick.
+        status: file that is rewritten once a second and at the end; none without.
+        each_second: called once a second before the figures are taken; what it raises ends the loop.
+        clock_ns: monotonic clock, ns.
+        sleep: waits for s on the same clock.
+        watchdog: watches the count of ticks while the loop runs.
+        supervisor: is told when the loop runs, how it is, and when it ends; by default whom the environment names.
+    """
+    become_timely()
+    loop = PeriodicLoop(1.0 / rate_hz, now=lambda: clock_ns() * 1e-9, sleep=sleep)
+    status_file = StatusFile(status, name, loop)
+    due_ns = None
+    with supervisor or Supervisor() as told, watchdog(lambda: loop.ticks):
+        while not stop():
+            loop.wait()
+            now_ns = clock_ns()
+            site.tick(now_ns)
+            if due_ns is None:
+                told.ready()
+            if due_ns is None or now_ns >= due_ns:
+                due_ns = now_ns + round(NOTICE_S * 1e9)
+                each_second()
+                figures = site.figures()
+                status_file.write(now_ns * 1e-9, figures)
+                told.alive(in_words(figures))
+        status_file.write(clock_ns() * 1e-9, site.figures())
+
+
+def in_words(figures: Mapping[str, object]) -> str:
+    """A site's state in one line, with what is wrong or missing."""
+    why = figures.get("fault") or figures.get("missing") or figures.get("refusal")
+    return f"{figures.get('state', 'running')}" + (f": {why}" if why else "")

@@ -1,0 +1,148 @@
+"""The connection to a CAN gateway against gateways that behave badly."""
+
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, suppress
+
+import can
+import pytest
+
+import common.can_gateway
+from common.can_frames import FrameReceiver, FrameSender
+from common.can_gateway import GatewayBus
+from common.can_line import CanAddress, CanLine
+from common.device_socket import DEAD_S
+from common.serial_line import DeviceAbsent
+
+HELLO = (b"< hi >", b"< ok >", b"< ok >")
+FRAME = can.Message(arbitration_id=0x123, data=b"\x01", is_extended_id=False)
+
+
+class Gateway:
+    """Says its words one for one to every client that speaks, then leaves the connections to the test."""
+
+    def __init__(self, words: tuple[bytes, ...]) -> None:
+        self.words = words
+        self.connections: list[socket.socket] = []
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.port: int = self.listener.getsockname()[1]
+        self.thread = threading.Thread(target=self._serve)
+        self.thread.start()
+
+    def _serve(self) -> None:
+        with suppress(OSError):
+            while True:
+                connection, _ = self.listener.accept()
+                connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+                self.connections.append(connection)
+                connection.sendall(self.words[0])
+                for word in self.words[1:]:
+                    if not connection.recv(100):
+                        break
+                    connection.sendall(word)
+
+    def close(self) -> None:
+        with suppress(OSError):
+            self.listener.shutdown(socket.SHUT_RDWR)
+        while self.thread.is_alive():  # it may just be taking one more client
+            for connection in self.connections:
+                with suppress(OSError):
+                    connection.shutdown(socket.SHUT_RDWR)
+            self.thread.join(0.01)
+        for connection in [self.listener, *self.connections]:
+            connection.close()
+
+
+@pytest.fixture
+def stage() -> Iterator[ExitStack]:
+    with ExitStack() as stack:
+        yield stack
+
+
+def gateway(stage: ExitStack, *words: bytes) -> Gateway:
+    found = Gateway(words)
+    stage.callback(found.close)
+    return found
+
+
+def connect(stage: ExitStack, found: Gateway) -> GatewayBus:
+    bus = GatewayBus("can0", "127.0.0.1", found.port)
+    stage.callback(bus.shutdown)
+    return bus
+
+
+def test_the_end_of_a_gateway_is_noticed_by_listening_alone(stage: ExitStack) -> None:
+    there = gateway(stage, *HELLO)
+    bus = connect(stage, there)
+    assert bus.recv(0.0) is None
+    there.connections[-1].sendall(b"< frame 012 1.5 ff000a >< fra")
+    there.connections[-1].shutdown(socket.SHUT_RDWR)
+    heard = bus.recv(2.0)
+    assert heard is not None
+    assert (heard.arbitration_id, bytes(heard.data)) == (0x12, b"\xff\x00\x0a")
+    with pytest.raises(can.CanOperationError, match="hung up"):
+        bus.recv(2.0)
+
+
+def test_a_gateway_that_reads_nothing_any_more_holds_nobody_up(stage: ExitStack) -> None:
+    bus = connect(stage, gateway(stage, *HELLO))
+    taken = 0
+    try:
+        while taken < 1_000_000:
+            bus.send(FRAME)
+            taken += 1
+    except can.CanTimeoutError:
+        pass
+    assert 0 < taken < 1_000_000
+    with pytest.raises(can.CanTimeoutError):
+        bus.send(FRAME)
+
+
+def test_a_line_counts_what_a_stalled_gateway_did_not_take_and_goes_on(stage: ExitStack) -> None:
+    there = gateway(stage, *HELLO)
+    line = CanLine(CanAddress(interface="socketcand", port=there.port), (FrameReceiver("HandPose"),))
+    stage.callback(line.close)
+    deadline = time.monotonic() + 5.0
+    while not line.connected and time.monotonic() < deadline:
+        line.poll()
+    sender = FrameSender("HandPose")
+    while line.unsent < 10 and time.monotonic() < deadline:
+        line.send(sender.encode({"x": 0.0, "y": 0.0}))
+    assert (line.connected, line.times_lost, line.unsent) == (True, 0, 10)
+    assert line.figures()["unsent"] == 10
+    there.connections[-1].sendall(b"< frame 012 1.5 ff000a >")
+    while not line.unknown and time.monotonic() < deadline:
+        line.poll()
+    assert line.unknown == 1
+
+
+@pytest.mark.parametrize("words", [(b"",), HELLO[:1], HELLO[:2]])
+def test_a_gateway_that_stops_answering_is_not_waited_for(
+    words: tuple[bytes, ...], stage: ExitStack, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(common.can_gateway, "ANSWER_S", 0.05)
+    there = gateway(stage, *words)
+    with pytest.raises((can.CanTimeoutError, TimeoutError)):
+        GatewayBus("can0", "127.0.0.1", there.port)
+
+
+@pytest.mark.parametrize("words", [(b"SSH-2.0-Open\r\n",), (b"< hi >", b"< error could not open bus >")])
+def test_what_is_no_gateway_or_has_no_such_bus_is_absent_by_name(words: tuple[bytes, ...], stage: ExitStack) -> None:
+    there = gateway(stage, *words)
+    with pytest.raises(DeviceAbsent, match=f"CAN socketcand://127.0.0.1:{there.port}/can0: "):
+        CanAddress(interface="socketcand", port=there.port).open()
+
+
+def test_a_far_side_that_loses_its_power_ends_the_connection_within_seconds(stage: ExitStack) -> None:
+    # Power cannot be cut here: what the system was told is what can be seen.
+    connection = connect(stage, gateway(stage, *HELLO))._connection
+    assert connection.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE) == 1
+    if hasattr(socket, "TCP_USER_TIMEOUT"):
+        assert connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT) == DEAD_S * 1000
+        idle, interval, count = (
+            connection.getsockopt(socket.IPPROTO_TCP, option)
+            for option in (socket.TCP_KEEPIDLE, socket.TCP_KEEPINTVL, socket.TCP_KEEPCNT)
+        )
+        assert idle + interval * count == DEAD_S

@@ -1,0 +1,88 @@
+"""The desk over its real sockets: a site's side served in a thread, as its loop would."""
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, Protocol
+
+import pytest
+
+from common.desk import Desk, ask_desk, stop_from_desk
+from common.keys import load_keys
+from common.link import LinkProblem
+from common.session import Refused
+
+
+class Keys(Protocol):
+    operator: Path
+    stranger: Path
+
+
+class Site:
+    """Serves a desk until the test is over."""
+
+    def __init__(self, desk: Desk) -> None:
+        self.desk = desk
+        self.asked: list[tuple[str, dict[str, Any]]] = []
+        self.estop = ""
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._serve)
+        self._thread.start()
+
+    def do(self, verb: str, details: dict[str, Any]) -> dict[str, Any]:
+        self.asked.append((verb, details))
+        if verb == "engage":
+            raise Refused("a fault is latched (hot plate): clear it first")
+        return {"state": "connected", "estop": self.estop}
+
+    def _serve(self) -> None:
+        while not self._over.wait(0.001):
+            self.desk.serve(time.monotonic_ns(), self.do)
+
+    def close(self) -> None:
+        self._over.set()
+        self._thread.join()
+
+
+@pytest.fixture
+def site(keys: Keys, base_port: int) -> Iterator[Site]:
+    with Desk(base_port, load_keys(keys.operator)) as desk:
+        made = Site(desk)
+        yield made
+        made.close()
+
+
+def test_what_is_asked_reaches_the_site_and_its_answer_comes_back(site: Site, keys: Keys, base_port: int) -> None:
+    told = ask_desk(base_port, load_keys(keys.operator), "annotate", {"text": "a rough spot"})
+    assert told == {"state": "connected", "estop": ""}
+    assert site.asked == [("annotate", {"text": "a rough spot"})]
+
+
+def test_a_refusal_says_why(site: Site, keys: Keys, base_port: int) -> None:
+    with pytest.raises(Refused, match="hot plate"):
+        ask_desk(base_port, load_keys(keys.operator), "engage")
+
+
+def test_another_key_reaches_nothing(site: Site, keys: Keys, base_port: int) -> None:
+    with pytest.raises(LinkProblem, match="no site with this key answers"):
+        ask_desk(base_port, load_keys(keys.stranger), "estop")
+    assert site.asked == []
+
+
+def test_a_stop_waits_for_what_the_devices_say(site: Site, keys: Keys, base_port: int) -> None:
+    waiting: Callable[[], str] = lambda: stop_from_desk(base_port, load_keys(keys.operator))  # noqa: E731
+    assert "not confirmed" in waiting()
+    site.estop = "here: stopped, confirmed by every device after 12 ms"
+    assert waiting() == site.estop
+    assert site.asked[0] == ("estop", {})
+
+
+def test_nobody_there_is_said(keys: Keys, base_port: int) -> None:
+    with pytest.raises(LinkProblem, match="is it running"):
+        ask_desk(base_port, load_keys(keys.operator), "status")
+
+
+def test_a_port_in_use_is_said(site: Site, keys: Keys, base_port: int) -> None:
+    with pytest.raises(LinkProblem, match="choose another desk_port"):
+        Desk(base_port, load_keys(keys.operator))

@@ -1,0 +1,117 @@
+"""Log lines of both forms: each a line, each with its times, and whatever context a caller gives."""
+
+import json
+import logging
+import math
+import subprocess
+import sys
+import time
+from datetime import UTC, datetime
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from common.logs import JsonLines, spoken
+
+PROGRAM = """
+import logging, sys, threading, warnings
+from common.logs import log_to_stderr
+log_to_stderr("remote", {form!r})
+logging.getLogger("common.link").warning("refused %s", "x", extra={{"stream": "touch", "session": 7}})
+logging.getLogger("can").error("a library's chatter")
+{then}
+"""
+
+
+def run(form: str, then: str = "") -> list[str]:
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM.format(form=form, then=then)],
+        capture_output=True,
+        text=True,
+        timeout=50,
+        check=False,
+    )
+    assert done.stdout == ""
+    return done.stderr.splitlines()
+
+
+def line_of(message: str, *arguments: object, **extra: object) -> dict[str, object]:
+    record = logging.makeLogRecord(
+        {"name": "a.b", "levelname": "INFO", "msg": message, "args": arguments, "created": time.time(), **extra}
+    )
+    text = JsonLines("operator").format(record)
+    assert "\n" not in text
+    found: dict[str, object] = json.loads(text)
+    return found
+
+
+def test_a_json_line_has_both_times_and_the_context() -> None:
+    before = (time.monotonic(), datetime.now(UTC))
+    line = line_of("%s is %d", "thumb", 3, finger="thumb", session=12)
+    after = (time.monotonic(), datetime.now(UTC))
+    assert (line["level"], line["process"], line["logger"], line["message"]) == (
+        "info",
+        "operator",
+        "a.b",
+        "thumb is 3",
+    )
+    assert (line["finger"], line["session"]) == ("thumb", 12)
+    assert isinstance(line["monotonic_s"], float)
+    assert before[0] - 0.001 <= line["monotonic_s"] <= after[0] + 0.001
+    written = datetime.fromisoformat(str(line["time_utc"]))
+    assert (before[1].timestamp() - 0.001) <= written.timestamp() <= (after[1].timestamp() + 0.001)
+    assert written.utcoffset() is not None
+
+
+def test_context_cannot_take_the_place_of_what_every_line_has() -> None:
+    line = line_of("true", level="none", logger="none", process="none", time_utc="never", monotonic_s="never")
+    assert (line["level"], line["logger"], line["process"], line["message"]) == ("info", "a.b", "operator", "true")
+    assert "never" not in line.values()
+
+
+@given(st.text(), st.none() | st.floats() | st.text() | st.binary() | st.lists(st.integers()))
+def test_any_text_and_any_context_are_one_line_of_json(message: str, value: object) -> None:
+    line = line_of("%s", message, context=value)
+    assert line["message"] == message
+    strict = json.dumps(line, allow_nan=False)
+    assert json.loads(strict) == line
+    if isinstance(value, float) and not math.isfinite(value):
+        assert line["context"] == str(value)
+
+
+def test_lines_for_people_stay_what_they_were() -> None:
+    (line,) = run("text")
+    words = line.split(" ", 4)
+    assert float(words[0]) > 0.0
+    assert words[1:] == ["remote", "WARNING", "common.link:", "refused x"]
+
+
+@pytest.mark.parametrize(
+    ("then", "says"),
+    [
+        ("warnings.warn('old')", "old"),
+        ("raise RuntimeError('broken')", "broken"),
+        ("t = threading.Thread(target=lambda: 1 / 0); t.start(); t.join()", "ZeroDivisionError"),
+    ],
+)
+def test_in_json_everything_is_json(then: str, says: str) -> None:
+    first, last = (json.loads(line) for line in run("json", then))
+    assert (first["message"], first["stream"], first["session"]) == ("refused x", "touch", 7)
+    assert says in last["message"] + last.get("exception", "")
+    assert last["process"] == "remote"
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        ('{"level": "critical", "message": "no key"}', "no key"),
+        ("teletaction: no key", "teletaction: no key"),
+        ("[1, 2]", "[1, 2]"),
+        ("17", "17"),
+        ('{"other": 1}', '{"other": 1}'),
+        ("", ""),
+    ],
+)
+def test_what_a_line_says_is_found_in_either_form(line: str, says: str) -> None:
+    assert spoken(line) == says

@@ -1,0 +1,46 @@
+"""How a process tells of bad input, in either form of log."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from teletaction.processes import SessionProcesses
+
+CONFIG = """
+log = "{form}"
+fingers = ["index"]
+[link]
+keys = "absent"
+[tacttip]
+index = "socket://127.0.0.1:1"
+[exoskeleton]
+interface = "virtual"
+"""
+
+
+@pytest.mark.parametrize("form", ["text", "json"])
+@pytest.mark.parametrize("command", [["-m", "operator_site"], ["-m", "teletaction", "operator"]])
+def test_bad_input_is_one_line_of_the_chosen_form_and_exit_2(tmp_path: Path, form: str, command: list[str]) -> None:
+    config = tmp_path / "operator.toml"
+    config.write_text(CONFIG.format(form=form), "utf-8")
+    ended = subprocess.run(
+        [sys.executable, *command, "--config", str(config)], capture_output=True, text=True, timeout=50, check=False
+    )
+    assert ended.returncode == 2
+    assert ended.stdout == ""
+    (line,) = ended.stderr.splitlines()
+    if form == "json":
+        told = json.loads(line)
+        assert (told["level"], told["process"]) == ("critical", "operator")
+    (tmp_path / "operator.log").write_text(ended.stderr, "utf-8")
+    words = SessionProcesses(tmp_path).last_words("operator")
+    assert not words.startswith("{")
+    assert "absent/site.key_secret: no key; make one with" in words
+
+
+def test_a_process_that_said_nothing_has_said_so(tmp_path: Path) -> None:
+    (tmp_path / "remote.log").write_text("\n", "utf-8")
+    assert SessionProcesses(tmp_path).last_words("remote") == "it said nothing"

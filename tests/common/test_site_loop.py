@@ -1,0 +1,213 @@
+"""The loop that both sites share, on a clock of the test's own."""
+
+import json
+import socket
+from contextlib import AbstractContextManager, nullcontext
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from common.notify import Supervisor
+from common.site_loop import in_words, run_site_loop
+
+MS = 1_000_000
+
+
+class Clock:
+    """Time that passes by sleeping, and by what a tick costs."""
+
+    def __init__(self) -> None:
+        self.now_ns = 5_000 * MS
+
+    def sleep(self, seconds: float) -> None:
+        self.now_ns += round(seconds * 1e9)
+
+
+class Site:
+    """Ticks that are counted; one of them may take long, or fail."""
+
+    def __init__(self, clock: Clock, costs_ms: dict[int, int] | None = None, fails_at: int | None = None) -> None:
+        self.ticked_ns: list[int] = []
+        self._clock = clock
+        self._costs_ms = costs_ms or {}
+        self._fails_at = fails_at
+
+    def tick(self, now_ns: int) -> None:
+        self.ticked_ns.append(now_ns)
+        self._clock.now_ns += self._costs_ms.get(len(self.ticked_ns), 0) * MS
+        if len(self.ticked_ns) == self._fails_at:
+            raise RuntimeError("as the test says")
+
+    def figures(self) -> dict[str, object]:
+        return {"state": "engaged", "fault": "", "made": len(self.ticked_ns)}
+
+
+class Heard(Supervisor):
+    """What a supervisor was told."""
+
+    def __init__(self) -> None:
+        super().__init__("")
+        self.lines: list[tuple[str, ...]] = []
+
+    def _say(self, *lines: str) -> None:
+        self.lines.append(lines)
+
+
+def unwatched(ticks: object) -> AbstractContextManager[object]:
+    return nullcontext()
+
+
+def run(clock: Clock, site: Site, until_ms: int, status: Path | None = None, **more: object) -> Heard:
+    heard = Heard()
+    end_ns = clock.now_ns + until_ms * MS
+    run_site_loop(
+        site,
+        "remote",
+        500.0,
+        lambda: clock.now_ns >= end_ns,
+        status=status,
+        clock_ns=lambda: clock.now_ns,
+        sleep=clock.sleep,
+        watchdog=unwatched,
+        supervisor=heard,
+        **more,  # type: ignore[arg-type]
+    )
+    return heard
+
+
+def test_it_ticks_at_its_rate_with_the_clocks_time() -> None:
+    clock = Clock()
+    site = Site(clock)
+    run(clock, site, 1000)
+    assert len(site.ticked_ns) == 500
+    steps_ns = {later - earlier for earlier, later in pairwise(site.ticked_ns)}
+    assert all(abs(step_ns - 2 * MS) < 1000 for step_ns in steps_ns)
+
+
+def test_once_a_second_it_tells_its_figures_and_the_supervisor(tmp_path: Path) -> None:
+    clock = Clock()
+    site = Site(clock)
+    seconds: list[int] = []
+    heard = run(clock, site, 3_500, tmp_path / "remote.json", each_second=lambda: seconds.append(len(site.ticked_ns)))
+    assert len(seconds) == 4
+    assert seconds[0] == 1, "at once, after the first tick"
+    told = ("WATCHDOG=1", "STATUS=engaged")
+    assert heard.lines == [("READY=1",), told, told, told, told, ("STOPPING=1",)]
+    status = json.loads((tmp_path / "remote.json").read_text("utf-8"))
+    assert status["process"] == "remote"
+    assert status["made"] == len(site.ticked_ns), "written again at the end"
+
+
+def test_the_hook_is_called_without_a_status_file_too() -> None:
+    clock = Clock()
+    seconds: list[int] = []
+    run(clock, Site(clock), 1_500, each_second=lambda: seconds.append(clock.now_ns))
+    assert len(seconds) == 2
+
+
+def test_a_loop_that_never_ran_was_never_ready() -> None:
+    clock = Clock()
+    site = Site(clock)
+    heard = run(clock, site, 0)
+    assert site.ticked_ns == []
+    assert heard.lines == [("STOPPING=1",)]
+
+
+def test_a_long_tick_is_not_made_up_for_in_a_burst() -> None:
+    clock = Clock()
+    site = Site(clock, costs_ms={10: 800})
+    run(clock, site, 1000)
+    after = [now_ns for now_ns in site.ticked_ns if now_ns > site.ticked_ns[9]]
+    assert len(after) == 91  # 20 ms, a tick of 800 ms, the one that was due, and 90 on a new grid
+    assert min(b - a for a, b in pairwise(after)) > 1.9 * MS
+
+
+def test_the_supervisor_hears_of_an_end_by_error_too() -> None:
+    clock = Clock()
+    heard = Heard()
+    with pytest.raises(RuntimeError, match="as the test says"):
+        run_site_loop(
+            Site(clock, fails_at=3),
+            "remote",
+            500.0,
+            lambda: False,
+            clock_ns=lambda: clock.now_ns,
+            sleep=clock.sleep,
+            watchdog=unwatched,
+            supervisor=heard,
+        )
+    assert heard.lines[-1] == ("STOPPING=1",)
+
+
+def test_what_the_hook_raises_ends_the_loop() -> None:
+    clock = Clock()
+    site = Site(clock)
+
+    def refuse() -> None:
+        raise OSError("the key is not trusted")
+
+    with pytest.raises(OSError, match="the key is not trusted"):
+        run(clock, site, 1000, each_second=refuse)
+    assert len(site.ticked_ns) == 1
+
+
+def test_the_watchdog_sees_the_count_of_ticks() -> None:
+    clock = Clock()
+    site = Site(clock)
+    counted: list[int] = []
+
+    def watch(ticks: object) -> AbstractContextManager[object]:
+        assert callable(ticks)
+        site_tick = site.tick
+
+        def tick(now_ns: int) -> None:
+            counted.append(ticks())
+            site_tick(now_ns)
+
+        site.tick = tick  # type: ignore[method-assign]
+        return nullcontext()
+
+    end_ns = clock.now_ns + 20 * MS
+    run_site_loop(
+        site,
+        "remote",
+        500.0,
+        lambda: clock.now_ns >= end_ns,
+        clock_ns=lambda: clock.now_ns,
+        sleep=clock.sleep,
+        watchdog=watch,
+    )
+    assert counted == list(range(1, 11))
+
+
+def test_a_real_supervisor_is_found_in_the_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    address = str(tmp_path / "notify")
+    clock = Clock()
+    end_ns = clock.now_ns + 10 * MS
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as heard:
+        heard.bind(address)
+        heard.settimeout(10.0)
+        monkeypatch.setenv("NOTIFY_SOCKET", address)
+        run_site_loop(
+            Site(clock),
+            "remote",
+            500.0,
+            lambda: clock.now_ns >= end_ns,
+            clock_ns=lambda: clock.now_ns,
+            sleep=clock.sleep,
+        )
+        assert [heard.recv(1000) for _ in range(3)] == [b"READY=1", b"WATCHDOG=1\nSTATUS=engaged", b"STOPPING=1"]
+
+
+@pytest.mark.parametrize(
+    ("figures", "words"),
+    [
+        ({"state": "engaged", "fault": "", "missing": ""}, "engaged"),
+        ({"state": "fault", "fault": "thumb: too hot", "missing": "x"}, "fault: thumb: too hot"),
+        ({"state": "disconnected", "missing": "index tacttip: opening"}, "disconnected: index tacttip: opening"),
+        ({}, "running"),
+    ],
+)
+def test_a_state_is_told_with_what_is_wrong(figures: dict[str, object], words: str) -> None:
+    assert in_words(figures) == words

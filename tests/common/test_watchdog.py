@@ -1,0 +1,109 @@
+"""A loop that stands still ends its process; one that only waits for its turn does not."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from common.ladder import SITE_WATCHDOG_S
+from common.watchdog import EXIT_CODE, WAKE_UP_S, LoopWatchdog, Standstill
+
+MOST = round(SITE_WATCHDOG_S / WAKE_UP_S)
+PROGRAM = """
+import logging, os, signal, sys, threading, time
+from common.logs import log_to_stderr
+from common.watchdog import LoopWatchdog
+log_to_stderr("remote", {form!r})
+ticks = 0
+def a_tick_that_hangs():
+    {hang}
+with LoopWatchdog(lambda: ticks):
+    for ticks in range(50):
+        time.sleep(0.002)
+    print("ticked", flush=True)
+    a_tick_that_hangs()
+    print("went on", flush=True)
+"""
+
+
+def start(hang: str, form: str = "text") -> "subprocess.Popen[str]":
+    return subprocess.Popen(
+        [sys.executable, "-c", PROGRAM.format(hang=hang, form=form)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+@given(st.lists(st.integers(0, 3), max_size=200))
+def test_it_trips_after_so_many_wake_ups_without_a_tick_and_never_before(ticks_between: list[int]) -> None:
+    standstill = Standstill()
+    ticks = still = 0
+    standstill.wake_up(ticks)
+    for more in ticks_between:
+        ticks += more
+        still = 0 if more else still + 1
+        assert standstill.wake_up(ticks) is (still >= MOST)
+
+
+@pytest.mark.parametrize(
+    "hang", ["time.sleep(600)", "while True: pass", "threading.Lock().acquire() and os.read(0, 1)"]
+)
+def test_a_loop_that_hangs_ends_its_process_and_says_where_it_stood(hang: str) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-c", PROGRAM.format(hang=hang, form="text")],
+        stdin=subprocess.PIPE,  # never written to: a read waits for ever
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    with process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        assert process.wait(50) == EXIT_CODE == 70
+        assert process.stdout.read() == "ticked\n"
+        lines = process.stderr.read().splitlines()
+    assert any("in a_tick_that_hangs" in line for line in lines), lines
+    assert [line for line in lines if " CRITICAL " in line] == lines[-1:]
+    assert lines[-1].endswith("the loop makes no tick any more: this process ends with exit code 70")
+
+
+def test_a_standard_error_that_nobody_reads_does_not_keep_it() -> None:
+    with start("[logging.error('x' * 5000) for _ in range(100)]") as process:
+        assert process.wait(50) == EXIT_CODE
+
+
+def test_a_process_that_was_stopped_for_longer_goes_on() -> None:
+    # It stands still for three wake-ups before it is stopped, and for three more when it goes on.
+    with start("time.sleep(0.3); print('halfway', flush=True); [time.sleep(0.1) for _ in range(3)]") as process:
+        assert process.stdout is not None
+        assert [process.stdout.readline() for _ in range(2)] == ["ticked\n", "halfway\n"]
+        os.kill(process.pid, signal.SIGSTOP)
+        os.waitid(os.P_PID, process.pid, os.WSTOPPED | os.WNOWAIT)
+        time.sleep(2.0 * SITE_WATCHDOG_S)  # what is tested is that this time does not count
+        os.kill(process.pid, signal.SIGCONT)
+        assert process.stdout.readline() == "went on\n"
+        assert process.wait(50) == 0
+
+
+def test_it_watches_only_while_the_loop_runs() -> None:
+    ended = threading.Event()
+    with LoopWatchdog(lambda: 0, end=ended.set) as watchdog:
+        assert ended.wait(50.0)
+    assert not watchdog._thread.is_alive()
+    looked = []
+
+    def look() -> int:
+        looked.append(1)
+        return len(looked)
+
+    with LoopWatchdog(look, end=ended.clear) as watchdog:
+        pass
+    assert not watchdog._thread.is_alive()
+    assert ended.is_set()
