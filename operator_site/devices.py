@@ -30,6 +30,9 @@ class OperatorDevices:
         for line in self.lines():
             if not line.connected:
                 return f"{line.finger} {line.kind.name.lower()}: {line.problem or 'opening'}"
+        for module in self.tacttips.values():
+            if not self._read_s - module.measured_s <= GAP_S:
+                return f"{module.line.finger} {module.line.kind.name.lower()}: the line is open, but no reports come"
         if not self._read_s - self.exoskeleton.hand.oldest_s <= GAP_S:
             return f"exoskeleton: CAN {self.exoskeleton.line.address} is open, but no positions come"
         return ""
@@ -59,9 +62,24 @@ class OperatorDevices:
         for finger, module in self.tacttips.items():
             module.drive(t_s, output.motor_rpm[finger], output.peltier_drive[finger])
 
-    def cut_out(self) -> list[int]:
-        """Fingers whose module has switched its plate off by its own temperature limit."""
-        return [finger for finger, module in self.tacttips.items() if module.cut_out]
+    def unconfirmed(self, since_s: float) -> str:
+        """Each device that has not reported, after `since_s`, that its outputs are off; empty when all have."""
+        found = {"exoskeleton": self.exoskeleton.unconfirmed(since_s)}
+        for module in self.tacttips.values():
+            found[f"{module.line.finger} {module.line.kind.name.lower()}"] = module.unconfirmed(since_s)
+        return "; ".join(f"{device}: {why}" for device, why in found.items() if why)
+
+    def faults(self) -> list[str]:
+        """What modules do that they must not; empty when all is well."""
+        found = []
+        for finger, module in self.tacttips.items():
+            if self._read_s - module.measured_s > GAP_S:
+                continue
+            if module.cut_out:
+                found.append(f"{FINGERS[finger]}: the module's own temperature limit has switched its plate off")
+            if module.disobeys:
+                found.append(f"{FINGERS[finger]} tacttip: {module.disobeys}")
+        return found
 
     def figures(self) -> dict[str, object]:
         """What the status file tells of each device."""

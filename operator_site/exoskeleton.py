@@ -26,14 +26,24 @@ class Hand:
         return min(self.pose_s, self.heights_s)
 
 
+@dataclass(slots=True)
+class Pushing:
+    """What the exoskeleton reported last that its outputs do."""
+
+    force_n: tuple[float, ...] = (0.0,) * len(FINGERS)
+    enabled: bool = False
+    reported_s: float = _NEVER
+
+
 class Exoskeleton:
     """The hand-force exoskeleton."""
 
     def __init__(self, address: CanAddress):
         """Open the bus at `address` in the background."""
-        self.receivers = (FrameReceiver("HandPose"), FrameReceiver("FingerHeights"))
+        self.receivers = tuple(FrameReceiver(name) for name in ("HandPose", "FingerHeights", "ExoskeletonState"))
         self.line = CanLine(address, self.receivers)
         self.hand = Hand()
+        self.pushing = Pushing()
         self._forces = FrameSender("FingerForces")
 
     def read(self, t_s: float) -> Hand:
@@ -45,7 +55,20 @@ class Exoskeleton:
         if (heights := frames.get("FingerHeights")) is not None:
             hand.z_m = tuple(height / _MM for height in by_finger(heights))
             hand.heights_s = t_s
+        if (state := frames.get("ExoskeletonState")) is not None:
+            self.pushing = Pushing(by_finger(state), state["enabled"] > 0.0, t_s)
         return hand
+
+    def unconfirmed(self, since_s: float) -> str:
+        """Why it is not certain that no finger is pushed; empty when the last report, after `since_s`, says so."""
+        if not self.line.connected:
+            return "not connected"
+        pushing = self.pushing
+        if not pushing.reported_s > since_s:
+            return "no report"
+        if any(pushing.force_n):
+            return f"pushes with up to {max(pushing.force_n):.2f} N"
+        return "enabled" if pushing.enabled else ""
 
     def push(self, force_n: list[float], enabled: bool) -> None:
         """Send the force on each finger, N, and whether the session is engaged: not, and the drives stay off."""

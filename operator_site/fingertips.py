@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.fingers import FINGERS
-from common.limits import COMFORT, PlateRange
+from common.limits import COMFORT, GAP_S, PlateRange
 from common.materials import materials
 from common.messages import TOUCH_COLUMN, Event, EventKind
 from operator_site.contact_force import ContactLaw, LocalContact
@@ -72,7 +72,7 @@ class Fingertips:
         self._loops = [PlateLoop() for _ in range(n)]
         self._drive = [0.0] * n
         self._touching = [False] * n
-        self._engaged = False
+        self._driven = [False] * n
         self._t_s = math.nan
         self._heat_t_s = math.nan
         self._block: NDArray[np.float32] | None = None
@@ -129,11 +129,11 @@ class Fingertips:
             if mine and speed > 0.0:
                 self.impulses_played += [e.ident for e in mine if e.kind is not EventKind.MATERIAL]
             rpm.append(speed)
-        if engaged and not self._engaged:
-            for finger, measured in enumerate(plate_c):
+        for finger, measured in enumerate(plate_c):
+            driven, self._driven[finger] = self._driven[finger], engaged and plate_age_s[finger] <= GAP_S
+            if self._driven[finger] and not driven:
                 self._display.restart(finger, measured)
                 self._loops[finger].reset()
-        self._engaged = engaged
         heat = not t_s - self._heat_t_s < STEP_S - 1e-4
         if heat:
             self._heat_t_s = t_s if not t_s - self._heat_t_s < 2.0 * STEP_S else self._heat_t_s + STEP_S
@@ -141,7 +141,7 @@ class Fingertips:
         set_c = self._display.step(dt_s)
         if heat:
             for finger, loop in enumerate(self._loops):
-                fresh_c = plate_c[finger] if engaged and plate_age_s[finger] <= 0.1 else math.nan
+                fresh_c = plate_c[finger] if self._driven[finger] else math.nan
                 self._drive[finger] = loop.step(t_s, set_c[finger], fresh_c)
         return Requested(force, rpm, set_c, list(self._drive), list(self._display.limited))
 

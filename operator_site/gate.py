@@ -174,6 +174,7 @@ class OperatorGate:
             self.trip("time is not a finite number")
             return math.inf  # whatever falls with time has fallen
         dt_s = max(0.0, t_s - self._t_s)  # 0 the first time: a comparison with NaN is false
+        self._checked_s = min(self._checked_s, t_s)  # a clock that was set back must not put the checks off
         self._t_s = t_s
         return dt_s
 

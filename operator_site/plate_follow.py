@@ -20,6 +20,10 @@ STILL_K = 0.01
 STILL_S = 0.5
 STILL_EXPECTED_K = 0.3
 """A reading that is still for so long may miss so much of the expected change, no more."""
+STILL_DRIVEN_K = 0.5
+STILL_MEMORY_S = 3.0
+"""A drive that goes on changing under a reading that does not move: the plate would have moved by so much. An even
+drive holds an even temperature: only what differs from the drive before counts, and is forgotten in time."""
 STILL_HOT_S = 1.0
 """Where skin takes dose, a reading that never moves is not believed for longer, whatever the drive."""
 
@@ -27,15 +31,15 @@ STILL_HOT_S = 1.0
 class _Band:
     """Band-pass of a rate, K/s in, K out."""
 
-    __slots__ = ("_mean", "change_k")
+    __slots__ = ("change_k", "mean_k_s")
 
     def __init__(self) -> None:
-        self._mean = 0.0
+        self.mean_k_s = 0.0
         self.change_k = 0.0
 
     def step(self, dt_s: float, rate_k_s: float) -> None:
-        self._mean += (rate_k_s - self._mean) * dt_s / (SLOW_S + dt_s)
-        self.change_k += (rate_k_s - self._mean - self.change_k / SLOW_S) * dt_s
+        self.mean_k_s += (rate_k_s - self.mean_k_s) * dt_s / (SLOW_S + dt_s)
+        self.change_k += (rate_k_s - self.mean_k_s - self.change_k / SLOW_S) * dt_s
 
 
 class PlateFollow:
@@ -49,6 +53,8 @@ class PlateFollow:
         self._doubt_s = 0.0
         self._still_c = 0.0
         self._still_s = 0.0
+        self._holding_k_s = (0.0, 0.0)
+        self._held_k = 0.0
         self.rate_k_s = 0.0
         """Smoothed rate of change of the reading, K/s."""
 
@@ -79,10 +85,18 @@ class PlateFollow:
 
         if abs(plate_c - self._still_c) > STILL_K:
             self._still_c, self._still_s = plate_c, 0.0
+            # A count that flips kicks the drive, and after a change the mean is behind it: the range of both is normal.
+            mean, now = self._expected.mean_k_s, self._drive_k_s
+            self._holding_k_s, self._held_k = (min(mean, now), max(mean, now)), 0.0
         else:
             self._still_s += dt_s
+            low, high = self._holding_k_s
+            beyond = self._drive_k_s - min(high, max(low, self._drive_k_s))
+            self._held_k += (beyond - self._held_k / STILL_MEMORY_S) * dt_s
         if self._still_s >= STILL_S and abs(expected - seen) >= STILL_EXPECTED_K:
             return "temperature does not change although driven"
+        if abs(self._held_k) >= STILL_DRIVEN_K:
+            return "temperature stands still although the drive changes"
         if self._still_s >= STILL_HOT_S and plate_c > DOSE_ABOVE_C:
             return "temperature reading stands still"
 

@@ -2,50 +2,83 @@
 
 import logging
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 from common.acceptance import Acceptance
+from common.capabilities import OBSERVER, OPERATOR, disagreement, misreading
 from common.clock import ClockOffset
+from common.emergency_stop import PATIENCE_NS, EmergencyStop
+from common.ladder import SESSION_SILENCE_S
+from common.limits import AGE_MAX_S, GAP_S
 from common.link import OperatorLink
 from common.messages import Motion, Touch
-from common.packets import BadPacket, Floats, LinkState
+from common.packets import BadPacket, Floats, LinkState, WrongVersion
 from common.session import Session
-from common.session_messages import Answer, Heartbeat, Request
+from common.session_messages import LONGEST_REFUSAL, Answer, Heartbeat, Request
 from common.streams import STREAMS
 
 log = logging.getLogger(__name__)
 
-SILENCE_NS = 1_000_000_000
+SILENCE_NS = round(SESSION_SILENCE_S * 1e9)
 """No answer to heartbeats for this long: the remote site is gone, say hello again."""
 _ASK_NS = 200_000_000
-"""Between two tries of hello or engage."""
+"""Between two tries of the same request."""
 _BEAT_NS = round(1e9 / STREAMS["heartbeat"].rate_hz)
+_STOP_ANSWER_NS = PATIENCE_NS + round(2e9 * AGE_MAX_S)
+"""On the slowest link the remote site's word of an emergency stop takes as long."""
+_LONG_AGO_NS = -(10**18)
 
 
 @dataclass(slots=True)
 class SessionClient:
-    """Finds the remote site again whenever it is gone. Time is an argument, ns of this site's monotonic clock."""
+    """Finds the remote site again whenever it is gone. Time is an argument, ns of this site's monotonic clock.
+
+    With the role of an observer it takes the same touch packets from the observers' stream and never asks for more.
+    """
 
     link: OperatorLink
     capabilities: dict[str, Any]
     max_age_s: float
     want_engaged: bool
+    """Ask until both sites are engaged. A fault of either one ends the wish: engaging again is a deliberate act."""
+    calibration: str = ""
+    """Hash that the remote site's calibration must have; empty for any."""
+    role: str = OPERATOR
+    gap_s: float = GAP_S
+    stamp_ns: Callable[[], int] | None = None
+    """This site's clock at the moment of asking. A tick may begin long before a packet that it finds came in: only a
+    time read after that bounds the offset. Without, the tick's own time is taken."""
     session: Session = field(default_factory=Session)
     clock: ClockOffset = field(default_factory=ClockOffset)
     touch: Touch | None = None
     """The newest accepted touch of this session."""
+    touch_packet: bytes = b""
+    """Its bytes as they came."""
+    remote: dict[str, Any] = field(default_factory=dict)
+    """What the remote site said of itself at hello."""
+    remote_fault: str = ""
+    """The fault that is latched at the remote site; empty when there is none."""
     acceptance: Acceptance = field(init=False)
     damaged: Counter[str] = field(default_factory=Counter)
     refusal: str = ""
-    """Why the remote site refused the last hello or engage; empty when it did not."""
+    """Why the remote site refused the last hello, engage or clear_fault, or this site will not work with it; empty when
+    nothing of these."""
     _sequence: int = 0
     """Of requests and heartbeats: it goes on across sessions, so that no old answer is taken for a new one."""
     _motion_sequence: int = 0
-    _asked_ns: int = 0
+    _now_ns: int = _LONG_AGO_NS
+    _asked_ns: dict[str, int] = field(default_factory=dict)
     _asked: dict[int, str] = field(default_factory=dict)
-    _beat_ns: int = 0
+    _beat_ns: int = _LONG_AGO_NS
     _heard_ns: int = 0
+    _engaged_ns: int = 0
+    _stop: EmergencyStop = field(default_factory=EmergencyStop)
+    _stop_ns: int = 0
+    _stop_remote: bool = False
+    _stopped_here: str = ""
+    _stopped_there: str = ""
 
     def __post_init__(self) -> None:
         self.acceptance = Acceptance(max_age_ns=round(self.max_age_s * 1e9))
@@ -55,44 +88,95 @@ class SessionClient:
         """Whether both sites say that outputs may act."""
         return self.session.engaged and self.touch is not None and self.touch.state is LinkState.ENGAGED
 
-    def step(self, now_ns: int, ready: str) -> None:
+    @property
+    def stopped(self) -> str:
+        """What came of the last emergency stop, at this site and at the remote one; empty while it is under way."""
+        done = self._stopped_here and self._stopped_there
+        return f"here: {self._stopped_here}; remote site: {self._stopped_there}" if done else ""
+
+    def step(self, now_ns: int, ready: str, unconfirmed: Callable[[float], str] = lambda _: "") -> None:
         """Take what came, ask for what is missing.
 
         Args:
             now_ns: this site's clock.
             ready: empty when the devices allow engaging, else what is missing.
+            unconfirmed: which devices have not reported since a time (s) that their outputs are off.
         """
+        if now_ns < self._now_ns:  # the clock was set back: what was timed by it is timed anew
+            self._asked_ns.clear()
+            self._beat_ns, self._heard_ns = _LONG_AGO_NS, now_ns
+        self._now_ns = now_ns
         for packet in self.link.receive("control"):
             self._answer(packet, now_ns)
         if self.session.ident and now_ns - self._heard_ns > SILENCE_NS:
-            log.warning("the remote site is silent: session ended")
-            self.session.disconnect()
+            self._end("the remote site is silent")
         for packet in self.link.receive("heartbeat"):
             self._heartbeat(packet, now_ns)
-        packet_or_none = self.link.receive_latest("touch")
+        packet_or_none = self.link.receive_latest("touch" if self.role == OPERATOR else "observed")
         if packet_or_none is not None:
             self._touch(packet_or_none, now_ns)
-        if not self.session.ident:
-            self._ask("hello", now_ns, self.capabilities)
-            return
+        self.session.heard(self.acceptance.gap_ns(now_ns), self.gap_s, "touch")
+        if self.session.state is LinkState.FAULT:
+            self.want_engaged = False
+        self._confirm_stop(now_ns, unconfirmed)
+        if self.session.ident:
+            self._keep_up(now_ns, ready)
+        else:
+            self._ask("hello", now_ns, {**self.capabilities, "role": self.role})
+
+    def _keep_up(self, now_ns: int, ready: str) -> None:
+        """What a session needs: heartbeats, and the requests that are still to be answered."""
         if now_ns - self._beat_ns >= _BEAT_NS:
             self._beat_ns = now_ns
             self._beat(now_ns)
-        if self._remote_let_go(now_ns):
-            log.warning("the remote site is no longer engaged")
-            self.session.disengage()
-        waiting = self.session.state is LinkState.CONNECTED and self.clock.uncertainty_ns is not None
-        if self.want_engaged and waiting and not ready:
-            self._ask("engage", now_ns, {})
+        if self.role == OBSERVER:
+            return
+        if self._stop_remote:
+            self._ask("estop", now_ns, {})
+        remote_state = self.touch.state if self.touch is not None else LinkState.CONNECTED
+        if remote_state is LinkState.FAULT:
+            self.want_engaged = False
+            if not self.remote_fault:
+                self._ask("status", now_ns, {})
+        elif self.remote_fault:
+            self.remote_fault = self.refusal = ""
+        if self._remote_let_go():
+            self.session.disengage("the remote site is no longer engaged")
+        if self.want_engaged and self.session.state is LinkState.CONNECTED and self._in_time() and not ready:
+            self._ask("engage", now_ns, {"max_age_s": self.max_age_s})
+
+    def _in_time(self) -> bool:
+        """Whether the clocks are known well enough to tell young packets from old ones."""
+        uncertainty_ns = self.clock.uncertainty_ns
+        if uncertainty_ns is None:
+            return False
+        slow = uncertainty_ns > self.acceptance.max_age_ns
+        if slow and not self.refusal.startswith("the link is too slow"):
+            self.refusal = (
+                f"the link is too slow: a round trip of {2e-6 * uncertainty_ns:.0f} ms, packets may be "
+                f"{1e-6 * self.acceptance.max_age_ns:.0f} ms old (link.max_age_s on both sites)"
+            )
+            log.warning("%s", self.refusal)
+        elif not slow and self.refusal.startswith("the link is too slow"):
+            self.refusal = ""
+        return not slow
 
     def send_motion(self, now_ns: int, block: Floats) -> bytes | None:
         """Send the fingertips' places (5, 3), m; returns the packet, or None while there is no session."""
         if not self.session.ident:
             return None
         self._motion_sequence += 1
-        packet = Motion(self.session.ident, self._motion_sequence, now_ns, self.session.state, block).encode()
+        state = self.session.state
+        if state is LinkState.ENGAGED and not self._feels(now_ns):
+            state = LinkState.CONNECTED  # who feels nothing must not move anything
+        packet = Motion(self.session.ident, self._motion_sequence, now_ns, state, block).encode()
         self.link.send_latest("motion", packet)
         return packet
+
+    def _feels(self, now_ns: int) -> bool:
+        """Whether touch comes in: without it the operator's hand is blind."""
+        gap_ns = self.acceptance.gap_ns(now_ns)
+        return gap_ns is not None and 0 <= gap_ns <= self.gap_s * 1e9
 
     def request(self, verb: str, now_ns: int, details: dict[str, Any]) -> None:
         """Send a control request; its answer is taken by a later `step`."""
@@ -101,9 +185,56 @@ class SessionClient:
         if self.link.send("control", packet):
             self._asked = {**dict(list(self._asked.items())[-20:]), self._sequence: verb}
 
+    def stop(self, now_ns: int, why: str) -> None:
+        """Emergency stop of both sites: latch here at once, and ask the remote site until it has answered."""
+        self.session.latch(why)
+        self._stop.ask(now_ns)
+        self._stop_ns, self._stop_remote = now_ns, bool(self.session.ident)
+        self._stopped_here = ""
+        self._stopped_there = "" if self._stop_remote else "not connected"
+
+    def disengage(self, now_ns: int) -> None:
+        """Bring both sites to neutral; engaging again is asked for anew."""
+        self.want_engaged = False
+        self.session.disengage("asked for")
+        self.request("disengage", now_ns, {})
+
+    def clear(self, now_ns: int) -> None:
+        """Clear the latched fault of this site, and of the remote one where that may be done from here.
+
+        Raises:
+            Refused: neither has a fault.
+        """
+        if self.remote_fault:
+            self.refusal = ""
+            self.request("clear_fault", now_ns, {})
+            if self.session.state is not LinkState.FAULT:
+                return
+        self.session.clear()
+
+    def goodbye(self, now_ns: int) -> None:
+        """Leave, so that the next operator need not wait for the silence. Of an observer nobody minds."""
+        if self.session.ident and self.role == OPERATOR:
+            self.request("goodbye", now_ns, {})
+
+    def _end(self, why: str) -> None:
+        self.session.disconnect(why)
+        self.remote_fault = ""
+        if self._stop_remote:
+            self._stop_remote = False
+            self._note_remote_stop(f"not confirmed, {why}")
+
+    def _confirm_stop(self, now_ns: int, unconfirmed: Callable[[float], str]) -> None:
+        confirmation = self._stop.step(now_ns, unconfirmed)
+        if confirmation is not None:
+            self._stopped_here = str(confirmation)
+            self.session.note("estop", f"here: {confirmation}")
+        if self._stop_remote and not self._stopped_there and now_ns - self._stop_ns > _STOP_ANSWER_NS:
+            self._note_remote_stop(f"not confirmed, no answer within {_STOP_ANSWER_NS * 1e-6:.0f} ms")
+
     def _ask(self, verb: str, now_ns: int, details: dict[str, Any]) -> None:
-        if now_ns - self._asked_ns >= _ASK_NS:
-            self._asked_ns = now_ns
+        if now_ns - self._asked_ns.get(verb, _LONG_AGO_NS) >= _ASK_NS:
+            self._asked_ns[verb] = now_ns
             self.request(verb, now_ns, details)
 
     def _answer(self, packet: bytes, now_ns: int) -> None:
@@ -111,33 +242,81 @@ class SessionClient:
             answer = Answer.decode(packet)
         except BadPacket as error:
             self._count_damaged("control", error)
+            if isinstance(error, WrongVersion):
+                self.refusal = f"the remote site cannot be understood: {error}"
             return
         verb = self._asked.pop(answer.sequence, "")
-        if verb in ("hello", "engage") and answer.refused != self.refusal:
+        if verb in ("hello", "engage"):
+            refusal = answer.refused or self._welcomed(verb, answer, now_ns)
+            if refusal and refusal != self.refusal:
+                log.warning("%s refused: %s", verb, refusal)
+            self.refusal = refusal
+        elif verb == "estop" and self._stop_remote:
+            self._stop_remote = False
+            self._remote_stopped(answer)
+        elif verb == "status":
+            self.remote_fault = str(answer.details.get("fault", ""))[:LONGEST_REFUSAL]
+        elif verb == "clear_fault" and answer.refused:
             self.refusal = answer.refused
-            if self.refusal:
-                log.warning("%s refused: %s", verb, self.refusal)
-        if answer.refused:
-            return
-        if verb == "hello" and not self.session.ident:
-            self._begin(answer, now_ns)
-        elif verb == "engage" and answer.session == self.session.ident and self.session.state is LinkState.CONNECTED:
-            self.session.engage()
-            self._heard_ns = now_ns
-            log.info("engaged")
+            log.warning("clear_fault refused: %s", answer.refused)
 
-    def _begin(self, answer: Answer, now_ns: int) -> None:
+    def _welcomed(self, verb: str, answer: Answer, now_ns: int) -> str:
+        """Take a granted hello or engage; returns why this site will not have it, empty when it will."""
+        if verb == "hello":
+            return "" if self.session.ident else self._begin(answer, now_ns)
+        if answer.session == self.session.ident and self.session.state is LinkState.CONNECTED:
+            agreed_s = answer.details.get("max_age_s")
+            if not isinstance(agreed_s, float) or not 0.0 < agreed_s <= AGE_MAX_S:
+                self.damaged["control"] += 1
+                return ""
+            self.acceptance.max_age_ns = round(agreed_s * 1e9)
+            self.session.engage(f"packets up to {agreed_s * 1e3:.0f} ms old count")
+            self._heard_ns = self._engaged_ns = now_ns
+        return ""
+
+    def _begin(self, answer: Answer, now_ns: int) -> str:
         ident = answer.details.get("session")
         if type(ident) is not int or ident <= 0:
             self.damaged["control"] += 1
-            return
-        self.session.connect(ident)
+            return ""
+        self.remote = answer.details
+        objection = self._objection(answer.details)
+        if objection:
+            self.session.ident = ident
+            self.goodbye(now_ns)
+            self.session.ident = 0
+            return objection
+        self.session.connect(ident, f"calibration {self.remote.get('calibration', 'unknown')}")
         self.clock = ClockOffset()
         self.touch = None
+        self.remote_fault = ""
         self.acceptance.restart()
+        self.acceptance.max_age_ns = round(self.max_age_s * 1e9)
         self._motion_sequence = 0
         self._heard_ns = now_ns
-        log.info("session %x with the remote site", ident)
+        return ""
+
+    def _objection(self, remote: dict[str, Any]) -> str:
+        if self.role == OBSERVER:
+            return misreading(remote)  # it drives nothing: fingers and rates do not matter
+        found = remote.get("calibration")
+        if self.calibration and found != self.calibration:
+            return f"the remote site is calibrated with {found}, this site expects {self.calibration}"
+        return disagreement(self.capabilities, remote, self.gap_s)
+
+    def _remote_stopped(self, answer: Answer) -> None:
+        told = answer.details.get("unconfirmed")
+        after_s = answer.details.get("after_s")
+        if answer.refused or not isinstance(after_s, float):
+            self._note_remote_stop(f"not confirmed, {answer.refused or 'it does not say how it went'}")
+        elif told:
+            self._note_remote_stop(f"not confirmed by {str(told)[:LONGEST_REFUSAL]} after {after_s * 1e3:.0f} ms")
+        else:
+            self._note_remote_stop(f"stopped, confirmed by every device after {after_s * 1e3:.0f} ms")
+
+    def _note_remote_stop(self, outcome: str) -> None:
+        self._stopped_there = outcome
+        self.session.note("estop", f"remote site: {outcome}")
 
     def _beat(self, now_ns: int) -> None:
         self._sequence += 1
@@ -157,7 +336,8 @@ class SessionClient:
         try:
             beat = Heartbeat.decode(packet)
             if beat.session == self.session.ident:
-                self.clock.add(beat.sent_ns, beat.arrived_ns, beat.time_ns, now_ns)
+                here_ns = now_ns if self.stamp_ns is None else self.stamp_ns()
+                self.clock.add(beat.sent_ns, beat.arrived_ns, beat.time_ns, here_ns)
                 self._heard_ns = now_ns
         except ValueError as error:
             self._count_damaged("heartbeat", error)
@@ -170,14 +350,14 @@ class SessionClient:
             return
         clock = self.clock
         if self.acceptance.accept(touch, self.session.ident, now_ns, clock.offset_ns, clock.uncertainty_ns):
-            self.touch = touch
+            self.touch, self.touch_packet = touch, packet
 
-    def _remote_let_go(self, now_ns: int) -> bool:
+    def _remote_let_go(self) -> bool:
         """Whether a fresh touch says that the remote site is not engaged although this side is."""
-        if not self.session.engaged or self.touch is None:
+        heard_ns = self.acceptance.last_ns
+        if not self.session.engaged or self.touch is None or heard_ns is None:
             return False
-        settled = now_ns - self._asked_ns > _ASK_NS
-        return settled and self.touch.state is not LinkState.ENGAGED
+        return heard_ns - self._engaged_ns > _ASK_NS and self.touch.state is not LinkState.ENGAGED
 
     def _count_damaged(self, stream: str, error: ValueError) -> None:
         self.damaged[stream] += 1

@@ -2,6 +2,8 @@
 
 import math
 
+from common.drive_obeys import DriveObeys
+from common.ladder import COMMAND_REFRESH_S
 from common.serial_line import SerialLine
 from common.serial_messages import (
     DRIVE_FULL,
@@ -17,8 +19,6 @@ from operator_site.ntc import PlateSensor
 
 _LEAST_INTERVAL_S = 0.004
 """Rate budget of a module: 250 commands a second; switching the motor on or off never waits."""
-_REFRESH_S = 0.020
-"""An unchanged command is repeated this often; the module gives up after 100 ms without."""
 _NEVER = -math.inf
 
 
@@ -34,7 +34,12 @@ class TactTip:
         """When the last reading came, s; -inf before the first."""
         self.sensor_fault = ""
         self.cut_out = False
+        self.disobeys = ""
+        """What the module does that it was not told; empty when nothing."""
+        self.applied = (0, 0)
+        """What the module reported last that motor (mV) and Peltiers (thousandths) get."""
         self._sensor = PlateSensor()
+        self._motor, self._peltier = DriveObeys("the motor"), DriveObeys("the Peltier element")
         self._sent = (0, 0)
         self._sent_s = _NEVER
 
@@ -51,13 +56,30 @@ class TactTip:
             reading = self._sensor.step(t_s, state.plate_counts)
             self.plate_c, self.sensor_fault = reading.plate_c, reading.fault or ""
             self.cut_out = bool(state.flags & DeviceFlag.THERMAL_CUT_OUT)
+            self.applied = (state.motor_mv, state.peltier_permille)
+            motor, peltier = (
+                self._motor.reported(t_s, state.motor_mv),
+                self._peltier.reported(t_s, state.peltier_permille),
+            )
+            self.disobeys = motor or peltier
             self.measured_s = t_s
+
+    def unconfirmed(self, since_s: float) -> str:
+        """Why it is not certain that its drives are off; empty when the last report, after `since_s`, says so."""
+        if not self.line.connected:
+            return "not connected"
+        if not self.measured_s > since_s:
+            return "no report"
+        motor, peltier = self.applied
+        return f"motor at {motor} mV, Peltier drive {peltier / DRIVE_FULL:g}" if motor or peltier else ""
 
     def drive(self, t_s: float, motor_rpm: float, peltier_drive: float) -> None:
         """Send drives within the module's rate budget: motor speed in rpm, Peltier -1..1."""
         wanted = (motor_mv(motor_rpm), round(peltier_drive * DRIVE_FULL))
         since_s = t_s - self._sent_s
         switches = (wanted[0] > 0) != (self._sent[0] > 0)
-        if switches or since_s >= _REFRESH_S or (wanted != self._sent and since_s >= _LEAST_INTERVAL_S):
+        if switches or since_s >= COMMAND_REFRESH_S or (wanted != self._sent and since_s >= _LEAST_INTERVAL_S):
             self.line.send(MessageId.TACTTIP_COMMAND, TactTipCommand(*wanted).encode())
             self._sent, self._sent_s = wanted, t_s
+            self._motor.told(t_s, wanted[0])
+            self._peltier.told(t_s, wanted[1])

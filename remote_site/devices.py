@@ -38,6 +38,10 @@ class RemoteDevices:
         for line in self.lines():
             if not line.connected:
                 return f"{line.finger} {line.kind.name.lower()}: {line.problem or 'opening'}"
+        sensors: list[TextureSensor | ThermalSensor] = [*self.texture.values(), *self.thermal.values()]
+        for sensor in sensors:
+            if not self._read_s - sensor.measured_s <= GAP_S:
+                return f"{sensor.line.finger} {sensor.line.kind.name.lower()}: the line is open, but no reports come"
         if not self._read_s - self.telemanipulator.measured.oldest_s <= GAP_S:
             return f"telemanipulator: CAN {self.telemanipulator.line.address} is open, but no measurements come"
         return ""
@@ -54,7 +58,7 @@ class RemoteDevices:
         texture: list[bytes | None] = [None] * len(FINGERS)
         plates: list[PlateReading | None] = [None] * len(FINGERS)
         for finger, texture_sensor in self.texture.items():
-            texture[finger] = texture_sensor.read()
+            texture[finger] = texture_sensor.read(t_s)
         for finger, thermal_sensor in self.thermal.items():
             plate = plates[finger] = thermal_sensor.read(t_s)
             if plate is not None:
@@ -68,10 +72,29 @@ class RemoteDevices:
     def write(self, command: GatedCommand, sensed: Sensed) -> None:
         """Send what the gate let through: set-points each tick, heater drives at each sensor's own rate."""
         if command.ready:
-            self.telemanipulator.move(command.x_m, command.y_m, command.z_m)
+            self.telemanipulator.move(command.x_m, command.y_m, command.z_m, released=command.released)
         for finger, sensor in self.thermal.items():
             if sensed.plates[finger] is not None:
-                sensor.heat(command.heater_drive[finger])
+                sensor.heat(sensed.time_s, command.heater_drive[finger])
+
+    def unconfirmed(self, since_s: float) -> str:
+        """Each device that has not reported, after `since_s`, that its outputs are off; empty when all have."""
+        found = {"telemanipulator": self.telemanipulator.unconfirmed(since_s)}
+        for sensor in self.thermal.values():
+            found[f"{sensor.line.finger} {sensor.line.kind.name.lower()}"] = sensor.unconfirmed(since_s)
+        return "; ".join(f"{device}: {why}" for device, why in found.items() if why)
+
+    def faults(self) -> list[str]:
+        """What devices do that they must not; empty when all is well."""
+        found = []
+        for finger, sensor in self.thermal.items():
+            if self._read_s - sensor.measured_s > GAP_S:
+                continue
+            if sensor.cut_out:
+                found.append(f"{FINGERS[finger]}: the sensor's own temperature limit has switched its heater off")
+            if sensor.disobeys:
+                found.append(f"{FINGERS[finger]} thermal_sensor: {sensor.disobeys}")
+        return found
 
     def figures(self) -> dict[str, object]:
         """What the status file tells of each device."""

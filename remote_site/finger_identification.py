@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from common.limits import GAP_S
 from common.materials import ALIASES, materials
 from common.messages import ExplorationMode, ThermalStatus
 from remote_site.exploration import Exploration
@@ -22,6 +23,7 @@ from remote_site.stiffness import Stiffness
 from remote_site.surface_class import (
     GROOVE_DECAY_PER_S,
     GROOVE_RAD_S,
+    SMOOTH,
     TAP_DECAY_PER_S,
     TAP_SPEED_PER_M_S,
     GroovePeriod,
@@ -124,6 +126,7 @@ class FingerIdentification:
         self._heater = HeaterControl()
         self._thermal = ThermalIdentification(table, evidence)
         self._free_c: deque[float] = deque(maxlen=WARMING)
+        self._texture_s = -1.0
         self._sensor_s = -1.0
         self._ambient_c: float | None = None
         self._drive = 0.0
@@ -157,7 +160,10 @@ class FingerIdentification:
             self._period = GroovePeriod()
         self._follow_grooves(t_s, mode, speed_m_s)
         if sample.texture_v is not None and len(sample.texture_v):
+            self._texture_s = t_s
             self._texture(sample, mode, speed_m_s, events)
+        # A texture that is no longer measured is no texture: the finger feels the object, but nothing of its surface.
+        stroke = self._stroke if t_s - self._texture_s <= GAP_S else SMOOTH
         self._thermal_step(sample, mode)
         answer = self._thermal.answer
         if answer.material is not None and answer.material != self._told:
@@ -172,8 +178,8 @@ class FingerIdentification:
             stiffness_n_m=self._stiffness.stiffness_n_m,
             k_tap=TAP_SPEED_PER_M_S,
             b_tap_per_s=TAP_DECAY_PER_S,
-            k_stroke_v=self._stroke.k_stroke_v,
-            k_stroke_f=self._stroke.k_stroke_f,
+            k_stroke_v=stroke.k_stroke_v,
+            k_stroke_f=stroke.k_stroke_f,
             groove_rad_s=GROOVE_RAD_S,
             b_groove_per_s=GROOVE_DECAY_PER_S,
             conductivity_w_mk=conductivity,

@@ -1,8 +1,9 @@
 """The patient-side gate: the last thing before the telemanipulator and the thermal sensors' heaters.
 
 A warm plate and a robot touch a person here. Whatever is asked for, set-points stay in range and in speed, a finger
-that presses too hard is taken back, a silent operator means stop and then retreat, and no plate is heated on skin.
-Pure: numbers and a time in, numbers out. A fault latches; only `clear_fault` ends it.
+that presses too hard is taken back, a silent operator means stop and then retreat, no plate is heated on skin, and a
+telemanipulator that does not obey is a fault. Pure: numbers and a time in, numbers out. A fault latches; only
+`clear_fault` ends it.
 """
 
 import math
@@ -13,6 +14,7 @@ from enum import IntFlag
 from common.fingers import FINGERS
 from common.limits import CONTACT_FORCE_N, GAP_S, SENSOR_PLATE_C
 from remote_site.heater_limits import SENSOR_HIGH_C, HeaterLimits
+from remote_site.telemanipulator_follow import LONGEST_TICK_S, SERVO_N_M, TelemanipulatorFollow
 
 PLANE_RANGE_M = 0.655
 HEIGHT_LOW_M = -0.0100
@@ -25,18 +27,12 @@ CLEAR_HEIGHT_M = 0.006
 """A retreating finger stops here: hovering height."""
 STOP_S = 0.100
 """Between stopping and retreating: a short gap of the network only pauses the hand."""
-SERVO_N_M = 1000.0
-"""Stiffness of the finger's position servo: a set-point this far below the finger pushes with its product."""
 REACTION_S = 0.030
 """Measurement, tick, bus and servo: what a finger still does after it is told otherwise."""
 BRAKE_SHARE = 0.9
 """At this share of the force limit a set-point goes no deeper; approaching it, ever slower."""
 TOUCHING_N = 0.15
 """More force than this is contact for the heater, whatever the mode says."""
-LONGEST_TICK_S = 0.010
-"""After a pause of the loop: as far as a set-point may move at once."""
-
-
 ROUNDING_M = 1e-9
 """A set-point that misses by rounding only is not reported as limited."""
 
@@ -45,7 +41,7 @@ class Limit(IntFlag):
     """Which limits acted on a finger (PLANE on all)."""
 
     RELEASED = 1
-    """Not engaged, motion missing, or a fault: stop, then retreat."""
+    """Not engaged, motion or measurements missing, or a fault: stop, then retreat."""
     PLANE_RANGE = 2
     PLANE_SPEED = 4
     HEIGHT_RANGE = 8
@@ -53,7 +49,7 @@ class Limit(IntFlag):
     FORCE = 32
     """Not lowered further, or taken back, because of the contact force."""
     FORCE_UNKNOWN = 64
-    """No fresh force: that finger stops and retreats."""
+    """No fresh measurement of the telemanipulator: it is not moved blindly."""
     HEATER_CONTACT = 128
     SENSOR_UNKNOWN = 256
     """No fresh, plausible or moving sensor reading: heater off."""
@@ -68,6 +64,8 @@ class GatedCommand:
 
     ready: bool
     """False until the telemanipulator's place was measured once: no set-point may be sent before."""
+    released: bool
+    """Stop and retreat: the telemanipulator itself must hold the hand and let fingers only rise."""
     x_m: float
     y_m: float
     z_m: list[float]
@@ -92,10 +90,11 @@ class PatientGate:
         self._t_s = math.nan
         self._fault: str | None = None
         self._ready = False
+        self._live = False
+        self._follow = TelemanipulatorFollow()
         self._plane = (0.0, 0.0)
         self._z_m: list[float] = [CLEAR_HEIGHT_M] * len(FINGERS)
         self._stopped_s = 0.0
-        self._blind_s = [0.0] * len(FINGERS)
         self._drive = [0.0] * len(FINGERS)
         self._heaters = [HeaterLimits() for _ in FINGERS]
 
@@ -111,6 +110,7 @@ class PatientGate:
     def clear_fault(self) -> None:
         """End a latched fault: a deliberate act of a person. Doses are not forgotten."""
         self._fault = None
+        self._follow = TelemanipulatorFollow()
         for heater in self._heaters:
             heater.believe_again()
 
@@ -145,38 +145,31 @@ class PatientGate:
             force_age_s: age of the telemanipulator's measurements, s; infinite before the first.
             heater_drive: wanted drive of each sensor's heater, -1..1, positive heats.
             sensor_c: last reading of each sensor plate, C; NaN where it is implausible.
-            sensor_age_s: age of each reading, s.
+            sensor_age_s: age of each reading, s; infinite: a finger without a sensor, which takes no part.
             in_contact: whether each finger is known to touch.
         """
         dt_s = self._elapsed(t_s)
         self._inspect_motion(wanted_x_m + wanted_y_m + sum(wanted_z_m) + sum(heater_drive))
-        force_known = 0.0 <= force_age_s <= GAP_S
-        if force_known and not math.isfinite(measured_x_m + measured_y_m + sum(measured_z_m) + sum(force_n)):
-            self.trip("a measurement of the telemanipulator is not a finite number")
-        elif force_known and not self._ready:
-            self._ready = True
-            self._plane = (_within(measured_x_m, PLANE_RANGE_M), _within(measured_y_m, PLANE_RANGE_M))
-            self._z_m = [min(HEIGHT_HIGH_M, max(HEIGHT_LOW_M, z_m)) for z_m in measured_z_m]
+        measured = (measured_x_m, measured_y_m, *measured_z_m)
+        taking_part = [age_s != math.inf for age_s in sensor_age_s]
+        known = self._inspect_measured(dt_s, force_age_s, measured, force_n, taking_part)
         for finger, plate_c in enumerate(sensor_c):
             if SENSOR_PLATE_C < plate_c <= SENSOR_HIGH_C:
                 self.trip(f"{FINGERS[finger]}: sensor plate at {plate_c:.1f} C, above {SENSOR_PLATE_C:.1f} C")
-        live = engaged and self._ready and 0.0 <= motion_age_s <= GAP_S and self._fault is None
-        limited = [0 if live else Limit.RELEASED.value] * len(FINGERS)
+        live = engaged and known and 0.0 <= motion_age_s <= GAP_S and self._fault is None
+        limited = [(0 if live else Limit.RELEASED.value) | (0 if known else Limit.FORCE_UNKNOWN.value)] * len(FINGERS)
         self._stopped_s = 0.0 if live else self._stopped_s + dt_s
+        if known and (not self._ready or (live and not self._live)):
+            self._start_from(measured)
+        self._live = live
         tick_s = min(LONGEST_TICK_S, dt_s)
         if live:
             self._move_plane(tick_s, wanted_x_m, wanted_y_m, limited)
         for finger in range(len(FINGERS)):
-            # A fault may be just this number: what is not a number presses with unknown force.
-            pressed_n = force_n[finger] if force_known else math.nan
+            pressed_n = force_n[finger] if known else math.nan
             if not live:
-                self._z_m[finger] = self._retreated(finger, tick_s, self._stopped_s, pressed_n)
-            elif math.isnan(pressed_n):
-                limited[finger] |= Limit.FORCE_UNKNOWN.value
-                self._blind_s[finger] += dt_s
-                self._z_m[finger] = self._retreated(finger, tick_s, self._blind_s[finger], pressed_n)
+                self._z_m[finger] = self._retreated(finger, tick_s, pressed_n)
             else:
-                self._blind_s[finger] = 0.0
                 self._z_m[finger] = self._lowered(
                     finger,
                     tick_s,
@@ -190,7 +183,11 @@ class PatientGate:
             self._drive[finger] = self._heat(finger, live and not touching, heater_drive[finger], limited)
             if touching:
                 limited[finger] |= Limit.HEATER_CONTACT.value
-        return GatedCommand(self._ready, *self._plane, list(self._z_m), list(self._drive), limited, self._fault)
+        if known:
+            self._follow.told(self._t_s, (*self._plane, *self._z_m), not live)
+        return GatedCommand(
+            self._ready, not live, *self._plane, list(self._z_m), list(self._drive), limited, self._fault
+        )
 
     def _elapsed(self, t_s: float) -> float:
         if not math.isfinite(t_s):
@@ -204,6 +201,33 @@ class PatientGate:
         # One sum is not finite as soon as one part is not; wanted values are far too small to overflow it.
         if not math.isfinite(total):
             self.trip("a wanted motion or heater drive is not a finite number")
+
+    def _inspect_measured(
+        self,
+        dt_s: float,
+        age_s: float,
+        measured: tuple[float, ...],
+        force_n: Sequence[float],
+        taking_part: Sequence[bool],
+    ) -> bool:
+        """Whether it is known where the telemanipulator is and how hard it presses; and does it obey?"""
+        fresh = 0.0 <= age_s <= GAP_S
+        if fresh and math.isfinite(sum(measured) + sum(force_n)):
+            disobeys = self._follow.step(dt_s, age_s, measured, force_n, taking_part)
+            if disobeys:
+                self.trip(disobeys)
+            return True
+        if fresh:
+            self.trip("a measurement of the telemanipulator is not a finite number")
+        self._follow = TelemanipulatorFollow()  # what was out of sight may stand anywhere
+        return False
+
+    def _start_from(self, measured: tuple[float, ...]) -> None:
+        """Set-points begin where the hand is, not where it was last sent: it may have stopped by itself meanwhile."""
+        self._ready = True
+        x_m, y_m, *heights_m = measured
+        self._plane = (_within(x_m, PLANE_RANGE_M), _within(y_m, PLANE_RANGE_M))
+        self._z_m = [min(HEIGHT_HIGH_M, max(HEIGHT_LOW_M, z_m)) for z_m in heights_m]
 
     def _move_plane(self, tick_s: float, wanted_x_m: float, wanted_y_m: float, limited: list[int]) -> None:
         """Follow the hand along the bench in range and at limited speed."""
@@ -219,10 +243,10 @@ class PatientGate:
             limited[:] = [bits | acted for bits in limited]
         self._plane = (x_m, y_m)
 
-    def _retreated(self, finger: int, tick_s: float, waited_s: float, pressed_n: float) -> float:
+    def _retreated(self, finger: int, tick_s: float, pressed_n: float) -> float:
         """Stop where the finger is told to be; then, or at once when it presses too hard, up until it is clear."""
         z_m = self._z_m[finger]
-        if z_m >= CLEAR_HEIGHT_M or (waited_s < STOP_S and not pressed_n > self._force_limit_n):
+        if z_m >= CLEAR_HEIGHT_M or (self._stopped_s < STOP_S and not pressed_n > self._force_limit_n):
             return z_m
         return min(CLEAR_HEIGHT_M, z_m + RETREAT_SPEED_M_S * tick_s)
 

@@ -1,5 +1,6 @@
 """Five fingers' identification in one step, and its result as the touch packet that travels."""
 
+import math
 from collections import deque
 from collections.abc import Iterable
 
@@ -26,18 +27,28 @@ class Perception:
 
     def __init__(self, fingers: Iterable[str], table: MaterialTable, surfaces: SurfaceTable):
         """Identify with the calibrated tables."""
-        evidence = MaterialEvidence(table)
-        self._identifications = {
-            FINGERS.index(finger): FingerIdentification(FINGERS.index(finger), table, surfaces, evidence)
-            for finger in fingers
-        }
+        self._numbers = [FINGERS.index(finger) for finger in fingers]
+        self._table, self._surfaces, self._evidence = table, surfaces, MaterialEvidence(table)
+        self._time_s = -math.inf
         self.touches: dict[int, FingerTouch] = {}
         """Newest result of each finger in use, by finger number."""
+        self._begin_anew()
         self._events: deque[Event] = deque(maxlen=MAX_EVENTS)
         self._event_count = 0
 
+    def _begin_anew(self) -> None:
+        """Identification that has felt nothing yet; events are numbered on, so that none is taken for an old one."""
+        self._identifications = {
+            finger: FingerIdentification(finger, self._table, self._surfaces, self._evidence)
+            for finger in self._numbers
+        }
+
     def step(self, sensed: Sensed) -> list[Event]:
         """Take one tick's readings; return the events that happened in it."""
+        if sensed.time_s < self._time_s:  # the clock was set back: what was timed by it is identified anew
+            self._begin_anew()
+            self._events.clear()
+        self._time_s = sensed.time_s
         happened = []
         for finger, identification in self._identifications.items():
             counts, plate = sensed.texture_counts[finger], sensed.plates[finger]

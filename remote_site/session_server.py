@@ -1,66 +1,126 @@
-"""The remote site's end of the session: requests, heartbeat, and which motion may be acted on."""
+"""The remote site's end of the session: requests, heartbeat, observers, and which motion may be acted on."""
 
 import logging
 import secrets
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 from common.acceptance import Acceptance
-from common.link import RemoteLink
+from common.capabilities import OBSERVER, disagreement
+from common.emergency_stop import EmergencyStop
+from common.keys import fingerprint
+from common.ladder import SESSION_SILENCE_S
+from common.limits import AGE_MAX_S, GAP_S
+from common.link import Received, RemoteLink
 from common.messages import Motion
-from common.packets import BadPacket, LinkState
-from common.session import Refused, Session
+from common.packets import SCHEMA_VERSION, BadPacket, LinkState, WrongVersion
+from common.session import Refused, Session, note_text
 from common.session_messages import LONGEST_REFUSAL, Answer, Heartbeat, Request
 
 log = logging.getLogger(__name__)
 
-SILENCE_NS = 1_000_000_000
+SILENCE_NS = round(SESSION_SILENCE_S * 1e9)
 """No heartbeat for this long ends the session: another operator may come, and this one says hello again."""
+SETTLED_NS = 1_500_000_000
+"""So long the operator's site may say that it is not: it may not have heard of it yet, or be blind for a moment."""
 
 
 @dataclass(slots=True)
 class SessionServer:
-    """Serves one operator at a time. Time is an argument, ns of this site's monotonic clock."""
+    """Serves one operator at a time, and observers beside. Time is an argument, ns of this site's monotonic clock."""
 
     link: RemoteLink
     capabilities: dict[str, Any]
     max_age_s: float
+    gap_s: float = GAP_S
+    stamp_ns: Callable[[], int] | None = None
+    """This site's clock at the moment of asking. A tick may begin long before a packet that it finds came in: only a
+    time read after that bounds the offset. Without, the tick's own time is taken."""
     session: Session = field(default_factory=Session)
+    operator: str = ""
+    """Public key of the session's operator, as the link authenticated it; empty without a session."""
     motion: Motion | None = None
     """The newest accepted motion of this session."""
     acceptance: Acceptance = field(init=False)
     damaged: Counter[str] = field(default_factory=Counter)
+    stopped: str = ""
+    """What came of the last emergency stop; empty while it is under way, or when there was none."""
+    observers: dict[str, int] = field(default_factory=dict)
+    """Keys of those who look on, and when each was last heard."""
+    _refused: dict[str, str] = field(default_factory=dict)
+    """What the owner of each key was refused last."""
     _notes: list[str] = field(default_factory=list)
     _heard_ns: int = 0
+    _asked: int = -1
+    """Sequence of the operator's last request in this session."""
+    _unheard: bool = False
+    """The operator has not beaten in this session yet: it may not have heard of it."""
+    _now_ns: int = 0
+    _agreed_ns: int = 0
+    """When both sites last said that they are engaged, or this one was asked to be."""
     _offset_ns: int = 0
     _uncertainty_ns: int | None = None
+    _stop: EmergencyStop = field(default_factory=EmergencyStop)
+    _stop_asked: list[tuple[bytes, int]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.acceptance = Acceptance(max_age_ns=round(self.max_age_s * 1e9))
 
-    def step(self, now_ns: int, ready: str) -> None:
+    def step(self, now_ns: int, ready: str, unconfirmed: Callable[[float], str] = lambda _: "") -> None:
         """Answer what came and take the newest motion.
 
         Args:
             now_ns: this site's clock.
             ready: empty when the devices allow engaging, else what is missing.
+            unconfirmed: which devices have not reported since a time (s) that their outputs are off.
         """
+        if now_ns < self._now_ns:
+            self._heard_ns = min(self._heard_ns, now_ns)  # the clock was set back
+        self._now_ns = now_ns
         if self.session.ident and now_ns - self._heard_ns > SILENCE_NS:
-            log.warning("the operator is silent: session ended")
-            self.session.disconnect()
-        for who, packet in self.link.requests("control"):
-            self._control(who, packet, now_ns, ready)
-        for who, packet in self.link.requests("heartbeat"):
-            self._heartbeat(who, packet, now_ns)
-        packet_or_none = self.link.receive_latest("motion")
-        if packet_or_none is not None:
-            self._motion(packet_or_none, now_ns)
+            self._end("the operator is silent")
+        for key in [key for key, heard_ns in self.observers.items() if now_ns - heard_ns > SILENCE_NS]:
+            del self.observers[key]
+        for received in self.link.requests("control"):
+            self._control(received, now_ns, ready)
+        for received in self.link.requests("heartbeat"):
+            self._heartbeat(received, now_ns)
+        packet = self.link.receive_latest("motion")
+        if packet is not None:
+            self._motion(packet, now_ns)
+        self.session.heard(self.acceptance.gap_ns(now_ns), self.gap_s, "motion")
+        if self._operator_let_go():
+            self.session.disengage("the operator's site is no longer engaged")
+        self._confirm_stop(now_ns, unconfirmed)
 
     @property
     def both_engaged(self) -> bool:
         """Whether both sites say that outputs may act."""
         return self.session.engaged and self.motion is not None and self.motion.state is LinkState.ENGAGED
+
+    def stop(self, now_ns: int, why: str, *, cleared_here_only: bool = False) -> None:
+        """Emergency stop: latch at once, and wait for the devices to confirm."""
+        self.stopped = ""
+        self.session.latch(why, cleared_here_only=cleared_here_only)
+        self._stop.ask(now_ns)
+
+    def cut(self, keys: set[str]) -> None:
+        """These keys were revoked: whose they are is part of nothing any more."""
+        if self.operator in keys:
+            self._end("the operator's key was revoked")
+        for key in keys:
+            self.observers.pop(key, None)
+
+    def take_notes(self) -> list[str]:
+        """What the operator noted since the last call."""
+        notes, self._notes = self._notes, []
+        return notes
+
+    def _end(self, why: str, *, left: bool = False) -> None:
+        self.session.disconnect(why, left=left)
+        self.operator = ""
 
     def _motion(self, packet: bytes, now_ns: int) -> None:
         try:
@@ -73,87 +133,150 @@ class SessionServer:
         if self.acceptance.accept(motion, self.session.ident, now_ns, offset_ns, self._uncertainty_ns):
             self.motion = motion
 
-    def _heartbeat(self, who: bytes, packet: bytes, now_ns: int) -> None:
+    def _operator_let_go(self) -> bool:
+        """Whether the operator's site has said for a while that it is not engaged although this one is."""
+        motion, heard_ns = self.motion, self.acceptance.last_ns
+        if not self.session.engaged or motion is None or heard_ns is None:
+            return False
+        if motion.state is LinkState.ENGAGED:
+            self._agreed_ns = heard_ns
+        return heard_ns - self._agreed_ns > SETTLED_NS
+
+    def _heartbeat(self, received: Received, now_ns: int) -> None:
         try:
-            beat = Heartbeat.decode(packet)
+            beat = Heartbeat.decode(received.packet)
         except BadPacket as error:
             self._count_damaged("heartbeat", error)
             return
         if beat.session != self.session.ident or not self.session.ident:
             return
-        self._heard_ns = now_ns
-        self._offset_ns, self._uncertainty_ns = beat.offset_ns, beat.uncertainty_ns or None
+        if received.key == self.operator:
+            self._heard_ns, self._unheard = now_ns, False
+            self._offset_ns, self._uncertainty_ns = beat.offset_ns, beat.uncertainty_ns or None
+        elif received.key in self.observers:
+            self.observers[received.key] = now_ns
+        arrived_ns = now_ns if self.stamp_ns is None else self.stamp_ns()
         answer = Heartbeat(
             beat.session,
             beat.sequence,
-            now_ns,
+            arrived_ns,
             self.session.state,
             beat.sent_ns,
-            now_ns,
+            arrived_ns,
             beat.offset_ns,
             beat.uncertainty_ns,
         )
-        self.link.answer("heartbeat", who, answer.encode())
+        self.link.answer("heartbeat", received.who, answer.encode())
 
-    def _control(self, who: bytes, packet: bytes, now_ns: int, ready: str) -> None:
+    def _control(self, received: Received, now_ns: int, ready: str) -> None:
         try:
-            request = Request.decode(packet)
+            request = Request.decode(received.packet)
+        except WrongVersion as error:
+            # The far side cannot read this version either, but it reads from it which one this is.
+            self._count_damaged("control", error)
+            self._answer(received.who, 0, now_ns, f"this site speaks schema version {SCHEMA_VERSION}")
+            return
         except BadPacket as error:
             self._count_damaged("control", error)
             return
-        refused, details = "", {}
         try:
-            details = self._do(request, now_ns, ready)
+            details = self._do(request, received.key, now_ns, ready)
         except (Refused, BadPacket) as error:
-            refused = str(error)[:LONGEST_REFUSAL]
-            log.info("refused %s: %s", request.verb, refused)
-        answer = Answer(self.session.ident, request.sequence, now_ns, refused, details)
+            if self._refused.get(received.key) != str(error):  # who asks for ever must not fill the log
+                self._refused[received.key] = str(error)
+                log.info("refused %s of %s: %s", request.verb, fingerprint(received.key), error)
+            self._answer(received.who, request.sequence, now_ns, str(error))
+            return
+        if request.verb == "estop":
+            self._stop_asked.append((received.who, request.sequence))  # answered once the devices confirm
+        else:
+            self._answer(received.who, request.sequence, now_ns, "", details)
+
+    def _answer(
+        self, who: bytes, sequence: int, now_ns: int, refused: str, details: dict[str, Any] | None = None
+    ) -> None:
+        answer = Answer(self.session.ident, sequence, now_ns, refused[:LONGEST_REFUSAL], details or {})
         self.link.answer("control", who, answer.encode())
 
-    def _do(self, request: Request, now_ns: int, ready: str) -> dict[str, Any]:
+    def _confirm_stop(self, now_ns: int, unconfirmed: Callable[[float], str]) -> None:
+        confirmation = self._stop.step(now_ns, unconfirmed)
+        if confirmation is None:
+            return
+        self.stopped = str(confirmation)
+        self.session.note("estop", str(confirmation))
+        for who, sequence in self._stop_asked:
+            told = {"after_s": confirmation.after_s, "unconfirmed": confirmation.unconfirmed}
+            self._answer(who, sequence, now_ns, "", told)
+        self._stop_asked.clear()
+
+    def _do(self, request: Request, key: str, now_ns: int, ready: str) -> dict[str, Any]:
+        session = self.session
         if request.verb == "hello":
-            return self._hello(request, now_ns)
-        if request.session != self.session.ident or not self.session.ident:
+            observes = request.details.get("role") == OBSERVER
+            return self._observe(key, now_ns) if observes else self._hello(request, key, now_ns)
+        if request.verb == "status":
+            return {"state": session.state.name.lower(), "fault": session.fault, "missing": ready}
+        if request.session != session.ident or not session.ident:
             raise Refused("that is not the present session: say hello first")
+        if key != self.operator:
+            raise Refused("only the session's operator may ask for that: observers look on")
+        if request.sequence <= self._asked:
+            raise Refused("an old request")
+        self._asked = request.sequence
+        details: dict[str, Any] = {}
         match request.verb:
             case "engage":
                 if ready:
                     raise Refused(f"not ready: {ready}")
-                self.session.engage()
+                agreed_s = details["max_age_s"] = self._agree_on_age(request)
+                session.engage(f"packets up to {agreed_s * 1e3:.0f} ms old count")
+                self._agreed_ns = now_ns
             case "disengage":
-                self.session.disengage()
+                session.disengage("the operator asked")
             case "estop":
-                self.session.latch("emergency stop")
+                self.stop(now_ns, "emergency stop by the operator")
             case "clear_fault":
-                self.session.clear()
+                session.clear(here=False)
             case "annotate":
-                self._annotate(request)
-        log.info("%s: now %s", request.verb, self.session.state.name.lower())
-        return {}
+                self._notes.append(note_text(request.details))
+            case "goodbye":
+                self._end("the operator said goodbye", left=True)
+        return details
 
-    def take_notes(self) -> list[str]:
-        """What the operator noted since the last call."""
-        notes, self._notes = self._notes, []
-        return notes
+    def _agree_on_age(self, request: Request) -> float:
+        """The stricter of both sites' limits holds for both."""
+        theirs = request.details.get("max_age_s", self.max_age_s)
+        if not isinstance(theirs, float) or not 0.0 < theirs <= AGE_MAX_S:
+            raise Refused(f"max_age_s must be above 0 and at most {AGE_MAX_S:g} s")
+        agreed_s = min(theirs, self.max_age_s)
+        self.acceptance.max_age_ns = round(agreed_s * 1e9)
+        return agreed_s
 
-    def _annotate(self, request: Request) -> None:
-        text = request.details.get("text")
-        if not isinstance(text, str) or not text:
-            raise Refused("a note needs a text")
-        self._notes.append(text)
+    def _observe(self, key: str, now_ns: int) -> dict[str, Any]:
+        if not self.session.ident:
+            raise Refused("there is nothing to observe: no operator is connected")
+        if key == self.operator:
+            raise Refused("this key is the operator's: an observer needs one of its own")
+        self.observers[key] = now_ns
+        return {"session": self.session.ident, **self.capabilities}
 
-    def _hello(self, request: Request, now_ns: int) -> dict[str, Any]:
-        if self.session.ident and request.session != self.session.ident:
+    def _hello(self, request: Request, key: str, now_ns: int) -> dict[str, Any]:
+        if not self.link.may_operate(key):
+            raise Refused("this key is trusted as an observer's only")
+        if self.session.ident and not (key == self.operator and self._unheard):
             raise Refused("another operator is connected: one operator per remote site")
-        theirs, ours = request.details.get("fingers"), self.capabilities["fingers"]
-        if theirs != ours:
-            raise Refused(f"the operator has fingers {theirs}, this site has {ours}: configure the same on both")
-        self.session.connect(secrets.randbits(62) + 1)
+        problem = disagreement(self.capabilities, request.details, self.gap_s)
+        if problem:
+            raise Refused(problem)
+        if self.session.ident:  # asked again before the answer was there: it is the same session
+            return {"session": self.session.ident, **self.capabilities}
+        self.operator, self._unheard, self._asked = key, True, request.sequence
+        self.session.connect(secrets.randbits(62) + 1, f"operator {fingerprint(key)}")
         self.motion = None
         self.acceptance.restart()
+        self.acceptance.max_age_ns = round(self.max_age_s * 1e9)
         self._uncertainty_ns = None
         self._heard_ns = now_ns
-        log.info("session %x with an operator", self.session.ident)
         return {"session": self.session.ident, **self.capabilities}
 
     def _count_damaged(self, stream: str, error: BadPacket) -> None:

@@ -3,19 +3,22 @@
 import logging
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Any
 
 import msgpack
 
+from common.capabilities import capabilities
 from common.config import RemoteConfig, to_toml
+from common.desk import Desk
 from common.fingers import FINGERS
 from common.keys import TrustedKeys, fingerprint, load_keys
 from common.link import RemoteLink
-from common.loop import PeriodicLoop, become_timely
-from common.messages import Event
-from common.packets import SCHEMA_VERSION, LinkState
-from common.process import StatusFile
-from common.recording import PACKET_SCHEMA, Recorder
+from common.messages import Event, Motion
+from common.packets import LinkState
+from common.recording import PACKET_SCHEMA, SESSION_SCHEMA, Recorder, recording_figures
+from common.session import Refused
+from common.site_loop import run_site_loop
 from common.startup import wait_for_devices
 from common.streams import STREAMS
 from remote_site import sensed
@@ -30,6 +33,8 @@ from remote_site.surface_class import SurfaceTable
 log = logging.getLogger(__name__)
 
 SCHEMAS: dict[str, dict[str, object]] = {
+    "remote/session": SESSION_SCHEMA,
+    "remote/motion": PACKET_SCHEMA,
     "remote/touch": PACKET_SCHEMA,
     "remote/sensed": sensed.SCHEMA,
     "remote/gate": {
@@ -51,42 +56,65 @@ _THERMAL_EVERY = 50
 class RemoteSite:
     """One tick at a time; everything that computes is pure and in its own file."""
 
-    def __init__(self, config: RemoteConfig, link: RemoteLink, devices: RemoteDevices, recorder: Recorder | None):
+    def __init__(
+        self,
+        config: RemoteConfig,
+        link: RemoteLink,
+        devices: RemoteDevices,
+        recorder: Recorder | None = None,
+        desk: Desk | None = None,
+        stamp_ns: Callable[[], int] | None = None,
+    ):
         self._devices = devices
         self._recorder = recorder
+        self._desk = desk
         materials, surfaces = load_tables(config)
         self.perception = Perception(config.fingers, materials, surfaces)
         self.gate = PatientGate(config.patient.contact_force_n)
-        capabilities = {
-            "schema": SCHEMA_VERSION,
-            "fingers": list(config.fingers),
-            "rate_hz": config.rate_hz,
-            "materials": materials.names(),
-            "calibration": materials.content_hash,
-        }
-        self.server = SessionServer(link, capabilities, config.link.max_age_s)
+        able = capabilities(
+            config.fingers,
+            config.rate_hz,
+            materials=list(materials.names()),
+            calibration=materials.content_hash,
+            surfaces=surfaces.content_hash,
+            contact_force_n=config.patient.contact_force_n,
+            max_age_s=config.link.max_age_s,
+        )
+        self.server = SessionServer(link, able, config.link.max_age_s, config.link.gap_s, stamp_ns)
         self._link = link
         self._gap_ns = round(config.link.gap_s * 1e9)
+        self._now_ns = 0
         self._ticks = 0
         self._sequence = 0
         self._limited: list[int] = []
+        self._recorded_motion: Motion | None = None
         self.touches_sent = 0
 
     def tick(self, now_ns: int) -> None:
         """Read, identify, gate, write, tell."""
         now_s = now_ns * 1e-9
+        self._now_ns = now_ns
         sensed_now = self._devices.read(now_s)
-        self.server.step(now_ns, self._not_ready())
+        if self._desk is not None:
+            self._desk.serve(now_ns, self._ask)
+        missing = self._devices.missing()
+        self.server.session.equipped(missing)
+        self.server.step(now_ns, self.gate.fault or missing, self._devices.unconfirmed)
         if self.gate.fault is not None and self.server.session.state is not LinkState.FAULT:
             self.gate.clear_fault()  # the session was cleared by a person, and the gate with it
+        for fault in self._devices.faults():
+            self.gate.trip(fault)
         notes = self.server.take_notes()
         happened = self.perception.step(sensed_now)
         command = self._gated(now_ns, sensed_now)
         self._limited = command.limited
         self._devices.write(command, sensed_now)
         packet = self._tell(now_ns)
+        happenings = self.server.session.take_happenings()
         if self._recorder is not None:
             self._record(self._recorder, now_ns, sensed_now, happened, command, packet)
+            for happening in happenings:
+                self._recorder.write("remote/session", now_ns, happening.pack())
             for note in notes:
                 self._recorder.write("remote/note", now_ns, msgpack.packb(note))
         self._ticks += 1
@@ -98,14 +126,49 @@ class RemoteSite:
             "state": server.session.state.name.lower(),
             "fault": server.session.fault,
             "missing": self._devices.missing(),
+            "estop": server.stopped,
+            "observers": len(server.observers),
             "devices": self._devices.figures(),
             "limited": {FINGERS[finger]: limit_names(bits) for finger, bits in enumerate(self._limited) if bits},
             "sent": {"touch": self.touches_sent},
             "received": {"motion": server.acceptance.received},
             "superseded": {"motion": server.acceptance.lost},
             "refused": {"motion": dict(server.acceptance.refused), "damaged": dict(server.damaged)},
-            "recorded": {} if self._recorder is None else dict(self._recorder.written),
-            "recording_lost": 0 if self._recorder is None else self._recorder.lost,
+            "handshakes": dict(self._link.handshakes),
+            "age_ms": round(server.acceptance.age_ns * 1e-6, 3),
+            "max_age_ms": round(server.acceptance.max_age_ns * 1e-6, 3),
+            **recording_figures(self._recorder),
+        }
+
+    def recheck_keys(self) -> None:
+        """Take account of keys that were revoked; called once a second."""
+        revoked = self._link.recheck_keys()
+        if revoked:
+            log.warning("revoked: %s", ", ".join(fingerprint(key) for key in revoked))
+            self.server.cut(revoked)
+
+    def _ask(self, verb: str, details: dict[str, Any]) -> dict[str, Any]:
+        """What a person at the patient's side may ask for."""
+        server = self.server
+        session = server.session
+        match verb:
+            case "status":
+                pass
+            case "disengage":
+                session.disengage("asked for at the remote site")
+            case "estop":
+                server.stop(self._now_ns, "emergency stop at the remote site", cleared_here_only=True)
+            case "clear_fault":
+                session.clear()
+            case _:
+                raise Refused(f"{verb} is for the operator's site to ask")
+        if verb != "status":
+            log.info("desk: %s, now %s", verb, session.state.name.lower())
+        return {
+            "state": session.state.name.lower(),
+            "fault": session.fault,
+            "missing": self._not_ready(),
+            "estop": server.stopped,
         }
 
     def _not_ready(self) -> str:
@@ -132,7 +195,7 @@ class RemoteSite:
             measured_y_m=now.y_m,
             measured_z_m=now.z_m,
             force_n=now.force_n,
-            force_age_s=now.time_s - measured.force_s,
+            force_age_s=now.time_s - measured.oldest_s,
             heater_drive=[t.heater_drive if (t := touches.get(f)) else 0.0 for f in range(len(FINGERS))],
             sensor_c=devices.sensor_c,
             sensor_age_s=[now.time_s - s for s in devices.sensor_s],
@@ -150,6 +213,8 @@ class RemoteSite:
         self._sequence += 1
         packet = self.perception.packet(session.ident, self._sequence, now_ns, session.state).encode()
         self._link.send_latest("touch", packet)
+        if self.server.observers:
+            self._link.send_latest("observed", packet)
         self.touches_sent += 1
         return packet
 
@@ -162,6 +227,10 @@ class RemoteSite:
         command: GatedCommand,
         packet: bytes | None,
     ) -> None:
+        motion = self.server.motion
+        if motion is not None and motion is not self._recorded_motion:
+            recorder.write("remote/motion", now_ns, motion.encode())
+            self._recorded_motion = motion
         recorder.write("remote/sensed", now_ns, now.pack())
         if packet is not None and STREAMS["touch"].recorded:
             recorder.write("remote/touch", now_ns, packet)
@@ -198,6 +267,19 @@ def load_tables(config: RemoteConfig) -> tuple[MaterialTable, SurfaceTable]:
     return MaterialTable.load(config.calibration.materials), SurfaceTable.load(config.calibration.surfaces)
 
 
+def _recorder(config: RemoteConfig, metadata: dict[str, str]) -> Recorder | None:
+    """The site's recording with the tables that it identifies by, so that replay needs nothing else."""
+    if config.record is None:
+        return None
+    materials, surfaces = load_tables(config)
+    hashes = {"materials": materials.content_hash, "surfaces": surfaces.content_hash}
+    tables = {
+        "materials.json": config.calibration.materials.read_bytes(),
+        "surfaces.json": config.calibration.surfaces.read_bytes(),
+    }
+    return Recorder(config.record, SCHEMAS, metadata | hashes, tables)
+
+
 def run_remote(config: RemoteConfig, stop: Callable[[], bool]) -> None:
     """Run the remote site until `stop()`.
 
@@ -205,33 +287,19 @@ def run_remote(config: RemoteConfig, stop: Callable[[], bool]) -> None:
         ValueError, OSError: keys, tables, devices or the link cannot be used; the message says which and why.
     """
     keys = load_keys(config.link.keys)
-    trusted = TrustedKeys(config.link.keys)
-    trusted.names()  # a damaged list is said now, not when the first operator is refused
     load_tables(config)
-    devices = RemoteDevices(config)
-    try:
-        with RemoteLink(config.link.bind, config.link.base_port, keys, trusted) as link:
-            log.info("bound to %s:%d as %s", config.link.bind, config.link.base_port, fingerprint(keys.public))
-            wait_for_devices(devices, config.wait_for_devices_s)
-            metadata = {"configuration": to_toml(config), "key": fingerprint(keys.public)}
-            recorder = None if config.record is None else Recorder(config.record, SCHEMAS, metadata)
-            try:
-                _loop(RemoteSite(config, link, devices, recorder), config, stop)
-            finally:
-                if recorder is not None:
-                    recorder.close()
-    finally:
-        devices.close()
-
-
-def _loop(site: RemoteSite, config: RemoteConfig, stop: Callable[[], bool]) -> None:
-    become_timely()
-    loop = PeriodicLoop(1.0 / config.rate_hz)
-    status = StatusFile(config.status, "remote", loop)
-    while not stop():
-        loop.wait()
-        site.tick(time.monotonic_ns())
-        now_s = time.monotonic()
-        if status.due(now_s):
-            status.write(now_s, site.figures())
-    status.write(time.monotonic(), site.figures())
+    with ExitStack() as opened:
+        link = opened.enter_context(
+            RemoteLink(config.link.bind, config.link.base_port, keys, TrustedKeys(config.link.keys))
+        )
+        log.info("bound to %s:%d as %s", config.link.bind, config.link.base_port, fingerprint(keys.public))
+        desk = opened.enter_context(Desk(config.desk_port, keys))
+        devices = RemoteDevices(config)
+        opened.callback(devices.close)
+        if not wait_for_devices(devices, config.wait_for_devices_s, stop):
+            return
+        recorder = _recorder(config, {"configuration": to_toml(config), "key": fingerprint(keys.public)})
+        if recorder is not None:
+            opened.enter_context(recorder)
+        site = RemoteSite(config, link, devices, recorder, desk, time.monotonic_ns)
+        run_site_loop(site, "remote", config.rate_hz, stop, status=config.status, each_second=site.recheck_keys)

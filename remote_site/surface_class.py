@@ -82,6 +82,10 @@ class StrokeConstants:
     k_stroke_f: float
 
 
+SMOOTH = StrokeConstants(0.0, 0.0)
+"""Nothing to be felt."""
+
+
 def stroke_constants(table: SurfaceTable, ln_roughness: float) -> StrokeConstants:
     """Interpolate ln K_v,s and ln K_F,s between the calibrated surfaces, linearly in ln(roughness).
 

@@ -28,16 +28,28 @@ class Measured:
         return min(self.pose_s, self.heights_s, self.force_s)
 
 
+@dataclass(slots=True)
+class Following:
+    """What the telemanipulator reported last that it does."""
+
+    released: bool = False
+    """In its safe state: the hand stays, fingers only rise."""
+    hand_alive: bool = False
+    heights_alive: bool = False
+    """Whether set-points of each kind reach it."""
+    reported_s: float = _NEVER
+
+
 class Telemanipulator:
     """The remote hand."""
 
     def __init__(self, address: CanAddress):
         """Open the bus at `address` in the background."""
-        self.receivers = tuple(
-            FrameReceiver(name) for name in ("HandPoseMeasured", "FingerHeightsMeasured", "ContactForces")
-        )
+        frames = ("HandPoseMeasured", "FingerHeightsMeasured", "ContactForces", "TelemanipulatorState")
+        self.receivers = tuple(FrameReceiver(name) for name in frames)
         self.line = CanLine(address, self.receivers)
         self.measured = Measured()
+        self.following = Following()
         self._hand = FrameSender("HandSetpoint")
         self._heights = FrameSender("HeightSetpoint")
 
@@ -52,10 +64,25 @@ class Telemanipulator:
             measured.heights_s = t_s
         if (forces := frames.get("ContactForces")) is not None:
             measured.force_n, measured.force_s = by_finger(forces), t_s
+        if (state := frames.get("TelemanipulatorState")) is not None:
+            self.following = Following(
+                released=state["released"] > 0.0,
+                hand_alive=state["hand_alive"] > 0.0,
+                heights_alive=state["heights_alive"] > 0.0,
+                reported_s=t_s,
+            )
         return measured
 
-    def move(self, x_m: float, y_m: float, z_m: list[float]) -> None:
-        """Send set-points of the hand and its five fingertips, m."""
+    def unconfirmed(self, since_s: float) -> str:
+        """Why it is not certain that it is released; empty when the last report, after `since_s`, says so."""
+        if not self.line.connected:
+            return "not connected"
+        if not self.following.reported_s > since_s:
+            return "no report"
+        return "" if self.following.released else "not released"
+
+    def move(self, x_m: float, y_m: float, z_m: list[float], *, released: bool) -> None:
+        """Send set-points of the hand and its five fingertips, m; released, the hand stays and fingers only rise."""
         self.line.send(self._hand.encode({"x": x_m * _MM, "y": y_m * _MM}))
         heights = {finger: height * _MM for finger, height in zip(FINGERS, z_m, strict=True)}
-        self.line.send(self._heights.encode(heights))
+        self.line.send(self._heights.encode({"released": float(released), **heights}))

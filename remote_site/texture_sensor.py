@@ -1,10 +1,12 @@
 """Driver of one finger's piezo texture sensor: 2 kHz, 12 bit, 10 V for 10 N."""
 
+import math
 from collections import deque
 
 import numpy as np
 from numpy.typing import NDArray
 
+from common.limits import GAP_S
 from common.serial_line import SerialLine
 from common.serial_messages import BadPayload, DeviceKind, MessageId, TextureSamples
 
@@ -20,10 +22,16 @@ class TextureSensor:
         """Open the sensor at `address` in the background."""
         self.line = SerialLine(address, DeviceKind.TEXTURE_SENSOR, finger)
         self.damaged = 0
+        self.measured_s = -math.inf
+        """When the last samples came, s; -inf before the first."""
         self._waiting: deque[bytes] = deque(maxlen=_MOST_WAITING)
 
-    def read(self) -> bytes | None:
-        """The next chunk of counts (int16 little endian), or None: one chunk a call, so a tick's cost is bounded."""
+    def read(self, t_s: float) -> bytes | None:
+        """The next chunk of counts (int16 little endian), or None: one chunk a call, so a tick's cost is bounded.
+
+        Args:
+            t_s: time now, s.
+        """
         for frame in self.line.poll():
             if frame.message_id != MessageId.TEXTURE_SAMPLES:
                 continue
@@ -31,6 +39,10 @@ class TextureSensor:
                 self._waiting.append(TextureSamples.decode(frame.payload).counts)
             except BadPayload:
                 self.damaged += 1
+            else:
+                self.measured_s = t_s
+        if t_s - self.measured_s > GAP_S:
+            self._waiting.clear()  # what a sensor said that says no more is old
         return self._waiting.popleft() if self._waiting else None
 
 

@@ -1,11 +1,14 @@
 """Driver of one finger's thermal sensor: plate and ambient readings in, heater drive out."""
 
+import math
 from dataclasses import dataclass
 
+from common.drive_obeys import DriveObeys
 from common.serial_line import SerialLine
 from common.serial_messages import (
     DRIVE_FULL,
     BadPayload,
+    DeviceFlag,
     DeviceKind,
     HeaterCommand,
     MessageId,
@@ -31,6 +34,15 @@ class ThermalSensor:
         """Open the sensor at `address` in the background."""
         self.line = SerialLine(address, DeviceKind.THERMAL_SENSOR, finger)
         self.damaged = 0
+        self.measured_s = -math.inf
+        """When the last reading came, s; -inf before the first."""
+        self.applied_permille = 0
+        """What the sensor reported last that its heater gets."""
+        self.cut_out = False
+        """Whether the sensor's own temperature limit holds its heater off."""
+        self.disobeys = ""
+        """What the heater does that it was not told; empty when nothing."""
+        self._obeys = DriveObeys("the heater")
         self._plausible = SsrPlausibility()
         self._permille = 0
 
@@ -46,10 +58,23 @@ class ThermalSensor:
                 self.damaged += 1
         if newest is None:
             return None
+        self.measured_s, self.applied_permille = t_s, newest.heater_permille
+        self.disobeys = self._obeys.reported(t_s, newest.heater_permille)
         fault = self._plausible.step(t_s, newest.plate_counts, self._permille / DRIVE_FULL)
+        # A plate that cannot be measured is cut off as well; that finger goes without heat, and the others go on.
+        self.cut_out = bool(newest.flags & DeviceFlag.THERMAL_CUT_OUT) and not fault
         return PlateReading(ssr_c(newest.plate_counts), ssr_c(newest.ambient_counts), fault or "")
 
-    def heat(self, drive: float) -> None:
+    def unconfirmed(self, since_s: float) -> str:
+        """Why it is not certain that the heater is off; empty when the last reading, after `since_s`, says so."""
+        if not self.line.connected:
+            return "not connected"
+        if not self.measured_s > since_s:
+            return "no report"
+        return f"heater drive {self.applied_permille / DRIVE_FULL:g}" if self.applied_permille else ""
+
+    def heat(self, t_s: float, drive: float) -> None:
         """Send a heater drive, -1..1 of full power; positive heats."""
         self._permille = round(drive * DRIVE_FULL)
+        self._obeys.told(t_s, self._permille)
         self.line.send(MessageId.HEATER_COMMAND, HeaterCommand(self._permille).encode())

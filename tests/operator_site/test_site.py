@@ -4,15 +4,22 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
+import numpy as np
+
 from common.can_line import CanAddress
-from common.config import OperatorConfig, OperatorLinkConfig
+from common.config import OperatorConfig, OperatorLinkConfig, to_toml
 from common.fingers import FINGERS
+from common.limits import PLATE_COOLING_K_S, PLATE_HEATING_K_S
 from common.link import OperatorLink
+from common.messages import TOUCH_COLUMN, TOUCH_FIELDS, Event, EventKind, Touch
 from common.packets import LinkState
+from common.recording import Recorder
 from operator_site.devices import OperatorDevices
 from operator_site.exoskeleton import Hand
 from operator_site.gate import GatedOutput
-from operator_site.site import OperatorSite
+from operator_site.session_client import SessionClient
+from operator_site.site import SCHEMAS, OperatorSite
+from teletaction.replay import replay
 
 MS = 1_000_000
 
@@ -38,8 +45,9 @@ class Devices:
     """Devices that do what the test says, and remember what reached them."""
 
     hand: Hand = field(default_factory=Hand)
-    cut: list[int] = field(default_factory=list)
+    cut: list[str] = field(default_factory=list)
     written: list[tuple[GatedOutput, bool]] = field(default_factory=list)
+    plate_c: list[float] = field(default_factory=lambda: [33.0] * len(FINGERS))
 
     def read(self, t_s: float) -> Hand:
         self.hand.pose_s = self.hand.heights_s = t_s
@@ -48,28 +56,35 @@ class Devices:
     def missing(self) -> str:
         return ""
 
-    def cut_out(self) -> list[int]:
+    def faults(self) -> list[str]:
         return self.cut
 
     def plates(self, t_s: float) -> tuple[list[float], list[float]]:
-        return [33.0] * len(FINGERS), [0.0] * len(FINGERS)
+        return list(self.plate_c), [0.0] * len(FINGERS)
 
     def write(self, t_s: float, output: GatedOutput, engaged: bool) -> None:
         self.written.append((output, engaged))
+        for finger, drive in enumerate(output.peltier_drive):
+            self.plate_c[finger] += 0.002 * drive * (PLATE_HEATING_K_S if drive > 0.0 else PLATE_COOLING_K_S)
+
+    def unconfirmed(self, since_s: float) -> str:
+        return ""
 
     def figures(self) -> dict[str, object]:
         return {}
 
 
-def site(devices: Devices) -> OperatorSite:
-    config = OperatorConfig(
-        fingers=("index",),
-        link=OperatorLinkConfig(keys=Path("keys")),
-        tacttip={"index": "pty"},
-        exoskeleton=CanAddress(interface="virtual"),
-        engage=True,
-    )
-    return OperatorSite(config, cast(OperatorLink, SilentLink()), cast(OperatorDevices, devices), None)
+CONFIG = OperatorConfig(
+    fingers=("index",),
+    link=OperatorLinkConfig(keys=Path("keys")),
+    tacttip={"index": "pty"},
+    exoskeleton=CanAddress(interface="virtual"),
+    engage=True,
+)
+
+
+def site(devices: Devices, recorder: Recorder | None = None) -> OperatorSite:
+    return OperatorSite(CONFIG, cast(OperatorLink, SilentLink()), cast(OperatorDevices, devices), recorder)
 
 
 def run(operator: OperatorSite, first: int, ticks: int) -> int:
@@ -93,7 +108,7 @@ def test_a_module_that_cut_out_latches_a_fault_until_it_is_cleared() -> None:
     session = operator.client.session
     now = run(operator, 0, 5)
     assert session.state is LinkState.DISCONNECTED
-    devices.cut = [FINGERS.index("index")]
+    devices.cut = ["index: cut out"]
     now = run(operator, now, 2)
     assert session.state is LinkState.FAULT
     assert session.fault.startswith("index: ")
@@ -106,7 +121,78 @@ def test_a_module_that_cut_out_latches_a_fault_until_it_is_cleared() -> None:
     session.clear()
     run(operator, now, 2)
     assert session.state is LinkState.DISCONNECTED
-    assert operator.gate.fault is None
+    assert operator.rendering.fault is None
     figures: dict[str, Any] = operator.figures()
     assert figures["fault"] == ""
     assert figures["limited"]["index"] == ("released",)
+
+
+INDEX = FINGERS.index("index")
+
+
+@dataclass(slots=True)
+class ScriptedClient(SessionClient):
+    """A session whose touch packets the test writes; nothing goes to a link."""
+
+    def step(self, now_ns: int, ready: str, *_: object) -> None:
+        pass
+
+    def accept(self, touch: Touch, now_ns: int) -> None:
+        self.touch, self.touch_packet = touch, touch.encode()
+        self.acceptance.last_ns = now_ns
+
+    def send_motion(self, now_ns: int, block: object) -> None:
+        return None
+
+
+def pressed(sequence: int, rng: np.random.Generator) -> Touch:
+    """The index finger strokes and taps something that is never quite the same."""
+    block = np.zeros((len(FINGERS), len(TOUCH_FIELDS)), dtype=np.float32)
+    known = {"mode": 3, "contact": 1, "conductivity_w_mk": 200, "density_kg_m3": 2700, "specific_heat_j_kgk": 900}
+    estimated = {"stiffness_n_m": 300, "k_tap": 4000, "k_stroke_v": 5000, "k_stroke_f": 50, "object_c": 22}
+    for name, value in {**known, **{name: value * rng.uniform(0.9, 1.0) for name, value in estimated.items()}}.items():
+        block[INDEX, TOUCH_COLUMN[name]] = value
+    events = tuple(Event(n, EventKind.TAP, INDEX, n, 0.2) for n in range(sequence // 50, sequence // 50 + 3))
+    return Touch(7, sequence, 1, LinkState.ENGAGED, block, ("",) * len(FINGERS), events)
+
+
+def test_a_replay_of_what_was_just_recorded_is_identical_to_the_last_bit(tmp_path: Path) -> None:
+    """A session with strokes, a gap, a fault that is cleared, and a second session."""
+    rng = np.random.default_rng(5)
+    devices = Devices()
+    with Recorder(tmp_path / "operator.mcap", SCHEMAS, {"configuration": to_toml(CONFIG)}) as recorder:
+        operator = site(devices, recorder)
+        client = ScriptedClient(cast(OperatorLink, SilentLink()), {}, 0.15, True)
+        operator.client = client
+        for tick in range(2000):
+            now_ns = 1_000 * MS + tick * 2 * MS
+            if tick in (100, 1200):
+                client.session.connect(tick)
+                client.session.engage()
+                client.touch = None
+            if tick == 700:
+                devices.cut = ["index: cut out"]
+            if tick == 900:
+                devices.cut = []
+                client.session.clear()
+                client.session.engage()
+            if tick > 110 and not 400 < tick < 500 and tick % 3:
+                client.accept(pressed(tick, rng), now_ns)
+            hand = devices.hand
+            hand.x_m, hand.z_m = 1e-4 * tick + 1e-6 * float(rng.normal()), (-0.004,) * len(FINGERS)
+            operator.tick(now_ns)
+    assert recorder.lost == 0
+    result = replay(tmp_path / "operator.mcap", tmp_path / "out")
+    assert result["remote"] == {}
+    assert result["operator"]["operator"] == {
+        "ticks": 2000,
+        "rendered_rows": 2000,
+        "identical": 2000,
+        "first_difference": None,
+        "missing_touch_packets": 0,
+    }
+    outputs = [output for output, _ in devices.written]
+    assert max(output.force_n[INDEX] for output in outputs) > 1.0
+    assert len({output.motor_rpm[INDEX] for output in outputs}) > 100
+    assert any(output.fault for output in outputs)
+    assert (tmp_path / "out" / "rendering.csv").read_text("utf-8").count("\n") == 2001

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
@@ -14,16 +15,23 @@ from remote_site.patient_gate import (
     HEIGHT_HIGH_M,
     HEIGHT_LOW_M,
     HEIGHT_SPEED_M_S,
-    LONGEST_TICK_S,
     PLANE_RANGE_M,
     PLANE_SPEED_M_S,
     RETREAT_SPEED_M_S,
-    SERVO_N_M,
     STOP_S,
     TOUCHING_N,
     Limit,
     PatientGate,
     limit_names,
+)
+from remote_site.telemanipulator_follow import (
+    HEIGHT_MARGIN_M,
+    LONGEST_TICK_S,
+    MEMORY_S,
+    PERSIST_S,
+    PLANE_MARGIN_M,
+    SERVO_N_M,
+    STOPPING_S,
 )
 
 DT = 0.002
@@ -82,7 +90,8 @@ def test_nothing_is_ready_before_the_telemanipulator_was_measured():
     out = rig.step(force_age_s=math.inf, measured_x_m=math.nan, wanted_x_m=0.1)
     assert not out.ready
     assert out.fault is None
-    assert out.limited == [Limit.RELEASED | Limit.HEATER_CONTACT] * 5
+    assert out.released
+    assert out.limited == [Limit.RELEASED | Limit.FORCE_UNKNOWN | Limit.HEATER_CONTACT] * 5
     out = rig.step(measured_x_m=0.3, measured_y_m=-9.0, measured_z_m=[-1.0, 1.0, 0.0, 0.001, 0.002], engaged=False)
     assert out.ready
     assert (out.x_m, out.y_m) == (0.3, -PLANE_RANGE_M)
@@ -152,9 +161,10 @@ def test_force_decides_how_fast_a_finger_goes_deeper(limit):
 def test_set_point_does_not_run_ahead_of_a_blocked_finger():
     rig = Rig(z_m=0.0)
     rig.step()
-    for _ in range(200):
+    for _ in range(100):
         out = rig.step(wanted_z_m=HEIGHT_LOW_M, measured_z_m=0.0)
     assert out.z_m[0] == pytest.approx(-CONTACT_FORCE_N / SERVO_N_M)
+    assert out.fault is None
     assert "force" in limit_names(out.limited[0])
     lifted = rig.step(wanted_z_m=HEIGHT_LOW_M, measured_z_m=0.004)  # pushed up: the set-point follows, not at once
     assert lifted.z_m[0] == pytest.approx(out.z_m[0] + HEIGHT_SPEED_M_S * DT)
@@ -191,6 +201,7 @@ def test_gap_stops_then_retreats_until_clear_then_goes_on():
         stopped_s += DT
         out = rig.step(age=GAP_S + stopped_s, wanted_x_m=0.1, wanted_z_m=-0.01)
         assert out.x_m == 0.0
+        assert out.released
         assert out.limited[0] & Limit.RELEASED
         heights.append(out.z_m[0])
         if stopped_s < STOP_S - DT:
@@ -199,6 +210,7 @@ def test_gap_stops_then_retreats_until_clear_then_goes_on():
     assert all(-1e-12 <= rise <= RETREAT_SPEED_M_S * DT + 1e-12 for rise in rises)
     assert heights[-1] == CLEAR_HEIGHT_M
     out = rig.step(wanted_x_m=0.1, wanted_z_m=0.0)
+    assert not out.released
     assert out.x_m == pytest.approx(PLANE_SPEED_M_S * DT)
     assert out.z_m[0] == pytest.approx(CLEAR_HEIGHT_M - HEIGHT_SPEED_M_S * DT)
 
@@ -215,8 +227,10 @@ def test_unknown_force_stops_and_retreats():
         rig = Rig(z_m=-0.002)
         rig.step()
         known = 0.0 <= age <= GAP_S
-        out = rig.step(wanted_z_m=0.0, force_age_s=age, heater_drive=0.5)
+        out = rig.step(wanted_x_m=0.1, wanted_z_m=0.0, force_age_s=age, heater_drive=0.5)
         assert (out.z_m[0] > -0.002) == known, age
+        assert (out.x_m > 0.0) == known  # nor is the hand drawn over what it may press on
+        assert out.released != known
         assert bool(out.limited[0] & Limit.FORCE_UNKNOWN) != known
         assert out.heater_drive[0] == (0.5 if known else 0.0)
         assert out.fault is None
@@ -358,6 +372,151 @@ def test_dose_is_spent_before_it_is_exceeded_and_comes_back():
     assert rig.step(heater_drive=0.1, sensor_c=30.0).heater_drive[0] == 0.1
 
 
+def test_set_points_begin_where_the_hand_is_whenever_it_is_let_go():
+    rig = Rig(z_m=-0.002)
+    rig.step()
+    rig.step(age=1.0)
+    swung = {"measured_x_m": 0.003, "measured_y_m": -9.0, "measured_z_m": [-0.003, 0.02, 0.0, 0.001, 0.002]}
+    out = rig.step(wanted_x_m=1.0, wanted_y_m=-1.0, wanted_z_m=1.0, **swung)
+    assert out.x_m == pytest.approx(0.003 + PLANE_SPEED_M_S * DT)
+    assert out.y_m == -PLANE_RANGE_M
+    rise = HEIGHT_SPEED_M_S * DT
+    assert out.z_m == pytest.approx([-0.003 + rise, HEIGHT_HIGH_M, rise, 0.001 + rise, 0.002 + rise])
+
+
+DISOBEYED_S = MEMORY_S + PERSIST_S
+
+
+def until_fault(rig: Rig, limit_s: float, **changes) -> tuple[float, str]:
+    """Seconds until the gate says that the telemanipulator does not obey, and its words."""
+    for tick in range(round(limit_s / DT)):
+        asked = {name: value(tick * DT) if callable(value) else value for name, value in changes.items()}
+        out = rig.step(**asked)
+        if out.fault is not None:
+            assert out.released
+            assert rig.step().fault == out.fault  # latched
+            return tick * DT, out.fault
+    return math.inf, ""
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+@pytest.mark.parametrize("speed", [0.05, -0.3])
+def test_a_hand_that_does_not_follow_is_a_fault(axis, speed):
+    rig = Rig()
+    stands = {f"wanted_{axis}_m": lambda t_s: speed * t_s, f"measured_{axis}_m": 0.0}
+    took_s, why = until_fault(rig, 2.0, **stands)
+    expected_s = DISOBEYED_S + PLANE_MARGIN_M / abs(speed)
+    assert took_s == pytest.approx(expected_s, abs=0.02)
+    assert why.startswith(f"the telemanipulator does not obey: hand's {axis} is ")
+    assert why.endswith(" mm off its set-points")
+
+
+@pytest.mark.parametrize("drift_m_s", [0.02, -0.02, 0.3])
+def test_a_hand_that_moves_untold_is_a_fault_live_and_released(drift_m_s):
+    for engaged in (True, False):
+        rig = Rig()
+        for _ in range(200):
+            rig.step(engaged=engaged)
+        took_s, why = until_fault(
+            rig, 2.0, engaged=engaged, wanted_x_m=0.0, measured_x_m=lambda t_s: drift_m_s * t_s, measured_y_m=0.0
+        )
+        assert took_s == pytest.approx(PLANE_MARGIN_M / abs(drift_m_s) + PERSIST_S, abs=0.02)
+        assert "hand's x" in why
+
+
+def test_a_hand_that_goes_on_after_its_release_is_a_fault_once_it_had_time_to_stop():
+    rig = Rig()
+    took_s, why = until_fault(rig, 2.0, engaged=False, measured_x_m=lambda t_s: 0.05 * t_s)
+    assert took_s == pytest.approx(STOPPING_S + PLANE_MARGIN_M / 0.05 + PERSIST_S, abs=0.02)
+    assert "hand's x" in why
+
+
+def test_a_finger_that_does_not_rise_or_not_sink_is_a_fault():
+    down = {"wanted_z_m": -0.003, "measured_z_m": 0.006}
+    took_s, why = until_fault(Rig(), 1.0, force_n=one(0.0, 4.9), **down)
+    assert took_s == pytest.approx(DISOBEYED_S + 0.05, abs=0.05)
+    assert "index" in why
+    up = {"wanted_z_m": 0.006, "measured_z_m": one(-0.003, 0.006, 4), "force_n": 1.0}
+    took_s, why = until_fault(Rig(z_m=-0.003), 1.0, **up)
+    assert took_s == pytest.approx(DISOBEYED_S + 0.03, abs=0.03)
+    assert "little" in why
+
+
+def test_a_released_finger_must_not_sink_and_must_retreat():
+    for speed, name in ((-0.02, "sinks"), (0.0, "stays")):
+        rig = Rig(z_m=-0.002)
+        held = lambda t_s, speed=speed: one(-0.002 + speed * t_s, 0.006, 0)  # noqa: E731
+        took_s, why = until_fault(rig, 2.0, engaged=False, measured_z_m=held, force_n=0.5)
+        assert took_s < 1.0, name
+        assert "thumb" in why
+
+
+def test_a_finger_that_an_object_holds_back_is_no_fault():
+    for force in (0.5, 4.0):
+        pressed = {"wanted_z_m": -force / SERVO_N_M - 0.9 * HEIGHT_MARGIN_M, "measured_z_m": 0.0}
+        assert until_fault(Rig(z_m=0.0), 2.0, force_n=force, **pressed) == (math.inf, "")
+    assert until_fault(Rig(z_m=0.0), 2.0, force_n=0.0, **pressed)[0] < 1.0  # what holds it back is no object
+
+
+def test_a_released_finger_may_sink_with_the_object_by_what_had_bent_its_servo():
+    rig = Rig(z_m=0.0)
+    for tick in range(100 + round(STOPPING_S / DT) + 5):
+        rig.step(engaged=tick < 100, wanted_z_m=-0.003, measured_z_m=0.0, force_n=3.0)
+    took_s, _ = until_fault(rig, 0.3, engaged=False, measured_z_m=-0.003, force_n=0.0)
+    assert took_s > MEMORY_S  # until it must have retreated
+
+
+def test_single_wrong_lost_or_late_reports_are_no_fault():
+    rig = Rig()
+    late: list[float] = [0.0] * 40
+    for tick in range(3000):
+        wanted = 0.1 * math.sin(2.0 * tick * DT)
+        if tick % 45 < 44:
+            late.append(rig.x_m)  # every 45th report is lost, and each is 80 ms late
+        wrong = 0.5 if tick % 60 < 40 and tick > 100 else 0.0
+        out = rig.step(
+            wanted_x_m=wanted, measured_x_m=late[-40], measured_z_m=one(rig.z_m[1] + wrong * 0.01, rig.z_m[0])
+        )
+        assert out.fault is None
+
+
+def test_old_reports_add_nothing_to_the_doubt():
+    rig = Rig()
+    rig.step()
+    for tick in range(3000):
+        age_s = 0.0 if tick * DT < 0.8 * PERSIST_S else 0.03
+        assert rig.step(wanted_x_m=0.1, measured_x_m=0.2, force_age_s=age_s).fault is None
+    assert until_fault(rig, 1.0, wanted_x_m=0.1, measured_x_m=0.2)[0] < PERSIST_S
+
+
+def test_what_was_out_of_sight_may_stand_anywhere():
+    rig = Rig()
+    for _ in range(200):
+        rig.step()
+    rig.step(force_age_s=GAP_S + 0.01)
+    elsewhere = {"wanted_x_m": 0.2, "measured_x_m": 0.2, "measured_z_m": 0.009}
+    assert until_fault(rig, 1.0, engaged=False, **elsewhere) == (math.inf, "")
+    assert rig.step(**elsewhere).x_m == 0.2
+
+
+def test_fingers_without_a_sensor_take_no_part():
+    parked = {"wanted_z_m": 0.0, "measured_z_m": one(0.0, 0.0102), "sensor_age_s": one(0.0, math.inf)}
+    rig = Rig()
+    for _ in range(60):
+        rig.step(wanted_z_m=0.0)
+    assert until_fault(rig, 1.0, **parked) == (math.inf, "")
+    assert until_fault(rig, 1.0, **parked | {"sensor_age_s": 0.0})[0] < 1.0
+
+
+def test_a_cleared_disobedience_is_found_again():
+    rig = Rig()
+    drifts = {"engaged": False, "measured_x_m": lambda t_s: 0.02 * t_s}
+    assert until_fault(rig, 2.0, **drifts)[0] < 2.0
+    rig.gate.clear_fault()
+    assert rig.step(engaged=False).fault is None
+    assert until_fault(rig, 2.0, **drifts)[0] < 2.0
+
+
 numbers = st.one_of(
     st.floats(allow_nan=True, allow_infinity=True), st.floats(-1.0, 1.0), st.sampled_from([42.0, 5.0, *NOT_FINITE])
 )
@@ -411,6 +570,12 @@ def test_every_output_of_every_sequence_keeps_the_limits(sequence):
         out = rig.step(**request)
         live = tick["engaged"] and 0.0 <= tick["age"] <= GAP_S and out.fault is None and out.ready
         force_known = 0.0 <= tick["force_age_s"] <= GAP_S
+        live = live and force_known
+        assert out.released != live
+        if live and before is not None and before.released:
+            x_m, y_m = (min(PLANE_RANGE_M, max(-PLANE_RANGE_M, tick[f"measured_{axis}_m"])) for axis in "xy")
+            z_m = [min(HEIGHT_HIGH_M, max(HEIGHT_LOW_M, height)) for height in tick["measured_z_m"]]
+            before = replace(before, x_m=x_m, y_m=y_m, z_m=z_m)
         assert max(abs(out.x_m), abs(out.y_m)) <= PLANE_RANGE_M
         for i in range(5):
             assert HEIGHT_LOW_M <= out.z_m[i] <= HEIGHT_HIGH_M
@@ -423,7 +588,7 @@ def test_every_output_of_every_sequence_keeps_the_limits(sequence):
                 rise = out.z_m[i] - before.z_m[i]
                 reach = min(LONGEST_TICK_S, tick["dt"])
                 assert abs(rise) <= HEIGHT_SPEED_M_S * reach + 1e-9
-                if not live or not force_known:
+                if not live:
                     assert -1e-12 <= rise <= RETREAT_SPEED_M_S * reach + 1e-9
                 elif tick["force_n"][i] >= BRAKE_SHARE * CONTACT_FORCE_N:
                     assert rise >= -1e-12

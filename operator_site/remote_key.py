@@ -1,0 +1,24 @@
+"""Which public key the remote site must have."""
+
+from common.config import OperatorLinkConfig
+from common.keys import KeyProblem, TrustedKeys, check_public_key
+
+NAME = "remote"
+
+
+def remote_public_key(link: OperatorLinkConfig) -> str:
+    """The remote site's public key: from the configuration, or trusted under the name `remote`.
+
+    Raises:
+        KeyProblem: neither says it.
+    """
+    if link.remote_key is not None:
+        return check_public_key(link.remote_key)
+    trusted = TrustedKeys(link.keys)
+    for key, owner in trusted.owners().items():
+        if owner.name == NAME:
+            return key
+    raise KeyProblem(
+        f"{trusted.file}: no key named `{NAME}`; "
+        f"add it with `teletaction keys trust --keys {trusted.folder} -- {NAME} KEY`"
+    )

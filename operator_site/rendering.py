@@ -1,0 +1,95 @@
+"""All that the operator site computes in one step: from hand, plates and touch to what may reach the devices."""
+
+import math
+
+import numpy as np
+
+from common.config import RenderingConfig
+from common.fingers import FINGERS
+from common.limits import GAP_S, PLATE_PROFILES
+from common.messages import TOUCH_FIELDS
+from common.packets import Floats
+from operator_site.contact_force import ContactLaw
+from operator_site.fingertips import Fingertips
+from operator_site.gate import GatedOutput, OperatorGate
+from operator_site.rendering_input import RenderingInput
+from operator_site.skin import Body
+from operator_site.stroke_speed import StrokeSpeed
+
+_NO_INPUT_S = 1e9
+"""Age of an input that never came."""
+_NEUTRAL: Floats = np.zeros((len(FINGERS), len(TOUCH_FIELDS)), dtype=np.float32)
+"""Touching nothing: what is rendered while there is no fresh touch."""
+
+
+class Rendering:
+    """Renderer and gate of all fingers. Pure: one tick's input in, gated output out."""
+
+    def __init__(self, config: RenderingConfig, gap_s: float):
+        """Render as configured.
+
+        Args:
+            config: plate profile, stiffest contact, temperatures of body and air.
+            gap_s: without an accepted touch packet for longer, nothing is touched.
+        """
+        self._config = config
+        self._gate = OperatorGate(PLATE_PROFILES[config.profile])
+        self._gap_ns = round(gap_s * 1e9)
+        self._session = 0
+        self._time_s = -math.inf
+        self._begin_anew()
+
+    def _begin_anew(self) -> None:
+        """A renderer that has felt nothing yet; the gate with its doses and faults stays."""
+        config = self._config
+        self.fingertips = Fingertips(
+            profile=PLATE_PROFILES[config.profile],
+            law=ContactLaw(stiffness_cap_n_m=config.max_stiffness_n_m),
+            body=Body(deep_c=config.deep_c, arterial_c=config.deep_c + 1.0, air_c=config.air_c),
+        )
+        self._speed = StrokeSpeed()
+
+    @property
+    def fault(self) -> str | None:
+        """The fault that the gate has latched, if any."""
+        return self._gate.fault
+
+    def step(self, now: RenderingInput) -> GatedOutput:
+        """What may reach the devices in this tick."""
+        if (
+            now.time_s < self._time_s
+        ):  # the clock was set back: what was timed by it would stand still until it is there
+            self._begin_anew()
+        self._time_s = now.time_s
+        if now.fault_cleared:
+            self._gate.clear_fault()
+        if now.session != self._session:
+            self._session = now.session
+            self.fingertips.begin_session()
+        for fault in now.device_faults:
+            self._gate.trip(fault)
+        fresh = now.gap_ns is not None and now.gap_ns <= self._gap_ns
+        touch = now.touch if fresh else None
+        # Where a finger is not known nothing can be rendered to it: an old place is no place.
+        located = now.time_s - min(now.pose_s, now.heights_s) <= GAP_S
+        requested = self.fingertips.step(
+            now.time_s,
+            now.engaged and fresh and located,
+            touch=_NEUTRAL if touch is None else touch.block,
+            events=() if touch is None else touch.events,
+            speed_m_s=self._speed.step(now.pose_s, now.x_m, now.y_m) if located else 0.0,
+            z_m=now.z_m,
+            plate_c=now.plate_c,
+            plate_age_s=now.plate_age_s,
+        )
+        return self._gate.step(
+            now.time_s,
+            now.engaged and located,
+            _NO_INPUT_S if now.gap_ns is None else now.gap_ns * 1e-9,
+            force_n=requested.force_n,
+            motor_rpm=requested.motor_rpm,
+            plate_set_c=requested.plate_set_c,
+            peltier_drive=requested.peltier_drive,
+            plate_measured_c=now.plate_c,
+            measurement_age_s=now.plate_age_s,
+        )

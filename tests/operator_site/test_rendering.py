@@ -1,0 +1,131 @@
+"""Rendering and its gate in one step: what they do with a session, a fault, and input that is missing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from common.config import RenderingConfig
+from common.fingers import FINGERS
+from common.limits import FORCE_RAMP_UP_N_S, FORCE_SAFE_S, MOTOR_FLOOR_RPM
+from common.messages import TOUCH_COLUMN, TOUCH_FIELDS, Event, EventKind, ExplorationMode, Touch
+from common.packets import LinkState, N
+from operator_site.gate import GatedOutput, Limit
+from operator_site.rendering import Rendering
+from operator_site.rendering_input import RenderingInput
+
+TICK_S = 0.002
+GAP_S = 0.1
+INDEX = FINGERS.index("index")
+CUT_OUT = "index: the module's own temperature limit has switched its plate off"
+TAP = Event(1, EventKind.TAP, INDEX, 0, 0.2)
+
+
+def touching(*events: Event, sequence: int = 1) -> Touch:
+    """The index finger is tapping a stiff surface at z = 0."""
+    block = np.zeros((N, len(TOUCH_FIELDS)), dtype=np.float32)
+    values = {"mode": ExplorationMode.TAPPING, "contact": 1, "stiffness_n_m": 300, "k_tap": 4000, "b_tap_per_s": 30}
+    for name, value in values.items():
+        block[INDEX, TOUCH_COLUMN[name]] = value
+    return Touch(7, sequence, 1, LinkState.ENGAGED, block, ("",) * N, events)
+
+
+PRESSING = RenderingInput(
+    time_s=10.0,
+    session=7,
+    fault_cleared=False,
+    engaged=True,
+    gap_ns=0,
+    touch=touching(),
+    x_m=0.0,
+    y_m=0.0,
+    z_m=(-0.005,) * N,
+    pose_s=10.0,
+    heights_s=10.0,
+    plate_c=(33.0,) * N,
+    plate_age_s=(0.0,) * N,
+    device_faults=(),
+)
+
+
+class Run:
+    """A rendering stepped at 500 Hz."""
+
+    def __init__(self) -> None:
+        self.rendering = Rendering(RenderingConfig(), GAP_S)
+        self.now = PRESSING
+        self.hand_measured = True
+
+    def __call__(self, ticks: int = 1, **changes: object) -> GatedOutput:
+        self.now = replace(self.now, **changes)  # type: ignore[arg-type]
+        for _ in range(ticks):
+            t_s = self.now.time_s + TICK_S
+            self.now = replace(self.now, time_s=t_s, fault_cleared=False)
+            if self.hand_measured:
+                self.now = replace(self.now, pose_s=t_s, heights_s=t_s)
+            output = self.rendering.step(replace(self.now, fault_cleared=bool(changes.get("fault_cleared"))))
+        return output
+
+
+def test_a_finger_in_a_touched_surface_feels_force_and_the_others_none() -> None:
+    output = Run()(100)
+    assert output.force_n[INDEX] == pytest.approx(1.5, rel=0.05)
+    assert [force for finger, force in enumerate(output.force_n) if finger != INDEX] == [0.0] * (N - 1)
+
+
+def test_a_hand_that_is_no_longer_measured_feels_nothing_and_comes_back_with_a_ramp() -> None:
+    run = Run()
+    assert run(100).force_n[INDEX] > 1.0
+    run.hand_measured = False
+    output = run(round(FORCE_SAFE_S / TICK_S))
+    assert output.force_n == output.motor_rpm == output.peltier_drive == [0.0] * N
+    run.hand_measured = True
+    assert run().force_n[INDEX] <= 2 * FORCE_RAMP_UP_N_S * TICK_S
+    assert run(100).force_n[INDEX] == pytest.approx(1.5, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "missing",
+    [{"engaged": False}, {"gap_ns": None}, {"gap_ns": round(0.2e9)}, {"touch": None}],
+    ids=["not engaged", "never a touch", "touch too old", "touch lost"],
+)
+def test_missing_input_is_neutral_and_never_the_last_one(missing: dict[str, object]) -> None:
+    run = Run()
+    assert run(100).force_n[INDEX] > 1.0
+    output = run(round(FORCE_SAFE_S / TICK_S), **missing)
+    assert output.force_n == output.motor_rpm == [0.0] * N
+    assert run.rendering.fault is None
+
+
+def test_an_event_is_played_once_in_a_session_and_again_in_the_next() -> None:
+    run = Run()
+    run(10)
+    started = run(1, touch=touching(TAP, sequence=2))
+    assert started.motor_rpm[INDEX] >= MOTOR_FLOOR_RPM
+    assert run.rendering.fingertips.impulses_played == [1]
+    run(1, touch=touching(TAP, sequence=3))
+    assert run.rendering.fingertips.impulses_played == []
+    run(1, session=8)
+    assert run.rendering.fingertips.impulses_played == [1]
+
+
+def test_a_module_that_cut_out_latches_a_fault_until_it_is_cleared() -> None:
+    run = Run()
+    output = run(100, device_faults=(CUT_OUT,))
+    assert output.fault is not None
+    assert output.fault.startswith("index: ")
+    assert output.force_n == [0.0] * N
+    assert all(bits & Limit.RELEASED for bits in output.limited)
+    assert run(100, device_faults=()).fault == output.fault
+    output = run(1, fault_cleared=True)
+    assert output.fault is None
+    assert run.rendering.fault is None
+    assert output.force_n[INDEX] < 0.2, "force rises from zero"
+
+
+def test_the_same_input_gives_the_same_bits() -> None:
+    def outputs() -> list[GatedOutput]:
+        run = Run()
+        return [run(1, x_m=0.0001 * n, pose_s=10.0 + n * TICK_S) for n in range(200)]
+
+    assert outputs() == outputs()

@@ -1,0 +1,63 @@
+"""Rendering input goes into a recording and comes back without a bit changed."""
+
+import msgpack
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from common.messages import TOUCH_FIELDS, Touch
+from common.packets import LinkState, N
+from operator_site.rendering_input import RenderingInput
+
+ANY = st.floats()
+FIVE = st.tuples(*[ANY] * N)
+
+
+def touch(sequence: int) -> Touch:
+    block = np.zeros((N, len(TOUCH_FIELDS)), dtype=np.float32)
+    return Touch(7, sequence, 1, LinkState.ENGAGED, block, ("",) * N, ())
+
+
+INPUTS = st.builds(
+    RenderingInput,
+    time_s=ANY,
+    session=st.integers(0, 2**63 - 1),
+    fault_cleared=st.booleans(),
+    engaged=st.booleans(),
+    gap_ns=st.none() | st.integers(0, 2**62),
+    touch=st.none() | st.builds(touch, st.integers(0, 2**62)),
+    x_m=ANY,
+    y_m=ANY,
+    z_m=FIVE,
+    pose_s=ANY,
+    heights_s=ANY,
+    plate_c=FIVE,
+    plate_age_s=FIVE,
+    device_faults=st.lists(st.text(max_size=60), max_size=3).map(tuple),
+)
+
+
+@given(INPUTS)
+def test_what_was_packed_is_unpacked_to_the_last_bit(given_input: RenderingInput) -> None:
+    def touch_of(sequence: int) -> Touch | None:
+        assert given_input.touch is not None
+        assert sequence == given_input.touch.sequence
+        return given_input.touch
+
+    packed = given_input.pack()
+    again = RenderingInput.unpack(packed, touch_of)
+    assert again.pack() == packed  # NaN equals nothing, its bytes do
+    assert again.touch is given_input.touch
+    assert repr(again) == repr(given_input)
+
+
+def test_a_touch_packet_that_is_lost_is_nothing_touched() -> None:
+    some = RenderingInput(1.0, 7, False, True, 5, touch(3), 0.0, 0.0, (0.0,) * N, 1.0, 1.0, (33.0,) * N, (0.0,) * N, ())
+    assert RenderingInput.unpack(some.pack(), lambda _: None).touch is None
+
+
+@pytest.mark.parametrize("packed", [msgpack.packb(3), msgpack.packb([1.0] * 13), msgpack.packb({}), b""])
+def test_something_else_is_refused(packed: bytes) -> None:
+    with pytest.raises(ValueError, match=r"rendering input|incomplete"):
+        RenderingInput.unpack(packed, lambda _: None)

@@ -1,0 +1,153 @@
+"""The gate with the emulated telemanipulator in the simulated world, in virtual time: normal work is never a fault."""
+
+import math
+from collections import deque
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from common.can_frames import FrameSender
+from common.fingers import FINGERS
+from remote_site.patient_gate import GatedCommand, PatientGate
+from sim_sensors.remote_world import RemoteWorld
+from sim_sensors.scene import load_scene
+from sim_sensors.telemanipulator import Telemanipulator
+
+DT = 0.002
+Wanted = tuple[float, float, float]
+"""Where the operator's hand is: x, y and the height of all fingers, m."""
+
+
+class Loop:
+    """Gate, bus, telemanipulator and world, one tick at a time; reports and set-points each take `delay` ticks."""
+
+    def __init__(self, delay: int = 1, scene: str = "materials") -> None:
+        self.gate = PatientGate()
+        self.robot = Telemanipulator()
+        self.world = RemoteWorld(load_scene(scene), seed=1)
+        self.sent: deque[GatedCommand] = deque(maxlen=delay)
+        self.reports = deque([self.report()] * delay, maxlen=delay)
+        self.hand, self.heights = FrameSender("HandSetpoint"), FrameSender("HeightSetpoint")
+        self.ticks = 0
+        self.bus_cut = False
+        self.servos_dead = False
+        self.largest_n = 0.0
+
+    def report(self) -> tuple[float, float, list[float], list[float]]:
+        world = self.world
+        force_n = np.clip(world.measured_force_n, 0.0, 10.23).tolist()
+        return world.x_m, world.y_m, np.minimum(world.z_m, 0.010235).tolist(), force_n
+
+    def tick(self, wanted: Wanted, engaged: bool = True, age_s: float = 0.0) -> GatedCommand:
+        self.ticks += 1
+        now_s = self.ticks * DT
+        if len(self.sent) == self.sent.maxlen and not self.bus_cut:
+            self.obey(self.sent[0], now_s)
+        x_m, y_m, z_m = self.robot.setpoint_m(now_s)
+        if self.servos_dead:
+            x_m, y_m, z_m = self.world.x_m, self.world.y_m, self.world.z_m
+        self.world.step(DT, x_m, y_m, z_m, np.zeros(5))
+        self.robot.measure(self.world.x_m, self.world.y_m, self.world.z_m, self.world.measured_force_n)
+        self.largest_n = max(self.largest_n, *self.world.force_n)
+        self.reports.append(self.report())
+        place_x_m, place_y_m, place_z_m, force_n = self.reports[0]
+        command = self.gate.step(
+            now_s,
+            engaged,
+            age_s,
+            wanted_x_m=wanted[0],
+            wanted_y_m=wanted[1],
+            wanted_z_m=[wanted[2]] * 5,
+            measured_x_m=place_x_m,
+            measured_y_m=place_y_m,
+            measured_z_m=place_z_m,
+            force_n=force_n,
+            force_age_s=0.0,
+            heater_drive=[0.0] * 5,
+            sensor_c=[33.0] * 5,
+            sensor_age_s=[0.0] * 5,
+            in_contact=[False] * 5,
+        )
+        self.sent.append(command)
+        return command
+
+    def obey(self, command: GatedCommand, now_s: float) -> None:
+        heights = dict(zip(FINGERS, (z_m * 1e3 for z_m in command.z_m), strict=True))
+        for frame in (
+            self.hand.encode({"x": command.x_m * 1e3, "y": command.y_m * 1e3}),
+            self.heights.encode({"released": float(command.released), **heights}),
+        ):
+            self.robot.feed(frame.arbitration_id, bytes(frame.data), now_s)
+
+
+def wild(t_s: float) -> Wanted:
+    """Strokes, presses and taps across the whole bench, faster and deeper than the gate lets through."""
+    return 0.5 * math.sin(1.3 * t_s), 0.2 * math.sin(0.7 * t_s), 0.012 * math.cos(3.1 * t_s + math.sin(9.0 * t_s))
+
+
+def pressing(t_s: float) -> Wanted:
+    """Rubs on the first objects and presses as deep as the gate lets it."""
+    return -0.17 + 0.03 * math.sin(4.0 * t_s), 0.0, -0.010 if math.sin(1.5 * t_s) > -0.3 else 0.004
+
+
+@pytest.mark.parametrize("move", [wild, pressing])
+@pytest.mark.parametrize("delay", [1, 10])
+def test_hard_work_is_no_fault(move: Callable[[float], Wanted], delay: int) -> None:
+    loop = Loop(delay)
+    for tick in range(4000):
+        assert loop.tick(move(tick * DT)).fault is None
+    assert loop.largest_n > 1.0  # it did touch
+
+
+@pytest.mark.parametrize("scene", ["materials", "phantom"])
+def test_gaps_and_new_engagements_are_no_fault(scene: str) -> None:
+    loop = Loop(2, scene)
+    for tick in range(4000):
+        engaged, age_s = tick % 1000 < 800, 0.2 if tick % 300 < 100 else 0.0
+        assert loop.tick(pressing(tick * DT), engaged, age_s).fault is None
+    assert loop.largest_n > 0.5
+
+
+def test_a_released_hand_stops_and_no_finger_sinks() -> None:
+    loop = Loop()
+    for tick in range(2000):
+        if loop.largest_n > 1.0 and abs(loop.world.speed_m_s) > 0.05:
+            break
+        loop.tick(pressing(tick * DT))
+    assert loop.largest_n > 1.0
+    loop.tick((0.3, 0.2, -0.01), engaged=False)
+    loop.tick((0.3, 0.2, -0.01), engaged=False)
+    x_m, z_m = loop.world.x_m, loop.world.z_m
+    for _ in range(1000):
+        loop.tick((0.3, 0.2, -0.01), engaged=False)
+        assert abs(loop.world.x_m - x_m) < 0.0015
+        assert (loop.world.z_m - z_m > -0.0005).all()
+    assert loop.world.z_m == pytest.approx(0.006, abs=1e-4)
+
+
+def test_servos_that_die_under_way_are_a_fault() -> None:
+    loop = Loop()
+    for tick in range(500):
+        loop.tick((0.1 * math.sin(tick * DT), 0.0, 0.006))
+    loop.servos_dead = True
+    faults = [loop.tick((0.1 * math.sin(tick * DT), 0.0, 0.006)).fault for tick in range(500, 1000)]
+    why = next(fault for fault in faults if fault is not None)
+    assert "hand's x" in why
+    assert faults.index(why) * DT < 0.5
+
+
+def test_set_points_that_no_longer_arrive_are_a_fault() -> None:
+    loop = Loop()
+    for tick in range(500):
+        loop.tick((0.1 * math.sin(tick * DT), 0.0, 0.006))
+    loop.bus_cut = True
+    faults = [loop.tick((0.1 * math.sin(tick * DT), 0.0, 0.006)).fault for tick in range(500, 1000)]
+    assert any(fault is not None and "hand's x" in fault for fault in faults)
+
+
+def test_a_bus_that_is_cut_for_a_moment_is_no_fault() -> None:
+    loop = Loop()
+    for tick in range(3000):
+        loop.bus_cut = tick % 500 < 60  # 120 ms: the telemanipulator has stopped by itself meanwhile
+        assert loop.tick((0.1 * math.sin(2.0 * tick * DT), 0.0, 0.006)).fault is None
