@@ -1,10 +1,19 @@
-"""`python -m sim_sensors remote|operator --config FILE` runs the simulated devices of one site."""
+"""`python -m sim_sensors remote|operator|network --config FILE` runs one site's devices, or the network."""
 
 import sys
 
-from common.config import SimOperatorConfig, SimRemoteConfig
+from common.config import SimNetworkConfig, SimOperatorConfig, SimRemoteConfig
 from common.process import room_main
+from sim_sensors.network_proxy import run_sim_network
 from sim_sensors.sim_operator import run_sim_operator
 from sim_sensors.sim_remote import run_sim_remote
 
-sys.exit(room_main({"remote": (SimRemoteConfig, run_sim_remote), "operator": (SimOperatorConfig, run_sim_operator)}))
+sys.exit(
+    room_main(
+        {
+            "remote": (SimRemoteConfig, run_sim_remote),
+            "operator": (SimOperatorConfig, run_sim_operator),
+            "network": (SimNetworkConfig, run_sim_network),
+        }
+    )
+)

@@ -4,8 +4,11 @@ from abc import ABC, abstractmethod
 
 import can
 
-from common.can_frames import BadFrame, FrameReceiver
+from common.can_frames import BadFrame, FrameReceiver, FrameSender
 from common.limits import MODULE_TIMEOUT_S
+
+STATE_EVERY = 5
+"""Turns between two reports of what the node does: 100 Hz where it measures at 500 Hz, for the sake of the bus."""
 
 
 class CanNode(ABC):
@@ -15,9 +18,11 @@ class CanNode(ABC):
         refused: frames that were damaged or repeated.
     """
 
-    def __init__(self, receivers: tuple[FrameReceiver, ...]) -> None:
+    def __init__(self, receivers: tuple[FrameReceiver, ...], state: FrameSender) -> None:
         self._receivers = {receiver.frame_id: receiver for receiver in receivers}
         self._heard_s: dict[str, float] = {}
+        self._state = state
+        self._turns = 0
 
     @property
     def refused(self) -> int:
@@ -44,10 +49,22 @@ class CanNode(ABC):
         """Whether that frame's set-point is still in force."""
         return self.silent_s(name, now_s) < MODULE_TIMEOUT_S
 
+    def take_frames(self) -> list[can.Message]:
+        """The frames of the next turn: what is measured now, and in every fifth what the node does."""
+        frames = self._measured()
+        if self._turns % STATE_EVERY == 0:
+            frames.append(self._state.encode(self._applied()))
+        self._turns += 1
+        return frames
+
     @abstractmethod
     def _obey(self, name: str, values: dict[str, float], now_s: float) -> None:
         """Act on a good frame."""
 
     @abstractmethod
-    def take_frames(self) -> list[can.Message]:
-        """The node's next frames, with what it measures now."""
+    def _measured(self) -> list[can.Message]:
+        """Frames with what the node measures now."""
+
+    @abstractmethod
+    def _applied(self) -> dict[str, float]:
+        """What the node's outputs do now, as the values of its state frame."""

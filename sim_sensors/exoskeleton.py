@@ -19,10 +19,12 @@ class Exoskeleton(CanNode):
     """Emulated exoskeleton of the operator's hand."""
 
     def __init__(self) -> None:
-        super().__init__((FrameReceiver("FingerForces"),))
+        super().__init__((FrameReceiver("FingerForces"),), FrameSender("ExoskeletonState"))
         self._pose_sender = FrameSender("HandPose")
         self._height_sender = FrameSender("FingerHeights")
-        self._force_n = np.zeros(len(FINGERS))
+        self._force_n: NDArray[np.float64] = np.zeros(len(FINGERS))
+        self._enabled = False
+        self._applied_n: NDArray[np.float64] = np.zeros(len(FINGERS))
         self._driven_since_s: float | None = None
         self._pose = (0.0, 0.0)
         self._z_m: NDArray[np.float64] = np.zeros(len(FINGERS))
@@ -32,27 +34,34 @@ class Exoskeleton(CanNode):
         self._pose, self._z_m = (x_m, y_m), z_m
 
     def force_n(self, now_s: float) -> NDArray[np.float64]:
-        """Force on each finger now, (5,), N: as commanded, and falling to 0 once the command is too old."""
+        """Push on the fingers for this step, (5,), N: as commanded, and falling to 0 once the command is too old.
+
+        Its reports tell what was applied in the last step.
+        """
         late_s = self.silent_s("FingerForces", now_s) - MODULE_TIMEOUT_S
-        if late_s <= 0.0:
-            return self._force_n
-        self._driven_since_s = None
-        return self._force_n * max(0.0, 1.0 - late_s / RELEASE_S)
+        self._applied_n = self._force_n
+        if late_s > 0.0:
+            self._driven_since_s = None
+            self._enabled = False
+            self._applied_n = self._force_n * max(0.0, 1.0 - late_s / RELEASE_S)
+        return self._applied_n
 
     def driven(self, now_s: float) -> bool:
         """Whether it has been enabled without a gap for half a second: the hand can work."""
         return self._driven_since_s is not None and now_s - self._driven_since_s >= DRIVEN_S
 
-    def take_frames(self) -> list[can.Message]:
-        """HandPose and FingerHeights with what was measured last."""
+    def _measured(self) -> list[can.Message]:
         pose = {"x": self._pose[0] * 1e3, "y": self._pose[1] * 1e3}
         heights = dict(zip(FINGERS, (self._z_m * 1e3).tolist(), strict=True))
         return [self._pose_sender.encode(pose), self._height_sender.encode(heights)]
 
+    def _applied(self) -> dict[str, float]:
+        return {"enabled": float(self._enabled), **dict(zip(FINGERS, self._applied_n.tolist(), strict=True))}
+
     def _obey(self, name: str, values: dict[str, float], now_s: float) -> None:
-        enabled = values["enabled"] > 0.0
-        self._force_n = np.array(by_finger(values)) if enabled else np.zeros(len(FINGERS))
-        if not enabled:
+        self._enabled = values["enabled"] > 0.0
+        self._force_n = np.array(by_finger(values)) if self._enabled else np.zeros(len(FINGERS))
+        if not self._enabled:
             self._driven_since_s = None
         elif self._driven_since_s is None:
             self._driven_since_s = now_s

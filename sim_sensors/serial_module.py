@@ -5,6 +5,7 @@ with the time at which they came, bytes for the host come out, and the world con
 measures and drives.
 """
 
+import math
 from abc import ABC, abstractmethod
 
 from common.framing import Frame, FrameReader, encode_frame
@@ -104,21 +105,40 @@ class CommandWatchdog:
 
 
 class CutOut:
-    """A module's own temperature limit: switches a drive off by the module's own measurement.
+    """A module's own temperature limit: interrupts the supply of a drive by the module's own measurement.
 
-    It lets go again 1 K below the limit, and only after the host has asked for a drive that does not heat.
+    It stands behind the command path, so that it also holds against a driver that is stuck. It lets go again 1 K below
+    the limit, and only once the drive that it holds back does not heat.
     """
 
     RELEASE_K = 1.0
+    PERIOD_S = 0.010
+    """Between two measurements."""
+    RATE_LAG_S = 0.1
+    FASTEST_K_S = 8.0
+    """No plate is heated faster: a reading that jumps has not been heated."""
 
-    def __init__(self, limit_c: float) -> None:
+    def __init__(self, limit_c: float, look_ahead_s: float = 0.0) -> None:
+        """Limit a plate to `limit_c`, by where it will be in `look_ahead_s`: its sensor is behind it."""
         self._limit_c = limit_c
+        self._look_ahead_s = look_ahead_s
+        self._measured_c = math.nan
+        self._rate_k_s = 0.0
         self.tripped = False
 
-    def allows(self, measured_c: float, drive_permille: int) -> bool:
-        """Whether the drive may go through with the plate at `measured_c`; a reading that is NaN trips."""
-        if not measured_c < self._limit_c:
+    def measure(self, measured_c: float) -> None:
+        """Take a measurement, one each PERIOD_S; NaN where there is none to be had."""
+        rate = (measured_c - self._measured_c) / self.PERIOD_S
+        known = math.isfinite(rate)
+        rate = max(-self.FASTEST_K_S, min(self.FASTEST_K_S, rate))
+        self._rate_k_s += (rate - self._rate_k_s) * self.PERIOD_S / self.RATE_LAG_S if known else -self._rate_k_s
+        self._measured_c = measured_c
+
+    def allows(self, drive_permille: int) -> bool:
+        """Whether the drive that is asked for may go through; a plate that is not measured trips."""
+        ahead_c = self._measured_c + self._look_ahead_s * max(0.0, self._rate_k_s)
+        if not ahead_c < self._limit_c:
             self.tripped = True
-        elif drive_permille <= 0 and measured_c < self._limit_c - self.RELEASE_K:
+        elif drive_permille <= 0 and ahead_c < self._limit_c - self.RELEASE_K:
             self.tripped = False
         return not self.tripped

@@ -4,14 +4,18 @@ import os
 import pty
 import re
 import socket
+import tempfile
 import tty
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Protocol, TypeVar
 
 from sim_sensors.backlog import Backlog
-from sim_sensors.listener import accept_tcp, listen_tcp, receive_tcp
+from sim_sensors.faulty_parts import Babble
+from sim_sensors.listener import receive_tcp
 from sim_sensors.select_loop import SelectLoop
+from sim_sensors.tcp_port import TcpPort
 
 _CHUNK = 4096
 _BACKLOG_BYTES = 16 * 1024
@@ -36,22 +40,38 @@ class SerialServer(ABC):
     """One module at one address.
 
     Attributes:
-        address: what a driver opens: a tty path or `socket://HOST:PORT`.
+        address: what a driver opens: a tty path or `socket://HOST:PORT`. It stays the same when the cable is pulled.
         backlog: bytes waiting for the driver to read them.
+        silent: the module neither says nor hears anything, although its line stays open and its own time-outs act.
+        deaf: the module hears nothing.
+        babble: noise that fills the line; None for a sound module.
     """
 
     address: str
 
     def __init__(self, device: Device, loop: SelectLoop) -> None:
         self.backlog = Backlog(_BACKLOG_BYTES)
+        self.silent = False
+        self.deaf = False
+        self.babble: Babble | None = None
         self._device = device
         self._loop = loop
 
     def pump(self, now_s: float) -> None:
         """Let the module's clock reach `now_s` and send what it has to say."""
         output = self._device.take_output(now_s)
-        if output:
+        if self.babble is not None:
+            output = self.babble.mix(now_s, output)
+        if output and not self.silent:
             self._send(output)
+
+    def unplug(self) -> None:
+        """Pull the cable: the connection ends, and nobody answers at the address."""
+        raise NotImplementedError(f"{self.address} has no cable")
+
+    def plug(self) -> None:
+        """Put the cable back: the same address answers again."""
+        raise NotImplementedError(f"{self.address} has no cable")
 
     @abstractmethod
     def close(self) -> None:
@@ -62,35 +82,64 @@ class SerialServer(ABC):
         """Send without waiting."""
 
     def _received(self, data: bytes, now_s: float) -> None:
-        self._device.feed(data, now_s)
+        if not (self.silent or self.deaf):
+            self._device.feed(data, now_s)
         self.pump(now_s)
 
 
 class PtyServer(SerialServer):
-    """A module at a pseudo terminal of its own, in raw mode."""
+    """A module at a pseudo terminal of its own, in raw mode.
 
-    def __init__(self, device: Device, loop: SelectLoop) -> None:
+    Its address is a link, as hardware has in `/dev/serial/by-id`: a terminal that is opened anew has another number.
+    """
+
+    def __init__(self, device: Device, loop: SelectLoop, what: str) -> None:
         super().__init__(device, loop)
-        self._master, self._slave = pty.openpty()
+        self._folder = tempfile.TemporaryDirectory(prefix="serial-")
+        self._link = Path(self._folder.name, what.replace(" ", "-"))
+        self._ends: tuple[int, int] | None = None
+        self.address = str(self._link)
+        self.plug()
+
+    def unplug(self) -> None:
+        """Take the terminal away from under whoever has it open, and its name with it."""
+        if self._ends is None:
+            return
+        self._link.unlink()
+        self._loop.forget(self._ends[0])
+        for end in self._ends:
+            os.close(end)
+        self._ends = None
+
+    def plug(self) -> None:
+        """Open a terminal under the same name."""
+        if self._ends is not None:
+            return
         # The slave end stays open here, so that the line survives drivers that come and go.
-        tty.setraw(self._slave)
-        os.set_blocking(self._master, False)
-        self.address = os.ttyname(self._slave)
-        loop.watch(self._master, self._read)
+        master, slave = self._ends = pty.openpty()
+        tty.setraw(slave)
+        os.set_blocking(master, False)
+        self.backlog = Backlog(_BACKLOG_BYTES)
+        self._loop.watch(master, self._read)
+        self._link.symlink_to(os.ttyname(slave))
 
     def close(self) -> None:
         """Hang up and give the terminal back."""
-        self._loop.forget(self._master)
-        os.close(self._master)
-        os.close(self._slave)
+        self.unplug()
+        self._folder.cleanup()
 
     def _send(self, output: bytes) -> None:
+        if self._ends is None:
+            return
+        master, _ = self._ends
         self.backlog.push(output)
-        self.backlog.write(lambda data: os.write(self._master, data))
+        self.backlog.write(lambda data: os.write(master, data))
 
     def _read(self, now_s: float) -> None:
+        if self._ends is None:
+            return
         try:
-            data = os.read(self._master, _CHUNK)
+            data = os.read(self._ends[0], _CHUNK)
         except BlockingIOError:
             return
         self._received(data, now_s)
@@ -101,26 +150,30 @@ class TcpServer(SerialServer):
 
     def __init__(self, device: Device, loop: SelectLoop, host: str, port: int, what: str) -> None:
         super().__init__(device, loop)
-        self._listener = listen_tcp(host, port, what)
         self._client: socket.socket | None = None
-        self.address = f"socket://{host}:{self._listener.getsockname()[1]}"
-        loop.watch(self._listener.fileno(), self._accept)
+        self._port = TcpPort(loop, host, port, what, buffer_bytes=_BACKLOG_BYTES, greet=self._greet)
+        self.address = f"socket://{host}:{self._port.number}"
+
+    def unplug(self) -> None:
+        """Hang up, and refuse whoever comes."""
+        self._hang_up()
+        self._port.unplug()
+
+    def plug(self) -> None:
+        """Listen at the same port again."""
+        self._port.plug()
 
     def close(self) -> None:
         """Hang up and give the port back."""
         self._hang_up()
-        self._loop.forget(self._listener.fileno())
-        self._listener.close()
+        self._port.close()
 
-    def _accept(self, now_s: float) -> None:
-        client = accept_tcp(self._listener, _BACKLOG_BYTES)
-        if client is None:
-            return
+    def _greet(self, client: socket.socket, now_s: float) -> None:
         self._hang_up()
         self._client = client
         self.backlog = Backlog(_BACKLOG_BYTES)
         # Whatever the client before left half sent ends here.
-        self._device.feed(b"\0", now_s)
+        self._received(b"\0", now_s)
         self._loop.watch(client.fileno(), self._read)
 
     def _send(self, output: bytes) -> None:
@@ -157,7 +210,7 @@ def serve_serial(device: Device, loop: SelectLoop, address: str, what: str) -> S
         ValueError: the address has another form, or is taken; `what` names the module in the message.
     """
     if address == "pty":
-        return PtyServer(device, loop)
+        return PtyServer(device, loop, what)
     match = _TCP_ADDRESS.fullmatch(address)
     if match is None or int(match["port"]) > 65535:
         raise ValueError(f"{what}: address {address!r} is neither 'pty' nor 'tcp:HOST:PORT'")

@@ -9,6 +9,9 @@ from common.config import SimOperatorConfig, to_toml
 from common.fingers import FINGERS
 from sim_sensors.announce import announce
 from sim_sensors.exoskeleton import Exoskeleton
+from sim_sensors.fault_port import FaultPort
+from sim_sensors.faults import Faults, device_faults
+from sim_sensors.faulty_parts import Hang, Thermistor
 from sim_sensors.finger_plate import FingerPlates
 from sim_sensors.hand import ScriptedHand
 from sim_sensors.motor import VibrationMotors
@@ -43,6 +46,8 @@ class OperatorDevices:
         self.plates = FingerPlates(len(FINGERS), config.seed)
         start_s = sockets.now()
         self.modules = {finger: TactTip(FINGERS.index(finger), start_s) for finger in config.fingers}
+        self.thermistors = {finger: Thermistor() for finger in config.fingers}
+        self.hang = Hang()
         self._seconds = config.seconds
         self._started_s: float | None = None
         self._steps = 0
@@ -55,12 +60,18 @@ class OperatorDevices:
                 opened.callback(server.close)
             self.bus = SocketcandBus(sockets, config.can_host, config.can_port, [self.exoskeleton])
             opened.callback(self.bus.close)
+            lines = {f"{finger} tacttip": server for finger, server in self.servers.items()}
+            self.faults = Faults(device_faults(lines, self.bus, self.modules, self.thermistors, self.hang))
+            if config.fault_port is not None:
+                port = FaultPort(sockets, "127.0.0.1", config.fault_port, self.faults.apply)
+                opened.callback(port.close)
             self._log = TruthLog(config.record, OPERATOR_STREAMS, {"configuration": to_toml(config)})
             opened.callback(self._log.close)
             self._opened = opened.pop_all()
 
     def step(self, now_s: float) -> None:
         """Advance the physics by one step to `now_s`, and say what is due."""
+        self.hang.pause()
         self._steps += 1
         self._work(now_s)
         force_n = self.exoskeleton.force_n(now_s)
@@ -91,6 +102,7 @@ class OperatorDevices:
             "frames_refused": self.exoskeleton.refused,
             "commands_refused": {finger: module.refused for finger, module in self.modules.items()},
             "frames_damaged": {finger: module.reader.damaged for finger, module in self.modules.items()},
+            "faults": self.faults.in_force,
         }
 
     def close(self) -> None:
@@ -107,9 +119,10 @@ class OperatorDevices:
 
     def _measure(self) -> None:
         plate_c, hot_side_c = self.plates.ntc_c.tolist(), self.plates.hot_side_c.tolist()
-        for module in self.modules.values():
+        for finger, module in self.modules.items():
             index = module.identity.finger
-            module.measure(ntc_counts(plate_c[index]), ntc_counts(hot_side_c[index]))
+            plate_counts = self.thermistors[finger].read(ntc_counts(plate_c[index]))
+            module.measure(plate_counts, ntc_counts(hot_side_c[index]))
 
     def _write_truth(self, now_s: float, force_n: list[float]) -> None:
         hand, plates = self.hand, self.plates

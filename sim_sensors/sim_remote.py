@@ -8,6 +8,9 @@ import numpy as np
 from common.config import SimRemoteConfig, to_toml
 from common.fingers import FINGERS
 from sim_sensors.announce import announce
+from sim_sensors.fault_port import FaultPort
+from sim_sensors.faults import Faults, device_faults, servo_faults
+from sim_sensors.faulty_parts import Hang, Servos, Thermistor
 from sim_sensors.remote_world import RemoteWorld
 from sim_sensors.scene import load_scene
 from sim_sensors.select_loop import SelectLoop
@@ -38,6 +41,9 @@ class RemoteDevices:
         numbers = {finger: FINGERS.index(finger) for finger in config.fingers}
         self.texture = {finger: TextureSensor(number, start_s) for finger, number in numbers.items()}
         self.thermal = {finger: ThermalSensor(number, start_s) for finger, number in numbers.items()}
+        self.thermistors = {finger: Thermistor() for finger in config.fingers}
+        self.servos = Servos()
+        self.hang = Hang()
         self._drive = np.zeros(len(FINGERS))
         self._steps = 0
         self._measure_robot()
@@ -51,6 +57,10 @@ class RemoteDevices:
                 opened.callback(server.close)
             self.bus = SocketcandBus(sockets, config.can_host, config.can_port, [self.robot])
             opened.callback(self.bus.close)
+            self.faults = self._faults()
+            if config.fault_port is not None:
+                port = FaultPort(sockets, "127.0.0.1", config.fault_port, self.faults.apply)
+                opened.callback(port.close)
             self._log = TruthLog(config.record, REMOTE_STREAMS, {"configuration": to_toml(config)})
             opened.callback(self._log.close)
             self._opened = opened.pop_all()
@@ -58,11 +68,12 @@ class RemoteDevices:
 
     def step(self, now_s: float) -> None:
         """Advance the world by one step to `now_s`, and say what is due."""
+        self.hang.pause()
         self._steps += 1
         for module in self.thermal.values():
             self._drive[module.identity.finger] = module.drive
         world = self.world
-        world.step(STEP_S, *self.robot.setpoint_m(now_s), self._drive)
+        world.step(STEP_S, *self.servos.setpoint_m(now_s, self.robot.setpoint_m(now_s)), self._drive)
         self._measure_robot()
         self.bus.pump(now_s)
         counts = world.take_texture_counts()
@@ -81,11 +92,18 @@ class RemoteDevices:
             "frames_refused": self.robot.refused,
             "commands_refused": {finger: module.refused for finger, module in self.thermal.items()},
             "frames_damaged": {finger: module.reader.damaged for finger, module in self.thermal.items()},
+            "faults": self.faults.in_force,
         }
 
     def close(self) -> None:
         """Give every address back and finish the recording."""
         self._opened.close()
+
+    def _faults(self) -> Faults:
+        texture = {f"{finger} texture": server for finger, server in self.texture_servers.items()}
+        thermal = {f"{finger} thermal": server for finger, server in self.thermal_servers.items()}
+        kinds = device_faults({**texture, **thermal}, self.bus, self.thermal, self.thermistors, self.hang)
+        return Faults({**kinds, **servo_faults(self.servos)})
 
     def _measure_robot(self) -> None:
         world = self.world
@@ -93,9 +111,9 @@ class RemoteDevices:
 
     def _measure_plates(self) -> None:
         plates, ambient = self.world.ssr_counts().tolist(), self.world.ambient_counts().tolist()
-        for module in self.thermal.values():
+        for finger, module in self.thermal.items():
             index = module.identity.finger
-            module.measure(plates[index], ambient[index])
+            module.measure(self.thermistors[finger].read(plates[index]), ambient[index])
 
     def _write_truth(self, now_s: float) -> None:
         world = self.world

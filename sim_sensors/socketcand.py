@@ -17,11 +17,13 @@ from typing import Protocol
 import can
 
 from sim_sensors.backlog import Backlog
-from sim_sensors.listener import accept_tcp, listen_tcp, receive_tcp
+from sim_sensors.listener import receive_tcp
 from sim_sensors.select_loop import SelectLoop
+from sim_sensors.tcp_port import TcpPort
 
-_CHUNK = 4096
 _BACKLOG_BYTES = 64 * 1024
+_CHUNK = _BACKLOG_BYTES
+"""All that waits: set-points that piled up while the process stood still must not be lived through one by one."""
 _LONGEST_COMMAND = 200
 QUIET_S = 0.1
 """A client takes the answer to `rawmode` alone in one read; frames right behind it would spoil the handshake."""
@@ -53,6 +55,8 @@ class SocketcandBus:
     Attributes:
         port: TCP port that it is served at.
         not_understood: commands of clients that were no command or not in place.
+        silent: the nodes have fallen off the bus and neither say nor hear anything; their own time-outs act.
+        deaf: the nodes hear nothing.
     """
 
     def __init__(
@@ -66,11 +70,12 @@ class SocketcandBus:
         self._loop = loop
         self._nodes = list(nodes)
         self._channel = channel
-        self._listener = listen_tcp(host, port, f"CAN bus {channel}")
         self._clients: dict[int, _Client] = {}
-        self.port: int = self._listener.getsockname()[1]
+        self._port = TcpPort(loop, host, port, f"CAN bus {channel}", buffer_bytes=_BACKLOG_BYTES, greet=self._greet)
+        self.port = self._port.number
         self.not_understood = 0
-        loop.watch(self._listener.fileno(), self._accept)
+        self.silent = False
+        self.deaf = False
 
     @property
     def clients(self) -> int:
@@ -79,26 +84,32 @@ class SocketcandBus:
 
     def pump(self, now_s: float) -> None:
         """Put what the nodes have to send now on the bus."""
+        if self.silent:
+            return
         for node in self._nodes:
             text = ""
             for frame in node.take_frames():
                 for other in self._nodes:
-                    if other is not node:
+                    if other is not node and not self.deaf:
                         other.feed(frame.arbitration_id, bytes(frame.data), now_s)
                 text += _frame_text(frame.arbitration_id, frame.is_extended_id, frame.data, now_s)
             self._tell_others(None, text.encode("ascii"), now_s)
 
+    def unplug(self) -> None:
+        """Take the gateway off the network: hang up on everybody, and refuse whoever comes."""
+        self._hang_up_on_all()
+        self._port.unplug()
+
+    def plug(self) -> None:
+        """Serve the bus at the same port again."""
+        self._port.plug()
+
     def close(self) -> None:
         """Hang up on everybody and give the port back."""
-        for client in list(self._clients.values()):
-            self._hang_up(client)
-        self._loop.forget(self._listener.fileno())
-        self._listener.close()
+        self._hang_up_on_all()
+        self._port.close()
 
-    def _accept(self, now_s: float) -> None:
-        connection = accept_tcp(self._listener, _BACKLOG_BYTES)
-        if connection is None:
-            return
+    def _greet(self, connection: socket.socket, _now_s: float) -> None:
         client = _Client(connection)
         self._clients[connection.fileno()] = client
         self._loop.watch(connection.fileno(), lambda now: self._read(client, now))
@@ -146,7 +157,7 @@ class SocketcandBus:
             self.not_understood += 1
             return
         client.raw_from_s = min(client.raw_from_s, now_s)  # who sends has read the handshake to its end
-        for node in self._nodes:
+        for node in () if self.silent or self.deaf else self._nodes:
             node.feed(frame_id, payload, now_s)
         self._tell_others(client, _frame_text(frame_id, extended, payload, now_s).encode("ascii"), now_s)
 
@@ -160,6 +171,10 @@ class SocketcandBus:
         try:
             client.backlog.write(client.connection.send)
         except OSError:
+            self._hang_up(client)
+
+    def _hang_up_on_all(self) -> None:
+        for client in list(self._clients.values()):
             self._hang_up(client)
 
     def _hang_up(self, client: _Client) -> None:

@@ -34,6 +34,8 @@ class TactTip(SerialModule):
     Attributes:
         motor_mv: voltage at the motor, 0..3000 mV.
         peltier_permille: what the Peltiers are driven with, signed thousandths of full drive.
+        stuck_permille: a fault of the command path: this drive is asked for, whatever is commanded, time-out
+            included; only the cut-out behind it still acts. In force from the next measurement; None: sound.
         flags: `DeviceFlag` bits of the next state.
     """
 
@@ -44,9 +46,11 @@ class TactTip(SerialModule):
         self._reports = ReportClock(1.0 / RATE_HZ, powered_s)
         self._asked_permille = 0
         self._plate_counts = self._hot_side_counts = ntc_counts(25.0)
+        self._cut_out.measure(25.0)
         self._motor_switched: list[tuple[float, int]] = []
         self.motor_mv = 0
         self.peltier_permille = 0
+        self.stuck_permille: int | None = None
 
     @property
     def motor_v(self) -> float:
@@ -67,6 +71,9 @@ class TactTip(SerialModule):
     def measure(self, plate_counts: int, hot_side_counts: int) -> None:
         """What the two converters read now, 0..4095."""
         self._plate_counts, self._hot_side_counts = plate_counts, hot_side_counts
+        # An open or shorted NTC measures nothing: the module must not go on driving blind.
+        readable = 0 < plate_counts < COUNT_MAX
+        self._cut_out.measure(ntc_c(plate_counts) if readable else math.nan)
         self._limit()
 
     def take_motor_switches(self) -> list[tuple[float, int]]:
@@ -89,7 +96,9 @@ class TactTip(SerialModule):
             self._asked_permille = 0
             self._limit()
         if self._reports.due(now_s):
-            state = TactTipState(self._time_us(now_s), self._plate_counts, self._hot_side_counts, self.flags)
+            measured = (self._plate_counts, self._hot_side_counts)
+            applied = (self.motor_mv, self.peltier_permille)
+            state = TactTipState(self._time_us(now_s), *measured, self.flags, *applied)
             self._say(MessageId.TACTTIP_STATE, state.encode())
 
     def _drive_motor(self, motor_mv: int, now_s: float) -> None:
@@ -98,7 +107,6 @@ class TactTip(SerialModule):
         self.motor_mv = motor_mv
 
     def _limit(self) -> None:
-        # An open or shorted NTC measures nothing: the module must not go on driving blind.
-        readable = 0 < self._plate_counts < COUNT_MAX
-        allowed = self._cut_out.allows(ntc_c(self._plate_counts) if readable else math.nan, self._asked_permille)
-        self.peltier_permille = self._asked_permille if allowed else 0
+        asked = self._asked_permille if self.stuck_permille is None else self.stuck_permille
+        allowed = self._cut_out.allows(asked)
+        self.peltier_permille = asked if allowed else 0

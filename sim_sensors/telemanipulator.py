@@ -1,4 +1,8 @@
-"""The telemanipulator as a CAN node: moves the remote fingers to set-points, tells positions and forces."""
+"""The telemanipulator as a CAN node: moves the remote fingers to set-points, tells positions and forces.
+
+Its safe state it keeps by itself, whatever set-points come: released, the hand stays where it is and fingers only
+rise. It is released when it is told so, and when the set-points of the heights end.
+"""
 
 import can
 import numpy as np
@@ -12,46 +16,72 @@ HOVER_M = 0.006
 
 
 class Telemanipulator(CanNode):
-    """Emulated robot hand. Without set-points for 100 ms it stops where it is."""
+    """Emulated robot hand."""
 
     def __init__(self) -> None:
-        super().__init__((FrameReceiver("HandSetpoint"), FrameReceiver("HeightSetpoint")))
+        receivers = (FrameReceiver("HandSetpoint"), FrameReceiver("HeightSetpoint"))
+        super().__init__(receivers, FrameSender("TelemanipulatorState"))
         self._senders = [FrameSender(n) for n in ("HandPoseMeasured", "FingerHeightsMeasured", "ContactForces")]
+        self._asked_pose = (0.0, 0.0)
+        self._asked_z: NDArray[np.float64] = np.full(len(FINGERS), HOVER_M)
+        self._asked_release = True
         self._wanted_pose = (0.0, 0.0)
-        self._wanted_z: NDArray[np.float64] = np.full(len(FINGERS), HOVER_M)
+        self._wanted_z = self._asked_z
         self._pose = (0.0, 0.0)
-        self._z_m: NDArray[np.float64] = self._wanted_z
+        self._z_m = self._asked_z
         self._measured_force_n: NDArray[np.float64] = np.zeros(len(FINGERS))
-        self._stopped_pose = False
-        self._stopped_z = False
+        self._hand_alive = False
+        self._heights_alive = False
+        self._hand_stopped = False
+        self._fingers_stopped = False
+
+    @property
+    def released(self) -> bool:
+        """Whether it is in its safe state: so from power-up until it is told otherwise."""
+        return self._asked_release or not self._heights_alive
 
     def measure(self, x_m: float, y_m: float, z_m: NDArray[np.float64], force_n: NDArray[np.float64]) -> None:
         """What its encoders and force sensors read now: pose, heights (5,), contact forces (5,)."""
         self._pose, self._z_m, self._measured_force_n = (x_m, y_m), z_m, force_n
 
     def setpoint_m(self, now_s: float) -> tuple[float, float, NDArray[np.float64]]:
-        """Where its servos go now: x, y and the heights (5,), m.
+        """Where its servos go in this step: x, y and the heights (5,), m.
 
-        Each half that has run out of commands is frozen at what was measured at that moment.
+        Stopping freezes what was measured at that moment. Its reports tell how it stood in the last step.
         """
-        pose_alive, z_alive = self.alive("HandSetpoint", now_s), self.alive("HeightSetpoint", now_s)
-        if not pose_alive and not self._stopped_pose:
+        self._hand_alive, self._heights_alive = self.alive("HandSetpoint", now_s), self.alive("HeightSetpoint", now_s)
+        released = self.released
+        hand_stops = released or not self._hand_alive
+        if not hand_stops:
+            self._wanted_pose = self._asked_pose
+        elif not self._hand_stopped:
             self._wanted_pose = self._pose
-        if not z_alive and not self._stopped_z:
+        if not released:
+            self._wanted_z = self._asked_z
+        elif not self._fingers_stopped:
             self._wanted_z = self._z_m.copy()
-        self._stopped_pose, self._stopped_z = not pose_alive, not z_alive
+        elif self._heights_alive:
+            self._wanted_z = np.maximum(self._wanted_z, self._asked_z)
+        self._hand_stopped, self._fingers_stopped = hand_stops, released
         return *self._wanted_pose, self._wanted_z
 
-    def take_frames(self) -> list[can.Message]:
-        """HandPoseMeasured, FingerHeightsMeasured and ContactForces with what was measured last."""
+    def _measured(self) -> list[can.Message]:
         pose = {"x": self._pose[0] * 1e3, "y": self._pose[1] * 1e3}
         heights = dict(zip(FINGERS, (self._z_m * 1e3).tolist(), strict=True))
         forces = dict(zip(FINGERS, self._measured_force_n.tolist(), strict=True))
         values: tuple[dict[str, float], ...] = (pose, heights, forces)
         return [sender.encode(each) for sender, each in zip(self._senders, values, strict=True)]
 
+    def _applied(self) -> dict[str, float]:
+        return {
+            "released": float(self.released),
+            "hand_alive": float(self._hand_alive),
+            "heights_alive": float(self._heights_alive),
+        }
+
     def _obey(self, name: str, values: dict[str, float], now_s: float) -> None:
         if name == "HandSetpoint":
-            self._wanted_pose = (values["x"] * 1e-3, values["y"] * 1e-3)
+            self._asked_pose = (values["x"] * 1e-3, values["y"] * 1e-3)
         else:
-            self._wanted_z = np.array(by_finger(values)) * 1e-3
+            self._asked_z = np.array(by_finger(values)) * 1e-3
+            self._asked_release = values["released"] > 0.0

@@ -16,6 +16,8 @@ from common.thermometry import ssr_c
 from sim_sensors.serial_module import CommandWatchdog, CutOut, ReportClock, SerialModule
 
 RATE_HZ = 100
+LOOK_AHEAD_S = 0.4
+"""At full drive the plate is a good kelvin ahead of its sensor: it is judged by where it will be."""
 RANGE_C = (0.0, 60.0)
 
 
@@ -24,6 +26,8 @@ class ThermalSensor(SerialModule):
 
     Attributes:
         drive_permille: what the heating Peltier is driven with, signed thousandths of full drive.
+        stuck_permille: a fault of the command path: this drive is asked for, whatever is commanded, time-out
+            included; only the cut-out behind it still acts. In force from the next measurement; None: sound.
         flags: `DeviceFlag` bits of the next reading.
     """
 
@@ -32,12 +36,14 @@ class ThermalSensor(SerialModule):
             Identity(DeviceKind.THERMAL_SENSOR, finger, f"TH{finger:04d}", 1, RATE_HZ, *RANGE_C), powered_s
         )
         self._watchdog = CommandWatchdog()
-        self._cut_out = CutOut(SENSOR_PLATE_C)
+        self._cut_out = CutOut(SENSOR_PLATE_C, LOOK_AHEAD_S)
         self._reports = ReportClock(1.0 / RATE_HZ, powered_s)
         self._asked = 0
         self._plate_counts = 0
         self._ambient_counts = 0
+        self._cut_out.measure(ssr_c(0))
         self.drive_permille = 0
+        self.stuck_permille: int | None = None
 
     @property
     def drive(self) -> float:
@@ -53,6 +59,7 @@ class ThermalSensor(SerialModule):
     def measure(self, plate_counts: int, ambient_counts: int) -> None:
         """What the two converters read now, 0..4095."""
         self._plate_counts, self._ambient_counts = plate_counts, ambient_counts
+        self._cut_out.measure(ssr_c(plate_counts))
         self._limit()
 
     def _obey(self, frame: Frame, now_s: float) -> None:
@@ -67,9 +74,11 @@ class ThermalSensor(SerialModule):
             self._asked = 0
             self._limit()
         if self._reports.due(now_s):
-            reading = ThermalReading(self._time_us(now_s), self._plate_counts, self._ambient_counts, self.flags)
+            measured = (self._plate_counts, self._ambient_counts)
+            reading = ThermalReading(self._time_us(now_s), *measured, self.flags, self.drive_permille)
             self._say(MessageId.THERMAL_READING, reading.encode())
 
     def _limit(self) -> None:
-        allowed = self._cut_out.allows(ssr_c(self._plate_counts), self._asked)
-        self.drive_permille = self._asked if allowed else 0
+        asked = self._asked if self.stuck_permille is None else self.stuck_permille
+        allowed = self._cut_out.allows(asked)
+        self.drive_permille = asked if allowed else 0

@@ -31,6 +31,11 @@ class Rig:
 
     def turn(self) -> None:
         self.loop.serve(0.002)
+        # A step of the physics, which asks the node what it does.
+        if isinstance(self.node, Exoskeleton):
+            self.node.force_n(self.loop.now())
+        elif isinstance(self.node, Telemanipulator):
+            self.node.setpoint_m(self.loop.now())
         self.bus.pump(self.loop.now())
 
     def until(self, driver_turn: Callable[[], object], done: Callable[[], object], seconds: float = 5.0) -> None:
@@ -63,7 +68,7 @@ class CanContract:
         if isinstance(driver, ExoskeletonDriver):
             driver.push([0.0] * 5, enabled=True)
         else:
-            driver.move(0.0, 0.0, [0.0] * 5)
+            driver.move(0.0, 0.0, [0.0] * 5, released=False)
         return newest_s
 
     @pytest.fixture
@@ -144,6 +149,19 @@ class TestExoskeleton(CanContract):
         rig.until(lambda: None, lambda: not node.force_n(rig.loop.now()).any())
         assert time.monotonic() - start >= 0.1
 
+    def test_what_it_does_is_confirmed_by_its_own_reports_only(self, rig: Rig, driver: ExoskeletonDriver) -> None:
+        def drive(newton: float, enabled: bool) -> None:
+            driver.read(time.monotonic())
+            driver.push([newton] * 5, enabled)
+
+        rig.until(lambda: drive(2.5, True), lambda: "pushes with up to 2.50 N" in driver.unconfirmed(0.0))
+        rig.until(lambda: drive(0.0, True), lambda: driver.unconfirmed(0.0) == "enabled")
+        stopped_s = time.monotonic()
+        assert driver.unconfirmed(stopped_s) == "no report"
+        rig.until(lambda: drive(2.5, False), lambda: driver.unconfirmed(stopped_s) == "")
+        rig.go_away()
+        rig.until(lambda: drive(0.0, False), lambda: driver.unconfirmed(stopped_s) == "not connected")
+
 
 class TestTelemanipulator(CanContract):
     Driver = TelemanipulatorDriver
@@ -166,7 +184,7 @@ class TestTelemanipulator(CanContract):
 
         def drive() -> None:
             driver.read(time.monotonic())
-            driver.move(-0.3, 0.05, wanted)
+            driver.move(-0.3, 0.05, wanted, released=False)
 
         def followed() -> bool:
             x_m, y_m, z_m = node.setpoint_m(rig.loop.now())
@@ -176,9 +194,24 @@ class TestTelemanipulator(CanContract):
         rig.until(lambda: None, lambda: node.setpoint_m(rig.loop.now())[0] == 0.1)
         assert node.setpoint_m(rig.loop.now())[2] == pytest.approx(HEIGHTS_M)
 
+    def test_its_release_is_confirmed_by_its_own_reports_only(self, rig: Rig, driver: TelemanipulatorDriver) -> None:
+        def drive(released: bool) -> None:
+            driver.read(time.monotonic())
+            driver.move(0.0, 0.0, [0.0] * 5, released=released)
+
+        rig.until(lambda: drive(False), lambda: driver.unconfirmed(0.0) == "not released")
+        assert (driver.following.hand_alive, driver.following.heights_alive) == (True, True)
+        stopped_s = time.monotonic()
+        assert driver.unconfirmed(stopped_s) == "no report"
+        rig.until(lambda: drive(True), lambda: driver.unconfirmed(stopped_s) == "")
+        rig.until(lambda: driver.read(time.monotonic()), lambda: not driver.following.heights_alive)
+        assert driver.unconfirmed(stopped_s) == ""  # its time-out releases it, too
+        rig.go_away()
+        rig.until(lambda: drive(True), lambda: driver.unconfirmed(stopped_s) == "not connected")
+
 
 def test_a_set_point_for_another_number_of_fingers_is_refused() -> None:
     driver = TelemanipulatorDriver(CanAddress(interface="virtual", channel="nobody"))
     with pytest.raises(ValueError, match="zip"):
-        driver.move(0.0, 0.0, [0.0] * (len(FINGERS) - 1))
+        driver.move(0.0, 0.0, [0.0] * (len(FINGERS) - 1), released=False)
     driver.line.close()

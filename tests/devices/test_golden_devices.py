@@ -3,15 +3,25 @@
 import time
 from typing import Any
 
+import can
 import numpy as np
 import pytest
 
-from common.serial_messages import DeviceFlag
+from common.can_frames import FrameSender
+from common.can_line import CanAddress
+from common.fingers import FINGERS
+from common.framing import encode_frame
+from common.limits import MODULE_TIMEOUT_S
+from common.serial_messages import DeviceFlag, MessageId, TactTipCommand
 from common.thermometry import ntc_c
+from operator_site.exoskeleton import Exoskeleton as ExoskeletonDriver
 from operator_site.tacttip import TactTip as TactTipDriver
+from remote_site.telemanipulator import Following
+from remote_site.telemanipulator import Telemanipulator as TelemanipulatorDriver
 from remote_site.texture_sensor import TextureSensor as TextureDriver
 from remote_site.texture_sensor import texture_v
 from remote_site.thermal_sensor import ThermalSensor as ThermalDriver
+from sim_sensors.can_node import CanNode
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.serial_server import serve_serial
@@ -29,10 +39,26 @@ def test_the_emulated_thermal_sensor_answers_identify_and_obeys(golden: dict[str
     assert sensor.drive_permille == -250
 
 
+def test_the_emulated_thermal_sensor_reports(golden: dict[str, bytes]) -> None:
+    sensor = ThermalSensor(1)
+    sensor.measure(2210, 1610)
+    sensor.feed(golden["identify"] * 200 + golden["heater_command"], 1.0)
+    assert sensor.take_output(1.0).endswith(b"\0" + golden["thermal_reading"])
+
+
 def test_the_emulated_tacttip_obeys(golden: dict[str, bytes]) -> None:
     module = TactTip(1)
     module.feed(golden["tacttip_command"], 0.0)
     assert (module.motor_mv, module.peltier_permille) == (1410, -500)
+
+
+def test_the_emulated_tacttip_reports(golden: dict[str, bytes]) -> None:
+    module, last_s = TactTip(1), 4294.967295
+    module.measure(0, 2275)  # shorted for a moment: its Peltiers stay off while they are asked to heat
+    heating = encode_frame(MessageId.TACTTIP_COMMAND, 0, TactTipCommand(1410, 500).encode())
+    module.feed(golden["identify"] * 255 + heating, last_s)
+    module.measure(1700, 2275)
+    assert module.take_output(last_s).endswith(b"\0" + golden["tacttip_state"])
 
 
 def test_the_emulated_can_nodes_obey(golden: dict[str, bytes]) -> None:
@@ -42,9 +68,56 @@ def test_the_emulated_can_nodes_obey(golden: dict[str, bytes]) -> None:
     telemanipulator = Telemanipulator()
     telemanipulator.feed(0x200, golden["HandSetpoint"], 0.0)
     telemanipulator.feed(0x201, golden["HeightSetpoint"], 0.0)
+    telemanipulator.measure(0.1, 0.02, np.full(5, 0.001), np.zeros(5))
+    assert telemanipulator.setpoint_m(0.0)[:2] == (0.1, 0.02)
+    x_m, y_m, z_m = telemanipulator.setpoint_m(0.0)  # the document's heights come with `released`
+    assert (x_m, y_m) == (0.1, 0.02)
+    assert z_m == pytest.approx([0.006, 0.001, 0.001, 0.01022, 0.001])
+    free = FrameSender("HeightSetpoint").encode({"released": 0.0, **dict.fromkeys(FINGERS, -2.0)})
+    telemanipulator.feed(0x201, bytes(free.data), 0.0)
     x_m, y_m, z_m = telemanipulator.setpoint_m(0.0)
     assert (x_m, y_m) == pytest.approx((0.65534, -0.65536))
-    assert z_m == pytest.approx([0.006, -0.002, 0.0, 0.01022, -0.01024])
+    assert z_m == pytest.approx([-0.002] * 5)
+
+
+def frame_number(node: CanNode, number: int, frame_id: int) -> bytes:
+    """Data of a node's frame, counted from 0."""
+    seen: list[bytes] = []
+    while len(seen) <= number:
+        seen += [bytes(frame.data) for frame in node.take_frames() if frame.arbitration_id == frame_id]
+    return seen[number]
+
+
+def test_the_emulated_can_nodes_report_what_they_do(golden: dict[str, bytes]) -> None:
+    exoskeleton = Exoskeleton()
+    forces = dict(zip(FINGERS, (0.25, 0.0, 2.5, 0.01, 10.23), strict=True))
+    exoskeleton.feed(0x110, bytes(FrameSender("FingerForces").encode({"enabled": 1.0, **forces}).data), 0.0)
+    exoskeleton.force_n(MODULE_TIMEOUT_S + 1e-6)
+    assert frame_number(exoskeleton, 6, 0x102) == golden["ExoskeletonState"]
+    telemanipulator = Telemanipulator()
+    telemanipulator.feed(0x201, golden["HeightSetpoint"], 0.0)
+    telemanipulator.setpoint_m(0.0)
+    assert frame_number(telemanipulator, 12, 0x213) == golden["TelemanipulatorState"]
+
+
+def test_drivers_read_the_state_frames(golden: dict[str, bytes]) -> None:
+    address = CanAddress(interface="virtual", channel="golden states")
+    exoskeleton, telemanipulator = ExoskeletonDriver(address), TelemanipulatorDriver(address)
+    deadline = time.monotonic() + 5.0
+    while not (exoskeleton.line.connected and telemanipulator.line.connected):
+        assert time.monotonic() < deadline
+        exoskeleton.read(1.0)
+        telemanipulator.read(1.0)
+    with can.Bus(interface="virtual", channel="golden states") as bus:
+        for frame_id, name in ((0x102, "ExoskeletonState"), (0x213, "TelemanipulatorState")):
+            bus.send(can.Message(arbitration_id=frame_id, data=golden[name], is_extended_id=False))
+        exoskeleton.read(2.0)
+        telemanipulator.read(2.0)
+    assert exoskeleton.pushing.force_n == pytest.approx((0.25, 0.0, 2.5, 0.01, 10.23))
+    assert (exoskeleton.pushing.enabled, exoskeleton.pushing.reported_s) == (False, 2.0)
+    assert telemanipulator.following == Following(released=True, hand_alive=False, heights_alive=True, reported_s=2.0)
+    exoskeleton.line.close()
+    telemanipulator.line.close()
 
 
 class OneReport:
@@ -78,7 +151,7 @@ def test_drivers_read_the_reports(golden: dict[str, bytes], name: str) -> None:
         loop.serve(0.001)
         server.pump(loop.now())
         if name == "texture_samples":
-            got = read.read()
+            got = read.read(0.0)
         elif name == "thermal_reading":
             got = read.read(time.monotonic())
         else:
@@ -94,9 +167,11 @@ def test_drivers_read_the_reports(golden: dict[str, bytes], name: str) -> None:
             pytest.approx(25.5, abs=0.5),
             "",
         )
+        assert read.applied_permille == -250
     else:
         assert got == pytest.approx(ntc_c(1700))
         assert read.cut_out
+        assert read.applied == (1410, 0)
         assert DeviceFlag.THERMAL_CUT_OUT == 0x02
     read.line.close()
     server.close()

@@ -211,7 +211,7 @@ class Texture(DriverContract):
         return TextureDriver(finger, address)
 
     def turn(self, driver: TextureDriver) -> object:
-        return driver.read()
+        return driver.read(time.monotonic())
 
     def test_the_signal_comes_in_volts_and_in_order(self, rig: Rig, driver_on: TextureDriver) -> None:
         volts = texture_v(self.until_it_reads(rig, driver_on))
@@ -220,7 +220,7 @@ class Texture(DriverContract):
     def test_what_waits_too_long_is_dropped_oldest_first(self, rig: Rig, driver_on: TextureDriver) -> None:
         for _ in range(100):
             rig.turn()
-        while driver_on.read() is not None:
+        while driver_on.read(0.0) is not None:
             assert len(driver_on._waiting) < 40
 
 
@@ -247,11 +247,26 @@ class Thermal(DriverContract):
     def test_a_heater_drive_reaches_the_module_and_runs_out(
         self, rig: Rig, driver_on: ThermalDriver, drive: float
     ) -> None:
-        driver_on.heat(drive)
+        driver_on.heat(time.monotonic(), drive)
         rig.until(lambda: self.turn(driver_on), lambda: not rig.module.flags)  # type: ignore[attr-defined]
         assert rig.module.drive == pytest.approx(drive)  # type: ignore[attr-defined]
         rig.until(lambda: self.turn(driver_on), lambda: rig.module.flags)  # type: ignore[attr-defined]
         assert rig.module.drive == 0.0  # type: ignore[attr-defined]
+
+    def test_that_the_heater_is_off_is_confirmed_by_the_sensor_only(self, rig: Rig, driver_on: ThermalDriver) -> None:
+        def heat(drive: float) -> None:
+            if driver_on.read(time.monotonic()) is not None:
+                driver_on.heat(time.monotonic(), drive)
+
+        rig.until(lambda: heat(0.25), lambda: driver_on.unconfirmed(0.0) == "heater drive 0.25")
+        stopped_s = time.monotonic()
+        assert driver_on.unconfirmed(stopped_s) == "no report"
+        rig.until(lambda: heat(0.0), lambda: driver_on.unconfirmed(stopped_s) == "")
+        rig.module.stuck_permille = 300  # type: ignore[attr-defined]
+        rig.module.measure(*counts_of(np.array([34.0, 24.0])).tolist())  # type: ignore[attr-defined]
+        rig.until(lambda: heat(0.0), lambda: driver_on.unconfirmed(stopped_s) == "heater drive 0.3")
+        rig.server.close()
+        rig.until(lambda: heat(0.0), lambda: driver_on.unconfirmed(stopped_s) == "not connected")
 
     @pytest.mark.parametrize(("counts", "fault"), [(0, "shorted"), (4095, "open")])
     def test_a_broken_sensor_is_said(self, rig: Rig, driver_on: ThermalDriver, counts: int, fault: str) -> None:
@@ -290,6 +305,24 @@ class Fingertip(DriverContract):
         assert module.peltier_drive == -0.5
         rig.until(lambda: self.turn(driver_on), lambda: module.flags)
         assert (module.motor_mv, module.peltier_permille) == (0, 0)
+
+    def test_that_its_drives_are_off_is_confirmed_by_the_module_only(self, rig: Rig, driver_on: TactTipDriver) -> None:
+        def drive(rpm: float, peltier: float) -> None:
+            driver_on.read(time.monotonic())
+            driver_on.drive(time.monotonic(), rpm, peltier)
+
+        rig.until(lambda: drive(5000.0, -0.5), lambda: "Peltier drive -0.5" in driver_on.unconfirmed(0.0))
+        assert driver_on.unconfirmed(0.0).startswith("motor at ")
+        assert not driver_on.unconfirmed(0.0).startswith("motor at 0 mV")
+        stopped_s = time.monotonic()
+        assert driver_on.unconfirmed(stopped_s) == "no report"
+        rig.until(lambda: drive(0.0, 0.0), lambda: driver_on.unconfirmed(stopped_s) == "")
+        rig.module.stuck_permille = -400  # type: ignore[attr-defined]
+        rig.module.measure(ntc_counts(33.0), ntc_counts(20.0))  # type: ignore[attr-defined]
+        stuck = "motor at 0 mV, Peltier drive -0.4"
+        rig.until(lambda: drive(0.0, 0.0), lambda: driver_on.unconfirmed(stopped_s) == stuck)
+        rig.server.close()
+        rig.until(lambda: drive(0.0, 0.0), lambda: driver_on.unconfirmed(stopped_s) == "not connected")
 
     def test_the_rate_budget_is_kept_and_switching_never_waits(self, rig: Rig, driver_on: TactTipDriver) -> None:
         def sent(t_s: float, rpm: float) -> int:

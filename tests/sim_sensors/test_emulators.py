@@ -172,6 +172,43 @@ class TestThermalSensor(ModuleContract):
         sensor.feed(self.command(500), 0.03)
         assert (sensor.drive, sensor.flags) == (0.5, 0)
 
+    def test_its_reading_tells_what_the_heater_gets(self) -> None:
+        sensor = ThermalSensor(0)
+        sensor.measure(ssr_counts(30.0), 0)
+
+        def reported(now_s: float, data: bytes = b"") -> int:
+            return ThermalReading.decode(answers(sensor, now_s, data)[-1].payload).heater_permille
+
+        assert reported(0.0, self.command(-300)) == -300
+        assert reported(0.05) == -300
+        assert reported(0.11) == 0
+        sensor.measure(ssr_counts(SENSOR_PLATE_C) + 2, 0)
+        assert reported(0.2, self.command(500)) == 0
+
+    @pytest.mark.parametrize("stuck", [400, -700])
+    def test_a_stuck_drive_obeys_neither_command_nor_time_out(self, stuck: int) -> None:
+        sensor = ThermalSensor(0)
+        sensor.stuck_permille = stuck
+        for now_s, data in ((0.0, b""), (0.01, self.command(0)), (0.02, self.command(900)), (5.0, b"")):
+            sensor.measure(ssr_counts(30.0), 0)
+            reading = ThermalReading.decode(answers(sensor, now_s, data)[-1].payload)
+            assert (sensor.drive_permille, reading.heater_permille) == (stuck, stuck)
+        sensor.stuck_permille = None
+        sensor.measure(ssr_counts(30.0), 0)
+        assert sensor.drive_permille == 0
+
+    def test_the_cut_out_holds_a_stuck_heater_off_until_it_is_mended(self) -> None:
+        sensor = ThermalSensor(0)
+        sensor.stuck_permille = 400
+        sensor.measure(ssr_counts(SENSOR_PLATE_C) + 2, 0)
+        assert (sensor.drive_permille, sensor.flags & DeviceFlag.THERMAL_CUT_OUT) == (0, DeviceFlag.THERMAL_CUT_OUT)
+        sensor.feed(self.command(0), 0.0)
+        sensor.measure(ssr_counts(30.0), 0)
+        assert sensor.drive_permille == 0  # though the host asks for no heat: the driver behind which it stands does
+        sensor.stuck_permille = None
+        sensor.measure(ssr_counts(30.0), 0)
+        assert sensor.flags & DeviceFlag.THERMAL_CUT_OUT == 0
+
 
 class TestTactTip(ModuleContract):
     kind = DeviceKind.TACTTIP
@@ -236,6 +273,38 @@ class TestTactTip(ModuleContract):
         assert ntc_c(state.plate_counts) == pytest.approx(33.0, abs=0.03)
         assert ntc_c(state.hot_side_counts) == pytest.approx(20.5, abs=0.03)
 
+    def test_its_state_tells_what_motor_and_peltiers_get(self) -> None:
+        module = TactTip(0)
+        module.measure(ntc_counts(33.0), ntc_counts(20.0))
+
+        def reported(now_s: float, data: bytes = b"") -> tuple[int, int]:
+            state = TactTipState.decode(answers(module, now_s, data)[-1].payload)
+            return state.motor_mv, state.peltier_permille
+
+        assert reported(0.0, self.command(1410, -250)) == (1410, -250)
+        assert reported(0.05) == (1410, -250)
+        assert reported(0.11) == (0, 0)
+        module.measure(ntc_counts(PLATE_FAULT_C + 0.1), 0)
+        assert reported(0.2, self.command(1000, 500)) == (1000, 0)
+
+    def test_a_stuck_peltier_obeys_nothing_but_the_cut_out(self) -> None:
+        module = TactTip(0)
+        module.stuck_permille = 600
+        for now_s, data in ((0.0, b""), (0.01, self.command(1000, -200)), (5.0, b"")):
+            module.measure(ntc_counts(33.0), ntc_counts(20.0))
+            answers(module, now_s, data)
+            assert module.peltier_permille == 600
+        assert module.motor_mv == 0
+        module.measure(ntc_counts(PLATE_FAULT_C + 0.1), 0)
+        assert module.peltier_permille == 0
+        module.feed(self.command(0, 0), 6.0)
+        module.measure(ntc_counts(PLATE_FAULT_C - 5.0), 0)
+        assert module.peltier_permille == 0
+        module.stuck_permille = None
+        module.measure(ntc_counts(33.0), 0)
+        module.feed(self.command(0, 300), 6.01)
+        assert module.peltier_permille == 300
+
 
 @given(st.floats(-10.0, 90.0))
 def test_ntc_counts_and_the_drivers_conversion_agree(temperature_c: float) -> None:
@@ -250,13 +319,24 @@ def forces(newton: float) -> dict[str, float]:
     return {"enabled": 1.0, **dict.fromkeys(FINGERS, newton)}
 
 
+def heights(mm: float, released: bool = False) -> dict[str, float]:
+    return {"released": float(released), **dict.fromkeys(FINGERS, mm)}
+
+
+def states(node: Exoskeleton | Telemanipulator, name: str, turns: int) -> list[dict[str, float]]:
+    """What the node says that it does, over so many of its turns."""
+    receiver = FrameReceiver(name)
+    frames = [frame for _ in range(turns) for frame in node.take_frames() if frame.arbitration_id == receiver.frame_id]
+    return [receiver.decode(bytes(frame.data)) for frame in frames]
+
+
 class TestExoskeleton:
     def test_it_tells_pose_and_heights(self) -> None:
         exoskeleton = Exoskeleton()
         exoskeleton.measure(-0.17, 0.002, np.array([0.006, -0.002, 0.0, 0.001, 0.01]))
-        pose, heights = exoskeleton.take_frames()
+        pose, height = exoskeleton.take_frames()[:2]
         assert FrameReceiver("HandPose").decode(bytes(pose.data)) == {"x": -170.0, "y": 2.0}
-        measured = by_finger(FrameReceiver("FingerHeights").decode(bytes(heights.data)))
+        measured = by_finger(FrameReceiver("FingerHeights").decode(bytes(height.data)))
         assert measured == pytest.approx((6.0, -2.0, 0.0, 1.0, 10.0))
 
     def test_a_force_is_held_100_ms_and_gone_50_ms_later(self) -> None:
@@ -265,6 +345,16 @@ class TestExoskeleton:
         assert exoskeleton.force_n(1.1) == pytest.approx(2.0)
         assert exoskeleton.force_n(1.125) == pytest.approx(1.0)
         assert exoskeleton.force_n(1.1501) == pytest.approx(0.0)
+
+    def test_it_says_at_every_fifth_turn_what_it_does(self) -> None:
+        exoskeleton, sender = Exoskeleton(), FrameSender("FingerForces")
+        hear(exoskeleton, sender.encode(forces(2.0)), 1.0)
+        for now_s, newton, enabled in ((1.0, 2.0, 1.0), (1.125, 1.0, 0.0), (1.2, 0.0, 0.0)):
+            exoskeleton.force_n(now_s)
+            said = states(exoskeleton, "ExoskeletonState", 50)
+            assert len(said) == 10
+            for state in said:
+                assert state == pytest.approx({"enabled": enabled, **dict.fromkeys(FINGERS, newton)})
 
     def test_repeated_and_damaged_frames_do_not_keep_a_force_up(self) -> None:
         exoskeleton, sender = Exoskeleton(), FrameSender("FingerForces")
@@ -291,11 +381,11 @@ class TestExoskeleton:
 
 class TestTelemanipulator:
     def test_it_follows_set_points_and_stops_where_it_is_when_they_end(self) -> None:
-        robot, pose, heights = Telemanipulator(), FrameSender("HandSetpoint"), FrameSender("HeightSetpoint")
+        robot, pose, height = Telemanipulator(), FrameSender("HandSetpoint"), FrameSender("HeightSetpoint")
         robot.measure(0.01, 0.0, np.full(5, 0.004), np.zeros(5))
         assert robot.setpoint_m(0.0)[0] == 0.01
         hear(robot, pose.encode({"x": 100.0, "y": -20.0}), 0.0)
-        hear(robot, heights.encode(forces(-2.0)), 0.0)
+        hear(robot, height.encode(heights(-2.0)), 0.0)
         x_m, y_m, z_m = robot.setpoint_m(0.099)
         assert (x_m, y_m) == (0.1, -0.02)
         assert z_m == pytest.approx(np.full(5, -0.002))
@@ -305,6 +395,51 @@ class TestTelemanipulator:
         x_m, _, z_m = robot.setpoint_m(0.2)
         assert x_m == 0.05
         assert z_m == pytest.approx(np.full(5, 0.001))
+
+    def test_released_the_hand_stays_and_fingers_only_rise(self) -> None:
+        robot, pose, height = Telemanipulator(), FrameSender("HandSetpoint"), FrameSender("HeightSetpoint")
+        here = np.array([0.004, -0.002, 0.0, 0.001, 0.006])
+
+        def tell(now_s: float, x_mm: float, mm: float, released: bool) -> tuple[float, float, list[float]]:
+            hear(robot, pose.encode({"x": x_mm, "y": -x_mm}), now_s)
+            hear(robot, height.encode(heights(mm, released)), now_s)
+            x_m, y_m, z_m = robot.setpoint_m(now_s)
+            return x_m, y_m, z_m.tolist()
+
+        assert tell(0.0, 100.0, -5.0, False) == (0.1, -0.1, pytest.approx([-0.005] * 5))
+        robot.measure(0.09, -0.09, here, np.zeros(5))
+        assert tell(0.01, 110.0, -5.0, True) == (0.09, -0.09, pytest.approx(here.tolist()))
+        robot.measure(0.091, -0.091, here - 0.0005, np.zeros(5))  # swinging on: that is not where it shall stay
+        assert tell(0.02, -300.0, -10.0, True) == (0.09, -0.09, pytest.approx(here.tolist()))
+        risen = np.maximum(here, 0.002).tolist()
+        assert tell(0.03, 0.0, 2.0, True) == (0.09, -0.09, pytest.approx(risen))
+        assert tell(0.04, 0.0, -10.0, True) == (0.09, -0.09, pytest.approx(risen))
+        assert tell(0.05, 100.0, -5.0, False) == (0.1, -0.1, pytest.approx([-0.005] * 5))
+
+    def test_it_is_released_from_power_up_and_when_heights_end_and_says_so(self) -> None:
+        robot, pose, height = Telemanipulator(), FrameSender("HandSetpoint"), FrameSender("HeightSetpoint")
+
+        def said(now_s: float) -> tuple[float, float, float]:
+            robot.setpoint_m(now_s)
+            (state,) = states(robot, "TelemanipulatorState", 5)
+            return state["released"], state["hand_alive"], state["heights_alive"]
+
+        assert said(0.0) == (1, 0, 0)
+        hear(robot, pose.encode({"x": 100.0, "y": 0.0}), 0.0)
+        assert said(0.0) == (1, 1, 0)
+        assert robot.setpoint_m(0.0)[0] == 0.0
+        hear(robot, height.encode(heights(0.0)), 0.05)
+        assert said(0.05) == (0, 1, 1)
+        assert robot.setpoint_m(0.05)[0] == 0.1
+        robot.measure(0.1, 0.0, np.full(5, 0.003), np.zeros(5))
+        assert said(0.101) == (0, 0, 1)
+        hear(robot, pose.encode({"x": 200.0, "y": 0.0}), 0.14)
+        assert said(0.151) == (1, 1, 0)
+        x_m, _, z_m = robot.setpoint_m(0.151)
+        assert x_m == 0.1  # no hand is moved whose fingers are not commanded
+        assert z_m == pytest.approx(np.full(5, 0.003))
+        hear(robot, height.encode(heights(0.0, released=True)), 0.16)
+        assert said(0.16) == (1, 1, 1)
 
     def test_it_tells_positions_and_forces_within_its_ranges(self) -> None:
         robot = Telemanipulator()

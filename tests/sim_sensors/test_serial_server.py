@@ -10,6 +10,7 @@ import serial
 from common.framing import FrameReader, encode_frame
 from common.serial_messages import MessageId, TactTipCommand, TactTipState
 from sim_sensors.backlog import Backlog
+from sim_sensors.faulty_parts import Babble
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.serial_server import SerialServer, serve_fingers, serve_serial
 from sim_sensors.tacttip import TactTip
@@ -99,9 +100,97 @@ class LineContract:
             assert time.monotonic() - start < 2.0
             assert server.backlog.dropped > 1000
 
+    def heard(self, server: SerialServer, loop: SelectLoop, port: serial.SerialBase, seconds: float) -> FrameReader:
+        """What a driver has read after turning the module for a while."""
+        reader, end = FrameReader(), loop.now() + seconds
+        self.frames = 0
+        while loop.now() < end:
+            loop.serve(0.002)
+            server.pump(loop.now())
+            self.frames += len(reader.feed(port.read(4096)))
+        return reader
+
+    def test_a_pulled_cable_ends_the_connection_and_the_same_address_answers_when_it_is_back(
+        self, server: SerialServer, loop: SelectLoop, module: TactTip
+    ) -> None:
+        address = server.address
+        for _ in range(2):
+            with self.open(server, loop) as port:
+                connection = getattr(port, "_socket", None)
+                server.unplug()
+                server.unplug()  # nothing more to pull
+
+                def ended(port: serial.SerialBase = port) -> bool:
+                    server.pump(loop.now())
+                    try:
+                        port.read(4096)
+                        port.write(COMMAND)
+                    except serial.SerialException:
+                        return True
+                    return False
+
+                assert until(loop, ended)
+            if connection is not None:
+                connection.close()  # the library forgets to when the far side has gone first
+            with pytest.raises(serial.SerialException):
+                serial.serial_for_url(address, timeout=0)
+            module.motor_mv = 0
+            server.plug()
+            server.plug()
+            assert server.address == address
+            with self.open(server, loop) as port:
+                port.write(b"\0" + COMMAND)
+                assert until(loop, lambda: module.motor_mv == 1234)
+
+    def test_a_silent_module_keeps_its_line_open_and_neither_says_nor_hears_anything(
+        self, server: SerialServer, loop: SelectLoop, module: TactTip
+    ) -> None:
+        with self.open(server, loop) as port:
+            self.heard(server, loop, port, 0.02)
+            server.silent = True
+            port.read(4096)
+            port.write(COMMAND)
+            self.heard(server, loop, port, 0.05)
+            assert (self.frames, module.motor_mv) == (0, 0)
+            server.silent = False
+            port.write(COMMAND)
+            self.heard(server, loop, port, 0.05)
+            assert self.frames >= 2
+            assert module.motor_mv == 1234
+
+    def test_a_deaf_module_goes_on_reporting(self, server: SerialServer, loop: SelectLoop, module: TactTip) -> None:
+        server.deaf = True
+        with self.open(server, loop) as port:
+            port.write(COMMAND)
+            self.heard(server, loop, port, 0.05)
+            assert self.frames >= 2
+            assert module.motor_mv == 0
+
+    def test_a_babbling_module_is_still_understood(
+        self, server: SerialServer, loop: SelectLoop, module: TactTip
+    ) -> None:
+        server.babble = Babble(921_600)
+        with self.open(server, loop) as port:
+            reader = self.heard(server, loop, port, 0.2)
+            assert self.frames >= 5
+            assert reader.damaged > 10
+            port.write(COMMAND)
+            assert until(loop, lambda: module.motor_mv == 1234)
+
 
 class TestPty(LineContract):
     address = "pty"
+
+    def test_its_name_is_there_exactly_while_it_can_be_opened(self, server: SerialServer) -> None:
+        name = Path(server.address)
+        assert name.name == "tacttip-index"
+        for _ in range(2):
+            assert name.exists()
+            server.unplug()
+            assert not os.path.lexists(name)
+            server.plug()
+        server.close()
+        assert not name.parent.exists()
 
 
 class TestTcp(LineContract):
@@ -122,6 +211,22 @@ class TestTcp(LineContract):
                 return False
 
             assert until(loop, hung_up)
+
+    def test_the_port_is_not_given_away_while_the_cable_is_out(self, server: SerialServer) -> None:
+        server.unplug()
+        port = int(server.address.rpartition(":")[2])
+        with socket.socket() as other, pytest.raises(OSError, match="in use"):
+            other.bind(("127.0.0.1", port))
+
+    def test_a_cable_cannot_be_put_back_where_another_has_come_to_listen(
+        self, server: SerialServer, loop: SelectLoop
+    ) -> None:
+        server.unplug()
+        port = int(server.address.rpartition(":")[2])
+        with socket.create_server(("127.0.0.1", port)), pytest.raises(ValueError, match=f"port {port}: cannot listen"):
+            server.plug()
+        server.plug()
+        self.open(server, loop).close()
 
     def test_a_taken_port_is_named(self, server: SerialServer, loop: SelectLoop) -> None:
         port = server.address.rpartition(":")[2]

@@ -106,8 +106,8 @@ def test_the_remote_fingers_go_where_they_are_sent_and_contacts_are_recorded(tmp
     plate_c = devices.world.plate_c.copy()
     for step in range(1, 501):
         now_s = START_S + step * STEP_S
-        height_mm = 6.0 if step < 250 else -2.0
-        for frame in (pose.encode({"x": -170.0, "y": 0.0}), heights.encode(dict.fromkeys(FINGERS, height_mm))):
+        wanted = {"released": 0.0, **dict.fromkeys(FINGERS, 6.0 if step < 250 else -2.0)}
+        for frame in (pose.encode({"x": -170.0, "y": 0.0}), heights.encode(wanted)):
             devices.robot.feed(frame.arbitration_id, bytes(frame.data), now_s)
         heater = encode_frame(MessageId.HEATER_COMMAND, 0, HeaterCommand(500).encode())
         devices.thermal["middle"].feed(heater, now_s)

@@ -193,6 +193,69 @@ def test_a_client_that_never_reads_does_not_stop_the_bus(bus: SocketcandBus, loo
         assert bus.clients == 1
 
 
+@pytest.fixture
+def listener(bus: SocketcandBus, loop: SelectLoop) -> Iterator[socket.socket]:
+    """A client that is past its hello."""
+    with socket.create_connection(("127.0.0.1", bus.port)) as connection:
+        connection.setblocking(False)
+        said(loop, connection, b"< open can0 >< rawmode >< send 7 0 >")
+        yield connection
+
+
+def test_a_silent_node_passes_no_frame_either_way_and_the_connection_stays(
+    bus: SocketcandBus, loop: SelectLoop, node: Echo, listener: socket.socket
+) -> None:
+    bus.silent = True
+    node.heard.clear()
+    node.to_send = [FRAMES[0]]
+    bus.pump(loop.now())
+    assert said(loop, listener, b"< send 110 1 1 >") == b""
+    assert node.heard == []
+    assert bus.clients == 1
+    bus.silent = False
+    node.to_send = [FRAMES[2]]
+    bus.pump(loop.now())
+    assert b"< frame 012 " in said(loop, listener, b"< send 111 1 7 >")
+    assert node.heard == [(0x111, b"\x07")]
+
+
+def test_a_deaf_node_goes_on_sending(bus: SocketcandBus, loop: SelectLoop, node: Echo, listener: socket.socket) -> None:
+    bus.deaf = True
+    node.heard.clear()
+    node.to_send = [FRAMES[2]]
+    bus.pump(loop.now())
+    assert b"< frame 012 " in said(loop, listener, b"< send 110 1 1 >")
+    assert node.heard == []
+
+
+def test_frames_that_piled_up_while_the_process_stood_still_are_taken_at_once(
+    bus: SocketcandBus, loop: SelectLoop, node: Echo, listener: socket.socket
+) -> None:
+    node.heard.clear()
+    frames = b"".join(b"< send 110 2 %02X %02X >" % divmod(n, 256) for n in range(1000))
+    listener.sendall(frames)  # into the connection's buffers: nobody reads meanwhile
+    loop.serve(0.0)
+    assert len(node.heard) > 500, "what came so far is read in one go"
+    assert eventually(lambda: loop.serve(0.0) or len(node.heard) == 1000)
+    assert [int.from_bytes(data, "big") for _, data in node.heard] == list(range(1000))
+
+
+def test_an_unplugged_gateway_hangs_up_refuses_and_answers_at_the_same_port_again(
+    bus: SocketcandBus, loop: SelectLoop, node: Echo, listener: socket.socket
+) -> None:
+    for _ in range(2):
+        bus.unplug()
+        assert bus.clients == 0
+        with pytest.raises(ConnectionRefusedError):
+            socket.create_connection(("127.0.0.1", bus.port))
+        bus.pump(loop.now())
+        bus.plug()
+        with socket.create_connection(("127.0.0.1", bus.port)) as connection:
+            connection.setblocking(False)
+            assert said(loop, connection) == b"< hi >"
+    assert listener.recv(1000) == b"" or listener.recv(1000) == b""  # what was said before, then the end
+
+
 def test_a_taken_port_is_named(bus: SocketcandBus, loop: SelectLoop) -> None:
     with pytest.raises(ValueError, match=f"CAN bus can0: cannot listen on 127.0.0.1:{bus.port}"):
         SocketcandBus(loop, "127.0.0.1", bus.port)

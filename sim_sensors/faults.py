@@ -1,0 +1,205 @@
+"""What can go wrong with simulated devices on command, and the words for it.
+
+FAULT TARGET [VALUE]      begins a fault, as in `thermistor index open`
+mend FAULT TARGET         ends it; `plug DEVICE` is short for `mend unplug DEVICE`
+mend                      ends all
+"""
+
+import logging
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Generic, Protocol, TypeVar
+
+from common.serial_messages import DRIVE_FULL
+from sim_sensors.faulty_parts import DRIFT_M_S, Babble, Hang, Servos, Thermistor
+from sim_sensors.serial_server import Finger, SerialServer
+from sim_sensors.socketcand import SocketcandBus
+
+log = logging.getLogger(__name__)
+
+LONGEST_HANG_S = 60.0
+BAUD = 921_600
+"""Of the serial lines: what a babbling device can fill."""
+
+T = TypeVar("T")
+End = Callable[[], object]
+
+
+class Drive(Protocol):
+    """A module whose drive can be stuck at so many thousandths, whatever is commanded; None while it is sound."""
+
+    stuck_permille: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Fault(Generic[T]):
+    """One kind of fault.
+
+    Attributes:
+        usage: what follows its name, for people.
+        targets: what it may befall, by the words for it; under the empty word, the only thing that it may befall.
+        begin: breaks a target, given the text behind its name, and returns what mends it, None if it ends by itself.
+            Raises ValueError for a text that says nothing, before anything is broken.
+    """
+
+    usage: str
+    targets: Mapping[str, T]
+    begin: Callable[[T, str], End | None]
+
+    def aim(self, words: str) -> tuple[str, str]:
+        """Split words into the target's name and the text behind it.
+
+        Raises:
+            ValueError: no target of that name.
+        """
+        for name in self.targets:
+            if not name or words == name or words.startswith(f"{name} "):
+                return name, words[len(name) :].strip()
+        raise ValueError(f"there is {', '.join(self.targets)}, not {words!r}")
+
+
+class Faults:
+    """Begins faults and ends them; remembers which are in force."""
+
+    def __init__(self, kinds: Mapping[str, Fault[Any]]) -> None:
+        self._kinds = kinds
+        self._ends: dict[str, End] = {}
+
+    @property
+    def in_force(self) -> list[str]:
+        """Name and target of each fault that was begun and not ended."""
+        return list(self._ends)
+
+    def apply(self, line: str) -> str:
+        """Carry out one command; returns what is in force after it.
+
+        Raises:
+            ValueError: the command says nothing that can be done; nothing has changed.
+        """
+        name, _, words = " ".join(line.split()).partition(" ")
+        if name == "mend":
+            self._mend(words)
+        elif name == "plug":
+            self._mend(f"unplug {words}")
+        else:
+            self._begin(name, words)
+        log.info("%s", line)
+        return ", ".join(self._ends)
+
+    def _begin(self, name: str, words: str) -> None:
+        kind = self._kinds.get(name)
+        if kind is None:
+            usages = [f"{each} {known.usage}".strip() for each, known in self._kinds.items()]
+            raise ValueError(f"no fault {name!r}; say {', '.join(usages)}, plug DEVICE, or mend [FAULT TARGET]")
+        try:
+            target, text = kind.aim(words)
+            end = kind.begin(kind.targets[target], text)
+        except ValueError as error:
+            raise ValueError(f"{name} {kind.usage}: {error}") from None
+        if end is not None:
+            self._ends[f"{name} {target}".strip()] = end
+
+    def _mend(self, words: str) -> None:
+        if words and words not in self._ends:
+            raise ValueError(f"{words!r} is not in force; in force: {', '.join(self._ends) or 'nothing'}")
+        for name in [words] if words else list(self._ends):
+            self._ends[name]()
+            del self._ends[name]
+
+
+def device_faults(
+    serial: Mapping[str, SerialServer],
+    bus: SocketcandBus,
+    drives: Mapping[Finger, Drive],
+    thermistors: Mapping[Finger, Thermistor],
+    hang: Hang,
+) -> dict[str, Fault[Any]]:
+    """The faults that both sides' devices can have, by name.
+
+    Args:
+        serial: serial lines by device.
+        bus: the CAN gateway.
+        drives: modules whose Peltier drive can be stuck, by finger.
+        thermistors: temperature sensors by finger.
+        hang: what stops the whole process.
+    """
+    lines: dict[str, SerialServer | SocketcandBus] = {**serial, "can": bus}
+    return {
+        "unplug": Fault("DEVICE", lines, _unplug),
+        "silence": Fault("DEVICE", serial, partial(_switch, "silent")),
+        "deafen": Fault("DEVICE", lines, partial(_switch, "deaf")),
+        "babble": Fault("DEVICE", serial, _babble),
+        "bus_off": Fault("", {"": bus}, partial(_switch, "silent")),
+        "stuck": Fault("FINGER PERMILLE", {str(finger): each for finger, each in drives.items()}, _stick),
+        "thermistor": Fault(
+            "FINGER open|short|frozen", {str(finger): each for finger, each in thermistors.items()}, _break_thermistor
+        ),
+        "hang": Fault("SECONDS", {"": hang}, _hang),
+    }
+
+
+def servo_faults(servos: Servos) -> dict[str, Fault[Any]]:
+    """The faults of the telemanipulator's drives."""
+    return {"disobey": Fault("[drift]", {"": servos}, _disobey)}
+
+
+def _unplug(line: SerialServer | SocketcandBus, text: str) -> End:
+    _nothing(text)
+    line.unplug()
+    return line.plug
+
+
+def _switch(attribute: str, line: SerialServer | SocketcandBus, text: str) -> End:
+    _nothing(text)
+    setattr(line, attribute, True)
+    return partial(setattr, line, attribute, False)
+
+
+def _babble(line: SerialServer, text: str) -> End:
+    _nothing(text)
+    line.babble = Babble(BAUD)
+    return partial(setattr, line, "babble", None)
+
+
+def _stick(module: Drive, text: str) -> End:
+    try:
+        permille = int(text)
+    except ValueError:
+        raise ValueError(f"{text!r} is not a whole number") from None
+    if not -DRIVE_FULL <= permille <= DRIVE_FULL:
+        raise ValueError(f"{permille} is not within -{DRIVE_FULL}..{DRIVE_FULL}")
+    module.stuck_permille = permille
+    return partial(setattr, module, "stuck_permille", None)
+
+
+def _break_thermistor(thermistor: Thermistor, text: str) -> End:
+    match text:
+        case "open" | "short" | "frozen":
+            thermistor.fault = text
+            return partial(setattr, thermistor, "fault", None)
+        case _:
+            raise ValueError(f"{text!r} is neither open, short nor frozen")
+
+
+def _disobey(servos: Servos, text: str) -> End:
+    if text not in ("", "drift"):
+        raise ValueError(f"{text!r} is not drift")
+    servos.disobey(DRIFT_M_S if text else 0.0)
+    return servos.mend
+
+
+def _hang(hang: Hang, text: str) -> None:
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not 0.0 < seconds <= LONGEST_HANG_S:
+        raise ValueError(f"{text!r} is not a number of seconds above 0 and at most {LONGEST_HANG_S:g}")
+    hang.begin(seconds)
+
+
+def _nothing(text: str) -> None:
+    if text:
+        raise ValueError(f"{text!r} is one word too many")

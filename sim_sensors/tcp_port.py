@@ -1,0 +1,80 @@
+"""A TCP port that hands its clients over, and can be pulled out and put back."""
+
+import socket
+from collections.abc import Callable
+
+from sim_sensors.listener import accept_tcp, listen_tcp
+from sim_sensors.select_loop import SelectLoop
+
+Greet = Callable[[socket.socket, float], None]
+
+
+class TcpPort:
+    """Listens on one address.
+
+    Attributes:
+        number: the TCP port's number.
+    """
+
+    def __init__(self, loop: SelectLoop, host: str, port: int, what: str, *, buffer_bytes: int, greet: Greet) -> None:
+        """Listen on `host`:`port` (0: one that is free).
+
+        Args:
+            loop: what watches the port.
+            host: name or address of one of this machine's interfaces.
+            port: TCP port.
+            what: what is served there, for the error.
+            buffer_bytes: largest send buffer of a client in the kernel.
+            greet: takes each new client, which does not block, and the time at which it came.
+
+        Raises:
+            ValueError: the address is taken or is not this machine's.
+        """
+        self._loop = loop
+        self._buffer_bytes = buffer_bytes
+        self._greet = greet
+        self._socket = listen_tcp(host, port, what)
+        self._plugged = True
+        self.number: int = self._socket.getsockname()[1]
+        loop.watch(self._socket.fileno(), self._accept)
+
+    def unplug(self) -> None:
+        """Refuse new clients, but keep the port."""
+        if not self._plugged:
+            return
+        self._plugged = False
+        self._loop.forget(self._socket.fileno())
+        address = self._socket.getsockname()
+        self._socket.close()
+        # A port that is bound and not listened on refuses every connection; one that is free might be given to the
+        # very driver that tries to connect to it, and answer with an echo.
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        self._socket.bind(address)
+
+    def plug(self) -> None:
+        """Listen again at the same address.
+
+        Raises:
+            ValueError: somebody else has come to listen there.
+        """
+        if self._plugged:
+            return
+        try:
+            self._socket.listen()
+        except OSError as error:
+            raise ValueError(f"port {self.number}: cannot listen again: {error}") from None
+        self._plugged = True
+        self._socket.setblocking(False)
+        self._loop.watch(self._socket.fileno(), self._accept)
+
+    def close(self) -> None:
+        """Give the port back."""
+        if self._plugged:
+            self._loop.forget(self._socket.fileno())
+        self._socket.close()
+
+    def _accept(self, now_s: float) -> None:
+        client = accept_tcp(self._socket, self._buffer_bytes)
+        if client is not None:
+            self._greet(client, now_s)
