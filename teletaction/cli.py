@@ -5,15 +5,26 @@ Commands import what they need when they run: a site's process must not carry th
 
 import json
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from datetime import date
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from common.config import OperatorConfig, RemoteConfig, SimOperatorConfig, SimRemoteConfig
+from common.config import (
+    ObserverConfig,
+    OperatorConfig,
+    RemoteConfig,
+    SimNetworkConfig,
+    SimOperatorConfig,
+    SimRemoteConfig,
+)
 from common.process import run_process
+
+if TYPE_CHECKING:
+    from common.keys import KeyPair
 
 app = typer.Typer(
     name="teletaction",
@@ -28,8 +39,10 @@ calibrate_app = typer.Typer(help="Look-up tables from labelled recordings.", no_
 identify_app = typer.Typer(help="Identification of recorded traces, as JSON lines.", no_args_is_help=True)
 simulate_app = typer.Typer(help="Traces from the simulated sensors, as CSV.", no_args_is_help=True)
 render_app = typer.Typer(help="What the operator's finger is made to feel, as CSV.", no_args_is_help=True)
+session_app = typer.Typer(help="What a person at a running site asks of it.", no_args_is_help=True)
 for name, group in (
     ("keys", keys_app),
+    ("session", session_app),
     ("calibrate", calibrate_app),
     ("identify", identify_app),
     ("simulate", simulate_app),
@@ -52,6 +65,9 @@ def demo(
     scene: Annotated[str, typer.Option(help="Scene of the simulated world.")] = "materials",
     seed: Annotated[int, typer.Option(min=0, help="Seed of everything random in the simulated world.")] = 0,
     fingers: Annotated[int, typer.Option(min=1, max=5, help="How many fingers, 1 to 5.")] = 5,
+    network: Annotated[
+        str | None, typer.Option(help="Network between the sites: a name, a TOML file, or recorded round trips as CSV.")
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Output folder; by default a new one.")] = None,
 ) -> None:
     """A whole telediagnosis session on this machine with simulated devices over the real transports."""
@@ -63,6 +79,7 @@ def demo(
         scene=scene,
         seed=seed,
         fingers=fingers,
+        network=network,
         out=out,
     )
     failure = run_demo(options)
@@ -87,6 +104,14 @@ def operator(config: ConfigFile) -> None:
 
 
 @app.command()
+def observe(config: ConfigFile) -> None:
+    """Look on at a session: what the remote site identifies, as JSON lines whenever it changes."""
+    from operator_site.observer import run_observer
+
+    run_process("observer", config, ObserverConfig, run_observer)
+
+
+@app.command()
 def sim_remote(config: ConfigFile) -> None:
     """Run the simulated devices of the remote site."""
     from sim_sensors.sim_remote import run_sim_remote
@@ -100,6 +125,15 @@ def sim_operator(config: ConfigFile) -> None:
     from sim_sensors.sim_operator import run_sim_operator
 
     run_process("sim-operator", config, SimOperatorConfig, run_sim_operator)
+
+
+@app.command()
+@app.command("network", hidden=True)  # a demo names its processes by what they are
+def sim_network(config: ConfigFile) -> None:
+    """Run a simulated network between the two sites."""
+    from sim_sensors.network_proxy import run_sim_network
+
+    run_process("network", config, SimNetworkConfig, run_sim_network)
 
 
 @app.command("summarise")
@@ -118,6 +152,47 @@ def summarise_command(
     typer.echo(f"summary {out / 'summary.json'}, report {out / 'report.html'}", err=True)
 
 
+@app.command("recover")
+def recover_command(
+    recording: Annotated[Path, typer.Argument(help="Recording of a process that did not end by itself.")],
+    out: Annotated[Path | None, typer.Option(help="File to write; by default NAME-recovered.mcap beside it.")] = None,
+) -> None:
+    """Make a whole recording out of a cut one; the original stays as it is."""
+    from teletaction.recover import recover
+
+    recovered = recover(recording, out)
+    if recovered is None:
+        typer.echo(f"{recording} is whole: nothing needs repair", err=True)
+        return
+    for stream, count in sorted(recovered.messages.items()):
+        typer.echo(f"{count:9d} {stream}", err=True)
+    typer.echo(
+        f"wrote {recovered.out}: {recovered.messages.total()} messages over {recovered.seconds:.3f} s; "
+        f"{recovered.unreadable_bytes} bytes at the end and {recovered.damaged_chunks} damaged chunks before it "
+        "could not be read",
+        err=True,
+    )
+
+
+@app.command("replay")
+def replay_command(
+    recording: Annotated[Path, typer.Argument(help="Recording of a session, or of one site.")],
+    out: Annotated[Path, typer.Option(help="Folder for identification.jsonl, rendering.csv and replay.json.")],
+) -> None:
+    """Run identification and rendering again on a recording, and compare with what was computed then."""
+    from teletaction.replay import replay
+
+    with _progress("replaying") as progress:
+        result = replay(recording, out, progress)
+    for site, what in (("remote", "touch_packets"), ("operator", "rendered_rows")):
+        for name, part in result[site].items():
+            same = "all" if part["identical"] == part[what] else f"only {part['identical']}"
+            typer.echo(
+                f"{name}: {part['ticks']} ticks; {same} of {part[what]} {what.replace('_', ' ')} are identical",
+                err=True,
+            )
+
+
 @app.command()
 def doctor(config: ConfigFile) -> None:
     """Find and name each device of a site's configuration; check keys and clocks; say what to do."""
@@ -129,6 +204,30 @@ def doctor(config: ConfigFile) -> None:
     bad = [finding for finding in findings if not finding.good]
     if bad:
         raise Failed(f"{len(bad)} of {len(findings)} checks failed; first: {bad[0].what}: {bad[0].result}")
+
+
+@app.command("metrics")
+def metrics_command(
+    status: Annotated[list[Path], typer.Option("--status", help="Status file of a process; once for each.")],
+    listen: Annotated[str, typer.Option(help="HOST:PORT to serve.")] = "127.0.0.1:9634",
+    token_file: Annotated[
+        Path | None, typer.Option(help="File (mode 0600) with the token that a request must carry.")
+    ] = None,
+) -> None:
+    """Serve the figures of running processes to Prometheus, from their status files alone."""
+    from common.logs import log_to_stderr
+    from common.process import StopSignal
+
+    try:
+        from teletaction.metrics import StatusCollector
+        from teletaction.metrics_server import MetricsServer, read_token
+    except ModuleNotFoundError as missing:
+        raise ValueError(f"metrics need {missing.name}: install `teletaction[metrics]`") from None
+
+    token = None if token_file is None else read_token(token_file)
+    with MetricsServer(listen, StatusCollector(status), token) as server:
+        log_to_stderr("metrics")
+        server.serve(StopSignal())
 
 
 @keys_app.command("init")
@@ -146,25 +245,95 @@ def keys_show(keys: KeyFolder) -> None:
 
     own = load_keys(keys)
     typer.echo(f"own {fingerprint(own.public)} {own.public}")
-    for key, name in TrustedKeys(keys).names().items():
-        typer.echo(f"trusted {name} {fingerprint(key)} {key}")
+    for key, owner in TrustedKeys(keys).owners().items():
+        typer.echo(f"trusted {owner.name} ({owner.role.value}) {fingerprint(key)} {key}")
 
 
 @keys_app.command("trust")
-def keys_trust(name: str, public_key: str, keys: KeyFolder) -> None:
+def keys_trust(
+    name: str,
+    public_key: str,
+    keys: KeyFolder,
+    observer: Annotated[bool, typer.Option("--observer", help="The owner may look on, and change nothing.")] = False,
+) -> None:
     """Allow a public key under a name."""
-    from common.keys import TrustedKeys
+    from common.keys import Role, TrustedKeys
 
-    TrustedKeys(keys).trust(name, public_key)
+    TrustedKeys(keys).trust(name, public_key, Role.OBSERVER if observer else Role.PARTNER)
 
 
 @keys_app.command("revoke")
 def keys_revoke(name: str, keys: KeyFolder) -> None:
-    """Allow the keys of a name no longer."""
+    """Allow the keys of a name no longer; a running site cuts their connections within about a second."""
     from common.keys import TrustedKeys
 
     count = TrustedKeys(keys).revoke(name)
     typer.echo(f"revoked {count} key{'s' if count != 1 else ''} of {name}", err=True)
+
+
+@session_app.command("status")
+def session_status(config: ConfigFile) -> None:
+    """Print what a running site says of its session, as JSON."""
+    typer.echo(json.dumps(_ask_desk(config, "status")))
+
+
+@session_app.command("engage")
+def session_engage(config: ConfigFile) -> None:
+    """Ask for outputs to act, at the operator's site; both sites must agree."""
+    _ask_desk(config, "engage")
+
+
+@session_app.command("disengage")
+def session_disengage(config: ConfigFile) -> None:
+    """Bring all outputs to neutral."""
+    _ask_desk(config, "disengage")
+
+
+@session_app.command("estop")
+def session_estop(config: ConfigFile) -> None:
+    """Emergency stop; waits for the devices to confirm and prints what they said."""
+    from common.desk import stop_from_desk
+
+    outcome = stop_from_desk(*_desk(config))
+    typer.echo(outcome)
+    if "not confirmed" in outcome:
+        raise Failed(outcome)
+
+
+@session_app.command("clear")
+def session_clear(config: ConfigFile) -> None:
+    """Clear a latched fault, at both sites where that may be done from here; nothing moves until engaged again."""
+    from common.desk import clear_from_desk
+    from common.session import Refused
+
+    try:
+        clear_from_desk(*_desk(config))
+    except Refused as refusal:
+        raise Failed(f"clear: {refusal}") from None
+
+
+@session_app.command("note")
+def session_note(text: str, config: ConfigFile) -> None:
+    """Write a note into the session's recording, at the operator's site."""
+    _ask_desk(config, "annotate", {"text": text})
+
+
+def _desk(config: Path) -> "tuple[int, KeyPair]":
+    from common.config import load_site
+    from common.keys import load_keys
+
+    site = load_site(config)
+    return site.desk_port, load_keys(site.link.keys)
+
+
+def _ask_desk(config: Path, verb: str, details: dict[str, object] | None = None) -> dict[str, object]:
+    from common.desk import ask_desk
+    from common.session import Refused
+
+    try:
+        return ask_desk(*_desk(config), verb, details)
+    except Refused as refusal:
+        raise Failed(f"{verb}: {refusal}") from None
 
 
 @calibrate_app.command("thermal")
@@ -306,6 +475,62 @@ def render_vibration_command(
     from teletaction.render_vibration import render_stroke
 
     _print_csv(VIBRATION_COLUMNS, render_stroke(stroke, SurfaceTable.load(table or SURFACES)))
+
+
+@app.command("study")
+def study_command(
+    name: Annotated[str | None, typer.Argument(help="Which study; --list tells what there are.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for NAME.json, NAME-TABLE.csv and NAME.png.")] = None,
+    list_studies: Annotated[bool, typer.Option("--list", help="Print each study's name and what it shows.")] = False,
+    all_studies: Annotated[bool, typer.Option("--all", help="Run all studies, one after the other.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Measure less, and sooner.")] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of everything random in a study.")] = 0,
+) -> None:
+    """Measure the system under conditions set on purpose: data as JSON and CSV, and a figure."""
+    from importlib import import_module
+
+    # By name: nothing but this command may depend on the studies, and they may depend on everything.
+    registry = import_module("studies.registry")
+    if list_studies:
+        for study_name, line in registry.described().items():
+            typer.echo(f"{study_name}: {line}")
+        return
+    if all_studies == (name is not None):
+        raise ValueError(f"name one study, or --all; there are {', '.join(registry.STUDIES)}")
+    names: list[str] = list(registry.STUDIES) if name is None else [name]
+    for study_name in names:
+        registry.study(study_name)
+    if out is None:
+        raise ValueError("a study needs --out DIR")
+    for study_name in names:
+        with _progress_line(study_name) as tell:
+            written = registry.run_study(study_name, out, quick=quick, seed=seed, tell=tell)
+        typer.echo(f"{study_name}: wrote {', '.join(str(path) for path in written)}", err=True)
+
+
+@contextmanager
+def _progress_line(label: str) -> Iterator[Callable[[float | str], None]]:
+    """A line on a terminal that says how far something is, the share done (0..1) or in words; nothing elsewhere."""
+    if not sys.stderr.isatty():
+        yield lambda _: None
+        return
+    clear = "\r\x1b[K"
+    try:
+        yield lambda far: typer.echo(
+            f"{clear}{label}: {far if isinstance(far, str) else f'{far:.0%}'}", err=True, nl=False
+        )
+    finally:
+        typer.echo(clear, err=True, nl=False)
+
+
+@contextmanager
+def _progress(label: str) -> Iterator[Callable[[float], None] | None]:
+    """A progress bar on a terminal that takes the share done, 0..1; nothing elsewhere."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    with typer.progressbar(length=1000, label=label, file=sys.stderr) as bar:
+        yield lambda share: bar.update(round(share * 1000) - bar.pos)
 
 
 def _times(text: str) -> list[float]:

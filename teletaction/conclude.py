@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from teletaction.demo_files import PROCESSES, DemoOptions
+from teletaction.demo_files import NETWORK, PROCESSES, DemoOptions
 from teletaction.merge import merge_recordings
 from teletaction.report import write_report
 from teletaction.session_data import SessionData
@@ -27,8 +27,8 @@ def conclude(
     """Merge the recordings in `folder`, and write `session.mcap`, `summary.json` and `report.html` into `out`.
 
     Args:
-        folder: holds `PROCESS.mcap` and `PROCESS.json` (status) of all processes, and `PROCESS-1.mcap` and so on
-            where a process was restarted.
+        folder: holds `PROCESS.mcap` and `PROCESS.json` (status) of all processes, `PROCESS-1.mcap` and so on
+            where a process was restarted, and `network.json` where there was a simulated network.
         out: where the results go; made when it does not exist.
         options: scene, seed and fingers of the session, as they stand in the summary.
         usage: as measured from outside; without, what the processes say of themselves.
@@ -41,6 +41,8 @@ def conclude(
     """
     recordings = [path for name in PROCESSES for path in recordings_of(folder, name)]
     statuses = {name: _status(folder / f"{name}.json") for name in PROCESSES}
+    if (folder / f"{NETWORK}.json").exists():
+        statuses[NETWORK] = _status(folder / f"{NETWORK}.json")
     if usage is None:
         usage = {name: (status["loop"]["cpu"], status["rss_mib"]) for name, status in statuses.items()}
     if wall_s is None:

@@ -1,14 +1,16 @@
-"""A whole telediagnosis session on this machine: four processes, a scripted hand, and what came of it."""
+"""A whole telediagnosis session on this machine: its processes, a scripted hand, and what came of it."""
 
 import json
+import socket
 import sys
 import time
 from datetime import datetime
 from pathlib import Path
 
+from common.config import SimNetworkConfig, load_config
 from common.process import StopSignal
 from sim_sensors.scene import load_scene
-from teletaction.demo_files import PROCESSES, DemoOptions, prepare
+from teletaction.demo_files import HOST, NETWORK, PROCESSES, DemoOptions, prepare
 from teletaction.ping import BarePing
 from teletaction.processes import SessionProcesses
 
@@ -31,8 +33,8 @@ def run_demo(options: DemoOptions) -> str:
     _say(f"session in {out}")
     processes = SessionProcesses(out)
     try:
-        for name in PROCESSES:
-            processes.start(name, configurations[name])
+        for name, configuration in configurations.items():
+            processes.start(name, configuration)
         with BarePing() as ping:
             failure, usage, wall_s = _watch(processes, options, stop, ping)
     finally:
@@ -75,6 +77,8 @@ def _watch(
             if hand.get("script_s"):
                 started_s, first = now_s, processes.usage()
                 _say("both sites are engaged; the hand is exploring")
+                if options.network is not None:
+                    _start_timetable(processes.out)
             elif now_s - begin_s > _START_S:
                 return f"the session did not start within {_START_S:g} s: {_waiting_for(processes.out)}", {}, None
         elif options.seconds is not None and hand.get("finished"):
@@ -90,6 +94,15 @@ def _watch(
     return "", usage, wall_s
 
 
+def _start_timetable(out: Path) -> None:
+    """Let the faults and phases of the network begin with the hand's work."""
+    port = load_config(out / "config" / f"{NETWORK}.toml", SimNetworkConfig).fault_port
+    assert port is not None
+    with socket.create_connection((HOST, port), timeout=5.0) as network:
+        network.sendall(b"start\n")
+        network.recv(64)
+
+
 def _status(path: Path) -> dict[str, object]:
     try:
         status = json.loads(path.read_text("utf-8"))
@@ -102,8 +115,20 @@ def _waiting_for(out: Path) -> str:
     said = []
     for name in ("remote", "operator"):
         status = _status(out / f"{name}.json")
-        said.append(f"{name} {status.get('state', 'has not started')} {status.get('missing') or ''}".strip())
+        words = [name, status.get("state", "has not started"), status.get("missing"), _refusals(status.get("refused"))]
+        said.append(" ".join(str(word) for word in words if word))
     return "; ".join(said)
+
+
+def _refusals(refused: object) -> str:
+    """Why packets of the link were refused, such as `refused touch (age 512)`: over a slow network they all are."""
+    streams = refused.items() if isinstance(refused, dict) else ()
+    found = [
+        f"refused {stream} ({', '.join(f'{why} {count}' for why, count in reasons.items())})"
+        for stream, reasons in streams
+        if stream != "damaged" and reasons
+    ]
+    return ", ".join(found)
 
 
 def _output_folder(options: DemoOptions) -> Path:
@@ -115,7 +140,7 @@ def _output_folder(options: DemoOptions) -> Path:
             raise ValueError(f"--out {out}: holds other things; choose a new or empty folder")
     out = out.resolve()
     out.mkdir(parents=True, exist_ok=True)
-    for name in PROCESSES:
+    for name in (*PROCESSES, NETWORK):
         for suffix in (".json", ".mcap", ".log"):
             (out / f"{name}{suffix}").unlink(missing_ok=True)
     for produced in _PRODUCED:

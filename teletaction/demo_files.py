@@ -1,6 +1,8 @@
 """The files of one session on this machine: keys, resolved configurations, free ports."""
 
+import os
 import socket
+from contextlib import ExitStack
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -14,6 +16,7 @@ from common.config import (
     OperatorLinkConfig,
     RemoteConfig,
     RemoteLinkConfig,
+    SimNetworkConfig,
     SimOperatorConfig,
     SimRemoteConfig,
     to_toml,
@@ -21,9 +24,12 @@ from common.config import (
 from common.fingers import chosen_fingers
 from common.keys import TrustedKeys, create_keys
 from common.streams import STREAMS
+from sim_sensors.network_file import is_file, load_network
 
 HOST = "127.0.0.1"
 PROCESSES = ("sim-remote", "sim-operator", "remote", "operator")
+NETWORK = "network"
+"""One more process where there is a network between the sites."""
 TABLES = Path(str(resources.files("remote_site"))) / "tables"
 SURFACES = TABLES / "surfaces.json"
 """Surfaces calibrated on simulated strokes, as shipped."""
@@ -37,6 +43,8 @@ class DemoOptions:
     scene: str = "materials"
     seed: int = 0
     fingers: int = 5
+    network: str | None = None
+    """Name or file of the network between the sites; they are connected directly without."""
     out: Path | None = None
 
 
@@ -67,22 +75,34 @@ def free_port_block(count: int) -> int:
     Raises:
         OSError: none was found.
     """
-    for first in range(20_000, 32_000, count):
-        try:
-            held = [socket.create_server((HOST, first + n)) for n in range(count)]
-        except OSError:
-            continue
-        for s in held:
-            s.close()
-        return first
+    firsts = range(20_000, 32_000, count)
+    # Sessions that are prepared at the same moment must not all find the same block free.
+    turn = os.getpid() % len(firsts)
+    for number in range(len(firsts)):
+        first = firsts[(turn + number) % len(firsts)]
+        with ExitStack() as held:
+            try:
+                for n in range(count):
+                    held.enter_context(socket.create_server((HOST, first + n)))
+            except OSError:
+                continue
+            return first
     raise OSError(f"no {count} consecutive free ports on {HOST}")
+
+
+def _network(name_or_path: str, base_port: int, **settings: object) -> SimNetworkConfig:
+    """Raises ValueError when the network is unknown or its file is bad: now, not when its process starts."""
+    load_network(name_or_path)
+    network = str(Path(name_or_path).resolve()) if is_file(name_or_path) else name_or_path
+    fields = {"network": network, "bind": HOST, "base_port": base_port, "to_host": HOST, "wait_for_start": True}
+    return SimNetworkConfig.model_validate(fields | settings)
 
 
 def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
     """Write keys and configurations of a session into `out`; return each process's configuration file.
 
     Raises:
-        ValueError: bad number of fingers, or no calibration for the scene.
+        ValueError: bad number of fingers, no calibration for the scene, unknown network or bad file of one.
     """
     fingers = chosen_fingers(options.fingers)
     materials, surfaces = calibrated_tables(options.scene)
@@ -95,8 +115,8 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
     TrustedKeys(remote_keys).trust("operator", operator_key := create_keys(operator_keys))
     TrustedKeys(operator_keys).trust("remote", create_keys(remote_keys))
     assert operator_key
-    base_port = free_port_block(len(STREAMS))
-    ports = iter(free_ports(3 * len(fingers) + 2))
+    base_port = free_port_block(2 * len(STREAMS))
+    ports = iter(free_ports(3 * len(fingers) + 7))
     texture, thermal, tacttip = ({finger: next(ports) for finger in fingers} for _ in range(3))
     robot_port, exoskeleton_port = next(ports), next(ports)
 
@@ -111,17 +131,39 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
 
     simulation = {"fingers": fingers, "scene": options.scene, "seed": options.seed, "can_host": HOST}
     site = {"fingers": fingers, "wait_for_devices_s": 20.0}
+    operator_port, network = base_port, {}
+    if options.network is not None:
+        operator_port += len(STREAMS)
+        network[NETWORK] = _network(
+            options.network,
+            operator_port,
+            to_base_port=base_port,
+            seed=options.seed,
+            fault_port=next(ports),
+            status=out / f"{NETWORK}.json",
+        )
     models: dict[str, BaseModel] = {
         "sim-remote": SimRemoteConfig.model_validate(
             simulation
             | files("sim-remote")
-            | {"can_port": robot_port, "texture": listening(texture), "thermal_sensors": listening(thermal)}
+            | {
+                "can_port": robot_port,
+                "fault_port": next(ports),
+                "texture": listening(texture),
+                "thermal_sensors": listening(thermal),
+            }
         ),
         "sim-operator": SimOperatorConfig.model_validate(
             simulation
             | files("sim-operator")
-            | {"can_port": exoskeleton_port, "tacttip": listening(tacttip), "seconds": options.seconds}
+            | {
+                "can_port": exoskeleton_port,
+                "fault_port": next(ports),
+                "tacttip": listening(tacttip),
+                "seconds": options.seconds,
+            }
         ),
+        **network,
         "remote": RemoteConfig.model_validate(
             site
             | files("remote")
@@ -130,6 +172,7 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
                 "texture": reaching(texture),
                 "thermal_sensors": reaching(thermal),
                 "telemanipulator": CanAddress(interface="socketcand", host=HOST, port=robot_port),
+                "desk_port": next(ports),
                 "calibration": CalibrationConfig(materials=materials, surfaces=surfaces),
             }
         ),
@@ -137,10 +180,11 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
             site
             | files("operator")
             | {
-                "link": OperatorLinkConfig(host=HOST, base_port=base_port, keys=operator_keys),
+                "link": OperatorLinkConfig(host=HOST, base_port=operator_port, keys=operator_keys),
                 "tacttip": reaching(tacttip),
                 "exoskeleton": CanAddress(interface="socketcand", host=HOST, port=exoskeleton_port),
                 "engage": True,
+                "desk_port": next(ports),
             }
         ),
     }

@@ -8,11 +8,11 @@ from typing import Any
 
 from common.can_frames import FrameReceiver
 from common.can_line import CanAddress, CanLine
-from common.config import ConfigProblem, OperatorConfig, RemoteConfig, load_config
+from common.config import OperatorConfig, RemoteConfig, load_site
 from common.keys import TrustedKeys, fingerprint, load_keys
 from common.serial_line import open_line
 from common.serial_messages import DeviceKind
-from operator_site.site import remote_public_key
+from operator_site.remote_key import remote_public_key
 from remote_site.site import load_tables
 
 RATE_S = 1.0
@@ -34,13 +34,8 @@ def examine(config: Path) -> list[Finding]:
     Raises:
         ConfigProblem: the file is neither a remote nor an operator configuration.
     """
-    try:
-        remote = load_config(config, RemoteConfig)
-    except ConfigProblem as problem:
-        if "[tacttip]" not in config.read_text("utf-8") if config.is_file() else True:
-            raise problem from None
-        return _operator(load_config(config, OperatorConfig))
-    return _remote(remote)
+    site = load_site(config)
+    return _remote(site) if isinstance(site, RemoteConfig) else _operator(site)
 
 
 def _remote(config: RemoteConfig) -> list[Finding]:
@@ -54,18 +49,18 @@ def _remote(config: RemoteConfig) -> list[Finding]:
     sensors = {DeviceKind.TEXTURE_SENSOR: config.texture, DeviceKind.THERMAL_SENSOR: config.thermal_sensors}
     for kind, addresses in sensors.items():
         findings += [_device(kind, finger, address) for finger, address in addresses.items()]
-    frames = ("HandPoseMeasured", "FingerHeightsMeasured", "ContactForces")
+    frames = ("HandPoseMeasured", "FingerHeightsMeasured", "ContactForces", "TelemanipulatorState")
     return [*findings, _can("telemanipulator", config.telemanipulator, frames)]
 
 
 def _operator(config: OperatorConfig) -> list[Finding]:
     findings = [
         _check("own key", lambda: fingerprint(load_keys(config.link.keys).public)),
-        _check("remote site's key", lambda: fingerprint(remote_public_key(config))),
+        _check("remote site's key", lambda: fingerprint(remote_public_key(config.link))),
         _clock(),
     ]
     findings += [_device(DeviceKind.TACTTIP, finger, address) for finger, address in config.tacttip.items()]
-    return [*findings, _can("exoskeleton", config.exoskeleton, ("HandPose", "FingerHeights"))]
+    return [*findings, _can("exoskeleton", config.exoskeleton, ("HandPose", "FingerHeights", "ExoskeletonState"))]
 
 
 def _check(what: str, look: Callable[[], str]) -> Finding:
@@ -77,10 +72,10 @@ def _check(what: str, look: Callable[[], str]) -> Finding:
 
 def _trusted(keys: Path) -> str:
     trusted = TrustedKeys(keys)
-    names = trusted.names()
-    if not names:
+    owners = trusted.owners()
+    if not owners:
         raise ValueError(f"{trusted.file}: nobody is trusted; `teletaction keys trust --keys {keys} -- NAME KEY`")
-    return ", ".join(f"{name} {fingerprint(key)}" for key, name in names.items())
+    return ", ".join(f"{owner.name} ({owner.role.value}) {fingerprint(key)}" for key, owner in owners.items())
 
 
 def _device(kind: DeviceKind, finger: str, address: str) -> Finding:

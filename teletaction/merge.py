@@ -1,87 +1,103 @@
 """One recording of a session out of those that its processes made, in order of time."""
 
 import heapq
-import struct
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-from mcap.exceptions import McapError
 from mcap.reader import make_reader
-from mcap.records import Channel, Message, Metadata, Schema
-from mcap.stream_reader import StreamReader
+from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import CompressionType, Writer
 
+from teletaction.cut_recording import CutRecording, is_whole
+
 Recorded = tuple[Schema | None, Channel, Message]
+ORIGIN = "recording"
+"""Entry of a channel's metadata: the recording that it came from, since a restarted process makes several."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Recording:
+    name: str
+    metadata: list[Metadata]
+    attachments: list[Attachment]
+    messages: Iterable[Recorded]
+    """In order of time; a whole file's messages are read as they are asked for."""
+
+    def entries(self) -> Iterator[tuple[str, Schema | None, Channel, Message]]:
+        """Messages with the name of the recording."""
+        for schema, channel, message in self.messages:
+            yield self.name, schema, channel, message
 
 
 def merge_recordings(recordings: list[Path], out: Path) -> dict[str, int]:
     """Merge MCAP files into one; returns how many messages each stream has.
 
-    All times are of one machine's monotonic clock, so they order the streams of all processes. A file
-    without its end, as a killed process leaves it, gives what it has.
+    All times are of one machine's monotonic clock, so they order the streams of all processes. Metadata and
+    attachments are named `RECORDING/NAME`, and each channel's metadata names its recording. A file without its end,
+    as a killed process leaves it, gives what it has.
 
     Raises:
         OSError: a recording cannot be read or `out` cannot be written.
     """
-    counts: dict[str, int] = {}
-    with out.open("wb") as file:
-        writer = Writer(file, compression=CompressionType.ZSTD)
+    counts: Counter[str] = Counter()
+    with ExitStack() as files:
+        sources = [_open(path.stem, files.enter_context(path.open("rb"))) for path in recordings]
+        writer = Writer(files.enter_context(out.open("wb")), compression=CompressionType.ZSTD)
         writer.start(profile="teletaction", library="teletaction")
-        channels: dict[str, int] = {}
-        files = [path.open("rb") for path in recordings]
-        try:
-            streams: list[Iterable[Recorded]] = []
-            for path, f in zip(recordings, files, strict=True):
-                metadata, messages = _read(f)
-                streams.append(messages)
-                for entry in metadata:
-                    writer.add_metadata(f"{path.stem}/{entry.name}", entry.metadata)
-            for schema, channel, message in heapq.merge(*streams, key=lambda entry: entry[2].log_time):
-                if channel.topic not in channels:
-                    assert schema is not None
-                    schema_id = writer.register_schema(schema.name, schema.encoding, schema.data)
-                    channels[channel.topic] = writer.register_channel(
-                        channel.topic, channel.message_encoding, schema_id
-                    )
-                writer.add_message(channels[channel.topic], message.log_time, message.data, message.publish_time)
-                counts[channel.topic] = counts.get(channel.topic, 0) + 1
-        finally:
-            for f in files:
-                f.close()
-        writer.finish()  # type: ignore[no-untyped-call]
-    return counts
+        for source in sources:
+            for entry in source.metadata:
+                writer.add_metadata(f"{source.name}/{entry.name}", entry.metadata)
+            for attached in source.attachments:
+                name = f"{source.name}/{attached.name}"
+                writer.add_attachment(attached.create_time, attached.log_time, name, attached.media_type, attached.data)
+        channels: dict[tuple[str, int], int] = {}
+        streams = [source.entries() for source in sources]
+        for origin, schema, channel, message in heapq.merge(*streams, key=lambda entry: entry[3].log_time):
+            key = origin, channel.id
+            if key not in channels:
+                channels[key] = _register(writer, schema, channel, origin)
+            writer.add_message(channels[key], message.log_time, message.data, message.publish_time)
+            counts[channel.topic] += 1
+        writer.finish()  # type: ignore[no-untyped-call]  # the library leaves it untyped
+    return dict(counts)
 
 
-def _read(file: IO[bytes]) -> tuple[list[Metadata], Iterable[Recorded]]:
-    """Metadata, and messages in order of time; a whole file's messages are read as they are asked for."""
-    try:
-        reader = make_reader(file)
-        if reader.get_summary() is not None:
-            return list(reader.iter_metadata()), reader.iter_messages()
-    except (McapError, struct.error, OSError):
-        pass  # no index at its end, or not even room for one: the process that wrote it did not close it
-    file.seek(0)
-    return _read_cut(file)
+def _register(writer: Writer, schema: Schema | None, channel: Channel, origin: str) -> int:
+    schema_id = 0 if schema is None else writer.register_schema(schema.name, schema.encoding, schema.data)
+    return writer.register_channel(
+        channel.topic, channel.message_encoding, schema_id, {**channel.metadata, ORIGIN: origin}
+    )
 
 
-def _read_cut(file: IO[bytes]) -> tuple[list[Metadata], list[Recorded]]:
+def _open(name: str, file: IO[bytes]) -> _Recording:
+    if not is_whole(file):
+        return _open_cut(name, file)
+    reader = make_reader(file)
+    return _Recording(name, list(reader.iter_metadata()), list(reader.iter_attachments()), reader.iter_messages())
+
+
+def _open_cut(name: str, file: IO[bytes]) -> _Recording:
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
     metadata: list[Metadata] = []
+    attachments: list[Attachment] = []
     messages: list[Recorded] = []
-    try:
-        for record in StreamReader(file).records:
-            if isinstance(record, Schema):
+    for record in CutRecording(file).records():
+        match record:
+            case Schema():
                 schemas[record.id] = record
-            elif isinstance(record, Channel):
+            case Channel():
                 channels[record.id] = record
-            elif isinstance(record, Metadata):
+            case Metadata():
                 metadata.append(record)
-            elif isinstance(record, Message):
+            case Attachment():
+                attachments.append(record)
+            case Message() if record.channel_id in channels:
                 channel = channels[record.channel_id]
                 messages.append((schemas.get(channel.schema_id), channel, record))
-    except (McapError, struct.error):
-        pass  # here it was cut
     messages.sort(key=lambda entry: entry[2].log_time)
-    return metadata, messages
+    return _Recording(name, metadata, attachments, messages)

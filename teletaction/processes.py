@@ -9,6 +9,8 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from common.logs import spoken
+
 END_S = 2.0
 """All processes are gone this long after they were told to end."""
 _PR_SET_PDEATHSIG = 1
@@ -44,9 +46,9 @@ class SessionProcesses:
         return {name: code for name, process in self.running.items() if (code := process.poll()) is not None}
 
     def last_words(self, name: str) -> str:
-        """The last line that a process wrote to its log."""
+        """What the last line of a process's log says."""
         lines = (self.out / f"{name}.log").read_text("utf-8", errors="replace").strip().splitlines()
-        return lines[-1] if lines else "it said nothing"
+        return spoken(lines[-1]) if lines else "it said nothing"
 
     def end(self) -> bool:
         """End all within END_S, the operator first; True when none had to be killed."""

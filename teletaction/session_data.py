@@ -1,6 +1,6 @@
 """A recorded session as arrays: what was sent, what was rendered, and what really reached fingers and patient."""
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
@@ -43,6 +43,7 @@ class SessionData:
         skin: the operator site's skin model (felt_c, surface_c, flux_w_m2).
         thermal: per finger, the identification's answers over time as dictionaries.
         events: truth events; `sent`: the remote's events; `played`: events shown; `motor`: module motor switches.
+        happenings: what each site noted of its session, such as a fault and its reason.
         counts: messages per stream.
     """
 
@@ -57,6 +58,7 @@ class SessionData:
     sent_events: list[dict[str, Any]]
     played: list[dict[str, Any]]
     motor_switches: list[dict[str, Any]]
+    happenings: list[dict[str, Any]] = field(default_factory=list)
     counts: dict[str, int] = field(default_factory=dict)
 
     @classmethod
@@ -66,11 +68,15 @@ class SessionData:
         Raises:
             OSError: it cannot be read.
         """
+        counts: Counter[str] = Counter()
         times: dict[str, list[float]] = defaultdict(list)
         entries: dict[str, list[Any]] = defaultdict(list)
         with path.open("rb") as file:
             for _, channel, message in make_reader(file).iter_messages():
                 topic = channel.topic
+                counts[topic] += 1
+                if topic in _FOR_REPLAY:
+                    continue
                 times[topic].append(message.log_time * 1e-9)
                 entries[topic].append(
                     Touch.decode(message.data) if topic == "remote/touch" else msgpack.unpackb(message.data)
@@ -93,10 +99,17 @@ class SessionData:
                 [dict(zip(("ident", "kind", "finger"), row, strict=True)) for row in entries["operator/played"]],
             ),
             motor_switches=_timed(times["truth_motor"], entries["truth_motor"]),
-            counts={topic: len(rows) for topic, rows in entries.items()},
+            happenings=[
+                {"time_s": t, "site": site, "what": what, "text": text}
+                for site in ("remote", "operator")
+                for t, (what, _, text) in zip(times[f"{site}/session"], entries[f"{site}/session"], strict=True)
+            ],
+            counts=dict(counts),
         )
 
 
+_FOR_REPLAY = frozenset(("remote/sensed", "remote/motion", "operator/input", "operator/touch"))
+"""Streams that nothing here is made of; unpacked they would take as much memory as all others."""
 _THERMAL = (
     "status",
     "best",

@@ -9,7 +9,7 @@ import numpy as np
 from common.fingers import FINGERS, chosen_fingers
 from common.limits import MOTOR_STILL_S
 from common.messages import EventKind, ExplorationMode, ThermalStatus
-from teletaction.demo_files import DemoOptions
+from teletaction.demo_files import NETWORK, DemoOptions
 from teletaction.session_data import Floats, SessionData
 from teletaction.true_touches import SHORTEST_TOUCH_S, Touch, true_touches
 
@@ -49,6 +49,8 @@ def summarise(
         "scene": options.scene,
         "seed": options.seed,
         "fingers": options.fingers,
+        "network": statuses[NETWORK]["network"] if NETWORK in statuses else None,
+        "proxy": proxy(statuses.get(NETWORK)),
         "contacts": contacts(data),
         "modes": modes(data, used),
         "impulses": impulses(data),
@@ -74,12 +76,30 @@ def summarise(
             "motion": _packets("motion", operator, remote),
         },
         "recorded": data.counts,
-        "faults": [
-            {"site": name, "fault": status["fault"]}
-            for name, status in (("remote", remote), ("operator", operator))
-            if status["fault"]
-        ],
+        "faults": [entry for entry in incidents(data) if entry["what"] in ("fault", "estop")],
+        "interruptions": [entry for entry in incidents(data) if entry["what"] not in ("fault", "estop")],
     }
+
+
+def proxy(status: Mapping[str, Any] | None) -> dict[str, Any] | None:
+    """What the simulated network carried, and what went wrong on it; None when there was none."""
+    return None if status is None else {name: status[name] for name in ("streams", "faults")}
+
+
+def incidents(data: SessionData) -> list[dict[str, Any]]:
+    """What went wrong in a session by what both sites noted: faults, silence, missing devices; s from its start."""
+    start_s = min((entry["time_s"] for entry in data.happenings), default=0.0)
+    wrong = ("fault", "estop", "silent", "missing", "disconnected", "disengaged")
+    return [
+        {
+            "site": entry["site"],
+            "what": entry["what"],
+            "fault": entry["text"],
+            "time_s": round(entry["time_s"] - start_s, 2),
+        }
+        for entry in sorted(data.happenings, key=lambda entry: float(entry["time_s"]))
+        if entry["what"] in wrong
+    ]
 
 
 def contacts(data: SessionData) -> list[dict[str, Any]]:

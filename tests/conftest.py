@@ -29,17 +29,17 @@ def golden() -> dict[str, bytes]:
 
 @pytest.fixture
 def base_port() -> int:
-    """First of four TCP ports on loopback that were free a moment ago."""
+    """First of five TCP ports on loopback that were free a moment ago."""
     for _ in range(100):
         with socket.create_server(("127.0.0.1", 0)) as first, ExitStack() as others:
             port: int = first.getsockname()[1]
             try:
-                for number in range(port + 1, port + 4):
+                for number in range(port + 1, port + 5):
                     others.enter_context(socket.create_server(("127.0.0.1", number)))
             except (OSError, OverflowError):
                 continue
             return port
-    raise AssertionError("no four free ports in a row")
+    raise AssertionError("no five free ports in a row")
 
 
 @dataclass(frozen=True)

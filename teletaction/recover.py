@@ -1,0 +1,98 @@
+"""A whole recording out of one that was cut: by a killed process, a full disk, or a plug that was pulled."""
+
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+from mcap.records import Attachment, Channel, Message, Metadata, Schema
+from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
+
+from teletaction.cut_recording import CutRecording, is_whole
+
+
+@dataclass(frozen=True, slots=True)
+class Recovered:
+    """What was restored.
+
+    Attributes:
+        out: the whole recording.
+        messages: how many of each stream.
+        seconds: from the first to the last message, s.
+        unreadable_bytes: at the end of the cut file.
+        damaged_chunks: pieces before that whose check sum is wrong, left out.
+    """
+
+    out: Path
+    messages: Counter[str]
+    seconds: float
+    unreadable_bytes: int
+    damaged_chunks: int
+
+
+def recover(path: Path, out: Path | None = None) -> Recovered | None:
+    """Write what can be read of a cut recording into a whole one beside it; None when the file is whole already.
+
+    Args:
+        path: the recording; it is only read.
+        out: file to create; by default `NAME-recovered.mcap` in the same folder.
+
+    Raises:
+        ValueError: `path` is not an MCAP file, nothing in it can be read, or `out` exists.
+        OSError: `path` cannot be read or `out` cannot be written.
+    """
+    out = out or path.with_name(f"{path.stem}-recovered.mcap")
+    with path.open("rb") as file:
+        if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+            raise ValueError(f"{path}: not an MCAP file; recordings are what a process writes to its `record`")
+        cut = CutRecording(file)
+        if is_whole(file) and _is_sound(cut):
+            return None
+        try:
+            messages, seconds = _rewrite(cut, out)
+        except FileExistsError:
+            raise ValueError(f"{out}: exists; name another file with --out") from None
+    if not messages:
+        out.unlink()
+        raise ValueError(f"{path}: not one message in it can be read")
+    return Recovered(out, messages, seconds, cut.unreadable_bytes, cut.damaged_chunks)
+
+
+def _is_sound(cut: CutRecording) -> bool:
+    """Whether everything in the file can be read."""
+    for _ in cut.records():
+        pass
+    return cut.unreadable_bytes == 0 and cut.damaged_chunks == 0
+
+
+def _rewrite(cut: CutRecording, out: Path) -> tuple[Counter[str], float]:
+    """Copy the readable records; messages of each stream, and seconds from the first to the last."""
+    messages: Counter[str] = Counter()
+    first_ns = last_ns = None
+    schemas: dict[int, int] = {0: 0}
+    channels: dict[int, tuple[int, str]] = {}
+    with out.open("xb") as file:
+        writer = Writer(file, compression=CompressionType.ZSTD)
+        writer.start(profile="teletaction", library="teletaction")
+        for record in cut.records():
+            match record:
+                case Metadata():
+                    writer.add_metadata(record.name, record.metadata)
+                case Attachment():
+                    writer.add_attachment(
+                        record.create_time, record.log_time, record.name, record.media_type, record.data
+                    )
+                case Schema() if record.id not in schemas:
+                    schemas[record.id] = writer.register_schema(record.name, record.encoding, record.data)
+                case Channel() if record.id not in channels and record.schema_id in schemas:
+                    schema = schemas[record.schema_id]
+                    number = writer.register_channel(record.topic, record.message_encoding, schema, record.metadata)
+                    channels[record.id] = number, record.topic
+                case Message() if record.channel_id in channels:
+                    number, stream = channels[record.channel_id]
+                    writer.add_message(number, record.log_time, record.data, record.publish_time, record.sequence)
+                    messages[stream] += 1
+                    first_ns = record.log_time if first_ns is None else min(first_ns, record.log_time)
+                    last_ns = record.log_time if last_ns is None else max(last_ns, record.log_time)
+        writer.finish()  # type: ignore[no-untyped-call]  # the library leaves it untyped
+    seconds = 0.0 if first_ns is None or last_ns is None else (last_ns - first_ns) * 1e-9
+    return messages, seconds

@@ -1,0 +1,159 @@
+"""Identification and rendering run again on a recording, and compared with what the sites computed then.
+
+All that they depend on is in the recording: each tick's exact input, the accepted touch packets, configuration and
+calibrated tables. On the machine that recorded, the result is the same to the last bit.
+"""
+
+import csv
+import json
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import IO, Any
+
+from common.config import RenderingConfig
+from common.fingers import FINGERS
+from common.limits import GAP_S
+from operator_site.gate import GatedOutput
+from remote_site.material_table import MaterialTable
+from remote_site.surface_class import SurfaceTable
+from teletaction.recorded_session import RecordedSession
+from teletaction.replay_comparison import Comparison
+from teletaction.replay_sites import OperatorReplay, RemoteReplay
+
+_INPUTS = ("remote/sensed", "operator/input")
+"""What makes each site's computation go on by one tick."""
+_STREAMS = (*_INPUTS, "remote/touch", "operator/touch", "operator/rendered")
+_PROGRESS_EVERY = 1000
+COLUMNS = ("force_n", "motor_rpm", "plate_set_c", "peltier_drive")
+
+
+def replay(path: Path, out: Path, progress: Callable[[float], None] | None = None) -> dict[str, Any]:
+    """Replay a recording of one site or of a whole session; returns what `replay.json` says.
+
+    Args:
+        path: the recording.
+        out: folder for `identification.jsonl` (events and material answers), `rendering.csv` (what leaves for the
+            operator's devices) and `replay.json` (comparison); made when it does not exist. Times count from the
+            recording's first message.
+        progress: told now and then which share is done, 0..1.
+
+    Raises:
+        ValueError: the file is not a whole recording, or lacks what a replay needs.
+        OSError: `path` cannot be read or `out` cannot be written.
+    """
+    with ExitStack() as files:
+        session = RecordedSession(path, files.enter_context(path.open("rb")))
+        if not any(session.counts.get(stream) for stream in _INPUTS):
+            raise ValueError(f"{path}: nothing to replay: has neither {' nor '.join(_INPUTS)}")
+        out.mkdir(parents=True, exist_ok=True)
+        replayed = _Replayed(
+            session,
+            files.enter_context((out / "identification.jsonl").open("w", encoding="utf-8")),
+            files.enter_context((out / "rendering.csv").open("w", encoding="utf-8", newline="")),
+        )
+        total = sum(session.counts.get(stream, 0) for stream in _STREAMS)
+        for done, (stream, origin, time_ns, payload) in enumerate(session.messages(_STREAMS)):
+            try:
+                replayed.take(stream, origin, (time_ns - session.start_ns) * 1e-9, payload)
+            except ValueError as error:
+                raise ValueError(f"{path}: {stream} at {time_ns} ns: {error}") from None
+            if progress is not None and done % _PROGRESS_EVERY == 0:
+                progress(done / total)
+        if progress is not None:
+            progress(1.0)
+    result = {"recording": path.name, **replayed.result()}
+    (out / "replay.json").write_text(json.dumps(result, indent=1) + "\n", "utf-8")
+    return result
+
+
+class _Replayed:
+    """All sites of a recording; a restarted site begins anew, as it did then."""
+
+    def __init__(self, session: RecordedSession, identification: IO[str], rendering: IO[str]):
+        self._session = session
+        self._identification = identification
+        self._rendering = csv.writer(rendering, lineterminator="\n")
+        self._fingers: list[str] = []
+        self._remotes: dict[str, RemoteReplay] = {}
+        self._operators: dict[str, OperatorReplay] = {}
+
+    def take(self, stream: str, origin: str, time_s: float, payload: bytes) -> None:
+        """One message, in order of time."""
+        match stream:
+            case "remote/sensed":
+                for line in self._remote(origin).sensed(time_s, payload):
+                    self._identification.write(json.dumps(line) + "\n")
+            case "remote/touch":
+                self._remote(origin).touch(time_s, payload)
+            case "operator/touch":
+                self._operator(origin).touch(payload)
+            case "operator/input":
+                self._write(time_s, self._operator(origin).input(payload))
+            case "operator/rendered":
+                self._operator(origin).rendered(time_s, payload)
+
+    def result(self) -> dict[str, Any]:
+        """What came of it, for each recording that went into the session."""
+        return {
+            "remote": {
+                origin or "remote": {"ticks": site.ticks, **_compared("touch_packets", site.packets)}
+                for origin, site in self._remotes.items()
+            },
+            "operator": {
+                origin or "operator": {
+                    "ticks": site.ticks,
+                    **_compared("rendered_rows", site.rows),
+                    "missing_touch_packets": len(site.missing_touches),
+                }
+                for origin, site in self._operators.items()
+            },
+        }
+
+    def _remote(self, origin: str) -> RemoteReplay:
+        if origin not in self._remotes:
+            self._remotes[origin] = open_remote(self._session, origin)
+        return self._remotes[origin]
+
+    def _operator(self, origin: str) -> OperatorReplay:
+        if origin not in self._operators:
+            self._operators[origin] = open_operator(self._session, origin)
+            if not self._fingers:
+                self._fingers = _fingers(self._session, origin)
+                columns = [f"{finger}_{column}" for finger in self._fingers for column in COLUMNS]
+                self._rendering.writerow(["time_s", *columns, "fault"])
+        return self._operators[origin]
+
+    def _write(self, time_s: float, output: GatedOutput) -> None:
+        row: list[object] = [time_s]
+        for finger in map(FINGERS.index, self._fingers):
+            row += [output.force_n[finger], output.motor_rpm[finger], output.plate_set_c[finger]]
+            row.append(output.peltier_drive[finger])
+        self._rendering.writerow([*row, output.fault or ""])
+
+
+def open_remote(session: RecordedSession, origin: str) -> RemoteReplay:
+    """The remote site as it was configured and calibrated; raises ValueError when the recording does not say."""
+    materials = session.table(origin, "materials", MaterialTable)
+    surfaces = session.table(origin, "surfaces", SurfaceTable)
+    return RemoteReplay(_fingers(session, origin), materials, surfaces)
+
+
+def open_operator(session: RecordedSession, origin: str) -> OperatorReplay:
+    """The operator site as it was configured; raises ValueError when the recording does not say."""
+    configuration = session.configuration(origin)
+    rendering = RenderingConfig.model_validate(configuration.get("rendering", {}))
+    return OperatorReplay(rendering, float(configuration.get("link", {}).get("gap_s", GAP_S)))
+
+
+def _fingers(session: RecordedSession, origin: str) -> list[str]:
+    chosen = session.configuration(origin).get("fingers", FINGERS)
+    return [finger for finger in FINGERS if finger in chosen]
+
+
+def _compared(what: str, comparison: Comparison) -> dict[str, object]:
+    return {
+        what: comparison.compared,
+        "identical": comparison.identical,
+        "first_difference": comparison.first_difference,
+    }

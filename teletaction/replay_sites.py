@@ -1,0 +1,143 @@
+"""One site's computation run again, tick by tick, on what it recorded: no devices, no link, no clock."""
+
+from collections.abc import Sequence
+
+import msgpack
+
+from common.config import RenderingConfig
+from common.fingers import FINGERS
+from common.messages import TOUCH_FIELDS, Touch
+from operator_site.gate import GatedOutput
+from operator_site.rendering import Rendering
+from operator_site.rendering_input import RenderingInput
+from remote_site.material_table import MaterialTable
+from remote_site.perception import Perception
+from remote_site.sensed import Sensed
+from remote_site.surface_class import SurfaceTable
+from remote_site.thermal_identification import ThermalAnswer
+from teletaction.replay_comparison import Comparison, Fields
+
+Line = dict[str, object]
+RENDERED = ("force_n", "motor_rpm", "plate_set_c", "peltier_drive", "limits")
+_RENDERED_FROM, _RENDERED_UNTIL = 2, 8
+"""Where these and the fault stand in a row of operator/rendered."""
+
+
+class RemoteReplay:
+    """Identification again."""
+
+    def __init__(self, fingers: Sequence[str], materials: MaterialTable, surfaces: SurfaceTable):
+        """Identify with the tables that were in use."""
+        self.ticks = 0
+        self.packets = Comparison(touch_fields)
+        self._perception = Perception(fingers, materials, surfaces)
+        self._answered: dict[int, tuple[object, object]] = {}
+
+    def sensed(self, time_s: float, recorded: bytes) -> list[Line]:
+        """Take the readings of one tick; the events and changes of material answer in it."""
+        self.ticks += 1
+        lines: list[Line] = [
+            {
+                "time_s": time_s,
+                "finger": FINGERS[event.finger],
+                "event": event.kind.name.lower(),
+                "value": event.value,
+                "name": event.name,
+            }
+            for event in self._perception.step(Sensed.unpack(recorded))
+        ]
+        for finger, touch in self._perception.touches.items():
+            said = touch.thermal.status, touch.thermal.best
+            if said != self._answered.get(finger):
+                self._answered[finger] = said
+                lines.append({"time_s": time_s, "finger": FINGERS[finger], **_answer(touch.thermal)})
+        return lines
+
+    def touch(self, time_s: float, recorded: bytes) -> bytes:
+        """The packet that would be sent now, compared with the one that was sent."""
+        sent = Touch.decode(recorded)
+        packet = self._perception.packet(sent.session, sent.sequence, sent.time_ns, sent.state).encode()
+        self.packets.add(self.ticks - 1, time_s, recorded, packet)
+        return packet
+
+
+class OperatorReplay:
+    """Rendering and the operator's gate again."""
+
+    def __init__(self, config: RenderingConfig, gap_s: float):
+        """Render as was configured."""
+        self.ticks = 0
+        self.rows = Comparison(rendered_fields)
+        self.missing_touches: set[int] = set()
+        """Sequence numbers of touch packets that were rendered and are not in the recording."""
+        self._rendering = Rendering(config, gap_s)
+        self._newest: Touch | None = None
+        self._output: GatedOutput | None = None
+
+    def touch(self, recorded: bytes) -> None:
+        """Take a touch packet as it was accepted."""
+        self._newest = Touch.decode(recorded)
+
+    def input(self, recorded: bytes) -> GatedOutput:
+        """Take the input of one tick; what leaves for the devices."""
+        self.ticks += 1
+        self._output = self._rendering.step(RenderingInput.unpack(recorded, self._touch_of))
+        return self._output
+
+    def rendered(self, time_s: float, recorded: bytes) -> bytes:
+        """The row of what would leave for the devices now, compared with what left."""
+        output = self._output
+        if output is None:
+            return recorded  # its input is not in the recording: nothing to compare
+        row = msgpack.unpackb(recorded)
+        # The rest of the row is input, and the wall time of writing it.
+        row[_RENDERED_FROM:_RENDERED_UNTIL] = [
+            output.force_n,
+            output.motor_rpm,
+            output.plate_set_c,
+            output.peltier_drive,
+            output.limited,
+            output.fault,
+        ]
+        replayed: bytes = msgpack.packb(row)
+        self.rows.add(self.ticks - 1, time_s, recorded, replayed)
+        return replayed
+
+    def _touch_of(self, sequence: int) -> Touch | None:
+        if self._newest is not None and self._newest.sequence == sequence:
+            return self._newest
+        self.missing_touches.add(sequence)
+        return None
+
+
+def _answer(answer: ThermalAnswer) -> Line:
+    return {
+        "status": answer.status.name.lower(),
+        "material": answer.material,
+        "best": answer.best,
+        "probability": answer.probability,
+        "object_c": answer.object_c,
+        "object_c_sd": answer.object_c_sd,
+        "reason": answer.reason,
+    }
+
+
+def touch_fields(packet: bytes) -> Fields:
+    """What identification has put into a touch packet, by name."""
+    touch = Touch.decode(packet)
+    fields: dict[str, object] = {}
+    for finger, row, material in zip(FINGERS, touch.block.tolist(), touch.materials, strict=True):
+        fields |= {f"{finger}.{name}": value for name, value in zip(TOUCH_FIELDS, row, strict=True)}
+        fields[f"{finger}.material"] = material
+    for event in touch.events:
+        fields[f"event {event.ident}"] = [int(event.kind), event.finger, event.time_ns, event.value, event.name]
+    return fields
+
+
+def rendered_fields(row: bytes) -> Fields:
+    """What left for the devices by a row of operator/rendered, by name."""
+    *columns, fault = msgpack.unpackb(row)[_RENDERED_FROM:_RENDERED_UNTIL]
+    fields: dict[str, object] = {}
+    for name, values in zip(RENDERED, columns, strict=True):
+        fields |= {f"{finger}.{name}": value for finger, value in zip(FINGERS, values, strict=True)}
+    return {**fields, "fault": fault}

@@ -1,0 +1,117 @@
+"""Commands about keys, and who may be reached without: what they print, with which exit code, and in one line."""
+
+import time
+from pathlib import Path
+from typing import Protocol
+
+import pytest
+import zmq
+
+from common.config import ObserverConfig, OperatorLinkConfig, RemoteConfig, load_config, to_toml
+from common.keys import Role, TrustedKeys, create_keys, fingerprint, load_keys
+from common.link import LinkProblem, OperatorLink, RemoteLink, check_bind
+from teletaction.demo_files import DemoOptions, prepare
+from tests.commands import command, one_line
+
+
+@pytest.fixture
+def configs(tmp_path: Path) -> dict[str, Path]:
+    return prepare(DemoOptions(fingers=1), tmp_path)
+
+
+OPEN_TO_A_NETWORK = ("0.0.0.0", "::", "*", "192.0.2.7", "remote.example")
+
+
+@pytest.mark.parametrize("host", OPEN_TO_A_NETWORK)
+def test_a_bind_beyond_loopback_that_trusts_nobody_is_refused_before_any_socket_exists(
+    host: str, configs: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config = load_config(configs["remote"], RemoteConfig)
+    TrustedKeys(config.link.keys).revoke("operator")
+    link = config.link.model_copy(update={"bind": host})
+    configs["remote"].write_text(to_toml(config.model_copy(update={"link": link})), "utf-8")
+
+    def no_socket(*_: object, **__: object) -> None:
+        raise AssertionError("nothing may be opened")
+
+    monkeypatch.setattr(zmq, "Context", no_socket)
+    monkeypatch.setattr("socket.socket", no_socket)
+    line = one_line(command("remote", "--config", configs["remote"]), 2)
+    assert f"{host} is open to a network" in line
+    assert "trusts nobody" in line
+    assert "teletaction keys trust" in line
+
+
+def test_a_damaged_list_is_no_empty_one(configs: dict[str, Path]) -> None:
+    config = load_config(configs["remote"], RemoteConfig)
+    (config.link.keys / "trusted").write_text("operator\n", "utf-8")
+    assert "trusted:1: expected NAME PUBLIC_KEY" in one_line(command("remote", "--config", configs["remote"]), 2)
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "localhost", "127.1.2.3", "::1"])
+def test_loopback_needs_nobody_trusted_to_be_bound_to(host: str, tmp_path: Path) -> None:
+    check_bind(host, TrustedKeys(tmp_path))
+
+
+class Keys(Protocol):
+    remote: Path
+    operator: Path
+
+
+def test_with_a_trusted_key_a_bind_to_every_interface_is_accepted_and_serves_it(keys: Keys, base_port: int) -> None:
+    remote = load_keys(keys.remote)
+    for host in OPEN_TO_A_NETWORK:
+        check_bind(host, TrustedKeys(keys.remote))
+    with (
+        RemoteLink("0.0.0.0", base_port, remote, TrustedKeys(keys.remote)) as link,
+        OperatorLink("127.0.0.1", base_port, load_keys(keys.operator), remote.public) as operator,
+    ):
+        deadline_s = time.monotonic() + 10.0
+        while not link.requests("control"):
+            assert time.monotonic() < deadline_s
+            operator.send("control", b"?")
+            time.sleep(0.001)
+    TrustedKeys(keys.remote).revoke("operator")
+    with pytest.raises(LinkProblem, match=r"0\.0\.0\.0 is open to a network"):
+        RemoteLink("0.0.0.0", base_port, remote, TrustedKeys(keys.remote))
+
+
+def test_observing_with_what_is_no_observers_configuration_is_said(configs: dict[str, Path], tmp_path: Path) -> None:
+    assert "absent.toml" in one_line(command("observe", "--config", tmp_path / "absent.toml"), 2)
+    assert "operator.toml" in one_line(command("observe", "--config", configs["operator"]), 2)
+    observer = tmp_path / "observer.toml"
+    observer.write_text(to_toml(ObserverConfig(link=OperatorLinkConfig(keys=tmp_path / "student"))), "utf-8")
+    assert "no key; make one with" in one_line(command("observe", "--config", observer), 2)
+    create_keys(tmp_path / "student")
+    assert "no key named `remote`" in one_line(command("observe", "--config", observer), 2)
+
+
+def test_keys_are_made_shown_trusted_and_revoked(tmp_path: Path) -> None:
+    site, other = tmp_path / "site", create_keys(tmp_path / "other")
+    code, public, _ = command("keys", "init", "--keys", site).said
+    assert code == 0
+    assert public.strip() == load_keys(site).public
+    assert command("keys", "trust", "--keys", site, "--observer", "--", "student", other).said == (0, "", "")
+    assert TrustedKeys(site).role(other) is Role.OBSERVER
+    code, shown, _ = command("keys", "show", "--keys", site).said
+    assert code == 0
+    assert shown.splitlines() == [
+        f"own {fingerprint(public.strip())} {public.strip()}",
+        f"trusted student (observer) {fingerprint(other)} {other}",
+    ]
+    assert load_keys(site).secret.decode() not in shown
+    assert command("keys", "revoke", "student", "--keys", site).said == (0, "", "revoked 1 key of student\n")
+    assert TrustedKeys(site).role(other) is None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("show",), "no key; make one with"),
+        (("revoke", "student"), "trusts no 'student'; known: nobody"),
+        (("trust", "student", "short"), "is no public key"),
+    ],
+)
+def test_a_wrong_key_command_is_one_line(arguments: tuple[str, ...], words: str, tmp_path: Path) -> None:
+    assert words in one_line(command("keys", *arguments, "--keys", tmp_path / "absent"), 2)
+    assert not (tmp_path / "absent").exists()
