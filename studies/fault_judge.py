@@ -1,0 +1,250 @@
+"""From what happened at the simulated devices to what a fault came to. Pure: recorded arrays in, findings out."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.fingers import FINGERS
+from common.limits import (
+    FORCE_RAMP_UP_N_S,
+    FORCE_SAFE_S,
+    GAP_S,
+    MOTOR_FLOOR_RPM,
+    MOTOR_SAFE_S,
+    MOTOR_STILL_S,
+    PLATE_PEAK_C,
+    SENSOR_PLATE_C,
+    THERMAL_SAFE_S,
+)
+from studies.fault_table import AT_FINGERS, STROKING, Actuator, Fault, Outcome
+
+Floats = NDArray[np.float64]
+
+LOG_S = 0.010
+"""Truth is written down this often."""
+GRANTED_S = 2.0 * LOG_S
+"""What writing down adds: an entry before, and one after. Beyond it a time is longer by the machine's pause only."""
+HAND_STOP_S = 2.0 * GAP_S
+"""The remote hand stands still along the bench this long after its last motion."""
+STILL_M_S = 0.010
+FELT_N = 0.15
+"""Least force that counts as being felt."""
+WINDOW_S = 0.5
+HOLD_S = {
+    Actuator.FORCE: FORCE_SAFE_S,
+    Actuator.MOTOR: MOTOR_SAFE_S,
+    Actuator.PELTIER: THERMAL_SAFE_S,
+    Actuator.HEATER: THERMAL_SAFE_S,
+    Actuator.HAND: HAND_STOP_S,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """What the simulated devices did: times (n,), s, and values (n, 5) of each finger.
+
+    Attributes:
+        finger_s, force_n, motor_mv, motor_rpm, peltier, plate_c: at the operator's fingers.
+        patient_s, heater, sensor_plate_c, hand_x_m (n,), hand_z_m: at the remote hand.
+        faults: moments at which a site latched a fault, with its words.
+        ticks_s: when each process worked, s: what it did not do between two of them it could not.
+    """
+
+    finger_s: Floats
+    force_n: Floats
+    motor_mv: Floats
+    motor_rpm: Floats
+    peltier: Floats
+    plate_c: Floats
+    patient_s: Floats
+    heater: Floats
+    sensor_plate_c: Floats
+    hand_x_m: Floats
+    hand_z_m: Floats
+    faults: list[tuple[float, str]]
+    ticks_s: dict[str, Floats]
+
+    def pause_s(self, begin_s: float, end_s: float, without: str = "") -> float:
+        """The longest time in which a process other than `without` did not get to work, s."""
+        longest_s = 0.0
+        for name, ticks_s in self.ticks_s.items():
+            then = ticks_s[(ticks_s >= begin_s) & (ticks_s <= end_s)]
+            if name != without and len(then) > 1:
+                longest_s = max(longest_s, float(np.diff(then).max()))
+        return longest_s
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """When a fault was done and what for.
+
+    Attributes:
+        begin_s, end_s: when it began, and when it was over or mended.
+        cleared_s: when a person cleared and engaged; None where nobody had to.
+        next_s: from then on something else was done.
+    """
+
+    fault: Fault
+    begin_s: float
+    end_s: float
+    next_s: float
+    cleared_s: float | None = None
+
+
+@dataclass(slots=True)
+class Finding:
+    """What came of one fault."""
+
+    fault: Fault
+    outcome: Outcome | None
+    """None where it came to nothing of the three: it never worked again."""
+    safe_s: dict[Actuator, float] = field(default_factory=dict)
+    """From the fault, or from being noticed or latched, to neutral for good."""
+    latched_s: float | None = None
+    """From the fault to the latch."""
+    latched_by: str = ""
+    resumed_s: float | None = None
+    """From the end of the fault, or from engaging anew, until force and vibration were felt again."""
+    wrong: list[str] = field(default_factory=list)
+    """What should not have been; empty when all is as the table says."""
+    paused_s: float = 0.0
+    """The longest pause of a process that nobody had asked for: the machine had others to serve."""
+
+    @property
+    def granted_s(self) -> float:
+        """What a hold time may be exceeded by."""
+        return GRANTED_S + self.paused_s
+
+
+def judge(done: Done, truth: Truth) -> Finding:
+    """What a fault came to, and whether that is what the table says."""
+    fault = done.fault
+    latch = next(((t, words) for t, words in truth.faults if done.begin_s <= t < done.next_s), None)
+    finding = Finding(fault, None)
+    if latch is not None:
+        finding.latched_s, finding.latched_by = latch[0] - done.begin_s, latch[1]
+    finding.paused_s = truth.pause_s(done.begin_s - 0.1, done.end_s + 0.1, fault.where)
+    since_s = done.begin_s + fault.noticed_s
+    if latch is not None and fault.expected is Outcome.LATCHED:
+        since_s = latch[0]
+        if finding.latched_s is not None and finding.latched_s > fault.later_s:
+            finding.wrong.append(f"latched after {finding.latched_s:.2f} s only")
+    until_s = done.end_s
+    if fault.expected is Outcome.LATCHED and done.cleared_s is not None:
+        until_s = done.cleared_s
+    for actuator in Actuator:
+        if actuator in fault.neutral and until_s - since_s > HOLD_S[actuator] + finding.granted_s:
+            _judge_neutral(finding, truth, actuator, since_s, until_s)
+    again_s = _felt_again(truth, done.cleared_s or done.end_s, done.next_s)
+    finding.resumed_s = None if again_s is None else again_s - (done.cleared_s or done.end_s)
+    finding.outcome = _outcome(done, truth, latch is not None, again_s, finding.granted_s)
+    # Better than what has to be is no fault, unless something had to be neutral; and a pause of the machine is a gap.
+    better = (
+        fault.expected is Outcome.RESUMES and finding.outcome is Outcome.CONTINUES and not fault.neutral & AT_FINGERS
+    )
+    paused = (
+        fault.expected is Outcome.CONTINUES and finding.outcome is Outcome.RESUMES and finding.paused_s > GAP_S / 2.0
+    )
+    if finding.outcome is not fault.expected and not better and not paused:
+        finding.wrong.append(f"{finding.outcome.value if finding.outcome else 'never worked again'}")
+    _judge_ramp(finding, truth, again_s)
+    _judge_temperatures(finding, truth, done)
+    return finding
+
+
+def _judge_neutral(finding: Finding, truth: Truth, actuator: Actuator, since_s: float, until_s: float) -> None:
+    time_s, active = _active(truth, actuator, finding.fault)
+    during = (time_s > since_s) & (time_s < until_s)
+    if not during.any():
+        finding.wrong.append(f"{actuator.value}: nothing was written down")
+        return
+    still = time_s[during & active]
+    safe_s = max(0.0, float(still[-1]) - since_s) if len(still) else 0.0
+    finding.safe_s[actuator] = safe_s
+    if safe_s > HOLD_S[actuator] + finding.granted_s:
+        finding.wrong.append(f"{actuator.value} neutral after {safe_s * 1e3:.0f} ms only")
+    if actuator is Actuator.MOTOR:
+        fast = truth.finger_s[during & _any(truth.motor_rpm >= MOTOR_FLOOR_RPM, finding.fault)]
+        if len(fast) and fast[-1] - since_s > MOTOR_STILL_S + finding.granted_s:
+            finding.wrong.append(f"motor still felt after {(fast[-1] - since_s) * 1e3:.0f} ms")
+
+
+def _any(active: NDArray[np.bool_], fault: Fault) -> NDArray[np.bool_]:
+    """Whether any finger that counts for a fault is active, (n,) from (n, 5)."""
+    counting = slice(None) if fault.finger is None else [FINGERS.index(fault.finger)]
+    any_active: NDArray[np.bool_] = np.asarray(active[:, counting].any(axis=1))
+    return any_active
+
+
+def _active(truth: Truth, actuator: Actuator, fault: Fault) -> tuple[Floats, NDArray[np.bool_]]:
+    match actuator:
+        case Actuator.FORCE:
+            return truth.finger_s, _any(truth.force_n > 0.0, fault)
+        case Actuator.MOTOR:
+            return truth.finger_s, _any(truth.motor_mv > 0.0, fault)
+        case Actuator.PELTIER:
+            return truth.finger_s, _any(truth.peltier != 0.0, fault)
+        case Actuator.HEATER:
+            return truth.patient_s, _any(truth.heater != 0.0, fault)
+        case Actuator.HAND:
+            speed = np.abs(np.gradient(truth.hand_x_m, truth.patient_s))
+            rise = np.asarray(np.gradient(truth.hand_z_m, truth.patient_s, axis=0))
+            return truth.patient_s, (speed > STILL_M_S) | (rise < -STILL_M_S).any(axis=1)
+
+
+def _felt(truth: Truth) -> NDArray[np.bool_]:
+    """When the stroking finger felt force and vibration, (n,)."""
+    finger = FINGERS.index(STROKING)
+    felt: NDArray[np.bool_] = (truth.force_n[:, finger] > FELT_N) & (truth.motor_mv[:, finger] > 0.0)
+    return felt
+
+
+def _felt_again(truth: Truth, since_s: float, until_s: float) -> float | None:
+    felt = (truth.finger_s >= since_s) & (truth.finger_s < until_s) & _felt(truth)
+    return float(truth.finger_s[felt][0]) if felt.any() else None
+
+
+def _outcome(done: Done, truth: Truth, latched: bool, again_s: float | None, granted_s: float) -> Outcome | None:
+    if latched:
+        before = done.cleared_s if done.cleared_s is not None else done.next_s
+        settled_s = done.end_s + FORCE_SAFE_S + granted_s
+        between = (truth.finger_s > settled_s) & (truth.finger_s < before)
+        quiet = not (truth.force_n[between] > 0.0).any() and not (truth.motor_mv[between] > 0.0).any()
+        return Outcome.LATCHED if quiet and again_s is not None else None
+    if again_s is None:
+        return None
+    return Outcome.CONTINUES if _felt_throughout(truth, done.begin_s, done.end_s) else Outcome.RESUMES
+
+
+def _felt_throughout(truth: Truth, begin_s: float, end_s: float) -> bool:
+    """Whether force was felt in every half second of the fault."""
+    edges = np.arange(begin_s, max(end_s, begin_s + WINDOW_S) + 1e-9, WINDOW_S)
+    felt_s = truth.finger_s[truth.force_n[:, FINGERS.index(STROKING)] > FELT_N]
+    return all(((felt_s >= a) & (felt_s < a + WINDOW_S)).any() for a in edges[:-1])
+
+
+def _judge_ramp(finding: Finding, truth: Truth, again_s: float | None) -> None:
+    """Where force came back from zero, it came as a ramp."""
+    if again_s is None or finding.outcome is Outcome.CONTINUES:
+        return
+    after = (truth.finger_s > again_s - 0.2) & (truth.finger_s < again_s + 0.3)
+    force_n, time_s = truth.force_n[after, FINGERS.index(STROKING)], truth.finger_s[after]
+    zero = np.flatnonzero(force_n == 0.0)
+    if not len(zero) or zero[-1] + 1 >= len(force_n):
+        return
+    start_s = time_s[zero[-1]]
+    over = force_n[zero[-1] + 1 :] - FORCE_RAMP_UP_N_S * (time_s[zero[-1] + 1 :] - start_s + finding.granted_s)
+    if over.max() > 0.0:
+        finding.wrong.append(f"force came back {over.max():.1f} N above its ramp")
+
+
+def _judge_temperatures(finding: Finding, truth: Truth, done: Done) -> None:
+    """Whatever failed, no plate was hotter than it may be."""
+    for name, time_s, plate_c, most_c in (
+        ("operator's plate", truth.finger_s, truth.plate_c, PLATE_PEAK_C),
+        ("sensor's plate", truth.patient_s, truth.sensor_plate_c, SENSOR_PLATE_C),
+    ):
+        then = (time_s >= done.begin_s) & (time_s < done.next_s)
+        if then.any() and plate_c[then].max() > most_c:
+            finding.wrong.append(f"{name} at {plate_c[then].max():.2f} C")

@@ -1,0 +1,231 @@
+"""A session of real processes on this machine to which faults are done, with what really happened at its devices."""
+
+import json
+import os
+import resource
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from common.config import SimNetworkConfig, SimOperatorConfig, SimRemoteConfig, load_config, load_site
+from common.desk import ask_desk
+from common.keys import load_keys
+from common.link import LinkProblem
+from common.session import Refused
+from teletaction.demo_files import HOST, NETWORK, DemoOptions, prepare
+from teletaction.processes import SessionProcesses
+
+SCENE = """
+name = "stroking"
+calibrated = ["pine"]
+[[objects]]
+name = "rough"
+material = "cardboard"
+surface = "sandpaper"
+x_m = 0.0
+length_m = 0.30
+y_m = -0.02
+width_m = 0.016
+[[script]]
+act = "move"
+object = "rough"
+u = 0.1
+[[script]]
+act = "touch"
+"""
+_STROKES = """
+[[script]]
+act = "stroke"
+to_object = "rough"
+u = 0.95
+speed_mm_s = 50.0
+[[script]]
+act = "stroke"
+to_object = "rough"
+u = 0.1
+speed_mm_s = 50.0
+"""
+"""The middle finger strokes to and fro; the index finger, beside the object, keeps its sensor's heater at work."""
+_WORKING_S = 30.0
+_COOL_S = 20.0
+_SLOW_STOPPED_S, _SLOW_RUNNING_S = 0.030, 0.010
+_MODELS: dict[str, Any] = {
+    "sim-remote": SimRemoteConfig,
+    "sim-operator": SimOperatorConfig,
+    NETWORK: SimNetworkConfig,
+}
+
+
+class NotWorking(RuntimeError):
+    """A session that does not come to work; the message says what its sites say."""
+
+
+@dataclass(slots=True)
+class FaultSession:
+    """Five processes: both sites, both simulations, and the network between the sites."""
+
+    out: Path
+    processes: SessionProcesses
+    configurations: dict[str, Path]
+    restarts: dict[str, int] = field(default_factory=dict)
+    _ports: dict[str, int] = field(default_factory=dict)
+
+    @classmethod
+    @contextmanager
+    def open(cls, out: Path, **site: object) -> "Iterator[FaultSession]":
+        """Start a session and end it again; `site` are lines for both sites' configurations."""
+        scene = out / "materials.toml"
+        scene.write_text(SCENE + 20 * _STROKES + '[[script]]\nact = "lift"\n', "utf-8")
+        network = out / "direct.toml"
+        network.write_text("[[phase]]\nfrom_s = 0\ndelay_ms = 0\n", "utf-8")
+        options = DemoOptions(seconds=3600.0, fingers=2, scene=str(scene), network=str(network))
+        configurations = prepare(options, out)
+        for name in ("remote", "operator"):
+            lines = "".join(f"{key} = {json.dumps(value)}\n" for key, value in site.items())
+            text = configurations[name].read_text("utf-8")
+            kept = [line for line in text.splitlines(True) if line.split(" = ")[0] not in site]
+            configurations[name].write_text(lines + "".join(kept), "utf-8")
+        session = cls(out, SessionProcesses(out), configurations)
+        try:
+            for name, path in configurations.items():
+                session.processes.start(name, path)
+                if name in _MODELS:
+                    session._ports[name] = load_config(path, _MODELS[name]).fault_port
+            yield session
+        finally:
+            for name in session.processes.running:
+                session.signal(name, signal.SIGCONT)
+            session.processes.end()
+
+    def command(self, process: str, line: str) -> float:
+        """Tell a simulation to fail, or to be sound again; returns when it did, s.
+
+        Raises:
+            NotWorking: it does not understand.
+        """
+        with socket.create_connection((HOST, self._ports[process]), timeout=5.0) as port:
+            port.sendall(line.encode() + b"\n")
+            answer = port.makefile().readline().split()
+        if answer[:1] != ["ok"]:
+            raise NotWorking(f"{process}: {line}: {' '.join(answer)}")
+        return int(answer[1]) * 1e-9
+
+    def signal(self, process: str, number: int) -> float:
+        """Send a signal to a process; returns when, s."""
+        if self.processes.running[process].poll() is None:
+            self.processes.running[process].send_signal(number)
+        return time.monotonic()
+
+    def restart(self, process: str) -> float:
+        """Start a killed process again, as a supervisor would; its recording so far is set aside."""
+        self.processes.running[process].wait()
+        count = self.restarts[process] = self.restarts.get(process, 0) + 1
+        for name in (f"{process}.mcap", f"{process}.log"):
+            path = self.out / name
+            if path.exists():
+                path.rename(path.with_name(f"{path.stem}-{count}{path.suffix}"))
+        self.processes.start(process, self.configurations[process])
+        return time.monotonic()
+
+    def slow(self, process: str, seconds: float) -> float:
+        """Let a process run in slices of 10 ms with 30 ms between, for some time; returns when it ends, s."""
+        end_s = time.monotonic() + seconds
+        while time.monotonic() < end_s:
+            self.signal(process, signal.SIGSTOP)
+            time.sleep(_SLOW_STOPPED_S)
+            self.signal(process, signal.SIGCONT)
+            time.sleep(_SLOW_RUNNING_S)
+        return time.monotonic()
+
+    def fill_disk(self, *, full: bool) -> float:
+        """Let neither site write to any file, or let them again; returns when, s."""
+        for site in ("remote", "operator"):
+            pid = self.processes.running[site].pid
+            _, hard = resource.prlimit(pid, resource.RLIMIT_FSIZE)
+            resource.prlimit(pid, resource.RLIMIT_FSIZE, (1 if full else hard, hard))
+        return time.monotonic()
+
+    def burn(self, seconds: float) -> float:
+        """Load every processor twice, for some time; returns when it ends, s."""
+        code = f"import time\nend = time.monotonic() + {seconds}\nwhile time.monotonic() < end: pass"
+        hogs = [subprocess.Popen([sys.executable, "-c", code]) for _ in range(2 * (os.cpu_count() or 1))]
+        for hog in hogs:
+            hog.wait()
+        return time.monotonic()
+
+    def ask(self, site: str, verb: str) -> dict[str, Any]:
+        """Ask at the desk of a site, as a person there would.
+
+        Raises:
+            LinkProblem, Refused: nobody answers, or it will not.
+        """
+        config = load_site(self.configurations[site])
+        return ask_desk(config.desk_port, load_keys(config.link.keys), verb)
+
+    def states(self) -> dict[str, str]:
+        """What both sites say of their state, with the fault or refusal behind it."""
+        said = {}
+        for site in ("remote", "operator"):
+            try:
+                told = self.ask(site, "status")
+            except (LinkProblem, Refused, OSError) as error:
+                said[site] = f"silent: {error}"
+            else:
+                why = told.get("fault") or told.get("missing") or told.get("refusal")
+                said[site] = told["state"] + (f": {why}" if why else "")
+        return said
+
+    def wait_until_working(self, seconds: float = _WORKING_S) -> None:
+        """Return once both sites are engaged and the hand has worked for a while since.
+
+        Raises:
+            NotWorking: they do not become so in time.
+        """
+        end_s, since_s = time.monotonic() + seconds, None
+        while time.monotonic() < end_s:
+            if (
+                all(state == "engaged" for state in self.states().values())
+                and float(self.figures("sim-operator").get("script_s") or 0.0) > 2.0
+            ):
+                since_s = since_s or time.monotonic()
+                if time.monotonic() - since_s > 1.0:
+                    return
+            else:
+                since_s = None
+            time.sleep(0.05)
+        raise NotWorking(f"not working after {seconds:g} s: {self.states()}")
+
+    def clear_and_engage(self) -> None:
+        """What a person does after a latched fault, at each site that has one; again, while something is hot."""
+        end_s = time.monotonic() + _COOL_S
+        while time.monotonic() < end_s:
+            try:
+                for site in ("remote", "operator"):
+                    if self.states()[site].startswith("fault"):
+                        self.ask(site, "clear_fault")
+                self.ask("operator", "engage")
+            except Refused:
+                pass  # the other site's word of it is still under way
+            time.sleep(0.5)
+            if all(state == "engaged" for state in self.states().values()):
+                return
+
+    def keep(self, folder: Path) -> None:
+        """Copy what the processes left behind, for whoever looks into it."""
+        shutil.copytree(self.out, folder, dirs_exist_ok=True)
+
+    def figures(self, process: str) -> dict[str, Any]:
+        """What a process last told of itself in its status file; empty before the first."""
+        try:
+            told: dict[str, Any] = json.loads((self.out / f"{process}.json").read_text("utf-8"))
+        except (OSError, ValueError):
+            return {}
+        return told

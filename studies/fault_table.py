@@ -1,0 +1,230 @@
+"""What may go wrong in a session, and what has to come of it: the table that the fault matrix is judged by."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+from common.limits import GAP_S
+
+
+class Outcome(Enum):
+    """What a fault does to a session."""
+
+    CONTINUES = "continues"
+    """The finger goes on feeling force; at most what depends on the failed part is neutral."""
+    RESUMES = "safe and resumes"
+    """Everything is neutral within the hold times, and works again by itself when the fault is over."""
+    LATCHED = "latched"
+    """Everything is neutral, and stays so until a person clears the fault and engages again."""
+
+
+class Actuator(Enum):
+    """What can reach a finger or a patient."""
+
+    FORCE = "force"
+    MOTOR = "motor"
+    PELTIER = "Peltier"
+    HEATER = "heater"
+    HAND = "remote hand"
+
+
+AT_FINGERS = frozenset({Actuator.FORCE, Actuator.MOTOR, Actuator.PELTIER})
+AT_PATIENT = frozenset({Actuator.HEATER, Actuator.HAND})
+ALL = AT_FINGERS | AT_PATIENT
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One row.
+
+    Attributes:
+        name: what happens, in the table's words.
+        where: the process that is told to fail, or that something is done to.
+        begin: command for its fault port (`sim-remote`, `sim-operator`, `network`); `kill`, `stop` or `slow` for a
+            process; `burn` for the machine.
+        expected: what has to come of it.
+        neutral: what has to be neutral within the hold times while it lasts.
+        finger: whose motor, Peltier and heater count; all by default.
+        seconds: how long it lasts.
+        mend: command that ends it; empty when it ends by itself, after `seconds`.
+        noticed_s: hold times count from here: what it takes to know that a device or the other site is silent.
+        later_s: for a fault that is found by what it does: the longest time until it is latched. Hold times count from
+            then.
+    """
+
+    name: str
+    where: str
+    begin: str
+    expected: Outcome
+    neutral: frozenset[Actuator] = ALL
+    finger: str | None = None
+    seconds: float = 2.0
+    mend: str = ""
+    noticed_s: float = 0.0
+    later_s: float = 0.0
+
+    @property
+    def key(self) -> str:
+        """A word for it, unique in the table."""
+        return f"{self.where}-{self.begin}".replace(" ", "-").replace("_", "-")
+
+
+STROKING, FREE = "middle", "index"
+"""The finger that strokes an object, and the one beside it in the air, whose sensor's heater is at work."""
+
+_CONTINUES, _RESUMES, _LATCHED = Outcome.CONTINUES, Outcome.RESUMES, Outcome.LATCHED
+_NONE: frozenset[Actuator] = frozenset()
+_ON_MODULE = frozenset({Actuator.MOTOR, Actuator.PELTIER})
+_FELT = frozenset({Actuator.FORCE, Actuator.MOTOR})
+_WITHOUT_PLACE = _FELT | AT_PATIENT
+"""What follows where a finger is: without the telemanipulator's word of it a plate still shows a finger in the air."""
+_SILENT = GAP_S
+"""A device is known to be silent after this."""
+
+
+def _for_a_while(
+    name: str,
+    where: str,
+    begin: str,
+    expected: Outcome,
+    neutral: frozenset[Actuator] = _NONE,
+    finger: str | None = None,
+    noticed_s: float = _SILENT,
+) -> Fault:
+    """A fault of a device that is mended after 2 s."""
+    mend = begin.replace("unplug", "plug") if begin.startswith("unplug") else f"mend {begin}"
+    for text in (" open", " short"):
+        mend = mend.removesuffix(text)
+    return Fault(name, where, begin, expected, neutral, finger=finger, mend=mend, noticed_s=noticed_s)
+
+
+def _found(name: str, where: str, begin: str, mend: str, later_s: float, neutral: frozenset[Actuator] = ALL) -> Fault:
+    """A fault of a device that is found by what it does, and latched."""
+    return Fault(name, where, begin, _LATCHED, neutral, seconds=0.0, mend=f"mend {mend}", later_s=later_s)
+
+
+NETWORK_FAULTS = (
+    Fault("partition 1 s", "network", "partition 1", _RESUMES, seconds=1.0),
+    Fault("partition 10 s", "network", "partition 10", _RESUMES, seconds=10.0),
+    Fault("stall 3 s, then a burst", "network", "stall 3", _RESUMES, seconds=3.0),
+    # The dead connections are given up after 2 s, and new ones get through: until then it has to be neutral.
+    Fault("half-open TCP", "network", "half_open 5", _RESUMES, seconds=1.5),
+    Fault("way to the remote site cut, 2 s", "network", "partition 2 to_remote", _RESUMES, AT_PATIENT),
+    Fault("way to the operator's site cut, 2 s", "network", "partition 2 to_operator", _RESUMES),
+    Fault("TCP connections reset", "network", "cut", _RESUMES, _NONE, seconds=0.0),
+    Fault("delay 20 ± 5 ms", "network", "delay 20 5", _CONTINUES, _NONE, mend="clear"),
+    Fault("delay 100 ± 20 ms", "network", "delay 100 20", _CONTINUES, _NONE, mend="clear"),
+    Fault(
+        "delay 400 ± 20 ms, age limit 150 ms",
+        "network",
+        "delay 400 20",
+        _RESUMES,
+        seconds=4.0,
+        mend="clear",
+        noticed_s=0.1,
+    ),
+)
+_REMOTE, _OPERATOR = "sim-remote", "sim-operator"
+DEVICE_FAULTS = (
+    _for_a_while(
+        "texture sensor's cable pulled", _REMOTE, f"unplug {STROKING} texture", _CONTINUES, frozenset({Actuator.MOTOR})
+    ),
+    _for_a_while("thermal sensor's cable pulled", _REMOTE, f"unplug {STROKING} thermal", _CONTINUES),
+    _for_a_while(
+        "TactTip's cable pulled",
+        _OPERATOR,
+        f"unplug {STROKING} tacttip",
+        _CONTINUES,
+        _ON_MODULE,
+        finger=STROKING,
+        noticed_s=0.0,
+    ),
+    _for_a_while("telemanipulator's CAN cable pulled", _REMOTE, "unplug can", _RESUMES, _WITHOUT_PLACE),
+    _for_a_while("exoskeleton's CAN cable pulled", _OPERATOR, "unplug can", _RESUMES, ALL),
+    _for_a_while("telemanipulator off the bus", _REMOTE, "bus_off", _RESUMES, _WITHOUT_PLACE),
+    _for_a_while("exoskeleton off the bus", _OPERATOR, "bus_off", _RESUMES, ALL),
+    _for_a_while("texture sensor sends rubbish", _REMOTE, f"babble {STROKING} texture", _CONTINUES),
+    _for_a_while("TactTip sends rubbish", _OPERATOR, f"babble {STROKING} tacttip", _CONTINUES),
+    _for_a_while(
+        "texture sensor silent", _REMOTE, f"silence {STROKING} texture", _CONTINUES, frozenset({Actuator.MOTOR})
+    ),
+    _for_a_while(
+        "TactTip silent and deaf", _OPERATOR, f"silence {STROKING} tacttip", _CONTINUES, _ON_MODULE, finger=STROKING
+    ),
+    # A stuck drive itself is ended by nothing but the module's own temperature limit.
+    _found("sensor's heater stuck on", _REMOTE, f"stuck {FREE} 1000", f"stuck {FREE}", 2.0, ALL - {Actuator.HEATER}),
+    _found(
+        "TactTip's Peltier stuck on",
+        _OPERATOR,
+        f"stuck {STROKING} 1000",
+        f"stuck {STROKING}",
+        2.0,
+        ALL - {Actuator.PELTIER},
+    ),
+    _found("telemanipulator does not obey", _REMOTE, "disobey", "disobey", 8.0),
+    _found("telemanipulator drifts", _REMOTE, "disobey drift", "disobey", 3.0, ALL - {Actuator.HAND}),
+    _for_a_while(
+        "sensor's thermistor open",
+        _REMOTE,
+        f"thermistor {FREE} open",
+        _CONTINUES,
+        frozenset({Actuator.HEATER}),
+        finger=FREE,
+    ),
+    _for_a_while(
+        "sensor's thermistor short",
+        _REMOTE,
+        f"thermistor {FREE} short",
+        _CONTINUES,
+        frozenset({Actuator.HEATER}),
+        finger=FREE,
+    ),
+    Fault(
+        "sensor's thermistor frozen, 6 s",
+        _REMOTE,
+        f"thermistor {FREE} frozen",
+        _CONTINUES,
+        _NONE,
+        seconds=6.0,
+        mend=f"mend thermistor {FREE}",
+    ),
+    _found("TactTip's thermistor open", _OPERATOR, f"thermistor {STROKING} open", f"thermistor {STROKING}", 0.5),
+    _found("TactTip's thermistor short", _OPERATOR, f"thermistor {STROKING} short", f"thermistor {STROKING}", 0.5),
+    _found("TactTip's thermistor frozen", _OPERATOR, f"thermistor {STROKING} frozen", f"thermistor {STROKING}", 40.0),
+    Fault("processor fully loaded, 4 s", "machine", "burn", _RESUMES, _NONE, seconds=4.0),
+)
+
+
+def _process_faults(name: str, neutral: frozenset[Actuator], noticed_s: float = 0.0) -> tuple[Fault, ...]:
+    return (
+        Fault(
+            f"{name} killed (-9), started again",
+            name,
+            "kill",
+            _RESUMES,
+            neutral,
+            seconds=2.0,
+            mend="start",
+            noticed_s=noticed_s,
+        ),
+        Fault(
+            f"{name} stopped for 3 s",
+            name,
+            "stop",
+            _RESUMES,
+            neutral,
+            seconds=3.0,
+            mend="continue",
+            noticed_s=noticed_s,
+        ),
+        Fault(f"{name} slowed: 10 ms of every 40, 3 s", name, "slow", _CONTINUES, _NONE, seconds=3.0),
+    )
+
+
+PROCESS_FAULTS = (
+    *_process_faults("remote", ALL),
+    *_process_faults("operator", ALL),
+    # What stands still with its own simulator cannot be judged while it does.
+    *_process_faults("sim-remote", AT_FINGERS - {Actuator.PELTIER}, _SILENT),
+    *_process_faults("sim-operator", AT_PATIENT, _SILENT),
+)
+DISK_FAULTS = (Fault("disk full at both sites", "disk", "full", _CONTINUES, _NONE, seconds=3.0),)

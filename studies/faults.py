@@ -1,0 +1,195 @@
+"""The fault matrix: every fault of the table done to real processes, and judged at the simulated devices."""
+
+import signal
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import msgpack
+import numpy as np
+from mcap.records import Channel, Message
+
+from common.fingers import FINGERS
+from studies.fault_judge import Done, Finding, Floats, Truth, judge
+from studies.fault_session import FaultSession, NotWorking
+from studies.fault_table import (
+    DEVICE_FAULTS,
+    DISK_FAULTS,
+    NETWORK_FAULTS,
+    PROCESS_FAULTS,
+    Fault,
+    Outcome,
+)
+from teletaction.conclude import recordings_of
+from teletaction.cut_recording import CutRecording
+
+GROUPS: dict[str, tuple[Fault, ...]] = {
+    "network": NETWORK_FAULTS,
+    "devices": DEVICE_FAULTS,
+    "processes": PROCESS_FAULTS,
+    "disk": DISK_FAULTS,
+}
+_LATCH_SHOWN_S = 1.0
+"""A latched session is left alone for this long: nothing may come back by itself."""
+_AFTERWARDS_S = 0.6
+_STATUS_S = 1.5
+"""By then every process has told how it is."""
+Tell = Callable[[str], object]
+
+
+def run(groups: Sequence[str] = tuple(GROUPS), tell: Tell = lambda _: None) -> list[Finding]:
+    """Do every fault of some groups, one after the other, and judge each.
+
+    Args:
+        groups: keys of GROUPS; each is a session of its own.
+        tell: is told each fault as it is done.
+    """
+    findings = []
+    for group in groups:
+        with tempfile.TemporaryDirectory(prefix="faults-") as folder:
+            findings += run_group(GROUPS[group], Path(folder), tell)
+    return findings
+
+
+def run_group(faults: Sequence[Fault], out: Path, tell: Tell = lambda _: None) -> list[Finding]:
+    """Do some faults to one session that is recorded in `out`."""
+    done: list[Done] = []
+    lost: dict[str, str] = {}
+    with FaultSession.open(out) as session:
+        session.wait_until_working()
+        for fault in faults:
+            tell(fault.name)
+            begin_s = time.monotonic()
+            try:
+                done.append(_do(session, fault))
+            except NotWorking as problem:
+                lost[fault.key] = str(problem)
+                tell(f"  {problem}")
+                done.append(Done(fault, begin_s, time.monotonic(), time.monotonic()))
+                if not recover(session):
+                    break
+        time.sleep(_AFTERWARDS_S)
+    truth = read_truth(out)
+    findings = [judge(each, truth) for each in done]
+    for finding in findings:
+        if finding.fault.key in lost:
+            finding.wrong.append(lost[finding.fault.key])
+    judged = {finding.fault for finding in findings}
+    return findings + [Finding(fault, None, wrong=["not reached"]) for fault in faults if fault not in judged]
+
+
+def _do(session: FaultSession, fault: Fault) -> Done:
+    begin_s, end_s = begin_and_end(session, fault)
+    cleared_s = None
+    if fault.expected is Outcome.LATCHED:
+        time.sleep(_LATCH_SHOWN_S)
+        cleared_s = time.monotonic()
+        session.clear_and_engage()
+    session.wait_until_working()
+    return Done(fault, begin_s, end_s, time.monotonic(), cleared_s)
+
+
+def begin_and_end(session: FaultSession, fault: Fault) -> tuple[float, float]:
+    """Do a fault; returns when it began, and when it was over."""
+    where, end_s = fault.where, 0.0
+    match fault.begin:
+        case "kill":
+            begin_s = session.signal(where, signal.SIGKILL)
+            time.sleep(fault.seconds)
+            return begin_s, session.restart(where)
+        case "stop":
+            begin_s = session.signal(where, signal.SIGSTOP)
+            time.sleep(fault.seconds)
+            return begin_s, session.signal(where, signal.SIGCONT)
+        case "slow":
+            return time.monotonic(), session.slow(where, fault.seconds)
+        case "burn":
+            return time.monotonic(), session.burn(fault.seconds)
+        case "full":
+            begin_s = session.fill_disk(full=True)
+            time.sleep(fault.seconds)
+            end_s = session.fill_disk(full=False)
+            time.sleep(_STATUS_S)
+            for site in ("remote", "operator"):
+                if not session.figures(site).get("recording_failed"):
+                    raise NotWorking(f"{site} does not say that its recording stopped")
+            return begin_s, end_s
+    begin_s = session.command(where, fault.begin)
+    if fault.expected is Outcome.LATCHED:
+        deadline_s = begin_s + fault.later_s + 1.0
+        while time.monotonic() < deadline_s and not any(s.startswith("fault") for s in session.states().values()):
+            time.sleep(0.02)
+        time.sleep(0.4)
+    else:
+        time.sleep(fault.seconds)
+    end_s = session.command(where, fault.mend) if fault.mend else begin_s + fault.seconds
+    return begin_s, end_s
+
+
+def recover(session: FaultSession) -> bool:
+    """Bring a session that a fault has left behind back to work, so that the next fault can be done."""
+    for name in ("sim-remote", "sim-operator"):
+        session.command(name, "mend")
+    session.command("network", "clear")
+    session.clear_and_engage()
+    try:
+        session.wait_until_working()
+    except NotWorking:
+        return False
+    return True
+
+
+def read_truth(out: Path) -> Truth:
+    """What the simulations and both sites wrote down, from recordings that may have been cut by a kill."""
+    streams: dict[str, list[tuple[float, Any]]] = {}
+    for process in ("sim-remote", "sim-operator", "remote", "operator"):
+        for path in recordings_of(out, process) if any(out.glob(f"{process}*.mcap")) else []:
+            _collect(path, streams)
+    for entries in streams.values():
+        entries.sort(key=lambda entry: entry[0])
+    fingers, patient = streams.get("truth_fingertips", []), streams.get("truth_contact", [])
+
+    def five(entries: list[tuple[float, Any]], name: str) -> Floats:
+        return np.array([entry[name] for _, entry in entries], dtype=np.float64).reshape(len(entries), len(FINGERS))
+
+    sessions = streams.get("remote/session", []) + streams.get("operator/session", [])
+    return Truth(
+        finger_s=np.array([t for t, _ in fingers]),
+        force_n=five(fingers, "force_n"),
+        motor_mv=five(fingers, "motor_mv"),
+        motor_rpm=five(fingers, "motor_rpm"),
+        peltier=five(fingers, "peltier"),
+        plate_c=five(fingers, "plate_c"),
+        patient_s=np.array([t for t, _ in patient]),
+        heater=five(patient, "heater"),
+        sensor_plate_c=five(patient, "plate_c"),
+        hand_x_m=np.array([entry["x_m"] for _, entry in patient]),
+        hand_z_m=five(patient, "z_m"),
+        faults=sorted((t, entry[2]) for t, entry in sessions if entry[0] == "fault"),
+        ticks_s={process: np.array([t for t, _ in streams.get(stream, [])]) for process, stream in _EACH_TICK.items()},
+    )
+
+
+_EACH_TICK = {
+    "remote": "remote/sensed",
+    "operator": "operator/input",
+    "sim-remote": "truth_contact",
+    "sim-operator": "truth_fingertips",
+}
+"""A stream of each process that shows when it got to work."""
+_ONLY_TIMES = ("remote/sensed", "operator/input")
+
+
+def _collect(path: Path, streams: dict[str, list[tuple[float, Any]]]) -> None:
+    wanted = {"remote/session", "operator/session", *_EACH_TICK.values()}
+    topics: dict[int, str] = {}
+    with path.open("rb") as file:
+        for record in CutRecording(file).records():
+            if isinstance(record, Channel):
+                topics[record.id] = record.topic
+            elif isinstance(record, Message) and topics[record.channel_id] in wanted:
+                topic = topics[record.channel_id]
+                entry = None if topic in _ONLY_TIMES else msgpack.unpackb(record.data)
+                streams.setdefault(topic, []).append((record.log_time * 1e-9, entry))

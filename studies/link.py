@@ -1,0 +1,75 @@
+"""The link: latency and processor time beside bare sockets, age of what is rendered on bad networks, safe states.
+
+The figure shows where the method fails, too: the networks on which the session is in its safe state.
+"""
+
+import os
+import platform
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import zmq
+
+from studies import link_age, link_figure, link_latency, link_load
+from studies.link_faults import DEFAULT_FAULTS, safe_state_times
+from studies.link_packets import size_table
+
+Tell = Callable[[float], object]
+_RATES_HZ = (100.0, 200.0, 500.0, 1000.0)
+
+
+def run(quick: bool, seed: int, tell: Tell = lambda _: None, faults: Path = DEFAULT_FAULTS) -> dict[str, Any]:
+    """Measure everything.
+
+    Args:
+        quick: a minute and a half with coarse grids instead of some ten minutes.
+        seed: of the order in which ways take turns, and of the networks.
+        tell: is told the share done, 0..1.
+        faults: what the fault matrix wrote; its part is left out, with a note, when the file is not there.
+
+    Raises:
+        FaultsProblem: `faults` is something else.
+        EndLost: a process of a measurement ended.
+    """
+    safe_states = safe_state_times(faults)
+    latency = link_latency.measure(40 if quick else 200, seed, _part(tell, 0.0, 0.15))
+    cpu = link_load.compare(2 if quick else 6, 2.0 if quick else 4.0, _part(tell, 0.15, 0.4))
+    scaling = link_load.scale(quick, 1.5 if quick else 4.0, _part(tell, 0.4, 0.7))
+    age = link_age.sweep(quick, seed, _part(tell, 0.7, 1.0))
+    return {
+        "machine": {
+            "processors": os.cpu_count(),
+            "python": platform.python_version(),
+            "zmq": zmq.zmq_version(),
+            "pyzmq": zmq.pyzmq_version(),
+        },
+        "quick": quick,
+        "seed": seed,
+        "latency": latency,
+        "cpu": {"measurements": cpu, **link_load.ratios(cpu)},
+        "scaling": scaling,
+        "bytes": size_table(_RATES_HZ),
+        "age": age,
+        "safe_states": safe_states,
+    }
+
+
+def tables(data: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
+    """Parts of the result that are tables, by name."""
+    return {
+        "latency": data["latency"]["ways"],
+        "cpu": data["cpu"]["measurements"],
+        "scaling": data["scaling"],
+        "bytes": data["bytes"],
+        "age": data["age"],
+    }
+
+
+def plot(data: dict[str, Any], path: Path) -> None:
+    """Draw what `run` returned."""
+    link_figure.plot(data, path)
+
+
+def _part(tell: Tell, start: float, end: float) -> Tell:
+    return lambda share: tell(start + (end - start) * share)

@@ -1,0 +1,169 @@
+"""One-way time of a touch packet between two processes: the product's link beside bare CurveZMQ and plain TCP.
+
+All ways carry messages of one size at one rate, in short blocks that take turns in random order: whatever else the
+machine does hits all of them alike. The time of a packet ends when it was decoded, checked and accepted; it begins when
+it is encoded, and in a second row when its encoding begins. The time of a bare message is that of its socket alone.
+"""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from multiprocessing.connection import Connection
+from pathlib import Path
+from random import Random
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+import zmq
+
+from common.keys import load_keys
+from common.loop import PeriodicLoop
+from common.streams import STREAMS
+from studies.link_bare import BareCurve, PlainTcp
+from studies.link_ends import EndLost, Place, ends, pipe
+from studies.link_packets import USUAL_EVENTS, next_touch, touch_parts
+from studies.link_ways import Arrival, BareReceiver, BareSender, LinkReceiver, LinkSender, Receiver, Sender
+
+LINK, CURVE, TCP = "link, encoded to checked", "bare CurveZMQ", "plain TCP"
+WAYS = (LINK, CURVE, TCP)
+WITH_ENCODING = "link, with its encoding"
+BLOCK = 50
+"""Messages of one way before another has its turn: a tenth of a second."""
+GRID = np.round(np.linspace(0.0, 0.999, 334), 4)
+"""Shares at which a distribution is kept for the figure."""
+_GIVE_UP_S = 0.5
+_TRIES = 60
+
+
+def _send(line: Connection, place: Place, receiver: Connection, seed: int, rounds: int, events: int) -> None:
+    """The sending process: decides whose turn it is, and hands on how long each message took."""
+    like = touch_parts(events=events)
+    body = next_touch(like, 10_000, time.monotonic_ns()).encode()
+    curve = BareCurve(place.bare_address(0), zmq.PUB, load_keys(place.remote_keys))
+    senders: dict[str, Sender] = {
+        LINK: LinkSender(place, like),
+        CURVE: BareSender(curve, body),
+        TCP: BareSender(PlainTcp.serve(place.host, place.bare_port(1)), body),
+    }
+    loop = PeriodicLoop(1.0 / STREAMS["touch"].rate_hz)
+    chance, sequence = Random(seed), 0
+    for turn in range(-1, rounds):
+        for way in chance.sample(WAYS, len(WAYS)):
+            for _ in range(_TRIES):
+                receiver.send((way, sequence + BLOCK))
+                receiver.recv()
+                departures = {}
+                for _ in range(BLOCK):
+                    loop.wait()
+                    sequence += 1
+                    departures[sequence] = senders[way].send(sequence)
+                arrivals: list[Arrival] = receiver.recv()
+                if arrivals:
+                    break
+            else:
+                raise EndLost(f"{way}: nothing arrived")
+            if turn >= 0:  # what comes before only shows that all are connected
+                taken = [(arrived_ns, *departures[n]) for n, arrived_ns in arrivals if n in departures]
+                line.send((way, [(end - encoded, end - begin) for end, begin, encoded in taken]))
+    receiver.send(None)
+    line.send(len(body))
+    for sender in senders.values():
+        sender.close()
+
+
+def _receive(_: Connection, place: Place, sender: Connection) -> None:
+    """The receiving process: waits for one way after the other, as the sender says."""
+    server_key = load_keys(place.remote_keys).public
+    curve = BareCurve(place.bare_address(0), zmq.SUB, load_keys(place.operator_keys), server_key)
+    receivers: dict[str, Receiver] = {
+        LINK: LinkReceiver(place),
+        CURVE: BareReceiver(curve),
+        TCP: BareReceiver(_connect(place)),
+    }
+    while (turn := sender.recv()) is not None:
+        way, last = turn
+        sender.send("ready")
+        arrivals: list[Arrival] = []
+        while not arrivals or arrivals[-1][0] < last:
+            arrival = receivers[way].receive(_GIVE_UP_S)
+            if arrival is None:
+                break
+            arrivals.append(arrival)
+        sender.send(arrivals)
+    for receiver in receivers.values():
+        receiver.close()
+
+
+def _connect(place: Place) -> PlainTcp:
+    for _ in range(_TRIES):
+        try:
+            return PlainTcp.connect(place.host, place.bare_port(1))
+        except ConnectionRefusedError:
+            time.sleep(0.1)
+    raise EndLost("the sending process does not serve")
+
+
+def measure(
+    rounds: int, seed: int, tell: Callable[[float], object] = lambda _: None, events: int = USUAL_EVENTS
+) -> dict[str, Any]:
+    """Measure `rounds` blocks of each way; returns the size of a message, and what `summary` says of the times.
+
+    Args:
+        rounds: blocks of 50 messages of each way; one takes 0.3 s for all three.
+        seed: of the order in which the ways take turns.
+        tell: is told the share done, 0..1.
+        events: taps and grooves within each touch packet.
+
+    Raises:
+        EndLost: a process ended, or nothing arrives.
+    """
+    blocks: dict[str, list[list[int]]] = {way: [] for way in (LINK, WITH_ENCODING, CURVE, TCP)}
+    one_end, other_end = pipe()
+    with TemporaryDirectory(prefix="link-") as folder:
+        place = Place.prepare(Path(folder))
+        sending = ("sender", _send, (place, one_end, seed, rounds, events))
+        with ends(sending, ("receiver", _receive, (place, other_end))) as (sender, _):
+            one_end.close()
+            other_end.close()
+            for number in range(rounds * len(WAYS)):
+                way, taken = sender.hear()
+                blocks[way].append([encoded_to_checked_ns for encoded_to_checked_ns, _ in taken])
+                if way == LINK:
+                    blocks[WITH_ENCODING].append([with_encoding_ns for _, with_encoding_ns in taken])
+                tell((number + 1) / (rounds * len(WAYS)))
+            size = int(sender.hear())
+    return {"message_bytes": size, "rate_hz": STREAMS["touch"].rate_hz, "events": events, **summary(blocks)}
+
+
+def summary(blocks: Mapping[str, Sequence[Sequence[int]]]) -> dict[str, Any]:
+    """Quantiles of each way, us, their ratios to bare CurveZMQ, and how the ratio varies from round to round.
+
+    Args:
+        blocks: one-way times in ns of each block of each way; blocks of one number belong to one round.
+    """
+    us = {way: np.concatenate([np.asarray(block) for block in of_way]) * 1e-3 for way, of_way in blocks.items()}
+    medians = {way: np.array([np.median(block) for block in of_way]) for way, of_way in blocks.items()}
+    rows = []
+    for way, times in us.items():
+        median, p90, p99 = (round(float(value), 2) for value in np.quantile(times, (0.5, 0.9, 0.99)))
+        varies = [round(float(v), 3) for v in np.quantile(medians[way] / medians[CURVE], (0.1, 0.5, 0.9))]
+        rows.append(
+            {
+                "way": way,
+                "count": len(times),
+                "median_us": median,
+                "p90_us": p90,
+                "p99_us": p99,
+                "to_bare": round(float(np.median(times) / np.median(us[CURVE])), 3),
+                "to_bare_in_rounds_p10": varies[0],
+                "to_bare_in_rounds_p50": varies[1],
+                "to_bare_in_rounds_p90": varies[2],
+            }
+        )
+    curves = {way: [round(float(v), 2) for v in np.quantile(times, GRID)] for way, times in us.items()}
+    return {"ways": rows, "quantiles": [float(q) for q in GRID], "one_way_us": curves}
+
+
+def ratio(latency: Mapping[str, Any], way: str = LINK) -> float:
+    """Median of a way to that of bare CurveZMQ, from what `measure` returned."""
+    return next(float(row["to_bare"]) for row in latency["ways"] if row["way"] == way)

@@ -1,0 +1,113 @@
+"""Packets as a session exchanges them, and what each of them takes on the wire."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from common.messages import (
+    MAX_EVENTS,
+    TOUCH_COLUMN,
+    TOUCH_FIELDS,
+    Event,
+    EventKind,
+    ExplorationMode,
+    Motion,
+    ThermalStatus,
+    Touch,
+)
+from common.packets import LinkState, N
+
+SESSION = 0x1F2E_3D4C_5B6A_7988
+"""Of every packet here; as long on the wire as the random number of a real session."""
+USUAL_EVENTS = 4
+"""Taps and grooves in one touch packet: a session on grooved blocks has this many in half a second."""
+_FIRST_NS = 10**15
+_MATERIALS = ("pine", "aluminium", "pvc", "ceramic_tile", "skin_dermis")
+_IN_CONTACT = {
+    "mode": ExplorationMode.STROKING,
+    "contact": 1,
+    "contact_force_n": 1.23,
+    "surface_z_m": -0.002,
+    "stiffness_n_m": 1234.5,
+    "k_tap": 800.0,
+    "b_tap_per_s": 90.0,
+    "k_stroke_v": 6300.0,
+    "k_stroke_f": 210.0,
+    "groove_rad_s": 310.0,
+    "b_groove_per_s": 80.0,
+    "conductivity_w_mk": 0.12,
+    "density_kg_m3": 510.0,
+    "specific_heat_j_kgk": 1380.0,
+    "object_c": 23.1,
+    "object_c_sd": 0.4,
+    "probability": 0.97,
+    "thermal_status": ThermalStatus.IDENTIFIED,
+}
+
+# A message within CurveZMQ (RFC 26) within ZMTP: flags and length, "\x07MESSAGE", a short nonce, the box's
+# authenticator, and inside the box the message's own flags.
+_CURVE_BYTES = 8 + 8 + 16 + 1
+_TCP_IP_BYTES = 20 + 20 + 12
+"""IPv4 and TCP headers with time stamps, as a segment of its own has them."""
+
+
+def touch_parts(touching: int = N, events: int | None = None) -> Touch:
+    """A touch packet of which `touching` fingers (0..5) stroke an object.
+
+    `events` (0..24) happened; by default the usual ones, or none when nothing is touched.
+
+    Raises:
+        ValueError: there are no so many fingers or events.
+    """
+    if events is None:
+        events = USUAL_EVENTS if touching else 0
+    if not 0 <= touching <= N or not 0 <= events <= MAX_EVENTS:
+        raise ValueError(f"{touching} fingers and {events} events: expected 0..{N} and 0..{MAX_EVENTS}")
+    block = np.zeros((N, len(TOUCH_FIELDS)), dtype=np.float32)
+    for name, value in _IN_CONTACT.items():
+        block[:touching, TOUCH_COLUMN[name]] = value
+    names = tuple(name if finger < touching else "" for finger, name in enumerate(_MATERIALS))
+    happened = tuple(
+        Event(10_000 + n, EventKind.GROOVE, n % max(1, touching), _FIRST_NS + n, 310.0) for n in range(events)
+    )
+    return Touch(SESSION, 0, _FIRST_NS, LinkState.ENGAGED, block, names, happened)
+
+
+def next_touch(like: Touch, sequence: int, time_ns: int) -> Touch:
+    """The same touch as another packet."""
+    return Touch(SESSION, sequence, time_ns, LinkState.ENGAGED, like.block, like.materials, like.events)
+
+
+def next_motion(sequence: int, time_ns: int) -> Motion:
+    """Fingertips that do not move."""
+    return Motion(SESSION, sequence, time_ns, LinkState.ENGAGED, _AT_REST)
+
+
+_AT_REST = np.full((N, 3), 0.005, dtype=np.float32)
+
+
+def framed_bytes(packet: int) -> int:
+    """Bytes of the TCP stream that a packet of `packet` bytes takes, encrypted."""
+    body = _CURVE_BYTES + packet
+    return body + (2 if body <= 255 else 9)
+
+
+def wire_bytes(packet: int) -> int:
+    """Bytes of the IP packet that a packet of `packet` bytes takes; a full segment is never reached by one."""
+    return framed_bytes(packet) + _TCP_IP_BYTES
+
+
+def size_table(rates_hz: Sequence[float]) -> list[dict[str, float]]:
+    """Bytes of a packet and of a second of packets, touch and motion, for each count of touching fingers."""
+    rows = []
+    motion = wire_bytes(len(next_motion(10_000, _FIRST_NS).encode()))
+    for touching in range(N + 1):
+        packet = len(next_touch(touch_parts(touching), 10_000, _FIRST_NS).encode())
+        for rate_hz in rates_hz:
+            row = {"touching": touching, "rate_hz": rate_hz, "touch_packet_bytes": packet}
+            row["touch_wire_bytes"] = wire_bytes(packet)
+            row["touch_bytes_s"] = rate_hz * wire_bytes(packet)
+            row["motion_wire_bytes"] = motion
+            row["motion_bytes_s"] = rate_hz * motion
+            rows.append(row)
+    return rows

@@ -1,0 +1,165 @@
+"""A soak: one session at work for long, with faults at random, and whether it is in the end as it was in the beginning.
+
+    python -m studies.soak --seconds 600 --seed 1 --out soak-out
+
+Real processes, a proxied network and simulated devices, as in the fault matrix. What is checked is said in `run`.
+"""
+
+import argparse
+import json
+import statistics
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from studies.soak_figure import plot
+from studies.soak_growth import GROWTH_MIB_H, Life, lives
+from studies.soak_judge import LIMITS, Episode, account, over_limits
+from studies.soak_plan import FAULTS
+from studies.soak_records import Records, read_records
+from studies.soak_session import Soak, Tell
+from studies.soak_watch import Sample, read_samples
+
+__all__ = ["plot", "run"]
+USUAL_S, QUICK_S = 600.0, 75.0
+_SAMPLES_KEPT = 500
+"""Of each life, for the figure."""
+
+
+def run(
+    quick: bool = False,
+    seed: int = 0,
+    seconds: float | None = None,
+    out: Path | None = None,
+    tell: Tell = lambda _: None,
+) -> dict[str, Any]:
+    """Let a session work, do faults to it at random, and look whether it suffers.
+
+    Checked are: that it works again after each fault within a time, by itself or cleared by a person; that each fault
+    is accounted for by who must know of it; that all limits held at the simulated devices; that no process grows in
+    memory, open files or threads; that every recording can be read to its end.
+
+    Args:
+        quick: a little more than a minute instead of ten.
+        seed: of the faults, their order and the pauses.
+        seconds: how long, counted from when the session works; the last fault is ended and judged all the same.
+        out: folder for what the processes leave behind (about 1 MB/s); must not hold a soak. None: nothing is kept.
+        tell: is told each fault as it is done.
+
+    Returns:
+        what was done and found; `problems` is empty when all is well, `summary` says it in one line.
+
+    Raises:
+        NotWorking: the session does not even begin to work.
+        FileExistsError: there is a soak in `out`.
+    """
+    length_s = seconds if seconds is not None else (QUICK_S if quick else USUAL_S)
+    with tempfile.TemporaryDirectory(prefix="soak-") as spare:
+        folder = (out or Path(spare)) / "session"
+        folder.mkdir(parents=True)
+        soak = Soak(folder, tell)
+        soak.live(length_s, seed)
+        samples = read_samples(soak.log)
+        records = read_records(folder, soak.ends_s)
+    return _judged(soak, samples, records, seed)
+
+
+def _judged(soak: Soak, samples: Sequence[Sample], records: Records, seed: int) -> dict[str, Any]:
+    by_process: dict[str, list[Sample]] = {}
+    for sample in samples:
+        by_process.setdefault(sample.process, []).append(sample)
+    for episode in soak.episodes:
+        account(episode, by_process, records.faults)
+    found = lives(samples)
+    grown = [life.growth() for life in found]
+    killed = {process: len(ends_s) - 1 for process, ends_s in soak.ends_s.items() if len(ends_s) > 1}
+    problems = [f"{episode.turn.name}: {each}" for episode in soak.episodes for each in episode.wrong]
+    problems += over_limits(records.extremes, soak.episodes)
+    problems += [each for life in grown for each in life["wrong"]]
+    problems += records.wrong
+    if killed != soak.restarts:
+        problems.append(f"killed {killed}, started again {soak.restarts}")
+    for process, seen in by_process.items():
+        if lost := max(int(sample.told.get("recording_lost", 0)) for sample in seen):
+            problems.append(f"{process}: {lost} messages lost by its recording")
+    again_s = [episode.again_s for episode in soak.episodes if episode.again_s is not None]
+    data = {
+        "seconds": round(soak.end_s - soak.begin_s, 1),
+        "seed": seed,
+        "problems": problems,
+        "episodes": [_told(episode, soak.begin_s) for episode in soak.episodes],
+        "faults": sum(len(episode.turn.faults) for episode in soak.episodes),
+        "kinds": len({fault.key for episode in soak.episodes for fault in episode.turn.faults}),
+        "kinds_in_all": len(FAULTS),
+        "latched": sum(bool(episode.latched) for episode in soak.episodes),
+        "restarts": soak.restarts,
+        "again_s": {"median": round(statistics.median(again_s), 1), "max": round(max(again_s), 1)} if again_s else None,
+        "limits": {
+            name: {"max": round(records.extremes[name].value, 3), "limit": limit}
+            for name, limit in LIMITS.values()
+            if name in records.extremes
+        },
+        "lives": grown,
+        "recordings": records.messages,
+        "curves": [_curve(life, soak.begin_s) for life in found],
+    }
+    return {**data, "summary": summary(data)}
+
+
+def _told(episode: Episode, zero_s: float) -> dict[str, Any]:
+    return {
+        "faults": [fault.name for fault in episode.turn.faults],
+        "where": [fault.where for fault in episode.turn.faults],
+        "begin_s": round(episode.begin_s - zero_s, 2),
+        "end_s": round(episode.end_s - zero_s, 2),
+        "latched": [f"{site}: {reason}" for site, reason in episode.latched],
+        "again_s": None if episode.again_s is None else round(episode.again_s, 2),
+        "wrong": episode.wrong,
+    }
+
+
+def _curve(life: Life, zero_s: float) -> dict[str, Any]:
+    step = 1 + len(life.time_s) // _SAMPLES_KEPT
+    return {
+        "process": life.process,
+        "time_s": [round(float(value) - zero_s, 1) for value in life.time_s[::step]],
+        "rss_mib": life.rss_mib[::step].tolist(),
+    }
+
+
+def summary(data: dict[str, Any]) -> str:
+    """The result of a soak in one line."""
+    rates = [life["rss_mib_h"] for life in data["lives"] if life["rss_mib_h"] is not None]
+    memory = f"memory at most +{max(rates):.0f} MiB/h (allowed {GROWTH_MIB_H:g})" if rates else "memory flat"
+    again = f"works again after {data['again_s']['max']:.1f} s at most, " if data["again_s"] else ""
+    return (
+        f"soak of {data['seconds']:.0f} s, seed {data['seed']}: {data['faults']} faults of {data['kinds']} kinds, "
+        f"{data['latched']} latched, {sum(data['restarts'].values())} restarts, {again}{memory}: "
+        + (f"{len(data['problems'])} problems" if data["problems"] else "all well")
+    )
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Exit code 0 when all is well, 1 with the problems when it is not."""
+    parser = argparse.ArgumentParser(prog="python -m studies.soak", description="a session at work, with random faults")
+    parser.add_argument("--seconds", type=float, default=USUAL_S)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--out", type=Path, required=True, help="folder for soak.json, soak.png and the recordings")
+    options = parser.parse_args(arguments)
+    if not 0.0 < options.seconds < 3600.0:
+        parser.error("--seconds: above 0 and below 3600, for so long the simulated hand works")
+    if (options.out / "session").exists():
+        parser.error(f"{options.out}: there is a soak already; choose another folder")
+    data = run(False, options.seed, options.seconds, options.out, lambda text: print(text, file=sys.stderr, flush=True))
+    (options.out / "soak.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
+    plot(data, options.out / "soak.png")
+    for problem in data["problems"]:
+        print(problem, file=sys.stderr)
+    print(data["summary"])
+    return 1 if data["problems"] else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,61 @@
+"""The figure of a soak: memory of each process over time, with the faults marked."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from teletaction.demo_files import NETWORK, PROCESSES
+from teletaction.figure_style import BLACK, BLUE, GREEN, ORANGE, PALE, PURPLE, RED, STYLE
+
+_COLOURS = dict(zip((*PROCESSES, NETWORK), (ORANGE, PURPLE, BLUE, GREEN, BLACK), strict=True))
+_DASHES = dict(zip((*PROCESSES, NETWORK), ("-", "--", "-", "--", "-."), strict=True))
+_CALM, _LATCHED, _WRONG = PALE, "#B9DEF3", RED
+
+
+def plot(data: Mapping[str, Any], path: Path) -> None:
+    """Write the figure of what `run` returned as PNG."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(8.0, 4.2), layout="constrained")
+        FigureCanvasAgg(figure)
+        axes = figure.add_subplot()
+        seen: set[str] = set()
+        for episode in data["episodes"]:
+            label, colour = _verdict(episode)
+            axes.axvspan(
+                episode["begin_s"], episode["end_s"], color=colour, lw=0, label=None if label in seen else label
+            )
+            seen.add(label)
+        for curve in data["curves"]:
+            process = curve["process"]
+            axes.plot(
+                curve["time_s"],
+                curve["rss_mib"],
+                color=_COLOURS[process],
+                linestyle=_DASHES[process],
+                label=None if process in seen else process,
+            )
+            seen.add(process)
+        axes.set_ylim(0.0, 1.15 * max((max(curve["rss_mib"]) for curve in data["curves"]), default=1.0))
+        axes.set_xlim(0.0, data["seconds"])
+        axes.set_xlabel("time since the session works (s)")
+        axes.set_ylabel("resident memory (MiB)")
+        axes.set_title(_title(data), loc="left")
+        figure.legend(loc="outside lower center", ncols=4)
+        figure.savefig(path, dpi=150)
+
+
+def _verdict(episode: Mapping[str, Any]) -> tuple[str, str]:
+    if episode["wrong"]:
+        return "fault with a problem", _WRONG
+    if episode["latched"]:
+        return "fault that latched", _LATCHED
+    return "fault", _CALM
+
+
+def _title(data: Mapping[str, Any]) -> str:
+    outcome = f"{len(data['problems'])} problems" if data["problems"] else "all well"
+    return f"{data['faults']} faults at random, {sum(data['restarts'].values())} restarts: {outcome}"

@@ -1,0 +1,168 @@
+"""Whether every fault of a soak is accounted for, and whether all limits held. Pure: what was seen in, findings out."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from common.limits import CONTACT_FORCE_N, FINGER_FORCE_N, MOTOR_MAX_RPM, PLATE_PEAK_C, SENSOR_PLATE_C
+from studies.fault_table import Fault, Outcome
+from studies.soak_plan import TO_PROCESS, Turn
+from studies.soak_watch import Sample
+
+WORKS_AGAIN_S = 30.0
+"""A session works again within this time after the end of a fault, or after a person cleared what it latched."""
+LIMITS = {
+    ("truth_fingertips", "force_n"): ("force at the operator's finger, N", FINGER_FORCE_N),
+    ("truth_fingertips", "motor_rpm"): ("motor, rpm", MOTOR_MAX_RPM),
+    ("truth_fingertips", "plate_c"): ("operator's plate, C", PLATE_PEAK_C),
+    ("truth_contact", "plate_c"): ("sensor's plate, C", SENSOR_PLATE_C),
+    ("truth_contact", "force_n"): ("force on the patient, N", CONTACT_FORCE_N),
+}
+"""What the simulations write down, and the most that it may be, after any fault."""
+_SITES = {"sim-remote": "remote", "sim-operator": "operator"}
+_VALUES = ("open", "short", "frozen", "drift")
+"""Words of a fault that name no device."""
+_ON_CAN = {"sim-remote": "telemanipulator", "sim-operator": "exoskeleton"}
+
+
+@dataclass(slots=True)
+class Episode:
+    """One turn as it went; times on the monotonic clock, s.
+
+    Attributes:
+        begin_s, end_s: when its first fault began, and when the last one was over.
+        latched: each site that latched, with its reason, as its desk said.
+        cleared_s: when a person last cleared and engaged; None where nobody had to.
+        works_s: when the session worked again; None if it did not in time.
+        next_s: when something else began.
+        wrong: what should not have been.
+    """
+
+    turn: Turn
+    begin_s: float
+    end_s: float = 0.0
+    latched: list[tuple[str, str]] = field(default_factory=list)
+    cleared_s: float | None = None
+    works_s: float | None = None
+    next_s: float = float("inf")
+    wrong: list[str] = field(default_factory=list)
+
+    @property
+    def again_s(self) -> float | None:
+        """How long it took to work again, since the fault's end or since it was cleared."""
+        return None if self.works_s is None else self.works_s - (self.cleared_s or self.end_s)
+
+
+def account(
+    episode: Episode, samples: Mapping[str, Sequence[Sample]], recorded_faults: Iterable[tuple[float, str]]
+) -> None:
+    """Add to an episode's `wrong` every fault of it that left no trace where it has to, and every latch out of place.
+
+    Args:
+        episode: is changed.
+        samples: of each process, in order of time.
+        recorded_faults: when the sites latched, and why, by their recordings.
+    """
+    begin_s, next_s = episode.begin_s, episode.next_s
+    recorded = {text for time_s, text in recorded_faults if begin_s <= time_s < next_s}
+    for site, reason in episode.latched:
+        if reason not in recorded and not _dead(site, episode.turn.faults):
+            episode.wrong.append(f"{site} latched ({reason}), and its recording does not say so")
+    expected = any(fault.expected is Outcome.LATCHED for fault in episode.turn.faults)
+    if episode.latched and not expected:
+        episode.wrong.append(f"latched, which nothing of it should: {episode.latched[0][1]}")
+    if not episode.latched and expected and episode.turn.second is None and not _frozen(episode.turn.first):
+        episode.wrong.append("not latched")
+    for fault in episode.turn.faults:
+        others = [other for other in episode.turn.faults if other is not fault]
+        if not _may_pass_unseen(fault, others) and not _traces(fault, samples, begin_s, next_s):
+            episode.wrong.append(f"{fault.name}: left no trace")
+
+
+def _dead(site: str, faults: Iterable[Fault]) -> bool:
+    return any(fault.begin == "kill" and fault.where == site for fault in faults)
+
+
+def _frozen(fault: Fault) -> bool:
+    """In even work a frozen reading is a right one: it is found out when the drive has moved, and may be never."""
+    return fault.begin.startswith("thermistor") and fault.begin.endswith("frozen")
+
+
+def _may_pass_unseen(fault: Fault, others: Sequence[Fault]) -> bool:
+    if fault.begin == "burn" or _frozen(fault):
+        return True
+    site = _SITES.get(fault.where)
+    hidden = any(other.begin in TO_PROCESS and other.where == site for other in others)
+    # While another fault keeps outputs neutral, a drive that does not obey may do nothing wrong.
+    return hidden or (fault.expected is Outcome.LATCHED and bool(others))
+
+
+def _traces(fault: Fault, samples: Mapping[str, Sequence[Sample]], begin_s: float, next_s: float) -> bool:
+    where = _SITES.get(fault.where, fault.where) if fault.begin not in TO_PROCESS else fault.where
+    seen = samples.get(where, ())
+    before = [sample for sample in seen if sample.time_s < begin_s][-1:]
+    during = [sample for sample in seen if begin_s <= sample.time_s < next_s]
+    pid = before[0].pid if before else None
+    told = before[0].told if before else {}
+    word = fault.begin.split()[0]
+    match fault.where, word:
+        case _, "kill":
+            return any(sample.pid != pid for sample in during)
+        case _, "stop" | "slow":
+            return any(sample.told["overruns"] > told.get("overruns", 0) for sample in during if sample.pid == pid)
+        case "network", "delay":
+            return any(sample.told["delay_ms"] > 0.0 for sample in during)
+        case "network", kind:
+            count = told.get("faults", {}).get(kind, 0)
+            return any(sample.told["faults"].get(kind, 0) > count for sample in during)
+    return any(_noticed(fault, sample.told, told if sample.pid == pid else {}) for sample in during)
+
+
+def _noticed(fault: Fault, told: Mapping[str, Any], before: Mapping[str, Any]) -> bool:
+    """Whether a site's status tells of a fault of one of its devices what it did not tell before."""
+    word, *target = fault.begin.split()
+    if told["fault"]:
+        return True
+    named = [each for each in target if each not in _VALUES and not each.isdigit()]
+    on_can = word in ("bus_off", "disobey") or named == ["can"]
+    device = _ON_CAN[fault.where] if on_can else " ".join(named)
+    if told["missing"].startswith(device):
+        return True
+    if any(limit.endswith("_unknown") for limit in told["limited"].get(target[0] if target else "", ())):
+        return True
+    counts = _counts(told, device)
+    earlier = _counts(before, device)
+    return any(count > earlier.get(name, 0) for name, count in counts.items())
+
+
+def _counts(told: Mapping[str, Any], device: str) -> dict[str, int]:
+    figures: Mapping[str, Any] = next(
+        (each for name, each in told.get("devices", {}).items() if name.startswith(device)), {}
+    )
+    return {name: int(figures.get(name, 0)) for name in ("times_lost", "damaged", "missed")}
+
+
+@dataclass(slots=True)
+class Extreme:
+    """The largest value of a quantity, and when it was."""
+
+    value: float = float("-inf")
+    time_s: float = 0.0
+
+    def take(self, value: float, time_s: float) -> None:
+        """Account for one more value."""
+        if value > self.value:
+            self.value, self.time_s = value, time_s
+
+
+def over_limits(extremes: Mapping[str, Extreme], episodes: Sequence[Episode]) -> list[str]:
+    """Each limit that did not hold, with what was going on; one line for a quantity of which nothing was recorded."""
+    wrong = []
+    for name, limit in LIMITS.values():
+        extreme = extremes.get(name)
+        if extreme is None:
+            wrong.append(f"{name}: nothing was written down")
+        elif not extreme.value <= limit:
+            during = [each.turn.name for each in episodes if each.begin_s <= extreme.time_s < each.next_s]
+            wrong.append(f"{name}: {extreme.value:.2f}, limit {limit:g}, during {during or 'normal work'}")
+    return wrong

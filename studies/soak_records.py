@@ -1,0 +1,84 @@
+"""What the recordings of a soak hold: how far each can be read, the largest values, the faults that were latched."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import msgpack
+from mcap.records import Channel, Message
+
+from studies.soak_judge import LIMITS, Extreme
+from teletaction.conclude import recordings_of
+from teletaction.cut_recording import CutRecording
+from teletaction.demo_files import PROCESSES
+
+LOST_AT_MOST_S = 0.5
+"""A killed process leaves a recording that ends this long before at the earliest."""
+_SESSIONS = ("remote/session", "operator/session")
+
+
+@dataclass(slots=True)
+class Records:
+    """What was read.
+
+    Attributes:
+        messages: of each file, by name.
+        extremes: of each quantity that has a limit, by its name there.
+        faults: when a site latched, and its reason.
+        wrong: what could not be read to its end.
+    """
+
+    messages: dict[str, int] = field(default_factory=dict)
+    extremes: dict[str, Extreme] = field(default_factory=dict)
+    faults: list[tuple[float, str]] = field(default_factory=list)
+    wrong: list[str] = field(default_factory=list)
+
+
+def read_records(folder: Path, ends_s: Mapping[str, Sequence[float]]) -> Records:
+    """Read all recordings of a session.
+
+    Args:
+        folder: holds them, those of restarted processes with a number.
+        ends_s: when each process was killed, in order, and when the session ended.
+    """
+    records = Records()
+    for process in PROCESSES:
+        files = sorted(recordings_of(folder, process), key=lambda path: path.stat().st_mtime_ns)
+        if len(files) != len(ends_s[process]):
+            records.wrong.append(f"{process}: {len(files)} recordings of {len(ends_s[process])} lives")
+            continue
+        for path, end_s in zip(files, ends_s[process], strict=True):
+            _read(path, end_s, records)
+    return records
+
+
+def _read(path: Path, end_s: float, records: Records) -> None:
+    topics: dict[int, str] = {}
+    last_s, count = 0.0, 0
+    with path.open("rb") as file:
+        recording = CutRecording(file)
+        for record in recording.records():
+            if isinstance(record, Channel):
+                topics[record.id] = record.topic
+            elif isinstance(record, Message):
+                last_s = max(last_s, record.log_time * 1e-9)
+                count += 1
+                _take(topics[record.channel_id], record, records)
+    records.messages[path.name] = count
+    if recording.damaged_chunks:
+        records.wrong.append(f"{path.name}: {recording.damaged_chunks} damaged chunks")
+    if end_s - last_s > LOST_AT_MOST_S:
+        records.wrong.append(f"{path.name}: ends {end_s - last_s:.2f} s before its process did")
+
+
+def _take(topic: str, message: Message, records: Records) -> None:
+    time_s = message.log_time * 1e-9
+    if topic in _SESSIONS:
+        what, _, text = msgpack.unpackb(message.data)
+        if what == "fault":
+            records.faults.append((time_s, text))
+    elif topic in ("truth_fingertips", "truth_contact"):
+        entry = msgpack.unpackb(message.data)
+        for (stream, field_name), (name, _) in LIMITS.items():
+            if stream == topic:
+                records.extremes.setdefault(name, Extreme()).take(max(entry[field_name]), time_s)

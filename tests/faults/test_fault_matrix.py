@@ -1,0 +1,41 @@
+"""Every fault of the table, done to real processes and judged at the simulated actuators.
+
+With FAULT_PAGE set, what was measured is written there as a page, and as data beside it.
+"""
+
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from studies.fault_judge import Finding
+from studies.fault_page import as_data, page
+from studies.faults import GROUPS, run
+
+pytestmark = [pytest.mark.faults, pytest.mark.timeout(900)]
+
+
+@pytest.fixture(scope="module")
+def findings() -> Iterator[dict[str, dict[str, Finding]]]:
+    """What was found so far, by group; written down at the end when everything was tried."""
+    found: dict[str, dict[str, Finding]] = {}
+    yield found
+    target = os.environ.get("FAULT_PAGE")
+    if target and set(found) == set(GROUPS):
+        every = [finding for group in GROUPS for finding in found[group].values()]
+        Path(target).write_text(page(every), "utf-8")
+        Path(target).with_suffix(".json").write_text(json.dumps(as_data(every), indent=1) + "\n", "utf-8")
+
+
+@pytest.mark.parametrize(("group", "key"), [(group, fault.key) for group, faults in GROUPS.items() for fault in faults])
+def test_a_fault_comes_to_what_the_table_says(findings: dict[str, dict[str, Finding]], group: str, key: str) -> None:
+    if group not in findings:
+        findings[group] = {finding.fault.key: finding for finding in run([group], print)}
+    assert findings[group][key].wrong == []
+
+
+def test_every_fault_has_a_name_of_its_own() -> None:
+    keys = [fault.key for faults in GROUPS.values() for fault in faults]
+    assert len(set(keys)) == len(keys)

@@ -1,0 +1,90 @@
+"""The operator's end of a link under test: beats, accepts touch, and keeps what it accepted, until its input ends.
+
+    operator_end.py ADDRESS BASE_PORT KEYS REMOTE_PUBLIC_KEY
+
+Prints how many packets it has accepted, every hundred, and at the end all that the test judges.
+"""
+
+import json
+import select
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from common.acceptance import Acceptance
+from common.clock import ClockOffset
+from common.keys import load_keys
+from common.limits import AGE_DEFAULT_S
+from common.link import OperatorLink
+from common.loop import PeriodicLoop, become_timely
+from common.messages import Touch
+from common.packets import LinkState
+from common.session_messages import Heartbeat
+from common.streams import STREAMS
+
+SESSION = 1
+EVERY = 100
+
+
+@dataclass(slots=True)
+class OperatorEnd:
+    """Judges touch packets as the operator site does."""
+
+    link: OperatorLink
+    clock: ClockOffset = field(default_factory=ClockOffset)
+    acceptance: Acceptance = field(default_factory=lambda: Acceptance(max_age_ns=round(AGE_DEFAULT_S * 1e9)))
+    accepted: list[tuple[int, int, int, int, int, int]] = field(default_factory=list)
+    """Of each accepted packet: when, sequence, source time, age, offset and uncertainty of the clocks; times in ns."""
+    _beats: int = 0
+    _beat_ns: int = 0
+
+    def step(self, now_ns: int) -> bool:
+        """Take what came; whether a touch packet was accepted."""
+        for packet in self.link.receive("heartbeat"):
+            beat = Heartbeat.decode(packet)
+            self.clock.add(beat.sent_ns, beat.arrived_ns, beat.time_ns, now_ns)
+        if now_ns - self._beat_ns >= 1e9 / STREAMS["heartbeat"].rate_hz:
+            self._beat_ns = now_ns
+            self._beats += 1
+            known = (self.clock.offset_ns, self.clock.uncertainty_ns or 0)
+            ask = Heartbeat(SESSION, self._beats, now_ns, LinkState.ENGAGED, now_ns, 0, *known)
+            self.link.send("heartbeat", ask.encode())
+        touch_packet = self.link.receive_latest("touch")
+        if touch_packet is None:
+            return False
+        touch = Touch.decode(touch_packet)
+        offset_ns, uncertainty_ns = self.clock.offset_ns, self.clock.uncertainty_ns
+        if not self.acceptance.accept(touch, SESSION, now_ns, offset_ns, uncertainty_ns) or uncertainty_ns is None:
+            return False
+        age_ns = self.acceptance.age_ns
+        self.accepted.append((now_ns, touch.sequence, touch.time_ns, age_ns, offset_ns, uncertainty_ns))
+        return True
+
+    def told(self) -> dict[str, Any]:
+        """All that the test judges."""
+        return {"accepted": self.accepted, "refused": self.acceptance.refused, "max_age_ns": self.acceptance.max_age_ns}
+
+
+def run(end: OperatorEnd, stop: Callable[[], bool]) -> None:
+    """Step at the site's rate until `stop()`."""
+    become_timely()
+    loop = PeriodicLoop(1.0 / STREAMS["motion"].rate_hz)
+    while not stop():
+        loop.wait()
+        if end.step(time.monotonic_ns()) and len(end.accepted) % EVERY == 0:
+            print(len(end.accepted), flush=True)
+
+
+def main(address: str, base_port: int, keys: Path, remote_public_key: str) -> None:
+    """Run until the input ends."""
+    with OperatorLink(address, base_port, load_keys(keys), remote_public_key) as link:
+        end = OperatorEnd(link)
+        run(end, lambda: bool(select.select([sys.stdin], [], [], 0.0)[0]))
+    print(json.dumps(end.told()), flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], int(sys.argv[2]), Path(sys.argv[3]), sys.argv[4])

@@ -1,0 +1,57 @@
+"""The remote site's end of a link under test: sends touch at 500 Hz and answers heartbeats, until its input ends.
+
+    remote_end.py ADDRESS BASE_PORT KEYS
+
+Its clock is far from the operator's, as two hosts' clocks are.
+"""
+
+import json
+import select
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+from common.keys import TrustedKeys, load_keys
+from common.link import RemoteLink
+from common.loop import PeriodicLoop, become_timely
+from common.messages import Touch
+from common.packets import LinkState
+from common.session_messages import Heartbeat
+from common.streams import STREAMS
+
+SESSION = 1
+CLOCK_APART_NS = 7_200_000_000_123
+"""This end's clock minus the operator's."""
+
+
+def now_ns() -> int:
+    """This end's clock."""
+    return time.monotonic_ns() + CLOCK_APART_NS
+
+
+def main(address: str, base_port: int, keys: Path) -> None:
+    """Serve until the input ends, then tell how much was sent."""
+    sent = 0
+    block = np.zeros((5, 18), np.float32)
+    with RemoteLink(address, base_port, load_keys(keys), TrustedKeys(keys)) as link:
+        print("bound", flush=True)
+        become_timely()
+        loop = PeriodicLoop(1.0 / STREAMS["touch"].rate_hz)
+        while not select.select([sys.stdin], [], [], 0.0)[0]:
+            loop.wait()
+            for who, *_, packet in link.requests("heartbeat"):
+                arrived_ns = now_ns()
+                asked = Heartbeat.decode(packet)
+                answer = (asked.sent_ns, arrived_ns, asked.offset_ns, asked.uncertainty_ns)
+                beat = Heartbeat(SESSION, asked.sequence, now_ns(), LinkState.ENGAGED, *answer)
+                link.answer("heartbeat", who, beat.encode())
+            sent += 1
+            touch = Touch(SESSION, sent, now_ns(), LinkState.ENGAGED, block, ("",) * 5, ())
+            link.send_latest("touch", touch.encode())
+    print(json.dumps({"sent": sent}), flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], int(sys.argv[2]), Path(sys.argv[3]))

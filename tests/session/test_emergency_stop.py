@@ -1,0 +1,242 @@
+"""Emergency stops of real processes in full work: what people are told, and what happens at the simulated devices."""
+
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import msgpack
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from numpy.typing import NDArray
+
+from common.ladder import RETREAT_AFTER_S
+from common.limits import (
+    FINGER_FORCE_N,
+    FORCE_RAMP_UP_N_S,
+    FORCE_SAFE_S,
+    GAP_S,
+    MOTOR_FLOOR_RPM,
+    MOTOR_SAFE_S,
+    MOTOR_STILL_S,
+    THERMAL_SAFE_S,
+)
+from remote_site.patient_gate import CLEAR_HEIGHT_M, HEIGHT_LOW_M, RETREAT_SPEED_M_S
+from studies.fault_session import FaultSession
+from studies.fault_table import FREE, STROKING
+from tests.commands import Told, command
+from tests.session.truth import FELT_N, HEATS, LATE_S, STROKES, Floats, Truth, between, read_truth
+
+pytestmark = [pytest.mark.session, pytest.mark.timeout(180)]
+
+AT_OPERATOR, AT_REMOTE = "emergency stop by the operator", "emergency stop at the remote site"
+LEFT_ALONE_S = 2.0
+STILL_M = 0.0005
+ROUNDING_N = 1e-9
+HAND_STOP_S = 2.0 * GAP_S
+"""The remote hand stands still along the bench this long after its last motion."""
+CLEAR_S = GAP_S + RETREAT_AFTER_S + (CLEAR_HEIGHT_M - HEIGHT_LOW_M) / RETREAT_SPEED_M_S
+"""From the deepest that a finger can be, until it is clear of everything."""
+
+
+@dataclass(slots=True)
+class Stop:
+    """One emergency stop, what both sites said at once and later, and what was asked by then; times in s."""
+
+    told: Told
+    at_once: dict[str, str]
+    later: dict[str, str] = field(default_factory=dict)
+    asked_in_vain: list[Told] = field(default_factory=list)
+    cleared: Told | None = None
+    engaged: Told | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Sent:
+    """Each tick of the operator's site: when (n,), s, whether both sites were engaged (n,), and forces (n, 5), N."""
+
+    time_s: Floats
+    engaged: NDArray[np.bool_]
+    force_n: Floats
+
+    @classmethod
+    def read(cls, path: Path) -> "Sent":
+        with path.open("rb") as file:
+            rows = [
+                (message.log_time * 1e-9, *msgpack.unpackb(message.data))
+                for _, _, message in make_reader(file).iter_messages(topics=["operator/rendered"])
+            ]
+        return cls(
+            np.array([row[0] for row in rows]), np.array([row[1] for row in rows]), np.array([row[3] for row in rows])
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Story:
+    """The stops of one session by name, what really happened, and what the operator's site sent."""
+
+    stops: dict[str, Stop]
+    truth: Truth
+    sent: Sent
+
+    def latched_s(self, name: str) -> float:
+        """When the site where a stop was asked for latched it."""
+        told = self.stops[name].told
+        words = AT_REMOTE if name == "remote" else AT_OPERATOR
+        return next(t for t, fault in self.truth.faults if told.begun_s <= t <= told.done_s and fault == words)
+
+    def cleared_s(self, name: str) -> float:
+        """Until then nothing may act."""
+        cleared = self.stops[name].cleared
+        assert cleared is not None
+        return cleared.begun_s
+
+
+@pytest.fixture(scope="module")
+def story(tmp_path_factory: pytest.TempPathFactory) -> Story:
+    """A session that was stopped from either desk, and with a module at either site that does not confirm."""
+    folder = tmp_path_factory.mktemp("stopped")
+    stops: dict[str, Stop] = {}
+    with FaultSession.open(folder) as session:
+
+        def ask(verb: str, site: str) -> Told:
+            return command("session", verb, "--config", session.configurations[site])
+
+        def stop(name: str, site: str) -> Stop:
+            stops[name] = Stop(ask("estop", site), session.states())
+            return stops[name]
+
+        session.wait_until_working()
+        at_operator = stop("operator", "operator")
+        time.sleep(LEFT_ALONE_S)
+        at_operator.asked_in_vain = [ask("engage", "operator")]
+        at_operator.later = session.states()
+        at_operator.cleared = ask("clear", "operator")
+        at_operator.engaged = ask("engage", "operator")
+
+        session.wait_until_working()
+        at_remote = stop("remote", "remote")
+        time.sleep(LEFT_ALONE_S)
+        at_remote.asked_in_vain = [ask("clear", "operator"), ask("engage", "operator"), ask("engage", "remote")]
+        at_remote.later = session.states()
+        at_remote.cleared = ask("clear", "remote")
+        while session.ask("operator", "status")["remote_fault"]:
+            assert time.monotonic() < at_remote.cleared.done_s + 5.0, "the operator's site does not hear of it"
+        at_remote.engaged = ask("engage", "operator")
+
+        for name, simulation, fault in (
+            ("stuck", "sim-operator", f"stuck {STROKING} 300"),
+            ("silent", "sim-remote", f"silence {FREE} thermal"),
+        ):
+            session.wait_until_working()
+            session.command(simulation, fault)
+            stop(name, "operator")
+            session.command(simulation, "mend")
+            session.clear_and_engage()
+        session.wait_until_working()
+    return Story(stops, read_truth(folder), Sent.read(folder / "operator.mcap"))
+
+
+@pytest.mark.parametrize("name", ["operator", "remote"])
+def test_the_command_says_that_every_device_has_confirmed(name: str, story: Story) -> None:
+    told = story.stops[name].told
+    assert (told.code, told.err) == (0, "")
+    devices_of_sites = 2 if name == "operator" else 1
+    assert told.out.count("confirmed by every device") == devices_of_sites, told.out
+    assert story.latched_s(name) > told.begun_s
+
+
+@pytest.mark.parametrize("name", ["operator", "remote"])
+def test_outputs_are_off_within_the_hold_times_and_stay_so(name: str, story: Story) -> None:
+    truth, latched_s, cleared_s = story.truth, story.latched_s(name), story.cleared_s(name)
+    assert cleared_s - latched_s > LEFT_ALONE_S
+    for time_s, output, hold_s in (
+        (truth.finger_s, truth.force_n[:, STROKES], FORCE_SAFE_S),
+        (truth.finger_s, truth.motor_mv[:, STROKES], MOTOR_SAFE_S),
+        (truth.finger_s, truth.peltier[:, STROKES], THERMAL_SAFE_S),
+        (truth.patient_s, truth.heater[:, HEATS], THERMAL_SAFE_S),
+    ):
+        assert between(time_s, output, latched_s - 0.5, latched_s).any(), "it must act before"
+        assert not between(time_s, output, latched_s + hold_s + LATE_S, cleared_s).any()
+    safe_s = latched_s + THERMAL_SAFE_S + LATE_S
+    for time_s, outputs in (
+        (truth.finger_s, np.hstack((truth.force_n, truth.motor_mv, truth.peltier))),
+        (truth.patient_s, truth.heater),
+    ):
+        assert not between(time_s, outputs, safe_s, cleared_s).any(), "on any finger"
+    still_s = latched_s + MOTOR_STILL_S + LATE_S
+    assert between(truth.finger_s, truth.motor_rpm, still_s, cleared_s).max() < MOTOR_FLOOR_RPM
+
+
+@pytest.mark.parametrize("name", ["operator", "remote"])
+def test_the_remote_hand_stops_and_retreats(name: str, story: Story) -> None:
+    truth, latched_s, cleared_s = story.truth, story.latched_s(name), story.cleared_s(name)
+    strokes_m = between(truth.patient_s, truth.hand_x_m, latched_s - 0.5, latched_s)
+    assert np.ptp(strokes_m) > 10.0 * STILL_M, "it must move before"
+    assert np.ptp(between(truth.patient_s, truth.hand_x_m, latched_s + HAND_STOP_S, cleared_s)) < STILL_M
+    pressing_m = between(truth.patient_s, truth.hand_z_m, latched_s - 0.5, latched_s)[:, STROKES]
+    assert pressing_m.max() < CLEAR_HEIGHT_M - STILL_M, "it must be down before"
+    retreated_m = between(truth.patient_s, truth.hand_z_m, latched_s + CLEAR_S, cleared_s)
+    assert retreated_m[:, [HEATS, STROKES]].min() > CLEAR_HEIGHT_M - STILL_M
+
+
+def test_a_stop_by_the_operator_latches_both_sites_until_it_is_cleared(story: Story) -> None:
+    stop = story.stops["operator"]
+    latched = dict.fromkeys(("remote", "operator"), f"fault: {AT_OPERATOR}")
+    assert stop.at_once == stop.later == latched
+    (engage,) = stop.asked_in_vain
+    assert (engage.code, engage.out) == (1, "")
+    assert engage.err == f"teletaction: engage: a fault is latched ({AT_OPERATOR}): clear it first\n"
+
+
+def test_a_stop_at_the_patients_side_is_not_undone_from_the_operators(story: Story) -> None:
+    stop = story.stops["remote"]
+    assert stop.at_once["remote"] == stop.later["remote"] == f"fault: {AT_REMOTE}"
+    assert not stop.at_once["operator"].startswith("engaged")
+    clear, engage, engage_there = stop.asked_in_vain
+    assert (clear.code, clear.out) == (1, "")
+    assert clear.err == f"teletaction: clear: the far site says: {AT_REMOTE}: to be cleared where it was latched\n"
+    assert (engage.code, engage.out) == (1, "")
+    assert f"a fault is latched ({AT_REMOTE})" in engage.err
+    assert (engage_there.code, engage_there.out) == (1, "")
+    assert "for the operator's site to ask" in engage_there.err
+
+
+@pytest.mark.parametrize("name", ["operator", "remote"])
+def test_after_clearing_and_engaging_force_comes_back_along_its_ramp(name: str, story: Story) -> None:
+    stop, truth = story.stops[name], story.truth
+    assert stop.cleared is not None
+    assert stop.engaged is not None
+    assert [(told.code, told.out, told.err) for told in (stop.cleared, stop.engaged)] == [(0, "", "")] * 2
+    begun_s = stop.engaged.begun_s
+    assert not between(truth.finger_s, truth.force_n, stop.cleared.begun_s, begun_s).any(), "clearing moves nothing"
+    assert between(truth.finger_s, truth.force_n[:, STROKES], begun_s, begun_s + 1.5).max() > FELT_N
+    # By the site's own clock: after a pause of the machine a simulation writes down when it should have worked.
+    sent = story.sent
+    first = int(np.flatnonzero((sent.time_s > begun_s) & sent.engaged)[0])
+    assert not sent.engaged[first - 1]
+    assert not sent.force_n[first - 1].any()
+    since_s = sent.time_s[first:] - sent.time_s[first - 1]
+    ramping = since_s < FINGER_FORCE_N / FORCE_RAMP_UP_N_S
+    force_n = sent.force_n[first:][ramping]
+    assert (force_n <= FORCE_RAMP_UP_N_S * since_s[ramping, np.newaxis] + ROUNDING_N).all()
+    assert force_n.any(), "the ramp must be seen"
+
+
+@pytest.mark.parametrize(
+    ("name", "silent", "confirmed"),
+    [("stuck", f"{STROKING} tacttip", "remote site"), ("silent", f"{FREE} thermal_sensor", "here")],
+)
+def test_a_module_that_does_not_confirm_is_named_whichever_sites_it_is(
+    name: str, silent: str, confirmed: str, story: Story
+) -> None:
+    stop = story.stops[name]
+    assert stop.told.code == 1
+    here, _, there = stop.told.out.removeprefix("here: ").partition("; remote site: ")
+    confirms, named = (here, there) if confirmed == "here" else (there, here)
+    assert "stopped, confirmed by every device" in confirms
+    assert "not confirmed" in named
+    assert silent in named
+    assert stop.told.err == f"teletaction: {stop.told.out}"
+    assert stop.at_once["remote"] == f"fault: {AT_OPERATOR}"
+    assert stop.at_once["operator"].startswith("fault: ")  # a stuck drive may have been found by itself before

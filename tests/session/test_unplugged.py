@@ -1,0 +1,217 @@
+"""Cables are pulled while a session strokes: the site says which, its outputs are safe, and the work goes on after."""
+
+import json
+import socket
+import time
+import tomllib
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgpack
+import pytest
+from mcap.records import Channel, Message
+from mcap.stream_reader import StreamReader
+
+from common.limits import CONTACT_FORCE_N, FORCE_SAFE_S, THERMAL_SAFE_S
+from teletaction.demo_files import HOST, PROCESSES, DemoOptions, prepare
+from teletaction.processes import SessionProcesses
+
+pytestmark = [pytest.mark.session, pytest.mark.timeout(180)]
+
+INDEX = 1
+SCENE = """
+name = "stroking"
+calibrated = ["pine"]
+[[objects]]
+name = "rough"
+material = "cardboard"
+surface = "sandpaper"
+x_m = 0.0
+length_m = 0.30
+[[script]]
+act = "move"
+object = "rough"
+u = 0.1
+[[script]]
+act = "touch"
+[[script]]
+act = "stroke"
+to_object = "rough"
+u = 0.95
+speed_mm_s = 50.0
+[[script]]
+act = "lift"
+"""
+LATE_S = 0.030
+"""What the machine may add to a hold time."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cable:
+    """A device to unplug, who simulates it, which site misses it under which name."""
+
+    simulation: str
+    device: str
+    site: str
+    missed_as: str
+
+
+CABLES = {
+    "tacttip": Cable("sim-operator", "index tacttip", "operator", "index tacttip"),
+    "exoskeleton": Cable("sim-operator", "can", "operator", "exoskeleton"),
+    "texture": Cable("sim-remote", "index texture", "remote", "index texture_sensor"),
+    "thermal": Cable("sim-remote", "index thermal", "remote", "index thermal_sensor"),
+    "telemanipulator": Cable("sim-remote", "can", "remote", "telemanipulator"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Pulled:
+    """A cable that was out from one time to another, s, and the output folder of its session."""
+
+    name: str
+    out_s: float
+    back_s: float
+    folder: Path
+    remote: dict[str, Any]
+    operator: dict[str, Any]
+
+
+class Running:
+    """A session in full work whose simulations can be told to fail."""
+
+    def __init__(self, folder: Path) -> None:
+        scene = folder / "materials.toml"
+        scene.write_text(SCENE, "utf-8")
+        configurations = prepare(DemoOptions(seconds=100.0, fingers=1, scene=str(scene)), folder)
+        self.folder = folder
+        self.ports = {
+            name: tomllib.loads(configurations[name].read_text("utf-8"))["fault_port"]
+            for name in ("sim-remote", "sim-operator")
+        }
+        self.processes = SessionProcesses(folder)
+        for process in PROCESSES:
+            self.processes.start(process, configurations[process])
+
+    def status(self, name: str) -> dict[str, Any]:
+        try:
+            found: dict[str, Any] = json.loads((self.folder / f"{name}.json").read_text("utf-8"))
+        except (FileNotFoundError, ValueError):
+            return {}
+        return found
+
+    def until(self, done: Callable[[], object], what: str, seconds: float = 40.0) -> None:
+        end_s = time.monotonic() + seconds
+        while not done():
+            ended = {name: self.processes.last_words(name) for name in self.processes.ended()}
+            assert not ended, ended
+            assert time.monotonic() < end_s, what
+            time.sleep(0.02)
+
+    def until_it_works_for(self, script_s: float) -> None:
+        """Until the hand has gone on with its script for that long."""
+        before_s = float(self.status("sim-operator").get("script_s") or 0.0)
+        self.until(
+            lambda: float(self.status("sim-operator").get("script_s") or 0.0) >= before_s + script_s,
+            "the session did not get to work",
+        )
+
+    def say(self, simulation: str, command: str) -> float:
+        """Give a command; returns the time at which it was carried out, s."""
+        with socket.create_connection((HOST, self.ports[simulation])) as port:
+            port.sendall(command.encode() + b"\n")
+            answer = port.makefile("r", encoding="utf-8").readline().split()
+        assert answer[0] == "ok", answer
+        return int(answer[1]) * 1e-9
+
+
+@pytest.fixture(scope="module")
+def pulled(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Pulled]:
+    """One session in which each cable was pulled, missed, and put back."""
+    folder = tmp_path_factory.mktemp("unplugged")
+    session = Running(folder)
+    found = {}
+    try:
+        session.until_it_works_for(3.0)
+        for name, cable in CABLES.items():
+            out_s = session.say(cable.simulation, f"unplug {cable.device}")
+            session.until(
+                lambda cable=cable: str(session.status(cable.site).get("missing")).startswith(cable.missed_as),  # type: ignore[misc]
+                f"{cable.site} did not miss {cable.missed_as}",
+            )
+            session.until_it_works_for(1.0)
+            back_s = session.say(cable.simulation, f"plug {cable.device}")
+            session.until(
+                lambda cable=cable: session.status(cable.site).get("missing") == "",  # type: ignore[misc]
+                f"{cable.site} did not find {cable.missed_as} again",
+            )
+            session.until_it_works_for(8.0)  # the whole script once: touching, stroking
+            found[name] = Pulled(name, out_s, back_s, folder, session.status("remote"), session.status("operator"))
+    finally:
+        session.processes.end()
+    return found
+
+
+def truth(path: Path, stream: str, from_s: float, to_s: float) -> list[tuple[float, dict[str, Any]]]:
+    """Entries of a stream within a time; a recording may be cut at its end, where a busy machine was given no time."""
+    topics: dict[int, str] = {}
+    found = []
+    with path.open("rb") as file, suppress(EOFError):
+        for record in StreamReader(file).records:
+            if isinstance(record, Channel):
+                topics[record.id] = record.topic
+            elif isinstance(record, Message) and topics[record.channel_id] == stream:
+                time_s = record.log_time * 1e-9
+                if from_s <= time_s < to_s:
+                    found.append((time_s, msgpack.unpackb(record.data)))
+    return found
+
+
+@pytest.mark.parametrize("name", CABLES)
+def test_the_session_goes_on_when_the_cable_is_back(name: str, pulled: dict[str, Pulled]) -> None:
+    case = pulled[name]
+    assert (case.remote["state"], case.remote["fault"]) == ("engaged", "")
+    assert (case.operator["state"], case.operator["fault"]) == ("engaged", "")
+    site = case.operator if CABLES[name].site == "operator" else case.remote
+    assert site["devices"][CABLES[name].missed_as]["times_lost"] == 1
+    felt = truth(case.folder / "sim-operator.mcap", "truth_fingertips", case.back_s, case.back_s + 8.0)
+    assert max(entry["force_n"][INDEX] for _, entry in felt) > 0.2
+    assert max(entry["motor_mv"][INDEX] for _, entry in felt) > 0
+    assert max(abs(entry["peltier"][INDEX]) for _, entry in felt) > 0.0
+
+
+@pytest.mark.parametrize(
+    ("name", "output", "within_s"),
+    [
+        ("tacttip", "motor_mv", FORCE_SAFE_S),
+        ("tacttip", "peltier", THERMAL_SAFE_S),
+        ("exoskeleton", "force_n", FORCE_SAFE_S),
+        ("telemanipulator", "force_n", FORCE_SAFE_S + FORCE_SAFE_S),  # the remote site misses it first
+        ("telemanipulator", "motor_mv", FORCE_SAFE_S + FORCE_SAFE_S),
+    ],
+)
+def test_what_hung_on_the_cable_is_off_while_it_is_out(
+    name: str, output: str, within_s: float, pulled: dict[str, Pulled]
+) -> None:
+    case = pulled[name]
+    path = case.folder / "sim-operator.mcap"
+    entries = truth(path, "truth_fingertips", case.out_s + within_s + LATE_S, case.back_s)
+    assert len(entries) > 50
+    assert not any(entry[output][INDEX] for _, entry in entries)
+
+
+def test_a_heater_without_its_cable_is_off(pulled: dict[str, Pulled]) -> None:
+    case = pulled["thermal"]
+    path = case.folder / "sim-remote.mcap"
+    entries = truth(path, "truth_contact", case.out_s + THERMAL_SAFE_S + LATE_S, case.back_s)
+    assert len(entries) > 50
+    assert not any(entry["heater"][INDEX] for _, entry in entries)
+
+
+def test_nobody_is_pressed_too_hard_whatever_is_unplugged(pulled: dict[str, Pulled]) -> None:
+    first, last = pulled["tacttip"], pulled["telemanipulator"]
+    entries = truth(first.folder / "sim-remote.mcap", "truth_contact", first.out_s, last.back_s + 8.0)
+    assert max(entry["force_n"][INDEX] for _, entry in entries) <= CONTACT_FORCE_N

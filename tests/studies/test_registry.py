@@ -1,0 +1,99 @@
+"""The command `study` and the folder it fills, with a study that measures nothing."""
+
+import csv
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from studies import registry
+from teletaction.cli import main
+
+
+@pytest.fixture
+def told(monkeypatch: pytest.MonkeyPatch) -> list[object]:
+    """The only study there is: `plain`; what it was asked is kept."""
+    asked: list[object] = []
+
+    def run(quick: bool, seed: int, tell: Callable[[object], object]) -> dict[str, Any]:
+        asked.append((quick, seed))
+        tell(0.5)
+        tell("in words")
+        return {"rows": [{"a": 1, "b": None}, {"a": 2, "b": "x,y"}]}
+
+    module = ModuleType("plain_study", "What it shows.\n\nMore of it.")
+    vars(module).update(
+        run=run,
+        plot=lambda data, path: path.write_text(f"{len(data['rows'])}"),
+        tables=lambda data: {"rows": data["rows"], "none": []},
+    )
+    monkeypatch.setitem(sys.modules, "plain_study", module)
+    monkeypatch.setattr(registry, "STUDIES", {"plain": "plain_study"})
+    return asked
+
+
+def test_a_study_fills_its_folder(told: list[object], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "new" / "out"
+    assert main(["study", "plain", "--quick", "--seed", "3", "--out", str(out)]) == 0
+    assert told == [(True, 3)]
+    assert json.loads((out / "plain.json").read_text())["rows"][0] == {"a": 1, "b": None}
+    with (out / "plain-rows.csv").open(newline="") as file:
+        assert list(csv.DictReader(file)) == [{"a": "1", "b": ""}, {"a": "2", "b": "x,y"}]
+    assert (out / "plain.png").read_text() == "2"
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.count("\n") == 1, "nothing but where it was written, when nobody looks on"
+    assert "50%" not in said.err
+
+
+def test_on_a_terminal_a_line_tells_how_far_it_is(
+    told: list[object], tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    assert main(["study", "--all", "--out", str(tmp_path)]) == 0
+    err = capsys.readouterr().err
+    assert told == [(False, 0)]
+    assert "plain: 50%" in err
+    assert "plain: in words" in err
+    assert err.count("\n") == 1
+
+
+def test_the_list_tells_what_each_shows(told: list[object], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["study", "--list"]) == 0
+    assert capsys.readouterr().out == "plain: What it shows.\n"
+    assert told == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["nothing", "--out", "x"], ("no study 'nothing'", "plain")),
+        (["nothing"], ("no study 'nothing'", "plain")),
+        ([], ("name one study, or --all", "plain")),
+        (["plain", "--all", "--out", "x"], ("name one study, or --all", "plain")),
+        (["plain"], ("--out DIR",)),
+    ],
+)
+def test_a_wrong_request_is_one_line_and_exit_2(
+    told: list[object], arguments: list[str], words: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["study", *arguments]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.count("\n") == 1
+    assert all(word in said.err for word in words)
+    assert told == []
+
+
+@pytest.mark.parametrize("name", registry.STUDIES)
+def test_each_study_has_what_the_registry_asks_for(name: str) -> None:
+    module = registry.study(name)
+    assert callable(module.run)
+    assert callable(module.plot)
+    line = registry.described()[name]
+    assert line.endswith(".")
+    assert len(line) < 120

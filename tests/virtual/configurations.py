@@ -1,0 +1,67 @@
+"""Configurations of a session in one process: addresses are the names of lines and buses in memory."""
+
+from pathlib import Path
+
+from common.can_line import CanAddress
+from common.config import (
+    CalibrationConfig,
+    FingerName,
+    OperatorConfig,
+    OperatorLinkConfig,
+    RemoteConfig,
+    RemoteLinkConfig,
+    SimOperatorConfig,
+    SimRemoteConfig,
+)
+from teletaction.demo_files import calibrated_tables
+
+FINGER: FingerName = "index"
+"""The one in use."""
+TEXTURE, THERMAL, TACTTIP = (f"{kind}/{FINGER}" for kind in ("texture", "thermal", "tacttip"))
+ROBOT, EXOSKELETON = 1, 2
+"""Names of the buses: they stand where a CAN gateway has its port."""
+_SCENE = str(Path(__file__).with_name("stroking.toml"))
+_NO_KEYS = Path("keys")
+
+
+def sim_remote(seed: int) -> SimRemoteConfig:
+    """The simulated devices of the remote site."""
+    return SimRemoteConfig(
+        fingers=(FINGER,),
+        scene=_SCENE,
+        seed=seed,
+        can_port=ROBOT,
+        texture={FINGER: TEXTURE},
+        thermal_sensors={FINGER: THERMAL},
+    )
+
+
+def sim_operator(seed: int) -> SimOperatorConfig:
+    """The simulated devices of the operator's site, and the hand."""
+    return SimOperatorConfig(
+        fingers=(FINGER,), scene=_SCENE, seed=seed, can_port=EXOSKELETON, tacttip={FINGER: TACTTIP}
+    )
+
+
+def remote(max_age_s: float) -> RemoteConfig:
+    """The remote site."""
+    materials, surfaces = calibrated_tables("materials")
+    return RemoteConfig(
+        fingers=(FINGER,),
+        link=RemoteLinkConfig(keys=_NO_KEYS, max_age_s=max_age_s),
+        texture={FINGER: TEXTURE},
+        thermal_sensors={FINGER: THERMAL},
+        telemanipulator=CanAddress(interface="socketcand", port=ROBOT),
+        calibration=CalibrationConfig(materials=materials, surfaces=surfaces),
+    )
+
+
+def operator(max_age_s: float) -> OperatorConfig:
+    """The operator's site, which engages as soon as it can."""
+    return OperatorConfig(
+        fingers=(FINGER,),
+        link=OperatorLinkConfig(keys=_NO_KEYS, max_age_s=max_age_s),
+        tacttip={FINGER: TACTTIP},
+        exoskeleton=CanAddress(interface="socketcand", port=EXOSKELETON),
+        engage=True,
+    )

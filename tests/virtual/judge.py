@@ -1,0 +1,146 @@
+"""What must hold at every tick, whatever happens, judged by what is at the actuators and what the network delivered."""
+
+from common.limits import (
+    CONTACT_FORCE_N,
+    FINGER_FORCE_N,
+    FORCE_SAFE_S,
+    GAP_S,
+    MODULE_TIMEOUT_S,
+    MOTOR_FLOOR_RPM,
+    MOTOR_MAX_RPM,
+    MOTOR_SAFE_S,
+    MOTOR_STILL_S,
+    PLATE_FAULT_C,
+    SENSOR_PLATE_C,
+    THERMAL_SAFE_S,
+)
+from common.packets import LinkState
+from operator_site.motor_drive import motor_mv
+from tests.virtual.configurations import EXOSKELETON, TACTTIP, THERMAL
+from tests.virtual.memory_lines import MemoryBus, MemoryLine
+from tests.virtual.network import TO_OPERATOR, TO_REMOTE
+from tests.virtual.session import TICK_S, Truth, VirtualSession
+
+LATE_S = 2 * TICK_S + 1e-9
+"""What ticks add to a hold time: one to notice, one to act."""
+SERVO_S = 0.100
+"""A remote finger and hand that were told to stop stand still after this."""
+REPAIRED_S = 0.200
+"""Servos that were broken and obey again have gone back to their set-points after this."""
+STILL_M = 0.1e-3
+"""Standing still, for a hand and its fingers that are held by servos."""
+_LEAST_MV, _MOST_MV = motor_mv(MOTOR_FLOOR_RPM), motor_mv(MOTOR_MAX_RPM)
+
+
+def check_limits(_: VirtualSession, now: Truth) -> None:
+    """Everything at a finger or a patient is inside the table of limits."""
+    assert 0.0 <= now.force_n <= FINGER_FORCE_N, now
+    assert now.motor_mv == 0 or _LEAST_MV <= now.motor_mv <= _MOST_MV, now
+    assert -1.0 <= now.peltier <= 1.0, now
+    assert now.plate_c <= PLATE_FAULT_C, now
+    assert -1.0 <= now.heater <= 1.0, now
+    assert now.sensor_c <= SENSOR_PLATE_C, now
+    assert now.contact_n <= CONTACT_FORCE_N, now
+
+
+def check_operator_safe(now: Truth, since_s: float) -> None:
+    """The operator's actuators are neutral as far as they must be `since_s` after the last valid input."""
+    told = f"{since_s:.3f} s after the last valid touch: {now}"
+    assert since_s <= FORCE_SAFE_S + LATE_S or now.force_n == 0.0, told
+    assert since_s <= MOTOR_SAFE_S + LATE_S or now.motor_mv == 0, told
+    assert since_s <= MOTOR_STILL_S + LATE_S or now.motor_rpm < MOTOR_FLOOR_RPM, told
+    assert since_s <= THERMAL_SAFE_S + LATE_S or now.peltier == 0.0, told
+
+
+class RemoteStandstill:
+    """Judges the remote site without valid input: heater off, the hand stands still, the finger only goes up."""
+
+    def __init__(self) -> None:
+        self._x_m: float | None = None
+        self._highest_m = 0.0
+        self._broken_s = float("-inf")
+
+    def check(self, now: Truth, since_s: float, disobeyed: bool) -> None:
+        """Judge a moment that is `since_s` after the last valid input; of broken servos no standstill is asked."""
+        told = f"{since_s:.3f} s after the last valid motion: {now}"
+        assert since_s <= THERMAL_SAFE_S + LATE_S or now.heater == 0.0, told
+        if disobeyed:
+            self._broken_s = now.time_s
+        if since_s <= GAP_S + SERVO_S + LATE_S or now.time_s - self._broken_s <= REPAIRED_S:
+            self._x_m = None
+        elif self._x_m is None:
+            self._x_m, self._highest_m = now.x_m, now.z_m
+        else:
+            assert abs(now.x_m - self._x_m) <= STILL_M, f"{told}, x was {self._x_m}"
+            assert now.z_m >= self._highest_m - STILL_M, f"{told}, z was {self._highest_m}"
+            self._highest_m = max(self._highest_m, now.z_m)
+
+
+class HoldTimes:
+    """Watches both sites: outputs are safe within the hold times of the last input that could be valid.
+
+    Valid input is a packet that truly arrived and was truly younger than `age_s`: the sites themselves are not asked.
+    """
+
+    def __init__(self, age_s: float) -> None:
+        self.age_s = age_s
+        self._touch_s = self._motion_s = 0.0
+        self._remote = RemoteStandstill()
+
+    def __call__(self, session: VirtualSession, now: Truth) -> None:
+        """Judge one tick."""
+        ways = session.network.ways
+        touch, motion = ways["touch", TO_OPERATOR], ways["motion", TO_REMOTE]
+        if touch.arrived_s == now.time_s and touch.arrived_age_s <= self.age_s:
+            self._touch_s = now.time_s
+        if motion.arrived_s == now.time_s and motion.arrived_age_s <= self.age_s:
+            self._motion_s = now.time_s
+        check_operator_safe(now, now.time_s - self._touch_s)
+        self._remote.check(now, now.time_s - self._motion_s, session.disobeyed)
+
+
+class Latches:
+    """Watches both sites: while a fault is latched nothing is put out, once the ramp to neutral has ended."""
+
+    def __init__(self) -> None:
+        self._since_s: dict[str, float] = {}
+        self._remote = RemoteStandstill()
+
+    def __call__(self, session: VirtualSession, now: Truth) -> None:
+        """Judge one tick."""
+        for side, its_session in (
+            ("remote", session.remote.server.session),
+            ("operator", session.operator.client.session),
+        ):
+            if its_session.state is LinkState.FAULT:
+                self._since_s.setdefault(side, now.time_s)
+            else:
+                self._since_s.pop(side, None)
+        # A fault needs no gap to be noticed: the ramps begin at once.
+        if "operator" in self._since_s:
+            check_operator_safe(now, GAP_S + now.time_s - self._since_s["operator"])
+        remote_s = GAP_S + now.time_s - self._since_s["remote"] if "remote" in self._since_s else 0.0
+        self._remote.check(now, remote_s, session.disobeyed)
+
+
+class DeviceTimeouts:
+    """Watches every device that does not hear its driver any more: it brings its own outputs to rest."""
+
+    def __init__(self) -> None:
+        self._since_s: dict[MemoryLine | MemoryBus, float] = {}
+
+    def __call__(self, session: VirtualSession, now: Truth) -> None:
+        """Judge one tick."""
+        if self._lost_s(session.wires.lines[TACTTIP], now) > MODULE_TIMEOUT_S + LATE_S:
+            assert (now.motor_mv, now.peltier) == (0, 0.0), now
+        if self._lost_s(session.wires.lines[THERMAL], now) > MODULE_TIMEOUT_S + LATE_S:
+            assert now.heater == 0.0, now
+        if self._lost_s(session.wires.buses[EXOSKELETON], now) > FORCE_SAFE_S + LATE_S:
+            assert now.force_n == 0.0, now
+
+    def _lost_s(self, line: MemoryLine | MemoryBus, now: Truth) -> float:
+        """How long nothing has reached a device, s."""
+        if line.hears:
+            self._since_s.pop(line, None)
+            return 0.0
+        return now.time_s - self._since_s.setdefault(line, now.time_s)

@@ -1,0 +1,179 @@
+"""Serial lines and CAN buses in memory: both ends of each, with the faults of `sim_sensors.faults`."""
+
+from collections import deque
+from collections.abc import Sequence
+
+import can
+import serial
+
+from sim_sensors.select_loop import SelectLoop
+from sim_sensors.serial_server import Device, SerialServer
+from sim_sensors.socketcand import Node
+
+_BACKLOG_BYTES = 16 * 1024
+_BACKLOG_FRAMES = 1000
+
+
+class MemoryLine(SerialServer):
+    """An emulated module's end of a serial line.
+
+    Attributes:
+        plugged: whether the cable is in; without, ports at this line fail and none can be opened.
+    """
+
+    def __init__(self, device: Device, loop: SelectLoop, address: str) -> None:
+        super().__init__(device, loop)
+        self.address = address
+        self.plugged = True
+        self.unread = bytearray()
+
+    @property
+    def hears(self) -> bool:
+        """Whether what a driver sends reaches the module."""
+        return self.plugged and not (self.silent or self.deaf)
+
+    def unplug(self) -> None:
+        """Pull the cable."""
+        self.plugged = False
+
+    def plug(self) -> None:
+        """Put the cable back."""
+        self.plugged = True
+
+    def close(self) -> None:
+        """Hang up."""
+        self.plugged = False
+
+    def take(self, data: bytes) -> None:
+        """Take bytes that the driver has written now."""
+        self._received(data, self._loop.now())
+
+    def _send(self, output: bytes) -> None:
+        self.unread += output
+        if len(self.unread) > _BACKLOG_BYTES:
+            del self.unread[:-_BACKLOG_BYTES]
+
+
+class MemoryPort:
+    """A driver's end of a serial line, with what drivers use of pyserial's ports."""
+
+    timeout: float = 0.05
+    write_timeout: float = 0.5
+
+    def __init__(self, line: MemoryLine, descriptor: int) -> None:
+        line.unread.clear()
+        self._line = line
+        self._descriptor = descriptor
+
+    def fileno(self) -> int:
+        """A descriptor that can always be written to, for `select`."""
+        return self._descriptor
+
+    def read(self, most: int) -> bytes:
+        """What came, at once.
+
+        Raises:
+            SerialException: the cable is out, or a read that may wait would find nothing: nobody comes while it waits.
+        """
+        self._check()
+        unread = self._line.unread
+        if not unread and self.timeout > 0.0:
+            raise serial.SerialException("the device says nothing")
+        chunk = bytes(unread[:most])
+        del unread[:most]
+        return chunk
+
+    def write(self, data: bytes) -> int:
+        """Hand bytes to the module; raises SerialException when the cable is out."""
+        self._check()
+        self._line.take(data)
+        return len(data)
+
+    def close(self) -> None:
+        """Nothing is held open."""
+
+    def _check(self) -> None:
+        if not self._line.plugged:
+            raise serial.SerialException("unplugged")
+
+
+class MemoryBus:
+    """A CAN bus with the emulated nodes of one site; takes the place of the socketcand gateway and its faults.
+
+    Attributes:
+        plugged: whether the gateway is there; without, open connections fail and none can be opened.
+        silent: whether the nodes neither say nor hear anything.
+        deaf: whether they hear nothing.
+        connections: drivers that are connected.
+    """
+
+    def __init__(self, loop: SelectLoop, nodes: Sequence[Node]) -> None:
+        self.plugged = True
+        self.silent = False
+        self.deaf = False
+        self.connections: list[MemoryCan] = []
+        self._loop = loop
+        self._nodes = nodes
+
+    @property
+    def hears(self) -> bool:
+        """Whether what a driver sends reaches the nodes."""
+        return self.plugged and not (self.silent or self.deaf)
+
+    @property
+    def clients(self) -> int:
+        """How many drivers are connected."""
+        return len(self.connections)
+
+    def pump(self, now_s: float) -> None:
+        """Hand what the nodes have to send now to the drivers."""
+        if not self.silent:
+            for node in self._nodes:
+                frames = node.take_frames()
+                for connection in self.connections:
+                    connection.unread.extend(frames)
+
+    def take(self, message: can.Message) -> None:
+        """Hand a driver's frame to the nodes."""
+        if self.hears:
+            for node in self._nodes:
+                node.feed(message.arbitration_id, bytes(message.data), self._loop.now())
+
+    def unplug(self) -> None:
+        """Take the gateway away."""
+        self.plugged = False
+
+    def plug(self) -> None:
+        """Bring it back."""
+        self.plugged = True
+
+    def close(self) -> None:
+        """The gateway is gone."""
+        self.plugged = False
+
+
+class MemoryCan:
+    """A driver's connection to a bus, with what drivers use of python-can's buses."""
+
+    def __init__(self, bus: MemoryBus) -> None:
+        self.unread: deque[can.Message] = deque(maxlen=_BACKLOG_FRAMES)
+        self._bus = bus
+        bus.connections.append(self)
+
+    def recv(self, timeout: float) -> can.Message | None:
+        """The next frame; raises CanOperationError when the gateway is gone."""
+        self._check()
+        return self.unread.popleft() if self.unread else None
+
+    def send(self, message: can.Message) -> None:
+        """Put a frame on the bus; raises CanOperationError when the gateway is gone."""
+        self._check()
+        self._bus.take(message)
+
+    def shutdown(self) -> None:
+        """Disconnect."""
+        self._bus.connections.remove(self)
+
+    def _check(self) -> None:
+        if not self._bus.plugged:
+            raise can.CanOperationError("the gateway is gone")

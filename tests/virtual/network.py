@@ -1,0 +1,224 @@
+"""A network in memory that does on a virtual clock whatever a bad one does, seeded: the link of both sites."""
+
+import random
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from heapq import heappop, heappush
+
+from common.link import Received
+
+TO_REMOTE, TO_OPERATOR = "to remote", "to operator"
+STREAMS = {"motion": (TO_REMOTE,), "touch": (TO_OPERATOR,)} | dict.fromkeys(
+    ("heartbeat", "control"), (TO_REMOTE, TO_OPERATOR)
+)
+"""Streams that are carried, with their directions; what is sent to observers goes nowhere."""
+OPERATOR_KEY = "the operator's public key"
+_BURST = 4
+"""Packets that a stream hands over in one tick at most: after a stall the old ones come one after the other."""
+_KEPT = 200
+_KEEP_EVERY = 25
+
+
+@dataclass(slots=True)
+class Conditions:
+    """What happens to a packet; shares are probabilities for each one.
+
+    Attributes:
+        delay_s: on the way at least this long.
+        jitter_s: and up to this much longer; order is kept, as TCP keeps it.
+        drop: share that never arrives.
+        duplicate: share that arrives twice.
+        reorder: share that is overtaken by up to `reorder_s` of later ones.
+        replay: share in whose company a packet recorded earlier arrives once more.
+        cut: whether everything that is sent vanishes.
+        stalled: whether nothing arrives; it does later, in a burst.
+    """
+
+    delay_s: float = 0.001
+    jitter_s: float = 0.0
+    drop: float = 0.0
+    duplicate: float = 0.0
+    reorder: float = 0.0
+    reorder_s: float = 0.020
+    replay: float = 0.0
+    cut: bool = False
+    stalled: bool = False
+
+
+class Way:
+    """One direction of one stream.
+
+    Attributes:
+        conditions: may be changed at any time.
+        arrived: packets that arrived.
+        recorded: some of what was sent, ever: when, and the packet.
+        arrived_s: when something last arrived.
+        arrived_age_s: how long ago the youngest of that was sent, truly.
+    """
+
+    def __init__(self, chance: random.Random) -> None:
+        self.conditions = Conditions()
+        self.arrived = 0
+        self.arrived_s = float("-inf")
+        self.arrived_age_s = float("inf")
+        self._chance = chance
+        self._count = 0
+        self._in_order_s = 0.0
+        self._under_way: list[tuple[float, int, float, bytes]] = []
+        self.recorded: list[tuple[float, bytes]] = []
+
+    def send(self, now_s: float, packet: bytes) -> None:
+        """Put a packet on its way."""
+        now, chance = self.conditions, self._chance
+        if self._count % _KEEP_EVERY == 0:
+            kept = self.recorded
+            if len(kept) < _KEPT:
+                kept.append((now_s, packet))
+            else:
+                kept[chance.randrange(_KEPT)] = (now_s, packet)
+        self._count += 1
+        if now.cut or chance.random() < now.drop:
+            return
+        due_s = now_s + now.delay_s + (now.jitter_s and now.jitter_s * chance.random())
+        if chance.random() < now.reorder:
+            due_s += now.reorder_s * chance.random()
+        else:
+            due_s = self._in_order_s = max(due_s, self._in_order_s)
+        self._add(due_s, now_s, packet)
+        if chance.random() < now.duplicate:
+            self._add(due_s + now.reorder_s * chance.random(), now_s, packet)
+        if chance.random() < now.replay:
+            self._add(due_s, *chance.choice(self.recorded))
+
+    def receive(self, now_s: float) -> list[bytes]:
+        """What arrives now, in order of arrival."""
+        found: list[bytes] = []
+        waiting = self._under_way
+        if self.conditions.stalled:
+            return found
+        age_s = float("inf")
+        while waiting and waiting[0][0] <= now_s and len(found) < _BURST:
+            _, _, sent_s, packet = heappop(waiting)
+            found.append(packet)
+            age_s = min(age_s, now_s - sent_s)
+        if found:
+            self.arrived += len(found)
+            self.arrived_s, self.arrived_age_s = now_s, age_s
+        return found
+
+    def play(self, now_s: float, packet: bytes) -> None:
+        """Somebody puts an old packet on the way."""
+        self._add(now_s, float("-inf"), packet)
+
+    def _add(self, due_s: float, sent_s: float, packet: bytes) -> None:
+        self._count += 1
+        heappush(self._under_way, (due_s, self._count, sent_s, packet))
+
+
+@dataclass(slots=True)
+class Network:
+    """Both directions of every stream.
+
+    Attributes:
+        seed: of everything that happens by chance.
+        now_s: virtual time.
+    """
+
+    seed: int
+    now_s: float = 0.0
+    ways: dict[tuple[str, str], Way] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.ways = {
+            (stream, direction): Way(random.Random(f"{self.seed} {stream} {direction}"))
+            for stream, directions in STREAMS.items()
+            for direction in directions
+        }
+
+    def chosen(self, direction: str | None = None, stream: str | None = None) -> Iterator[Way]:
+        """The ways in a direction and of a stream, or all."""
+        for (name, towards), way in self.ways.items():
+            if direction in (None, towards) and stream in (None, name):
+                yield way
+
+    def impair(self, direction: str | None = None, stream: str | None = None, **changes: float) -> None:
+        """Change conditions, named as in `Conditions`, of the chosen ways."""
+        for way in self.chosen(direction, stream):
+            for name, value in changes.items():
+                setattr(way.conditions, name, value)
+
+    def heal(self) -> None:
+        """Good conditions everywhere; what is under way still arrives."""
+        for way in self.chosen():
+            way.conditions = Conditions()
+
+    def send(self, stream: str, direction: str, packet: bytes) -> None:
+        """Put a packet on its way."""
+        if stream in STREAMS:
+            self.ways[stream, direction].send(self.now_s, packet)
+
+    def receive(self, stream: str, direction: str) -> list[bytes]:
+        """What arrives now."""
+        return self.ways[stream, direction].receive(self.now_s)
+
+
+class RemoteEnd:
+    """The remote site's side, with what the site uses of `common.link.RemoteLink`."""
+
+    def __init__(self, network: Network) -> None:
+        self.handshakes: dict[str, int] = {}
+        self._network = network
+
+    def requests(self, stream: str) -> list[Received]:
+        """What the operator asked."""
+        return [Received(b"operator", OPERATOR_KEY, p) for p in self._network.receive(stream, TO_REMOTE)]
+
+    def answer(self, stream: str, who: bytes, packet: bytes) -> None:
+        """Answer the operator."""
+        self._network.send(stream, TO_OPERATOR, packet)
+
+    def receive_latest(self, stream: str) -> bytes | None:
+        """The newest of what arrived since the last call."""
+        found = self._network.receive(stream, TO_REMOTE)
+        return found[-1] if found else None
+
+    def send_latest(self, stream: str, packet: bytes) -> None:
+        """Send to the operator, or to observers."""
+        self._network.send(stream, TO_OPERATOR, packet)
+
+    def may_operate(self, key: str) -> bool:
+        """The operator's key is one of an operator."""
+        return key == OPERATOR_KEY
+
+    def recheck_keys(self) -> set[str]:
+        """No key is ever revoked here."""
+        return set()
+
+
+class OperatorEnd:
+    """The operator site's side, with what the site uses of `common.link.OperatorLink`."""
+
+    def __init__(self, network: Network) -> None:
+        self._network = network
+
+    def send(self, stream: str, packet: bytes) -> bool:
+        """Ask the remote site."""
+        self._network.send(stream, TO_REMOTE, packet)
+        return True
+
+    def receive(self, stream: str) -> list[bytes]:
+        """What the remote site answered."""
+        return self._network.receive(stream, TO_OPERATOR)
+
+    def receive_latest(self, stream: str) -> bytes | None:
+        """The newest of what arrived since the last call."""
+        found = self._network.receive(stream, TO_OPERATOR)
+        return found[-1] if found else None
+
+    def send_latest(self, stream: str, packet: bytes) -> None:
+        """Send to the remote site."""
+        self._network.send(stream, TO_REMOTE, packet)
+
+    def key_refused(self) -> bool:
+        """The remote site trusts this key."""
+        return False

@@ -1,0 +1,89 @@
+"""Nothing gets through, for a second or ten minutes: safe within the hold times, and then back to work by itself."""
+
+import pytest
+
+from common.limits import FORCE_RAMP_UP_N_S, GAP_S
+from operator_site.session_client import SILENCE_NS
+from remote_site.patient_gate import CLEAR_HEIGHT_M, RETREAT_SPEED_M_S, STOP_S
+from tests.virtual.judge import SERVO_S, STILL_M
+from tests.virtual.network import TO_OPERATOR, TO_REMOTE
+from tests.virtual.session import TICK_S, Truth, VirtualSession
+
+SILENCE_S = SILENCE_NS * 1e-9
+RETREATED_S = GAP_S + STOP_S + (CLEAR_HEIGHT_M + 0.001) / RETREAT_SPEED_M_S + SERVO_S
+"""From the last motion until the remote finger is clear, from up to a millimetre below the bench."""
+QUANTUM_N = 0.01
+
+
+def assert_at_rest(truth: list[Truth]) -> None:
+    """Nothing acts on the operator or the patient, and the remote finger is clear of everything."""
+    assert truth
+    for now in truth:
+        assert (now.force_n, now.motor_mv, now.peltier) == (0.0, 0, 0.0), now
+        assert (now.contact_n, now.heater) == (0.0, 0.0), now
+        assert abs(now.z_m - CLEAR_HEIGHT_M) <= STILL_M, now
+
+
+def assert_resumes_from_zero(session: VirtualSession, patience_s: float = 3.0) -> None:
+    """Both sites engage by themselves within `patience_s`, force begins at zero, and the work goes on."""
+    session.until(lambda s: s.both_engaged, patience_s)
+    engaged_s = session.time_s
+    for now in session.run(0.5):
+        assert now.force_n <= FORCE_RAMP_UP_N_S * (now.time_s - engaged_s + 2 * TICK_S) + QUANTUM_N
+    session.work()
+
+
+@pytest.mark.timeout(300)
+@pytest.mark.parametrize("seconds", [1.0, 10.0, 60.0, pytest.param(600.0, marks=pytest.mark.virtual)])
+def test_a_partition_in_a_stroke_is_safe_and_the_work_resumes(working: VirtualSession, seconds: float) -> None:
+    before = working.remote.server.session.ident
+    working.network.impair(cut=True)
+    working.run(RETREATED_S)
+    assert_at_rest(working.run(min(3.0, seconds - RETREATED_S)))
+    if seconds > 4.0:
+        assert_at_rest(working.run_coarsely(seconds - 4.0))
+        assert not working.operator.client.session.ident, "silence has ended the session"
+        assert not working.remote.server.session.ident
+    working.network.heal()
+    assert_resumes_from_zero(working)
+    if seconds > 4.0:
+        assert working.remote.server.session.ident not in (0, before)
+
+
+def test_a_partition_while_the_free_sensor_is_heated_is_safe_and_the_work_resumes(session: VirtualSession) -> None:
+    session.hover()
+    session.run(0.1)
+    assert session.now.heater > 0.05
+    session.network.impair(cut=True)
+    session.run(1.5)  # the hold times are judged at every tick
+    assert session.now.heater == 0.0
+    session.network.heal()
+    assert_resumes_from_zero(session)
+
+
+def test_partitions_again_and_again_are_safe_and_the_work_resumes(working: VirtualSession) -> None:
+    for seconds in (0.05, 0.12, 0.3, 0.9, 1.05, 1.6):
+        working.network.impair(cut=True)
+        working.run(seconds)
+        working.network.heal()
+        working.work()
+
+
+@pytest.mark.parametrize("direction", [TO_REMOTE, TO_OPERATOR])
+def test_a_cut_of_one_direction_is_safe_and_the_work_resumes(working: VirtualSession, direction: str) -> None:
+    working.network.impair(direction, cut=True)
+    # The side that still hears the other one learns of it when the heartbeats' answers stay away.
+    working.run(SILENCE_S + 0.1 + RETREATED_S)
+    assert_at_rest(working.run(4.0))
+    working.network.heal()
+    assert_resumes_from_zero(working)
+
+
+@pytest.mark.parametrize("stream", ["motion", "touch", "heartbeat"])
+def test_a_cut_of_one_stream_is_safe_and_the_work_resumes(working: VirtualSession, stream: str) -> None:
+    working.network.impair(stream=stream, cut=True)
+    truth = working.run(8.0)
+    resting = [now for now in truth if now.force_n == 0.0 and now.motor_mv == 0]
+    assert len(resting) > 0.5 * len(truth)
+    working.network.heal()
+    working.work()

@@ -1,0 +1,63 @@
+"""A good network: everything acts, and the same seed gives the same session."""
+
+import pytest
+
+from common.limits import FORCE_RAMP_UP_N_S
+from tests.virtual.session import TICK_S, VirtualSession, virtual_session
+
+QUANTUM_N = 0.01
+"""Of a force on the exoskeleton's bus."""
+
+
+def test_contact_force_vibration_and_heat_appear(session: VirtualSession) -> None:
+    session.work()
+    truth = session.run(8.0)  # a stroke, and the next one
+    assert max(now.contact_n for now in truth) > 0.5
+    assert max(now.force_n for now in truth) > 0.5
+    assert max(now.motor_rpm for now in truth) > 3000.0
+    assert max(now.heater for now in truth) > 0.5, "the free sensor is heated"
+    assert all(now.peltier > 0.0 for now in truth), "the plate is held against its losses"
+    assert session.both_engaged
+
+
+def test_force_ramps_up_from_zero_on_engaging(session: VirtualSession) -> None:
+    # The hand waits for the session; here the operator presses before there is one.
+    session.operator.client.want_engaged = False
+    session.run(0.5)
+    session.sim_operator.hand.start()
+    session.until(lambda s: s.sim_operator.hand.segment.act == "stroke", 5.0)
+    assert session.now.force_n == 0.0
+    session.operator.client.want_engaged = True
+    session.until(lambda s: s.both_engaged, 1.0)
+    engaged_s = session.time_s
+    for now in session.run(0.5):
+        assert now.force_n <= FORCE_RAMP_UP_N_S * (now.time_s - engaged_s + TICK_S) + QUANTUM_N
+    session.work()
+
+
+@pytest.mark.parametrize("drift", [50e-6, -50e-6])
+def test_clocks_that_drift_apart_by_100_ppm_disturb_nothing(session: VirtualSession, drift: float) -> None:
+    session.remote_clock.drift, session.operator_clock.drift = drift, -drift
+    session.work()
+    ident = session.remote.server.session.ident
+    session.run(12.0)
+    assert session.both_engaged
+    assert session.remote.server.session.ident == ident
+    assert not session.operator.client.acceptance.refused.keys() - {"clock"}
+
+
+def test_the_same_seed_gives_the_same_truth_and_another_one_does_not() -> None:
+    def truth(seed: int) -> list[tuple[float, ...]]:
+        with virtual_session(seed) as session:
+            session.network.impair(delay_s=0.010, jitter_s=0.010, drop=0.05, duplicate=0.05, reorder=0.05, replay=0.05)
+            session.run(2.5)
+            session.network.impair(stalled=True)
+            session.run(0.5)
+            session.network.heal()
+            session.run(2.0)
+            assert max(now.force_n for now in session.truth) > 0.2
+            return list(session.truth)
+
+    first = truth(1)
+    assert truth(1) == first
+    assert truth(2) != first
