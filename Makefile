@@ -9,17 +9,23 @@ PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
 BIN := .venv/bin
 READY := .venv/ready
 OUT := demo-out
+SOAK_OUT := soak-out
 
 .PHONY: help
 help:
 	@echo "make demo        60 s session on simulated devices; leaves summary, report and recording in $(OUT)/"
 	@echo "make test        the fast tests"
-	@echo "make session     tests that run whole sessions"
+	@echo "make session     tests that run whole sessions, on a virtual clock and in real time"
+	@echo "make hardening   a million broken frames for each decoder (minutes)"
+	@echo "make netns       the link over packets that are really delayed and lost (root)"
 	@echo "make containers  tests that run the composition in containers (needs an engine)"
+	@echo "make faults      every fault of the table on real processes; writes docs/faults.md"
+	@echo "make soak        ten minutes of work with faults at random; ARGUMENTS='--seconds 3000 --seed 7'"
 	@echo "make check       style, types, import arrows"
 	@echo "make coverage    both gates must be covered to 100 % of lines and branches"
 	@echo "make picture     docs/session.png from the last demo"
 	@echo "make tables      the shipped calibration tables anew, from simulated sensors"
+	@echo "make golden      the golden replay's expected output anew; ARGUMENTS=--record for its inputs too"
 	@echo "make clean       remove what all of these made"
 
 $(READY): pyproject.toml constraints.txt
@@ -36,15 +42,32 @@ demo: $(READY)
 
 .PHONY: test
 test: $(READY)
-	$(BIN)/pytest -m 'not containers and not session'
+	$(BIN)/pytest -n auto -m 'not containers and not session and not virtual and not hardening and not netns and not faults'
 
 .PHONY: session
 session: $(READY)
+	$(BIN)/pytest -m virtual -n auto
 	$(BIN)/pytest -m session
 
 .PHONY: containers
 containers: $(READY)
 	$(BIN)/pytest -m containers
+
+.PHONY: hardening
+hardening: $(READY)
+	$(BIN)/pytest -m hardening -n 2 -rP
+
+.PHONY: netns
+netns: $(READY)
+	@settings=$$(PYTHON=$(PYTHON) tests/network/prepare.sh); eval "$$settings"; $(BIN)/pytest -m netns -rPs
+
+.PHONY: faults
+faults: $(READY)
+	FAULT_PAGE=docs/faults.md $(BIN)/pytest -m faults -rP tests/faults/test_fault_matrix.py
+
+.PHONY: soak
+soak: $(READY)
+	$(BIN)/python -m studies.soak --out $(SOAK_OUT) $(ARGUMENTS)
 
 .PHONY: check
 check: $(READY)
@@ -55,7 +78,7 @@ check: $(READY)
 
 # What stands before every device: the two gates and the parts they are made of.
 OPERATOR_GATE := operator_site.gate operator_site.plate_follow common.skin_dose
-PATIENT_GATE := remote_site.patient_gate remote_site.heater_limits common.skin_dose
+PATIENT_GATE := remote_site.patient_gate remote_site.telemanipulator_follow remote_site.heater_limits common.skin_dose
 
 .PHONY: coverage
 coverage: $(READY)
@@ -78,6 +101,10 @@ tables: $(READY)
 		from teletaction.make_tables import make_tables; \
 		make_tables(Path("remote_site/tables"), made_on=str(date.today()))'
 
+.PHONY: golden
+golden: $(READY)
+	$(BIN)/python -m tests.golden.make_golden $(ARGUMENTS)
+
 .PHONY: clean
 clean:
-	rm -rf .venv $(OUT) build .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .coverage *.egg-info
+	rm -rf .venv $(OUT) $(SOAK_OUT) build .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .coverage *.egg-info
