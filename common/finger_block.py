@@ -9,6 +9,7 @@ from common.fingers import FINGERS
 from common.packets import BadPacket, Floats, N
 
 _FLOAT32 = np.dtype("<f4")
+_MOST_KNOWN = 256
 
 
 class FingerBlock:
@@ -25,6 +26,7 @@ class FingerBlock:
         self.low: Floats = np.array([low for low, _ in ranges.values()], dtype=_FLOAT32)
         self.high: Floats = np.array([high for _, high in ranges.values()], dtype=_FLOAT32)
         self._lowest, self._highest = np.tile(self.low, (N, 1)), np.tile(self.high, (N, 1))
+        self._known_codes: set[tuple[float, ...]] = set()
         self._code_names = ", ".join(codes)
         self._codes = Struct("<" + N * "".join("f" if name in codes else "4x" for name in self.names))
 
@@ -53,5 +55,10 @@ class FingerBlock:
                 f"{FINGERS[finger]}.{self.names[column]}: {block[finger, column]} is outside "
                 f"{self.low[column]:g}..{self.high[column]:g}"
             )
-        if not all(map(float.is_integer, self._codes.unpack(raw))):
-            raise BadPacket(f"block: {self._code_names}: not whole numbers")
+        codes = self._codes.unpack(raw)
+        if codes not in self._known_codes:
+            if not all(map(float.is_integer, codes)):
+                raise BadPacket(f"block: {self._code_names}: not whole numbers")
+            if len(self._known_codes) >= _MOST_KNOWN:
+                self._known_codes.clear()
+            self._known_codes.add(codes)

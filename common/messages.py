@@ -22,6 +22,7 @@ from common.packets import (
     read_text,
     read_texts,
     unpack,
+    unpack_list,
 )
 
 EVENT_MAX = 2000.0
@@ -144,27 +145,39 @@ class Touch(NamedTuple):
         """Packet bytes; raises BadPacket on a value out of range."""
         raw = TOUCH_BLOCK.to_bytes(self.block)
         header = (SCHEMA_VERSION, self.session, self.sequence, self.time_ns, self.state)
-        return pack([*header, raw, self.materials, self.events])
+        return pack([*header, raw, _pack_news(self.materials, self.events)])
 
     @classmethod
     def decode(cls, packet: bytes) -> "Touch":
         """Check and unpack; raises BadPacket."""
-        _, session, sequence, time_ns, state, raw, materials, events = unpack(packet, 8)
+        _, session, sequence, time_ns, state, raw, news = unpack(packet, 7)
         block = TOUCH_BLOCK.from_bytes(raw)
-        if type(events) is not list or len(events) > MAX_EVENTS:
-            raise BadPacket(f"events: expected a list of at most {MAX_EVENTS}")
-        names = read_texts(materials, "materials", N)
-        try:
-            happened = tuple([_event(*event) for event in events])
-        except TypeError:
-            raise BadPacket("events: expected lists of 6 plain values") from None
+        if type(news) is not bytes:
+            raise BadPacket("news: not bytes")
         header = read_header(session, sequence, time_ns)
-        return cls(*header, read_enum(LinkState, state), block, names, happened)
+        return cls(*header, read_enum(LinkState, state), block, *_read_news(news))
 
 
-@lru_cache(maxsize=256, typed=True)
+# Names and events stay the same for many packets: what was packed or read once is remembered. Reading them every time
+# would cost as much as all the rest of a packet.
+@lru_cache(maxsize=64)
+def _pack_news(materials: tuple[str, ...], events: tuple[Event, ...]) -> bytes:
+    return pack([materials, events])
+
+
+@lru_cache(maxsize=64)
+def _read_news(news: bytes) -> tuple[tuple[str, ...], tuple[Event, ...]]:
+    materials, events = unpack_list(news, 2)
+    if type(events) is not list or len(events) > MAX_EVENTS:
+        raise BadPacket(f"events: expected a list of at most {MAX_EVENTS}")
+    try:
+        happened = tuple([_event(*event) for event in events])
+    except TypeError:
+        raise BadPacket("events: expected lists of 6 plain values") from None
+    return read_texts(materials, "materials", N), happened
+
+
 def _event(ident: object, kind: object, finger: object, time_ns: object, value: object, name: object) -> Event:
-    """The event of these fields; remembered, since the same one comes in every packet for half a second."""
     if type(value) is not float or not 0.0 <= value <= EVENT_MAX:
         raise BadPacket(f"event: value is not a number in 0..{EVENT_MAX:g}")
     return Event(

@@ -6,7 +6,6 @@ clock). The checks run on decode and, where they can fail there, when a packet i
 
 import math
 from enum import IntEnum
-from functools import cache
 from typing import Any, TypeVar, cast
 
 import msgpack
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 
 from common.fingers import FINGERS
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 MAX_PACKET = 4096
 """No packet of this link is larger, bytes."""
 MAX_INTEGER = 2**63 - 1
@@ -61,21 +60,29 @@ def pack(fields: list[Any]) -> bytes:
 
 def unpack(packet: bytes, length: int) -> list[Any]:
     """The fields of a packet of this schema version and of `length` fields; raises BadPacket."""
-    if len(packet) > MAX_PACKET:
-        raise BadPacket(f"a packet of {len(packet)} bytes is longer than {MAX_PACKET}")
-    try:
-        fields = msgpack.unpackb(packet)
-    except Exception as error:
-        # The unpacker's own errors have no common base; whatever it meets, the packet is what is wrong.
-        raise BadPacket(f"not MessagePack: {type(error).__name__}") from None
-    if not isinstance(fields, list) or not fields:
-        raise BadPacket("not a list")
-    version = fields[0]
+    fields = unpack_list(packet)
+    version = fields[0] if fields else None
     if type(version) is not int or version != SCHEMA_VERSION:
         # Only an integer is shown: printing something deeply nested would raise an error of its own.
         shown = version if type(version) is int else type(version).__name__
         raise WrongVersion(f"schema version {shown}, this side speaks {SCHEMA_VERSION}")
     if len(fields) != length:
+        raise BadPacket(f"{len(fields)} fields, expected {length}")
+    return fields
+
+
+def unpack_list(packed: bytes, length: int | None = None) -> list[Any]:
+    """The list that these bytes hold, of any length or of `length`; raises BadPacket."""
+    if len(packed) > MAX_PACKET:
+        raise BadPacket(f"a packet of {len(packed)} bytes is longer than {MAX_PACKET}")
+    try:
+        fields = msgpack.unpackb(packed)
+    except Exception as error:
+        # The unpacker's own errors have no common base; whatever it meets, the packet is what is wrong.
+        raise BadPacket(f"not MessagePack: {type(error).__name__}") from None
+    if not isinstance(fields, list):
+        raise BadPacket("not a list")
+    if length is not None and len(fields) != length:
         raise BadPacket(f"{len(fields)} fields, expected {length}")
     return fields
 
@@ -129,15 +136,6 @@ def _plain(value: object) -> bool:
 
 def read_enum(kind: type[_E], value: object) -> _E:
     """The member of `kind` that `value` stands for; raises BadPacket."""
-    members = _members(kind)
-    if type(value) is not int or not 0 <= value < len(members):
-        raise BadPacket(f"{kind.__name__}: not an integer in 0..{len(members) - 1}")
-    return cast(_E, members[value])
-
-
-@cache
-def _members(kind: type[IntEnum]) -> tuple[IntEnum, ...]:
-    members = tuple(kind)
-    if members != tuple(range(len(members))):
-        raise TypeError(f"{kind.__name__}: members must be numbered from 0")
-    return members
+    if type(value) is not int or value not in kind._value2member_map_:
+        raise BadPacket(f"{kind.__name__}: not an integer in 0..{len(kind) - 1}")
+    return cast(_E, kind._value2member_map_[value])

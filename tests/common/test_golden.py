@@ -12,7 +12,7 @@ from common.capabilities import LAYOUT
 from common.fingers import FINGERS
 from common.framing import Frame, FrameReader, encode_frame
 from common.messages import TOUCH_FIELDS, Event, EventKind, Motion, ThermalStatus, Touch
-from common.packets import LinkState
+from common.packets import SCHEMA_VERSION, LinkState
 from common.serial_messages import (
     DeviceFlag,
     DeviceKind,
@@ -122,7 +122,7 @@ PACKETS: dict[str, Any] = {
         T,
         "hello",
         {
-            "schema": 1,
+            "schema": SCHEMA_VERSION,
             "layout": LAYOUT,
             "fingers": ALL_FINGERS,
             "rate_hz": 500.0,
@@ -137,7 +137,7 @@ PACKETS: dict[str, Any] = {
         "",
         {
             "session": SESSION,
-            "schema": 1,
+            "schema": SCHEMA_VERSION,
             "layout": LAYOUT,
             "fingers": ALL_FINGERS,
             "rate_hz": 500.0,

@@ -98,7 +98,7 @@ def test_each_headers_field_is_checked(golden: dict[str, bytes], name: str) -> N
             KINDS[name].decode(msgpack.packb(wrong))
     with pytest.raises(BadPacket):
         KINDS[name].decode(golden[name] + b"\0")
-    for version in (0, 2, True, 1.0, None, "1"):
+    for version in (0, SCHEMA_VERSION + 1, True, 1.0, None, "1"):
         with pytest.raises(WrongVersion, match=f"speaks {SCHEMA_VERSION}"):
             KINDS[name].decode(msgpack.packb([version, *fields[1:]]))
 
@@ -181,27 +181,34 @@ def test_a_block_of_another_size_is_refused(golden: dict[str, bytes], block: obj
 )
 def test_each_field_of_an_event_is_checked(golden: dict[str, bytes], position: int, bad: object) -> None:
     fields = msgpack.unpackb(golden["touch"])
-    fields[7][1][position] = bad
+    news = msgpack.unpackb(fields[6])
+    news[1][1][position] = bad
     with pytest.raises(BadPacket):
-        Touch.decode(msgpack.packb(fields))
+        Touch.decode(msgpack.packb([*fields[:6], msgpack.packb(news)]))
 
 
 def test_lists_of_names_and_events_have_their_lengths(golden: dict[str, bytes]) -> None:
     fields = msgpack.unpackb(golden["touch"])
-    event = fields[7][0]
-    for at, bad in (
-        (6, [""] * 4),
-        (6, [""] * 6),
-        (6, "pvc"),
-        (6, [1] * 5),
-        (6, ["x" * 41] + [""] * 4),
-        (7, [event] * (MAX_EVENTS + 1)),
-        (7, [event[:5]]),
-        (7, {}),
-        (7, [1]),
+    names, events = msgpack.unpackb(fields[6])
+    for news in (
+        [[""] * 4, events],
+        [[""] * 6, events],
+        ["pvc", events],
+        [[1] * 5, events],
+        [["x" * 41] + [""] * 4, events],
+        [names, [events[0]] * (MAX_EVENTS + 1)],
+        [names, [events[0][:5]]],
+        [names, {}],
+        [names, [1]],
+        [names],
+        [names, events, 0],
+        7,
     ):
         with pytest.raises(BadPacket):
-            Touch.decode(msgpack.packb([*fields[:at], bad, *fields[at + 1 :]]))
+            Touch.decode(msgpack.packb([*fields[:6], msgpack.packb(news)]))
+    for unread in ([names, events], None, "text", b"", fields[6] + b"\0", fields[6][:-1], {}):
+        with pytest.raises(BadPacket):
+            Touch.decode(msgpack.packb([*fields[:6], unread]))
 
 
 def test_the_fullest_touch_packet_fits() -> None:
@@ -216,25 +223,25 @@ def test_too_long_a_packet_is_neither_sent_nor_taken() -> None:
     with pytest.raises(BadPacket, match="longer than 4096"):
         Request(1, 1, 1, "annotate", details).encode()
     with pytest.raises(BadPacket, match="longer than 4096"):
-        Request.decode(msgpack.packb([1, 1, 1, 1, "annotate", details]))
+        Request.decode(msgpack.packb([SCHEMA_VERSION, 1, 1, 1, "annotate", details]))
 
 
 @pytest.mark.parametrize("verb", ["", "Engage", "reboot", None, 3, ["engage"], b"engage"])
 def test_an_unknown_verb_is_refused(verb: object) -> None:
     with pytest.raises(BadPacket, match="unknown request"):
-        Request.decode(msgpack.packb([1, 1, 1, 1, verb, {}]))
+        Request.decode(msgpack.packb([SCHEMA_VERSION, 1, 1, 1, verb, {}]))
 
 
 @pytest.mark.parametrize("details", [None, [], {b"a": 1}, {"a": {"b": 1}}, {"a": [[1]]}, {"a": math.nan}, {"a": b"x"}])
 @pytest.mark.parametrize("kind", [Request, Answer])
 def test_details_are_a_flat_map_with_text_keys(kind: Any, details: object) -> None:
     with pytest.raises(BadPacket, match="details"):
-        kind.decode(msgpack.packb([1, 1, 1, 1, "hello", details]))
+        kind.decode(msgpack.packb([SCHEMA_VERSION, 1, 1, 1, "hello", details]))
 
 
 def test_a_refusal_has_its_longest() -> None:
     with pytest.raises(BadPacket, match="refused"):
-        Answer.decode(msgpack.packb([1, 1, 1, 1, "x" * 401, {}]))
+        Answer.decode(msgpack.packb([SCHEMA_VERSION, 1, 1, 1, "x" * 401, {}]))
 
 
 @given(st.sampled_from(REQUESTS), st.integers(0, 2**63 - 1), st.dictionaries(st.text(max_size=9), st.text(max_size=9)))

@@ -63,7 +63,9 @@ class Served:
             self._sequence += 1
             touch = Touch(session.ident, self._sequence, now_ns, session.state, TOUCH_NOTHING, ("",) * 5, ())
             self.remote_link.send_latest("touch", touch.encode())
-        now_ns = time.monotonic_ns()  # one tick of the operator's site has one time, for what it takes and what it sends
+        now_ns = (
+            time.monotonic_ns()
+        )  # one tick of the operator's site has one time, for what it takes and what it sends
         self.client.step(now_ns, "")
         self.client.send_motion(now_ns, AT_REST)
         self.longest_gap_ns = max(self.longest_gap_ns, self.client.acceptance.gap_ns(now_ns) or 0)
@@ -112,12 +114,15 @@ def test_hostile_connections_change_nothing_but_counters(served: Served, base_po
         f"longest gap {served.longest_gap_ns / 1e6:.0f} ms"
     )
     assert resident_mib() - before_mib < MOST_GROWTH_MIB
-    assert served.server.session.ident == ident, "the session is still the same"
-    assert served.engaged
     assert not served.server.damaged
     assert not served.client.damaged
     assert served.remote_link.handshakes["admitted"] == 4
-    assert served.remote_link.handshakes["refused"] == (COUNT + COUNT // 10 if kind in FULL_HANDSHAKES else 0)
+    refused = served.remote_link.handshakes["refused"]
+    assert refused >= COUNT + COUNT // 10 if kind in FULL_HANDSHAKES else refused == 0  # some knock twice
     received = served.server.acceptance.received
     served.run(None, 0.5)
     assert served.server.acceptance.received > received + 100
+    assert served.engaged
+    assert served.server.session.ident == ident, "the session is still the same"
+    happened = {h.what for h in served.server.session.take_happenings() + served.client.session.take_happenings()}
+    assert happened <= {"connected", "engaged", "silent", "heard"}, "nothing but a gap of a busy machine"
