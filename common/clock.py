@@ -2,11 +2,16 @@
 
 import math
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 WINDOW = 64
 DRIFT = 100e-6
 """Two quartz clocks drift apart by at most this much, s/s: an old measurement is worth less."""
+
+ReadClock = Callable[[], int]
+"""A site's clock at the moment of asking, ns, to stamp heartbeats when they are read. A tick may begin long before a
+packet that it finds came in: only a time read after that bounds the offset. Without, the tick's own time is taken."""
 
 
 @dataclass(slots=True)

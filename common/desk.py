@@ -11,9 +11,16 @@ from typing import Any
 
 import zmq
 
+from common.curve_sockets import (
+    LinkProblem,
+    prepare_socket,
+    receive_requests,
+    send_answer,
+    serve_curve,
+    use_curve,
+)
 from common.doorkeeper import Doorkeeper
 from common.keys import KeyPair
-from common.link import LinkProblem, prepare_socket, receive_requests, send_answer, serve_curve, use_curve
 from common.packets import BadPacket
 from common.session import Refused
 from common.session_messages import LONGEST_REFUSAL, Answer, Request

@@ -1,20 +1,29 @@
 """The network link: one CurveZMQ socket for each stream, the remote site bound, operator and observers connected.
 
-All socket options are set before bind and connect: set later they do nothing. Without the doorkeeper a Curve
-server would serve any key; with it only those of the allow-list, each where its role lets it.
+Without the doorkeeper a Curve server would serve any key; with it only those of the allow-list, each where its role
+lets it.
 """
 
 import contextlib
-import ipaddress
 from types import TracebackType
-from typing import Any, NamedTuple
+from typing import Any
 
 import zmq
 import zmq.utils.monitor
 
+from common.bind_address import check_bind
+from common.curve_sockets import (
+    MOST_AT_ONCE,
+    LinkProblem,
+    Received,
+    prepare_socket,
+    receive_requests,
+    send_answer,
+    serve_curve,
+    use_curve,
+)
 from common.doorkeeper import Doorkeeper
 from common.keys import KeyPair, Role, TrustedKeys
-from common.packets import MAX_PACKET
 from common.streams import STREAMS, Direction, Stream
 
 # Motion and touch have one sender and one reader; only what observers see may have several readers.
@@ -32,89 +41,7 @@ _CLIENT_TYPE = {
 }
 _MAY_OBSERVE = (Direction.TO_OBSERVERS, Direction.BOTH)
 """What an observer's key opens; requests of an observer are judged by the session."""
-_HANDSHAKE_MS = 2000
-_CURVE_BYTES = 64
-"""Room for what the encryption adds to a packet; the library counts it."""
-_MOST_AT_ONCE = 100
 _LAST_REQUEST_MS = 100
-
-
-class LinkProblem(OSError):
-    """The link cannot be set up: port in use, or this side's key is not allowed."""
-
-
-class Received(NamedTuple):
-    """A request: which connection it came on, whose key that is (authenticated), and its bytes."""
-
-    who: bytes
-    key: str
-    packet: bytes
-
-
-def prepare_socket(socket: "zmq.Socket[bytes]") -> None:
-    """Set what all sockets of the link have in common."""
-    socket.setsockopt(zmq.LINGER, 0)
-    socket.setsockopt(zmq.MAXMSGSIZE, MAX_PACKET + _CURVE_BYTES)
-    socket.setsockopt(zmq.HANDSHAKE_IVL, _HANDSHAKE_MS)
-    # A peer behind a broken network is dropped after 2 s and found again as soon as the network is back.
-    socket.setsockopt(zmq.HEARTBEAT_IVL, 500)
-    socket.setsockopt(zmq.HEARTBEAT_TIMEOUT, 2000)
-    socket.setsockopt(zmq.CONNECT_TIMEOUT, 1000)
-    socket.setsockopt(zmq.RECONNECT_IVL, 50)
-    socket.setsockopt(zmq.RECONNECT_IVL_MAX, 500)
-
-
-def serve_curve(socket: "zmq.Socket[bytes]", keys: KeyPair, domain: str) -> None:
-    """Make a socket a Curve server whose doorkeeper is asked for `domain`."""
-    socket.setsockopt(zmq.CURVE_SERVER, 1)
-    socket.setsockopt(zmq.CURVE_SECRETKEY, keys.secret)
-    socket.setsockopt(zmq.CURVE_PUBLICKEY, keys.public.encode())
-    socket.setsockopt_string(zmq.ZAP_DOMAIN, domain)
-
-
-def use_curve(socket: "zmq.Socket[bytes]", keys: KeyPair, server_public_key: str) -> None:
-    """Make a socket a Curve client of the server with this public key."""
-    socket.setsockopt(zmq.CURVE_SERVERKEY, server_public_key.encode())
-    socket.setsockopt(zmq.CURVE_SECRETKEY, keys.secret)
-    socket.setsockopt(zmq.CURVE_PUBLICKEY, keys.public.encode())
-
-
-def receive_requests(socket: "zmq.Socket[bytes]") -> list[Received]:
-    """What clients sent to a ROUTER socket, at most 100 at once."""
-    found: list[Received] = []
-    for _ in range(_MOST_AT_ONCE):
-        try:
-            frames = socket.recv_multipart(zmq.DONTWAIT, copy=False)
-        except zmq.Again:
-            break
-        if len(frames) == 2:
-            found.append(Received(frames[0].bytes, str(frames[1].get("User-Id")), frames[1].bytes))
-    return found
-
-
-def send_answer(socket: "zmq.Socket[bytes]", who: bytes, packet: bytes) -> None:
-    """Answer one client of a ROUTER socket; one that is gone, or takes nothing any more, gets nothing."""
-    with contextlib.suppress(zmq.Again):
-        socket.send_multipart([who, packet], zmq.DONTWAIT)
-
-
-def check_bind(host: str, trusted: TrustedKeys) -> None:
-    """Whether a remote site may bind to `host`.
-
-    Raises:
-        LinkProblem: `host` is open to a network and nobody is trusted: keys come first.
-        KeyProblem: the list of trusted keys is damaged.
-    """
-    owners = trusted.owners()
-    try:
-        loopback = host == "localhost" or ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        loopback = False
-    if not loopback and not owners:
-        raise LinkProblem(
-            f"{host} is open to a network and {trusted.file} trusts nobody: "
-            f"`teletaction keys trust --keys {trusted.folder} -- NAME KEY` first, or bind to 127.0.0.1"
-        )
 
 
 class _Link:
@@ -315,7 +242,7 @@ class OperatorLink(_Link):
     def receive(self, stream: str) -> list[bytes]:
         """All unread packets of a request stream, at most 100."""
         found: list[bytes] = []
-        while len(found) < _MOST_AT_ONCE:
+        while len(found) < MOST_AT_ONCE:
             try:
                 found.append(self._sockets[stream].recv(zmq.DONTWAIT))
             except zmq.Again:

@@ -13,7 +13,7 @@ from common import device_socket
 from common.background import BackgroundOpener
 from common.fingers import FINGERS
 from common.framing import Frame, FrameReader, encode_frame
-from common.serial_messages import BadPayload, DeviceKind, Identity, MessageId
+from common.serial_messages import DeviceKind, Identity, MessageId
 
 log = logging.getLogger(__name__)
 
@@ -44,14 +44,15 @@ def open_line(address: str, baud: int) -> OpenLine:
         DeviceAbsent: nothing there, or it does not answer.
     """
     try:
-        port = serial.serial_for_url(address, baudrate=baud, timeout=0.05, write_timeout=0.5)
+        port = serial.serial_for_url(address, do_not_open=True, baudrate=baud, timeout=0.05, write_timeout=0.5)
     except (serial.SerialException, OSError, ValueError) as error:
         raise DeviceAbsent(f"{address}: {error}") from None
-    if isinstance(connection := getattr(port, "_socket", None), socket.socket):
-        device_socket.tune(connection)
     reader = FrameReader()
-    deadline = time.monotonic() + _IDENTIFY_S
     try:
+        port.open()
+        if isinstance(connection := getattr(port, "_socket", None), socket.socket):
+            device_socket.tune(connection)
+        deadline = time.monotonic() + _IDENTIFY_S
         # The zero byte ends whatever half frame an earlier driver left on the line.
         port.write(b"\0" + encode_frame(MessageId.IDENTIFY, 0))
         while time.monotonic() < deadline:
@@ -61,8 +62,8 @@ def open_line(address: str, baud: int) -> OpenLine:
                     port.timeout = 0
                     port.write_timeout = 0
                     return OpenLine(port, identity)
-    except (serial.SerialException, OSError, BadPayload) as error:
-        _close(port)
+    except (serial.SerialException, OSError, ValueError) as error:
+        _close(port)  # also when it did not open: the library leaves a connection that was reset meanwhile open
         raise DeviceAbsent(f"{address}: {error}") from None
     _close(port)
     raise DeviceAbsent(f"{address}: a port, but no device answers IDENTIFY within {_IDENTIFY_S:g} s")

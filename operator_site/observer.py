@@ -9,9 +9,10 @@ from typing import Any
 
 from common.capabilities import OBSERVER, capabilities
 from common.config import ObserverConfig
+from common.curve_sockets import LinkProblem
 from common.fingers import FINGERS
 from common.keys import Role, load_keys
-from common.link import LinkProblem, OperatorLink
+from common.link import OperatorLink
 from common.loop import PeriodicLoop
 from common.messages import TOUCH_COLUMN, ExplorationMode, ThermalStatus, Touch
 from operator_site.remote_key import remote_public_key

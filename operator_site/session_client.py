@@ -8,8 +8,7 @@ from typing import Any
 
 from common.acceptance import Acceptance
 from common.capabilities import OBSERVER, OPERATOR, disagreement, misreading
-from common.clock import ClockOffset
-from common.emergency_stop import PATIENCE_NS, EmergencyStop
+from common.clock import ClockOffset, ReadClock
 from common.ladder import SESSION_SILENCE_S
 from common.limits import AGE_MAX_S, GAP_S
 from common.link import OperatorLink
@@ -18,6 +17,7 @@ from common.packets import BadPacket, Floats, LinkState, WrongVersion
 from common.session import Session
 from common.session_messages import LONGEST_REFUSAL, Answer, Heartbeat, Request
 from common.streams import STREAMS
+from operator_site.session_stop import SessionStop
 
 log = logging.getLogger(__name__)
 
@@ -26,8 +26,6 @@ SILENCE_NS = round(SESSION_SILENCE_S * 1e9)
 _ASK_NS = 200_000_000
 """Between two tries of the same request."""
 _BEAT_NS = round(1e9 / STREAMS["heartbeat"].rate_hz)
-_STOP_ANSWER_NS = PATIENCE_NS + round(2e9 * AGE_MAX_S)
-"""On the slowest link the remote site's word of an emergency stop takes as long."""
 _LONG_AGO_NS = -(10**18)
 
 
@@ -47,9 +45,7 @@ class SessionClient:
     """Hash that the remote site's calibration must have; empty for any."""
     role: str = OPERATOR
     gap_s: float = GAP_S
-    stamp_ns: Callable[[], int] | None = None
-    """This site's clock at the moment of asking. A tick may begin long before a packet that it finds came in: only a
-    time read after that bounds the offset. Without, the tick's own time is taken."""
+    stamp_ns: ReadClock | None = None
     session: Session = field(default_factory=Session)
     clock: ClockOffset = field(default_factory=ClockOffset)
     touch: Touch | None = None
@@ -74,13 +70,10 @@ class SessionClient:
     _beat_ns: int = _LONG_AGO_NS
     _heard_ns: int = 0
     _engaged_ns: int = 0
-    _stop: EmergencyStop = field(default_factory=EmergencyStop)
-    _stop_ns: int = 0
-    _stop_remote: bool = False
-    _stopped_here: str = ""
-    _stopped_there: str = ""
+    _stop: SessionStop = field(init=False)
 
     def __post_init__(self) -> None:
+        self._stop = SessionStop(self.session)
         self.acceptance = Acceptance(max_age_ns=round(self.max_age_s * 1e9))
 
     @property
@@ -91,8 +84,7 @@ class SessionClient:
     @property
     def stopped(self) -> str:
         """What came of the last emergency stop, at this site and at the remote one; empty while it is under way."""
-        done = self._stopped_here and self._stopped_there
-        return f"here: {self._stopped_here}; remote site: {self._stopped_there}" if done else ""
+        return self._stop.outcome
 
     def step(self, now_ns: int, ready: str, unconfirmed: Callable[[float], str] = lambda _: "") -> None:
         """Take what came, ask for what is missing.
@@ -118,7 +110,7 @@ class SessionClient:
         self.session.heard(self.acceptance.gap_ns(now_ns), self.gap_s, "touch")
         if self.session.state is LinkState.FAULT:
             self.want_engaged = False
-        self._confirm_stop(now_ns, unconfirmed)
+        self._stop.step(now_ns, unconfirmed)
         if self.session.ident:
             self._keep_up(now_ns, ready)
         else:
@@ -131,7 +123,7 @@ class SessionClient:
             self._beat(now_ns)
         if self.role == OBSERVER:
             return
-        if self._stop_remote:
+        if self._stop.ask_remote:
             self._ask("estop", now_ns, {})
         remote_state = self.touch.state if self.touch is not None else LinkState.CONNECTED
         if remote_state is LinkState.FAULT:
@@ -187,11 +179,7 @@ class SessionClient:
 
     def stop(self, now_ns: int, why: str) -> None:
         """Emergency stop of both sites: latch here at once, and ask the remote site until it has answered."""
-        self.session.latch(why)
-        self._stop.ask(now_ns)
-        self._stop_ns, self._stop_remote = now_ns, bool(self.session.ident)
-        self._stopped_here = ""
-        self._stopped_there = "" if self._stop_remote else "not connected"
+        self._stop.begin(now_ns, why)
 
     def disengage(self, now_ns: int) -> None:
         """Bring both sites to neutral; engaging again is asked for anew."""
@@ -220,17 +208,7 @@ class SessionClient:
     def _end(self, why: str) -> None:
         self.session.disconnect(why)
         self.remote_fault = ""
-        if self._stop_remote:
-            self._stop_remote = False
-            self._note_remote_stop(f"not confirmed, {why}")
-
-    def _confirm_stop(self, now_ns: int, unconfirmed: Callable[[float], str]) -> None:
-        confirmation = self._stop.step(now_ns, unconfirmed)
-        if confirmation is not None:
-            self._stopped_here = str(confirmation)
-            self.session.note("estop", f"here: {confirmation}")
-        if self._stop_remote and not self._stopped_there and now_ns - self._stop_ns > _STOP_ANSWER_NS:
-            self._note_remote_stop(f"not confirmed, no answer within {_STOP_ANSWER_NS * 1e-6:.0f} ms")
+        self._stop.remote_gone(why)
 
     def _ask(self, verb: str, now_ns: int, details: dict[str, Any]) -> None:
         if now_ns - self._asked_ns.get(verb, _LONG_AGO_NS) >= _ASK_NS:
@@ -251,9 +229,8 @@ class SessionClient:
             if refusal and refusal != self.refusal:
                 log.warning("%s refused: %s", verb, refusal)
             self.refusal = refusal
-        elif verb == "estop" and self._stop_remote:
-            self._stop_remote = False
-            self._remote_stopped(answer)
+        elif verb == "estop":
+            self._stop.answered(answer)
         elif verb == "status":
             self.remote_fault = str(answer.details.get("fault", ""))[:LONGEST_REFUSAL]
         elif verb == "clear_fault" and answer.refused:
@@ -303,20 +280,6 @@ class SessionClient:
         if self.calibration and found != self.calibration:
             return f"the remote site is calibrated with {found}, this site expects {self.calibration}"
         return disagreement(self.capabilities, remote, self.gap_s)
-
-    def _remote_stopped(self, answer: Answer) -> None:
-        told = answer.details.get("unconfirmed")
-        after_s = answer.details.get("after_s")
-        if answer.refused or not isinstance(after_s, float):
-            self._note_remote_stop(f"not confirmed, {answer.refused or 'it does not say how it went'}")
-        elif told:
-            self._note_remote_stop(f"not confirmed by {str(told)[:LONGEST_REFUSAL]} after {after_s * 1e3:.0f} ms")
-        else:
-            self._note_remote_stop(f"stopped, confirmed by every device after {after_s * 1e3:.0f} ms")
-
-    def _note_remote_stop(self, outcome: str) -> None:
-        self._stopped_there = outcome
-        self.session.note("estop", f"remote site: {outcome}")
 
     def _beat(self, now_ns: int) -> None:
         self._sequence += 1

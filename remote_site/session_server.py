@@ -9,11 +9,13 @@ from typing import Any
 
 from common.acceptance import Acceptance
 from common.capabilities import OBSERVER, disagreement
+from common.clock import ReadClock
+from common.curve_sockets import Received
 from common.emergency_stop import EmergencyStop
 from common.keys import fingerprint
 from common.ladder import SESSION_SILENCE_S
 from common.limits import AGE_MAX_S, GAP_S
-from common.link import Received, RemoteLink
+from common.link import RemoteLink
 from common.messages import Motion
 from common.packets import SCHEMA_VERSION, BadPacket, LinkState, WrongVersion
 from common.session import Refused, Session, note_text
@@ -35,9 +37,7 @@ class SessionServer:
     capabilities: dict[str, Any]
     max_age_s: float
     gap_s: float = GAP_S
-    stamp_ns: Callable[[], int] | None = None
-    """This site's clock at the moment of asking. A tick may begin long before a packet that it finds came in: only a
-    time read after that bounds the offset. Without, the tick's own time is taken."""
+    stamp_ns: ReadClock | None = None
     session: Session = field(default_factory=Session)
     operator: str = ""
     """Public key of the session's operator, as the link authenticated it; empty without a session."""

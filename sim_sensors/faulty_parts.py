@@ -70,9 +70,9 @@ class Servos:
 class Babble:
     """A transmitter that fills its line with random bytes, and says what it has to say in between."""
 
-    def __init__(self, baud: float, seed: int = 0) -> None:
+    def __init__(self, baud: float) -> None:
         self._bytes_per_s = baud / _BAUD_PER_BYTE
-        self._random = np.random.default_rng(seed)
+        self._random = np.random.default_rng(0)
         self._sent_s: float | None = None
 
     def mix(self, now_s: float, output: bytes) -> bytes:

@@ -79,12 +79,6 @@ class ScriptedHand:
         heights: NDArray[np.float64] = np.clip(self._motion[0], LOWEST_M, HIGHEST_M)
         return heights
 
-    @property
-    def velocity_m_s(self) -> NDArray[np.float64]:
-        """Vertical speeds of the fingertips, (5,), positive up."""
-        velocity: NDArray[np.float64] = self._motion[1]
-        return velocity
-
     def total_seconds(self) -> float:
         """How long the first pass through the script takes, s."""
         return self._first_seconds

@@ -23,7 +23,6 @@ class ObjectColumn:
     """
 
     cell_m: NDArray[np.float64]
-    conductivity_w_mk: float
     heat_j_m3k: float
     inverse: NDArray[np.float64]
     response: NDArray[np.float64]
@@ -61,7 +60,6 @@ def object_column(
     solved = np.asarray(np.linalg.inv(system), dtype=np.float64)
     return ObjectColumn(
         size,
-        conductivity_w_mk,
         heat_j_m3k,
         solved * (capacity / stage_s),
         solved[:, 0].copy(),

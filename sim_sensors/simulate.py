@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_sensors.simulated_stroke import LENGTH_M, StrokeTrace, simulate_stroke
-from sim_sensors.simulated_touch import BLOCK_M, ThermalTrace, check_range, known_material, simulate_thermal
+from sim_sensors.simulated_touch import ThermalTrace, check_range, known_material, simulate_thermal
 
 __all__ = [
     "StrokeTrace",
@@ -42,11 +42,9 @@ def simulate_thermal_set(
     seconds: float,
     seed: int,
     out: Path,
-    force_n: float = 1.2,
     ambient_c: float = 23.0,
     preheat_k: float = 10.0,
     offset_c: tuple[float, float] = (-3.0, 3.0),
-    thickness_m: float | None = BLOCK_M,
 ) -> list[ThermalTrace]:
     """Write `touches` traces of a material (or `air`) and their labels `file,material,object_c` into `out`.
 
@@ -62,11 +60,9 @@ def simulate_thermal_set(
         seed,
         touches=touches,
         seconds=seconds,
-        force_n=force_n,
         ambient_c=ambient_c,
         preheat_k=preheat_k,
         offset_c=offset_c,
-        thickness_m=thickness_m,
     )
     labels = _Labels(out, ("file", "material", "object_c"))
     for number, trace in enumerate(traces):

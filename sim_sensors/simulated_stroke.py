@@ -36,7 +36,6 @@ class StrokeTrace:
     pressure_v: Array
     force_n: Array
     speed_mm_s: Array
-    surface: str
     groove_s: tuple[float, ...]
     stroke_s: tuple[float, float]
 
@@ -88,7 +87,6 @@ def simulate_stroke(
         pressure,
         np.interp(time_s, now + TICK_S, force),
         np.interp(time_s, now + TICK_S, speed),
-        surface,
         tuple(event.time_s for event in world.take_events() if event.kind == "groove"),
         (begin, end),
     )

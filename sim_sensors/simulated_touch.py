@@ -65,17 +65,15 @@ class ThermalTrace:
     """One touch at 100 Hz, and the truth behind it.
 
     `contact_s` is when the true force first reached 0.30 N (in air: when the heater went off); in air `object_c`
-    is None and `effusivity` and `conductance_w_m2k`, the contact's at its resting force, are 0.
+    is None and `conductance_w_m2k`, the contact's at its resting force, is 0.
     """
 
     time_s: Array
     sensor_c: Array
     force_n: Array
     ambient_c: Array
-    material: str
     object_c: float | None
     contact_s: float
-    effusivity: float
     conductance_w_m2k: float
 
 
@@ -172,10 +170,8 @@ def simulate_thermal(
             sensor_c[:, one],
             measured[:, one],
             ambient_read_c[:, one],
-            name,
             touched[one].object_c if touched else None,
             float(time_s[contact_step[one]]),
-            touched[one].specimen.effusivity if touched else 0.0,
             touched[one].full_w_m2k * float(force_share(forces[-1:, one])[0]) if touched else 0.0,
         )
         for one in range(touches)

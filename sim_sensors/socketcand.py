@@ -25,6 +25,7 @@ _BACKLOG_BYTES = 64 * 1024
 _CHUNK = _BACKLOG_BYTES
 """All that waits: set-points that piled up while the process stood still must not be lived through one by one."""
 _LONGEST_COMMAND = 200
+_CHANNEL = "can0"
 QUIET_S = 0.1
 """A client takes the answer to `rawmode` alone in one read; frames right behind it would spoil the handshake."""
 
@@ -59,9 +60,7 @@ class SocketcandBus:
         deaf: the nodes hear nothing.
     """
 
-    def __init__(
-        self, loop: SelectLoop, host: str, port: int, nodes: Sequence[Node] = (), channel: str = "can0"
-    ) -> None:
+    def __init__(self, loop: SelectLoop, host: str, port: int, nodes: Sequence[Node] = ()) -> None:
         """Serve the bus at `host`:`port` (0: one that is free).
 
         Raises:
@@ -69,9 +68,8 @@ class SocketcandBus:
         """
         self._loop = loop
         self._nodes = list(nodes)
-        self._channel = channel
         self._clients: dict[int, _Client] = {}
-        self._port = TcpPort(loop, host, port, f"CAN bus {channel}", buffer_bytes=_BACKLOG_BYTES, greet=self._greet)
+        self._port = TcpPort(loop, host, port, f"CAN bus {_CHANNEL}", buffer_bytes=_BACKLOG_BYTES, greet=self._greet)
         self.port = self._port.number
         self.not_understood = 0
         self.silent = False
@@ -133,7 +131,7 @@ class SocketcandBus:
         match words:
             case ["send", identifier, length, *data]:
                 self._forward(client, identifier, length, data, now_s)
-            case ["open", channel] if channel == self._channel:
+            case ["open", channel] if channel == _CHANNEL:
                 self._tell(client, b"< ok >")
             case ["open", _]:
                 self._tell(client, b"< error could not open bus >")

@@ -3,7 +3,6 @@
 import json
 import os
 import resource
-import shutil
 import signal
 import socket
 import subprocess
@@ -16,44 +15,16 @@ from pathlib import Path
 from typing import Any
 
 from common.config import SimNetworkConfig, SimOperatorConfig, SimRemoteConfig, load_config, load_site
+from common.curve_sockets import LinkProblem
 from common.desk import ask_desk
 from common.keys import load_keys
-from common.link import LinkProblem
 from common.session import Refused
+from studies.stroking_scene import write_stroking_scene
 from teletaction.demo_files import HOST, NETWORK, DemoOptions, prepare
 from teletaction.processes import SessionProcesses
 
-SCENE = """
-name = "stroking"
-calibrated = ["pine"]
-[[objects]]
-name = "rough"
-material = "cardboard"
-surface = "sandpaper"
-x_m = 0.0
-length_m = 0.30
-y_m = -0.02
-width_m = 0.016
-[[script]]
-act = "move"
-object = "rough"
-u = 0.1
-[[script]]
-act = "touch"
-"""
-_STROKES = """
-[[script]]
-act = "stroke"
-to_object = "rough"
-u = 0.95
-speed_mm_s = 50.0
-[[script]]
-act = "stroke"
-to_object = "rough"
-u = 0.1
-speed_mm_s = 50.0
-"""
-"""The middle finger strokes to and fro; the index finger, beside the object, keeps its sensor's heater at work."""
+_STROKES = 20
+"""To and fro; the middle finger strokes, and the index finger, beside the object, keeps its sensor's heater at work."""
 _WORKING_S = 30.0
 _COOL_S = 20.0
 _SLOW_STOPPED_S, _SLOW_RUNNING_S = 0.030, 0.010
@@ -82,8 +53,7 @@ class FaultSession:
     @contextmanager
     def open(cls, out: Path, **site: object) -> "Iterator[FaultSession]":
         """Start a session and end it again; `site` are lines for both sites' configurations."""
-        scene = out / "materials.toml"
-        scene.write_text(SCENE + 20 * _STROKES + '[[script]]\nact = "lift"\n', "utf-8")
+        scene = write_stroking_scene(out, 0.1, *(0.95, 0.1) * _STROKES, narrow=True)
         network = out / "direct.toml"
         network.write_text("[[phase]]\nfrom_s = 0\ndelay_ms = 0\n", "utf-8")
         options = DemoOptions(seconds=3600.0, fingers=2, scene=str(scene), network=str(network))
@@ -218,14 +188,15 @@ class FaultSession:
             if all(state == "engaged" for state in self.states().values()):
                 return
 
-    def keep(self, folder: Path) -> None:
-        """Copy what the processes left behind, for whoever looks into it."""
-        shutil.copytree(self.out, folder, dirs_exist_ok=True)
-
     def figures(self, process: str) -> dict[str, Any]:
         """What a process last told of itself in its status file; empty before the first."""
-        try:
-            told: dict[str, Any] = json.loads((self.out / f"{process}.json").read_text("utf-8"))
-        except (OSError, ValueError):
-            return {}
-        return told
+        return read_figures(self.out, process)
+
+
+def read_figures(out: Path, process: str) -> dict[str, Any]:
+    """What a process of the session in `out` last told of itself in its status file; empty before the first."""
+    try:
+        told: dict[str, Any] = json.loads((out / f"{process}.json").read_text("utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return told

@@ -19,20 +19,19 @@ Tell = Callable[[float], object]
 _RATES_HZ = (100.0, 200.0, 500.0, 1000.0)
 
 
-def run(quick: bool, seed: int, tell: Tell = lambda _: None, faults: Path = DEFAULT_FAULTS) -> dict[str, Any]:
-    """Measure everything.
+def run(quick: bool, seed: int, tell: Tell = lambda _: None) -> dict[str, Any]:
+    """Measure everything; what the fault matrix found is left out, with a note, when its file is not there.
 
     Args:
         quick: a minute and a half with coarse grids instead of some ten minutes.
         seed: of the order in which ways take turns, and of the networks.
         tell: is told the share done, 0..1.
-        faults: what the fault matrix wrote; its part is left out, with a note, when the file is not there.
 
     Raises:
-        FaultsProblem: `faults` is something else.
+        FaultsProblem: that file holds something else.
         EndLost: a process of a measurement ended.
     """
-    safe_states = safe_state_times(faults)
+    safe_states = safe_state_times(DEFAULT_FAULTS)
     latency = link_latency.measure(40 if quick else 200, seed, _part(tell, 0.0, 0.15))
     cpu = link_load.compare(2 if quick else 6, 2.0 if quick else 4.0, _part(tell, 0.15, 0.4))
     scaling = link_load.scale(quick, 1.5 if quick else 4.0, _part(tell, 0.4, 0.7))

@@ -7,7 +7,7 @@ what is found for loss is an upper bound.
 """
 
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from itertools import product
 from random import Random
@@ -89,7 +89,7 @@ class Age:
             self.ages_ns.append(now_ns - self.newest_ns)
 
 
-def ages(conditions: Conditions, seconds: float, seed: int, limits_s: Sequence[float] = AGES_S) -> list[dict[str, Any]]:
+def ages(conditions: Conditions, seconds: float, seed: int) -> list[dict[str, Any]]:
     """What comes of `seconds` on a network of these conditions, for each limit of age.
 
     Returns:
@@ -104,7 +104,7 @@ def ages(conditions: Conditions, seconds: float, seed: int, limits_s: Sequence[f
     to_operator, to_remote = NetworkPath(lambda _: conditions), NetworkPath(lambda _: conditions)
     touch = stream(to_operator, framed_bytes(len(next_touch(touch_parts(), 10_000, _START_NS).encode())))
     beats, answers = stream(to_remote, _BEAT_BYTES), stream(to_operator, _BEAT_BYTES)
-    clock, found = ClockOffset(), [Age(Acceptance(round(limit_s * 1e9))) for limit_s in limits_s]
+    clock, found = ClockOffset(), [Age(Acceptance(round(limit_s * 1e9))) for limit_s in AGES_S]
     for tick in range(round((_SETTLE_S + seconds) * 1e9) // TICK_NS):
         remote_ns = tick * TICK_NS
         operator_ns = remote_ns + TICK_NS // 2
@@ -118,7 +118,7 @@ def ages(conditions: Conditions, seconds: float, seed: int, limits_s: Sequence[f
         packets = touch.receive(operator_ns)
         for age in found:
             age.tick(packets, operator_ns, clock, count=remote_ns >= _SETTLE_S * 1e9)
-    return [_row(limit_s, age) for limit_s, age in zip(limits_s, found, strict=True)]
+    return [_row(limit_s, age) for limit_s, age in zip(AGES_S, found, strict=True)]
 
 
 def _row(limit_s: float, age: Age) -> dict[str, Any]:

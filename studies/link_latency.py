@@ -35,9 +35,9 @@ _GIVE_UP_S = 0.5
 _TRIES = 60
 
 
-def _send(line: Connection, place: Place, receiver: Connection, seed: int, rounds: int, events: int) -> None:
+def _send(line: Connection, place: Place, receiver: Connection, seed: int, rounds: int) -> None:
     """The sending process: decides whose turn it is, and hands on how long each message took."""
-    like = touch_parts(events=events)
+    like = touch_parts()
     body = next_touch(like, 10_000, time.monotonic_ns()).encode()
     curve = BareCurve(place.bare_address(0), zmq.PUB, load_keys(place.remote_keys))
     senders: dict[str, Sender] = {
@@ -103,16 +103,13 @@ def _connect(place: Place) -> PlainTcp:
     raise EndLost("the sending process does not serve")
 
 
-def measure(
-    rounds: int, seed: int, tell: Callable[[float], object] = lambda _: None, events: int = USUAL_EVENTS
-) -> dict[str, Any]:
+def measure(rounds: int, seed: int, tell: Callable[[float], object] = lambda _: None) -> dict[str, Any]:
     """Measure `rounds` blocks of each way; returns the size of a message, and what `summary` says of the times.
 
     Args:
         rounds: blocks of 50 messages of each way; one takes 0.3 s for all three.
         seed: of the order in which the ways take turns.
         tell: is told the share done, 0..1.
-        events: taps and grooves within each touch packet.
 
     Raises:
         EndLost: a process ended, or nothing arrives.
@@ -121,7 +118,7 @@ def measure(
     one_end, other_end = pipe()
     with TemporaryDirectory(prefix="link-") as folder:
         place = Place.prepare(Path(folder))
-        sending = ("sender", _send, (place, one_end, seed, rounds, events))
+        sending = ("sender", _send, (place, one_end, seed, rounds))
         with ends(sending, ("receiver", _receive, (place, other_end))) as (sender, _):
             one_end.close()
             other_end.close()
@@ -132,7 +129,7 @@ def measure(
                     blocks[WITH_ENCODING].append([with_encoding_ns for _, with_encoding_ns in taken])
                 tell((number + 1) / (rounds * len(WAYS)))
             size = int(sender.hear())
-    return {"message_bytes": size, "rate_hz": STREAMS["touch"].rate_hz, "events": events, **summary(blocks)}
+    return {"message_bytes": size, "rate_hz": STREAMS["touch"].rate_hz, "events": USUAL_EVENTS, **summary(blocks)}
 
 
 def summary(blocks: Mapping[str, Sequence[Sequence[int]]]) -> dict[str, Any]:
@@ -164,6 +161,6 @@ def summary(blocks: Mapping[str, Sequence[Sequence[int]]]) -> dict[str, Any]:
     return {"ways": rows, "quantiles": [float(q) for q in GRID], "one_way_us": curves}
 
 
-def ratio(latency: Mapping[str, Any], way: str = LINK) -> float:
-    """Median of a way to that of bare CurveZMQ, from what `measure` returned."""
-    return next(float(row["to_bare"]) for row in latency["ways"] if row["way"] == way)
+def ratio(latency: Mapping[str, Any]) -> float:
+    """Median of the link to that of bare CurveZMQ, from what `measure` returned."""
+    return next(float(row["to_bare"]) for row in latency["ways"] if row["way"] == LINK)

@@ -1,13 +1,15 @@
 """The studies there are, and how one is run: its data, its tables and its figure are written to a folder.
 
 A study is a module with `run(quick=..., seed=..., tell=...)` that returns what can be written as JSON, and
-`plot(data, path)`. It may have `tables(data)`: rows by name, written as CSV. While it runs it tells how far it is: the
-share done, 0..1, or what it is at, in words. The first line of its docstring says what it shows.
+`plot(data, path)`. It may have `tables(data)`: rows by name, written as CSV. Its data may have `problems`: what is
+wrong, a line each. While it runs it tells how far it is: the share done, 0..1, or what it is at, in words. The first
+line of its docstring says what it shows.
 """
 
 import csv
 import json
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -25,6 +27,19 @@ class UnknownStudy(ValueError):
     """There is no study of this name."""
 
 
+@dataclass(frozen=True, slots=True)
+class Result:
+    """How a study ended.
+
+    Attributes:
+        written: its files.
+        problems: what it found wrong, a line each; empty when all is well.
+    """
+
+    written: list[Path]
+    problems: list[str]
+
+
 def study(name: str) -> ModuleType:
     """Load a study; raises UnknownStudy."""
     if name not in STUDIES:
@@ -37,7 +52,7 @@ def described() -> dict[str, str]:
     return {name: (study(name).__doc__ or "").partition("\n")[0] for name in STUDIES}
 
 
-def run_study(name: str, out: Path, *, quick: bool = False, seed: int = 0, tell: Tell = lambda _: None) -> list[Path]:
+def run_study(name: str, out: Path, *, quick: bool = False, seed: int = 0, tell: Tell = lambda _: None) -> Result:
     """Run a study and write NAME.json, NAME-TABLE.csv and NAME.png to `out`.
 
     Args:
@@ -46,9 +61,6 @@ def run_study(name: str, out: Path, *, quick: bool = False, seed: int = 0, tell:
         quick: whether to measure less.
         seed: of everything random in it.
         tell: is told how far it is.
-
-    Returns:
-        The files written.
 
     Raises:
         UnknownStudy: there is none of this name.
@@ -64,7 +76,7 @@ def run_study(name: str, out: Path, *, quick: bool = False, seed: int = 0, tell:
         write_table(written[-1], rows)
     written.append(out / f"{name}.png")
     module.plot(data, written[-1])
-    return written
+    return Result(written, data.get("problems", []))
 
 
 def write_table(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:

@@ -13,7 +13,7 @@ from common.keys import TrustedKeys, fingerprint, load_keys
 from common.serial_line import open_line
 from common.serial_messages import DeviceKind
 from operator_site.remote_key import remote_public_key
-from remote_site.site import load_tables
+from remote_site.calibrated_tables import load_tables
 
 RATE_S = 1.0
 """How long a device's own rate is measured."""

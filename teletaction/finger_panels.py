@@ -30,7 +30,6 @@ from teletaction.session_data import Series
 from teletaction.true_touches import SHORTEST_TOUCH_S
 
 _MOST_MATERIALS = 9
-_FELT = f"felt above {MOTOR_FLOOR_RPM:g} rpm"
 ANSWERING = (ThermalStatus.DECIDING, ThermalStatus.IDENTIFIED, ThermalStatus.AMBIGUOUS)
 """An object temperature stands only with these."""
 

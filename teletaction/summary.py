@@ -10,6 +10,7 @@ from common.fingers import FINGERS, chosen_fingers
 from common.limits import MOTOR_STILL_S
 from common.messages import EventKind, ExplorationMode, ThermalStatus
 from teletaction.demo_files import NETWORK, DemoOptions
+from teletaction.incidents import faults, interruptions
 from teletaction.session_data import Floats, SessionData
 from teletaction.true_touches import SHORTEST_TOUCH_S, Touch, true_touches
 
@@ -76,30 +77,14 @@ def summarise(
             "motion": _packets("motion", operator, remote),
         },
         "recorded": data.counts,
-        "faults": [entry for entry in incidents(data) if entry["what"] in ("fault", "estop")],
-        "interruptions": [entry for entry in incidents(data) if entry["what"] not in ("fault", "estop")],
+        "faults": faults(data),
+        "interruptions": interruptions(data),
     }
 
 
 def proxy(status: Mapping[str, Any] | None) -> dict[str, Any] | None:
     """What the simulated network carried, and what went wrong on it; None when there was none."""
     return None if status is None else {name: status[name] for name in ("streams", "faults")}
-
-
-def incidents(data: SessionData) -> list[dict[str, Any]]:
-    """What went wrong in a session by what both sites noted: faults, silence, missing devices; s from its start."""
-    start_s = min((entry["time_s"] for entry in data.happenings), default=0.0)
-    wrong = ("fault", "estop", "silent", "missing", "disconnected", "disengaged")
-    return [
-        {
-            "site": entry["site"],
-            "what": entry["what"],
-            "fault": entry["text"],
-            "time_s": round(entry["time_s"] - start_s, 2),
-        }
-        for entry in sorted(data.happenings, key=lambda entry: float(entry["time_s"]))
-        if entry["what"] in wrong
-    ]
 
 
 def contacts(data: SessionData) -> list[dict[str, Any]]:

@@ -8,9 +8,9 @@ from typing import Any, Protocol
 
 import pytest
 
+from common.curve_sockets import LinkProblem
 from common.desk import Desk, ask_desk, stop_from_desk
 from common.keys import load_keys
-from common.link import LinkProblem
 from common.session import Refused
 
 

@@ -6,8 +6,9 @@ from typing import Protocol
 
 import pytest
 
+from common.curve_sockets import LinkProblem
 from common.keys import TrustedKeys, load_keys
-from common.link import LinkProblem, OperatorLink, RemoteLink
+from common.link import OperatorLink, RemoteLink
 
 
 class Keys(Protocol):

@@ -27,9 +27,6 @@ from sim_sensors.thermal_sensor import ThermalSensor
 
 USED = ("index", "middle")
 
-# A line that is still being opened when a rig closes is closed by its opener's thread, maybe after the test has ended.
-pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-
 
 class Rig:
     """A site's devices and their emulators, turned by the test."""

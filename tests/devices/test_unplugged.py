@@ -1,14 +1,17 @@
 """Cables pulled out of running drivers and put back: found again at the same address, on a terminal as over TCP."""
 
 import os
+import socket
+import struct
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from serial.urlhandler import protocol_socket
 
 from common.can_line import CanAddress
-from common.serial_line import DeviceAbsent
+from common.serial_line import DeviceAbsent, open_line
 from operator_site.exoskeleton import Exoskeleton as ExoskeletonDriver
 from operator_site.tacttip import TactTip as TactTipDriver
 from sim_sensors.exoskeleton import Exoskeleton
@@ -75,6 +78,22 @@ def test_a_cable_pulled_many_times_leaves_nothing_open(rig: SerialRig) -> None:
         rig.server.plug()
         until(rig.turn, lambda: line.connected)
     until(rig.turn, lambda: open_files() <= before)  # what was lost is closed beside the loop
+
+
+def test_a_connection_that_is_reset_while_it_is_opened_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened = []
+
+    def reset(port: protocol_socket.Serial) -> None:
+        client, _ = listener.accept()
+        client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        client.close()
+        opened.append(port._socket)
+
+    # The library does this once it is connected, and before it clears what has come.
+    monkeypatch.setattr(protocol_socket.Serial, "_update_dtr_state", reset)
+    with socket.create_server(("127.0.0.1", 0)) as listener, pytest.raises(DeviceAbsent, match="reset"):
+        open_line(f"socket://127.0.0.1:{listener.getsockname()[1]}", 921_600)
+    assert [connection.fileno() for connection in opened] == [-1]
 
 
 def test_a_gateway_that_is_only_listened_to_is_missed_and_found_again() -> None:

@@ -10,7 +10,7 @@ import pytest
 from cantools.database.can import Message
 
 from common.can_frames import BadFrame, FrameReceiver
-from common.link import Received
+from common.curve_sockets import Received
 from common.packets import BadPacket
 from common.serial_messages import BadPayload
 from operator_site.session_client import SessionClient

@@ -11,9 +11,10 @@ import pytest
 
 from common.capabilities import OBSERVER, capabilities
 from common.config import ObserverConfig, OperatorLinkConfig
+from common.curve_sockets import LinkProblem
 from common.fingers import FINGERS
 from common.keys import KeyProblem, Role, TrustedKeys, load_keys
-from common.link import LinkProblem, OperatorLink, RemoteLink
+from common.link import OperatorLink, RemoteLink
 from common.messages import TOUCH_COLUMN, TOUCH_FIELDS, ExplorationMode, ThermalStatus, Touch
 from common.packets import LinkState
 from operator_site.observer import measured, opinion, run_observer

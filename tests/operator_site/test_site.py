@@ -18,7 +18,8 @@ from operator_site.devices import OperatorDevices
 from operator_site.exoskeleton import Hand
 from operator_site.gate import GatedOutput
 from operator_site.session_client import SessionClient
-from operator_site.site import SCHEMAS, OperatorSite
+from operator_site.site import OperatorSite
+from operator_site.site_recording import SCHEMAS
 from teletaction.replay import replay
 
 MS = 1_000_000

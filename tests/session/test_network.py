@@ -8,49 +8,28 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
-import msgpack
 import pytest
-from mcap.records import Channel, Message
-from mcap.stream_reader import StreamReader
 
 from common import limits
 from common.config import SimNetworkConfig, load_config
+from studies.fault_session import read_figures
+from studies.stroking_scene import write_stroking_scene
 from teletaction.demo_files import DemoOptions, prepare
 from teletaction.processes import SessionProcesses
+from tests.session.truth import LATE_S, written
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(120)]
 
 INDEX = 1
 ON_THE_WAY_S = 0.012
 """What `city` was carrying when it broke still arrives."""
-SCENE = """
-name = "stroking"
-calibrated = ["pine"]
-[[objects]]
-name = "rough"
-material = "cardboard"
-surface = "sandpaper"
-x_m = 0.0
-length_m = 0.30
-[[script]]
-act = "move"
-object = "rough"
-u = 0.05
-[[script]]
-act = "touch"
-""" + "".join(f'[[script]]\nact = "stroke"\nto_object = "rough"\nu = {u}\n' for u in (0.95, 0.05) * 5)
-"""Almost a minute of stroking to and fro."""
-LATE_S = 0.030
-"""What the machine may add to a hold time: a log entry every 10 ms, and a scheduler that others use too."""
 
 
 @contextmanager
 def session(out: Path, network: str) -> Iterator[SessionProcesses]:
     """A finger that strokes over a network, ended at the end; the network's timetable is not started."""
-    scene = out / "materials.toml"
-    scene.write_text(SCENE, "utf-8")
+    scene = write_stroking_scene(out, *(0.05, 0.95) * 5, 0.05, lift=False)  # almost a minute
     processes = SessionProcesses(out)
     options = DemoOptions(seconds=60.0, fingers=1, scene=str(scene), network=network)
     try:
@@ -61,21 +40,13 @@ def session(out: Path, network: str) -> Iterator[SessionProcesses]:
         processes.end()
 
 
-def status(out: Path, name: str) -> dict[str, Any]:
-    try:
-        found: dict[str, Any] = json.loads((out / f"{name}.json").read_text("utf-8"))
-    except (FileNotFoundError, ValueError):
-        return {}
-    return found
-
-
 def script_s(out: Path) -> float:
     """How long the hand has worked, s; 0 before."""
-    return float(status(out, "sim-operator").get("script_s") or 0.0)
+    return float(read_figures(out, "sim-operator").get("script_s") or 0.0)
 
 
 def refused(out: Path, site: str) -> int:
-    told = status(out, site).get("refused", {})
+    told = read_figures(out, site).get("refused", {})
     return sum(sum(count.values()) for stream, count in told.items() if stream != "damaged")
 
 
@@ -95,19 +66,6 @@ def tell(out: Path, command: str) -> float:
         answer = network.recv(200).decode().split()
     assert answer[0] == "ok", answer
     return int(answer[1]) * 1e-9
-
-
-def felt(out: Path) -> list[tuple[float, dict[str, Any]]]:
-    """What the finger was given, from the simulated devices' own recording."""
-    topics: dict[int, str] = {}
-    found = []
-    with (out / "sim-operator.mcap").open("rb") as file:
-        for record in StreamReader(file).records:
-            if isinstance(record, Channel):
-                topics[record.id] = record.topic
-            elif isinstance(record, Message) and topics[record.channel_id] == "truth_fingertips":
-                found.append((record.log_time * 1e-9, msgpack.unpackb(record.data)))
-    return found
 
 
 def test_a_demo_over_a_network_says_what_the_network_did(tmp_path: Path) -> None:
@@ -139,10 +97,10 @@ def test_a_demo_over_a_network_says_what_the_network_did(tmp_path: Path) -> None
 def test_over_a_satellite_nothing_ever_acts(tmp_path: Path) -> None:
     with session(tmp_path, "satellite") as processes:
         wait_for("packets to refuse", lambda: refused(tmp_path, "operator") > 1000, processes)
-        assert refused(tmp_path, "remote") > 0 or status(tmp_path, "remote")["received"]["motion"] == 0
-    assert status(tmp_path, "operator")["received"]["touch"] == 0
+        assert refused(tmp_path, "remote") > 0 or read_figures(tmp_path, "remote")["received"]["motion"] == 0
+    assert read_figures(tmp_path, "operator")["received"]["touch"] == 0
     assert script_s(tmp_path) == 0.0
-    entries = felt(tmp_path)
+    entries = written(tmp_path / "sim-operator.mcap", "truth_fingertips")
     assert len(entries) > 100
     for _, entry in entries:
         assert entry["force_n"][INDEX] == 0.0
@@ -152,7 +110,7 @@ def test_over_a_satellite_nothing_ever_acts(tmp_path: Path) -> None:
 
 def test_a_partition_makes_outputs_safe_and_the_session_comes_back(tmp_path: Path) -> None:
     def works() -> bool:
-        return all(status(tmp_path, site).get("state") == "engaged" for site in ("remote", "operator"))
+        return all(read_figures(tmp_path, site).get("state") == "engaged" for site in ("remote", "operator"))
 
     with session(tmp_path, "city") as processes:
         wait_for("work", lambda: script_s(tmp_path) > 3.0, processes)
@@ -161,7 +119,7 @@ def test_a_partition_makes_outputs_safe_and_the_session_comes_back(tmp_path: Pat
         wait_for("a new session", works, processes)
         again_s, then_s = time.monotonic(), script_s(tmp_path)
         wait_for("more work", lambda: script_s(tmp_path) > then_s + 3.0, processes)
-    entries = felt(tmp_path)
+    entries = written(tmp_path / "sim-operator.mcap", "truth_fingertips")
     before = [entry for t, entry in entries if begin_s - 0.5 < t < begin_s]
     after = [entry for t, entry in entries if t > again_s]
     for working in (before, after):
@@ -178,19 +136,19 @@ def test_a_partition_makes_outputs_safe_and_the_session_comes_back(tmp_path: Pat
 
 def test_a_cut_connection_is_made_anew_within_the_same_session(tmp_path: Path) -> None:
     def carried() -> int:
-        streams = status(tmp_path, "network").get("streams", {})
+        streams = read_figures(tmp_path, "network").get("streams", {})
         return min((int(streams[name]["connections_open"]) for name in ("motion", "touch")), default=0)
 
     with session(tmp_path, "lan") as processes:
         wait_for("work", lambda: script_s(tmp_path) > 1.0, processes)
-        made = status(tmp_path, "network")["streams"]["motion"]["connections_made"]
+        made = read_figures(tmp_path, "network")["streams"]["motion"]["connections_made"]
         tell(tmp_path, "cut")
         wait_for(
             "a new connection",
-            lambda: status(tmp_path, "network")["streams"]["motion"]["connections_made"] > made and carried(),
+            lambda: read_figures(tmp_path, "network")["streams"]["motion"]["connections_made"] > made and carried(),
             processes,
         )
-        accepted = status(tmp_path, "operator")["received"]["touch"]
-        wait_for("touch", lambda: status(tmp_path, "operator")["received"]["touch"] > accepted + 500, processes)
+        accepted = read_figures(tmp_path, "operator")["received"]["touch"]
+        wait_for("touch", lambda: read_figures(tmp_path, "operator")["received"]["touch"] > accepted + 500, processes)
     assert "silent" not in (tmp_path / "operator.log").read_text("utf-8")
     assert "silent" not in (tmp_path / "remote.log").read_text("utf-8")

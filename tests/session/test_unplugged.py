@@ -1,52 +1,25 @@
 """Cables are pulled while a session strokes: the site says which, its outputs are safe, and the work goes on after."""
 
-import json
 import socket
 import time
 import tomllib
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import msgpack
 import pytest
-from mcap.records import Channel, Message
-from mcap.stream_reader import StreamReader
 
 from common.limits import CONTACT_FORCE_N, FORCE_SAFE_S, THERMAL_SAFE_S
+from studies.fault_session import read_figures
+from studies.stroking_scene import write_stroking_scene
 from teletaction.demo_files import HOST, PROCESSES, DemoOptions, prepare
 from teletaction.processes import SessionProcesses
+from tests.session.truth import LATE_S, written
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(180)]
 
 INDEX = 1
-SCENE = """
-name = "stroking"
-calibrated = ["pine"]
-[[objects]]
-name = "rough"
-material = "cardboard"
-surface = "sandpaper"
-x_m = 0.0
-length_m = 0.30
-[[script]]
-act = "move"
-object = "rough"
-u = 0.1
-[[script]]
-act = "touch"
-[[script]]
-act = "stroke"
-to_object = "rough"
-u = 0.95
-speed_mm_s = 50.0
-[[script]]
-act = "lift"
-"""
-LATE_S = 0.030
-"""What the machine may add to a hold time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,8 +57,7 @@ class Running:
     """A session in full work whose simulations can be told to fail."""
 
     def __init__(self, folder: Path) -> None:
-        scene = folder / "materials.toml"
-        scene.write_text(SCENE, "utf-8")
+        scene = write_stroking_scene(folder, 0.1, 0.95)
         configurations = prepare(DemoOptions(seconds=100.0, fingers=1, scene=str(scene)), folder)
         self.folder = folder
         self.ports = {
@@ -97,11 +69,7 @@ class Running:
             self.processes.start(process, configurations[process])
 
     def status(self, name: str) -> dict[str, Any]:
-        try:
-            found: dict[str, Any] = json.loads((self.folder / f"{name}.json").read_text("utf-8"))
-        except (FileNotFoundError, ValueError):
-            return {}
-        return found
+        return read_figures(self.folder, name)
 
     def until(self, done: Callable[[], object], what: str, seconds: float = 40.0) -> None:
         end_s = time.monotonic() + seconds
@@ -155,21 +123,6 @@ def pulled(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Pulled]:
     return found
 
 
-def truth(path: Path, stream: str, from_s: float, to_s: float) -> list[tuple[float, dict[str, Any]]]:
-    """Entries of a stream within a time; a recording may be cut at its end, where a busy machine was given no time."""
-    topics: dict[int, str] = {}
-    found = []
-    with path.open("rb") as file, suppress(EOFError):
-        for record in StreamReader(file).records:
-            if isinstance(record, Channel):
-                topics[record.id] = record.topic
-            elif isinstance(record, Message) and topics[record.channel_id] == stream:
-                time_s = record.log_time * 1e-9
-                if from_s <= time_s < to_s:
-                    found.append((time_s, msgpack.unpackb(record.data)))
-    return found
-
-
 @pytest.mark.parametrize("name", CABLES)
 def test_the_session_goes_on_when_the_cable_is_back(name: str, pulled: dict[str, Pulled]) -> None:
     case = pulled[name]
@@ -177,7 +130,9 @@ def test_the_session_goes_on_when_the_cable_is_back(name: str, pulled: dict[str,
     assert (case.operator["state"], case.operator["fault"]) == ("engaged", "")
     site = case.operator if CABLES[name].site == "operator" else case.remote
     assert site["devices"][CABLES[name].missed_as]["times_lost"] == 1
-    felt = truth(case.folder / "sim-operator.mcap", "truth_fingertips", case.back_s, case.back_s + 8.0)
+    felt = written(
+        case.folder / "sim-operator.mcap", "truth_fingertips", case.back_s, case.back_s + 8.0, may_be_cut=True
+    )
     assert max(entry["force_n"][INDEX] for _, entry in felt) > 0.2
     assert max(entry["motor_mv"][INDEX] for _, entry in felt) > 0
     assert max(abs(entry["peltier"][INDEX]) for _, entry in felt) > 0.0
@@ -198,7 +153,7 @@ def test_what_hung_on_the_cable_is_off_while_it_is_out(
 ) -> None:
     case = pulled[name]
     path = case.folder / "sim-operator.mcap"
-    entries = truth(path, "truth_fingertips", case.out_s + within_s + LATE_S, case.back_s)
+    entries = written(path, "truth_fingertips", case.out_s + within_s + LATE_S, case.back_s, may_be_cut=True)
     assert len(entries) > 50
     assert not any(entry[output][INDEX] for _, entry in entries)
 
@@ -206,12 +161,14 @@ def test_what_hung_on_the_cable_is_off_while_it_is_out(
 def test_a_heater_without_its_cable_is_off(pulled: dict[str, Pulled]) -> None:
     case = pulled["thermal"]
     path = case.folder / "sim-remote.mcap"
-    entries = truth(path, "truth_contact", case.out_s + THERMAL_SAFE_S + LATE_S, case.back_s)
+    entries = written(path, "truth_contact", case.out_s + THERMAL_SAFE_S + LATE_S, case.back_s, may_be_cut=True)
     assert len(entries) > 50
     assert not any(entry["heater"][INDEX] for _, entry in entries)
 
 
 def test_nobody_is_pressed_too_hard_whatever_is_unplugged(pulled: dict[str, Pulled]) -> None:
     first, last = pulled["tacttip"], pulled["telemanipulator"]
-    entries = truth(first.folder / "sim-remote.mcap", "truth_contact", first.out_s, last.back_s + 8.0)
+    entries = written(
+        first.folder / "sim-remote.mcap", "truth_contact", first.out_s, last.back_s + 8.0, may_be_cut=True
+    )
     assert max(entry["force_n"][INDEX] for _, entry in entries) <= CONTACT_FORCE_N

@@ -1,11 +1,20 @@
 """What really happened at the simulated devices of a session, for tests to judge."""
 
+import math
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import msgpack
+from mcap.records import Channel, Message
+from mcap.stream_reader import StreamReader
+
 from common.fingers import FINGERS
 from studies.fault_judge import Floats, Truth
 from studies.fault_table import FREE, STROKING
 from studies.faults import read_truth
 
-__all__ = ["FELT_N", "HEATS", "LATE_S", "STROKES", "Floats", "Truth", "between", "read_truth"]
+__all__ = ["FELT_N", "HEATS", "LATE_S", "STROKES", "Floats", "Truth", "between", "read_truth", "written"]
 
 STROKES, HEATS = FINGERS.index(STROKING), FINGERS.index(FREE)
 """The finger that strokes an object, and the one in the air whose sensor is heated."""
@@ -19,4 +28,24 @@ def between(time_s: Floats, values: Floats, from_s: float, to_s: float) -> Float
     """The values written down in from_s..to_s, of which there must be some."""
     found = values[(time_s > from_s) & (time_s < to_s)]
     assert len(found), f"nothing was written down from {from_s} s to {to_s} s"
+    return found
+
+
+def written(
+    path: Path, stream: str, from_s: float = -math.inf, to_s: float = math.inf, *, may_be_cut: bool = False
+) -> list[tuple[float, dict[str, Any]]]:
+    """What a simulation wrote into one stream in from_s..to_s, and when, s.
+
+    A recording may be cut where its process was killed, or was given no time by a busy machine; elsewhere it is whole.
+    """
+    topics: dict[int, str] = {}
+    found = []
+    with path.open("rb") as file, suppress(*([EOFError] if may_be_cut else [])):
+        for record in StreamReader(file).records:
+            if isinstance(record, Channel):
+                topics[record.id] = record.topic
+            elif isinstance(record, Message) and topics[record.channel_id] == stream:
+                time_s = record.log_time * 1e-9
+                if from_s <= time_s < to_s:
+                    found.append((time_s, msgpack.unpackb(record.data)))
     return found

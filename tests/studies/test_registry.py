@@ -1,4 +1,4 @@
-"""The command `study` and the folder it fills, with a study that measures nothing."""
+"""The command `study` and the folder it fills, with studies that measure nothing."""
 
 import csv
 import json
@@ -36,6 +36,19 @@ def told(monkeypatch: pytest.MonkeyPatch) -> list[object]:
     return asked
 
 
+@pytest.fixture
+def problems(told: list[object], monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What a second study finds wrong, which runs before `plain`: `strict`."""
+    found: list[str] = []
+    module = ModuleType("strict_study", "What it shows.")
+    vars(module).update(
+        run=lambda quick, seed, tell: {"problems": found}, plot=lambda data, path: path.write_text("drawn")
+    )
+    monkeypatch.setitem(sys.modules, "strict_study", module)
+    monkeypatch.setattr(registry, "STUDIES", {"strict": "strict_study", **registry.STUDIES})
+    return found
+
+
 def test_a_study_fills_its_folder(told: list[object], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "new" / "out"
     assert main(["study", "plain", "--quick", "--seed", "3", "--out", str(out)]) == 0
@@ -60,6 +73,31 @@ def test_on_a_terminal_a_line_tells_how_far_it_is(
     assert "plain: 50%" in err
     assert "plain: in words" in err
     assert err.count("\n") == 1
+
+
+def test_problems_that_a_study_finds_are_told_and_a_failure(
+    problems: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["study", "strict", "--out", str(tmp_path)]) == 0
+    assert capsys.readouterr().err.count("\n") == 1
+    problems += ["it grew", "it stopped"]
+    assert main(["study", "strict", "--out", str(tmp_path)]) == 1
+    said = capsys.readouterr()
+    assert said.out == ""
+    _, *told, last = said.err.splitlines()
+    assert told == ["strict: it grew", "strict: it stopped"]
+    assert last == "teletaction: problems found: 2"
+    assert json.loads((tmp_path / "strict.json").read_text()) == {"problems": problems}
+    assert (tmp_path / "strict.png").read_text() == "drawn"
+
+
+def test_what_one_study_finds_wrong_does_not_keep_another_from_running(
+    problems: list[str], told: list[object], tmp_path: Path
+) -> None:
+    problems.append("it grew")
+    assert main(["study", "--all", "--out", str(tmp_path)]) == 1
+    assert told == [(False, 0)]
+    assert (tmp_path / "plain.json").exists()
 
 
 def test_the_list_tells_what_each_shows(told: list[object], capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,9 +7,11 @@ from typing import Protocol
 import pytest
 import zmq
 
+from common.bind_address import check_bind
 from common.config import ObserverConfig, OperatorLinkConfig, RemoteConfig, load_config, to_toml
+from common.curve_sockets import LinkProblem
 from common.keys import Role, TrustedKeys, create_keys, fingerprint, load_keys
-from common.link import LinkProblem, OperatorLink, RemoteLink, check_bind
+from common.link import OperatorLink, RemoteLink
 from teletaction.demo_files import DemoOptions, prepare
 from tests.commands import command, one_line
 

@@ -61,9 +61,13 @@ class MemoryPort:
     write_timeout: float = 0.5
 
     def __init__(self, line: MemoryLine, descriptor: int) -> None:
-        line.unread.clear()
         self._line = line
         self._descriptor = descriptor
+
+    def open(self) -> None:
+        """Begin with what the module says from now on; raises SerialException when the cable is out."""
+        self._check()
+        self._line.unread.clear()
 
     def fileno(self) -> int:
         """A descriptor that can always be written to, for `select`."""

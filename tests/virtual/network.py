@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from heapq import heappop, heappush
 
-from common.link import Received
+from common.curve_sockets import Received
 
 TO_REMOTE, TO_OPERATOR = "to remote", "to operator"
 STREAMS = {"motion": (TO_REMOTE,), "touch": (TO_OPERATOR,)} | dict.fromkeys(

@@ -8,6 +8,20 @@ from tests.virtual.session import VirtualSession
 STREAMS = ("motion", "touch", "heartbeat", "control")
 
 
+def works_on(working: VirtualSession, stream: str, refused: list[str], **changes: float) -> None:
+    """The work goes on in the same session on a stream like this; where it is judged, each reason is counted."""
+    ident = working.remote.server.session.ident
+    working.network.impair(stream=stream, **changes)
+    for now in working.run(2.0):
+        assert now.force_n > 0.2, now
+    assert working.at_work
+    assert working.remote.server.session.ident == ident
+    if stream in ("motion", "touch"):
+        side = working.remote.server if stream == "motion" else working.operator.client
+        for reason in refused:
+            assert side.acceptance.refused[reason] > 10
+
+
 @pytest.mark.parametrize("seconds", [0.7, 3.0])
 def test_a_stall_that_ends_in_a_burst_is_safe_and_the_work_resumes(working: VirtualSession, seconds: float) -> None:
     working.network.impair(stalled=True)
@@ -24,28 +38,12 @@ def test_a_stall_that_ends_in_a_burst_is_safe_and_the_work_resumes(working: Virt
 
 @pytest.mark.parametrize("stream", STREAMS)
 def test_packets_that_come_twice_do_nothing_but_count(working: VirtualSession, stream: str) -> None:
-    ident = working.remote.server.session.ident
-    working.network.impair(stream=stream, duplicate=0.5)
-    for now in working.run(2.0):
-        assert now.force_n > 0.2, now
-    assert working.at_work
-    assert working.remote.server.session.ident == ident
-    if stream in ("motion", "touch"):
-        side = working.remote.server if stream == "motion" else working.operator.client
-        assert side.acceptance.refused["sequence"] > 10
+    works_on(working, stream, ["sequence"], duplicate=0.5)
 
 
 @pytest.mark.parametrize("stream", STREAMS)
 def test_packets_that_overtake_each_other_by_20_ms_do_nothing_but_count(working: VirtualSession, stream: str) -> None:
-    ident = working.remote.server.session.ident
-    working.network.impair(stream=stream, reorder=0.5, reorder_s=0.020)
-    for now in working.run(2.0):
-        assert now.force_n > 0.2, now
-    assert working.at_work
-    assert working.remote.server.session.ident == ident
-    if stream in ("motion", "touch"):
-        side = working.remote.server if stream == "motion" else working.operator.client
-        assert side.acceptance.refused["sequence"] > 10
+    works_on(working, stream, ["sequence"], reorder=0.5, reorder_s=0.020)
 
 
 @pytest.mark.parametrize("stream", STREAMS)
@@ -57,16 +55,7 @@ def test_old_packets_of_this_and_of_an_earlier_session_do_nothing_but_count(
     working.network.heal()
     working.work()
     working.run(0.3)
-    ident = working.remote.server.session.ident
-    working.network.impair(stream=stream, replay=0.3)
-    for now in working.run(2.0):
-        assert now.force_n > 0.2, now
-    assert working.at_work
-    assert working.remote.server.session.ident == ident
-    if stream in ("motion", "touch"):
-        side = working.remote.server if stream == "motion" else working.operator.client
-        assert side.acceptance.refused["sequence"] > 10
-        assert side.acceptance.refused["session"] > 10
+    works_on(working, stream, ["sequence", "session"], replay=0.3)
 
 
 def test_old_packets_alone_move_nothing(working: VirtualSession) -> None:

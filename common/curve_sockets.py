@@ -1,0 +1,77 @@
+"""CurveZMQ sockets: the options that all of this project's sockets share, and requests with their answers.
+
+All socket options are set before bind and connect: set later they do nothing.
+"""
+
+import contextlib
+from typing import NamedTuple
+
+import zmq
+
+from common.keys import KeyPair
+from common.packets import MAX_PACKET
+
+MOST_AT_ONCE = 100
+"""Packets that are read from one socket before something else gets its turn."""
+_HANDSHAKE_MS = 2000
+_CURVE_BYTES = 64
+"""Room for what the encryption adds to a packet; the library counts it."""
+
+
+class LinkProblem(OSError):
+    """The link cannot be set up: port in use, or this side's key is not allowed."""
+
+
+class Received(NamedTuple):
+    """A request: which connection it came on, whose key that is (authenticated), and its bytes."""
+
+    who: bytes
+    key: str
+    packet: bytes
+
+
+def prepare_socket(socket: "zmq.Socket[bytes]") -> None:
+    """Set what all sockets of the link have in common."""
+    socket.setsockopt(zmq.LINGER, 0)
+    socket.setsockopt(zmq.MAXMSGSIZE, MAX_PACKET + _CURVE_BYTES)
+    socket.setsockopt(zmq.HANDSHAKE_IVL, _HANDSHAKE_MS)
+    # A peer behind a broken network is dropped after 2 s and found again as soon as the network is back.
+    socket.setsockopt(zmq.HEARTBEAT_IVL, 500)
+    socket.setsockopt(zmq.HEARTBEAT_TIMEOUT, 2000)
+    socket.setsockopt(zmq.CONNECT_TIMEOUT, 1000)
+    socket.setsockopt(zmq.RECONNECT_IVL, 50)
+    socket.setsockopt(zmq.RECONNECT_IVL_MAX, 500)
+
+
+def serve_curve(socket: "zmq.Socket[bytes]", keys: KeyPair, domain: str) -> None:
+    """Make a socket a Curve server whose doorkeeper is asked for `domain`."""
+    socket.setsockopt(zmq.CURVE_SERVER, 1)
+    socket.setsockopt(zmq.CURVE_SECRETKEY, keys.secret)
+    socket.setsockopt(zmq.CURVE_PUBLICKEY, keys.public.encode())
+    socket.setsockopt_string(zmq.ZAP_DOMAIN, domain)
+
+
+def use_curve(socket: "zmq.Socket[bytes]", keys: KeyPair, server_public_key: str) -> None:
+    """Make a socket a Curve client of the server with this public key."""
+    socket.setsockopt(zmq.CURVE_SERVERKEY, server_public_key.encode())
+    socket.setsockopt(zmq.CURVE_SECRETKEY, keys.secret)
+    socket.setsockopt(zmq.CURVE_PUBLICKEY, keys.public.encode())
+
+
+def receive_requests(socket: "zmq.Socket[bytes]") -> list[Received]:
+    """What clients sent to a ROUTER socket, at most 100 at once."""
+    found: list[Received] = []
+    for _ in range(MOST_AT_ONCE):
+        try:
+            frames = socket.recv_multipart(zmq.DONTWAIT, copy=False)
+        except zmq.Again:
+            break
+        if len(frames) == 2:
+            found.append(Received(frames[0].bytes, str(frames[1].get("User-Id")), frames[1].bytes))
+    return found
+
+
+def send_answer(socket: "zmq.Socket[bytes]", who: bytes, packet: bytes) -> None:
+    """Answer one client of a ROUTER socket; one that is gone, or takes nothing any more, gets nothing."""
+    with contextlib.suppress(zmq.Again):
+        socket.send_multipart([who, packet], zmq.DONTWAIT)

@@ -1,0 +1,97 @@
+"""What a site tells of itself, the same for both: in its status file, and to who asks at its desk."""
+
+import logging
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+from common.acceptance import Acceptance
+from common.fingers import FINGERS
+from common.recording import Recorder, recording_figures
+from common.session import Session
+
+log = logging.getLogger(__name__)
+
+
+class SessionEnd(Protocol):
+    """A site's end of the session."""
+
+    @property
+    def session(self) -> Session:
+        """Its state and latched fault."""
+
+    @property
+    def acceptance(self) -> Acceptance:
+        """Of the packets that the site acts on."""
+
+    @property
+    def damaged(self) -> Counter[str]:
+        """Packets of each stream that could not be read."""
+
+    @property
+    def stopped(self) -> str:
+        """What came of the last emergency stop."""
+
+
+class Devices(Protocol):
+    """All devices of a site."""
+
+    def missing(self) -> str:
+        """What keeps the site from working; empty when all devices are there."""
+
+    def figures(self) -> dict[str, object]:
+        """What the status file tells of each device."""
+
+
+def in_brief(end: SessionEnd, missing: str) -> dict[str, Any]:
+    """State, fault, what is missing, and what came of the last emergency stop, each empty where there is none."""
+    session = end.session
+    return {"state": session.state.name.lower(), "fault": session.fault, "missing": missing, "estop": end.stopped}
+
+
+def desk_answer(verb: str, end: SessionEnd, not_ready: str) -> dict[str, Any]:
+    """What a person is told at the desk once a request was carried out; all but a question is logged.
+
+    Args:
+        verb: what was asked for.
+        end: this site's end of the session.
+        not_ready: a gate's fault, or else what is missing; empty when the site may engage.
+    """
+    told = in_brief(end, not_ready)
+    if verb != "status":
+        log.info("desk: %s, now %s", verb, told["state"])
+    return told
+
+
+def site_figures(
+    end: SessionEnd,
+    devices: Devices,
+    recorder: Recorder | None,
+    limited: Sequence[tuple[str, ...]],
+    *,
+    sent: dict[str, int],
+    acts_on: str,
+) -> dict[str, object]:
+    """What the status file tells of session, devices, limits, packets and recording.
+
+    Args:
+        end: this site's end of the session.
+        devices: all devices of the site.
+        recorder: None when the site does not record.
+        limited: for each finger, the limits that its gate applied in the last tick; empty before the first.
+        sent: packets of each latest-only stream that went out.
+        acts_on: the stream that `end` accepts packets of.
+    """
+    acceptance = end.acceptance
+    return {
+        **in_brief(end, devices.missing()),
+        "devices": devices.figures(),
+        "limited": {FINGERS[finger]: limits for finger, limits in enumerate(limited) if limits},
+        "age_ms": round(acceptance.age_ns * 1e-6, 3),
+        "max_age_ms": round(acceptance.max_age_ns * 1e-6, 3),
+        "sent": sent,
+        "received": {acts_on: acceptance.received},
+        "superseded": {acts_on: acceptance.lost},
+        "refused": {acts_on: dict(acceptance.refused), "damaged": dict(end.damaged)},
+        **recording_figures(recorder),
+    }

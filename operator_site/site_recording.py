@@ -1,0 +1,108 @@
+"""What the operator site records: each tick's exact input and output, and at 20 Hz what changes slowly."""
+
+import time
+from collections.abc import Iterable
+
+import msgpack
+
+from common.messages import Event, Touch
+from common.recording import PACKET_SCHEMA, SESSION_SCHEMA, Recorder
+from common.session import Happening
+from common.streams import STREAMS
+from operator_site import rendering_input
+from operator_site.fingertips import Fingertips
+from operator_site.gate import GatedOutput
+from operator_site.rendering_input import RenderingInput
+from operator_site.session_client import SessionClient
+
+SCHEMAS: dict[str, dict[str, object]] = {
+    "operator/session": SESSION_SCHEMA,
+    "operator/motion": PACKET_SCHEMA,
+    "operator/touch": PACKET_SCHEMA,
+    "operator/input": rendering_input.SCHEMA,
+    "operator/rendered": {
+        "type": "array",
+        "description": "[engaged, touch age_s, force_n x 5, motor_rpm x 5, plate_set_c x 5, peltier x 5, limits x 5, "
+        "fault or null, x_m, y_m, z_m x 5, plate_c x 5, touch sequence, written_s]: what left for the devices when, "
+        "and its input",
+    },
+    "operator/skin": {"type": "array", "description": "[felt_c x 5, surface_c x 5, flux_w_m2 x 5] of the skin model"},
+    "operator/played": {"type": "array", "description": "[event id, kind, finger]: impulse begun"},
+    "operator/clock": {"type": "array", "description": "[offset_ns, uncertainty_ns, round_trip_ns] to the remote site"},
+}
+_SLOW_EVERY = 25
+"""Ticks between two records of what changes slowly: 20 Hz."""
+
+
+class SiteRecording:
+    """Writes one tick after the other."""
+
+    def __init__(self, recorder: Recorder):
+        """Write to a recorder that was opened with SCHEMAS."""
+        self._recorder = recorder
+        self._ticks = 0
+        self._touch: Touch | None = None
+
+    def session(self, now_ns: int, happenings: Iterable[Happening]) -> None:
+        """Write what happened to the session."""
+        for happening in happenings:
+            self._recorder.write("operator/session", now_ns, happening.pack())
+
+    def tick(
+        self,
+        now_ns: int,
+        client: SessionClient,
+        given: RenderingInput,
+        output: GatedOutput,
+        motion: bytes | None,
+        fingertips: Fingertips,
+    ) -> None:
+        """Write one tick that has just been done.
+
+        Args:
+            now_ns: when it began, this site's clock.
+            client: this site's end of the session.
+            given: what was rendered from.
+            output: what left for the devices.
+            motion: the packet that was sent; None when none was.
+            fingertips: the renderer, as the tick left it.
+        """
+        recorder = self._recorder
+        touch, gap_ns = given.touch, given.gap_ns
+        if touch is not None and touch is not self._touch:
+            recorder.write("operator/touch", now_ns, client.touch_packet)
+            self._touch = touch
+        recorder.write("operator/input", now_ns, given.pack())
+        rendered = [
+            client.both_engaged,
+            None if gap_ns is None else gap_ns * 1e-9,
+            output.force_n,
+            output.motor_rpm,
+            output.plate_set_c,
+            output.peltier_drive,
+            output.limited,
+            output.fault,
+            given.x_m,
+            given.y_m,
+            given.z_m,
+            given.plate_c,
+            None if touch is None else touch.sequence,
+            time.monotonic(),
+        ]
+        recorder.write("operator/rendered", now_ns, msgpack.packb(rendered))
+        if motion is not None and STREAMS["motion"].recorded:
+            recorder.write("operator/motion", now_ns, motion)
+        if fingertips.impulses_played and touch is not None:
+            by_ident: dict[int, Event] = {event.ident: event for event in touch.events}
+            for ident in fingertips.impulses_played:
+                event = by_ident[ident]
+                recorder.write("operator/played", now_ns, msgpack.packb([ident, int(event.kind), event.finger]))
+        if self._ticks % _SLOW_EVERY == 0:
+            skin = fingertips.skin
+            slow = [skin.epidermis_c.tolist(), skin.surface_c.tolist(), skin.flux_w_m2.tolist()]
+            recorder.write("operator/skin", now_ns, msgpack.packb(slow))
+            clock = client.clock
+            recorder.write(
+                "operator/clock", now_ns, msgpack.packb([clock.offset_ns, clock.uncertainty_ns, clock.round_trip_ns])
+            )
+        self._ticks += 1

@@ -1,0 +1,130 @@
+"""What the remote site records: each tick's exact input and output, and at 10 Hz what it identifies."""
+
+from collections.abc import Iterable, Mapping
+
+import msgpack
+
+from common.config import RemoteConfig
+from common.messages import Event, Motion
+from common.recording import PACKET_SCHEMA, SESSION_SCHEMA, Recorder
+from common.session import Happening
+from common.streams import STREAMS
+from remote_site import sensed
+from remote_site.calibrated_tables import load_tables
+from remote_site.finger_identification import FingerTouch
+from remote_site.patient_gate import GatedCommand
+from remote_site.sensed import Sensed
+
+SCHEMAS: dict[str, dict[str, object]] = {
+    "remote/session": SESSION_SCHEMA,
+    "remote/motion": PACKET_SCHEMA,
+    "remote/touch": PACKET_SCHEMA,
+    "remote/sensed": sensed.SCHEMA,
+    "remote/gate": {
+        "type": "array",
+        "description": "[x_m, y_m, z_m x 5, heater drive x 5, limits x 5, fault or null]: what left for the devices",
+    },
+    "remote/note": {"type": "string", "description": "what the operator noted"},
+    "remote/event": {"type": "array", "description": "[id, kind, finger, time_ns, value, name]"},
+    "remote/thermal": {
+        "type": "array",
+        "description": "[finger, status, best, probability, object_c, object_c_sd, rate_per_s, exponential_object_c, "
+        "exponential_material, reason, roughness_v, stiffness_n_m]",
+    },
+}
+_THERMAL_EVERY = 50
+"""Ticks between two records of each finger's identification: 10 Hz."""
+
+
+def open_recorder(config: RemoteConfig, metadata: Mapping[str, str]) -> Recorder | None:
+    """The site's recording with the tables that it identifies by, so that replay needs nothing else.
+
+    Args:
+        config: names the file; None is returned where it names none.
+        metadata: facts about the recording.
+
+    Raises:
+        ValueError: a table cannot be used.
+        OSError: the file cannot be created.
+    """
+    if config.record is None:
+        return None
+    materials, surfaces = load_tables(config)
+    hashes = {"materials": materials.content_hash, "surfaces": surfaces.content_hash}
+    tables = {
+        "materials.json": config.calibration.materials.read_bytes(),
+        "surfaces.json": config.calibration.surfaces.read_bytes(),
+    }
+    return Recorder(config.record, SCHEMAS, {**metadata, **hashes}, tables)
+
+
+class SiteRecording:
+    """Writes one tick after the other."""
+
+    def __init__(self, recorder: Recorder):
+        """Write to a recorder that was opened with SCHEMAS."""
+        self._recorder = recorder
+        self._ticks = 0
+        self._motion: Motion | None = None
+
+    def session(self, now_ns: int, happenings: Iterable[Happening], notes: Iterable[str]) -> None:
+        """Write what happened to the session, and what the operator noted."""
+        for happening in happenings:
+            self._recorder.write("remote/session", now_ns, happening.pack())
+        for note in notes:
+            self._recorder.write("remote/note", now_ns, msgpack.packb(note))
+
+    def tick(
+        self,
+        now_ns: int,
+        motion: Motion | None,
+        sensed_now: Sensed,
+        packet: bytes | None,
+        happened: Iterable[Event],
+        command: GatedCommand,
+        touches: Mapping[int, FingerTouch],
+    ) -> None:
+        """Write one tick that has just been done.
+
+        Args:
+            now_ns: when it began, this site's clock.
+            motion: the newest accepted one.
+            sensed_now: what the devices said.
+            packet: the touch that was sent; None when none was.
+            happened: what was identified and travels as events.
+            command: what left for the devices.
+            touches: what is identified of each finger in use.
+        """
+        recorder = self._recorder
+        if motion is not None and motion is not self._motion:
+            recorder.write("remote/motion", now_ns, motion.encode())
+            self._motion = motion
+        recorder.write("remote/sensed", now_ns, sensed_now.pack())
+        if packet is not None and STREAMS["touch"].recorded:
+            recorder.write("remote/touch", now_ns, packet)
+        for event in happened:
+            fields = [event.ident, int(event.kind), event.finger, event.time_ns, event.value, event.name]
+            recorder.write("remote/event", event.time_ns, msgpack.packb(fields))
+        gated = [command.x_m, command.y_m, command.z_m, command.heater_drive, command.limited, command.fault]
+        recorder.write("remote/gate", now_ns, msgpack.packb(gated))
+        if self._ticks % _THERMAL_EVERY == 0:
+            for finger, touch in touches.items():
+                recorder.write("remote/thermal", now_ns, msgpack.packb([finger, *_thermal(touch)]))
+        self._ticks += 1
+
+
+def _thermal(touch: FingerTouch) -> list[object]:
+    answer = touch.thermal
+    return [
+        int(answer.status),
+        answer.best,
+        answer.probability,
+        answer.object_c,
+        answer.object_c_sd,
+        answer.rate_per_s,
+        answer.exponential_object_c,
+        answer.exponential_material,
+        answer.reason,
+        touch.roughness_v,
+        touch.stiffness_n_m,
+    ]

@@ -1,0 +1,35 @@
+"""`calibrate`: look-up tables from labelled recordings."""
+
+from datetime import date
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(name="calibrate", help="Look-up tables from labelled recordings.", no_args_is_help=True)
+
+
+@app.command("thermal")
+def calibrate_thermal_command(
+    traces: Annotated[Path, typer.Option(help="Folder with traces and labels.csv (file,material[,object_c]).")],
+    out: Annotated[Path, typer.Option(help="Table to write.")],
+    serial: Annotated[str, typer.Option(help="Serial number of the calibrated sensor.")] = "unknown",
+) -> None:
+    """Material look-up table from labelled touches."""
+    from remote_site.thermal_calibration import calibrate_thermal
+
+    calibrate_thermal(traces, out, sensor_serial=serial, made_on=f"{date.today()}")
+    typer.echo(f"wrote {out}", err=True)
+
+
+@app.command("texture")
+def calibrate_texture_command(
+    strokes: Annotated[Path, typer.Option(help="Folder with strokes and labels.csv (file,surface).")],
+    out: Annotated[Path, typer.Option(help="Table to write.")],
+    serial: Annotated[str, typer.Option(help="Serial number of the calibrated sensor.")] = "unknown",
+) -> None:
+    """Surface look-up table from labelled strokes."""
+    from remote_site.texture_calibration import calibrate_texture
+
+    calibrate_texture(strokes, out, sensor_serial=serial, made_on=f"{date.today()}")
+    typer.echo(f"wrote {out}", err=True)

@@ -1,0 +1,8 @@
+"""The option that names a process's configuration."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+ConfigFile = Annotated[Path, typer.Option("--config", help="TOML file of this process.")]

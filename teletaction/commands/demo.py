@@ -1,0 +1,39 @@
+"""`demo`: a whole session on one machine."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from teletaction.commands.failed import Failed
+
+app = typer.Typer()
+
+
+@app.command()
+def demo(
+    headless: Annotated[bool, typer.Option("--headless", help="Run for --seconds, report, and end.")] = False,
+    seconds: Annotated[float | None, typer.Option(help="How long the hand works; 60 when headless.")] = None,
+    scene: Annotated[str, typer.Option(help="Scene of the simulated world.")] = "materials",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of everything random in the simulated world.")] = 0,
+    fingers: Annotated[int, typer.Option(min=1, max=5, help="How many fingers, 1 to 5.")] = 5,
+    network: Annotated[
+        str | None, typer.Option(help="Network between the sites: a name, a TOML file, or recorded round trips as CSV.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Output folder; by default a new one.")] = None,
+) -> None:
+    """A whole telediagnosis session on this machine with simulated devices over the real transports."""
+    from teletaction.demo import run_demo
+    from teletaction.demo_files import DemoOptions
+
+    options = DemoOptions(
+        seconds=seconds if seconds is not None or not headless else 60.0,
+        scene=scene,
+        seed=seed,
+        fingers=fingers,
+        network=network,
+        out=out,
+    )
+    failure = run_demo(options)
+    if failure:
+        raise Failed(failure)

@@ -1,0 +1,57 @@
+"""`identify`: what recorded traces and strokes are of, as JSON lines."""
+
+import json
+import sys
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(name="identify", help="Identification of recorded traces, as JSON lines.", no_args_is_help=True)
+
+
+@app.command("thermal")
+def identify_thermal_command(
+    table: Annotated[Path, typer.Option(help="Calibrated table.")],
+    traces: Annotated[list[Path] | None, typer.Argument(help="Trace files.")] = None,
+    at: Annotated[str, typer.Option(help="Times after contact to answer at, s.")] = "0.5,1,2,3,5,7",
+    touches: Annotated[Path | None, typer.Option(help="CSV `touch,trace`: traces judged jointly.")] = None,
+) -> None:
+    """Material and object temperature of recorded touches."""
+    from remote_site.identify_thermal import identify_thermal
+    from remote_site.material_table import MaterialTable
+
+    if not traces and touches is None:
+        raise ValueError("nothing to identify: name trace files, or --touches FILE")
+    _print_lines(identify_thermal(MaterialTable.load(table), traces or [], _times(at), touches))
+
+
+@app.command("texture")
+def identify_texture_command(
+    strokes: Annotated[list[Path], typer.Argument(help="Stroke files.")],
+    table: Annotated[Path | None, typer.Option(help="Calibrated table of surfaces.")] = None,
+    signal: Annotated[str | None, typer.Option(help="Signal column, or `best` or `mean` of all.")] = None,
+    speed: Annotated[float | None, typer.Option(help="Stroke speed in mm/s where the file has none.")] = None,
+) -> None:
+    """Mode, surface, grooves and rendering constants of recorded strokes."""
+    from remote_site.identify_texture import identify_texture
+    from remote_site.surface_class import SurfaceTable
+
+    surfaces = None if table is None else SurfaceTable.load(table)
+    _print_lines(identify_texture(strokes, surfaces, signal, speed))
+
+
+def _times(text: str) -> list[float]:
+    try:
+        times = [float(word) for word in text.split(",")]
+    except ValueError:
+        raise ValueError(f"--at {text!r}: expected times in seconds with commas between them") from None
+    if not times or not all(0.0 < t < 1e4 for t in times):
+        raise ValueError(f"--at {text!r}: times must be above 0 s")
+    return times
+
+
+def _print_lines(records: Iterable[Mapping[str, object]]) -> None:
+    for record in records:
+        sys.stdout.write(json.dumps(record) + "\n")

@@ -1,0 +1,51 @@
+"""`keys`: who may connect to a site."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(name="keys", help="CurveZMQ keys of a site and the list of those it trusts.", no_args_is_help=True)
+
+KeyFolder = Annotated[Path, typer.Option("--keys", help="Key folder of the site.")]
+
+
+@app.command("init")
+def keys_init(keys: KeyFolder) -> None:
+    """Make a key pair; prints the public key."""
+    from common.keys import create_keys
+
+    typer.echo(create_keys(keys))
+
+
+@app.command("show")
+def keys_show(keys: KeyFolder) -> None:
+    """Print the site's public key, its fingerprint, and whom it trusts."""
+    from common.keys import TrustedKeys, fingerprint, load_keys
+
+    own = load_keys(keys)
+    typer.echo(f"own {fingerprint(own.public)} {own.public}")
+    for key, owner in TrustedKeys(keys).owners().items():
+        typer.echo(f"trusted {owner.name} ({owner.role.value}) {fingerprint(key)} {key}")
+
+
+@app.command("trust")
+def keys_trust(
+    name: str,
+    public_key: str,
+    keys: KeyFolder,
+    observer: Annotated[bool, typer.Option("--observer", help="The owner may look on, and change nothing.")] = False,
+) -> None:
+    """Allow a public key under a name."""
+    from common.keys import Role, TrustedKeys
+
+    TrustedKeys(keys).trust(name, public_key, Role.OBSERVER if observer else Role.PARTNER)
+
+
+@app.command("revoke")
+def keys_revoke(name: str, keys: KeyFolder) -> None:
+    """Allow the keys of a name no longer; a running site cuts their connections within about a second."""
+    from common.keys import TrustedKeys
+
+    count = TrustedKeys(keys).revoke(name)
+    typer.echo(f"revoked {count} key{'s' if count != 1 else ''} of {name}", err=True)

@@ -1,0 +1,67 @@
+"""`summarise`, `recover` and `replay`: what is done with the recordings of a session."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from teletaction.commands.progress import progress_bar
+
+app = typer.Typer()
+
+
+@app.command("summarise")
+def summarise_command(
+    recordings: Annotated[Path, typer.Option(help="Folder with the recordings and status files of all processes.")],
+    out: Annotated[Path, typer.Option(help="Folder for session.mcap, summary.json and report.html.")],
+    scene: Annotated[str, typer.Option(help="Scene that was explored.")] = "materials",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the simulated world.")] = 0,
+    fingers: Annotated[int, typer.Option(min=1, max=5, help="How many fingers, 1 to 5.")] = 5,
+) -> None:
+    """Recording, summary and report of a session whose processes were started one by one."""
+    from teletaction.conclude import conclude
+    from teletaction.demo_files import DemoOptions
+
+    conclude(recordings, out, DemoOptions(scene=scene, seed=seed, fingers=fingers))
+    typer.echo(f"summary {out / 'summary.json'}, report {out / 'report.html'}", err=True)
+
+
+@app.command("recover")
+def recover_command(
+    recording: Annotated[Path, typer.Argument(help="Recording of a process that did not end by itself.")],
+    out: Annotated[Path | None, typer.Option(help="File to write; by default NAME-recovered.mcap beside it.")] = None,
+) -> None:
+    """Make a whole recording out of a cut one; the original stays as it is."""
+    from teletaction.recover import recover
+
+    recovered = recover(recording, out)
+    if recovered is None:
+        typer.echo(f"{recording} is whole: nothing needs repair", err=True)
+        return
+    for stream, count in sorted(recovered.messages.items()):
+        typer.echo(f"{count:9d} {stream}", err=True)
+    typer.echo(
+        f"wrote {recovered.out}: {recovered.messages.total()} messages over {recovered.seconds:.3f} s; "
+        f"{recovered.unreadable_bytes} bytes at the end and {recovered.damaged_chunks} damaged chunks before it "
+        "could not be read",
+        err=True,
+    )
+
+
+@app.command("replay")
+def replay_command(
+    recording: Annotated[Path, typer.Argument(help="Recording of a session, or of one site.")],
+    out: Annotated[Path, typer.Option(help="Folder for identification.jsonl, rendering.csv and replay.json.")],
+) -> None:
+    """Run identification and rendering again on a recording, and compare with what was computed then."""
+    from teletaction.replay import replay
+
+    with progress_bar("replaying") as progress:
+        result = replay(recording, out, progress)
+    for site, what in (("remote", "touch_packets"), ("operator", "rendered_rows")):
+        for name, part in result[site].items():
+            same = "all" if part["identical"] == part[what] else f"only {part['identical']}"
+            typer.echo(
+                f"{name}: {part['ticks']} ticks; {same} of {part[what]} {what.replace('_', ' ')} are identical",
+                err=True,
+            )

@@ -1,0 +1,57 @@
+"""`simulate`: traces and strokes of the simulated sensors, as CSV."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(name="simulate", help="Traces from the simulated sensors, as CSV.", no_args_is_help=True)
+
+
+@app.command("thermal")
+def simulate_thermal_command(
+    material: Annotated[str, typer.Option(help="Material touched, or `air` for free cooling.")],
+    out: Annotated[Path, typer.Option(help="Folder for the traces and labels.csv.")],
+    touches: Annotated[int, typer.Option(min=1)] = 1,
+    seconds: Annotated[float, typer.Option(help="Time in contact, s.", min=0.5, max=120.0)] = 8.1,
+    seed: Annotated[int, typer.Option(min=0)] = 0,
+    ambient_c: Annotated[float, typer.Option(min=5.0, max=35.0)] = 23.0,
+    preheat_k: Annotated[float, typer.Option(min=0.0, max=19.0)] = 10.0,
+    object_c: Annotated[
+        float | None, typer.Option(help="Object temperature; by default within 3 K of ambient.", min=-10.0, max=60.0)
+    ] = None,
+) -> None:
+    """Touches of the simulated thermal sensor."""
+    from common.materials import material as look_up
+    from sim_sensors.simulate import simulate_thermal_set
+
+    if material != "air":
+        look_up(material)
+    offset_c = (-3.0, 3.0) if object_c is None else (object_c - ambient_c,) * 2
+    simulate_thermal_set(
+        material,
+        touches,
+        seconds=seconds,
+        seed=seed,
+        out=out,
+        ambient_c=ambient_c,
+        preheat_k=preheat_k,
+        offset_c=offset_c,
+    )
+    typer.echo(f"wrote {touches} touches of {material} to {out}", err=True)
+
+
+@app.command("stroke")
+def simulate_stroke_command(
+    surface: Annotated[str, typer.Option(help="Surface stroked.")],
+    out: Annotated[Path, typer.Option(help="Folder for the strokes and labels.csv.")],
+    strokes: Annotated[int, typer.Option(min=1)] = 1,
+    speed: Annotated[float, typer.Option(help="mm/s", min=5.0, max=200.0)] = 50.0,
+    force: Annotated[float, typer.Option(help="N", min=0.3, max=5.0)] = 1.2,
+    seed: Annotated[int, typer.Option(min=0)] = 0,
+) -> None:
+    """Strokes of the simulated texture sensor."""
+    from sim_sensors.simulate import simulate_stroke_set
+
+    simulate_stroke_set(surface, strokes, speed_mm_s=speed, force_n=force, seed=seed, out=out)
+    typer.echo(f"wrote {strokes} strokes of {surface} to {out}", err=True)
