@@ -35,18 +35,14 @@ class FingerBlock:
         if block.shape != self._lowest.shape or block.dtype != _FLOAT32:
             raise BadPacket(f"block: expected float32 {self._lowest.shape}, not {block.dtype} {block.shape}")
         raw = block.tobytes()
-        self._check(block, raw)
+        self.from_bytes(raw)
         return raw
 
     def from_bytes(self, raw: object) -> Floats:
         """Array (5, columns) that cannot be written to; raises BadPacket as `to_bytes` does."""
-        if not isinstance(raw, bytes) or len(raw) != self._codes.size:
+        if type(raw) is not bytes or len(raw) != self._codes.size:
             raise BadPacket(f"block: expected {self._codes.size} bytes")
         block: Floats = np.ndarray(self._lowest.shape, _FLOAT32, raw)
-        self._check(block, raw)
-        return block
-
-    def _check(self, block: Floats, raw: bytes) -> None:
         # NaN fails both comparisons, so what is not finite is out of range. Looking for a zero byte is how to ask
         # whether all are true in half the time that numpy's own question takes.
         if 0 in (block >= self._lowest).tobytes() or 0 in (block <= self._highest).tobytes():
@@ -57,8 +53,13 @@ class FingerBlock:
             )
         codes = self._codes.unpack(raw)
         if codes not in self._known_codes:
-            if not all(map(float.is_integer, codes)):
-                raise BadPacket(f"block: {self._code_names}: not whole numbers")
-            if len(self._known_codes) >= _MOST_KNOWN:
-                self._known_codes.clear()
-            self._known_codes.add(codes)
+            self._learn(codes)
+        return block
+
+    def _learn(self, codes: tuple[float, ...]) -> None:
+        """Remember codes that are whole numbers: the same ones come again and again; raises BadPacket on others."""
+        if not all(map(float.is_integer, codes)):
+            raise BadPacket(f"block: {self._code_names}: not whole numbers")
+        if len(self._known_codes) >= _MOST_KNOWN:
+            self._known_codes.clear()
+        self._known_codes.add(codes)
