@@ -11,12 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.limits import GAP_S
-from common.materials import ALIASES, materials
+from common.materials import ALIASES, Material, materials
 from common.messages import ExplorationMode, ThermalStatus
 from remote_site.exploration import Exploration
-from remote_site.heater_control import HeaterControl, next_offset_k
-from remote_site.material_evidence import MaterialEvidence
-from remote_site.material_table import MaterialTable
+from remote_site.heater_control import OFFSETS_K, HeaterControl, next_offset_k
 from remote_site.motion_estimate import MotionEstimate
 from remote_site.roughness import Roughness
 from remote_site.stiffness import Stiffness
@@ -30,18 +28,16 @@ from remote_site.surface_class import (
     SurfaceTable,
     stroke_constants,
 )
-from remote_site.thermal_identification import (
-    NO_DIFFERENCE,
-    ThermalAnswer,
-    ThermalIdentification,
-)
-from remote_site.thermal_touches import WARMING, plate_at_contact_c
+from remote_site.thermal_answer import NO_DIFFERENCE, ThermalAnswer
+from remote_site.thermal_identification import ThermalIdentification, ThermalKnowledge
+from remote_site.thermal_touches import WARMING, reading_at_contact
 
 STROKED = "stroked: the touch did not rest"
 READING_AGE_S = 0.10
 """A thermal reading older than this is none, s."""
-SHOW_FROM = 0.5
-"""Posterior from which the likeliest materials are rendered while the touch is still undecided."""
+VAGUE_LN_SD = 0.7
+"""An effusivity known no better than this (a factor of two) is not rendered."""
+_SHOWN = (ThermalStatus.DECIDING, ThermalStatus.IDENTIFIED, ThermalStatus.AMBIGUOUS, ThermalStatus.UNKNOWN)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,16 +102,18 @@ class FingerIdentification:
     Attributes:
         finger: number of the finger, 0..4.
         preheat_k: pre-heat of the thermal sensor above ambient in use, K.
+        thermal: identification by this finger alone.
+        shared: what all fingers on its object say together; None where it speaks for itself.
     """
 
     def __init__(
         self,
         finger: int,
-        table: MaterialTable,
+        knowledge: ThermalKnowledge,
         surfaces: SurfaceTable,
-        evidence: MaterialEvidence | None = None,
+        preheat_k: float = OFFSETS_K[0],
     ) -> None:
-        """Identify against the two tables; fingers may share one `MaterialEvidence` made of `table`."""
+        """Identify with what is known of sensors, materials and surfaces; the plate waits at ambient + `preheat_k`."""
         self.finger = finger
         self._surfaces = surfaces
         self._motion = MotionEstimate()
@@ -123,8 +121,9 @@ class FingerIdentification:
         self._roughness = Roughness()
         self._period = GroovePeriod()
         self._stiffness = Stiffness()
-        self._heater = HeaterControl()
-        self._thermal = ThermalIdentification(table, evidence)
+        self._heater = HeaterControl(preheat_k)
+        self.thermal = ThermalIdentification(knowledge)
+        self.shared: ThermalAnswer | None = None
         self._free_c: deque[float] = deque(maxlen=WARMING)
         self._texture_s = -1.0
         self._sensor_s = -1.0
@@ -140,6 +139,10 @@ class FingerIdentification:
     def preheat_k(self) -> float:
         """Offset of the thermal sensor's set-point above ambient, K."""
         return self._heater.offset_k
+
+    @property
+    def _answer(self) -> ThermalAnswer:
+        return self.thermal.answer if self.shared is None else self.shared
 
     @property
     def period(self) -> GroovePeriod:
@@ -165,11 +168,11 @@ class FingerIdentification:
         # A texture that is no longer measured is no texture: the finger feels the object, but nothing of its surface.
         stroke = self._stroke if t_s - self._texture_s <= GAP_S else SMOOTH
         self._thermal_step(sample, mode)
-        answer = self._thermal.answer
+        answer = self._answer
         if answer.material is not None and answer.material != self._told:
             self._told = answer.material
             events.append(TouchEvent("material", answer.probability, answer.material))
-        conductivity, density, specific_heat = self._constants(answer)
+        conductivity, density, specific_heat = self._render(answer)
         return FingerTouch(
             mode=mode,
             contact=exploration.contact,
@@ -214,19 +217,21 @@ class FingerIdentification:
 
     def _thermal_step(self, sample: FingerSample, mode: ExplorationMode) -> None:
         """Start, feed and end the thermal touch, and run the heater while free."""
-        t_s, exploration, thermal = sample.t_s, self._exploration, self._thermal
+        t_s, exploration, thermal = sample.t_s, self._exploration, self.thermal
         if sample.ambient_c is not None:
             self._ambient_c = sample.ambient_c
         if exploration.began:
             self._drive = 0.0
             self._told = None
             fresh = bool(self._free_c) and t_s - self._sensor_s <= READING_AGE_S
-            thermal.start(t_s, plate_at_contact_c(list(self._free_c)) if fresh else 0.0, self._ambient_c)
+            self.shared = None
+            thermal.start(t_s, *(reading_at_contact(list(self._free_c)) if fresh else (0.0, 0.0)), self._ambient_c)
             if not fresh or sample.sensor_fault is not None:
                 thermal.stop(f"sensor fault: {sample.sensor_fault or 'no reading before contact'}")
         elif exploration.ended:
             self._choose_preheat()
             thermal.release()
+            self.shared = None
             self._free_c.clear()
         elif exploration.contact:
             if mode is ExplorationMode.STROKING:
@@ -250,11 +255,11 @@ class FingerIdentification:
 
     def _choose_preheat(self) -> None:
         """At the end of a touch: another pre-heat after one without difference, the first one after success."""
-        answer = self._thermal.answer
+        answer = self._answer
         if answer.reason == NO_DIFFERENCE and self._ambient_c is not None:
             self._heater.offset_k = next_offset_k(self._heater.offset_k, self._ambient_c)
 
-    def _constants(self, answer: ThermalAnswer) -> tuple[float, float, float]:
+    def _render(self, answer: ThermalAnswer) -> tuple[float, float, float]:
         """Conductivity, density and specific heat to render: mean in logarithms over the likely materials."""
         if self._shown[0] is not answer:
             self._shown = (answer, _rendered(answer))
@@ -262,19 +267,31 @@ class FingerIdentification:
 
 
 def _rendered(answer: ThermalAnswer) -> tuple[float, float, float]:
-    """Constants of the candidates weighted by probability; zeros where nothing may be rendered."""
-    sure = answer.status in (ThermalStatus.IDENTIFIED, ThermalStatus.AMBIGUOUS)
-    if not (sure or (answer.status is ThermalStatus.DECIDING and answer.probability >= SHOW_FROM)):
+    """Conductivity, density and specific heat to render; zeros where nothing may be rendered.
+
+    An identified material's own; before that the mean (in logarithms) over the likely ones, made to have the effusivity
+    that the running estimate has: the finger feels something from the first moment, and no jump when a name is found.
+    """
+    if answer.status not in _SHOWN or answer.effusivity is None or answer.effusivity_ln_sd is None:
         return 0.0, 0.0, 0.0
     known = materials()
-    wanted = {answer.material: 1.0} if answer.material is not None else answer.candidates
+    if answer.material is not None:
+        entry = known.get(ALIASES.get(answer.material, answer.material))
+        return (0.0, 0.0, 0.0) if entry is None else _constants(entry)
+    if answer.effusivity_ln_sd > VAGUE_LN_SD:
+        return 0.0, 0.0, 0.0
     rows, weights = [], []
-    for name, probability in wanted.items():
+    for name, probability in answer.candidates.items():
         entry = known.get(ALIASES.get(name, name))
         if entry is not None:
-            rows.append((entry.conductivity_w_mk, entry.density_kg_m3, entry.specific_heat_j_kgk))
-            weights.append(probability)
-    if not rows or sum(weights) < SHOW_FROM:
+            rows.append(_constants(entry))
+            weights.append(max(probability, 1e-6))
+    if not rows:
         return 0.0, 0.0, 0.0
-    mean = np.exp(np.average(np.log(np.array(rows)), axis=0, weights=weights))
-    return float(mean[0]), float(mean[1]), float(mean[2])
+    conductivity, density, heat = np.exp(np.average(np.log(np.array(rows)), axis=0, weights=weights))
+    wanted = answer.effusivity / float(np.sqrt(conductivity * density * heat))
+    return float(conductivity) * wanted, float(density), float(heat) * wanted
+
+
+def _constants(entry: Material) -> tuple[float, float, float]:
+    return entry.conductivity_w_mk, entry.density_kg_m3, entry.specific_heat_j_kgk

@@ -1,20 +1,16 @@
-"""Off-line thermal identification of recorded touches: the same online classes, sample by sample."""
+"""Off-line thermal identification of recorded touches: the same online classes, reading by reading."""
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from common.messages import ThermalStatus
-from remote_site.material_evidence import MaterialEvidence
 from remote_site.material_table import MaterialTable
-from remote_site.thermal_identification import (
-    NO_CONTACT,
-    ThermalAnswer,
-    ThermalIdentification,
-    conclude,
-)
-from remote_site.thermal_touches import find_touch
+from remote_site.thermal_answer import NO_CONTACT, ThermalAnswer
+from remote_site.thermal_identification import ThermalIdentification, ThermalKnowledge
+from remote_site.thermal_touches import RecordedTouch, find_touch, reference_touch
 from remote_site.traces import TraceFile, read_thermal
 
 DEFAULT_AT_S = (0.5, 1.0, 2.0, 3.0, 5.0, 7.0)
@@ -30,6 +26,9 @@ def identify_thermal(
 ) -> Iterator[Line]:
     """Yield one JSON line per requested time and a final one, for every trace and every joint touch.
 
+    A trace that cannot be read is answered `unidentifiable` with the reason, and the others go on. A trace with
+    `reference_c` is judged as two fingers on one object: the heated sensor and the unheated one.
+
     Args:
         table: calibrated materials.
         traces: files judged each by itself.
@@ -38,18 +37,17 @@ def identify_thermal(
             judged jointly; each trace's clock starts at its own contact.
 
     Raises:
-        ValueError: a file cannot be used (names file, line and column), or a time is not positive.
+        ValueError: the file of touches cannot be used (names file, line and column), or a time is not positive.
     """
     if any(not 0.0 < t < math.inf for t in at):
         raise ValueError(f"--at: times must be positive and finite, not {', '.join(map(str, at))}")
-    evidence = MaterialEvidence(table)
+    grouped = {} if touches is None else _read_touches(touches)
+    knowledge = ThermalKnowledge.of(table)
     for path in traces:
         # labelled as the caller named it, so that equal file names in two folders stay apart
-        yield from _lines({"trace": str(path)}, [_Replay(table, evidence, path)], at, evidence, table)
-    if touches is not None:
-        for name, paths in _read_touches(touches).items():
-            replays = [_Replay(table, evidence, path) for path in paths]
-            yield from _lines({"touch": name}, replays, at, evidence, table)
+        yield from _lines({"trace": str(path)}, [path], at, knowledge)
+    for name, paths in grouped.items():
+        yield from _lines({"touch": name}, paths, at, knowledge)
 
 
 def _read_touches(path: Path) -> dict[str, list[Path]]:
@@ -66,20 +64,18 @@ def _read_touches(path: Path) -> dict[str, list[Path]]:
 
 
 class _Replay:
-    """One trace, played into an identification up to any time since contact."""
+    """One sensor's touch, played into an identification up to any time since contact."""
 
-    def __init__(self, table: MaterialTable, evidence: MaterialEvidence, path: Path) -> None:
-        self.identification = ThermalIdentification(table, evidence)
-        touch = find_touch(read_thermal(path))
-        self._readings = list(touch.readings()) if touch is not None else []
+    def __init__(self, knowledge: ThermalKnowledge, touch: RecordedTouch) -> None:
+        self.identification = ThermalIdentification(knowledge)
+        self._readings = list(touch.readings())[1:]  # the reading at contact is where the touch starts
         self._next = 0
-        if touch is not None:
-            self.identification.start(0.0, touch.start_c, touch.ambient_c)
+        self.identification.start(0.0, touch.start_c, touch.slope_k_s, touch.ambient_c)
 
     @property
-    def length_s(self) -> float:
-        """Time from contact to the last sample, s."""
-        return self._readings[-1][0] if self._readings else 0.0
+    def times_s(self) -> list[float]:
+        """Times of the readings since contact, s."""
+        return [reading[0] for reading in self._readings]
 
     def play(self, until_s: float) -> ThermalAnswer:
         """Answer from all samples up to `until_s` after contact."""
@@ -89,48 +85,73 @@ class _Replay:
         return self.identification.answer
 
 
-def _lines(
-    label: Line, replays: list[_Replay], at: Sequence[float], evidence: MaterialEvidence, table: MaterialTable
-) -> Iterator[Line]:
+def _lines(label: Line, paths: list[Path], at: Sequence[float], knowledge: ThermalKnowledge) -> Iterator[Line]:
     """Lines of one trace or joint touch; the final one after the last sample."""
+    replays: list[_Replay] = []
+    broken = ""
+    for path in paths:
+        try:
+            trace = read_thermal(path)
+        except ValueError as error:
+            broken = broken or str(error)
+            continue
+        touch = find_touch(trace)
+        if touch is not None:
+            replays.append(_Replay(knowledge, touch))
+            if trace.reference_c is not None:
+                replays.append(_Replay(knowledge, reference_touch(touch)))
+    if not replays:
+        answer = NO_CONTACT if not broken else ThermalAnswer(ThermalStatus.UNIDENTIFIABLE, reason=broken)
+        for t_s in sorted(at):
+            yield _line(label, t_s, False, answer)
+        yield _line(label, 0.0, True, answer)
+        return
+    judged = _Joint(knowledge, replays)
     for t_s in sorted(at):
-        yield _line(label, t_s, False, _answer(replays, t_s, evidence, table))
-    end_s = max(replay.length_s for replay in replays)
-    yield _line(label, end_s, True, _answer(replays, math.inf, evidence, table))
+        yield _line(label, t_s, False, judged.play(t_s))
+    yield _line(label, judged.length_s, True, judged.play(math.inf))
 
 
-def _answer(replays: list[_Replay], until_s: float, evidence: MaterialEvidence, table: MaterialTable) -> ThermalAnswer:
-    """Answer of one finger, or of all together."""
-    answers = [replay.play(until_s) for replay in replays]
-    if len(replays) == 1:
-        return answers[0]
-    judged = [
-        (answer, replay.identification.evidence)
-        for answer, replay in zip(answers, replays, strict=True)
-        if replay.identification.evidence is not None
-    ]
-    touching = [answer for answer in answers if answer.status is not ThermalStatus.NO_CONTACT]
-    found = [weight for _, weight in judged if weight is not None]
-    if not found:
-        return touching[0] if touching else NO_CONTACT
-    since_s = min(until_s, max(replay.length_s for replay in replays))
-    joint = conclude(table.names(), evidence.judge(found), since_s)
-    # Eq. 11 has no joint form: the finger nearest to the middle speaks for all
-    rates = sorted((a for a, _ in judged if a.rate_per_s is not None), key=lambda a: a.rate_per_s or 0.0)
-    middle = rates[len(rates) // 2] if rates else joint
-    return ThermalAnswer(
-        joint.status,
-        joint.material,
-        joint.best,
-        joint.probability,
-        joint.candidates,
-        joint.object_c,
-        joint.object_c_sd,
-        middle.rate_per_s,
-        middle.exponential_object_c,
-        middle.exponential_material,
-        joint.reason,
-    )
+class _Joint:
+    """Sensors on one object, played side by side from their own contacts on."""
+
+    def __init__(self, knowledge: ThermalKnowledge, replays: list[_Replay]) -> None:
+        self._knowledge, self._replays = knowledge, replays
+        self._times_s = sorted({round(t_s, 6) for replay in replays for t_s in replay.times_s})
+        self._next = 0
+        self._conclusion = knowledge.conclusion()
+        self._answer: ThermalAnswer | None = None
+
+    @property
+    def length_s(self) -> float:
+        """Time from contact to the last sample, s."""
+        return self._times_s[-1] if self._times_s else 0.0
+
+    def play(self, until_s: float) -> ThermalAnswer:
+        """Answer from all samples up to `until_s` after each contact."""
+        if len(self._replays) == 1:
+            return self._replays[0].play(until_s)
+        while self._next < len(self._times_s) and self._times_s[self._next] <= until_s + 1e-9:
+            t_s = self._times_s[self._next]
+            self._next += 1
+            self._step(t_s)
+        return self._answer or self._replays[0].play(until_s)
+
+    def _step(self, t_s: float) -> None:
+        answers = [replay.play(t_s) for replay in self._replays]
+        evidence = [found for replay in self._replays if (found := replay.identification.evidence()) is not None]
+        if not evidence or not any(replay.identification.running for replay in self._replays):
+            return
+        joint = self._conclusion.step(self._knowledge.posterior.judge(evidence), t_s)
+        # Eq. 11 has no joint form: the finger nearest to the middle speaks for all
+        rates = sorted((a for a in answers if a.rate_per_s is not None), key=lambda a: a.rate_per_s or 0.0)
+        middle = rates[len(rates) // 2] if rates else joint
+        self._answer = replace(
+            joint,
+            rate_per_s=middle.rate_per_s,
+            exponential_object_c=middle.exponential_object_c,
+            exponential_material=middle.exponential_material,
+        )
 
 
 def _rounded(value: float | None, digits: int) -> float | None:
@@ -150,6 +171,8 @@ def _line(label: Line, t_s: float, final: bool, answer: ThermalAnswer) -> Line:
         "candidates": {name: round(p, 4) for name, p in answer.candidates.items()},
         "object_c": _rounded(answer.object_c, 2),
         "object_c_sd": _rounded(answer.object_c_sd, 2),
+        "effusivity": _rounded(answer.effusivity, 1),
+        "effusivity_ln_sd": _rounded(answer.effusivity_ln_sd, 3),
         "exponential": {
             "rate_per_s": _rounded(answer.rate_per_s, 4),
             "object_c": _rounded(answer.exponential_object_c, 2),

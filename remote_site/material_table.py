@@ -1,69 +1,60 @@
-"""The calibrated look-up table of thermal identification.
+"""The thermal look-up table: one kind of sensor, and the materials as it meets them.
 
-A touch is linear in the temperatures: the plate's drop is D g(t) + (T_obj - T_ambient) l(t) with
-D = T_sensor(0) - T_obj. The gain g belongs to material, contact and sensor; l is what leaks past an object
-that is not at ambient temperature, and follows from g (`drift`). The table holds mean and covariance of g
-over calibration touches of each material, so that no physical model of the sensor is assumed, and the rate of
-Eq. 11 at the same times for the paper's own method.
+Readings show only ratios to the heat capacity of the sensor's plate, so effusivity and conductance stand here as such
+ratios; `plate_j_m2k` turns them into J/(m2 K s^0.5) and W/(m2 K) for people.
 """
 
-from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from remote_site.stored_table import StoredTable
 
-TIMES_S = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0)
-"""Times after contact at which a touch is judged, s."""
-
-
-def drift(gain: NDArray[np.float64], times_s: Sequence[float], leak_per_s: float) -> NDArray[np.float64]:
-    """Drop at each time per kelvin of object above ambient: leak * integral of (1 - g).
-
-    The plate in contact keeps the part 1 - g of any heat put into it, hence of each moment's leak.
-
-    Args:
-        gain: g at `times_s`, along the last axis; g(0) = 0.
-        times_s: times after contact, s.
-        leak_per_s: rate at which the free plate drifts to ambient, 1/s.
-    """
-    kept = 1.0 - np.concatenate((np.zeros((*gain.shape[:-1], 1)), gain), axis=-1)
-    steps_s = np.diff(np.concatenate(((0.0,), times_s)))
-    return leak_per_s * np.cumsum(0.5 * (kept[..., 1:] + kept[..., :-1]) * steps_s, axis=-1)
-
+RATE_TIMES_S = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0)
+"""Times after contact at which the paper's rate is tabulated, s."""
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 
 
 class MaterialEntry(BaseModel):
-    """One material as this sensor meets it; lists run over the table's times.
+    """One material as this sensor meets it.
 
     Attributes:
         name: label given in calibration.
         touches: calibration touches behind the figures.
-        gain_mean: mean of g, drop per kelvin of difference.
-        gain_covariance: covariance of g over touches, times x times.
-        ln_rate: mean of ln(rate of Eq. 11 in 1/s).
-        ln_rate_sd: its standard deviation over touches.
-        object_bias_k: mean of Eq. 11's object temperature minus the true one, K.
+        ln_effusivity: mean of ln(e / C''), e / C'' in 1/sqrt(s).
+        ln_conductance: mean of ln(h / C'') at large force, h / C'' in 1/s.
+        covariance: of both from touch to touch.
+        slab_s: thickness^2 / diffusivity of the pieces, s; None where their back was never felt.
         offset_k: mean of object minus ambient temperature, K: the prior.
         offset_sd_k: its standard deviation, K.
+        ln_rate: mean of ln(rate of Eq. 11 in 1/s) at the table's times.
+        ln_rate_sd: its standard deviation over touches.
+        misfit: mean square of what the model leaves over the sensor's noise variance; 1 where it fits.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     name: str = Field(min_length=1)
     touches: int = Field(ge=2)
-    gain_mean: list[Finite]
-    gain_covariance: list[list[Finite]]
+    ln_effusivity: Finite
+    ln_conductance: Finite
+    covariance: list[list[Finite]]
+    slab_s: Positive | None
+    offset_k: Finite
+    offset_sd_k: Positive
     ln_rate: list[Finite]
     ln_rate_sd: list[Finite]
-    object_bias_k: list[Finite]
-    offset_k: Finite
-    offset_sd_k: Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+    misfit: Positive
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        c = np.array(self.covariance)
+        if c.shape != (2, 2) or not np.allclose(c, c.T) or np.linalg.eigvalsh(c)[0] <= 0.0:
+            raise ValueError(f"{self.name}: covariance is no 2 x 2 covariance")
+        return self
 
 
 class MaterialTable(StoredTable):
@@ -71,18 +62,32 @@ class MaterialTable(StoredTable):
 
     Attributes:
         ambient_c: mean ambient temperature in calibration, C; stands in where a touch has none.
-        leak_per_s: rate at which the free plate drifts to ambient, 1/s.
-        noise_k: white noise of one averaged drop, K.
-        times_s: times of judgement after contact, s, ascending.
+        plate_j_m2k: nominal heat capacity of the plate per area, J/(m2 K).
+        leak_per_s: conductance from the plate into the Peltier's back, over the heat capacity, 1/s.
+        half_force_n: force at which a contact conducts half as well as at large force, N.
+        back_share: where the back is at contact between ambient (0) and plate (1).
+        back_sd_k: standard deviation around that, K.
+        start_sd_k: standard deviation of the plate at contact around what its reading and slope say, K.
+        ln_lag: mean of ln(lag of the read-out in s).
+        ln_lag_sd: its standard deviation from touch to touch.
+        noise_k: white noise of one reading, as the estimator has to take it, K.
+        times_s: times after contact of the rates, s, ascending.
         materials: two or more.
     """
 
     kind: Literal["thermal_materials"] = "thermal_materials"
-    schema_version: Literal[1] = 1
+    schema_version: Literal[2] = 2
     ambient_c: Finite
+    plate_j_m2k: Positive
     leak_per_s: Annotated[float, Field(ge=0.0, lt=1.0)]
+    half_force_n: Positive
+    back_share: Finite
+    back_sd_k: Positive
+    start_sd_k: Positive
+    ln_lag: Finite
+    ln_lag_sd: Positive
     noise_k: Annotated[float, Field(gt=0.0, lt=1.0)]
-    times_s: list[Annotated[float, Field(gt=0.0, allow_inf_nan=False)]]
+    times_s: list[Positive]
     materials: list[MaterialEntry] = Field(min_length=2)
 
     @model_validator(mode="after")
@@ -93,14 +98,14 @@ class MaterialTable(StoredTable):
         if len({entry.name for entry in self.materials}) != len(self.materials):
             raise ValueError("a material is listed twice")
         for entry in self.materials:
-            lists = (entry.gain_mean, entry.ln_rate, entry.ln_rate_sd, entry.object_bias_k, *entry.gain_covariance)
-            if len(entry.gain_covariance) != n or any(len(values) != n for values in lists):
+            if len(entry.ln_rate) != n or len(entry.ln_rate_sd) != n:
                 raise ValueError(f"{entry.name}: every list needs one value per time")
-            covariance = np.array(entry.gain_covariance)
-            if not np.allclose(covariance, covariance.T) or np.linalg.eigvalsh(covariance)[0] <= 0.0:
-                raise ValueError(f"{entry.name}: gain_covariance is no covariance")
         return self
 
     def names(self) -> list[str]:
         """Labels of the calibrated materials, in the table's order."""
         return [entry.name for entry in self.materials]
+
+    def effusivity(self, ln_effusivity: float) -> float:
+        """J/(m2 K s^0.5) of an effusivity as the table has it."""
+        return float(np.exp(ln_effusivity)) * self.plate_j_m2k

@@ -10,12 +10,21 @@ from common.fingers import FINGERS
 from common.messages import EVENT_MAX, MAX_EVENTS, TOUCH_FIELDS, TOUCH_HIGH, TOUCH_LOW, Event, EventKind, Touch
 from common.packets import Floats, LinkState
 from remote_site.finger_identification import FingerIdentification, FingerSample, FingerTouch
-from remote_site.material_evidence import MaterialEvidence
+from remote_site.heater_control import OFFSETS_K, STAGGER_K
 from remote_site.material_table import MaterialTable
 from remote_site.sensed import Sensed
+from remote_site.shared_object import SharedObject
 from remote_site.surface_class import SurfaceTable
 from remote_site.texture_sensor import texture_v
+from remote_site.thermal_identification import ThermalKnowledge
 
+PAST_SD_K = 2.0
+"""Backs of sensors are warmed and cooled by all that a session did before, which calibration touches did not, and those
+of all fingers alike: their errors do not average out, K."""
+TRUST_S = 2.0
+"""In a session more goes on than the model of a touch has, and it grows: backs warm up, blocks give way, s."""
+AT_ONCE = 80
+"""Guesses about a touch solved with each reading of each finger: five fingers at once must not hold up the loop."""
 HISTORY_S = 0.5
 """An event is repeated in every packet for this long: any later packet repairs a loss."""
 _THERMAL_UNKNOWN_SD_K = 50.0
@@ -28,7 +37,8 @@ class Perception:
     def __init__(self, fingers: Iterable[str], table: MaterialTable, surfaces: SurfaceTable):
         """Identify with the calibrated tables."""
         self._numbers = [FINGERS.index(finger) for finger in fingers]
-        self._table, self._surfaces, self._evidence = table, surfaces, MaterialEvidence(table)
+        worn = table.model_copy(update={"back_sd_k": math.hypot(table.back_sd_k, PAST_SD_K)})
+        self._knowledge, self._surfaces = ThermalKnowledge.of(worn, TRUST_S, AT_ONCE), surfaces
         self._time_s = -math.inf
         self.touches: dict[int, FingerTouch] = {}
         """Newest result of each finger in use, by finger number."""
@@ -39,9 +49,10 @@ class Perception:
     def _begin_anew(self) -> None:
         """Identification that has felt nothing yet; events are numbered on, so that none is taken for an old one."""
         self._identifications = {
-            finger: FingerIdentification(finger, self._table, self._surfaces, self._evidence)
-            for finger in self._numbers
+            finger: FingerIdentification(finger, self._knowledge, self._surfaces, OFFSETS_K[0] + stagger_k)
+            for finger, stagger_k in zip(self._numbers, STAGGER_K, strict=False)
         }
+        self._shared = SharedObject(self._knowledge)
 
     def step(self, sensed: Sensed) -> list[Event]:
         """Take one tick's readings; return the events that happened in it."""
@@ -79,10 +90,23 @@ class Perception:
                         event.name,
                     )
                 )
+        self._share()
         self._events.extend(happened)
         while self._events and sensed.time_s - self._events[0].time_ns * 1e-9 > HISTORY_S:
             self._events.popleft()
         return happened
+
+    def _share(self) -> None:
+        """Give all fingers on one object one answer; they show it from the next tick on."""
+        touching = {
+            finger: identification.thermal
+            for finger, identification in self._identifications.items()
+            if self.touches[finger].contact
+        }
+        answer = self._shared.step(touching)
+        for finger in touching:
+            self._identifications[finger].shared = answer
+            self._identifications[finger].thermal.alone = answer is None
 
     def packet(self, session: int, sequence: int, time_ns: int, state: LinkState) -> Touch:
         """The newest touches as a packet."""

@@ -1,16 +1,16 @@
 """Calibrating the thermal look-up table from labelled touches."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from remote_site.exponential_response import TAU_GRID_S, ExponentialFit
-from remote_site.material_table import TIMES_S, MaterialEntry, MaterialTable, drift
-from remote_site.thermal_response import AVERAGE, ThermalResponse
-from remote_site.thermal_touches import BEFORE, RecordedTouch, find_touch
+from remote_site.exponential_response import TAU_GRID_S, ExponentialResponse
+from remote_site.material_table import RATE_TIMES_S, MaterialEntry, MaterialTable
+from remote_site.population_fit import KNOWN_OBJECT_SD_K, READING_S, CalibrationTouch, Population, PopulationFit
+from remote_site.thermal_touches import RecordedTouch, find_touch
+from remote_site.touch_model import PLATE_J_M2K
 from remote_site.traces import ThermalTrace, read_labels, read_thermal
 
 Array = NDArray[np.float64]
@@ -19,29 +19,54 @@ AIR = "air"
 """Label of a free cool-down: no material, but the leak."""
 FEWEST = 2
 """Touches below which a material cannot be calibrated."""
-PRIOR_TOUCHES = 4.0
-"""Weight of the covariance pooled over materials beside a material's own, in touches."""
-ITERATIONS = 4
-"""The leak past an object needs the gain that it corrects; it converges within a few rounds."""
-LEAST_GAIN = 0.005
-LEAST_SCATTER = 0.01
-"""Part of a gain that scatters independently from time to time, whatever few touches may say."""
+GOOD = 10
+"""Touches from which its scatter is known."""
+SHORTEST_S = 0.5
+LONGEST_S = 8.0
+"""Readings after contact that are used, s."""
+UNKNOWN_OBJECT_SD_K = 3.0
+"""An object whose temperature nobody stated is within this of ambient, K."""
+USUAL_LEAK_PER_S = 0.04
+"""Where no free cool-down was recorded, 1/s."""
 LEAST_OFFSET_SD_K = 1.0
 LEAST_DIFFERENCE_K = 1.0
 """A calibration touch with less difference between plate and object calibrates nothing, K."""
+MISFIT = 2.0
+"""Residuals this many times the noise's variance mean that the model does not fit the sensor."""
 
 
 @dataclass(frozen=True, slots=True)
-class _Course:
-    """Figures of one calibration touch."""
+class ThermalFit:
+    """A table and how well its touches fit.
 
-    gains: Array
-    fits: list[ExponentialFit | None]
-    object_c: float
-    offset_k: float
+    Attributes:
+        table: the table.
+        names: material of each touch.
+        times_s: (k,) times of the residuals after contact, s.
+        residual_k: (touches, k) what the model leaves; of a mean of readings, as much as one of them would show, K.
+    """
+
+    table: MaterialTable
+    names: list[str]
+    times_s: Array
+    residual_k: Array
+
+    @property
+    def warnings(self) -> list[str]:
+        """What a person should know before relying on the table."""
+        found = [
+            f"{entry.name}: the model does not fit this sensor on it (misfit {entry.misfit:.1f}, 1 is a perfect fit)"
+            for entry in self.table.materials
+            if entry.misfit > MISFIT
+        ]
+        return found + [
+            f"{entry.name}: only {entry.touches} touches; {GOOD} or more tell its scatter"
+            for entry in self.table.materials
+            if entry.touches < GOOD
+        ]
 
 
-def calibrate_thermal(folder: Path, out: Path, *, sensor_serial: str = "unknown", made_on: str = "") -> MaterialTable:
+def calibrate_thermal(folder: Path, out: Path, *, sensor_serial: str = "unknown", made_on: str = "") -> ThermalFit:
     """Make a look-up table from FOLDER/labels.csv (`file,material[,object_c]`) and write it to `out`.
 
     Args:
@@ -64,10 +89,11 @@ def calibrate_thermal(folder: Path, out: Path, *, sensor_serial: str = "unknown"
         if touch is None:
             raise ValueError(f"{path}: column force_n: no contact (0.30 N held for 50 ms)")
         touches.setdefault(label, []).append((touch, object_c))
-    table = _tabulate(folder, touches, float(np.mean(leaks)) if leaks else 0.0)
-    table = table.model_copy(update={"sensor_serial": sensor_serial, "made_on": made_on})
+    leak_per_s = float(np.mean(leaks)) if leaks else USUAL_LEAK_PER_S
+    fit = fit_thermal(folder / "labels.csv", touches, leak_per_s)
+    table = fit.table.model_copy(update={"sensor_serial": sensor_serial, "made_on": made_on})
     table.save(out)
-    return table
+    return replace(fit, table=table)
 
 
 def _leak_per_s(trace: ThermalTrace, path: Path) -> float:
@@ -81,14 +107,22 @@ def _leak_per_s(trace: ThermalTrace, path: Path) -> float:
     if not above.min() > 0.5:
         raise ValueError(f"{path}: column sensor_c: a free cool-down stays 0.5 K above ambient, this one does not")
     slope = float(np.polyfit(trace.time_s[free], np.log(above), 1)[0])
-    return min(max(-slope, 0.0), 0.5)
+    return min(max(-slope, 0.001), 0.5)
 
 
-def _tabulate(
-    folder: Path, touches: dict[str, list[tuple[RecordedTouch, float | None]]], leak_per_s: float
-) -> MaterialTable:
-    """Means and covariances per label."""
-    where = folder / "labels.csv"
+def fit_thermal(
+    where: Path, touches: dict[str, list[tuple[RecordedTouch, float | None]]], leak_per_s: float
+) -> ThermalFit:
+    """The table of labelled touches, and how well they fit.
+
+    Args:
+        where: the file of labels, for messages.
+        touches: per material, each with its object's temperature where that is known, C.
+        leak_per_s: rate of a free cool-down, 1/s.
+
+    Raises:
+        ValueError: too few materials or touches, a touch too short, or one without temperature difference.
+    """
     if len(touches) < 2:
         raise ValueError(f"{where}: column material: two materials or more are needed, there are {len(touches)}")
     for label, listed in touches.items():
@@ -101,92 +135,109 @@ def _tabulate(
     objects = [object_c for listed in touches.values() for _, object_c in listed if object_c is not None]
     ambient_c = float(np.mean(ambients or objects))
     length_s = min(float(touch.trace.time_s[-1]) - touch.contact_s for touch in everyone)
-    times_s = [t for t in TIMES_S if t <= length_s + 1e-6]
-    if not times_s:
-        raise ValueError(f"{where}: the shortest touch lasts {length_s:.2f} s, needs {TIMES_S[0]} s or more")
-    courses = {
-        label: [_course(touch, object_c, ambient_c, leak_per_s, times_s) for touch, object_c in listed]
-        for label, listed in touches.items()
-    }
-    relative = {label: _relative_scatter(own) for label, own in courses.items()}
-    pooled = np.mean(list(relative.values()), axis=0)
-    return MaterialTable(
+    if length_s < SHORTEST_S:
+        raise ValueError(f"{where}: the shortest touch lasts {length_s:.2f} s, needs {SHORTEST_S} s or more")
+    readings = round(min(length_s, LONGEST_S) / READING_S)
+    each = [
+        _calibration_touch(number, touch, object_c, ambient_c, readings)
+        for number, listed in enumerate(touches.values())
+        for touch, object_c in listed
+    ]
+    fit = PopulationFit(each, len(touches), leak_per_s)
+    population = fit.run()
+    times_s = [t for t in RATE_TIMES_S if t <= length_s + 1e-6]
+    material = np.array([touch.material for touch in each])
+    offsets = np.array([touch.object_c - touch.ambient_c for touch in each])
+    stated = np.array([touch.object_sd_k == KNOWN_OBJECT_SD_K for touch in each])
+    offsets = np.where(stated, offsets, population.object_k)
+    table = MaterialTable(
         ambient_c=ambient_c,
-        leak_per_s=leak_per_s,
-        noise_k=_noise_k(everyone),
+        plate_j_m2k=PLATE_J_M2K,
+        leak_per_s=population.leak_per_s,
+        half_force_n=population.half_force_n,
+        back_share=population.back_share,
+        back_sd_k=population.back_sd_k,
+        start_sd_k=population.start_sd_k,
+        ln_lag=population.ln_lag,
+        ln_lag_sd=population.ln_lag_sd,
+        noise_k=population.noise_k,
         times_s=times_s,
-        materials=[_entry(label, own, relative[label], pooled) for label, own in courses.items()],
+        materials=[
+            _entry(label, number, listed, population, offsets[material == number], times_s)
+            for number, (label, listed) in enumerate(touches.items())
+        ],
+    )
+    names = list(touches)
+    return ThermalFit(
+        table, [names[touch.material] for touch in each], fit.times_s, population.residual_k * np.sqrt(fit.count)
     )
 
 
-def _course(
-    touch: RecordedTouch, object_c: float | None, ambient_c: float, leak_per_s: float, times_s: Sequence[float]
-) -> _Course:
-    """Gains and fits of one touch; an unstated object temperature is the ambient one."""
+def _calibration_touch(
+    material: int, touch: RecordedTouch, object_c: float | None, ambient_c: float, readings: int
+) -> CalibrationTouch:
+    """A touch at 100 Hz, whatever the rate of its trace."""
     around_c = ambient_c if touch.ambient_c is None else touch.ambient_c
-    object_c = around_c if object_c is None else object_c
-    difference_k = touch.start_c - object_c
-    name = touch.trace.name
-    if abs(difference_k) < LEAST_DIFFERENCE_K:
-        raise ValueError(f"{name}: plate {touch.start_c:.2f} C and object {object_c:.2f} C are too close to calibrate")
-    response = ThermalResponse(0.0, touch.start_c, times_s)
-    fits: list[ExponentialFit | None] = []
-    for since_s, sensor_c, _ in touch.readings():
-        try:
-            if response.step(since_s, sensor_c):
-                fits.append(response.fit())
-        except ValueError as error:
-            raise ValueError(f"{name}: {error}") from None
-    drops_k, offset_k = np.array(response.drops_k), object_c - around_c
-    gains = drops_k / difference_k
-    for _ in range(ITERATIONS):
-        gains = (drops_k - offset_k * drift(gains, times_s, leak_per_s)) / difference_k
-    return _Course(gains, fits, object_c, offset_k)
+    trace = touch.trace
+    if object_c is not None and abs(touch.start_c - object_c) < LEAST_DIFFERENCE_K:
+        raise ValueError(
+            f"{trace.name}: plate {touch.start_c:.2f} C and object {object_c:.2f} C are too close to calibrate"
+        )
+    time_s = touch.contact_s + READING_S * np.arange(1, readings + 1)
+    return CalibrationTouch(
+        material,
+        np.interp(time_s, trace.time_s, trace.sensor_c),
+        np.interp(time_s, trace.time_s, trace.force_n),
+        touch.start_c,
+        touch.slope_k_s,
+        around_c,
+        around_c if object_c is None else object_c,
+        UNKNOWN_OBJECT_SD_K if object_c is None else KNOWN_OBJECT_SD_K,
+    )
 
 
-def _noise_k(touches: list[RecordedTouch]) -> float:
-    """White noise of one averaged drop, from differences of readings before contact, K."""
-    before = [touch.trace.sensor_c[: touch.first] for touch in touches if touch.first >= BEFORE]
-    steps = np.concatenate([np.diff(readings) for readings in before]) if before else np.zeros(0)
-    single_k = float(np.sqrt(np.mean(steps**2) / 2.0)) if len(steps) else 0.015
-    return max(single_k * float(np.sqrt(1.0 / AVERAGE + 1.0 / BEFORE)), 0.004)
-
-
-def _relative_scatter(courses: list[_Course]) -> Array:
-    """Covariance of g over touches, as parts of its mean."""
-    gains = np.array([course.gains for course in courses])
-    mean = _safe(gains.mean(axis=0))
-    return np.cov((gains / mean).T).reshape(len(mean), len(mean))
-
-
-def _safe(mean: Array) -> Array:
-    """A mean gain kept away from zero, which slow sensors show at the first times."""
-    return np.where(np.abs(mean) < LEAST_GAIN, LEAST_GAIN, mean)
-
-
-def _entry(label: str, courses: list[_Course], relative: Array, pooled: Array) -> MaterialEntry:
+def _entry(
+    label: str,
+    number: int,
+    listed: list[tuple[RecordedTouch, float | None]],
+    population: Population,
+    offsets_k: Array,
+    times_s: list[float],
+) -> MaterialEntry:
     """One material's row of the table."""
-    n = len(courses)
-    gains = np.array([course.gains for course in courses])
-    mean = gains.mean(axis=0)
-    # shrunk to the pooled covariance, widened by the uncertainty of the mean, and never singular
-    covariance = ((n - 1) * relative + PRIOR_TOUCHES * pooled) / (n - 1 + PRIOR_TOUCHES) * (1.0 + 1.0 / n)
-    covariance = (covariance + LEAST_SCATTER**2 * np.eye(len(mean))) * np.outer(_safe(mean), _safe(mean))
-    offsets = np.array([course.offset_k for course in courses])
-    rates: list[tuple[float, float, float]] = []
-    for k in range(len(mean)):
-        fits = [(course.fits[k], course.object_c) for course in courses]
-        known = [(np.log(fit.rate_per_s), fit.object_c - object_c) for fit, object_c in fits if fit is not None]
-        values = np.array(known) if known else np.array([[-np.log(TAU_GRID_S[-1]), 0.0]])
-        rates.append((float(np.median(values[:, 0])), float(values[:, 0].std()), float(np.median(values[:, 1]))))
+    rates = np.array([_ln_rates(touch, times_s) for touch, _ in listed])
+    known = np.isfinite(rates)
+    ln_rate, ln_rate_sd = [], []
+    for k in range(len(times_s)):
+        values = rates[known[:, k], k]
+        ln_rate.append(float(np.median(values)) if len(values) else -float(np.log(TAU_GRID_S[-1])))
+        ln_rate_sd.append(float(values.std()) if len(values) else 0.0)
+    slab_s = float(population.slab_s[number])
     return MaterialEntry(
         name=label,
-        touches=n,
-        gain_mean=mean.tolist(),
-        gain_covariance=((covariance + covariance.T) / 2.0).tolist(),
-        ln_rate=[rate for rate, _, _ in rates],
-        ln_rate_sd=[sd for _, sd, _ in rates],
-        object_bias_k=[bias for _, _, bias in rates],
-        offset_k=float(offsets.mean()),
-        offset_sd_k=max(float(offsets.std(ddof=1)), LEAST_OFFSET_SD_K),
+        touches=len(listed),
+        ln_effusivity=float(population.mean[number, 0]),
+        ln_conductance=float(population.mean[number, 1]),
+        covariance=population.covariance[number].tolist(),
+        slab_s=slab_s if np.isfinite(slab_s) else None,
+        offset_k=float(offsets_k.mean()),
+        offset_sd_k=max(float(offsets_k.std(ddof=1)), LEAST_OFFSET_SD_K),
+        ln_rate=ln_rate,
+        ln_rate_sd=ln_rate_sd,
+        misfit=float(population.misfit[number]),
     )
+
+
+def _ln_rates(touch: RecordedTouch, times_s: list[float]) -> list[float]:
+    """Ln(rate of Eq. 11) of the readings up to each time; NaN where there is none."""
+    response = ExponentialResponse(touch.start_c)
+    rates: list[float] = []
+    for since_s, sensor_c, _ in touch.readings():
+        while len(rates) < len(times_s) and since_s > times_s[len(rates)] + 1e-9:
+            fit = response.fit()
+            rates.append(np.nan if fit is None else float(np.log(fit.rate_per_s)))
+        response.add(since_s, sensor_c)
+    while len(rates) < len(times_s):
+        fit = response.fit()
+        rates.append(np.nan if fit is None else float(np.log(fit.rate_per_s)))
+    return rates

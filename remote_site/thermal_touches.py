@@ -1,7 +1,7 @@
 """A recorded touch as the online identification meets it: start, ambient, readings in contact."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from remote_site.traces import ThermalTrace
 
@@ -9,8 +9,6 @@ BEFORE = 5
 """Readings averaged into one value of the plate before contact (50 ms)."""
 WARMING = 25
 """Readings before contact that tell how fast the plate was still warming up (0.25 s)."""
-SSR_LAG_S = 0.3
-"""A typical sensor is this far behind its plate: a plate met while it warms up is warmer than it reads."""
 READING_S = 0.01
 AMBIENT = 50
 """Readings before contact averaged into the ambient temperature (0.5 s)."""
@@ -18,12 +16,13 @@ AMBIENT = 50
 
 @dataclass(frozen=True, slots=True)
 class RecordedTouch:
-    """Start of a touch in a trace: index and time of contact, plate then, ambient where known."""
+    """Start of a touch in a trace: index and time of contact, reading and its slope then, ambient where known."""
 
     trace: ThermalTrace
     first: int
     contact_s: float
     start_c: float
+    slope_k_s: float
     ambient_c: float | None
 
     def readings(self) -> Iterator[tuple[float, float, float]]:
@@ -33,8 +32,8 @@ class RecordedTouch:
             yield float(trace.time_s[k]) - self.contact_s, float(trace.sensor_c[k]), float(trace.force_n[k])
 
 
-def plate_at_contact_c(before_c: Sequence[float]) -> float:
-    """The plate at contact, C, from at most WARMING readings of a free sensor just before it, oldest first.
+def reading_at_contact(before_c: Sequence[float]) -> tuple[float, float]:
+    """Reading at contact, C, and its slope, K/s, from at most WARMING readings of a free sensor, oldest first.
 
     Raises:
         ValueError: there is no reading.
@@ -44,9 +43,9 @@ def plate_at_contact_c(before_c: Sequence[float]) -> float:
     newest = before_c[-BEFORE:]
     start_c = sum(newest) / len(newest)
     if len(before_c) < WARMING:
-        return start_c
+        return start_c, 0.0
     oldest_c = sum(before_c[:BEFORE]) / BEFORE
-    return start_c + SSR_LAG_S * (start_c - oldest_c) / ((len(before_c) - BEFORE) * READING_S)
+    return start_c, (start_c - oldest_c) / ((len(before_c) - BEFORE) * READING_S)
 
 
 def find_touch(trace: ThermalTrace) -> RecordedTouch | None:
@@ -58,10 +57,26 @@ def find_touch(trace: ThermalTrace) -> RecordedTouch | None:
     if first is None:
         return None
     around = trace.ambient_c if trace.ambient_c is not None else trace.reference_c
+    start_c, slope_k_s = reading_at_contact(trace.sensor_c[max(first - WARMING, 0) : max(first, 1)].tolist())
     return RecordedTouch(
         trace=trace,
         first=first,
         contact_s=float(trace.time_s[first]),
-        start_c=plate_at_contact_c(trace.sensor_c[max(first - WARMING, 0) : max(first, 1)].tolist()),
+        start_c=start_c,
+        slope_k_s=slope_k_s,
         ambient_c=None if around is None else float(around[max(first - AMBIENT, 0) : max(first, 1)].mean()),
     )
+
+
+def reference_touch(touch: RecordedTouch) -> RecordedTouch:
+    """The same touch as the unheated sensor beside the heated one met it.
+
+    Raises:
+        ValueError: the trace has no unheated sensor.
+    """
+    trace = touch.trace
+    if trace.reference_c is None:
+        raise ValueError(f"{trace.name}: column reference_c is missing")
+    before = trace.reference_c[max(touch.first - WARMING, 0) : max(touch.first, 1)].tolist()
+    start_c, slope_k_s = reading_at_contact(before)
+    return replace(touch, trace=replace(trace, sensor_c=trace.reference_c), start_c=start_c, slope_k_s=slope_k_s)

@@ -3,6 +3,7 @@
 Each touch is a session of its own: sensor, specimen, object temperature, contact and force are drawn anew.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from zlib import crc32
 
@@ -20,6 +21,7 @@ from sim_sensors.surface import SurfaceKind, surface_kind
 from sim_sensors.thermal_touch import (
     STAGE_S,
     STEP_S,
+    TOUCH_SPREAD,
     SensorSpread,
     ThermalTouch,
     draw_touch_factor,
@@ -45,6 +47,8 @@ touches of a session to a sensor that has been waiting."""
 REACH_S_K = 0.2
 """The heater needs this long for each K of pre-heat, s/K."""
 FORCE_SPREAD = (0.9, 1.1)
+CHANGE_S = 0.05
+"""A finger that presses otherwise, or is lifted, does it within this, s."""
 PREHEAT_PER_K = 2.0
 
 _POLISHED = ("aluminium", "copper", "brass", "iron", "carbon_steel", "stainless_304")
@@ -92,21 +96,29 @@ class _Touched:
         cls,
         name: str,
         surface: SurfaceKind,
+        fingers: int,
         *,
         object_c: tuple[float, float],
         force_n: float,
         thickness_m: float | None,
+        contact_spread: float,
         rng: np.random.Generator,
-    ) -> "_Touched":
+    ) -> "list[_Touched]":
+        """One object under `fingers` fingers: they share piece and temperature, each has its contact and force."""
         specimen = Specimen.draw(material(name), rng)
         full = full_conductance_w_m2k(specimen.conductivity_w_mk, surface.rms_m)
-        return cls(
-            specimen,
-            object_column(specimen.conductivity_w_mk, specimen.heat_j_m3k, thickness_m, STAGE_S),
-            rng.uniform(*object_c),
-            full * draw_touch_factor(rng),
-            force_n * rng.uniform(*FORCE_SPREAD),
-        )
+        column = object_column(specimen.conductivity_w_mk, specimen.heat_j_m3k, thickness_m, STAGE_S)
+        one_c = rng.uniform(*object_c)
+        return [
+            cls(
+                specimen,
+                column,
+                one_c,
+                full * draw_touch_factor(rng, contact_spread),
+                force_n * rng.uniform(*FORCE_SPREAD),
+            )
+            for _ in range(fingers)
+        ]
 
 
 def simulate_thermal(
@@ -120,6 +132,8 @@ def simulate_thermal(
     preheat_k: float = 10.0,
     offset_c: tuple[float, float] = (-3.0, 3.0),
     thickness_m: float | None = BLOCK_M,
+    contact_spread: float = TOUCH_SPREAD,
+    later: tuple[float, float] | None = None,
 ) -> list[ThermalTrace]:
     """Touch a block `touches` times with a sensor pre-heated to ambient + `preheat_k` (never above its limit).
 
@@ -133,38 +147,97 @@ def simulate_thermal(
         preheat_k: sensor's start above ambient, K.
         offset_c: range of the object's temperature relative to ambient, K.
         thickness_m: of the block; None: half space.
+        contact_spread: one standard deviation of ln(contact conductance) from touch to touch.
+        later: so long after contact, s, the force becomes this share of what it was: 0 for a finger that is lifted.
 
     Raises:
         ValueError: unknown material, or a number out of range.
     """
+    hands = simulate_hand(
+        material_name,
+        seed,
+        (preheat_k,),
+        touches=touches,
+        seconds=seconds,
+        force_n=force_n,
+        ambient_c=ambient_c,
+        offset_c=offset_c,
+        thickness_m=thickness_m,
+        contact_spread=contact_spread,
+        later=later,
+    )
+    return [trace for hand in hands for trace in hand]
+
+
+def simulate_hand(
+    material_name: str,
+    seed: int,
+    preheats_k: Sequence[float],
+    *,
+    touches: int = 1,
+    seconds: float = 8.1,
+    force_n: float = 1.2,
+    ambient_c: float = 23.0,
+    offset_c: tuple[float, float] = (-3.0, 3.0),
+    thickness_m: float | None = BLOCK_M,
+    contact_spread: float = TOUCH_SPREAD,
+    later: tuple[float, float] | None = None,
+) -> list[list[ThermalTrace]]:
+    """Touch a block with several fingers at once, `touches` times: a list of hands, each a trace for every finger.
+
+    Fingers of one hand share the piece and its temperature; each has a sensor, a contact and a force of its own.
+
+    Args:
+        material_name, seed, touches, seconds, force_n, ambient_c, offset_c, thickness_m, contact_spread, later:
+            see `simulate_thermal`.
+        preheats_k: each finger's start above ambient, K.
+
+    Raises:
+        ValueError: as `simulate_thermal`.
+    """
     check_range("touches", touches, 1, 1000)
+    check_range("fingers", len(preheats_k), 1, 5)
     check_range("seconds", seconds, 0.1, 120.0)
     check_range("force, N", force_n, 0.5, CONTACT_FORCE_N)
     check_range("seed", seed, 0, 2**53)
     check_range("ambient, C", ambient_c, 5.0, 35.0)
     name = known_material(material_name)
+    fingers, count = len(preheats_k), touches * len(preheats_k)
     draw, reading, pressing = (np.random.default_rng([seed, crc32(name.encode()), part]) for part in range(3))
-    sensors = SensorSpread.draw(touches, draw)
-    target_c = min(ambient_c + preheat_k, SENSOR_PLATE_C)
-    warm_s = REACH_S_K * preheat_k + draw.uniform(*WARM_S, touches)
+    sensors = SensorSpread.draw(count, draw)
+    preheat_k = np.tile(np.asarray(preheats_k, dtype=np.float64), touches)
+    target_c = np.minimum(ambient_c + preheat_k, SENSOR_PLATE_C)
+    warm_s = REACH_S_K * preheat_k + draw.uniform(*WARM_S, count)
     sensor = _PreheatedSensor(ThermalTouch(sensors, ambient_c, reading), target_c, warm_s)
     touched: list[_Touched] = []
     if name == AIR:
-        forces = np.zeros((round((LEAD_S + seconds) / STEP_S), touches))
-        contact_step = np.full(touches, round(LEAD_S / STEP_S))
+        forces = np.zeros((round((LEAD_S + seconds) / STEP_S), count))
+        contact_step = np.full(count, round(LEAD_S / STEP_S))
     else:
         surface = surface_kind(_SURFACE_OF.get(name, "plain_pvc"))
         range_c = (ambient_c + offset_c[0], ambient_c + offset_c[1])
         touched = [
-            _Touched.draw(name, surface, object_c=range_c, force_n=force_n, thickness_m=thickness_m, rng=draw)
+            one
             for _ in range(touches)
+            for one in _Touched.draw(
+                name,
+                surface,
+                fingers,
+                object_c=range_c,
+                force_n=force_n,
+                thickness_m=thickness_m,
+                contact_spread=contact_spread,
+                rng=draw,
+            )
         ]
         forces = np.stack([_press(one.force_n, surface.stiffness_n_m, seconds) for one in touched], axis=1)
         contact_step = np.argmax(forces >= CONTACT_N, axis=0)
+        if later is not None:
+            forces *= _later_share(len(forces), contact_step, *later)
     sensor_c, ambient_read_c = sensor.run(forces, contact_step, touched)
     measured = forces + FORCE_NOISE_N * pressing.standard_normal(forces.shape)
     time_s = STEP_S * np.arange(len(forces), dtype=np.float64)
-    return [
+    traces = [
         ThermalTrace(
             time_s,
             sensor_c[:, one],
@@ -174,8 +247,9 @@ def simulate_thermal(
             float(time_s[contact_step[one]]),
             touched[one].full_w_m2k * float(force_share(forces[-1:, one])[0]) if touched else 0.0,
         )
-        for one in range(touches)
+        for one in range(count)
     ]
+    return [traces[first : first + fingers] for first in range(0, count, fingers)]
 
 
 def known_material(name: str) -> str:
@@ -199,7 +273,7 @@ def check_range(what: str, value: float, low: float, high: float) -> None:
 class _PreheatedSensor:
     """Sensors that an ideal loop keeps at a target until contact; warmed for `warm_s` when the trace starts."""
 
-    def __init__(self, thermal: ThermalTouch, target_c: float, warm_s: Array) -> None:
+    def __init__(self, thermal: ThermalTouch, target_c: Array, warm_s: Array) -> None:
         self._thermal = thermal
         self._target_c = target_c
         idle = np.zeros(warm_s.size)
@@ -208,7 +282,7 @@ class _PreheatedSensor:
             thermal.step(np.where(longest_s - step * STEP_S <= warm_s, self._heating(), 0.0), idle)
 
     def _heating(self) -> Array:
-        return PREHEAT_PER_K * (self._target_c - self._thermal.plate_c)
+        return np.asarray(PREHEAT_PER_K * (self._target_c - self._thermal.plate_c))
 
     def run(self, forces: Array, contact_step: NDArray[np.intp], touched: list[_Touched]) -> tuple[Array, Array]:
         """Readings of sensors and ambient sensors, C, for forces (steps, touches); heaters off from contact on."""
@@ -223,6 +297,12 @@ class _PreheatedSensor:
             sensor_c[step] = celsius_of(self._thermal.ssr_counts())
             ambient_c[step] = celsius_of(self._thermal.ambient_counts())
         return sensor_c, ambient_c
+
+
+def _later_share(steps: int, contact_step: NDArray[np.intp], at_s: float, share: float) -> Array:
+    """Force as a share of what it would be, (steps, touches), where it changes `at_s` after contact."""
+    since_s = STEP_S * (np.arange(steps)[:, None] - contact_step) - at_s
+    return np.asarray(1.0 + (share - 1.0) * np.clip(since_s / CHANGE_S, 0.0, 1.0))
 
 
 def _press(force_n: float, stiffness_n_m: float, seconds: float) -> Array:

@@ -77,9 +77,9 @@ def force_share(force_n: Array) -> Array:
     return ratio / (1.0 + ratio)
 
 
-def draw_touch_factor(rng: np.random.Generator) -> float:
+def draw_touch_factor(rng: np.random.Generator, spread: float = TOUCH_SPREAD) -> float:
     """Draw the contact conductance of one touch as a multiple of nominal (lognormal)."""
-    return math.exp(TOUCH_SPREAD * rng.standard_normal())
+    return math.exp(spread * rng.standard_normal())
 
 
 class ThermalTouch:

@@ -19,6 +19,7 @@ Tell = Callable[[float | str], object]
 STUDIES = {
     "link": "studies.link",
     "soak": "studies.soak",
+    "thermal-identification": "studies.thermal_identification",
 }
 """Module of each study by its name."""
 

@@ -14,7 +14,7 @@ from remote_site.material_table import MaterialTable
 from remote_site.perception import Perception
 from remote_site.sensed import Sensed
 from remote_site.surface_class import SurfaceTable
-from remote_site.thermal_identification import ThermalAnswer
+from remote_site.thermal_answer import ThermalAnswer
 from teletaction.replay_comparison import Comparison, Fields
 
 Line = dict[str, object]

@@ -14,12 +14,16 @@ def calibrate_thermal_command(
     traces: Annotated[Path, typer.Option(help="Folder with traces and labels.csv (file,material[,object_c]).")],
     out: Annotated[Path, typer.Option(help="Table to write.")],
     serial: Annotated[str, typer.Option(help="Serial number of the calibrated sensor.")] = "unknown",
+    report: Annotated[Path | None, typer.Option(help="Folder for report.txt and fit.png: how well it fits.")] = None,
 ) -> None:
     """Material look-up table from labelled touches."""
     from remote_site.thermal_calibration import calibrate_thermal
+    from teletaction.calibration_report import calibration_text, write_calibration_report
 
-    calibrate_thermal(traces, out, sensor_serial=serial, made_on=f"{date.today()}")
-    typer.echo(f"wrote {out}", err=True)
+    fit = calibrate_thermal(traces, out, sensor_serial=serial, made_on=f"{date.today()}")
+    typer.echo(calibration_text(fit), err=True)
+    written = [out] if report is None else [out, *write_calibration_report(fit, report)]
+    typer.echo(f"wrote {', '.join(str(path) for path in written)}", err=True)
 
 
 @app.command("texture")

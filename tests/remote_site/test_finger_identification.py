@@ -1,42 +1,56 @@
 """One finger from approach to lift: modes, events, heater and thermal answer."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from common.messages import ExplorationMode, ThermalStatus
-from remote_site.finger_identification import FingerIdentification, FingerSample
-from remote_site.material_table import MaterialTable
+from remote_site.finger_identification import FingerIdentification, FingerSample, FingerTouch
 from remote_site.surface_class import SurfaceTable
+from remote_site.thermal_identification import ThermalKnowledge
+from tests.remote_site.made_touches import AMBIENT_C, MATERIALS, made_touches, measured, pressed, true_table
+from tests.remote_site.made_touches import SENSOR as MADE_SENSOR
 
-TABLES = Path(__file__).parents[2] / "remote_site" / "tables"
+SURFACES = SurfaceTable.load(Path(__file__).parents[2] / "remote_site" / "tables" / "surfaces.json")
+NAMES = {"aluminium": "metal", "ceramic_tile": "stone", "pvc": "plastic"}
+"""Materials whose constants can be rendered, and the made-up ones that they are here."""
+CONTACT_S, PRESS_N = 0.5, pressed()
 
 
 @pytest.fixture(scope="module")
-def tables():
-    return MaterialTable.load(TABLES / "materials.json"), SurfaceTable.load(TABLES / "surfaces.json")
+def rendered_knowledge() -> ThermalKnowledge:
+    """Of materials that the operator site can render."""
+    return ThermalKnowledge.of(true_table({name: MATERIALS[made] for name, made in NAMES.items()}))
 
 
-def explore(tables, sensor, stroke_from=99.0, seconds=9.5, fault=None, lift_s=9.2):
-    finger = FingerIdentification(1, *tables)
+def explore(
+    knowledge: ThermalKnowledge,
+    sensor: Callable[[float], float],
+    stroke_from: float = 99.0,
+    seconds: float = 4.5,
+    fault: str | None = None,
+    lift_s: float = 4.2,
+) -> tuple[FingerIdentification, list[FingerTouch]]:
+    finger = FingerIdentification(1, knowledge, SURFACES)
     rng = np.random.default_rng(0)
     touches = []
     for k in range(round(500 * seconds)):
         t = 0.002 * k
-        touching = 0.5 <= t < lift_s
+        touching = CONTACT_S <= t < lift_s
         x = 0.05 * max(0.0, t - stroke_from)
         touches.append(
             finger.step(
                 FingerSample(
                     t,
-                    1.2 if touching else 0.0,
+                    float(PRESS_N(np.array(t - CONTACT_S))) if touching else 0.0,
                     x,
                     0.0,
                     -3e-4 if touching else 0.02 * max(0.5 - t, 0.0),
                     0.012 * rng.normal(size=10) if k % 5 < 2 else None,
                     sensor(t) if k % 5 == 0 else None,
-                    23.0 if k % 5 == 0 else None,
+                    AMBIENT_C if k % 5 == 0 else None,
                     fault if t > 2.0 else None,
                 )
             )
@@ -44,38 +58,75 @@ def explore(tables, sensor, stroke_from=99.0, seconds=9.5, fault=None, lift_s=9.
     return finger, touches
 
 
-def aluminium(t):
-    return 33.0 - 9.0 * (1.0 - np.exp(-max(0.0, t - 0.5) / 1.5))
+def on(name: str) -> Callable[[float], float]:
+    """Readings of a plate at 33 C that meets a material at CONTACT_S."""
+    (touch,) = made_touches(name, 1, seed=4)
+    return lambda t: float(touch.sensor_c[min(max(round(100 * t), 0), len(touch.sensor_c) - 1)])
 
 
-def test_a_tap_is_told_once_with_its_speed(tables):
-    _, touches = explore(tables, lambda t: 33.0)
+def warm(seed: int = 0) -> Callable[[float], float]:
+    """Readings of a plate at 33 C on something as warm."""
+    rng = np.random.default_rng(seed)
+    return lambda t: float(measured(np.array([33.0]), MADE_SENSOR, rng)[0])
+
+
+def test_a_tap_is_told_once_with_its_speed(knowledge: ThermalKnowledge) -> None:
+    _, touches = explore(knowledge, warm(), seconds=1.5)
     taps = [event for touch in touches for event in touch.events if event.kind == "tap"]
     assert [event.value for event in taps] == pytest.approx([0.02], abs=0.005)
 
 
-def test_the_heater_is_off_in_contact(tables):
-    _, touches = explore(tables, lambda t: 25.0)
+def test_the_heater_is_off_in_contact(knowledge: ThermalKnowledge) -> None:
+    _, touches = explore(knowledge, lambda t: 25.0 + 0.1 * np.sin(50.0 * t), seconds=1.5)
     assert touches[100].heater_drive == 1.0
     assert all(touch.heater_drive == 0.0 for touch in touches if touch.contact)
 
 
-def test_body_warm_objects_ask_for_another_preheat(tables):
-    finger, touches = explore(tables, lambda t: 33.0)
-    answer = touches[4500].thermal
+def test_body_warm_objects_ask_for_another_preheat(knowledge: ThermalKnowledge) -> None:
+    finger, touches = explore(knowledge, warm())
+    answer = touches[2000].thermal
     assert answer.status is ThermalStatus.UNIDENTIFIABLE
-    assert touches[4500].conductivity_w_mk == 0.0
+    assert answer.reason == "no temperature difference"
+    assert touches[2000].conductivity_w_mk == 0.0
     assert finger.preheat_k == 17.0
     assert touches[-1].thermal.status is ThermalStatus.NO_CONTACT
 
 
-def test_stroking_ends_the_thermal_touch(tables):
-    _, touches = explore(tables, aluminium, stroke_from=1.0)
+def test_a_plate_that_reads_always_the_same_is_a_fault_and_asks_for_nothing(knowledge: ThermalKnowledge) -> None:
+    finger, touches = explore(knowledge, lambda t: 33.0)
+    assert touches[2000].thermal.reason == "sensor fault: the reading does not change: saturated or stuck"
+    assert finger.preheat_k == 10.0
+
+
+def test_stroking_ends_the_thermal_touch(knowledge: ThermalKnowledge) -> None:
+    _, touches = explore(knowledge, on("plastic"), stroke_from=0.65)
     assert touches[2000].mode is ExplorationMode.STROKING
     assert touches[2000].thermal.reason == "stroked: the touch did not rest"
 
 
-def test_a_sensor_fault_ends_the_thermal_touch(tables):
-    _, touches = explore(tables, aluminium, fault="thermal sensor open")
+def test_a_sensor_fault_ends_the_thermal_touch(knowledge: ThermalKnowledge) -> None:
+    _, touches = explore(knowledge, on("metal"), fault="thermal sensor open")
     assert "thermal sensor open" in (touches[2000].thermal.reason or "")
     assert touches[-1].heater_drive == 0.0
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_something_is_felt_before_the_material_is_named_and_its_own_constants_after(
+    rendered_knowledge: ThermalKnowledge, name: str
+) -> None:
+    _, touches = explore(rendered_knowledge, on(NAMES[name]))
+    named = [touch for touch in touches if touch.thermal.material is not None]
+    assert {touch.thermal.material for touch in named} == {name}
+    materials = [event for touch in touches for event in touch.events if event.kind == "material"]
+    assert [event.name for event in materials] == [name]
+
+    def effusivity(touch: FingerTouch) -> float:
+        return float(np.sqrt(touch.conductivity_w_mk * touch.density_kg_m3 * touch.specific_heat_j_kgk))
+
+    before = touches[round(500 * (CONTACT_S + 0.5))]
+    assert before.thermal.effusivity is not None
+    assert effusivity(before) > 0.0
+    if before.thermal.material is None:
+        assert effusivity(before) == pytest.approx(before.thermal.effusivity, rel=1e-6)
+    constants = {(touch.conductivity_w_mk, touch.density_kg_m3, touch.specific_heat_j_kgk) for touch in named}
+    assert len(constants) == 1

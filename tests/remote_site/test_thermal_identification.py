@@ -1,167 +1,192 @@
-"""Thermal identification against made-up responses of known law (not the simulated world's)."""
+"""Thermal identification of touches made by another physics, with a table calibrated from such touches."""
 
-import json
-import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from common.messages import ThermalStatus
-from remote_site.identify_thermal import identify_thermal
 from remote_site.material_table import MaterialTable
-from remote_site.thermal_calibration import calibrate_thermal
-from remote_site.thermal_identification import ThermalIdentification
+from remote_site.thermal_answer import EARLIEST_S, NO_CONTACT, ThermalAnswer
+from remote_site.thermal_identification import LASTS_S, ThermalIdentification, ThermalKnowledge
+from tests.remote_site.made_touches import (
+    AMBIENT_C,
+    MATERIALS,
+    SENSOR,
+    MadeMaterial,
+    MadeTouch,
+    made_touches,
+    true_table,
+)
 
-TAU_S = {"metal": 1.0, "stone": 2.2, "plastic": 8.0}
-AMBIENT_C = 23.0
+EACH = 4
+"""Fresh touches of each material."""
 
 
-def course(tau, object_c, start_c, seconds=8.1, seed=0):
-    rng = np.random.default_rng(seed)
-    t = np.arange(-0.5, seconds, 0.01)
-    end = 0.9 if tau < 5.0 else 0.6
-    drop = (start_c - object_c) * end * (1.0 - np.exp(-np.maximum(t, 0.0) / tau))
-    return t, start_c - drop + 0.01 * rng.normal(size=len(t))
-
-
-def write(path, t, sensor, force=1.2):
-    rows = (f"{a:.2f},{b:.4f},{force if a > -0.005 else 0.0},{AMBIENT_C}" for a, b in zip(t, sensor, strict=True))
-    path.write_text("time_s,sensor_c,force_n,ambient_c\n" + "\n".join(rows) + "\n")
+def courses(knowledge: ThermalKnowledge, touch: MadeTouch, until_s: float = 7.0) -> list[ThermalAnswer]:
+    identification = ThermalIdentification(knowledge)
+    identification.start(0.0, touch.start_c, 0.0, AMBIENT_C)
+    return [identification.step(*row) for row in touch.until(until_s).after()]
 
 
 @pytest.fixture(scope="module")
-def calibrated(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("touches")
-    rng = np.random.default_rng(1)
-    labels = ["file,material,object_c"]
-    for name, tau in TAU_S.items():
-        for k in range(20):
-            object_c = AMBIENT_C + rng.uniform(-3, 3)
-            write(folder / f"{name}{k}.csv", *course(tau * math.exp(0.08 * rng.normal()), object_c, 33.0, seed=k))
-            labels.append(f"{name}{k}.csv,{name},{object_c}")
-    (folder / "labels.csv").write_text("\n".join(labels) + "\n")
-    return calibrate_thermal(folder, folder / "table.json", made_on="2026-01-01"), folder
+def answered(calibrated_knowledge: ThermalKnowledge) -> list[tuple[MadeTouch, list[ThermalAnswer]]]:
+    """Fresh touches and their answers, 100 a second, for 7 s."""
+    return [
+        (touch, courses(calibrated_knowledge, touch))
+        for seed, name in enumerate(MATERIALS)
+        for touch in made_touches(name, EACH, seed=500 + seed)
+    ]
 
 
-def identify(table, name, object_c, start_c=33.0, until_s=8.1, force=lambda t: 1.2):
-    identification = ThermalIdentification(table)
-    identification.start(0.0, start_c, AMBIENT_C)
-    for t, sensor in zip(*course(TAU_S[name], object_c, start_c, seed=99), strict=True):
-        if 0.0 < t <= until_s:
-            identification.step(t, sensor, force(t))
-    return identification.answer
+Answered = list[tuple[MadeTouch, list[ThermalAnswer]]]
 
 
-@pytest.mark.parametrize("name", TAU_S)
-@pytest.mark.parametrize("object_c", [21.0, 25.0])
-def test_material_and_temperature_are_found(calibrated, name, object_c):
-    answer = identify(calibrated[0], name, object_c)
-    assert (answer.status, answer.material, answer.best) == (ThermalStatus.IDENTIFIED, name, name)
-    assert answer.exponential_material == name
-    assert answer.object_c == pytest.approx(object_c, abs=1.0)
-    assert answer.probability >= 0.95
+def test_calibration_finds_the_sensor_and_the_materials(calibrated: tuple[MaterialTable, Path]) -> None:
+    table = calibrated[0]
+    assert table.names() == list(MATERIALS)
+    assert table.leak_per_s * table.plate_j_m2k == pytest.approx(SENSOR.leak_w_m2k, rel=0.15)
+    assert np.exp(table.ln_lag) == pytest.approx(SENSOR.lag_s, rel=0.05)
+    for entry, material in zip(table.materials, MATERIALS.values(), strict=True):
+        assert table.effusivity(entry.ln_effusivity) == pytest.approx(material.effusivity, rel=0.15)
+        assert entry.misfit == pytest.approx(1.0, abs=0.4)
+        assert abs(entry.offset_k) < 3.0
 
 
-@pytest.mark.parametrize("start_c", [40.0, 26.0])
-def test_another_preheat_needs_no_other_table(calibrated, start_c):
-    assert identify(calibrated[0], "metal", 22.0, start_c).material == "metal"
+def test_materials_are_named_and_none_wrongly(answered: Answered) -> None:
+    for touch, answers in answered:
+        assert {answer.material for answer in answers} <= {None, touch.name}
+    named = [answers[-1].status is ThermalStatus.IDENTIFIED for _, answers in answered]
+    assert np.mean(named) >= 0.9
+    assert all(answers[-1].best == touch.name for touch, answers in answered)
 
 
-def test_nothing_is_named_before_one_second(calibrated):
-    assert identify(calibrated[0], "metal", 22.0, until_s=0.95).status is ThermalStatus.DECIDING
+def test_half_of_the_materials_are_likeliest_to_be_right_after_half_a_second(answered: Answered) -> None:
+    """Metal, stone and plastic lie far apart: guessing would be right in a third."""
+    assert np.mean([answers[49].best == touch.name for touch, answers in answered]) >= 0.9
 
 
-def test_no_temperature_difference_is_unidentifiable(calibrated):
-    answer = identify(calibrated[0], "stone", 33.0)
-    assert answer.status is ThermalStatus.UNIDENTIFIABLE
-    assert answer.reason == "no temperature difference"
-    assert answer.material is None
+def test_temperature_and_effusivity_are_as_near_as_their_uncertainty_says(answered: Answered) -> None:
+    squares = []
+    for touch, answers in answered:
+        answer = answers[-1]
+        assert answer.object_c is not None
+        assert answer.object_c_sd is not None
+        assert answer.effusivity is not None
+        assert answer.effusivity_ln_sd is not None
+        assert answer.object_c == pytest.approx(touch.object_c, abs=1.0)
+        squares.append(((answer.object_c - touch.object_c) / answer.object_c_sd) ** 2)
+        squares.append((np.log(answer.effusivity / touch.effusivity) / answer.effusivity_ln_sd) ** 2)
+    # the mean square of 24 standard normal numbers is below 2.3 in 99.9 %
+    assert np.mean(squares) < 2.3
 
 
-def test_a_foreign_response_is_unknown(calibrated):
-    identification = ThermalIdentification(calibrated[0])
-    identification.start(0.0, 33.0, AMBIENT_C)
-    for k in range(1, 810):
-        t = 0.01 * k
-        identification.step(t, 33.0 - (4.0 if t > 3.5 else 0.0) - 0.3 * t, 1.2)
-    assert identification.answer.status is ThermalStatus.UNKNOWN
+def test_nothing_is_named_early_and_a_probability_is_always_said(answered: Answered) -> None:
+    for _, answers in answered:
+        assert all(answer.material is None for answer in answers[: round(100 * EARLIEST_S) - 1])
+        assert all(0.0 <= answer.probability <= 1.0 and answer.best in MATERIALS for answer in answers)
 
 
-def test_a_lost_contact_ends_the_touch(calibrated):
-    early = identify(calibrated[0], "metal", 22.0, force=lambda t: 1.2 if t < 0.7 else 0.0)
-    assert (early.status, early.reason) == (ThermalStatus.UNIDENTIFIABLE, "contact lost")
-    late = identify(calibrated[0], "metal", 22.0, force=lambda t: 1.2 if t < 6.0 else 0.0)
-    assert (late.status, late.material, late.reason) == (ThermalStatus.IDENTIFIED, "metal", "contact lost")
+def test_the_papers_method_stands_beside_it(answered: Answered) -> None:
+    for touch, answers in answered:
+        assert answers[10].rate_per_s is None
+        last = answers[-1]
+        assert last.rate_per_s is not None
+        assert last.exponential_material in MATERIALS
+        assert last.exponential_object_c is not None
+        assert touch.object_c - 1.0 < last.exponential_object_c < touch.start_c
+    metal = [answers[-1].exponential_material for touch, answers in answered if touch.name == "metal"]
+    assert metal.count("metal") >= EACH - 1
 
 
-def test_missing_readings_are_a_sensor_fault(calibrated):
-    identification = ThermalIdentification(calibrated[0])
-    identification.start(0.0, 33.0, AMBIENT_C)
-    identification.step(0.5, 32.0, 1.2)
-    assert identification.answer.status is ThermalStatus.UNIDENTIFIABLE
-    assert "sensor fault" in identification.answer.reason
+@pytest.mark.parametrize("start_c", [27.0, 40.0])
+def test_another_preheat_needs_no_other_table(calibrated_knowledge: ThermalKnowledge, start_c: float) -> None:
+    (touch,) = made_touches("stone", 1, seed=21, start_c=start_c, object_c=22.0)
+    answer = courses(calibrated_knowledge, touch)[-1]
+    assert answer.best == "stone"
+    assert answer.material in (None, "stone")
+    assert answer.object_c == pytest.approx(22.0, abs=0.5)
 
 
-def test_lines_keep_the_contract_and_look_at_no_later_sample(calibrated, tmp_path):
-    table, _ = calibrated
-    t, sensor = course(TAU_S["stone"], 22.0, 33.0, seed=5)
-    write(tmp_path / "whole.csv", t, sensor)
-    cut = t <= 2.0 + 1e-6
-    write(tmp_path / "cut.csv", t[cut], sensor[cut])
-    whole = list(identify_thermal(table, [tmp_path / "whole.csv"], (1.0, 2.0)))
-    short = list(identify_thermal(table, [tmp_path / "cut.csv"], (1.0, 2.0)))
-    assert [line["t_s"] for line in whole] == [1.0, 2.0, 8.09]
-    assert [line["final"] for line in whole] == [False, False, True]
-    for a, b in zip(whole[:2], short[:2], strict=True):
-        assert {**a, "trace": ""} == {**b, "trace": ""}
-    assert json.loads(json.dumps(whole[-1]))["material"] == "stone"
-    assert set(whole[0]) == {
-        "trace",
-        "t_s",
-        "final",
-        "status",
-        "material",
-        "best",
-        "probability",
-        "candidates",
-        "object_c",
-        "object_c_sd",
-        "exponential",
-        "reason",
+def test_a_cold_plate_on_a_warm_object_is_the_same_the_other_way_round(
+    calibrated_knowledge: ThermalKnowledge,
+) -> None:
+    (touch,) = made_touches("metal", 1, seed=22, start_c=AMBIENT_C, object_c=33.0)
+    answer = courses(calibrated_knowledge, touch)[-1]
+    assert answer.best == "metal"
+    assert answer.object_c == pytest.approx(33.0, abs=0.3)
+
+
+def test_an_unusually_good_or_bad_contact_makes_no_other_material(knowledge: ThermalKnowledge) -> None:
+    """Contacts that scatter by 12 %, as they are calibrated to: one in twenty is beyond two standard deviations.
+
+    Taken for `unknown` at most as often as anything may be foreign.
+    """
+    materials = {
+        name: MadeMaterial(m.effusivity, m.conductance_w_m2k, piece_sd=m.piece_sd, contact_sd=0.12)
+        for name, m in MATERIALS.items()
     }
+    wide = ThermalKnowledge.of(true_table(materials))
+    touches = made_touches("metal", 12, seed=1, seconds=3.0, material=materials["metal"])
+    ends = [courses(wide, touch, 3.0)[-1] for touch in touches]
+    assert {answer.material for answer in ends} <= {None, "metal"}
+    assert [answer.status for answer in ends].count(ThermalStatus.UNKNOWN) <= 1
 
 
-def test_fingers_on_one_object_are_judged_together(calibrated, tmp_path):
-    for k in range(3):
-        write(tmp_path / f"f{k}.csv", *course(TAU_S["plastic"], 24.0, 33.0, seed=k))
-    (tmp_path / "touches.csv").write_text("touch,trace\n" + "".join(f"one,f{k}.csv\n" for k in range(3)))
-    lines = list(identify_thermal(calibrated[0], (), (2.0,), tmp_path / "touches.csv"))
-    assert [line["touch"] for line in lines] == ["one", "one"]
-    assert lines[-1]["material"] == "plastic"
+def test_a_touch_is_done_in_the_end(knowledge: ThermalKnowledge) -> None:
+    (touch,) = made_touches("stone", 1, seed=24, seconds=LASTS_S + 0.5)
+    identification = ThermalIdentification(knowledge)
+    identification.start(0.0, touch.start_c, 0.0, AMBIENT_C)
+    for row in touch.after():
+        identification.step(*row)
+    assert not identification.running
+    done = identification.answer
+    identification.stop("contact lost")
+    assert identification.answer is done
+    identification.release()
+    assert identification.answer is NO_CONTACT
+    assert identification.evidence() is None
 
 
-def test_a_trace_without_contact_says_so(calibrated, tmp_path):
-    t, sensor = course(1.0, 22.0, 33.0)
-    write(tmp_path / "free.csv", t, sensor, force=0.1)
-    assert {line["status"] for line in identify_thermal(calibrated[0], [tmp_path / "free.csv"])} == {"no_contact"}
+def test_touch_after_touch_starts_anew(knowledge: ThermalKnowledge) -> None:
+    first, second = (made_touches(name, 1, seed=25, seconds=2.5)[0] for name in ("metal", "plastic"))
+    used = ThermalIdentification(knowledge)
+    for from_s, touch in ((0.0, first), (100.0, second)):
+        used.start(from_s, touch.start_c, 0.0, AMBIENT_C)
+        for t_s, sensor_c, force_n in touch.after():
+            used.step(from_s + t_s, sensor_c, force_n)
+    fresh = courses(knowledge, second, 2.5)[-1]
+    assert used.answer.best == fresh.best == "plastic"
+    assert used.answer.probability == pytest.approx(fresh.probability, abs=1e-6)
+    assert used.answer.object_c == pytest.approx(fresh.object_c, abs=1e-6)
 
 
-def test_a_table_survives_its_file_and_a_foreign_one_is_refused(calibrated, tmp_path):
-    table, folder = calibrated
-    assert MaterialTable.load(folder / "table.json").materials == table.materials
+def test_readings_out_of_contact_count_for_nothing(knowledge: ThermalKnowledge) -> None:
+    identification = ThermalIdentification(knowledge)
+    assert identification.step(0.0, 33.0, 1.2) is NO_CONTACT
+    assert identification.evidence() is None
+
+
+def test_a_table_survives_its_file_and_a_foreign_one_is_refused(
+    calibrated: tuple[MaterialTable, Path], tmp_path: Path
+) -> None:
+    table, path = calibrated
+    assert MaterialTable.load(path).materials == table.materials
     with pytest.raises(ValueError, match="cannot be read"):
         MaterialTable.load(tmp_path / "none.json")
     (tmp_path / "other.json").write_text('{"kind": "texture_surfaces"}')
     with pytest.raises(ValueError, match="not a thermal_materials table"):
         MaterialTable.load(tmp_path / "other.json")
-    text = (folder / "table.json").read_text().replace('"ambient_c": 2', '"ambient_c": 1', 1)
-    (tmp_path / "edited.json").write_text(text)
+    text = path.read_text()
+    (tmp_path / "edited.json").write_text(text.replace('"ambient_c": 2', '"ambient_c": 1', 1))
     with pytest.raises(ValueError, match="content_hash"):
         MaterialTable.load(tmp_path / "edited.json")
+    (tmp_path / "old.json").write_text(text.replace('"schema_version": 2', '"schema_version": 1', 1))
+    with pytest.raises(ValueError, match="schema_version 1, this program reads 2"):
+        MaterialTable.load(tmp_path / "old.json")
 
 
-def test_the_shipped_tables_load():
+def test_the_shipped_tables_load() -> None:
     tables = Path(__file__).parents[2] / "remote_site" / "tables"
     assert MaterialTable.load(tables / "materials.json").names() == ["aluminium", "ceramic_tile", "pine", "pvc"]
     assert "skin_dermis" in MaterialTable.load(tables / "phantom.json").names()

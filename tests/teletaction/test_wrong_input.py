@@ -1,5 +1,6 @@
 """Wrong input answers in one line with exit 2, and names what is wrong."""
 
+import json
 import socket
 from pathlib import Path
 
@@ -104,19 +105,29 @@ def test_key_problems(capsys: pytest.CaptureFixture[str], configs: dict[str, Pat
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("time_s,force_n\n0.0,0.0\n0.1,0.0\n", "sensor_c"),
-        (THERMAL.replace("0.20,33.0", "0.20,warm"), "line 22"),
-        (THERMAL.replace("0.20,33.0", "0.20,nan"), "line 22"),
-        (THERMAL.replace("0.20,33.0", "0.20,"), "line 22"),
-        ("", "empty"),
+        ("time_s,force_n\n0.0,0.0\n0.1,0.0\n", "column sensor_c is missing"),
+        (THERMAL.replace("0.20,33.0", "0.20,warm"), "line 22: column sensor_c"),
+        (THERMAL.replace("0.20,33.0", "0.20,nan"), "line 22: column sensor_c"),
+        (THERMAL.replace("0.20,33.0", "0.20,"), "line 22: column sensor_c"),
+        ("", "line 1: no header"),
     ],
 )
-def test_thermal_trace(capsys: pytest.CaptureFixture[str], tmp_path: Path, text: str, expected: str) -> None:
-    trace = tmp_path / "a.csv"
-    trace.write_text(text, "utf-8")
-    line = refuse(capsys, "identify", "thermal", "--table", str(TABLES / "materials.json"), str(trace))
-    assert "a.csv" in line
-    assert expected in line
+def test_a_thermal_trace_that_cannot_be_read_is_answered_and_the_others_go_on(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, text: str, expected: str
+) -> None:
+    bad, free = tmp_path / "a.csv", tmp_path / "b.csv"
+    bad.write_text(text, "utf-8")
+    free.write_text(THERMAL, "utf-8")
+    assert main(["identify", "thermal", "--table", str(TABLES / "materials.json"), str(bad), str(free)]) == 0
+    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    of_bad = [line for line in lines if line["trace"] == str(bad)]
+    assert {line["status"] for line in of_bad} == {"unidentifiable"}
+    assert [line["final"] for line in of_bad].count(True) == 1
+    for line in of_bad:
+        assert line["material"] is None
+        assert str(bad) in line["reason"]
+        assert expected in line["reason"]
+    assert {line["status"] for line in lines if line["trace"] == str(free)} == {"no_contact"}
 
 
 def test_tables_and_numbers(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

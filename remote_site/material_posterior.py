@@ -1,0 +1,183 @@
+"""Which material, and how warm: from the evidence of one touch, or of several fingers on one object.
+
+Fingers on one object share its material, its piece and its temperature, but not the quality of their contacts. Each
+finger's evidence is normal in temperature and ln effusivity for each substance, so that they multiply in closed form.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import expit, ndtr
+
+from remote_site.material_table import MaterialTable
+from remote_site.touch_estimate import ANYWHERE_K, TouchEvidence
+from remote_site.touch_guesses import Substances
+
+Array = NDArray[np.float64]
+
+ANYWHERE = 0.10
+"""Prior probability that an object has any temperature, beside that it is as warm as those of the calibration."""
+SAME_OBJECT = 0.9
+"""Prior probability that fingers of one hand which touch at the same time touch the same object."""
+SMALLEST_DIFFERENCE_K = 1.0
+"""Below this difference between plate and object there is nothing to see, K."""
+
+
+@dataclass(frozen=True, slots=True)
+class Posterior:
+    """What is known of an object.
+
+    Attributes:
+        probability: of each calibrated material, in the table's order.
+        foreign: probability that it is none of them; with `probability` it sums to 1.
+        object_c: posterior mean of its temperature, C.
+        object_c_sd: standard deviation, K.
+        ln_effusivity: posterior mean, in the table's units.
+        ln_effusivity_sd: its standard deviation.
+        no_difference: probability that no finger's plate differed from it by more than SMALLEST_DIFFERENCE_K.
+        misfit: largest of the touches' misfits.
+        same_object: probability that all fingers touched one object; 1 for one finger.
+    """
+
+    probability: Array
+    foreign: float
+    object_c: float
+    object_c_sd: float
+    ln_effusivity: float
+    ln_effusivity_sd: float
+    no_difference: float
+    misfit: float
+    same_object: float
+
+
+class MaterialPosterior:
+    """Judges evidence against one table; holds no touch."""
+
+    def __init__(self, table: MaterialTable, known: Substances) -> None:
+        self._known = known
+        count = len(known.probability)
+        self._ln_prior = np.log(known.probability)
+        # the prior that each finger's filters began with, in information form
+        self._prior_information = np.zeros((count, 2, 2))
+        self._prior_information[:, 0, 0] = 1.0 / ANYWHERE_K**2
+        self._prior_information[:, 1, 1] = 1.0 / known.effusivity_variance
+        self._prior_vector = np.zeros((count, 2))
+        self._prior_vector[:, 1] = known.ln_effusivity / known.effusivity_variance
+        middle = np.einsum("mij,mj->mi", _inverse(self._prior_information), self._prior_vector)
+        self._prior_integral = _integral(self._prior_information, self._prior_vector, middle)
+        others = count - known.calibrated
+        offsets = np.array([entry.offset_k for entry in table.materials])
+        sds = np.array([entry.offset_sd_k for entry in table.materials])
+        self._usual_k = np.concatenate((offsets, np.full(others, offsets.mean())))
+        self._usual_sd_k = np.concatenate((sds, np.full(others, np.hypot(sds.max(), offsets.std()))))
+        """Temperatures above ambient that are usual for each substance: those of its calibration."""
+
+    def judge(self, touches: Sequence[TouchEvidence], *, compare: bool = True) -> Posterior:
+        """Posterior from one touch or more, taken to be of one object.
+
+        Args:
+            touches: their evidence.
+            compare: whether to find out how likely it is that it is one object.
+        """
+        ln_weight, mean, covariance = self._weigh(touches)
+        weight = np.exp(ln_weight - ln_weight.max())
+        weight /= weight.sum()
+        middle = np.einsum("cm,cmi->i", weight, mean)
+        away = mean - middle
+        sd = np.sqrt(np.einsum("cm,cmi->i", weight, covariance[..., (0, 1), (0, 1)] + away * away))
+        substance = weight.sum(axis=0)
+        known = self._known.calibrated
+        ambient_c = _ambient_c(touches)
+        alone = [_ln_sum(self._weigh([touch])[0]) for touch in touches] if compare and len(touches) > 1 else []
+        return Posterior(
+            probability=substance[:known],
+            foreign=float(substance[known:].sum()),
+            object_c=ambient_c + float(middle[0]),
+            object_c_sd=float(sd[0]),
+            ln_effusivity=float(middle[1]),
+            ln_effusivity_sd=float(sd[1]),
+            no_difference=_no_difference(touches, weight, mean[..., 0], covariance[..., 0, 0]),
+            misfit=max(touch.misfit for touch in touches),
+            same_object=_same_object(_ln_sum(ln_weight) - sum(alone)) if alone else 1.0,
+        )
+
+    def _weigh(self, touches: Sequence[TouchEvidence]) -> tuple[Array, Array, Array]:
+        """Ln weights (2, m), means (2, m, 2), covariances (2, m, 2, 2): as warm as usual, or of any temperature."""
+        count = len(touches)
+        total = self._ln_prior + (count - 1) * self._prior_integral
+        information = (1 - count) * self._prior_information
+        vector = (1 - count) * self._prior_vector
+        for touch in touches:
+            own = self._information(touch)
+            along = np.einsum("mij,mj->mi", own, touch.mean)
+            total = total + touch.ln_likelihood - _integral(own, along, touch.mean)
+            information, vector = information + own, vector + along
+        anywhere = np.full_like(self._usual_k, ANYWHERE_K)
+        cases = ((1.0 - ANYWHERE, self._usual_k, self._usual_sd_k), (ANYWHERE, 0.0 * anywhere, anywhere))
+        found = []
+        for share, offset_k, sd_k in cases:
+            more, push = information.copy(), vector.copy()
+            more[:, 0, 0] += sd_k**-2 - ANYWHERE_K**-2
+            push[:, 0] += offset_k * sd_k**-2
+            constant = np.log(share * ANYWHERE_K / sd_k) - 0.5 * (offset_k / sd_k) ** 2
+            covariance = _inverse(more)
+            middle = np.einsum("mij,mj->mi", covariance, push)
+            found.append((total + _integral(more, push, middle) + constant, middle, covariance))
+        ln_weights, means, covariances = zip(*found, strict=True)
+        return np.stack(ln_weights), np.stack(means), np.stack(covariances)
+
+    def _information(self, touch: TouchEvidence) -> Array:
+        """Information of a touch about (temperature, ln effusivity), never less than it began with.
+
+        Guesses far apart, drawn together, can be wider than the prior; what is said of them is then that prior.
+        """
+        gained = _inverse(touch.covariance) - self._prior_information
+        lost = (_determinant(gained) < 0.0) | (gained[:, 0, 0] < 0.0) | (gained[:, 1, 1] < 0.0)
+        if lost.any():
+            values, axes = np.linalg.eigh(gained[lost])
+            gained[lost] = np.einsum("mij,mj,mkj->mik", axes, np.maximum(values, 0.0), axes)
+        return np.asarray(self._prior_information + gained)
+
+
+def _ambient_c(touches: Sequence[TouchEvidence]) -> float:
+    return sum(touch.ambient_c for touch in touches) / len(touches)
+
+
+def _ln_sum(ln_weight: Array) -> float:
+    top = float(ln_weight.max())
+    return top + float(np.log(np.exp(ln_weight - top).sum()))
+
+
+def _same_object(ln_odds: float) -> float:
+    """Probability of one object, from ln(probability of the readings with one object / with one each)."""
+    odds = np.log(SAME_OBJECT / (1.0 - SAME_OBJECT)) + ln_odds
+    return float(expit(odds))
+
+
+def _no_difference(touches: Sequence[TouchEvidence], weight: Array, mean_k: Array, variance: Array) -> float:
+    """Probability that even the plate farthest from the object is as warm as it is."""
+    ambient_c = _ambient_c(touches)
+    middle_k = float((weight * mean_k).sum())
+    start_k = max((touch.start_c - ambient_c for touch in touches), key=lambda k: abs(k - middle_k))
+    sd = np.sqrt(variance)
+    near = ndtr((start_k + SMALLEST_DIFFERENCE_K - mean_k) / sd) - ndtr((start_k - SMALLEST_DIFFERENCE_K - mean_k) / sd)
+    return float((weight * near).sum())
+
+
+def _integral(information: Array, vector: Array, mean: Array) -> Array:
+    """Ln of the integral of exp(-s' information s / 2 + vector' s), up to a constant that always cancels."""
+    return np.asarray(0.5 * np.einsum("mi,mi->m", vector, mean) - 0.5 * np.log(_determinant(information)))
+
+
+def _determinant(matrix: Array) -> Array:
+    return np.asarray(matrix[:, 0, 0] * matrix[:, 1, 1] - matrix[:, 0, 1] * matrix[:, 1, 0])
+
+
+def _inverse(matrix: Array) -> Array:
+    """Of symmetric 2 x 2 matrices (m, 2, 2), several times as fast as the general way."""
+    found = np.empty_like(matrix)
+    found[:, 0, 0], found[:, 1, 1] = matrix[:, 1, 1], matrix[:, 0, 0]
+    found[:, 0, 1] = found[:, 1, 0] = -matrix[:, 0, 1]
+    return np.asarray(found / _determinant(matrix)[:, None, None])

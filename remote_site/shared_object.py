@@ -1,0 +1,67 @@
+"""Fingers that touch at the same time usually touch one object: what they know of it together.
+
+Each finger's own evidence stays its own; only where one object explains all of them is one answer given to all.
+"""
+
+from collections.abc import Mapping
+
+from common.messages import ThermalStatus
+from remote_site.thermal_answer import ThermalAnswer, ThermalConclusion
+from remote_site.thermal_identification import ThermalIdentification, ThermalKnowledge
+
+ONE_OBJECT = 0.5
+"""Probability from which the fingers count as touching one object."""
+JUDGE_EVERY_S = 0.02
+DOUBT_EVERY_S = 0.10
+"""Between two looks at whether it is one object, s."""
+
+
+class SharedObject:
+    """Joint judgement of a hand; step it after its fingers."""
+
+    def __init__(self, knowledge: ThermalKnowledge) -> None:
+        """Judge with `knowledge`."""
+        self._knowledge = knowledge
+        self._release()
+
+    def _release(self) -> None:
+        self._conclusion: ThermalConclusion | None = None
+        self._answer: ThermalAnswer | None = None
+        self._count = 0
+        self._judged_s = self._doubted_s = -1.0
+        self._one = True
+
+    def step(self, fingers: Mapping[int, ThermalIdentification]) -> ThermalAnswer | None:
+        """The answer that holds for all fingers in contact; None where each has to speak for itself.
+
+        Args:
+            fingers: the identification of each finger in contact.
+        """
+        touching = [finger for finger in fingers.values() if finger.since_s > 0.0]
+        if len(touching) < 2:
+            if not touching:
+                self._release()
+            return None
+        if any(finger.running for finger in touching):
+            longest_s = max(finger.since_s for finger in touching)
+            if longest_s < self._judged_s:  # the fingers of the touch before have left one by one
+                self._release()
+            if longest_s - self._judged_s >= JUDGE_EVERY_S - 1e-9 or len(touching) != self._count:
+                self._judged_s, self._count = longest_s, len(touching)
+                self._judge(touching, longest_s)
+            return self._answer if self._one else None
+        decided = self._answer is not None and self._answer.status is not ThermalStatus.DECIDING
+        return self._answer if self._one and decided else None
+
+    def _judge(self, touching: list[ThermalIdentification], longest_s: float) -> None:
+        if self._conclusion is None:
+            self._conclusion = self._knowledge.conclusion()
+        evidence = [found for finger in touching if (found := finger.evidence()) is not None]
+        if not evidence:
+            return
+        doubt = longest_s - self._doubted_s >= DOUBT_EVERY_S
+        posterior = self._knowledge.posterior.judge(evidence, compare=doubt)
+        if doubt:
+            self._doubted_s, self._one = longest_s, posterior.same_object >= ONE_OBJECT
+        longest = max(touching, key=lambda finger: finger.since_s)
+        self._answer = longest.with_exponential(self._conclusion.step(posterior, longest_s))

@@ -1,0 +1,288 @@
+"""What one finger's readings say about one touch: every guess solved by itself, reading after reading.
+
+Six numbers are unknown for each guess: the temperatures of object, plate and back at contact, and how far the guess is
+off in the logarithms of effusivity, conductance and lag. A reading is linear in the three temperatures and in the three
+products of an offset with the difference between plate and object. Sums over the readings therefore hold all that they
+say, whatever is believed meanwhile (a Kalman filter would freeze each reading where the estimate was when it came); a
+Gauss-Newton step with each reading keeps the six numbers most probable, and Laplace's approximation there weighs the
+guesses against each other.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from remote_site.material_table import MaterialTable
+from remote_site.touch_guesses import Guesses, Substances
+from remote_site.touch_model import SensorConstants, TouchModel
+
+Array = NDArray[np.float64]
+
+ANYWHERE_K = 10.0
+"""Object temperatures considered, standard deviation around ambient, K."""
+FORGET = 25.0
+"""A guess this far below the best in ln probability is given up."""
+SETTLED_ROUNDS = 4
+"""Where guesses take turns: so often has each to be solved before they can be compared."""
+AHEAD = 0.5
+"""How far a plate that is still being heated is ahead of its reading is known to this part of itself."""
+RESTS_S = 0.4
+"""A finger has come to rest so long after contact, s."""
+PRESSURE_S = 0.1
+"""Smoothing of the force, s."""
+PRESSURE_STEP = 0.1
+"""Change of the contact's conductance, in its logarithm, that counts as another pressure."""
+UNSTEADY = 0.3
+"""A contact that a changed force made anew differs from the law by this part of the change."""
+LARGEST_STEP = 0.3
+"""Of a logarithm, from one reading to the next."""
+
+
+@dataclass(frozen=True, slots=True)
+class TouchEvidence:
+    """What one touch says about each substance: (m,) and, for (temperature, ln effusivity), (m, 2) and (m, 2, 2).
+
+    Attributes:
+        ln_likelihood: of the readings; FORGET below the best guess where every guess was given up.
+        mean: of the object's temperature relative to ambient, K, and of ln effusivity.
+        covariance: of both.
+        ambient_c: ambient temperature, C.
+        start_c: plate at contact, C.
+        misfit: mean square of what the best guess leaves over the noise's variance; 1 where all is well.
+    """
+
+    ln_likelihood: Array
+    mean: Array
+    covariance: Array
+    ambient_c: float
+    start_c: float
+    misfit: float
+
+
+class TouchEstimate:
+    """The running estimate of one touch; step it at 100 Hz."""
+
+    def __init__(
+        self,
+        table: MaterialTable,
+        substances: Substances,
+        guesses: Guesses,
+        start_c: float,
+        slope_k_s: float,
+        ambient_c: float,
+        trust_s: float = np.inf,
+        at_once: int | None = None,
+    ) -> None:
+        """Begin at contact.
+
+        Args:
+            table: calibrated sensor and materials.
+            substances: of `table`.
+            guesses: of `table`; fingers share them.
+            start_c: reading at contact, C.
+            slope_k_s: its slope just before, K/s.
+            ambient_c: ambient temperature, C.
+            trust_s: so long after contact a reading counts half, later ones ever less: what the model leaves out grows.
+            at_once: guesses that are solved anew with each reading; more take turns. None: all.
+        """
+        self._trust_s = trust_s
+        self._at_once = len(guesses.substance) if at_once is None else at_once
+        self._substances = substances
+        self._guesses = guesses
+        self._ambient_c, self._start_c = ambient_c, start_c
+        self._noise_square = table.noise_k**2
+        sensor = SensorConstants(table.leak_per_s, table.half_force_n)
+        self._sensor = sensor
+        self._model = TouchModel(sensor, guesses.contacts, guesses.contact_of, guesses.ln_lag)
+        n = len(guesses.substance)
+        ambient_k = ambient_c - start_c
+        self._expected = np.zeros((n, 6))
+        self._expected[:, 0] = ambient_k
+        self._expected[:, 1] = slope_k_s * np.exp(guesses.ln_lag)
+        self._expected[:, 2] = (1.0 - table.back_share) * ambient_k
+        variances = np.empty((n, 3))
+        variances[:, 0] = ANYWHERE_K**2
+        variances[:, 1] = table.start_sd_k**2 + (AHEAD * self._expected[:, 1]) ** 2
+        variances[:, 2] = table.back_sd_k**2
+        self._precision = np.zeros((n, 6, 6))
+        self._precision[:, (0, 1, 2), (0, 1, 2)] = 1.0 / variances
+        self._precision[:, 3:, 3:] = guesses.precision
+        self._ln_prior = guesses.ln_weight + 0.5 * (guesses.ln_determinant - np.log(variances).sum(axis=1))
+        self._mean, self._covariance = self._expected.copy(), np.zeros((n, 6, 6))
+        self._covariance[:, (0, 1, 2), (0, 1, 2)] = variances
+        self._covariance[:, 3:, 3:] = guesses.covariance
+        # of all readings, in units of their noise: sums over the courses, and over courses times reading
+        self._information, self._vector, self._square = np.zeros((n, 6, 6)), np.zeros((n, 6)), np.zeros(n)
+        self._ln_weight = guesses.ln_weight.copy()
+        self._misfit = np.zeros(n)
+        self._substance = guesses.substance
+        self._ln_effusivity = guesses.contacts.ln_effusivity[guesses.contact_of]
+        self._readings, self._ln_noise = 0, 0.0
+        self._used = (0, 0.0)
+        self._next = self._rounds = 0
+        self.solved = True
+        """Whether all guesses have been solved from the same readings; many of them take a few readings' time."""
+        self._since_s = self._force_n = 0.0
+        self._ln_share: float | None = None
+        """Of the pressure that the estimate relies on."""
+
+    def step(self, dt_s: float, reading_c: float, force_n: float) -> None:
+        """Take one reading.
+
+        Args:
+            dt_s: since the one before, s.
+            reading_c: C.
+            force_n: mean force since then, N.
+        """
+        self._follow_force(dt_s, force_n)
+        self._model.step(dt_s, force_n)
+        courses, reading_k = self._model.courses, reading_c - self._start_c
+        noise_square = self._noise_square * (1.0 + (self._since_s / self._trust_s) ** 2)
+        self._information += courses[:, :, None] * (courses / noise_square)[:, None, :]
+        self._vector += courses * (reading_k / noise_square)
+        self._square += reading_k * reading_k / noise_square
+        self._ln_noise += np.log(noise_square)
+        self._readings += 1
+        self._solve_some()
+
+    @property
+    def settled(self) -> bool:
+        """Whether the guesses can be compared."""
+        return self._rounds >= (1 if self._at_once >= len(self._guesses.substance) else SETTLED_ROUNDS)
+
+    def settle(self) -> None:
+        """Make use of every reading that came, however long it takes."""
+        self._next = 0
+        self._solve_some()
+        while not self.solved:
+            self._solve_some()
+
+    def _solve_some(self) -> None:
+        """Solve the next guesses; when all are, each from the readings that there were when the first was, compare."""
+        if self._next == 0:
+            self._sums = self._information.copy(), self._vector.copy(), self._square.copy()
+            self._used = self._readings, self._ln_noise
+            self._unlikely = np.empty_like(self._ln_weight)
+        part = slice(self._next, self._next + self._at_once)
+        self._solve(part)
+        self._next = part.stop
+        self.solved = self._next >= len(self._ln_weight)
+        if self.solved:
+            self._next = 0
+            self._rounds += 1
+            self._ln_weight = self._ln_prior - 0.5 * self._unlikely
+            self._prune()
+
+    def _solve(self, part: slice) -> None:
+        """One Gauss-Newton step of some guesses, and what they are worth there."""
+        information, vector, square = self._sums[0][part], self._sums[1][part], self._sums[2][part]
+        precision, expected = self._precision[part], self._expected[part]
+        slopes = self._slopes(part)
+        turned = np.swapaxes(slopes, 1, 2)
+        away = vector - _times(information, self._seen(part))
+        push = _times(turned, away) + _times(precision, expected - self._mean[part])
+        curvature = turned @ information @ slopes + precision
+        self._covariance[part] = np.linalg.inv(curvature)
+        step = _times(self._covariance[part], push)
+        step[:, 3:] = np.clip(step[:, 3:], -LARGEST_STEP, LARGEST_STEP)
+        self._mean[part] += step
+        seen, off = self._seen(part), self._mean[part] - expected
+        self._misfit[part] = square + _along(seen, _times(information, seen) - 2.0 * vector)
+        unlikely = self._misfit[part] + _along(off, _times(precision, off))
+        self._unlikely[part] = unlikely + np.linalg.slogdet(curvature)[1]
+
+    def _seen(self, part: slice) -> Array:
+        """What the courses are multiplied with: three temperatures, three offsets times the difference."""
+        seen = self._mean[part].copy()
+        seen[:, 3:] *= (seen[:, 1] - seen[:, 0])[:, None]
+        return seen
+
+    def _slopes(self, part: slice) -> Array:
+        """Of `_seen` by the six numbers, (n, 6, 6)."""
+        mean = self._mean[part]
+        slopes = np.zeros((len(mean), 6, 6))
+        slopes[:, (0, 1, 2), (0, 1, 2)] = 1.0
+        slopes[:, (3, 4, 5), (3, 4, 5)] = (mean[:, 1] - mean[:, 0])[:, None]
+        slopes[:, 3:, 0], slopes[:, 3:, 1] = -mean[:, 3:], mean[:, 3:]
+        return slopes
+
+    def _follow_force(self, dt_s: float, force_n: float) -> None:
+        """Once the finger rests, a pressure that changes for good makes the contact anew: it is known less well."""
+        self._since_s += dt_s
+        self._force_n += (force_n - self._force_n) * min(dt_s / PRESSURE_S, 1.0)
+        if self._since_s < RESTS_S:
+            return
+        ln_share = float(np.log(max(float(self._sensor.force_share(self._force_n)), 0.02)))
+        change = ln_share - (ln_share if self._ln_share is None else self._ln_share)
+        if self._ln_share is None or abs(change) > PRESSURE_STEP:
+            self._blur_contact((UNSTEADY * change) ** 2)
+            self._ln_share = ln_share
+
+    def _blur_contact(self, variance: float) -> None:
+        """Readings so far were of a contact whose ln conductance differs from now by this variance."""
+        blur = variance * (self._mean[:, 1] - self._mean[:, 0]) ** 2
+        row, at = self._information[:, :, 4].copy(), self._vector[:, 4].copy()
+        share = blur / (1.0 + blur * row[:, 4])
+        self._information -= share[:, None, None] * row[:, :, None] * row[:, None, :]
+        self._vector -= (share * at)[:, None] * row
+        self._square -= share * at * at
+        self._ln_prior -= 0.5 * np.log1p(blur * row[:, 4])
+        self._next = 0  # what was being solved is of another contact
+
+    def _prune(self) -> None:
+        likely = self._ln_weight > self._ln_weight.max() - FORGET
+        if likely.sum() > 0.9 * len(likely):
+            return
+        self._model.keep(likely)
+        self._mean, self._covariance = self._mean[likely], self._covariance[likely]
+        self._expected, self._precision = self._expected[likely], self._precision[likely]
+        self._information, self._vector = self._information[likely], self._vector[likely]
+        self._square, self._misfit = self._square[likely], self._misfit[likely]
+        self._ln_weight, self._ln_prior = self._ln_weight[likely], self._ln_prior[likely]
+        self._substance, self._ln_effusivity = self._substance[likely], self._ln_effusivity[likely]
+
+    def evidence(self) -> TouchEvidence:
+        """What all readings so far say: the guesses of each substance drawn together."""
+        count = len(self._substances.probability)
+        offset = self._start_c - self._ambient_c
+        top = np.full(count, -np.inf)
+        np.maximum.at(top, self._substance, self._ln_weight)
+        weight = np.exp(self._ln_weight - top[self._substance])
+        total = np.bincount(self._substance, weight, count)
+        weight = weight / total[self._substance]
+        point = np.stack((self._mean[:, 0] + offset, self._ln_effusivity + self._mean[:, 3]), axis=1)
+        mean = np.zeros((count, 2))
+        np.add.at(mean, self._substance, weight[:, None] * point)
+        away = point - mean[self._substance]
+        within = self._covariance[:, (0, 0, 3, 3), (0, 3, 0, 3)].reshape(-1, 2, 2)
+        covariance = np.zeros((count, 2, 2))
+        np.add.at(covariance, self._substance, weight[:, None, None] * (within + away[:, :, None] * away[:, None, :]))
+        gone = total == 0.0
+        # As likely as when it was given up, and as unknown as at first: fingers that gave up different substances
+        # still have to be judged together.
+        ln_likelihood = np.where(gone, self._ln_weight.max() - FORGET, top + np.log(np.where(gone, 1.0, total)))
+        mean[gone, 1] = self._substances.ln_effusivity[gone]
+        covariance[gone, 0, 0] = ANYWHERE_K**2
+        covariance[gone, 1, 1] = self._substances.effusivity_variance[gone]
+        ln_likelihood = ln_likelihood - 0.5 * self._used[1]
+        best = int(np.argmax(self._ln_weight))
+        return TouchEvidence(
+            ln_likelihood,
+            mean,
+            covariance,
+            self._ambient_c,
+            self._start_c,
+            float(self._misfit[best]) / max(self._used[0], 1),
+        )
+
+
+def _times(matrix: NDArray[Any], vector: NDArray[Any]) -> Array:
+    """Matrix times vector of every guess, (n, i, j) and (n, j)."""
+    return np.asarray((matrix @ vector[:, :, None])[:, :, 0])
+
+
+def _along(one: Array, other: Array) -> Array:
+    """Scalar product of every guess, (n, i) each."""
+    return np.asarray(np.einsum("ni,ni->n", one, other))

@@ -1,0 +1,152 @@
+"""The plate of a thermal sensor on an object, for many guesses about the object at once.
+
+With the heater off the plate (per area: C'' dT/dt = -h (T - T_surface) - g (T - T_back)) loses heat through the contact
+into the object and leaks into the Peltier's back; its resistor reads it late. Only ratios to the plate's heat capacity
+show in the readings, so every constant is one: contact conductance h/C'' in 1/s, leak g/C'' in 1/s, effusivity e/C'' in
+1/sqrt(s). The response is linear in the temperatures of object, plate and back: three courses that add up to one.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from remote_site.conduction import DECAYS_PER_S, mode_weights
+
+Array = NDArray[np.float64]
+
+PLATE_J_M2K = 1980.0
+"""Nominal heat capacity of the plate per area: turns the model's ratios into effusivity and conductance for people."""
+COURSES = 6
+"""Columns of `TouchModel.courses`."""
+_STEP = 0.02
+"""Change of a logarithm by which the slopes of a course are taken."""
+_PLATES = 4
+"""Of each contact: plate warm; the same with more effusivity; with more conductance; only the back warm."""
+
+
+@dataclass(frozen=True, slots=True)
+class SensorConstants:
+    """What all touches of one kind of sensor have in common.
+
+    Attributes:
+        leak_per_s: conductance from the plate into the Peltier's back and the case, 1/s.
+        half_force_n: force at which the contact conducts half as well as at large force, N.
+    """
+
+    leak_per_s: float
+    half_force_n: float
+
+    def force_share(self, force_n: Array | float) -> Array:
+        """Part of the full contact conductance at a force, 0..1."""
+        pressing = np.maximum(force_n, 0.0)
+        return np.asarray(pressing / (pressing + self.half_force_n))
+
+
+@dataclass(frozen=True, slots=True)
+class Contacts:
+    """Guesses about object and contact, (p,) each.
+
+    Attributes:
+        ln_effusivity: of the object, in 1/sqrt(s).
+        ln_conductance: of the contact at large force, in 1/s.
+        slab_s: thickness^2 / diffusivity of the object, s; infinite for a half space.
+    """
+
+    ln_effusivity: Array
+    ln_conductance: Array
+    slab_s: Array
+
+
+class TouchModel:
+    """Courses of n guesses: each one of p contacts, read with one lag.
+
+    Attributes:
+        courses: (n, 6), the reading relative to that at contact, per kelvin of object, plate at contact and back;
+            then the slopes of the reading by the logarithms of effusivity, conductance and lag, per kelvin between
+            plate and object.
+    """
+
+    def __init__(
+        self, sensor: SensorConstants, contacts: Contacts, contact_of: NDArray[np.intp], ln_lag: Array
+    ) -> None:
+        """Begin at contact.
+
+        Args:
+            sensor: constants of the sensor.
+            contacts: p contacts.
+            contact_of: (n,) which of them each guess has.
+            ln_lag: (n,) of the read-out, in s.
+        """
+        self._sensor = sensor
+        effusivity, conductance = np.exp(contacts.ln_effusivity), np.exp(contacts.ln_conductance)
+        more = np.exp(_STEP)
+        self._conductance = np.stack((conductance, conductance, conductance * more, conductance))
+        weights = np.stack([mode_weights(float(slab_s)) for slab_s in contacts.slab_s])
+        resistance = 1.0 / np.stack((effusivity, effusivity * more, effusivity, effusivity))
+        self._weights: Array = weights.T[:, None, :] * resistance
+        self._heat = np.zeros_like(self._weights)
+        self._plate = np.ones_like(resistance)
+        self._plate[3] = 0.0
+        self._back = np.array([0.0, 0.0, 0.0, 1.0])[:, None]
+        self._surface = np.zeros_like(resistance)
+        self._contact_of = contact_of
+        lag_s = np.exp(ln_lag)
+        self._lag_s = np.stack((lag_s, lag_s, lag_s, lag_s, lag_s * more))
+        self._read = np.zeros_like(self._lag_s)
+        self._start = np.ones((2, len(lag_s)))
+        """What is left in the resistor of its own temperature at contact."""
+        self._dt_s = 0.0
+        self.courses = np.zeros((len(lag_s), COURSES))
+
+    def keep(self, which: NDArray[np.bool_]) -> None:
+        """Go on with some of the guesses only."""
+        used, self._contact_of = np.unique(self._contact_of[which], return_inverse=True)
+        self._conductance, self._weights = self._conductance[:, used], self._weights[..., used]
+        self._heat, self._plate, self._surface = self._heat[..., used], self._plate[:, used], self._surface[:, used]
+        self._lag_s, self._read, self._start = self._lag_s[:, which], self._read[:, which], self._start[:, which]
+        self.courses = self.courses[which]
+        self._dt_s = 0.0
+
+    def step(self, dt_s: float, force_n: Array | float) -> None:
+        """Advance by `dt_s` (s) at a force (N), one for all contacts or (p,)."""
+        if dt_s != self._dt_s:
+            self._prepare(dt_s)
+        before = self._plate
+        self._conduct(dt_s, self._conductance * self._sensor.force_share(force_n))
+        twice = (before + self._plate)[:, self._contact_of]
+        self._read *= self._slow
+        self._read[:_PLATES] += twice * self._quick[:_PLATES]
+        self._read[_PLATES] += twice[0] * self._quick[_PLATES]
+        self._start *= self._slow[3:]
+        plate, by_effusivity, by_conductance, back, by_lag = self._read
+        start, start_by_lag = self._start
+        self.courses[:, 0] = 1.0 - plate - back - start
+        self.courses[:, 1] = plate
+        self.courses[:, 2] = back
+        self.courses[:, 3] = (by_effusivity - plate) / _STEP
+        self.courses[:, 4] = (by_conductance - plate) / _STEP
+        self.courses[:, 5] = (by_lag + start_by_lag - plate - start) / _STEP
+
+    def _conduct(self, dt_s: float, conductance: Array) -> None:
+        """Move heat from plate to object with the flux that is steady over a step: second order in its length."""
+        leak = self._sensor.leak_per_s
+        heat = self._heat * self._decay
+        surface = np.einsum("mcp,mcp->cp", self._weights, heat)
+        pull = dt_s / (2.0 + leak * dt_s)
+        coasting = self._plate - pull * leak * (self._plate - self._back)
+        flux = conductance * (coasting - 0.5 * (self._surface + surface))
+        flux /= 1.0 + conductance * (pull + 0.5 * self._warms)
+        self._plate = 2.0 * (coasting - pull * flux) - self._plate
+        self._heat = heat + self._fill * flux
+        self._surface = surface + self._warms * flux
+
+    def _prepare(self, dt_s: float) -> None:
+        """What only depends on the length of a step."""
+        self._dt_s = dt_s
+        slow_per_s = np.maximum(DECAYS_PER_S, 1e-9)
+        self._decay = np.exp(-DECAYS_PER_S * dt_s)[:, None, None]
+        self._fill = (-np.expm1(-slow_per_s * dt_s) / slow_per_s)[:, None, None]
+        self._warms: Array = np.einsum("mcp,m->cp", self._weights, self._fill[:, 0, 0])
+        ratio = dt_s / (2.0 * self._lag_s)
+        self._slow, self._quick = (1.0 - ratio) / (1.0 + ratio), ratio / (1.0 + ratio)

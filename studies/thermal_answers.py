@@ -1,0 +1,139 @@
+"""What each method says of a touch at each time: by the exponential fits, by fingers together, by the whole product."""
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import NamedTuple
+
+from common.messages import ThermalStatus
+from remote_site.material_table import MaterialTable
+from remote_site.shared_object import ONE_OBJECT
+from remote_site.thermal_answer import ThermalAnswer
+from remote_site.thermal_identification import ThermalIdentification, ThermalKnowledge
+from remote_site.thermal_touches import RecordedTouch
+from remote_site.touch_estimate import TouchEstimate
+from studies.thermal_exponential import RateTable, fits
+from studies.thermal_situations import Hand
+
+JUDGED_EVERY = 5
+"""Readings between two judgements: the evidence of every reading counts, but an answer is drawn 20 times a second."""
+READING_S = 0.01
+
+
+class Answered(NamedTuple):
+    """What one method says of one touch at one time.
+
+    Attributes:
+        method: its name.
+        truth: the material.
+        t_s: time after contact, s.
+        best: likeliest material; None where nothing can be said yet.
+        probability: its probability; None for a method without.
+        status: name of its status; None for a method without.
+        error_k: estimated minus true temperature of the object, K; None where nothing is known.
+        sd_k: its claimed standard deviation, K.
+        named_s: when a material was named first, s; None before.
+        reason: why there is no answer, if so.
+    """
+
+    method: str
+    truth: str
+    t_s: float
+    best: str | None
+    probability: float | None = None
+    status: str | None = None
+    error_k: float | None = None
+    sd_k: float | None = None
+    named_s: float | None = None
+    reason: str | None = None
+
+
+@cache
+def knowledge_of(table: str) -> ThermalKnowledge:
+    """What identification needs of a table, given as JSON: that passes between processes."""
+    return ThermalKnowledge.of(MaterialTable.model_validate_json(table))
+
+
+def by_rate(rates: RateTable, hand: Hand) -> list[Answered]:
+    """A single exponential's answers, from the first finger."""
+    found = []
+    for number, fit in enumerate(fits(rates.way, hand.fingers[0], rates.times_s)):
+        error_k = None if fit is None else fit.object_c - hand.object_c
+        best = rates.likeliest(number, fit)
+        found.append(Answered(rates.way, hand.material, rates.times_s[number], best, error_k=error_k))
+    return found
+
+
+def by_fingers(
+    knowledge: ThermalKnowledge, hand: Hand, groups: Mapping[str, int], times_s: Sequence[float]
+) -> list[Answered]:
+    """Answers of the estimator from the first fingers of a hand.
+
+    Args:
+        knowledge: of the table.
+        hand: the touch.
+        groups: name of each method, and how many fingers it may use.
+        times_s: when, ascending, s after contact.
+    """
+    fingers = hand.fingers[: max(groups.values())]
+    estimates = [_estimate(knowledge, finger) for finger in fingers]
+    readings = [list(finger.readings()) for finger in fingers]
+    conclusions = {name: knowledge.conclusion() for name in groups}
+    named: dict[str, float] = {}
+    found = []
+    for k in range(1, min(round(times_s[-1] / READING_S) + 1, *(len(each) for each in readings))):
+        for estimate, each in zip(estimates, readings, strict=True):
+            estimate.step(each[k][0] - each[k - 1][0], each[k][1], each[k][2])
+        if k % JUDGED_EVERY:
+            continue
+        since_s = k * READING_S
+        evidence = [estimate.evidence() for estimate in estimates]
+        wanted = [t_s for t_s in times_s if abs(t_s - since_s) < READING_S / 2]
+        for name, count in groups.items():
+            posterior = knowledge.posterior.judge(evidence[:count])
+            if posterior.same_object < ONE_OBJECT:  # then each speaks for itself, as in a session
+                posterior = knowledge.posterior.judge(evidence[:1])
+            answer = conclusions[name].step(posterior, since_s)
+            if answer.status is ThermalStatus.IDENTIFIED:
+                named.setdefault(name, since_s)
+            found += [_answered(name, hand, t_s, answer, named.get(name)) for t_s in wanted]
+    return found
+
+
+def by_product(knowledge: ThermalKnowledge, method: str, hand: Hand, times_s: Sequence[float]) -> list[Answered]:
+    """Answers of the first finger's identification as a session has it: it sees contact lost and sensor faults."""
+    identification = ThermalIdentification(knowledge)
+    touch = hand.fingers[0]
+    identification.start(0.0, touch.start_c, touch.slope_k_s, touch.ambient_c)
+    named: float | None = None
+    found: list[Answered] = []
+    for since_s, sensor_c, force_n in list(touch.readings())[1:]:
+        while len(found) < len(times_s) and since_s > times_s[len(found)] + 1e-6:
+            found.append(_answered(method, hand, times_s[len(found)], identification.answer, named))
+        answer = identification.step(since_s, sensor_c, force_n)
+        if named is None and answer.status is ThermalStatus.IDENTIFIED:
+            named = since_s
+    while len(found) < len(times_s):
+        found.append(_answered(method, hand, times_s[len(found)], identification.answer, named))
+    return found
+
+
+def _estimate(knowledge: ThermalKnowledge, touch: RecordedTouch) -> TouchEstimate:
+    ambient_c = knowledge.table.ambient_c if touch.ambient_c is None else touch.ambient_c
+    return TouchEstimate(
+        knowledge.table, knowledge.substances, knowledge.guesses, touch.start_c, touch.slope_k_s, ambient_c
+    )
+
+
+def _answered(method: str, hand: Hand, t_s: float, answer: ThermalAnswer, named_s: float | None) -> Answered:
+    return Answered(
+        method,
+        hand.material,
+        t_s,
+        answer.best,
+        answer.probability,
+        answer.status.name.lower(),
+        None if answer.object_c is None else answer.object_c - hand.object_c,
+        answer.object_c_sd,
+        named_s,
+        answer.reason,
+    )

@@ -1,0 +1,94 @@
+"""The information limit, seen from the data: a neural network trained on more than a thousand touches per material.
+
+It knows nothing of heat. What it reaches on the same simulator shows what a touch holds, at least; a calibration has
+25 touches per material to find the same.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from remote_site.thermal_touches import RecordedTouch
+from studies.thermal_situations import Hand
+
+Array = NDArray[np.float64]
+
+HIDDEN = (64, 64)
+COMPONENTS = 20
+"""Principal components, of each finger, that the network sees."""
+PENALTY = 1e-2
+MOST_EPOCHS = 300
+_EARLY_READINGS, _EARLY_BLOCK, _LATE_BLOCK = 60, 4, 5
+_FORCE_BLOCKS = 6
+
+
+def features(hands: Sequence[Hand], fingers: int, t_s: float) -> Array:
+    """(hands, f): means over blocks of readings up to `t_s` after contact, forces, the plate at contact, its slope."""
+    return np.array([np.concatenate([_features(one, t_s) for one in hand.fingers[:fingers]]) for hand in hands])
+
+
+def _features(touch: RecordedTouch, t_s: float) -> Array:
+    count = round(t_s * 100.0)
+    edges = np.unique(
+        np.concatenate(
+            (
+                np.arange(0, min(count, _EARLY_READINGS), _EARLY_BLOCK),
+                np.arange(_EARLY_READINGS, count, _LATE_BLOCK),
+                [count],
+            )
+        )
+    ).astype(np.intp)
+    from_s = touch.first + 1
+    fallen = touch.trace.sensor_c[from_s : from_s + count] - touch.start_c
+    force_n = touch.trace.force_n[from_s : from_s + count]
+    blocks, forces = (np.add.reduceat(each, edges[:-1]) / np.diff(edges) for each in (fallen, force_n))
+    above_k = touch.start_c - (touch.ambient_c or 0.0)
+    return np.concatenate((blocks, forces[:_FORCE_BLOCKS], [force_n.mean(), above_k, touch.slope_k_s]))
+
+
+@dataclass(frozen=True, slots=True)
+class Network:
+    """A trained classifier of materials and a regression of the object's temperature, for one time after contact."""
+
+    names: tuple[str, ...]
+    scaler: Any
+    components: Any
+    classifier: Any
+    regression: Any
+
+    @classmethod
+    def train(cls, rows: Array, materials: Sequence[str], above_k: Array, seed: int) -> Self:
+        """Learn.
+
+        Args:
+            rows: (n, f) of `features`.
+            materials: (n,) the truth.
+            above_k: (n,) the object's temperature above ambient, K.
+            seed: of first weights and of what is held out to stop in time.
+        """
+        # loaded when it is used, and only then: the list of studies does not wait for it
+        neural = import_module("sklearn.neural_network")
+        names = tuple(dict.fromkeys(materials))
+        scaler = import_module("sklearn.preprocessing").StandardScaler().fit(rows)
+        scaled = scaler.transform(rows)
+        count = min(COMPONENTS * max(1, round(rows.shape[1] / 100)), *rows.shape)
+        components = import_module("sklearn.decomposition").PCA(count, whiten=True, random_state=seed).fit(scaled)
+        seen = components.transform(scaled)
+        how = {
+            "hidden_layer_sizes": HIDDEN,
+            "alpha": PENALTY,
+            "early_stopping": True,
+            "max_iter": MOST_EPOCHS,
+            "random_state": seed,
+        }
+        classifier = neural.MLPClassifier(**how).fit(seen, [names.index(material) for material in materials])
+        return cls(names, scaler, components, classifier, neural.MLPRegressor(**how).fit(seen, above_k))
+
+    def judge(self, rows: Array) -> tuple[Array, Array]:
+        """Probability of each material (n, m) and temperature above ambient (n,), K."""
+        seen = self.components.transform(self.scaler.transform(rows))
+        return np.asarray(self.classifier.predict_proba(seen)), np.asarray(self.regression.predict(seen))

@@ -1,0 +1,95 @@
+"""Answers counted: right, identified, ambiguous, unknown, wrong; temperature errors; how honest probabilities are."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from studies.thermal_answers import Answered
+
+BINS = (0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 0.999, 1.0)
+"""Of probability, for its reliability."""
+WITHIN_SD = 1.96
+"""95 % of errors are within so many standard deviations where these are honest."""
+SETTLED_S = 0.5
+"""Reliability is counted from here on, s."""
+_KINDS = ("identified", "ambiguous", "deciding", "unknown", "unidentifiable")
+
+
+def shares(answers: Iterable[Answered], **where: Any) -> list[dict[str, Any]]:
+    """A row for each method and time; shares 0..1 of all touches.
+
+    `identified`, `ambiguous`, `deciding`, `unknown` and `unidentifiable` add up to 1; `wrong` are those of
+    `identified` that name another material. They are None for a method without statuses. `named_s` is the median time
+    at which a material was named, over touches where one was. Temperature errors leave out touches without an
+    estimate; `object_within_sd` is the share of them within what the method claims, and should be 0.95.
+    """
+    groups: dict[tuple[str, float], list[Answered]] = {}
+    for answer in answers:
+        groups.setdefault((answer.method, answer.t_s), []).append(answer)
+    return [{**where, **_row(each)} for each in groups.values()]
+
+
+def _row(each: Sequence[Answered]) -> dict[str, Any]:
+    count = len(each)
+    answered = any(one.best is not None for one in each)
+    right = sum(one.best == one.truth for one in each)
+    stated = each[0].status is not None
+    identified = [one for one in each if one.status == "identified"]
+    errors = np.array([one.error_k for one in each if one.error_k is not None])
+    scaled = np.array([one.error_k / one.sd_k for one in each if one.error_k is not None and one.sd_k])
+    named = [one.named_s for one in each if one.named_s is not None]
+    return {
+        "method": each[0].method,
+        "t_s": each[0].t_s,
+        "touches": count,
+        "right": _share(right, count) if answered else None,
+        **{kind: _share(sum(one.status == kind for one in each), count) if stated else None for kind in _KINDS},
+        "wrong": _share(sum(one.best != one.truth for one in identified), count) if stated else None,
+        "named": _share(len(named), count) if stated else None,
+        "named_s": round(float(np.median(named)), 3) if named else None,
+        "object_rms_k": round(float(np.sqrt(np.mean(errors**2))), 3) if len(errors) else None,
+        "object_median_k": round(float(np.median(np.abs(errors))), 3) if len(errors) else None,
+        "object_within_sd": round(float(np.mean(np.abs(scaled) < WITHIN_SD)), 3) if len(scaled) else None,
+    }
+
+
+def reliability(answers: Iterable[Answered], **where: Any) -> list[dict[str, Any]]:
+    """A row for each method and bin of probability: what was claimed, and how often it was right."""
+    groups: dict[tuple[str, int], list[Answered]] = {}
+    for answer in answers:
+        if answer.probability is not None and answer.t_s >= SETTLED_S:
+            place = min(int(np.searchsorted(BINS, answer.probability, side="right")) - 1, len(BINS) - 2)
+            groups.setdefault((answer.method, place), []).append(answer)
+    rows = []
+    for (method, place), each in sorted(groups.items()):
+        claimed = float(np.mean([one.probability or 0.0 for one in each]))
+        rows.append(
+            {
+                **where,
+                "method": method,
+                "from": BINS[place],
+                "to": BINS[place + 1],
+                "answers": len(each),
+                "claimed": round(claimed, 4),
+                "right": _share(sum(one.best == one.truth for one in each), len(each)),
+            }
+        )
+    return rows
+
+
+def errors(answers: Iterable[Answered], **where: Any) -> list[dict[str, Any]]:
+    """What was mistaken for what: a row for each method, time, material and name that an `identified` got wrong."""
+    counted: dict[tuple[str, float, str, str], int] = {}
+    for one in answers:
+        if one.status == "identified" and one.best is not None and one.best != one.truth:
+            key = (one.method, one.t_s, one.truth, one.best)
+            counted[key] = counted.get(key, 0) + 1
+    return [
+        {**where, "method": method, "t_s": t_s, "material": truth, "named": best, "touches": count}
+        for (method, t_s, truth, best), count in sorted(counted.items())
+    ]
+
+
+def _share(part: int, whole: int) -> float:
+    return round(part / whole, 4)

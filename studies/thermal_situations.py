@@ -1,0 +1,124 @@
+"""Touches of the study, by an independent simulator: which objects are touched, with which plates, how well."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from remote_site.heater_control import OFFSETS_K, STAGGER_K
+from remote_site.material_table import MaterialTable
+from remote_site.thermal_calibration import USUAL_LEAK_PER_S, fit_thermal
+from remote_site.thermal_touches import RecordedTouch, find_touch
+from remote_site.traces import ThermalTrace
+from sim_sensors.simulated_touch import simulate_hand
+from sim_sensors.ssr_converter import NOISE_C
+from sim_sensors.thermal_touch import TOUCH_SPREAD
+
+FOUR = ("aluminium", "ceramic_tile", "pvc", "pine")
+TWELVE = (*FOUR, "copper", "carbon_steel", "glass", "acrylic", "rubber", "cork", "pu_foam", "skin_dermis")
+PREHEAT_K = OFFSETS_K[0]
+EQUAL_K = (PREHEAT_K,) * len(STAGGER_K)
+STAGGERED_K = tuple(PREHEAT_K + stagger_k for stagger_k in STAGGER_K)
+"""What a session's heaters hold: see `heater_control`."""
+AMBIENT_C = 23.0
+SECONDS = 7.05
+"""Every touch lasts a little longer than the last time that is judged, s."""
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """What is touched, and how.
+
+    Attributes:
+        material: of the object.
+        seed: of everything random.
+        touches: number of objects, each touched once.
+        preheats_k: each finger's plate above ambient, K.
+        offset_c: range of the object's temperature above ambient, K.
+        contact_spread: standard deviation of ln(contact conductance) from touch to touch.
+        later: so long after contact, s, the force becomes this share of what it was; None: it stays.
+        seconds: time in contact, s.
+    """
+
+    material: str
+    seed: int
+    touches: int
+    preheats_k: tuple[float, ...] = (PREHEAT_K,)
+    offset_c: tuple[float, float] = (-3.0, 3.0)
+    contact_spread: float = TOUCH_SPREAD
+    later: tuple[float, float] | None = None
+    seconds: float = SECONDS
+
+
+@dataclass(frozen=True, slots=True)
+class Hand:
+    """One object under one finger or more, and the truth about it."""
+
+    material: str
+    object_c: float
+    fingers: tuple[RecordedTouch, ...]
+
+
+def touched(situation: Situation) -> list[Hand]:
+    """All touches of a situation."""
+    hands = simulate_hand(
+        situation.material,
+        situation.seed,
+        situation.preheats_k,
+        touches=situation.touches,
+        seconds=situation.seconds,
+        ambient_c=AMBIENT_C,
+        offset_c=situation.offset_c,
+        contact_spread=situation.contact_spread,
+        later=situation.later,
+    )
+    found = []
+    for number, traces in enumerate(hands):
+        fingers = []
+        for trace in traces:
+            name = f"{situation.material} {number}"
+            touch = find_touch(
+                ThermalTrace(name, trace.time_s, trace.sensor_c, trace.force_n, trace.ambient_c, reference_c=None)
+            )
+            if touch is None:
+                raise ValueError(f"{name}: the simulated finger touched nothing")
+            fingers.append(touch)
+        found.append(Hand(situation.material, float(traces[0].object_c or 0.0), tuple(fingers)))
+    return found
+
+
+def noisier(hands: Sequence[Hand], noise_k: float, seed: int) -> list[Hand]:
+    """The same touches read with white noise of `noise_k` (standard deviation, K) instead of the simulator's own."""
+    more_k = float(np.sqrt(max(noise_k**2 - NOISE_C**2, 0.0)))
+    if more_k == 0.0:
+        return list(hands)
+    chance = np.random.default_rng([seed, 77])
+    found = []
+    for hand in hands:
+        fingers = []
+        for finger in hand.fingers:
+            sensor_c = finger.trace.sensor_c + more_k * chance.standard_normal(len(finger.trace.sensor_c))
+            again = find_touch(replace(finger.trace, sensor_c=sensor_c))
+            assert again is not None, "contact is found by force, which is the same"
+            fingers.append(again)
+        found.append(replace(hand, fingers=tuple(fingers)))
+    return found
+
+
+def calibration_touches(
+    materials: Sequence[str], touches: int, seed: int, noise_k: float = NOISE_C, seconds: float = SECONDS
+) -> dict[str, list[Hand]]:
+    """Labelled touches of each material."""
+    return {
+        material: noisier(touched(Situation(material, seed, touches, seconds=seconds)), noise_k, seed + number)
+        for number, material in enumerate(materials)
+    }
+
+
+def calibrated(hands: Mapping[str, Sequence[Hand]]) -> MaterialTable:
+    """The table that those make, by the product's own calibration."""
+    listed: dict[str, list[tuple[RecordedTouch, float | None]]] = {
+        material: [(hand.fingers[0], hand.object_c) for hand in each] for material, each in hands.items()
+    }
+    return fit_thermal(Path("simulated touches"), listed, USUAL_LEAK_PER_S).table

@@ -1,0 +1,111 @@
+"""Calibration finds the constants that made-up touches were made with."""
+
+import numpy as np
+import pytest
+
+from remote_site.population_fit import NOT_WHITE, CalibrationTouch, Population, PopulationFit
+from tests.remote_site.made_touches import (
+    AMBIENT_C,
+    MATERIALS,
+    PLATE_J_M2K,
+    SENSOR,
+    MadeMaterial,
+    MadeSensor,
+    made_touches,
+    pressed,
+)
+
+FORCES_N = (0.6, 1.2, 3.0)
+"""Pressed differently: otherwise nothing tells how the contact follows the force."""
+EACH = 6
+"""Touches of each material at each force."""
+
+
+def fit(
+    materials: dict[str, MadeMaterial], sensor: MadeSensor = SENSOR, object_sd_k: float = 0.03, each: int = EACH
+) -> tuple[Population, list[float]]:
+    """The fit, and the true object temperatures above ambient."""
+    touches, objects_k = [], []
+    for number, (name, material) in enumerate(materials.items()):
+        for seed, force_n in enumerate(FORCES_N):
+            made = made_touches(
+                name, each, 31 * number + seed, 4.0, sensor=sensor, material=material, force=pressed(force_n)
+            )
+            for touch in made:
+                after = np.array(touch.after())
+                known = object_sd_k < 1.0
+                touches.append(
+                    CalibrationTouch(
+                        number,
+                        after[:, 1],
+                        after[:, 2],
+                        touch.start_c,
+                        0.0,
+                        AMBIENT_C,
+                        touch.object_c if known else AMBIENT_C,
+                        object_sd_k,
+                    )
+                )
+                objects_k.append(touch.object_c - AMBIENT_C)
+    leak_per_s = sensor.leak_w_m2k / PLATE_J_M2K
+    return PopulationFit(touches, len(materials), leak_per_s * 1.2).run(), objects_k
+
+
+@pytest.fixture(scope="module")
+def found() -> Population:
+    return fit(MATERIALS)[0]
+
+
+def test_the_sensors_constants(found: Population) -> None:
+    assert found.leak_per_s == pytest.approx(SENSOR.leak_w_m2k / PLATE_J_M2K, rel=0.15)
+    assert np.exp(found.ln_lag) == pytest.approx(SENSOR.lag_s, rel=0.05)
+    assert found.half_force_n == pytest.approx(SENSOR.half_force_n, rel=0.25)
+    assert found.back_share == pytest.approx(SENSOR.back_share, abs=0.15)
+    quantised = np.hypot(SENSOR.noise_k, 100.0 / 4096 / np.sqrt(12.0))
+    assert found.noise_k == pytest.approx(NOT_WHITE * quantised, rel=0.15)
+
+
+def test_the_materials(found: Population) -> None:
+    for number, material in enumerate(MATERIALS.values()):
+        wanted = np.log([material.effusivity / PLATE_J_M2K, material.conductance_w_m2k / PLATE_J_M2K])
+        # the mean of 18 draws is off by a quarter of their scatter; the rest is what the readings leave
+        assert found.mean[number] == pytest.approx(wanted, abs=0.1)
+        assert np.isinf(found.slab_s[number])
+        assert (np.linalg.eigvalsh(found.covariance[number]) > 0.0).all()
+        scatter = np.sqrt(np.diag(found.covariance[number]))
+        assert material.piece_sd / 2.5 < scatter[0] < 2.5 * material.piece_sd
+        assert material.contact_sd / 2.0 < scatter[1] < 2.0 * material.contact_sd
+
+
+def test_a_model_that_fits_says_so(found: Population) -> None:
+    assert found.misfit == pytest.approx(1.0, abs=0.3)
+
+
+def test_another_sensor_gives_other_constants() -> None:
+    sensor = MadeSensor(leak_w_m2k=40.0, back_share=0.6, lag_s=0.15, half_force_n=0.6, noise_k=0.05)
+    found = fit(MATERIALS, sensor, each=3)[0]
+    assert found.leak_per_s == pytest.approx(40.0 / PLATE_J_M2K, rel=0.3)
+    assert np.exp(found.ln_lag) == pytest.approx(0.15, rel=0.1)
+    assert found.half_force_n == pytest.approx(0.6, rel=0.3)
+    assert found.noise_k == pytest.approx(NOT_WHITE * 0.0505, rel=0.15)
+
+
+def test_thin_pieces_are_recognised() -> None:
+    materials = {**MATERIALS, "metal": MadeMaterial(14000.0, 2200.0, slab_s=1.0)}
+    found = fit(materials, each=4)[0]
+    assert np.isfinite(found.slab_s[0])
+    assert np.isinf(found.slab_s[2])
+    # once the slab is warm through, which is soon, its readings show its heat capacity e sqrt(slab_s) and no more
+    capacity = np.exp(found.mean[0, 0]) * PLATE_J_M2K * np.sqrt(found.slab_s[0])
+    assert capacity == pytest.approx(14000.0, rel=0.1)
+
+
+def test_temperatures_that_nobody_measured_are_found() -> None:
+    found, objects_k = fit(MATERIALS, object_sd_k=3.0, each=4)
+    off = found.object_k - np.array(objects_k)
+    metal = off[: 3 * 4]
+    assert np.sqrt(np.mean(metal**2)) < 0.3
+    assert np.sqrt(np.mean(off**2)) < 0.7
+    assert np.exp(found.mean[:, 0]) * PLATE_J_M2K == pytest.approx(
+        [material.effusivity for material in MATERIALS.values()], rel=0.35
+    )

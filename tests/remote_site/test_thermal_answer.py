@@ -1,0 +1,176 @@
+"""From posterior to answer: when a name is given, kept and taken back, and what is said where none can be given."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from common.messages import ThermalStatus
+from remote_site.material_posterior import Posterior
+from remote_site.thermal_answer import (
+    EARLIEST_S,
+    FOREIGN,
+    GIVEN_UP_S,
+    HELD_S,
+    KEEP,
+    LATEST_S,
+    MISFIT,
+    NO_DIFFERENCE,
+    NO_FIT,
+    SET,
+    SURE,
+    ThermalAnswer,
+    ThermalConclusion,
+    undecided,
+)
+
+NAMES = ["metal", "stone", "plastic"]
+CERTAIN = 0.5 * (1.0 + SURE)
+
+
+def posterior(*probability: float, no_difference: float = 0.0, misfit: float = 1.0) -> Posterior:
+    return Posterior(
+        np.array(probability), 1.0 - sum(probability), 24.0, 0.3, np.log(0.5), 0.1, no_difference, misfit, 1.0
+    )
+
+
+def stone(sure: float) -> Posterior:
+    return posterior(0.4 * (1.0 - sure), sure, 0.6 * (1.0 - sure))
+
+
+def conclusion() -> ThermalConclusion:
+    return ThermalConclusion(NAMES, 2000.0)
+
+
+def play(concluded: ThermalConclusion, said: Posterior, from_s: float, to_s: float) -> list[ThermalAnswer]:
+    """Answers at 100 Hz from `from_s` to `to_s`, both included."""
+    return [concluded.step(said, 0.01 * k) for k in range(round(100 * from_s), round(100 * to_s) + 1)]
+
+
+def test_a_name_has_to_be_sure_for_a_while() -> None:
+    answers = play(conclusion(), stone(CERTAIN), 0.5, 0.5 + HELD_S)
+    assert [answer.status for answer in answers[:-1]] == [ThermalStatus.DECIDING] * (len(answers) - 1)
+    assert (answers[-1].status, answers[-1].material) == (ThermalStatus.IDENTIFIED, "stone")
+
+
+def test_nothing_is_named_early() -> None:
+    concluded = conclusion()
+    assert all(answer.material is None for answer in play(concluded, stone(CERTAIN), 0.01, EARLIEST_S))
+    assert play(concluded, stone(CERTAIN), EARLIEST_S + 0.01, EARLIEST_S + HELD_S)[-1].material == "stone"
+
+
+def test_a_glimpse_names_nothing() -> None:
+    concluded = conclusion()
+    play(concluded, stone(0.7), 0.3, 0.99)
+    glimpse = play(concluded, stone(CERTAIN), 1.0, 1.0 + HELD_S - 0.01)
+    after = play(concluded, stone(0.7), 1.1, 1.5)
+    assert {answer.status for answer in glimpse + after} == {ThermalStatus.DECIDING}
+
+
+def test_a_name_sticks_until_it_is_doubtful() -> None:
+    concluded = conclusion()
+    play(concluded, stone(CERTAIN), 0.5, 1.0)
+    kept = play(concluded, stone(KEEP + 0.01), 1.01, 1.5)
+    assert {(answer.status, answer.material) for answer in kept} == {(ThermalStatus.IDENTIFIED, "stone")}
+    assert kept[-1].probability == pytest.approx(KEEP + 0.01)
+    lost = concluded.step(stone(KEEP - 0.01), 1.51)
+    assert (lost.status, lost.material, lost.best) == (ThermalStatus.DECIDING, None, "stone")
+    assert concluded.step(stone(KEEP + 0.01), 1.52).material is None
+
+
+def test_another_name_takes_over_only_when_held() -> None:
+    concluded = conclusion()
+    play(concluded, stone(CERTAIN), 0.5, 1.0)
+    answers = play(concluded, posterior(CERTAIN, 1.0 - CERTAIN, 0.0), 1.01, 1.01 + HELD_S)
+    assert [answer.material for answer in answers[:-1]] == [None] * (len(answers) - 1)
+    assert answers[-1].material == "metal"
+
+
+def test_what_stays_undecided_is_ambiguous_in_the_end_and_the_set_is_named() -> None:
+    concluded = conclusion()
+    said = posterior(0.02, 0.5, 0.46)
+    assert concluded.step(said, LATEST_S - 0.01).status is ThermalStatus.DECIDING
+    answer = concluded.step(said, LATEST_S)
+    assert (answer.status, answer.material) == (ThermalStatus.AMBIGUOUS, None)
+    assert answer.candidates == {"stone": 0.5, "plastic": 0.46}
+
+
+def test_an_object_of_no_calibrated_material_is_unknown_with_its_effusivity() -> None:
+    rest = (1.0 - FOREIGN) / 6.0
+    answer = play(conclusion(), posterior(rest, rest, rest), 0.5, 0.5 + HELD_S)[-1]
+    assert (answer.status, answer.material) == (ThermalStatus.UNKNOWN, None)
+    assert answer.effusivity == pytest.approx(0.5 * 2000.0)
+
+
+@pytest.mark.parametrize(
+    ("said", "status", "reason"),
+    [
+        (posterior(0.0, CERTAIN, 1.0 - CERTAIN, no_difference=0.6), ThermalStatus.UNIDENTIFIABLE, NO_DIFFERENCE),
+        (posterior(0.0, CERTAIN, 1.0 - CERTAIN, misfit=MISFIT + 0.1), ThermalStatus.UNKNOWN, NO_FIT),
+    ],
+)
+def test_a_touch_is_not_given_up_at_once(said: Posterior, status: ThermalStatus, reason: str) -> None:
+    concluded = conclusion()
+    assert all(answer.reason is None for answer in play(concluded, said, 0.01, GIVEN_UP_S - 0.01))
+    given_up = play(concluded, said, GIVEN_UP_S, GIVEN_UP_S + HELD_S)[-1]
+    assert (given_up.status, given_up.reason, given_up.material) == (status, reason, None)
+
+
+def test_before_the_first_reading_all_are_as_likely() -> None:
+    answer = undecided(NAMES)
+    assert answer.status is ThermalStatus.DECIDING
+    assert sum(answer.candidates.values()) == pytest.approx(1.0)
+    assert set(answer.candidates) == set(NAMES)
+
+
+@st.composite
+def posteriors(draw: st.DrawFn) -> Posterior:
+    likely = draw(st.integers(0, 3))
+    sure = draw(st.sampled_from([0.0, 0.5, KEEP - 0.01, KEEP + 0.05, SURE - 0.001, CERTAIN, 1.0]))
+    share = np.full(4, (1.0 - sure) / 3.0)
+    share[likely] = sure
+    return Posterior(
+        share[:3],
+        float(share[3]),
+        24.0,
+        0.3,
+        0.0,
+        0.1,
+        draw(st.sampled_from([0.0, 0.0, 0.0, 0.4, 0.9])),
+        draw(st.sampled_from([1.0, 1.0, 1.0, MISFIT + 1.0])),
+        1.0,
+    )
+
+
+@given(st.lists(st.tuples(posteriors(), st.integers(1, 40)), max_size=25), st.sampled_from([0.01, 0.3, 6.5]))
+def test_what_holds_for_every_course_of_posteriors(course: list[tuple[Posterior, int]], from_s: float) -> None:
+    concluded, since_s = conclusion(), from_s
+    shown: list[tuple[float, str, float]] = []
+    named: set[str] = set()
+    for said, readings in course:
+        for _ in range(readings):
+            answer = concluded.step(said, since_s)
+            likely = NAMES[int(said.probability.argmax())]
+            shown.append((since_s, likely, float(said.probability.max())))
+            assert answer.best == likely
+            assert (answer.material is not None) == (answer.status is ThermalStatus.IDENTIFIED)
+            if answer.material is not None:
+                assert answer.material == likely
+                assert since_s >= EARLIEST_S - 1e-9
+                assert said.probability.max() >= KEEP
+                assert said.foreign <= FOREIGN
+            if answer.material is not None and answer.material not in named:
+                named.add(answer.material)
+                window = [entry for entry in shown if entry[0] >= since_s - HELD_S - 1e-9]
+                assert all(name == answer.material and p >= SURE for _, name, p in window)
+                assert window[-1][0] - window[0][0] >= HELD_S - 1e-9
+            assert answer.status is not ThermalStatus.DECIDING or since_s < LATEST_S
+            assert answer.status is not ThermalStatus.AMBIGUOUS or since_s >= LATEST_S - 1e-9
+            assert answer.status is not ThermalStatus.UNIDENTIFIABLE or answer.reason == NO_DIFFERENCE
+            assert answer.reason is None or since_s >= GIVEN_UP_S - 1e-9
+            together = list(answer.candidates.values())
+            assert together == sorted(together, reverse=True)
+            wanted = SET * (1.0 - said.foreign)
+            assert sum(together) >= wanted - 1e-9
+            assert sum(together[:-1]) < wanted + 1e-9
+            since_s = round(since_s + 0.01, 2)
