@@ -124,6 +124,9 @@ class FingerIdentification:
         self._heater = HeaterControl(preheat_k)
         self.thermal = ThermalIdentification(knowledge)
         self.shared: ThermalAnswer | None = None
+        self._waiting: tuple[float, float, float] | None = None
+        """Time, reading and force that are still to be identified from."""
+        self._turn = 0
         self._free_c: deque[float] = deque(maxlen=WARMING)
         self._texture_s = -1.0
         self._sensor_s = -1.0
@@ -224,20 +227,21 @@ class FingerIdentification:
             self._drive = 0.0
             self._told = None
             fresh = bool(self._free_c) and t_s - self._sensor_s <= READING_AGE_S
-            self.shared = None
+            self.shared = self._waiting = None
             thermal.start(t_s, *(reading_at_contact(list(self._free_c)) if fresh else (0.0, 0.0)), self._ambient_c)
             if not fresh or sample.sensor_fault is not None:
                 thermal.stop(f"sensor fault: {sample.sensor_fault or 'no reading before contact'}")
         elif exploration.ended:
             self._choose_preheat()
             thermal.release()
-            self.shared = None
+            self.shared = self._waiting = None
             self._free_c.clear()
         elif exploration.contact:
             if mode is ExplorationMode.STROKING:
                 thermal.stop(STROKED)
             elif sample.sensor_fault is not None:
                 thermal.stop(f"sensor fault: {sample.sensor_fault}")
+        self._take_turn(sample.sensor_c is not None)
         if sample.sensor_c is None:
             if t_s - self._sensor_s > READING_AGE_S:
                 self._drive = 0.0
@@ -246,12 +250,26 @@ class FingerIdentification:
             return
         self._sensor_s = t_s
         if exploration.contact:
-            thermal.step(t_s, sample.sensor_c, sample.force_n)
+            self._waiting = (t_s, sample.sensor_c, sample.force_n)
+            self._turn = self.finger
         else:
             self._free_c.append(sample.sensor_c)
         self._drive = self._heater.step(
             t_s, sample.sensor_c, self._ambient_c, exploration.contact, fault=sample.sensor_fault
         )
+
+    def _take_turn(self, another: bool) -> None:
+        """Identify from the newest reading, some ticks after it came: fingers one after the other, not all at once.
+
+        Args:
+            another: the next reading is there already.
+        """
+        if self._waiting is None:
+            return
+        if self._turn == 0 or another:
+            self.thermal.step(*self._waiting)
+            self._waiting = None
+        self._turn -= 1
 
     def _choose_preheat(self) -> None:
         """At the end of a touch: another pre-heat after one without difference, the first one after success."""
