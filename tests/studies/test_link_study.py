@@ -242,7 +242,7 @@ def test_a_touch_packet_takes_less_than_twice_as_long_as_a_bare_message() -> Non
 def test_the_link_takes_at_most_twice_the_processor_time_of_bare_sockets() -> None:
     found: list[float] = []
     while len(found) < 3 and not (found and min(found) <= 2.0):
-        found.append(link_load.ratios(link_load.compare(2, 2.0))["without_loop"])
+        found.append(link_load.ratios(link_load.compare(5, 2.0))["without_loop"])
     assert min(found) <= 2.0, found
 
 
