@@ -38,20 +38,21 @@ class SharedObject:
             fingers: the identification of each finger in contact.
         """
         touching = [finger for finger in fingers.values() if finger.since_s > 0.0]
-        if len(touching) < 2:
-            if not touching:
-                self._release()
+        if not touching:
+            self._release()
             return None
-        if any(finger.running for finger in touching):
-            longest_s = max(finger.since_s for finger in touching)
-            if longest_s < self._judged_s:  # the fingers of the touch before have left one by one
-                self._release()
-            if longest_s - self._judged_s >= JUDGE_EVERY_S - 1e-9 or len(touching) != self._count:
-                self._judged_s, self._count = longest_s, len(touching)
-                self._judge(touching, longest_s)
-            return self._answer if self._one else None
-        decided = self._answer is not None and self._answer.status is not ThermalStatus.DECIDING
-        return self._answer if self._one and decided else None
+        longest_s = max(finger.since_s for finger in touching)
+        if longest_s < self._judged_s:  # the fingers of the touch before have left one by one
+            self._release()
+        running = any(finger.running for finger in touching)
+        due = longest_s - self._judged_s >= JUDGE_EVERY_S - 1e-9 or len(touching) > self._count
+        # Where one has left, the others keep what was last said of all: together they know no more than then.
+        if len(touching) >= max(2, self._count) and running and due:
+            self._judged_s, self._count = longest_s, len(touching)
+            self._judge(touching, longest_s)
+        if self._answer is None or not self._one:
+            return None
+        return self._answer if running or self._answer.status is not ThermalStatus.DECIDING else None
 
     def _judge(self, touching: list[ThermalIdentification], longest_s: float) -> None:
         if self._conclusion is None:

@@ -139,7 +139,7 @@ class TouchEstimate:
         self._follow_force(dt_s, force_n)
         self._model.step(dt_s, force_n)
         courses, reading_k = self._model.courses, reading_c - self._start_c
-        noise_square = self._noise_square * (1.0 + (self._since_s / self._trust_s) ** 2)
+        noise_square = self._noise_square * (1.0 + (self._since_s / self._trust_s) ** 4)
         self._information += courses[:, :, None] * (courses / noise_square)[:, None, :]
         self._vector += courses * (reading_k / noise_square)
         self._square += reading_k * reading_k / noise_square
