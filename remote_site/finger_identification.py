@@ -272,7 +272,7 @@ class FingerIdentification:
         self._turn -= 1
 
     def _choose_preheat(self) -> None:
-        """At the end of a touch: another pre-heat after one without difference, the first one after success."""
+        """At the end of a touch: another pre-heat after one without difference."""
         answer = self._answer
         if answer.reason == NO_DIFFERENCE and self._ambient_c is not None:
             self._heater.offset_k = next_offset_k(self._heater.offset_k, self._ambient_c)
