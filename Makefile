@@ -57,8 +57,8 @@ containers: $(READY)
 ALONE := tests/hardening/test_hostile_connections.py
 .PHONY: hardening
 hardening: $(READY)
-	$(BIN)/pytest -m hardening -n 2 -rP --ignore $(ALONE)
-	$(BIN)/pytest -m hardening -rP $(ALONE)
+	$(BIN)/pytest -m hardening -n 2 --ignore $(ALONE)
+	$(BIN)/pytest -m hardening $(ALONE)
 
 .PHONY: netns
 netns: $(READY)

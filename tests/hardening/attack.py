@@ -11,6 +11,14 @@ from random import Random
 import zmq
 
 AT_ONCE = 100
+THROWN_OUT = (
+    zmq.EVENT_HANDSHAKE_FAILED_AUTH
+    | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL
+    | zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL
+    | zmq.EVENT_DISCONNECTED
+)
+PATIENCE_MS = 5000
+"""A busy machine may let a stranger wait that long before it throws it out."""
 GREETING = b"\xff" + bytes(8) + b"\x7f\x03\x01CURVE".ljust(23, b"\0") + bytes(32)
 """What a ZMTP 3.1 client says first: signature, version, mechanism, role."""
 
@@ -58,7 +66,7 @@ class Stranger:
     def __init__(self, server_key: bytes, has_key: bool) -> None:
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._server_key, self._has_key = server_key, has_key
-        self._held: list[zmq.Socket[bytes]] = []
+        self._held: list[tuple[zmq.Socket[bytes], zmq.Socket[bytes]]] = []
 
     def __call__(self, port: int, rng: Random) -> None:
         client = self._context.socket(zmq.DEALER)
@@ -68,13 +76,19 @@ class Stranger:
             client.setsockopt(zmq.CURVE_SERVERKEY, self._server_key)
             client.setsockopt(zmq.CURVE_PUBLICKEY, public)
             client.setsockopt(zmq.CURVE_SECRETKEY, secret)
+        fate = client.get_monitor_socket(THROWN_OUT)
         client.connect(f"tcp://127.0.0.1:{port}")
-        client.send(b"let me in")
-        # Sixteen at a time: each has gone through its handshake before it is closed.
-        self._held.append(client)
-        if len(self._held) > 16:
-            oldest = self._held.pop(0)
-            oldest.poll(5, zmq.POLLIN)
+        with suppress(zmq.Again):  # thrown out already, it has no pipe left that could take a message
+            client.send(b"let me in", zmq.NOBLOCK)
+        self._held.append((client, fate))
+        self.wait_until_thrown_out(all_but=16)
+
+    def wait_until_thrown_out(self, all_but: int) -> None:
+        """Each has had the victim's answer before it is closed: the victim has refused as many as knocked."""
+        while len(self._held) > all_but:
+            oldest, its_fate = self._held.pop(0)
+            its_fate.poll(PATIENCE_MS)
+            oldest.disable_monitor()
             oldest.close()
 
 
@@ -92,6 +106,8 @@ def main() -> None:
     for number in range(count):
         with suppress(OSError):  # being thrown out is the aim of the defence
             attack(port + number % 5, rng)
+    if isinstance(attack, Stranger):
+        attack.wait_until_thrown_out(all_but=0)
     print("done", flush=True)
     os._exit(0)
 
