@@ -16,6 +16,7 @@ from common.messages import ExplorationMode, ThermalStatus
 from remote_site.exploration import Exploration
 from remote_site.heater_control import OFFSETS_K, HeaterControl, next_offset_k
 from remote_site.motion_estimate import MotionEstimate
+from remote_site.reading_clock import ReadingClock
 from remote_site.roughness import Roughness
 from remote_site.stiffness import Stiffness
 from remote_site.surface_class import (
@@ -42,7 +43,10 @@ _SHOWN = (ThermalStatus.DECIDING, ThermalStatus.IDENTIFIED, ThermalStatus.AMBIGU
 
 @dataclass(frozen=True, slots=True)
 class FingerSample:
-    """One tick's input; SI, C and V. `texture_v`, `sensor_c` and `ambient_c` are None where nothing new came."""
+    """One tick's input; SI, C and V. `texture_v`, `sensor_c` and `ambient_c` are None where nothing new came.
+
+    `reading_number` counts the sensor's readings; without it each was taken when it came.
+    """
 
     t_s: float
     force_n: float
@@ -52,6 +56,7 @@ class FingerSample:
     texture_v: NDArray[np.float64] | None = None
     sensor_c: float | None = None
     ambient_c: float | None = None
+    reading_number: int | None = None
     sensor_fault: str | None = None
 
 
@@ -127,6 +132,8 @@ class FingerIdentification:
         self._waiting: tuple[float, float, float] | None = None
         """Time, reading and force that are still to be identified from."""
         self._turn = 0
+        self._contact_s = 0.0
+        self._clock = ReadingClock()
         self._free_c: deque[float] = deque(maxlen=WARMING)
         self._texture_s = -1.0
         self._sensor_s = -1.0
@@ -224,6 +231,7 @@ class FingerIdentification:
         if sample.ambient_c is not None:
             self._ambient_c = sample.ambient_c
         if exploration.began:
+            self._contact_s = t_s
             self._drive = 0.0
             self._told = None
             fresh = bool(self._free_c) and t_s - self._sensor_s <= READING_AGE_S
@@ -242,21 +250,24 @@ class FingerIdentification:
             elif sample.sensor_fault is not None:
                 thermal.stop(f"sensor fault: {sample.sensor_fault}")
         self._take_turn(sample.sensor_c is not None)
-        if sample.sensor_c is None:
-            if t_s - self._sensor_s > READING_AGE_S:
-                self._drive = 0.0
-                if exploration.contact:
-                    thermal.stop("sensor fault: no reading")
-            return
+        if sample.sensor_c is not None:
+            self._take_reading(sample, sample.sensor_c)
+        elif t_s - self._sensor_s > READING_AGE_S:
+            self._drive = 0.0
+            if exploration.contact:
+                thermal.stop("sensor fault: no reading")
+
+    def _take_reading(self, sample: FingerSample, sensor_c: float) -> None:
+        """Keep a reading for the touch, or as one before it, and drive the heater by it."""
+        t_s, contact = sample.t_s, self._exploration.contact
         self._sensor_s = t_s
-        if exploration.contact:
-            self._waiting = (t_s, sample.sensor_c, sample.force_n)
+        taken_s = t_s if sample.reading_number is None else self._clock.step(t_s, sample.reading_number)
+        if not contact:
+            self._free_c.append(sensor_c)
+        elif taken_s > self._contact_s:  # one from just before contact may arrive just after
+            self._waiting = (taken_s, sensor_c, sample.force_n)
             self._turn = self.finger
-        else:
-            self._free_c.append(sample.sensor_c)
-        self._drive = self._heater.step(
-            t_s, sample.sensor_c, self._ambient_c, exploration.contact, fault=sample.sensor_fault
-        )
+        self._drive = self._heater.step(t_s, sensor_c, self._ambient_c, contact, fault=sample.sensor_fault)
 
     def _take_turn(self, another: bool) -> None:
         """Identify from the newest reading, some ticks after it came: fingers one after the other, not all at once.

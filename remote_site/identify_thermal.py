@@ -11,6 +11,7 @@ from remote_site.material_table import MaterialTable
 from remote_site.thermal_answer import NO_CONTACT, ThermalAnswer
 from remote_site.thermal_identification import ThermalIdentification, ThermalKnowledge
 from remote_site.thermal_touches import RecordedTouch, find_touch, reference_touch
+from remote_site.touch_estimate import TouchEvidence
 from remote_site.traces import TraceFile, read_thermal
 
 DEFAULT_AT_S = (0.5, 1.0, 2.0, 3.0, 5.0, 7.0)
@@ -67,6 +68,7 @@ class _Replay:
     """One sensor's touch, played into an identification up to any time since contact."""
 
     def __init__(self, knowledge: ThermalKnowledge, touch: RecordedTouch) -> None:
+        self.knowledge = knowledge
         self.identification = ThermalIdentification(knowledge)
         self._readings = list(touch.readings())[1:]  # the reading at contact is where the touch starts
         self._next = 0
@@ -99,7 +101,7 @@ def _lines(label: Line, paths: list[Path], at: Sequence[float], knowledge: Therm
         if touch is not None:
             replays.append(_Replay(knowledge, touch))
             if trace.reference_c is not None:
-                replays.append(_Replay(knowledge, reference_touch(touch)))
+                replays.append(_Replay(knowledge.reference or knowledge, reference_touch(touch)))
     if not replays:
         answer = NO_CONTACT if not broken else ThermalAnswer(ThermalStatus.UNIDENTIFIABLE, reason=broken)
         for t_s in sorted(at):
@@ -137,9 +139,15 @@ class _Joint:
             self._step(t_s)
         return self._answer or self._replays[0].play(until_s)
 
+    def _evidence(self, replay: _Replay) -> TouchEvidence | None:
+        found = replay.identification.evidence()
+        if found is None or replay.knowledge is self._knowledge:
+            return found
+        return self._knowledge.posterior.beside(found)
+
     def _step(self, t_s: float) -> None:
         answers = [replay.play(t_s) for replay in self._replays]
-        evidence = [found for replay in self._replays if (found := replay.identification.evidence()) is not None]
+        evidence = [found for replay in self._replays if (found := self._evidence(replay)) is not None]
         if not evidence or not any(replay.identification.running for replay in self._replays):
             return
         joint = self._conclusion.step(self._knowledge.posterior.judge(evidence), t_s)

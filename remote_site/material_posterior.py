@@ -5,7 +5,7 @@ finger's evidence is normal in temperature and ln effusivity for each substance,
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,6 +102,17 @@ class MaterialPosterior:
             misfit=max(touch.misfit for touch in touches),
             same_object=_same_object(_ln_sum(ln_weight) - sum(alone)) if alone else 1.0,
         )
+
+    def beside(self, touch: TouchEvidence) -> TouchEvidence:
+        """What a sensor of another kind says of the same object, for `judge`.
+
+        Each sensor has effusivities over its own plate's heat capacity; they share material and temperature only.
+        """
+        covariance = np.zeros_like(touch.covariance)
+        covariance[:, 0, 0] = touch.covariance[:, 0, 0]
+        covariance[:, 1, 1] = self._known.effusivity_variance
+        mean = np.stack((touch.mean[:, 0], self._known.ln_effusivity), axis=1)
+        return replace(touch, mean=mean, covariance=covariance)
 
     def _weigh(self, touches: Sequence[TouchEvidence]) -> tuple[Array, Array, Array]:
         """Ln weights (2, m), means (2, m, 2), covariances (2, m, 2, 2): as warm as usual, or of any temperature."""

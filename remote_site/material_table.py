@@ -65,6 +65,7 @@ class MaterialTable(StoredTable):
         plate_j_m2k: nominal heat capacity of the plate per area, J/(m2 K).
         leak_per_s: conductance from the plate into the Peltier's back, over the heat capacity, 1/s.
         half_force_n: force at which a contact conducts half as well as at large force, N.
+        early_s: heat flows so long before the force tells of contact, s; negative where it flows later.
         back_share: where the back is at contact between ambient (0) and plate (1).
         back_sd_k: standard deviation around that, K.
         start_sd_k: standard deviation of the plate at contact around what its reading and slope say, K.
@@ -73,6 +74,7 @@ class MaterialTable(StoredTable):
         noise_k: white noise of one reading, as the estimator has to take it, K.
         times_s: times after contact of the rates, s, ascending.
         materials: two or more.
+        reference: the unheated sensor beside this one, with the same materials; None where there was none.
     """
 
     kind: Literal["thermal_materials"] = "thermal_materials"
@@ -81,6 +83,7 @@ class MaterialTable(StoredTable):
     plate_j_m2k: Positive
     leak_per_s: Annotated[float, Field(ge=0.0, lt=1.0)]
     half_force_n: Positive
+    early_s: Annotated[float, Field(gt=-0.2, lt=0.2)]
     back_share: Finite
     back_sd_k: Positive
     start_sd_k: Positive
@@ -89,6 +92,7 @@ class MaterialTable(StoredTable):
     noise_k: Annotated[float, Field(gt=0.0, lt=1.0)]
     times_s: list[Positive]
     materials: list[MaterialEntry] = Field(min_length=2)
+    reference: "MaterialTable | None" = None
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from remote_site.reading_clock import READING_S
 from remote_site.touch_model import COURSES, PLATE_J_M2K, Contacts, SensorConstants, TouchModel
 
 Array = NDArray[np.float64]
@@ -20,9 +21,9 @@ ROUNDS = 80
 """At most: leak, effusivities and conductances trade against each other and settle together, slowly."""
 SETTLED = 0.002
 """Change of any constant's logarithm in a round below which the fit has settled."""
-SETTLED_ROUNDS = 4
+SETTLED_ROUNDS = 7
 """Populations keep their first width for so long: means have to settle before scatter can be told from error."""
-SLAB_ROUNDS = (5, 10, 15, 20)
+SLAB_ROUNDS = (7, 12, 17, 22)
 """Effusivity and thickness trade against each other: each choice of slabs is made again once the rest has followed."""
 SLABS_S = (np.inf, 30.0, 20.0, 14.0, 10.0, 7.0, 5.0, 3.5, 2.5, 1.7, 1.2, 0.8, 0.6, 0.4, 0.3)
 SLAB_GAIN = 6.0
@@ -30,25 +31,40 @@ SLAB_GAIN = 6.0
 EACH_UNTIL = 60
 """Readings after contact that count one by one; later ones are averaged by BLOCK."""
 BLOCK = 4
-READING_S = 0.01
 FIRST = (np.log(800.0 / PLATE_J_M2K), np.log(0.6), np.log(0.3))
 """Where every touch begins: ln effusivity, ln conductance, ln lag."""
-FIRST_SD = (1.0, 0.15, 0.2)
-PRIOR_TOUCHES = (1.0, 10.0, 4.0)
+FIRST_SD = (0.15, 0.2, 0.25)
+PRIOR_TOUCHES = (1.0, 10.0, 0.5)
 """Weight of the usual scatter beside a population's own, in touches."""
 USUAL_SD = (0.05, 0.15, 0.2)
-LEAST_LAG_SD = 0.05
-NOT_WHITE = 1.4
-"""What a model leaves is not white: taken as white noise it counts for so much more. With this, the temperatures of
-simulated touches that calibrated nothing come out as far off as their standard deviations say."""
-LEAST_BACK_SD_K = 0.3
-LEAST_START_SD_K = 0.03
+LEAST_LAG_SD = 0.02
+COLOURED = 40
+"""What a model leaves is not white: the noise is taken as large as its means over so many neighbours tell."""
+LEAST_BACK_SD_K = 0.05
+LEAST_START_SD_K = 0.01
 KNOWN_OBJECT_SD_K = 0.03
 """Of an object's temperature that was measured, K."""
-LEAK_LN_SD, FORCE_LN_SD = 0.5, 1.0
+UNKNOWN_OBJECT_SD_K = 3.0
+"""Where nobody said: a first guess around ambient, K."""
+LEAK_LN_SD, FORCE_LN_SD, EARLY_SD = 0.5, 1.0, 1.0
+EARLY_UNIT_S = 0.02
+"""Heat and force agree on the time of contact within about this."""
 HALF_FORCE_N = 0.3
+LAG_MEAN_SD, EFFUSIVITY_SD, CONDUCTANCE_SD = 1.0, 3.0, 2.0
+"""How far from FIRST the populations may lie, in logarithms."""
+MATERIAL_CONDUCTANCE_SD = 0.7
+"""Materials differ by so much in ln conductance where their contacts are of one kind."""
+BACK_SHARE, BACK_SHARE_SD = 0.3, 0.3
+"""Where the back is at contact between ambient and plate, before anything was seen."""
+T_FREEDOM, T_SCALE_K = 2.0, 8.0
+"""Student's t of objects whose temperature nobody stated: freedom, and width around ambient, K."""
 LARGEST_STEP = 0.7
+LEAST_DAMPING, LARGEST_DAMPING = 1e-4, 1e3
+"""Of a Gauss-Newton step (Levenberg 1944, Marquardt 1963): far from the solution it overshoots."""
+TRIES = 5
 _GLOBAL_STEP = 0.05
+COMMON = 5
+"""Numbers that all touches share, before the materials' means."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,17 +97,18 @@ class Population:
     """Result of the fit; per material (m, ...).
 
     Attributes:
-        leak_per_s, half_force_n, back_share, back_sd_k, start_sd_k, ln_lag, ln_lag_sd, noise_k: see `MaterialTable`.
+        sensor: its constants.
+        back_share, back_sd_k, start_sd_k, ln_lag, ln_lag_sd, noise_k: see `MaterialTable`.
         mean: (m, 2) of ln effusivity and ln conductance.
         covariance: (m, 2, 2).
         slab_s: (m,) infinite for a half space.
-        misfit: (m,) mean square of the residuals over the noise's variance.
+        misfit: (m,) mean square of what is left, over that expected with this noise.
         residual_k: (touches, k) what the model leaves, K.
         object_k: (touches,) object temperature above ambient as the fit has it, K.
+        object_sd_k: (touches,) its standard deviation, K.
     """
 
-    leak_per_s: float
-    half_force_n: float
+    sensor: SensorConstants
     back_share: float
     back_sd_k: float
     start_sd_k: float
@@ -104,6 +121,7 @@ class Population:
     misfit: Array
     residual_k: Array
     object_k: Array
+    object_sd_k: Array
 
 
 class PopulationFit:
@@ -128,19 +146,22 @@ class PopulationFit:
         self.ambient_k = np.array([touch.ambient_c for touch in touches]) - start
         self.object_k = np.array([touch.object_c for touch in touches]) - start
         self.object_sd_k = np.array([touch.object_sd_k for touch in touches])
+        self.unknown = self.object_sd_k >= UNKNOWN_OBJECT_SD_K
         n = len(touches)
         self.own = np.tile(FIRST, (n, 1))
         self.mean = np.tile(FIRST[:2], (materials, 1))
         self.covariance = np.tile(np.diag(np.square(FIRST_SD[:2])), (materials, 1, 1))
         self.lag = (FIRST[2], FIRST_SD[2])
         self.slab_s = np.full(materials, np.inf)
-        self.leak_prior = np.log([max(leak_per_s, 1e-3), HALF_FORCE_N])
-        self.sensor = self.leak_prior.copy()
-        self.back_share, self.back_sd_k, self.start_sd_k = 0.3, 1.5, 0.15
+        self.sensor_prior = np.array([np.log(max(leak_per_s, 1e-3)), np.log(HALF_FORCE_N), 0.0])
+        self.sensor = self.sensor_prior.copy()
+        self.back_share, self.back_sd_k, self.start_sd_k = BACK_SHARE, 0.3, 0.1
         self.noise_k = 0.05
+        self.misfit = np.ones(materials)
+        self.damping = 0.1
         self.difference_k = -self.object_k
         self.residual_k = np.zeros_like(self.reading_k)
-        self.solved_k = self.object_k.copy()
+        self.solved = np.zeros((n, 3))
 
     @property
     def times_s(self) -> Array:
@@ -157,11 +178,8 @@ class PopulationFit:
             moved = np.abs(np.concatenate((self.sensor, self.mean.ravel())) - before).max()
             if number > max(SLAB_ROUNDS) and moved < SETTLED:
                 break
-        late = self.residual_k**2 * self.count * (NOT_WHITE / self.noise_k) ** 2
-        misfit = np.array([late[self.material == m].mean() for m in range(len(self.mean))])
         return Population(
-            leak_per_s=float(np.exp(self.sensor[0])),
-            half_force_n=float(np.exp(self.sensor[1])),
+            sensor=_constants(self.sensor),
             back_share=self.back_share,
             back_sd_k=self.back_sd_k,
             start_sd_k=self.start_sd_k,
@@ -171,14 +189,15 @@ class PopulationFit:
             mean=self.mean,
             covariance=self.covariance,
             slab_s=self.slab_s,
-            misfit=misfit,
+            misfit=self.misfit,
             residual_k=self.residual_k,
-            object_k=self.solved_k - self.ambient_k,
+            object_k=self.solved[:, 0] - self.ambient_k,
+            object_sd_k=self.solved_sd_k,
         )
 
     def _courses(self, sensor: Array, slab_s: Array) -> Array:
         """Courses of all touches, (touches, k, 6); slopes scaled by each touch's difference."""
-        constants = SensorConstants(float(np.exp(sensor[0])), float(np.exp(sensor[1])))
+        constants = _constants(sensor)
         contacts = Contacts(self.own[:, 0], self.own[:, 1], slab_s[self.material])
         model = TouchModel(constants, contacts, np.arange(len(self.own)), self.own[:, 2])
         courses = np.empty((*self.reading_k.shape, COURSES))
@@ -218,64 +237,175 @@ class PopulationFit:
         return np.einsum("nij,nj->ni", covariance, right), covariance
 
     def _round(self, number: int) -> None:
+        """One step, shortened until it explains the touches better; then the scatter of what was found."""
         courses = self._courses(self.sensor, self.slab_s)
-        solved, covariance = self._solve(courses)
-        self.residual_k = self.reading_k - np.einsum("nki,ni->nk", courses, solved)
-        solved = self._move_sensor(courses, solved, covariance)
-        self.own = self.own + np.clip(solved[:, 3:], -LARGEST_STEP, LARGEST_STEP)
-        self.difference_k = solved[:, 1] - solved[:, 0]
-        self.solved_k = solved[:, 0]
-        self._take_populations(solved, covariance, settled=number >= SETTLED_ROUNDS)
-        self.noise_k = NOT_WHITE * float(np.sqrt(np.mean(self.residual_k**2 * self.count)))
+        before = self._cost(courses)
+        along = self._sensor_slopes(courses)
+        kept = self._state()
+        for _ in range(TRIES):
+            covariance = self._step(courses, along)
+            now = self._cost(self._courses(self.sensor, self.slab_s))
+            if now < before:
+                self.damping = max(self.damping / 4.0, LEAST_DAMPING)
+                break
+            self._restore(kept)
+            self._cost(courses)
+            self.damping = min(self.damping * 4.0, LARGEST_DAMPING)
+        self._take_object_sd(covariance)
+        if number >= SETTLED_ROUNDS:
+            self._take_scatter(covariance)
+        self._take_noise(courses, covariance)
 
-    def _move_sensor(self, courses: Array, solved: Array, covariance: Array) -> Array:
-        """One Gauss-Newton step of the sensor's two constants; returns the touches' own numbers with it."""
+    def _state(self) -> tuple[Array, Array, float, float, Array, Array]:
+        """What a step changes."""
+        return self.own, self.sensor, self.lag[0], self.back_share, self.mean, self.difference_k
+
+    def _restore(self, state: tuple[Array, Array, float, float, Array, Array]) -> None:
+        self.own, self.sensor, lag, self.back_share, self.mean, self.difference_k = state
+        self.lag = (lag, self.lag[1])
+
+    def _temperatures(self, courses: Array) -> Array:
+        """Most probable temperatures of object, plate and back of each touch, (touches, 3), with all else as it is."""
         weight = self.count / self.noise_k**2
-        slopes = np.stack(
-            [
-                (self._courses(self.sensor + step, self.slab_s)[..., :3] - courses[..., :3]) / _GLOBAL_STEP
-                for step in np.eye(2) * _GLOBAL_STEP
-            ],
-            axis=-1,
-        )
-        along = np.einsum("nkig,ni->nkg", slopes, solved[:, :3])
-        mixed = np.einsum("nki,k,nkg->nig", courses, weight, along)
-        normal = np.einsum("nkg,k,nkh->gh", along, weight, along)
-        normal -= np.einsum("nig,nij,njh->gh", mixed, covariance, mixed)
-        right = np.einsum("nkg,k,nk->g", along, weight, self.residual_k)
-        prior = np.diag([LEAK_LN_SD**-2, FORCE_LN_SD**-2])
-        step = np.linalg.solve(normal + prior, right + prior @ (self.leak_prior - self.sensor))
-        step = np.clip(step, -0.4, 0.4)
-        self.sensor = self.sensor + step
-        return np.asarray(solved - np.einsum("nij,njg,g->ni", covariance, mixed, step))
+        mean, precision = self._prior()
+        mean, precision = mean[:, :3], precision[:, :3, :3]
+        normal = np.einsum("nki,k,nkj->nij", courses[..., :3], weight, courses[..., :3]) + precision
+        right = np.einsum("nki,k,nk->ni", courses[..., :3], weight, self.reading_k)
+        right += np.einsum("nij,nj->ni", precision, mean)
+        solved = np.linalg.solve(normal, right[..., None])[..., 0]
+        self.residual_k = self.reading_k - np.einsum("nki,ni->nk", courses[..., :3], solved)
+        self.solved = solved
+        self.difference_k = solved[:, 1] - solved[:, 0]
+        return np.asarray(solved)
 
-    def _take_populations(self, solved: Array, covariance: Array, *, settled: bool) -> None:
+    def _cost(self, courses: Array) -> float:
+        """Twice the negative ln probability of readings and numbers, up to a constant."""
+        solved = self._temperatures(courses)
+        mean, precision = self._prior()
+        away = np.concatenate((solved, np.zeros((len(solved), 3))), axis=1) - mean
+        usual, prior = self._common_prior()
+        off = self._common() - usual
+        cost = (self.residual_k**2 * self.count).sum() / self.noise_k**2
+        return float(cost + np.einsum("ni,nij,nj->", away, precision, away) + off @ prior @ off)
+
+    def _common(self) -> Array:
+        """What touches share: ln leak, ln half force, how early, mean ln lag, back's share, populations' means."""
+        return np.concatenate((self.sensor, [self.lag[0], self.back_share], self.mean.ravel()))
+
+    def _sensor_slopes(self, courses: Array) -> Array:
+        """Slopes of all readings by what touches share, (touches, k, COMMON + 2 m); only the sensor's are not 0."""
+        slopes = np.zeros((*self.reading_k.shape, COMMON + 2 * len(self.mean)))
+        for k, step in enumerate(np.eye(3) * _GLOBAL_STEP):
+            moved = (self._courses(self.sensor + step, self.slab_s)[..., :3] - courses[..., :3]) / _GLOBAL_STEP
+            slopes[..., k] = np.einsum("nki,ni->nk", moved, self.solved)
+        return slopes
+
+    def _step(self, courses: Array, along: Array) -> Array:
+        """One damped Gauss-Newton step of all numbers; returns the covariances of the touches' own.
+
+        Touches share the sensor's constants, which act on the readings, and where the populations lie, which act on
+        the touches' priors. Stepping both at once, with the touches eliminated, keeps one from being paid for by the
+        other.
+        """
+        weight = self.count / self.noise_k**2
+        own = np.concatenate((self.solved, np.zeros((len(self.solved), 3))), axis=1)
+        materials = len(self.mean)
+        common = COMMON + 2 * materials
+        shift = np.zeros((len(own), 6, common))
+        shift[:, 5, 3] = 1.0
+        shift[:, 2, 4] = -self.ambient_k
+        rows = np.arange(len(own))
+        shift[rows, 3, COMMON + 2 * self.material] = 1.0
+        shift[rows, 4, COMMON + 1 + 2 * self.material] = 1.0
+        mean, precision = self._prior()
+        pull = np.einsum("nij,njg->nig", precision, shift)
+        normal = np.einsum("nki,k,nkj->nij", courses, weight, courses) + precision
+        covariance = np.linalg.inv(normal)
+        damped = normal.copy()
+        damped[:, (3, 4, 5), (3, 4, 5)] *= 1.0 + self.damping
+        damped = np.linalg.inv(damped)
+        right = np.einsum("nki,k,nk->ni", courses, weight, self.residual_k)
+        right += np.einsum("nij,nj->ni", precision, mean - own)
+        mixed = np.einsum("nki,k,nkg->nig", courses, weight, along) - pull
+        shared = np.einsum("nkg,k,nkh->gh", along, weight, along) + np.einsum("nig,nih->gh", shift, pull)
+        usual, prior = self._common_prior()
+        shared += prior
+        shared[np.diag_indices(common)] *= 1.0 + self.damping
+        shared -= np.einsum("nig,nij,njh->gh", mixed, damped, mixed)
+        push = np.einsum("nkg,k,nk->g", along, weight, self.residual_k)
+        push += np.einsum("nig,ni->g", pull, own - mean) + prior @ (usual - self._common())
+        push -= np.einsum("nig,nij,nj->g", mixed, damped, right)
+        step = np.linalg.solve(shared, push)
+        moved = np.einsum("nij,nj->ni", damped, right - np.einsum("nig,g->ni", mixed, step))
+        length = min(1.0, LARGEST_STEP / max(np.abs(step).max(), np.abs(moved[:, 3:]).max()))
+        now = self._common() + length * step
+        self.own = self.own + length * moved[:, 3:]
+        self.sensor, self.lag, self.back_share = now[:3], (float(now[3]), self.lag[1]), float(now[4])
+        self.mean = now[COMMON:].reshape(materials, 2)
+        return covariance
+
+    def _common_prior(self) -> tuple[Array, Array]:
+        """Means and precision of what touches share: the conductances of all materials are of one kind of contact."""
+        materials = len(self.mean)
+        usual = np.concatenate((self.sensor_prior, [FIRST[2], BACK_SHARE], np.tile(FIRST[:2], materials)))
+        precision = np.diag(
+            np.concatenate(
+                (
+                    [LEAK_LN_SD, FORCE_LN_SD, EARLY_SD, LAG_MEAN_SD, BACK_SHARE_SD],
+                    np.tile([EFFUSIVITY_SD, 1.0], materials),
+                )
+            )
+            ** -2.0
+        )
+        kind = np.full((materials, materials), CONDUCTANCE_SD**2) + MATERIAL_CONDUCTANCE_SD**2 * np.eye(materials)
+        which = COMMON + 1 + 2 * np.arange(materials)
+        precision[np.ix_(which, which)] = np.linalg.inv(kind)
+        return usual, precision
+
+    def _take_object_sd(self, covariance: Array) -> None:
+        """Objects of unknown temperature are near ambient, few are far: Student's t, by its expected precision."""
+        self.solved_sd_k = np.sqrt(covariance[:, 0, 0])
+        square = (self.solved[:, 0] - self.object_k) ** 2 + covariance[:, 0, 0]
+        wide = np.sqrt((T_FREEDOM * T_SCALE_K**2 + square) / (T_FREEDOM + 1.0))
+        self.object_sd_k = np.where(self.unknown, wide, self.object_sd_k)
+
+    def _take_scatter(self, covariance: Array) -> None:
+        """How far touches lie around where their populations do."""
         weight = np.array(PRIOR_TOUCHES)
         usual = weight * np.square(USUAL_SD)
         pairs = np.sqrt(np.outer(weight[:2], weight[:2]))
         for m in range(len(self.mean)):
             mine = self.material == m
-            own = self.own[mine, :2]
-            self.mean[m] = own.mean(axis=0)
-            if settled:
-                away = own - self.mean[m]
-                scatter = np.diag(usual[:2]) + away.T @ away + covariance[mine][:, 3:5, 3:5].sum(axis=0)
-                # what another touch will be like is less certain than what these were like
-                wider = (mine.sum() + 2.0) / max(mine.sum() - 2.0, 1.0)
-                self.covariance[m] = scatter / (mine.sum() + pairs) * wider
-        lag = self.own[:, 2]
-        around = float(lag.mean())
-        if settled:
-            square = np.sum((lag - around) ** 2 + covariance[:, 5, 5]) + usual[2]
-            self.lag = (around, max(float(np.sqrt(square / (len(lag) + weight[2]))), LEAST_LAG_SD))
-        else:
-            self.lag = (around, FIRST_SD[2])
-        plate_k, back_k = -self.ambient_k, solved[:, 2] - self.ambient_k
-        self.back_share = float(plate_k @ back_k / (plate_k @ plate_k))
-        rest = (back_k - self.back_share * plate_k) ** 2 + covariance[:, 2, 2]
+            away = self.own[mine, :2] - self.mean[m]
+            scatter = np.diag(usual[:2]) + away.T @ away + covariance[mine][:, 3:5, 3:5].sum(axis=0)
+            # what another touch will be like is less certain than what these were like
+            wider = (mine.sum() + 2.0) / max(mine.sum() - 2.0, 1.0)
+            self.covariance[m] = scatter / (mine.sum() + pairs) * wider
+        square = np.sum((self.own[:, 2] - self.lag[0]) ** 2 + covariance[:, 5, 5]) + usual[2]
+        width = float(np.sqrt(square / (len(self.own) + weight[2])))
+        self.lag = (self.lag[0], max(width, LEAST_LAG_SD))
+        back_k = self.solved[:, 2] - (1.0 - self.back_share) * self.ambient_k
+        rest = back_k**2 + covariance[:, 2, 2]
         self.back_sd_k = max(float(np.sqrt(rest.mean())), LEAST_BACK_SD_K)
-        rest = (solved[:, 1] - self.slope_k_s * np.exp(lag)) ** 2 + covariance[:, 1, 1]
+        rest = (self.solved[:, 1] - self.slope_k_s * np.exp(self.own[:, 2])) ** 2 + covariance[:, 1, 1]
         self.start_sd_k = max(float(np.sqrt(rest.mean())), LEAST_START_SD_K)
+
+    def _take_noise(self, courses: Array, covariance: Array) -> None:
+        """The noise that explains what is left, by each reading or by means over many, whichever asks for more."""
+        weight = np.sqrt(self.count) / self.noise_k
+        left, weighed = self.residual_k * weight, courses * weight[:, None]
+        found = []
+        for each in (1, min(COLOURED, len(weight))):
+            blocks = len(weight) // each
+            sums = left[:, : blocks * each].reshape(len(left), blocks, each).sum(axis=2) / np.sqrt(each)
+            slopes = weighed[:, : blocks * each].reshape(len(left), blocks, each, COURSES).sum(axis=2) / np.sqrt(each)
+            # what each touch's own numbers have taken up is no longer left
+            expected = blocks - np.einsum("nbi,nij,nbj->n", slopes, covariance, slopes, optimize=True)
+            total = np.bincount(self.material, (sums**2).sum(axis=1)), np.bincount(self.material, expected)
+            found.append((total[0].sum() / total[1].sum(), total[0] / total[1]))
+        excess, each_excess = max(found, key=lambda pair: float(pair[0]))
+        self.misfit = np.asarray(each_excess / excess)
+        self.noise_k *= float(np.sqrt(excess))
 
     def _choose_slabs(self) -> None:
         """Whether a material's pieces are so thin that their back is felt."""
@@ -293,6 +423,11 @@ class PopulationFit:
         best = misfit.argmin(axis=0)
         gained = misfit[0] - misfit.min(axis=0) > SLAB_GAIN
         self.slab_s = np.where(gained, np.array(SLABS_S)[best], np.inf)
+
+
+def _constants(sensor: Array) -> SensorConstants:
+    """Of ln leak, ln half force, and how early heat flows."""
+    return SensorConstants(float(np.exp(sensor[0])), float(np.exp(sensor[1])), EARLY_UNIT_S * float(sensor[2]))
 
 
 def _edges(length: int) -> NDArray[np.intp]:

@@ -28,7 +28,7 @@ class Sensed:
 
     def pack(self) -> bytes:
         """Bytes for the recording; nothing is rounded."""
-        plates = [None if p is None else [p.sensor_c, p.ambient_c, p.fault] for p in self.plates]
+        plates = [None if p is None else [p.sensor_c, p.ambient_c, p.fault, p.number] for p in self.plates]
         packed: bytes = msgpack.packb(
             [self.time_s, self.x_m, self.y_m, self.z_m, self.force_n, self.texture_counts, plates]
         )

@@ -57,7 +57,9 @@ class SharedObject:
     def _judge(self, touching: list[ThermalIdentification], longest_s: float) -> None:
         if self._conclusion is None:
             self._conclusion = self._knowledge.conclusion()
-        evidence = [found for finger in touching if (found := finger.evidence()) is not None]
+        # A plate that was still being heated would mislead the others, unless there are no others.
+        judges = [finger for finger in touching if finger.rested] or touching
+        evidence = [found for finger in judges if (found := finger.evidence()) is not None]
         if not evidence:
             return
         doubt = longest_s - self._doubted_s >= DOUBT_EVERY_S

@@ -8,8 +8,15 @@ from numpy.typing import NDArray
 
 from remote_site.exponential_response import TAU_GRID_S, ExponentialResponse
 from remote_site.material_table import RATE_TIMES_S, MaterialEntry, MaterialTable
-from remote_site.population_fit import KNOWN_OBJECT_SD_K, READING_S, CalibrationTouch, Population, PopulationFit
-from remote_site.thermal_touches import RecordedTouch, find_touch
+from remote_site.population_fit import (
+    KNOWN_OBJECT_SD_K,
+    UNKNOWN_OBJECT_SD_K,
+    CalibrationTouch,
+    Population,
+    PopulationFit,
+)
+from remote_site.reading_clock import READING_S
+from remote_site.thermal_touches import RecordedTouch, find_touch, reference_touch
 from remote_site.touch_model import PLATE_J_M2K
 from remote_site.traces import ThermalTrace, read_labels, read_thermal
 
@@ -24,8 +31,6 @@ GOOD = 10
 SHORTEST_S = 0.5
 LONGEST_S = 8.0
 """Readings after contact that are used, s."""
-UNKNOWN_OBJECT_SD_K = 3.0
-"""An object whose temperature nobody stated is within this of ambient, K."""
 USUAL_LEAK_PER_S = 0.04
 """Where no free cool-down was recorded, 1/s."""
 LEAST_OFFSET_SD_K = 1.0
@@ -129,32 +134,60 @@ def fit_thermal(
         if len(listed) < FEWEST:
             raise ValueError(f"{where}: column material: {label} has {len(listed)} touch, needs {FEWEST} or more")
     everyone = [touch for listed in touches.values() for touch, _ in listed]
+    length_s = min(float(touch.trace.time_s[-1]) - touch.contact_s for touch in everyone)
+    if length_s < SHORTEST_S:
+        raise ValueError(f"{where}: the shortest touch lasts {length_s:.2f} s, needs {SHORTEST_S} s or more")
+    if any(touch.trace.reference_c is None for touch in everyone):
+        return _fit(where, touches, leak_per_s, length_s)[0]
+    beside = {
+        label: [(reference_touch(touch), object_c) for touch, object_c in listed] for label, listed in touches.items()
+    }
+    reference, felt = _fit(where, beside, USUAL_LEAK_PER_S, length_s)
+    # a sensor that starts at ambient shows best how warm the object is
+    fit, _ = _fit(where, touches, leak_per_s, length_s, felt)
+    return replace(fit, table=fit.table.model_copy(update={"reference": reference.table}))
+
+
+def _fit(
+    where: Path,
+    touches: dict[str, list[tuple[RecordedTouch, float | None]]],
+    leak_per_s: float,
+    length_s: float,
+    felt: Population | None = None,
+) -> tuple[ThermalFit, Population]:
+    """The fit of one sensor; `felt` is that of another one beside it, which felt the same objects."""
+    everyone = [touch for listed in touches.values() for touch, _ in listed]
     ambients = [touch.ambient_c for touch in everyone if touch.ambient_c is not None]
     if not ambients and any(object_c is None for listed in touches.values() for _, object_c in listed):
         raise ValueError(f"{where}: column object_c: needed where the traces have no ambient_c")
     objects = [object_c for listed in touches.values() for _, object_c in listed if object_c is not None]
     ambient_c = float(np.mean(ambients or objects))
-    length_s = min(float(touch.trace.time_s[-1]) - touch.contact_s for touch in everyone)
-    if length_s < SHORTEST_S:
-        raise ValueError(f"{where}: the shortest touch lasts {length_s:.2f} s, needs {SHORTEST_S} s or more")
     readings = round(min(length_s, LONGEST_S) / READING_S)
     each = [
         _calibration_touch(number, touch, object_c, ambient_c, readings)
         for number, listed in enumerate(touches.values())
         for touch, object_c in listed
     ]
+    stated = np.array([touch.object_sd_k == KNOWN_OBJECT_SD_K for touch in each])
+    if felt is not None:
+        each = [
+            touch
+            if known
+            else replace(touch, object_c=touch.ambient_c + float(object_k), object_sd_k=float(object_sd_k))
+            for touch, known, object_k, object_sd_k in zip(each, stated, felt.object_k, felt.object_sd_k, strict=True)
+        ]
     fit = PopulationFit(each, len(touches), leak_per_s)
     population = fit.run()
     times_s = [t for t in RATE_TIMES_S if t <= length_s + 1e-6]
     material = np.array([touch.material for touch in each])
     offsets = np.array([touch.object_c - touch.ambient_c for touch in each])
-    stated = np.array([touch.object_sd_k == KNOWN_OBJECT_SD_K for touch in each])
     offsets = np.where(stated, offsets, population.object_k)
     table = MaterialTable(
         ambient_c=ambient_c,
         plate_j_m2k=PLATE_J_M2K,
-        leak_per_s=population.leak_per_s,
-        half_force_n=population.half_force_n,
+        leak_per_s=population.sensor.leak_per_s,
+        half_force_n=population.sensor.half_force_n,
+        early_s=population.sensor.early_s,
         back_share=population.back_share,
         back_sd_k=population.back_sd_k,
         start_sd_k=population.start_sd_k,
@@ -168,9 +201,8 @@ def fit_thermal(
         ],
     )
     names = list(touches)
-    return ThermalFit(
-        table, [names[touch.material] for touch in each], fit.times_s, population.residual_k * np.sqrt(fit.count)
-    )
+    residual_k = population.residual_k * np.sqrt(fit.count)
+    return ThermalFit(table, [names[touch.material] for touch in each], fit.times_s, residual_k), population
 
 
 def _calibration_touch(

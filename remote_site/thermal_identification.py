@@ -16,16 +16,20 @@ from remote_site.material_posterior import MaterialPosterior
 from remote_site.material_table import MaterialTable
 from remote_site.thermal_answer import NO_CONTACT, ThermalAnswer, ThermalConclusion, undecided
 from remote_site.touch_estimate import TouchEstimate, TouchEvidence
-from remote_site.touch_guesses import Guesses, Substances, guesses, substances
+from remote_site.touch_guesses import FOREIGN, Guesses, Substances, guesses, substances
 
 LEAST_RATE_SD = 0.02
 """Scatter of ln(rate) between touches of one material, at least."""
 LOST_S = 0.05
 """Force has to be away for this long before a contact counts as lost, s."""
+LANDING_S, BOUNCE_S = 1.0, 0.5
+"""A finger that lands may bounce: light contact that begins in the first LANDING_S ends a touch after BOUNCE_S, s."""
 GAP_S = 0.15
 """A longer hole in the readings ends a touch, s."""
 FLAT_S = 0.75
 """Readings of a plate in contact that do not change at all for this long are no readings, s."""
+AT_REST_K_S = 2.0
+"""A plate that warms faster than this at contact is not in the state that the model starts from, K/s."""
 LASTS_S = 10.0
 """Later readings say nothing more: the touch is done, s."""
 HALF_READING_S = 0.005
@@ -45,12 +49,21 @@ class ThermalKnowledge:
     trust_s: float = np.inf
     at_once: int | None = None
     """See `TouchEstimate`."""
+    reference: "ThermalKnowledge | None" = None
+    """Of the unheated sensor beside this one."""
 
     @classmethod
-    def of(cls, table: MaterialTable, trust_s: float = np.inf, at_once: int | None = None) -> Self:
-        """Make `table` ready."""
-        known = substances(table)
-        return cls(table, known, guesses(table), MaterialPosterior(table, known), trust_s, at_once)
+    def of(
+        cls,
+        table: MaterialTable,
+        trust_s: float = np.inf,
+        at_once: int | None = None,
+        foreign_share: float = FOREIGN,
+    ) -> Self:
+        """Make `table` ready; `foreign_share` is the prior probability of an object of no calibrated material."""
+        known = substances(table, foreign_share)
+        reference = None if table.reference is None else cls.of(table.reference, trust_s, at_once, foreign_share)
+        return cls(table, known, guesses(table), MaterialPosterior(table, known), trust_s, at_once, reference)
 
     def conclusion(self) -> ThermalConclusion:
         """For a touch that begins."""
@@ -62,6 +75,7 @@ class ThermalIdentification:
 
     Attributes:
         answer: what is known now.
+        rested: whether the plate was at rest at contact, or near it.
         alone: whether this finger judges by itself; not while a judgement of several fingers speaks for it.
         since_s: time since contact, s; 0 before the first reading.
     """
@@ -76,6 +90,7 @@ class ThermalIdentification:
         self._ln_rate_sds = np.maximum([entry.ln_rate_sd for entry in table.materials], LEAST_RATE_SD)
         self.answer = NO_CONTACT
         self.alone = True
+        self.rested = True
         self.since_s = 0.0
         self._estimate: TouchEstimate | None = None
         self._running = False
@@ -100,6 +115,7 @@ class ThermalIdentification:
         """
         knowledge = self._knowledge
         ambient_c = knowledge.table.ambient_c if ambient_c is None else ambient_c
+        self.rested = abs(slope_k_s) <= AT_REST_K_S
         self._estimate = TouchEstimate(
             knowledge.table,
             knowledge.substances,
@@ -134,10 +150,13 @@ class ThermalIdentification:
         if not force_n >= CONTACT_OFF_N:
             if self._light_since_s is None:
                 self._light_since_s = t_s
-            if t_s - self._light_since_s >= LOST_S:
+            landing = self._light_since_s - self._contact_s < LANDING_S
+            if t_s - self._light_since_s >= (BOUNCE_S if landing else LOST_S):
                 self.stop(CONTACT_LOST)
-            return self.answer
-        self._light_since_s = None
+            if not landing or not self._running:
+                return self.answer
+        else:
+            self._light_since_s = None
         dt_s = t_s - self._before_s
         fault = self._fault(t_s, dt_s, sensor_c)
         if fault:

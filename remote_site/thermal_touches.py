@@ -3,13 +3,13 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from remote_site.reading_clock import READING_S
 from remote_site.traces import ThermalTrace
 
 BEFORE = 5
 """Readings averaged into one value of the plate before contact (50 ms)."""
 WARMING = 25
 """Readings before contact that tell how fast the plate was still warming up (0.25 s)."""
-READING_S = 0.01
 AMBIENT = 50
 """Readings before contact averaged into the ambient temperature (0.5 s)."""
 

@@ -2,10 +2,10 @@
 
 Six numbers are unknown for each guess: the temperatures of object, plate and back at contact, and how far the guess is
 off in the logarithms of effusivity, conductance and lag. A reading is linear in the three temperatures and in the three
-products of an offset with the difference between plate and object. Sums over the readings therefore hold all that they
-say, whatever is believed meanwhile (a Kalman filter would freeze each reading where the estimate was when it came); a
-Gauss-Newton step with each reading keeps the six numbers most probable, and Laplace's approximation there weighs the
-guesses against each other.
+products of an offset with the difference between plate and object, so that sums over the readings hold all that they
+say (a Kalman filter would freeze each reading where the estimate was when it came). A Gauss-Newton step with each
+reading keeps the six numbers most probable, and Laplace's approximation there weighs the guesses against each other.
+A few times during a touch the readings are summed again around what each guess has come to by then.
 """
 
 from dataclasses import dataclass
@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from remote_site.material_table import MaterialTable
+from remote_site.reading_sums import Reading, ReadingSums
 from remote_site.touch_guesses import Guesses, Substances
-from remote_site.touch_model import SensorConstants, TouchModel
+from remote_site.touch_model import Contacts, SensorConstants
 
 Array = NDArray[np.float64]
 
@@ -36,6 +37,12 @@ PRESSURE_STEP = 0.1
 """Change of the contact's conductance, in its logarithm, that counts as another pressure."""
 UNSTEADY = 0.3
 """A contact that a changed force made anew differs from the law by this part of the change."""
+LOOK_AGAIN_S = (0.15, 0.4, 1.0, 2.5)
+"""When the readings are summed again, s after contact: each look is exact nearer to what the touch really is."""
+PER_READING = 3
+"""Earlier readings that are summed again with each new one."""
+MOST_AGAIN = 300
+"""Guesses that can be looked at again; from more the readings choose first."""
 LARGEST_STEP = 0.3
 """Of a logarithm, from one reading to the next."""
 
@@ -93,9 +100,14 @@ class TouchEstimate:
         self._guesses = guesses
         self._ambient_c, self._start_c = ambient_c, start_c
         self._noise_square = table.noise_k**2
-        sensor = SensorConstants(table.leak_per_s, table.half_force_n)
+        sensor = SensorConstants(table.leak_per_s, table.half_force_n, table.early_s)
         self._sensor = sensor
-        self._model = TouchModel(sensor, guesses.contacts, guesses.contact_of, guesses.ln_lag)
+        self._sums = ReadingSums(sensor, guesses.contacts, guesses.contact_of, guesses.ln_lag)
+        self._slope_k_s = slope_k_s
+        self._slab_s = guesses.contacts.slab_s[guesses.contact_of]
+        self._readings: list[Reading] = []
+        self._again: ReadingSums | None = None
+        self._looks = list(LOOK_AGAIN_S)
         n = len(guesses.substance)
         ambient_k = ambient_c - start_c
         self._expected = np.zeros((n, 6))
@@ -113,13 +125,10 @@ class TouchEstimate:
         self._mean, self._covariance = self._expected.copy(), np.zeros((n, 6, 6))
         self._covariance[:, (0, 1, 2), (0, 1, 2)] = variances
         self._covariance[:, 3:, 3:] = guesses.covariance
-        # of all readings, in units of their noise: sums over the courses, and over courses times reading
-        self._information, self._vector, self._square = np.zeros((n, 6, 6)), np.zeros((n, 6)), np.zeros(n)
         self._ln_weight = guesses.ln_weight.copy()
         self._misfit = np.zeros(n)
         self._substance = guesses.substance
-        self._ln_effusivity = guesses.contacts.ln_effusivity[guesses.contact_of]
-        self._readings, self._ln_noise = 0, 0.0
+        self._ln_noise = 0.0
         self._used = (0, 0.0)
         self._next = self._rounds = 0
         self.solved = True
@@ -136,16 +145,41 @@ class TouchEstimate:
             reading_c: C.
             force_n: mean force since then, N.
         """
-        self._follow_force(dt_s, force_n)
-        self._model.step(dt_s, force_n)
-        courses, reading_k = self._model.courses, reading_c - self._start_c
-        noise_square = self._noise_square * (1.0 + (self._since_s / self._trust_s) ** 4)
-        self._information += courses[:, :, None] * (courses / noise_square)[:, None, :]
-        self._vector += courses * (reading_k / noise_square)
-        self._square += reading_k * reading_k / noise_square
-        self._ln_noise += np.log(noise_square)
-        self._readings += 1
+        changed = self._follow_force(dt_s, force_n)
+        variance = self._noise_square * (1.0 + (self._since_s / self._trust_s) ** 4)
+        reading = Reading(dt_s, reading_c - self._start_c, force_n, variance, changed)
+        self._readings.append(reading)
+        self._ln_noise += np.log(variance)
+        self._sums.take(reading, self._difference_k)
+        if changed > 0.0:
+            self._next = 0  # what was being solved is of another contact
         self._solve_some()
+        self._look_again()
+
+    @property
+    def _difference_k(self) -> Array:
+        """Between plate and object at contact, as each guess has it."""
+        return np.asarray(self._mean[:, 1] - self._mean[:, 0])
+
+    def _look_again(self) -> None:
+        """Sum the readings again around what each guess has come to, a few with each new one."""
+        if self._again is None:
+            if not (self._looks and self._since_s >= self._looks[0] and self.solved) or len(self._mean) > MOST_AGAIN:
+                return
+            self._looks.pop(0)
+            ln_effusivity, ln_conductance, ln_lag = (self._sums.around + self._mean[:, 3:]).T
+            contacts = Contacts(ln_effusivity, ln_conductance, self._slab_s)
+            self._again = ReadingSums(self._sensor, contacts, np.arange(len(ln_lag)), ln_lag)
+        done = self._again.count
+        for reading in self._readings[done : done + PER_READING]:
+            self._again.take(reading, self._difference_k)
+        if self._again.count == len(self._readings):
+            moved = self._again.around - self._sums.around
+            self._expected[:, 3:] -= moved
+            self._expected[:, 1] = self._slope_k_s * np.exp(self._again.around[:, 2])
+            self._mean[:, 3:] -= moved
+            self._sums, self._again = self._again, None
+            self._next = 0
 
     @property
     def settled(self) -> bool:
@@ -154,6 +188,8 @@ class TouchEstimate:
 
     def settle(self) -> None:
         """Make use of every reading that came, however long it takes."""
+        while self._again is not None:
+            self._look_again()
         self._next = 0
         self._solve_some()
         while not self.solved:
@@ -162,8 +198,9 @@ class TouchEstimate:
     def _solve_some(self) -> None:
         """Solve the next guesses; when all are, each from the readings that there were when the first was, compare."""
         if self._next == 0:
-            self._sums = self._information.copy(), self._vector.copy(), self._square.copy()
-            self._used = self._readings, self._ln_noise
+            sums = self._sums
+            self._solved_from = sums.information.copy(), sums.vector.copy(), sums.square.copy()
+            self._used = len(self._readings), self._ln_noise
             self._unlikely = np.empty_like(self._ln_weight)
         part = slice(self._next, self._next + self._at_once)
         self._solve(part)
@@ -172,12 +209,12 @@ class TouchEstimate:
         if self.solved:
             self._next = 0
             self._rounds += 1
-            self._ln_weight = self._ln_prior - 0.5 * self._unlikely
+            self._ln_weight = self._ln_prior + self._sums.ln_blurred - 0.5 * self._unlikely
             self._prune()
 
     def _solve(self, part: slice) -> None:
         """One Gauss-Newton step of some guesses, and what they are worth there."""
-        information, vector, square = self._sums[0][part], self._sums[1][part], self._sums[2][part]
+        information, vector, square = (sums[part] for sums in self._solved_from)
         precision, expected = self._precision[part], self._expected[part]
         slopes = self._slopes(part)
         turned = np.swapaxes(slopes, 1, 2)
@@ -208,40 +245,31 @@ class TouchEstimate:
         slopes[:, 3:, 0], slopes[:, 3:, 1] = -mean[:, 3:], mean[:, 3:]
         return slopes
 
-    def _follow_force(self, dt_s: float, force_n: float) -> None:
+    def _follow_force(self, dt_s: float, force_n: float) -> float:
         """Once the finger rests, a pressure that changes for good makes the contact anew: it is known less well."""
         self._since_s += dt_s
         self._force_n += (force_n - self._force_n) * min(dt_s / PRESSURE_S, 1.0)
         if self._since_s < RESTS_S:
-            return
+            return 0.0
         ln_share = float(np.log(max(float(self._sensor.force_share(self._force_n)), 0.02)))
         change = ln_share - (ln_share if self._ln_share is None else self._ln_share)
         if self._ln_share is None or abs(change) > PRESSURE_STEP:
-            self._blur_contact((UNSTEADY * change) ** 2)
             self._ln_share = ln_share
-
-    def _blur_contact(self, variance: float) -> None:
-        """Readings so far were of a contact whose ln conductance differs from now by this variance."""
-        blur = variance * (self._mean[:, 1] - self._mean[:, 0]) ** 2
-        row, at = self._information[:, :, 4].copy(), self._vector[:, 4].copy()
-        share = blur / (1.0 + blur * row[:, 4])
-        self._information -= share[:, None, None] * row[:, :, None] * row[:, None, :]
-        self._vector -= (share * at)[:, None] * row
-        self._square -= share * at * at
-        self._ln_prior -= 0.5 * np.log1p(blur * row[:, 4])
-        self._next = 0  # what was being solved is of another contact
+            return (UNSTEADY * change) ** 2
+        return 0.0
 
     def _prune(self) -> None:
         likely = self._ln_weight > self._ln_weight.max() - FORGET
         if likely.sum() > 0.9 * len(likely):
             return
-        self._model.keep(likely)
+        self._sums.keep(likely)
+        if self._again is not None:
+            self._again.keep(likely)
         self._mean, self._covariance = self._mean[likely], self._covariance[likely]
         self._expected, self._precision = self._expected[likely], self._precision[likely]
-        self._information, self._vector = self._information[likely], self._vector[likely]
-        self._square, self._misfit = self._square[likely], self._misfit[likely]
+        self._misfit = self._misfit[likely]
         self._ln_weight, self._ln_prior = self._ln_weight[likely], self._ln_prior[likely]
-        self._substance, self._ln_effusivity = self._substance[likely], self._ln_effusivity[likely]
+        self._substance, self._slab_s = self._substance[likely], self._slab_s[likely]
 
     def evidence(self) -> TouchEvidence:
         """What all readings so far say: the guesses of each substance drawn together."""
@@ -252,7 +280,7 @@ class TouchEstimate:
         weight = np.exp(self._ln_weight - top[self._substance])
         total = np.bincount(self._substance, weight, count)
         weight = weight / total[self._substance]
-        point = np.stack((self._mean[:, 0] + offset, self._ln_effusivity + self._mean[:, 3]), axis=1)
+        point = np.stack((self._mean[:, 0] + offset, self._sums.around[:, 0] + self._mean[:, 3]), axis=1)
         mean = np.zeros((count, 2))
         np.add.at(mean, self._substance, weight[:, None] * point)
         away = point - mean[self._substance]

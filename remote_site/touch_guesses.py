@@ -14,7 +14,7 @@ from remote_site.touch_model import Contacts
 
 Array = NDArray[np.float64]
 
-SPACING = {"effusivity": 0.30, "conductance": 0.20, "lag": 0.20}
+SPACING = {"effusivity": 0.40, "conductance": 0.30, "lag": 0.30}
 """Distance of neighbouring guesses in each logarithm."""
 INNER = 0.6
 """Standard deviation around each, as part of the distance: a row of such normals is as smooth as one."""
@@ -24,9 +24,13 @@ FOREIGN_LN_STEP = 0.35
 """Distance in ln effusivity of the substances that stand for everything that was not calibrated."""
 FOREIGN_FROM, FOREIGN_TO = 25.0, 45_000.0
 """From foam to copper, J/(m2 K s^0.5)."""
-FOREIGN_CONDUCTANCE_SD = 0.25
-FOREIGN = 0.02
-"""Prior probability that a touched object is of no calibrated material."""
+FOREIGN_CONDUCTANCE_SD = 0.40
+"""Of a contact with something that was not calibrated, around that of the materials nearest in effusivity."""
+SOFTER = 0.6
+"""Below the calibrated effusivities ln conductance falls with ln effusivity by so much: insulators conduct little even
+where they touch (Ho & Jones 2008)."""
+FOREIGN = 0.10
+"""Prior probability that a touched object is of no calibrated material, where nothing else is known of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,8 +91,8 @@ def spread(sd: float, spacing: float) -> tuple[Array, Array, float]:
     return np.asarray(means), np.asarray(weights / weights.sum()), inner
 
 
-def substances(table: MaterialTable) -> Substances:
-    """The calibrated materials and the steps of effusivity that stand for all others."""
+def substances(table: MaterialTable, foreign_share: float = FOREIGN) -> Substances:
+    """The calibrated materials and, with a prior of `foreign_share`, steps of effusivity that stand for all others."""
     foreign = _foreign_ln_effusivity(table)
     known, others = len(table.materials), len(foreign)
     return Substances(
@@ -96,7 +100,7 @@ def substances(table: MaterialTable) -> Substances:
         np.concatenate(
             ([entry.covariance[0][0] for entry in table.materials], np.full(others, (INNER * FOREIGN_LN_STEP) ** 2))
         ),
-        np.concatenate((np.full(known, (1.0 - FOREIGN) / known), np.full(others, FOREIGN / others))),
+        np.concatenate((np.full(known, (1.0 - foreign_share) / known), np.full(others, foreign_share / others))),
         known,
     )
 
@@ -135,12 +139,11 @@ def guesses(table: MaterialTable) -> Guesses:
     foreign = _foreign_ln_effusivity(table)
     order = np.argsort([entry.ln_effusivity for entry in table.materials])
     known = np.array([(entry.ln_effusivity, entry.ln_conductance) for entry in table.materials])[order]
-    offsets, offset_weights, offset_sd = spread(FOREIGN_CONDUCTANCE_SD, SPACING["conductance"])
-    within = np.diag([(INNER * FOREIGN_LN_STEP) ** 2, offset_sd**2])
+    within = np.diag([(INNER * FOREIGN_LN_STEP) ** 2, FOREIGN_CONDUCTANCE_SD**2])
     for number, ln_effusivity in enumerate(foreign):
         usual = float(np.interp(ln_effusivity, known[:, 0], known[:, 1]))
-        for offset, weight in zip(offsets, offset_weights, strict=True):
-            add(len(table.materials) + number, ln_effusivity, usual + offset, np.inf, weight, within)
+        usual -= SOFTER * max(known[0, 0] - ln_effusivity, 0.0)
+        add(len(table.materials) + number, ln_effusivity, usual, np.inf, 1.0, within)
 
     ln = np.array(ln_contacts)
     return Guesses(

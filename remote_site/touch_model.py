@@ -21,6 +21,8 @@ COURSES = 6
 """Columns of `TouchModel.courses`."""
 _STEP = 0.02
 """Change of a logarithm by which the slopes of a course are taken."""
+_SAME_S = 1e-6
+"""Steps that differ by less are one length, s."""
 _PLATES = 4
 """Of each contact: plate warm; the same with more effusivity; with more conductance; only the back warm."""
 
@@ -32,10 +34,12 @@ class SensorConstants:
     Attributes:
         leak_per_s: conductance from the plate into the Peltier's back and the case, 1/s.
         half_force_n: force at which the contact conducts half as well as at large force, N.
+        early_s: heat flows so long before the force tells of contact, s; negative where it flows later.
     """
 
     leak_per_s: float
     half_force_n: float
+    early_s: float = 0.0
 
     def force_share(self, force_n: Array | float) -> Array:
         """Part of the full contact conductance at a force, 0..1."""
@@ -97,6 +101,7 @@ class TouchModel:
         self._start = np.ones((2, len(lag_s)))
         """What is left in the resistor of its own temperature at contact."""
         self._dt_s = 0.0
+        self._early_s = sensor.early_s
         self.courses = np.zeros((len(lag_s), COURSES))
 
     def keep(self, which: NDArray[np.bool_]) -> None:
@@ -110,7 +115,19 @@ class TouchModel:
 
     def step(self, dt_s: float, force_n: Array | float) -> None:
         """Advance by `dt_s` (s) at a force (N), one for all contacts or (p,)."""
-        if dt_s != self._dt_s:
+        if self._early_s > 0.0:
+            self._advance(self._early_s, force_n)
+            self._early_s = 0.0
+        elif self._early_s < 0.0:
+            waits_s = min(-self._early_s, dt_s)
+            self._early_s += waits_s
+            self._advance(waits_s, 0.0)
+            dt_s -= waits_s
+        if dt_s > 0.0:
+            self._advance(dt_s, force_n)
+
+    def _advance(self, dt_s: float, force_n: Array | float) -> None:
+        if abs(dt_s - self._dt_s) > _SAME_S:
             self._prepare(dt_s)
         before = self._plate
         self._conduct(dt_s, self._conductance * self._sensor.force_share(force_n))

@@ -60,17 +60,8 @@ def calibrated_tables(scene: str) -> tuple[Path, Path]:
     return materials, SURFACES
 
 
-def free_ports(count: int) -> list[int]:
-    """Ports that nobody listens on right now; all held open at once so that they differ."""
-    sockets = [socket.create_server((HOST, 0)) for _ in range(count)]
-    ports = [int(s.getsockname()[1]) for s in sockets]
-    for s in sockets:
-        s.close()
-    return ports
-
-
 def free_port_block(count: int) -> int:
-    """First of `count` consecutive free ports.
+    """First of `count` consecutive free ports, below those that outgoing connections are given.
 
     Raises:
         OSError: none was found.
@@ -115,8 +106,9 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
     TrustedKeys(remote_keys).trust("operator", operator_key := create_keys(operator_keys))
     TrustedKeys(operator_keys).trust("remote", create_keys(remote_keys))
     assert operator_key
-    base_port = free_port_block(2 * len(STREAMS))
-    ports = iter(free_ports(3 * len(fingers) + 7))
+    streams, others = 2 * len(STREAMS), 3 * len(fingers) + 7
+    base_port = free_port_block(streams + others)
+    ports = iter(range(base_port + streams, base_port + streams + others))
     texture, thermal, tacttip = ({finger: next(ports) for finger in fingers} for _ in range(3))
     robot_port, exoskeleton_port = next(ports), next(ports)
 

@@ -8,7 +8,10 @@ from remote_site.thermal_calibration import calibrate_thermal
 from sim_sensors.scene import load_scene
 from sim_sensors.simulate import simulate_stroke_set, simulate_thermal, simulate_thermal_set, write_thermal_csv
 
-TOUCHES = 120
+TOUCHES = 40
+"""Of each material at each of FORCES_N."""
+FORCES_N = (0.7, 1.2, 1.8)
+"""A session presses with all of these: how a contact conducts more under more force has to be seen in calibration."""
 SECONDS = 8.1
 AIR_SECONDS = 12.0
 SERIAL = "simulated"
@@ -58,21 +61,29 @@ def make_tables(out: Path, *, made_on: str = "") -> list[Path]:
 def _blocks(folder: Path, materials: tuple[str, ...], seed: int) -> None:
     """Touches of blocks at room temperature, and free cool-downs."""
     for number, material in enumerate(materials):
-        simulate_thermal_set(material, TOUCHES, seconds=SECONDS, seed=seed + number, out=folder)
+        for variant, force_n in enumerate(FORCES_N):
+            simulate_thermal_set(
+                material, TOUCHES, seconds=SECONDS, seed=seed + 10 * number + variant, force_n=force_n, out=folder
+            )
     simulate_thermal_set("air", 5, seconds=AIR_SECONDS, seed=seed + 100, out=folder)
 
 
 def _skin(folder: Path, seed: int) -> None:
     """Touches of body-warm skin, added to the labels of `folder`."""
-    traces = simulate_thermal(
-        LIVING,
-        seed,
-        touches=TOUCHES,
-        seconds=SECONDS,
-        preheat_k=BODY_PREHEAT_K,
-        offset_c=BODY_OFFSETS_C,
-        thickness_m=None,
-    )
+    traces = [
+        trace
+        for variant, force_n in enumerate(FORCES_N)
+        for trace in simulate_thermal(
+            LIVING,
+            seed + variant,
+            touches=TOUCHES,
+            seconds=SECONDS,
+            force_n=force_n,
+            preheat_k=BODY_PREHEAT_K,
+            offset_c=BODY_OFFSETS_C,
+            thickness_m=None,
+        )
+    ]
     with (folder / "labels.csv").open("a", encoding="utf-8") as labels:
         for number, trace in enumerate(traces):
             file = f"{LIVING}_{number:03d}.csv"

@@ -25,7 +25,7 @@ from tests.remote_site.made_touches import (
 from tests.remote_site.made_touches import SENSOR as MADE_SENSOR
 
 TABLE = true_table()
-SENSOR = SensorConstants(TABLE.leak_per_s, TABLE.half_force_n)
+SENSOR = SensorConstants(TABLE.leak_per_s, TABLE.half_force_n, TABLE.early_s)
 
 
 def estimate(

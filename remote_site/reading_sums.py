@@ -1,0 +1,88 @@
+"""What the readings of a touch say about guesses, to first order around each guess's numbers.
+
+A reading is linear in three temperatures, and near a guess in three logarithms (effusivity, conductance, lag). Sums
+over the readings therefore hold all that they say, whatever is believed meanwhile. Away from its numbers a guess is
+only as good as its slopes: the readings can be summed again around better numbers.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from remote_site.touch_model import COURSES, Contacts, SensorConstants, TouchModel
+
+Array = NDArray[np.float64]
+
+CONDUCTANCE = 4
+"""Row of the courses' slopes by the contact's conductance."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """One reading of a plate in contact.
+
+    Attributes:
+        dt_s: since the one before, s.
+        above_start_k: reading relative to that at contact, K.
+        force_n: mean force since the one before, N.
+        variance: of its noise, K^2.
+        contact_variance: by how much the contact's ln conductance has changed just before, beyond the law.
+    """
+
+    dt_s: float
+    above_start_k: float
+    force_n: float
+    variance: float
+    contact_variance: float
+
+
+class ReadingSums:
+    """Sums over readings for n guesses.
+
+    Attributes:
+        around: (n, 3) ln effusivity, ln conductance and ln lag that the slopes were taken at.
+        information: (n, 6, 6) over pairs of courses, in units of the noise.
+        vector: (n, 6) over courses times reading.
+        square: (n,) over readings squared.
+        ln_blurred: (n,) what contacts that changed cost a guess in ln probability.
+        count: readings taken.
+    """
+
+    def __init__(self, sensor: SensorConstants, contacts: Contacts, contact_of: NDArray[np.intp], ln_lag: Array):
+        """Begin at contact; see `TouchModel`."""
+        self._model = TouchModel(sensor, contacts, contact_of, ln_lag)
+        n = len(ln_lag)
+        self.around = np.stack(
+            (contacts.ln_effusivity[contact_of], contacts.ln_conductance[contact_of], ln_lag), axis=1
+        )
+        self.information, self.vector = np.zeros((n, COURSES, COURSES)), np.zeros((n, COURSES))
+        self.square, self.ln_blurred = np.zeros(n), np.zeros(n)
+        self.count = 0
+
+    def take(self, reading: Reading, difference_k: Array) -> None:
+        """One reading more; `difference_k` (n,) between plate and object at contact is used where a contact changed."""
+        if reading.contact_variance > 0.0:
+            self._blur_contact(reading.contact_variance * difference_k**2)
+        self._model.step(reading.dt_s, reading.force_n)
+        courses, weighed = self._model.courses, self._model.courses / reading.variance
+        self.information += courses[:, :, None] * weighed[:, None, :]
+        self.vector += weighed * reading.above_start_k
+        self.square += reading.above_start_k**2 / reading.variance
+        self.count += 1
+
+    def _blur_contact(self, variance: Array) -> None:
+        """Readings so far were of a contact whose slope's factor differs from now by this variance."""
+        row, at = self.information[:, :, CONDUCTANCE].copy(), self.vector[:, CONDUCTANCE].copy()
+        share = variance / (1.0 + variance * row[:, CONDUCTANCE])
+        self.information -= share[:, None, None] * row[:, :, None] * row[:, None, :]
+        self.vector -= (share * at)[:, None] * row
+        self.square -= share * at * at
+        self.ln_blurred -= 0.5 * np.log1p(variance * row[:, CONDUCTANCE])
+
+    def keep(self, which: NDArray[np.bool_]) -> None:
+        """Go on with some of the guesses only."""
+        self._model.keep(which)
+        self.around = self.around[which]
+        self.information, self.vector = self.information[which], self.vector[which]
+        self.square, self.ln_blurred = self.square[which], self.ln_blurred[which]
