@@ -56,8 +56,8 @@ class FingerSample:
     texture_v: NDArray[np.float64] | None = None
     sensor_c: float | None = None
     ambient_c: float | None = None
-    reading_number: int | None = None
     sensor_fault: str | None = None
+    reading_number: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

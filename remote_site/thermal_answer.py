@@ -119,7 +119,7 @@ class ThermalConclusion:
         elif since_s >= EARLIEST_S - 1e-9:
             if posterior.foreign > FOREIGN:
                 status = ThermalStatus.UNKNOWN
-            elif probability >= SURE:
+            elif probability >= SURE and posterior.misfit <= MISFIT:
                 status = ThermalStatus.IDENTIFIED
         return ThermalAnswer(
             status,

@@ -101,8 +101,9 @@ class ThermalIdentification:
         return self._running
 
     def evidence(self) -> TouchEvidence | None:
-        """What the readings of this touch say, for a joint judgement; None while it is too early to say."""
-        return self._estimate.evidence() if self._estimate is not None and self._estimate.settled else None
+        """What the readings of this touch say, for a judgement; None while it is too early, or nothing presses."""
+        touching = self._estimate is not None and self._light_since_s is None and self._estimate.settled
+        return self._estimate.evidence() if touching and self._estimate is not None else None
 
     def start(self, t_s: float, start_c: float, slope_k_s: float, ambient_c: float | None) -> None:
         """Begin a touch.
@@ -166,8 +167,9 @@ class ThermalIdentification:
             assert self._estimate is not None
             self._estimate.step(dt_s, sensor_c, force_n)
             self._exponential.add(self.since_s, sensor_c)
-            if self.alone and self._estimate.solved and self._estimate.settled:
-                posterior = self._knowledge.posterior.judge([self._estimate.evidence()])
+            evidence = self.evidence() if self.alone and self._estimate.solved else None
+            if evidence is not None:
+                posterior = self._knowledge.posterior.judge([evidence])
                 self.answer = self.with_exponential(self._conclusion.step(posterior, self.since_s))
             self._running = self.since_s < LASTS_S
         return self.answer

@@ -290,7 +290,8 @@ class TouchEstimate:
         gone = total == 0.0
         # As likely as when it was given up, and as unknown as at first: fingers that gave up different substances
         # still have to be judged together.
-        ln_likelihood = np.where(gone, self._ln_weight.max() - FORGET, top + np.log(np.where(gone, 1.0, total)))
+        least = self._ln_weight.max() - FORGET
+        ln_likelihood = np.where(gone, least, np.maximum(top + np.log(np.where(gone, 1.0, total)), least))
         mean[gone, 1] = self._substances.ln_effusivity[gone]
         covariance[gone, 0, 0] = ANYWHERE_K**2
         covariance[gone, 1, 1] = self._substances.effusivity_variance[gone]

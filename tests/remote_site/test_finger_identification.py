@@ -8,6 +8,7 @@ import pytest
 
 from common.messages import ExplorationMode, ThermalStatus
 from remote_site.finger_identification import FingerIdentification, FingerSample, FingerTouch
+from remote_site.perception import FOREIGN
 from remote_site.surface_class import SurfaceTable
 from remote_site.thermal_identification import ThermalKnowledge
 from tests.remote_site.made_touches import AMBIENT_C, MATERIALS, made_touches, measured, pressed, true_table
@@ -22,7 +23,8 @@ CONTACT_S, PRESS_N = 0.5, pressed()
 @pytest.fixture(scope="module")
 def rendered_knowledge() -> ThermalKnowledge:
     """Of materials that the operator site can render."""
-    return ThermalKnowledge.of(true_table({name: MATERIALS[made] for name, made in NAMES.items()}))
+    table = true_table({name: MATERIALS[made] for name, made in NAMES.items()})
+    return ThermalKnowledge.of(table, foreign_share=FOREIGN)
 
 
 def explore(

@@ -5,7 +5,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from remote_site.touch_guesses import FOREIGN, FOREIGN_FROM, FOREIGN_LN_STEP, FOREIGN_TO, guesses, spread, substances
+from remote_site.touch_guesses import (
+    FOREIGN,
+    FOREIGN_FROM,
+    FOREIGN_LN_STEP,
+    FOREIGN_TO,
+    SOFTER,
+    guesses,
+    spread,
+    substances,
+)
 from tests.remote_site.made_touches import MATERIALS, PLATE_J_M2K, true_table
 
 
@@ -96,9 +105,11 @@ def test_what_was_not_calibrated_is_covered_from_foam_to_copper():
 
 def test_a_foreign_contact_is_guessed_like_that_of_its_neighbours():
     made = true_table()
-    laid_out = guesses(made)
+    laid_out, known = guesses(made), substances(made)
     for number in range(len(made.materials), laid_out.substance.max() + 1):
         mine = laid_out.substance == number
         conductance = np.exp(laid_out.ln_weight[mine]) @ laid_out.contacts.ln_conductance[laid_out.contact_of[mine]]
         usual = [entry.ln_conductance for entry in made.materials]
-        assert min(usual) - 1e-9 <= conductance <= max(usual) + 1e-9
+        assert conductance <= max(usual) + 1e-9
+        softer = min(entry.ln_effusivity for entry in made.materials) - known.ln_effusivity[number]
+        assert conductance >= min(usual) - SOFTER * max(softer, 0.0) - 1e-9
