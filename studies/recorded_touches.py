@@ -13,6 +13,7 @@ of its touches. Cooled wood is wood. What flatters the data:
   with materials equally likely (`even`, as the estimator answers) and as frequent as in its calibration (`counted`).
 """
 
+import os
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -28,6 +29,10 @@ from remote_site.identify_thermal import identify_thermal
 from remote_site.material_table import MaterialTable
 from remote_site.thermal_calibration import calibrate_thermal
 from remote_site.traces import ThermalTrace, read_thermal
+from studies.recorded_touches_figure import plot
+from studies.registry import Unavailable
+
+__all__ = ["plot", "run", "tables"]
 
 Array = NDArray[np.float64]
 Row = dict[str, Any]
@@ -58,18 +63,25 @@ class Touch:
     room_c: float
 
 
-def run(folder: Path, *, quick: bool = False, seed: int = 0, tell: Tell = lambda _: None) -> dict[str, Any]:
+def run(
+    *, quick: bool = False, seed: int = 0, tell: Tell = lambda _: None, folder: Path | None = None
+) -> dict[str, Any]:
     """Leave each set out in turn and judge its touches.
 
     Args:
-        folder: of recordings `setNN_CLASS_K.csv`; `thermal_contact` in the folder that TELETACTION_DATA names.
+        folder: of recordings `setNN_CLASS_K.csv`; None: `thermal_contact` in the folder that TELETACTION_DATA names.
         quick: judge every sixth set only; all others are still learned from.
         seed: of the noise.
         tell: is told the share done, 0..1.
 
     Raises:
-        ValueError: there are no such recordings, or one cannot be read.
+        Unavailable: there are no such recordings.
+        ValueError: one cannot be read.
     """
+    if folder is None:
+        if not (data := os.environ.get("TELETACTION_DATA")):
+            raise Unavailable("TELETACTION_DATA has to name the folder that holds thermal_contact")
+        folder = Path(data) / "thermal_contact"
     touches = read_touches(folder, seed)
     groups = sorted({touch.group for touch in touches})[:: 6 if quick else 1]
     answers: list[Row] = []
@@ -126,7 +138,7 @@ def read_touches(folder: Path, seed: int) -> list[Touch]:
     """
     paths = sorted(path for path in folder.glob("*.csv") if _NAME.fullmatch(path.stem))
     if not paths:
-        raise ValueError(f"{folder}: no recordings named setNN_CLASS_K.csv")
+        raise Unavailable(f"{folder}: no recordings named setNN_CLASS_K.csv")
     random = np.random.default_rng(seed)
     traces = [read_thermal(path) for path in paths]
     before: dict[int, list[float]] = {}

@@ -20,12 +20,17 @@ STUDIES = {
     "link": "studies.link",
     "soak": "studies.soak",
     "thermal-identification": "studies.thermal_identification",
+    "recorded-touches": "studies.recorded_touches",
 }
 """Module of each study by its name."""
 
 
 class UnknownStudy(ValueError):
     """There is no study of this name."""
+
+
+class Unavailable(ValueError):
+    """Something that a study measures with is not here; the message says what, and how to name it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +70,7 @@ def run_study(name: str, out: Path, *, quick: bool = False, seed: int = 0, tell:
 
     Raises:
         UnknownStudy: there is none of this name.
+        Unavailable: what it measures with is not here.
         OSError: the folder cannot be written to.
     """
     module = study(name)

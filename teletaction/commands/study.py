@@ -37,8 +37,14 @@ def study_command(
         raise ValueError("a study needs --out DIR")
     found = []
     for study_name in names:
-        with progress_line(study_name) as tell:
-            result = registry.run_study(study_name, out, quick=quick, seed=seed, tell=tell)
+        try:
+            with progress_line(study_name) as tell:
+                result = registry.run_study(study_name, out, quick=quick, seed=seed, tell=tell)
+        except registry.Unavailable as missing:
+            if not all_studies:
+                raise
+            typer.echo(f"{study_name}: skipped: {missing}", err=True)
+            continue
         typer.echo(f"{study_name}: wrote {', '.join(str(path) for path in result.written)}", err=True)
         found += [f"{study_name}: {problem}" for problem in result.problems]
     for problem in found:

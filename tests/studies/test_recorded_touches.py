@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from remote_site.traces import ThermalTrace
 from studies import recorded_touches
 from studies.recorded_touches import BOTH, HEATED, METAL, TIMES_S, WOOD, accuracy, linear_features, linear_score
+from studies.registry import Unavailable
 
 Array = NDArray[np.float64]
 DATA = Path(os.environ.get("TELETACTION_DATA", Path(__file__).parents[3] / "shared" / "data")) / "thermal_contact"
@@ -50,8 +51,25 @@ def test_right_and_wrong_are_counted_by_class() -> None:
 
 
 def test_a_folder_without_recordings_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=str(tmp_path)):
-        recorded_touches.run(tmp_path)
+    with pytest.raises(Unavailable, match=str(tmp_path)):
+        recorded_touches.run(folder=tmp_path)
+
+
+def test_without_recordings_it_says_how_to_name_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("TELETACTION_DATA", raising=False)
+    with pytest.raises(Unavailable, match="TELETACTION_DATA"):
+        recorded_touches.run()
+
+
+def test_the_figure_shows_every_way_to_sense(tmp_path: Path) -> None:
+    cells = [
+        {"method": method, "sensors": sensors, "prior": "even", "t_s": t_s, "touches": 9, "share": 0.5}
+        for method in ("linear", "estimator")
+        for sensors in recorded_touches.SENSORS
+        for t_s in TIMES_S
+    ]
+    recorded_touches.plot({"accuracy": cells}, tmp_path / "touches.png")
+    assert (tmp_path / "touches.png").stat().st_size > 10_000
 
 
 def test_both_methods_answer_every_touch_of_a_set_that_was_left_out(tmp_path: Path) -> None:
@@ -65,7 +83,7 @@ def test_both_methods_answer_every_touch_of_a_set_that_was_left_out(tmp_path: Pa
     for path in found:
         (tmp_path / path.name).write_bytes(path.read_bytes())
     told: list[float] = []
-    data = recorded_touches.run(tmp_path, quick=True, tell=told.append)
+    data = recorded_touches.run(folder=tmp_path, quick=True, tell=told.append)
     assert data["sets"] == [1]
     assert told == [1.0]
     judged = {path.name for path in found if path.name.startswith("set01")}
