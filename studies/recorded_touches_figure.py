@@ -35,7 +35,7 @@ def plot(data: Mapping[str, Any], path: Path) -> None:
             axes.set_title(sensor.replace(", ", ",\n"))
             axes.set_xlabel("s after first contact")
         panels[0].set_ylabel(f"right of {rows[0]['touches']}, %")
-        panels[-1].legend(loc="lower right")
+        panels[0].legend(loc="lower right")
         figure.savefig(path)
 
 

@@ -135,3 +135,17 @@ def test_each_study_has_what_the_registry_asks_for(name: str) -> None:
     line = registry.described()[name]
     assert line.endswith(".")
     assert len(line) < 120
+
+
+def test_all_studies_go_on_past_one_that_lacks_something_and_that_one_alone_does_not(
+    problems: list[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def run(**_: object) -> dict[str, Any]:
+        raise registry.Unavailable("RECORDINGS has to name a folder")
+
+    monkeypatch.setattr(sys.modules["strict_study"], "run", run)
+    assert main(["study", "--all", "--out", str(tmp_path)]) == 0
+    assert (tmp_path / "plain.json").is_file()
+    assert "strict: skipped: RECORDINGS has to name a folder" in capsys.readouterr().err
+    assert main(["study", "strict", "--out", str(tmp_path)]) == 2
+    assert "RECORDINGS has to name a folder" in capsys.readouterr().err
