@@ -287,12 +287,14 @@ class TouchEstimate:
         within = self._covariance[:, (0, 0, 3, 3), (0, 3, 0, 3)].reshape(-1, 2, 2)
         covariance = np.zeros((count, 2, 2))
         np.add.at(covariance, self._substance, weight[:, None, None] * (within + away[:, :, None] * away[:, None, :]))
-        gone = total == 0.0
-        # As likely as when it was given up, and as unknown as at first: fingers that gave up different substances
-        # still have to be judged together.
         least = self._ln_weight.max() - FORGET
-        ln_likelihood = np.where(gone, least, np.maximum(top + np.log(np.where(gone, 1.0, total)), least))
+        gone = (total == 0.0) | (top < least)
+        # As likely as when it was given up, and as unknown as at first: fingers that gave up different substances
+        # still have to be judged together. One without the other would let fingers agree on what each finds absurd.
+        ln_likelihood = np.where(gone, least, top + np.log(np.where(gone, 1.0, total)))
+        mean[gone, 0] = 0.0
         mean[gone, 1] = self._substances.ln_effusivity[gone]
+        covariance[gone] = 0.0
         covariance[gone, 0, 0] = ANYWHERE_K**2
         covariance[gone, 1, 1] = self._substances.effusivity_variance[gone]
         ln_likelihood = ln_likelihood - 0.5 * self._used[1]

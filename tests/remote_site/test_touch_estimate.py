@@ -257,3 +257,13 @@ def test_a_plate_that_was_still_warming_up_is_ahead_of_its_reading(knowledge: Th
         off_k.append(abs(said.mean[2, 0] - (22.0 - AMBIENT_C)) / np.sqrt(said.covariance[2, 0, 0]))
     assert misfit[0] > misfit[1] + 5.0
     assert off_k[0] < 3.0
+
+
+def test_a_substance_is_given_up_whole(knowledge: ThermalKnowledge) -> None:
+    """Not its improbability without its strange temperature: fingers would agree on what each of them finds absurd."""
+    said = estimate(knowledge, made_touches("metal", 1, seed=6, seconds=3.0)[0]).evidence()
+    given_up = said.ln_likelihood == said.ln_likelihood.min()
+    assert given_up.sum() > 1
+    assert (said.mean[given_up, 0] == 0.0).all()
+    assert (said.covariance[given_up, 0, 0] == ANYWHERE_K**2).all()
+    assert (said.covariance[given_up, 0, 1] == 0.0).all()
