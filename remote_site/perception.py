@@ -25,7 +25,7 @@ TRUST_S = 2.0
 """In a session more goes on than the model of a touch has, and it grows: backs warm up, blocks give way, s."""
 AT_ONCE = 40
 """Guesses about a touch solved with each reading of each finger: five fingers at once must not hold up the loop."""
-FOREIGN = 0.02
+FOREIGN_SHARE = 0.02
 """A session's table is made for what will be touched in it: prior probability of something else."""
 HISTORY_S = 0.5
 """An event is repeated in every packet for this long: any later packet repairs a loss."""
@@ -40,7 +40,7 @@ class Perception:
         """Identify with the calibrated tables."""
         self._numbers = [FINGERS.index(finger) for finger in fingers]
         worn = table.model_copy(update={"back_sd_k": math.hypot(table.back_sd_k, PAST_SD_K)})
-        self._knowledge, self._surfaces = ThermalKnowledge.of(worn, TRUST_S, AT_ONCE, FOREIGN), surfaces
+        self._knowledge, self._surfaces = ThermalKnowledge.of(worn, TRUST_S, AT_ONCE, FOREIGN_SHARE), surfaces
         self._time_s = -math.inf
         self.touches: dict[int, FingerTouch] = {}
         """Newest result of each finger in use, by finger number."""

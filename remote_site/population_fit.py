@@ -1,9 +1,10 @@
 """What all calibration touches say together: constants of the sensor, and a population for each material.
 
 Every touch has its own effusivity, conductance and lag, drawn from normals in their logarithms, and its own
-temperatures of plate and back. Each round linearises the model of all touches at once around its present guess, solves
-each touch with its population as the prior, solves the sensor's constants from what all touches leave (eliminating the
-touches' own numbers exactly), and takes the populations anew from the touches (expectation-maximisation).
+temperatures of plate and back. Each round linearises the model of all touches at once around its present guess and
+takes one damped Gauss-Newton step of everything: the touches' own numbers, with their population as the prior, and what
+touches share (the sensor's constants, where the populations lie). Then it takes the populations' scatter anew from the
+touches (expectation-maximisation), and the noise from what is left.
 """
 
 from collections.abc import Sequence
@@ -18,7 +19,7 @@ from remote_site.touch_model import COURSES, PLATE_J_M2K, Contacts, SensorConsta
 Array = NDArray[np.float64]
 
 ROUNDS = 80
-"""At most: leak, effusivities and conductances trade against each other and settle together, slowly."""
+"""At most."""
 SETTLED = 0.002
 """Change of any constant's logarithm in a round below which the fit has settled."""
 SETTLED_ROUNDS = 7

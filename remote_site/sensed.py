@@ -45,6 +45,8 @@ class Sensed:
         if not isinstance(fields, list) or len(fields) != 7:
             raise ValueError("not a record of sensed values")
         time_s, x_m, y_m, z_m, force_n, texture, plates = fields
+        if any(plate is not None and len(plate) != 4 for plate in plates):
+            raise ValueError("thermal readings without their number: recorded by an earlier version")
         return cls(
             time_s,
             x_m,

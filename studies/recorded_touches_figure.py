@@ -19,7 +19,7 @@ def plot(data: Mapping[str, Any], path: Path) -> None:
     rows = data["accuracy"]
     sensors = list(dict.fromkeys(row["sensors"] for row in rows))
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(8.0, 3.2), layout="constrained")
+        figure = Figure(figsize=(8.0, 3.6), layout="constrained")
         FigureCanvasAgg(figure)
         panels = figure.subplots(1, len(sensors), sharey=True)
         for axes, sensor in zip(panels, sensors, strict=True):
@@ -35,7 +35,8 @@ def plot(data: Mapping[str, Any], path: Path) -> None:
             axes.set_title(sensor.replace(", ", ",\n"))
             axes.set_xlabel("s after first contact")
         panels[0].set_ylabel(f"right of {rows[0]['touches']}, %")
-        panels[0].legend(loc="lower right")
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
         figure.savefig(path)
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from common.messages import ExplorationMode, ThermalStatus
 from remote_site.finger_identification import FingerIdentification, FingerSample, FingerTouch
-from remote_site.perception import FOREIGN
+from remote_site.perception import FOREIGN_SHARE
 from remote_site.surface_class import SurfaceTable
 from remote_site.thermal_identification import ThermalKnowledge
 from tests.remote_site.made_touches import AMBIENT_C, MATERIALS, made_touches, measured, pressed, true_table
@@ -24,7 +24,7 @@ CONTACT_S, PRESS_N = 0.5, pressed()
 def rendered_knowledge() -> ThermalKnowledge:
     """Of materials that the operator site can render."""
     table = true_table({name: MATERIALS[made] for name, made in NAMES.items()})
-    return ThermalKnowledge.of(table, foreign_share=FOREIGN)
+    return ThermalKnowledge.of(table, foreign_share=FOREIGN_SHARE)
 
 
 def explore(
