@@ -54,32 +54,29 @@ class Acceptance:
             uncertainty_ns: of the offset; None while it is unknown. Until the clocks have been compared well enough to
                 tell a packet of the allowed age from a fresh one, nothing is accepted.
         """
-        refusal = self._judge(packet, session, now_ns, offset_ns, uncertainty_ns)
-        if refusal:
-            self.refused[refusal] += 1
-            return False
+        ahead = packet.sequence - self._sequence
+        age_ns = now_ns - (packet.time_ns - offset_ns)
+        if packet.session != session:
+            return self._refuse("session")
+        if ahead <= 0 or (self._sequence >= 0 and ahead > MOST_AHEAD):  # who joins late begins anywhere
+            return self._refuse("sequence")
+        if uncertainty_ns is None or uncertainty_ns > self.max_age_ns:
+            return self._refuse("clock")
+        if age_ns > self.max_age_ns:
+            return self._refuse("age")
+        if age_ns < -(uncertainty_ns + FUTURE_TOLERANCE_NS):
+            return self._refuse("future")
         if self._sequence >= 0:
-            self.lost += packet.sequence - self._sequence - 1
+            self.lost += ahead - 1
         self._sequence = packet.sequence
         self.last_ns = now_ns
+        self.age_ns = age_ns
         self.received += 1
         return True
 
-    def _judge(self, packet: Stamped, session: int, now_ns: int, offset_ns: int, uncertainty_ns: int | None) -> str:
-        if packet.session != session:
-            return "session"
-        ahead = packet.sequence - self._sequence
-        if ahead <= 0 or (self._sequence >= 0 and ahead > MOST_AHEAD):  # who joins late begins anywhere
-            return "sequence"
-        if uncertainty_ns is None or uncertainty_ns > self.max_age_ns:
-            return "clock"
-        age_ns = now_ns - (packet.time_ns - offset_ns)
-        if age_ns > self.max_age_ns:
-            return "age"
-        if age_ns < -(uncertainty_ns + FUTURE_TOLERANCE_NS):
-            return "future"
-        self.age_ns = age_ns
-        return ""
+    def _refuse(self, reason: str) -> bool:
+        self.refused[reason] += 1
+        return False
 
     def gap_ns(self, now_ns: int) -> int | None:
         """Time since the last accepted packet; None when there was none in this session."""

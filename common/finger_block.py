@@ -1,7 +1,6 @@
 """The block of a packet: some numbers of each finger, packed little-endian float32, each within its column's range."""
 
 from collections.abc import Mapping, Sequence
-from struct import Struct
 
 import numpy as np
 
@@ -9,11 +8,17 @@ from common.fingers import FINGERS
 from common.packets import BadPacket, Floats, N
 
 _FLOAT32 = np.dtype("<f4")
+_SIGN = 1 << 31
 _MOST_KNOWN = 256
 
 
 class FingerBlock:
     """Columns of a block (5, columns) of floats.
+
+    A block is judged as one whole number whose 32-bit digits are its floats. As bits, floats without their signs are
+    ordered as their values are, infinity and NaN above all others: one subtraction from the largest block compares all
+    digits. That takes a third of the time of comparing arrays, above all after a pause, when nothing is in the
+    processor's caches. What does not pass so is judged again, float by float.
 
     Attributes:
         names: of the columns, in order.
@@ -25,41 +30,59 @@ class FingerBlock:
         self.names = tuple(ranges)
         self.low: Floats = np.array([low for low, _ in ranges.values()], dtype=_FLOAT32)
         self.high: Floats = np.array([high for _, high in ranges.values()], dtype=_FLOAT32)
-        self._lowest, self._highest = np.tile(self.low, (N, 1)), np.tile(self.high, (N, 1))
-        self._known_codes: set[tuple[float, ...]] = set()
-        self._code_names = ", ".join(codes)
-        self._codes = Struct("<" + N * "".join("f" if name in codes else "4x" for name in self.names))
+        self._shape = (N, len(self.names))
+        self._bytes = 4 * N * len(self.names)
+        # Where a column is symmetric, a float without its sign tells all; elsewhere a sign is not passed at once.
+        signed = self.low == -self.high
+        self._signs = self._number([_SIGN] * len(self.names))
+        self._magnitudes = self._number([_SIGN - 1 if either else 2 * _SIGN - 1 for either in signed])
+        self._largest = self._number([_SIGN | int(bits) for bits in self.high.view(np.uint32)])
+        self._code_bits = self._number([2 * _SIGN - 1 if name in codes else 0 for name in self.names])
+        self._code_columns = [column for column, name in enumerate(self.names) if name in codes]
+        self._known_codes: set[int] = set()
+
+    def _number(self, digits: Sequence[int]) -> int:
+        """The whole number with these 32-bit digits for each finger, one for a column."""
+        return int.from_bytes(np.tile(np.array(digits, dtype="<u4"), N).tobytes(), "little")
 
     def to_bytes(self, block: Floats) -> bytes:
         """Bytes of a block; raises BadPacket where a value is not what its column may hold."""
-        if block.shape != self._lowest.shape or block.dtype != _FLOAT32:
-            raise BadPacket(f"block: expected float32 {self._lowest.shape}, not {block.dtype} {block.shape}")
+        if block.shape != self._shape or block.dtype != _FLOAT32:
+            raise BadPacket(f"block: expected float32 {self._shape}, not {block.dtype} {block.shape}")
         raw = block.tobytes()
         self.from_bytes(raw)
         return raw
 
     def from_bytes(self, raw: object) -> Floats:
         """Array (5, columns) that cannot be written to; raises BadPacket as `to_bytes` does."""
-        if type(raw) is not bytes or len(raw) != self._codes.size:
-            raise BadPacket(f"block: expected {self._codes.size} bytes")
-        block: Floats = np.ndarray(self._lowest.shape, _FLOAT32, raw)
-        # NaN fails both comparisons, so what is not finite is out of range. Looking for a zero byte is how to ask
-        # whether all are true in half the time that numpy's own question takes.
-        if 0 in (block >= self._lowest).tobytes() or 0 in (block <= self._highest).tobytes():
-            finger, column = np.argwhere(~((block >= self.low) & (block <= self.high)))[0]
+        if type(raw) is not bytes or len(raw) != self._bytes:
+            raise BadPacket(f"block: expected {self._bytes} bytes")
+        block: Floats = np.ndarray(self._shape, _FLOAT32, raw)
+        bits = int.from_bytes(raw, "little")
+        floats = bits & self._magnitudes
+        if floats & self._signs or (self._largest - floats) & self._signs != self._signs:
+            self._judge(block)
+        if (codes := bits & self._code_bits) not in self._known_codes:
+            self._learn(codes, block)
+        return block
+
+    def _judge(self, block: Floats) -> None:
+        """Raise BadPacket where a value is out of its range; NaN fails both comparisons."""
+        wrong = np.argwhere(~((block >= self.low) & (block <= self.high)))
+        if len(wrong):
+            finger, column = wrong[0]
             raise BadPacket(
                 f"{FINGERS[finger]}.{self.names[column]}: {block[finger, column]} is outside "
                 f"{self.low[column]:g}..{self.high[column]:g}"
             )
-        codes = self._codes.unpack(raw)
-        if codes not in self._known_codes:
-            self._learn(codes)
-        return block
 
-    def _learn(self, codes: tuple[float, ...]) -> None:
+    def _learn(self, codes: int, block: Floats) -> None:
         """Remember codes that are whole numbers: the same ones come again and again; raises BadPacket on others."""
-        if not all(map(float.is_integer, codes)):
-            raise BadPacket(f"block: {self._code_names}: not whole numbers")
+        values = block[:, self._code_columns]
+        if (values != np.round(values)).any():
+            raise BadPacket(
+                f"block: {', '.join(self.names[column] for column in self._code_columns)}: not whole numbers"
+            )
         if len(self._known_codes) >= _MOST_KNOWN:
             self._known_codes.clear()
         self._known_codes.add(codes)

@@ -17,8 +17,8 @@ from common.packets import (
     N,
     pack,
     read_enum,
-    read_header,
     read_integer,
+    read_state,
     read_text,
     read_texts,
     unpack,
@@ -126,8 +126,7 @@ class Motion(NamedTuple):
     def decode(cls, packet: bytes) -> "Motion":
         """Check and unpack; raises BadPacket."""
         _, session, sequence, time_ns, state, raw = unpack(packet, 6)
-        block = MOTION_BLOCK.from_bytes(raw)
-        return cls(*read_header(session, sequence, time_ns), read_enum(LinkState, state), block)
+        return cls(session, sequence, time_ns, read_state(state), MOTION_BLOCK.from_bytes(raw))
 
 
 class Touch(NamedTuple):
@@ -151,11 +150,9 @@ class Touch(NamedTuple):
     def decode(cls, packet: bytes) -> "Touch":
         """Check and unpack; raises BadPacket."""
         _, session, sequence, time_ns, state, raw, news = unpack(packet, 7)
-        block = TOUCH_BLOCK.from_bytes(raw)
         if type(news) is not bytes:
             raise BadPacket("news: not bytes")
-        header = read_header(session, sequence, time_ns)
-        return cls(*header, read_enum(LinkState, state), block, *_read_news(news))
+        return cls(session, sequence, time_ns, read_state(state), TOUCH_BLOCK.from_bytes(raw), *_read_news(news))
 
 
 # Names and events stay the same for many packets: what was packed or read once is remembered. Reading them every time
@@ -167,7 +164,10 @@ def _pack_news(materials: tuple[str, ...], events: tuple[Event, ...]) -> bytes:
 
 @lru_cache(maxsize=64)
 def _read_news(news: bytes) -> tuple[tuple[str, ...], tuple[Event, ...]]:
-    materials, events = unpack_list(news, 2)
+    fields = unpack_list(news)
+    if len(fields) != 2:
+        raise BadPacket(f"news: {len(fields)} fields, expected 2")
+    materials, events = fields
     if type(events) is not list or len(events) > MAX_EVENTS:
         raise BadPacket(f"events: expected a list of at most {MAX_EVENTS}")
     try:

@@ -43,6 +43,7 @@ class LinkState(IntEnum):
     FAULT = 3
 
 
+_LINK_STATES = tuple(LinkState)
 _packer = msgpack.Packer(use_bin_type=True)
 
 
@@ -59,20 +60,30 @@ def pack(fields: list[Any]) -> bytes:
 
 
 def unpack(packet: bytes, length: int) -> list[Any]:
-    """The fields of a packet of this schema version and of `length` fields; raises BadPacket."""
+    """The fields of a packet of this schema version: the four of its header, checked, and the others as they came.
+
+    Raises:
+        WrongVersion: it is of another version.
+        BadPacket: it is not a list of `length` fields, or its header is not what it should be.
+    """
     fields = unpack_list(packet)
     version = fields[0] if fields else None
-    if type(version) is not int or version != SCHEMA_VERSION:
+    if version != SCHEMA_VERSION or type(version) is not int:
         # Only an integer is shown: printing something deeply nested would raise an error of its own.
         shown = version if type(version) is int else type(version).__name__
         raise WrongVersion(f"schema version {shown}, this side speaks {SCHEMA_VERSION}")
     if len(fields) != length:
         raise BadPacket(f"{len(fields)} fields, expected {length}")
+    _, session, sequence, time_ns, *_ = fields
+    if not type(session) is type(sequence) is type(time_ns) is int:
+        raise BadPacket("session, sequence or time_ns: not an integer")
+    if not (0 <= session <= MAX_INTEGER and 0 <= sequence <= MAX_INTEGER and 0 <= time_ns <= MAX_INTEGER):
+        raise BadPacket(f"session, sequence or time_ns: outside 0..{MAX_INTEGER}")
     return fields
 
 
-def unpack_list(packed: bytes, length: int | None = None) -> list[Any]:
-    """The list that these bytes hold, of any length or of `length`; raises BadPacket."""
+def unpack_list(packed: bytes) -> list[Any]:
+    """The list that these bytes hold; raises BadPacket."""
     if len(packed) > MAX_PACKET:
         raise BadPacket(f"a packet of {len(packed)} bytes is longer than {MAX_PACKET}")
     try:
@@ -80,10 +91,8 @@ def unpack_list(packed: bytes, length: int | None = None) -> list[Any]:
     except Exception as error:
         # The unpacker's own errors have no common base; whatever it meets, the packet is what is wrong.
         raise BadPacket(f"not MessagePack: {type(error).__name__}") from None
-    if not isinstance(fields, list):
+    if type(fields) is not list:
         raise BadPacket("not a list")
-    if length is not None and len(fields) != length:
-        raise BadPacket(f"{len(fields)} fields, expected {length}")
     return fields
 
 
@@ -94,13 +103,11 @@ def read_integer(value: object, name: str, low: int = 0, high: int = MAX_INTEGER
     return value
 
 
-def read_header(session: object, sequence: object, time_ns: object) -> tuple[int, int, int]:
-    """Session, sequence and source time of a packet; raises BadPacket."""
-    if type(session) is not int or type(sequence) is not int or type(time_ns) is not int:
-        raise BadPacket("session, sequence or time_ns: not an integer")
-    if not (0 <= session <= MAX_INTEGER and 0 <= sequence <= MAX_INTEGER and 0 <= time_ns <= MAX_INTEGER):
-        raise BadPacket(f"session, sequence or time_ns: outside 0..{MAX_INTEGER}")
-    return session, sequence, time_ns
+def read_state(value: object) -> LinkState:
+    """The state that a site says it is in; raises BadPacket."""
+    if type(value) is not int or not 0 <= value < len(_LINK_STATES):
+        raise BadPacket(f"LinkState: not an integer in 0..{len(_LINK_STATES) - 1}")
+    return _LINK_STATES[value]
 
 
 def read_text(value: object, name: str, longest: int = MAX_TEXT) -> str:

@@ -9,9 +9,8 @@ from common.packets import (
     LinkState,
     pack,
     read_details,
-    read_enum,
-    read_header,
     read_integer,
+    read_state,
     read_text,
     unpack,
 )
@@ -59,8 +58,10 @@ class Heartbeat:
         """Check and unpack; raises BadPacket."""
         _, session, sequence, time_ns, state, sent, arrived, offset, uncertainty = unpack(packet, 9)
         return cls(
-            *read_header(session, sequence, time_ns),
-            read_enum(LinkState, state),
+            session,
+            sequence,
+            time_ns,
+            read_state(state),
             read_integer(sent, "sent_ns"),
             read_integer(arrived, "arrived_ns"),
             read_integer(offset, "offset_ns", low=-(2**63)),
@@ -91,7 +92,7 @@ class Request:
         _, session, sequence, time_ns, verb, details = unpack(packet, 6)
         if not isinstance(verb, str) or verb not in REQUESTS:
             raise BadPacket(f"unknown request {verb[:40] if isinstance(verb, str) else type(verb).__name__!r}")
-        return cls(*read_header(session, sequence, time_ns), verb, read_details(details))
+        return cls(session, sequence, time_ns, verb, read_details(details))
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +114,9 @@ class Answer:
         """Check and unpack; raises BadPacket."""
         _, session, sequence, time_ns, refused, details = unpack(packet, 6)
         return cls(
-            *read_header(session, sequence, time_ns),
+            session,
+            sequence,
+            time_ns,
             read_text(refused, "refused", LONGEST_REFUSAL),
             read_details(details),
         )

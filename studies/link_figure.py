@@ -16,7 +16,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from common.limits import GAP_S
 from studies.link_age import AGES_S
-from studies.link_latency import CURVE, LINK, TCP, WITH_ENCODING
+from studies.link_latency import BUSY_CURVE, CURVE, LINK, TCP, WITH_ENCODING
 from studies.link_load import CURVE as CURVE_LOAD
 from studies.link_load import LINK as LINK_LOAD
 from studies.link_load import LOOP
@@ -25,6 +25,7 @@ from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PLU
 _WAY_STYLE = {
     LINK: (BLUE, "-"),
     WITH_ENCODING: (SKY, "--"),
+    BUSY_CURVE: (PLUM, (0, (4, 1, 1, 1, 1, 1))),
     CURVE: (ORANGE, "-."),
     TCP: (GREY, ":"),
 }
@@ -63,8 +64,8 @@ def _draw_latency(axes: Axes, latency: Mapping[str, Any]) -> None:
         label = f"{row['way']}: {row['median_us']:.0f} µs"
         axes.plot(latency["one_way_us"][row["way"]], latency["quantiles"], color=colour, linestyle=dash, label=label)
     axes.set_xscale("log")
-    _plain_ticks(axes.xaxis, (20, 50, 100, 200, 500, 1000, 3000))
-    axes.set_xlim(20.0, 3000.0)
+    _plain_ticks(axes.xaxis, (10, 20, 50, 100, 200, 500, 1000, 3000))
+    axes.set_xlim(8.0, 3000.0)
     axes.set_ylim(0.0, 1.0)
     axes.set_xlabel("one way (µs)")
     axes.set_ylabel("share of messages")

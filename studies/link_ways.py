@@ -86,11 +86,14 @@ class LinkReceiver:
 class BareSender:
     """Sends messages that are numbered and nothing else."""
 
-    def __init__(self, socket: BareCurve | PlainTcp, body: bytes):
-        self._socket, self._body = socket, body
+    def __init__(self, socket: BareCurve | PlainTcp, body: bytes, busy_with: Touch | None = None):
+        """Send messages as long as `body`; where it is `busy_with` a packet, that is made each time before."""
+        self._socket, self._body, self._busy_with = socket, body, busy_with
 
     def send(self, sequence: int) -> Departure:
         """Send one message."""
+        if self._busy_with is not None:
+            next_touch(self._busy_with, sequence, time.monotonic_ns()).encode()
         message = numbered(self._body, sequence)
         encoded_ns = time.monotonic_ns()
         self._socket.send(message)
@@ -104,14 +107,17 @@ class BareSender:
 class BareReceiver:
     """Receives them."""
 
-    def __init__(self, socket: BareCurve | PlainTcp):
-        self._socket = socket
+    def __init__(self, socket: BareCurve | PlainTcp, busy_with: bytes | None = None):
+        """Receive messages; where it is `busy_with` a packet, that is decoded each time after."""
+        self._socket, self._busy_with = socket, busy_with
 
     def receive(self, seconds: float) -> Arrival | None:
         """The next message."""
         if (message := self._socket.receive(seconds)) is None:
             return None
         end_ns = time.monotonic_ns()
+        if self._busy_with is not None:
+            Touch.decode(self._busy_with)
         return read_number(message), end_ns
 
     def close(self) -> None:
