@@ -17,8 +17,8 @@ class FingerBlock:
 
     A block is judged as one whole number whose 32-bit digits are its floats. As bits, floats without their signs are
     ordered as their values are, infinity and NaN above all others: one subtraction from the largest block compares all
-    digits. That takes a third of the time of comparing arrays, above all after a pause, when nothing is in the
-    processor's caches. What does not pass so is judged again, float by float.
+    digits. That is quicker than comparing arrays after a pause, when nothing is in the processor's caches. What does
+    not pass so is judged again, float by float.
 
     Attributes:
         names: of the columns, in order.
