@@ -19,6 +19,9 @@ Array = NDArray[np.float64]
 
 ANYWHERE = 0.10
 """Prior probability that an object has any temperature, beside that it is as warm as those of the calibration."""
+STEPS = np.arange(-2.0, 3.0)
+STEP_SD = 0.6
+"""Temperatures of the calibration's objects count as evenly spread: as a row of narrow normals, in steps."""
 SAME_OBJECT = 0.9
 """Prior probability that fingers of one hand which touch at the same time touch the same object."""
 SMALLEST_DIFFERENCE_K = 1.0
@@ -70,9 +73,16 @@ class MaterialPosterior:
         others = count - known.calibrated
         offsets = np.array([entry.offset_k for entry in table.materials])
         sds = np.array([entry.offset_sd_k for entry in table.materials])
-        self._usual_k = np.concatenate((offsets, np.full(others, offsets.mean())))
-        self._usual_sd_k = np.concatenate((sds, np.full(others, np.hypot(sds.max(), offsets.std()))))
-        """Temperatures above ambient that are usual for each substance: those of its calibration."""
+        usual_k = np.concatenate((offsets, np.full(others, offsets.mean())))
+        usual_sd_k = np.concatenate((sds, np.full(others, np.hypot(sds.max(), offsets.std()))))
+        step_k = usual_sd_k / np.sqrt(np.mean(STEPS**2) + STEP_SD**2)
+        share = np.append(np.full(len(STEPS), (1.0 - ANYWHERE) / len(STEPS)), ANYWHERE)[:, None]
+        warmer_k = np.vstack((usual_k + STEPS[:, None] * step_k, np.zeros(count)))
+        sd_k = np.vstack((np.tile(STEP_SD * step_k, (len(STEPS), 1)), np.full(count, ANYWHERE_K)))
+        # each case of the prior, instead of the prior that the fingers began with: temperature above ambient (c, m)
+        self._case_information = sd_k**-2 - ANYWHERE_K**-2
+        self._case_vector = warmer_k * sd_k**-2
+        self._case_ln = np.log(share * ANYWHERE_K / sd_k) - 0.5 * (warmer_k / sd_k) ** 2
 
     def judge(self, touches: Sequence[TouchEvidence], *, compare: bool = True) -> Posterior:
         """Posterior from one touch or more, taken to be of one object.
@@ -115,7 +125,7 @@ class MaterialPosterior:
         return replace(touch, mean=mean, covariance=covariance)
 
     def _weigh(self, touches: Sequence[TouchEvidence]) -> tuple[Array, Array, Array]:
-        """Ln weights (2, m), means (2, m, 2), covariances (2, m, 2, 2): as warm as usual, or of any temperature."""
+        """Ln weights (c, m), means (c, m, 2), covariances (c, m, 2, 2) for each case of the temperatures' prior."""
         count = len(touches)
         total = self._ln_prior + (count - 1) * self._prior_integral
         information = (1 - count) * self._prior_information
@@ -125,19 +135,13 @@ class MaterialPosterior:
             along = np.einsum("mij,mj->mi", own, touch.mean)
             total = total + touch.ln_likelihood - _integral(own, along, touch.mean)
             information, vector = information + own, vector + along
-        anywhere = np.full_like(self._usual_k, ANYWHERE_K)
-        cases = ((1.0 - ANYWHERE, self._usual_k, self._usual_sd_k), (ANYWHERE, 0.0 * anywhere, anywhere))
-        found = []
-        for share, offset_k, sd_k in cases:
-            more, push = information.copy(), vector.copy()
-            more[:, 0, 0] += sd_k**-2 - ANYWHERE_K**-2
-            push[:, 0] += offset_k * sd_k**-2
-            constant = np.log(share * ANYWHERE_K / sd_k) - 0.5 * (offset_k / sd_k) ** 2
-            covariance = _inverse(more)
-            middle = np.einsum("mij,mj->mi", covariance, push)
-            found.append((total + _integral(more, push, middle) + constant, middle, covariance))
-        ln_weights, means, covariances = zip(*found, strict=True)
-        return np.stack(ln_weights), np.stack(means), np.stack(covariances)
+        cases = len(self._case_ln)
+        more, push = np.tile(information, (cases, 1, 1, 1)), np.tile(vector, (cases, 1, 1))
+        more[..., 0, 0] += self._case_information
+        push[..., 0] += self._case_vector
+        covariance = _inverse(more)
+        middle = np.einsum("cmij,cmj->cmi", covariance, push)
+        return total + _integral(more, push, middle) + self._case_ln, middle, covariance
 
     def _information(self, touch: TouchEvidence) -> Array:
         """Information of a touch about (temperature, ln effusivity), never less than it began with.
@@ -179,16 +183,16 @@ def _no_difference(touches: Sequence[TouchEvidence], weight: Array, mean_k: Arra
 
 def _integral(information: Array, vector: Array, mean: Array) -> Array:
     """Ln of the integral of exp(-s' information s / 2 + vector' s), up to a constant that always cancels."""
-    return np.asarray(0.5 * np.einsum("mi,mi->m", vector, mean) - 0.5 * np.log(_determinant(information)))
+    return np.asarray(0.5 * (vector * mean).sum(axis=-1) - 0.5 * np.log(_determinant(information)))
 
 
 def _determinant(matrix: Array) -> Array:
-    return np.asarray(matrix[:, 0, 0] * matrix[:, 1, 1] - matrix[:, 0, 1] * matrix[:, 1, 0])
+    return np.asarray(matrix[..., 0, 0] * matrix[..., 1, 1] - matrix[..., 0, 1] * matrix[..., 1, 0])
 
 
 def _inverse(matrix: Array) -> Array:
-    """Of symmetric 2 x 2 matrices (m, 2, 2), several times as fast as the general way."""
+    """Of symmetric 2 x 2 matrices (..., 2, 2), several times as fast as the general way."""
     found = np.empty_like(matrix)
-    found[:, 0, 0], found[:, 1, 1] = matrix[:, 1, 1], matrix[:, 0, 0]
-    found[:, 0, 1] = found[:, 1, 0] = -matrix[:, 0, 1]
-    return np.asarray(found / _determinant(matrix)[:, None, None])
+    found[..., 0, 0], found[..., 1, 1] = matrix[..., 1, 1], matrix[..., 0, 0]
+    found[..., 0, 1] = found[..., 1, 0] = -matrix[..., 0, 1]
+    return np.asarray(found / _determinant(matrix)[..., None, None])

@@ -65,6 +65,7 @@ class MaterialTable(StoredTable):
         plate_j_m2k: nominal heat capacity of the plate per area, J/(m2 K).
         leak_per_s: conductance from the plate into the Peltier's back, over the heat capacity, 1/s.
         half_force_n: force at which a contact conducts half as well as at large force, N.
+        force_power: a light contact conducts like this power of the force.
         early_s: heat flows so long before the force tells of contact, s; negative where it flows later.
         back_share: where the back is at contact between ambient (0) and plate (1).
         back_sd_k: standard deviation around that, K.
@@ -78,11 +79,12 @@ class MaterialTable(StoredTable):
     """
 
     kind: Literal["thermal_materials"] = "thermal_materials"
-    schema_version: Literal[2] = 2
+    schema_version: Literal[3] = 3
     ambient_c: Finite
     plate_j_m2k: Positive
     leak_per_s: Annotated[float, Field(ge=0.0, lt=1.0)]
     half_force_n: Positive
+    force_power: Positive
     early_s: Annotated[float, Field(gt=-0.2, lt=0.2)]
     back_share: Finite
     back_sd_k: Positive

@@ -35,19 +35,19 @@ BLOCK = 4
 FIRST = (np.log(800.0 / PLATE_J_M2K), np.log(0.6), np.log(0.3))
 """Where every touch begins: ln effusivity, ln conductance, ln lag."""
 FIRST_SD = (0.15, 0.2, 0.25)
-PRIOR_TOUCHES = (1.0, 10.0, 0.5)
+PRIOR_TOUCHES = (1.0, 10.0, 0.1)
 """Weight of the usual scatter beside a population's own, in touches."""
 USUAL_SD = (0.05, 0.15, 0.2)
-LEAST_LAG_SD = 0.02
+LEAST_LAG_SD = 0.005
 COLOURED = 40
 """What a model leaves is not white: the noise is taken as large as its means over so many neighbours tell."""
 LEAST_BACK_SD_K = 0.05
-LEAST_START_SD_K = 0.01
+LEAST_START_SD_K = 0.003
 KNOWN_OBJECT_SD_K = 0.03
 """Of an object's temperature that was measured, K."""
 UNKNOWN_OBJECT_SD_K = 3.0
 """Where nobody said: a first guess around ambient, K."""
-LEAK_LN_SD, FORCE_LN_SD, EARLY_SD = 0.5, 1.0, 1.0
+LEAK_LN_SD, FORCE_LN_SD, EARLY_SD, POWER_LN_SD = 0.5, 1.0, 1.0, 0.3
 EARLY_UNIT_S = 0.02
 """Heat and force agree on the time of contact within about this."""
 HALF_FORCE_N = 0.3
@@ -64,8 +64,10 @@ LEAST_DAMPING, LARGEST_DAMPING = 1e-4, 1e3
 """Of a Gauss-Newton step (Levenberg 1944, Marquardt 1963): far from the solution it overshoots."""
 TRIES = 5
 _GLOBAL_STEP = 0.05
-COMMON = 5
-"""Numbers that all touches share, before the materials' means."""
+SENSOR = 4
+"""Constants of the sensor: ln leak, ln half force, how early heat flows, ln power of the force."""
+COMMON = SENSOR + 2
+"""Numbers that all touches share, before the materials' means: those, mean ln lag, the back's share."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,7 +156,7 @@ class PopulationFit:
         self.covariance = np.tile(np.diag(np.square(FIRST_SD[:2])), (materials, 1, 1))
         self.lag = (FIRST[2], FIRST_SD[2])
         self.slab_s = np.full(materials, np.inf)
-        self.sensor_prior = np.array([np.log(max(leak_per_s, 1e-3)), np.log(HALF_FORCE_N), 0.0])
+        self.sensor_prior = np.array([np.log(max(leak_per_s, 1e-3)), np.log(HALF_FORCE_N), 0.0, 0.0])
         self.sensor = self.sensor_prior.copy()
         self.back_share, self.back_sd_k, self.start_sd_k = BACK_SHARE, 0.3, 0.1
         self.noise_k = 0.05
@@ -290,13 +292,13 @@ class PopulationFit:
         return float(cost + np.einsum("ni,nij,nj->", away, precision, away) + off @ prior @ off)
 
     def _common(self) -> Array:
-        """What touches share: ln leak, ln half force, how early, mean ln lag, back's share, populations' means."""
+        """What touches share, populations' means last."""
         return np.concatenate((self.sensor, [self.lag[0], self.back_share], self.mean.ravel()))
 
     def _sensor_slopes(self, courses: Array) -> Array:
         """Slopes of all readings by what touches share, (touches, k, COMMON + 2 m); only the sensor's are not 0."""
         slopes = np.zeros((*self.reading_k.shape, COMMON + 2 * len(self.mean)))
-        for k, step in enumerate(np.eye(3) * _GLOBAL_STEP):
+        for k, step in enumerate(np.eye(SENSOR) * _GLOBAL_STEP):
             moved = (self._courses(self.sensor + step, self.slab_s)[..., :3] - courses[..., :3]) / _GLOBAL_STEP
             slopes[..., k] = np.einsum("nki,ni->nk", moved, self.solved)
         return slopes
@@ -313,8 +315,8 @@ class PopulationFit:
         materials = len(self.mean)
         common = COMMON + 2 * materials
         shift = np.zeros((len(own), 6, common))
-        shift[:, 5, 3] = 1.0
-        shift[:, 2, 4] = -self.ambient_k
+        shift[:, 5, SENSOR] = 1.0
+        shift[:, 2, SENSOR + 1] = -self.ambient_k
         rows = np.arange(len(own))
         shift[rows, 3, COMMON + 2 * self.material] = 1.0
         shift[rows, 4, COMMON + 1 + 2 * self.material] = 1.0
@@ -341,7 +343,8 @@ class PopulationFit:
         length = min(1.0, LARGEST_STEP / max(np.abs(step).max(), np.abs(moved[:, 3:]).max()))
         now = self._common() + length * step
         self.own = self.own + length * moved[:, 3:]
-        self.sensor, self.lag, self.back_share = now[:3], (float(now[3]), self.lag[1]), float(now[4])
+        self.sensor, self.back_share = now[:SENSOR], float(now[SENSOR + 1])
+        self.lag = (float(now[SENSOR]), self.lag[1])
         self.mean = now[COMMON:].reshape(materials, 2)
         return covariance
 
@@ -352,7 +355,7 @@ class PopulationFit:
         precision = np.diag(
             np.concatenate(
                 (
-                    [LEAK_LN_SD, FORCE_LN_SD, EARLY_SD, LAG_MEAN_SD, BACK_SHARE_SD],
+                    [LEAK_LN_SD, FORCE_LN_SD, EARLY_SD, POWER_LN_SD, LAG_MEAN_SD, BACK_SHARE_SD],
                     np.tile([EFFUSIVITY_SD, 1.0], materials),
                 )
             )
@@ -427,8 +430,9 @@ class PopulationFit:
 
 
 def _constants(sensor: Array) -> SensorConstants:
-    """Of ln leak, ln half force, and how early heat flows."""
-    return SensorConstants(float(np.exp(sensor[0])), float(np.exp(sensor[1])), EARLY_UNIT_S * float(sensor[2]))
+    """From the numbers that are fitted."""
+    leak_per_s, half_force_n, _, power = (float(value) for value in np.exp(sensor))
+    return SensorConstants(leak_per_s, half_force_n, EARLY_UNIT_S * float(sensor[2]), power)
 
 
 def _edges(length: int) -> NDArray[np.intp]:

@@ -187,6 +187,7 @@ def _fit(
         plate_j_m2k=PLATE_J_M2K,
         leak_per_s=population.sensor.leak_per_s,
         half_force_n=population.sensor.half_force_n,
+        force_power=population.sensor.force_power,
         early_s=population.sensor.early_s,
         back_share=population.back_share,
         back_sd_k=population.back_sd_k,

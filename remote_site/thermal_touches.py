@@ -3,13 +3,15 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from remote_site.reading_clock import READING_S
 from remote_site.traces import ThermalTrace
 
 BEFORE = 5
-"""Readings averaged into one value of the plate before contact (50 ms)."""
-WARMING = 25
-"""Readings before contact that tell how fast the plate was still warming up (0.25 s)."""
+"""Readings averaged into one value of the plate before contact, where there are too few to see a slope (50 ms)."""
+FEWEST, WARMING = 25, 50
+"""Readings before contact, least and most, whose straight line tells how warm the plate was and how fast it warmed."""
 AMBIENT = 50
 """Readings before contact averaged into the ambient temperature (0.5 s)."""
 
@@ -40,12 +42,14 @@ def reading_at_contact(before_c: Sequence[float]) -> tuple[float, float]:
     """
     if not before_c:
         raise ValueError("no reading before contact")
-    newest = before_c[-BEFORE:]
-    start_c = sum(newest) / len(newest)
-    if len(before_c) < WARMING:
-        return start_c, 0.0
-    oldest_c = sum(before_c[:BEFORE]) / BEFORE
-    return start_c, (start_c - oldest_c) / ((len(before_c) - BEFORE) * READING_S)
+    if len(before_c) < FEWEST:
+        newest = before_c[-BEFORE:]
+        return sum(newest) / len(newest), 0.0
+    reading_c = np.asarray(before_c)
+    time_s = READING_S * np.arange(1.0 - len(reading_c), 1.0)  # the newest is that at contact
+    middle_s = time_s.mean()
+    slope_k_s = float((time_s - middle_s) @ reading_c / ((time_s - middle_s) @ (time_s - middle_s)))
+    return float(reading_c.mean()) - slope_k_s * float(middle_s), slope_k_s
 
 
 def find_touch(trace: ThermalTrace) -> RecordedTouch | None:

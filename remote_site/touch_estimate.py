@@ -24,7 +24,9 @@ Array = NDArray[np.float64]
 ANYWHERE_K = 10.0
 """Object temperatures considered, standard deviation around ambient, K."""
 FORGET = 25.0
-"""A guess this far below the best in ln probability is given up."""
+"""A guess this far below the best in ln probability is given up,"""
+PATIENCE = 20
+"""once it has been there in so many comparisons on end: a step too far is taken back by the next ones."""
 SETTLED_ROUNDS = 4
 """Where guesses take turns: so often has each to be solved before they can be compared."""
 AHEAD = 0.5
@@ -45,6 +47,8 @@ MOST_AGAIN = 300
 """Guesses that can be looked at again; from more the readings choose first."""
 LARGEST_STEP = 0.3
 """Of a logarithm, from one reading to the next."""
+NEARLY_S = 1e-3
+"""A reading so much before a time counts as one at that time: clocks are rounded, s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +104,7 @@ class TouchEstimate:
         self._guesses = guesses
         self._ambient_c, self._start_c = ambient_c, start_c
         self._noise_square = table.noise_k**2
-        sensor = SensorConstants(table.leak_per_s, table.half_force_n, table.early_s)
+        sensor = SensorConstants(table.leak_per_s, table.half_force_n, table.early_s, table.force_power)
         self._sensor = sensor
         self._sums = ReadingSums(sensor, guesses.contacts, guesses.contact_of, guesses.ln_lag)
         self._slope_k_s = slope_k_s
@@ -128,6 +132,8 @@ class TouchEstimate:
         self._ln_weight = guesses.ln_weight.copy()
         self._misfit = np.zeros(n)
         self._substance = guesses.substance
+        self._far_below = np.zeros(n, dtype=np.intp)
+        """For how many comparisons each guess has been far below the best."""
         self._ln_noise = 0.0
         self._used = (0, 0.0)
         self._next = self._rounds = 0
@@ -164,7 +170,10 @@ class TouchEstimate:
     def _look_again(self) -> None:
         """Sum the readings again around what each guess has come to, a few with each new one."""
         if self._again is None:
-            if not (self._looks and self._since_s >= self._looks[0] and self.solved) or len(self._mean) > MOST_AGAIN:
+            if (
+                not (self._looks and self._since_s >= self._looks[0] - NEARLY_S and self.solved)
+                or len(self._mean) > MOST_AGAIN
+            ):
                 return
             self._looks.pop(0)
             ln_effusivity, ln_conductance, ln_lag = (self._sums.around + self._mean[:, 3:]).T
@@ -249,7 +258,7 @@ class TouchEstimate:
         """Once the finger rests, a pressure that changes for good makes the contact anew: it is known less well."""
         self._since_s += dt_s
         self._force_n += (force_n - self._force_n) * min(dt_s / PRESSURE_S, 1.0)
-        if self._since_s < RESTS_S:
+        if self._since_s < RESTS_S - NEARLY_S:
             return 0.0
         ln_share = float(np.log(max(float(self._sensor.force_share(self._force_n)), 0.02)))
         change = ln_share - (ln_share if self._ln_share is None else self._ln_share)
@@ -259,7 +268,8 @@ class TouchEstimate:
         return 0.0
 
     def _prune(self) -> None:
-        likely = self._ln_weight > self._ln_weight.max() - FORGET
+        self._far_below = np.where(self._ln_weight > self._ln_weight.max() - FORGET, 0, self._far_below + 1)
+        likely = self._far_below < PATIENCE
         if likely.sum() > 0.9 * len(likely):
             return
         self._sums.keep(likely)
@@ -267,7 +277,7 @@ class TouchEstimate:
             self._again.keep(likely)
         self._mean, self._covariance = self._mean[likely], self._covariance[likely]
         self._expected, self._precision = self._expected[likely], self._precision[likely]
-        self._misfit = self._misfit[likely]
+        self._misfit, self._far_below = self._misfit[likely], self._far_below[likely]
         self._ln_weight, self._ln_prior = self._ln_weight[likely], self._ln_prior[likely]
         self._substance, self._slab_s = self._substance[likely], self._slab_s[likely]
 

@@ -34,17 +34,19 @@ class SensorConstants:
     Attributes:
         leak_per_s: conductance from the plate into the Peltier's back and the case, 1/s.
         half_force_n: force at which the contact conducts half as well as at large force, N.
+        force_power: a light contact conducts like this power of the force: about 1 for hard pads, more for soft ones.
         early_s: heat flows so long before the force tells of contact, s; negative where it flows later.
     """
 
     leak_per_s: float
     half_force_n: float
     early_s: float = 0.0
+    force_power: float = 1.0
 
     def force_share(self, force_n: Array | float) -> Array:
         """Part of the full contact conductance at a force, 0..1."""
-        pressing = np.maximum(force_n, 0.0)
-        return np.asarray(pressing / (pressing + self.half_force_n))
+        pressing = (np.maximum(force_n, 0.0) / self.half_force_n) ** self.force_power
+        return np.asarray(pressing / (1.0 + pressing))
 
 
 @dataclass(frozen=True, slots=True)

@@ -256,6 +256,7 @@ def true_table(materials: dict[str, MadeMaterial] = MATERIALS, sensor: MadeSenso
         plate_j_m2k=PLATE_J_M2K,
         leak_per_s=sensor.leak_w_m2k / PLATE_J_M2K,
         half_force_n=sensor.half_force_n,
+        force_power=1.0,
         early_s=0.0,
         back_share=sensor.back_share,
         back_sd_k=0.3,

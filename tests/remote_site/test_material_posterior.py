@@ -5,7 +5,15 @@ import pytest
 from scipy.stats import multivariate_normal, norm
 
 from remote_site.conduction import Array
-from remote_site.material_posterior import ANYWHERE, SAME_OBJECT, SMALLEST_DIFFERENCE_K, MaterialPosterior, Posterior
+from remote_site.material_posterior import (
+    ANYWHERE,
+    SAME_OBJECT,
+    SMALLEST_DIFFERENCE_K,
+    STEP_SD,
+    STEPS,
+    MaterialPosterior,
+    Posterior,
+)
 from remote_site.thermal_identification import ThermalKnowledge
 from remote_site.touch_estimate import ANYWHERE_K, TouchEstimate, TouchEvidence
 from remote_site.touch_guesses import Substances
@@ -57,11 +65,26 @@ class Finger:
         return TouchEvidence(np.array(ln), np.array(means), np.array(covariances), AMBIENT_C, self.start_c, 1.0)
 
 
+def usual() -> Array:
+    """Density of the temperatures that the calibration's objects had, on the grid: even, with soft ends."""
+    step_k = OFFSET_SD_K / np.sqrt(np.var(STEPS) + STEP_SD**2)
+    rows = [norm(OFFSET_K + step * step_k, STEP_SD * step_k).pdf(GRID_K) for step in STEPS]
+    return np.asarray(np.mean(rows, axis=0))
+
+
+def test_temperatures_like_those_of_the_calibration_are_even_and_scatter_as_they_did() -> None:
+    density = usual()
+    width_k = np.sqrt(3.0) * OFFSET_SD_K
+    within = density[np.abs(GRID_K - OFFSET_K) < 0.5 * width_k]
+    assert within.max() / within.min() < 1.1
+    assert np.sqrt(density @ GRID_K**2 / density.sum()) == pytest.approx(OFFSET_SD_K, rel=0.01)
+
+
 def densities(fingers: list[Finger]) -> list[Array]:
     """Prior times likelihoods of each substance on the grid."""
     found = []
     for m in range(3):
-        at_k = (1.0 - ANYWHERE) * norm(OFFSET_K, OFFSET_SD_K).pdf(GRID_K) + ANYWHERE * norm(0.0, ANYWHERE_K).pdf(GRID_K)
+        at_k = (1.0 - ANYWHERE) * usual() + ANYWHERE * norm(0.0, ANYWHERE_K).pdf(GRID_K)
         at_ln = norm(SMALL.ln_effusivity[m], np.sqrt(SMALL.effusivity_variance[m])).pdf(GRID_LN)
         density = SMALL.probability[m] * at_k[:, None] * at_ln
         for finger in fingers:

@@ -181,8 +181,8 @@ def test_a_table_survives_its_file_and_a_foreign_one_is_refused(
     (tmp_path / "edited.json").write_text(text.replace('"ambient_c": 2', '"ambient_c": 1', 1))
     with pytest.raises(ValueError, match="content_hash"):
         MaterialTable.load(tmp_path / "edited.json")
-    (tmp_path / "old.json").write_text(text.replace('"schema_version": 2', '"schema_version": 1', 1))
-    with pytest.raises(ValueError, match="schema_version 1, this program reads 2"):
+    (tmp_path / "old.json").write_text(text.replace('"schema_version": 3', '"schema_version": 2', 1))
+    with pytest.raises(ValueError, match="schema_version 2, this program reads 3"):
         MaterialTable.load(tmp_path / "old.json")
 
 
