@@ -4,14 +4,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from remote_site.reading_clock import READING_S
 from remote_site.traces import ThermalTrace
 
 BEFORE = 5
 """Readings averaged into one value of the plate before contact, where there are too few to see a slope (50 ms)."""
-FEWEST, WARMING = 25, 50
-"""Readings before contact, least and most, whose straight line tells how warm the plate was and how fast it warmed."""
+SHORT, WARMING = 25, 50
+"""Readings before contact whose straight line tells how warm the plate was and how fast it warmed (0.25 and 0.5 s)."""
+AGREE_SD = 2.0
+"""The longer line is less noisy; it counts where the shorter one, known to this many deviations, has the same slope."""
 AMBIENT = 50
 """Readings before contact averaged into the ambient temperature (0.5 s)."""
 
@@ -35,21 +38,33 @@ class RecordedTouch:
 
 
 def reading_at_contact(before_c: Sequence[float]) -> tuple[float, float]:
-    """Reading at contact, C, and its slope, K/s, from at most WARMING readings of a free sensor, oldest first.
+    """Reading at contact, C, and its slope, K/s, from the newest readings of a free sensor, oldest first.
 
     Raises:
         ValueError: there is no reading.
     """
     if not before_c:
         raise ValueError("no reading before contact")
-    if len(before_c) < FEWEST:
+    if len(before_c) < SHORT:
         newest = before_c[-BEFORE:]
         return sum(newest) / len(newest), 0.0
-    reading_c = np.asarray(before_c)
-    time_s = READING_S * np.arange(1.0 - len(reading_c), 1.0)  # the newest is that at contact
-    middle_s = time_s.mean()
-    slope_k_s = float((time_s - middle_s) @ reading_c / ((time_s - middle_s) @ (time_s - middle_s)))
-    return float(reading_c.mean()) - slope_k_s * float(middle_s), slope_k_s
+    start_c, slope_k_s, slope_sd = _line(np.asarray(before_c[-SHORT:]))
+    if len(before_c) >= WARMING:
+        longer_c, longer_k_s, _ = _line(np.asarray(before_c[-WARMING:]))
+        if abs(longer_k_s - slope_k_s) <= AGREE_SD * slope_sd:
+            return longer_c, longer_k_s
+    return start_c, slope_k_s
+
+
+def _line(reading_c: NDArray[np.float64]) -> tuple[float, float, float]:
+    """The straight line through readings: its end, C, its slope and how well that is known, K/s."""
+    time_s = READING_S * np.arange(len(reading_c))
+    time_s -= time_s.mean()
+    spread = float(time_s @ time_s)
+    slope_k_s = float(time_s @ reading_c) / spread
+    left = reading_c - reading_c.mean() - slope_k_s * time_s
+    noise_k = float(np.sqrt(left @ left / (len(reading_c) - 2)))
+    return float(reading_c.mean() + slope_k_s * time_s[-1]), slope_k_s, noise_k / spread**0.5
 
 
 def find_touch(trace: ThermalTrace) -> RecordedTouch | None:
