@@ -23,7 +23,8 @@ def calibration_text(fit: ThermalFit) -> str:
     lines = [
         f"sensor {table.sensor_serial}, {table.made_on or 'no date'}",
         f"lag {np.exp(table.ln_lag):.2f} s (factor {np.exp(table.ln_lag_sd):.2f} from touch to touch), "
-        f"leak {table.leak_per_s:.3f} 1/s, half of the contact at {table.half_force_n:.2f} N, "
+        f"leak {table.leak_per_s:.3f} 1/s, half of the contact at {table.half_force_n:.2f} N "
+        f"(power {table.force_power:.1f} of the force), heat {1e3 * table.early_s:+.0f} ms before force, "
         f"noise {1e3 * table.noise_k:.0f} mK",
         "",
         f"{'material':<16}{'touches':>8}{'effusivity':>12}{'+- %':>6}{'contact W/m2K':>15}{'+- %':>6}{'misfit':>8}",

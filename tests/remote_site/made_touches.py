@@ -41,6 +41,7 @@ class MadeSensor:
         back_share: where the back is at contact between ambient (0) and plate (1); it stays there.
         lag_s: of the read-out.
         half_force_n: force at which the contact conducts half as well as at large force.
+        force_power: a light contact conducts like this power of the force.
         noise_k: white noise of a reading, before its 12 bits.
     """
 
@@ -48,6 +49,7 @@ class MadeSensor:
     back_share: float = 0.3
     lag_s: float = 0.3
     half_force_n: float = 0.3
+    force_power: float = 1.0
     noise_k: float = 0.02
 
 
@@ -123,7 +125,8 @@ def plate_courses(
     plate_k, back_k = start_c - object_c, ambient_c + sensor.back_share * (start_c - ambient_c) - object_c
     read_k = plate_k.copy()
     pressing = np.maximum(force(STEP_S * (np.arange(steps) + 0.5)), 0.0)
-    share = pressing / (pressing + sensor.half_force_n)
+    pressing = (pressing / sensor.half_force_n) ** sensor.force_power
+    share = pressing / (1.0 + pressing)
     leak, slow = sensor.leak_w_m2k * STEP_S / PLATE_J_M2K, np.exp(-STEP_S / sensor.lag_s)
     readings = np.empty((n, steps // 10))
     for k in range(steps):
@@ -256,7 +259,7 @@ def true_table(materials: dict[str, MadeMaterial] = MATERIALS, sensor: MadeSenso
         plate_j_m2k=PLATE_J_M2K,
         leak_per_s=sensor.leak_w_m2k / PLATE_J_M2K,
         half_force_n=sensor.half_force_n,
-        force_power=1.0,
+        force_power=sensor.force_power,
         early_s=0.0,
         back_share=sensor.back_share,
         back_sd_k=0.3,

@@ -1,5 +1,7 @@
 """Calibration finds the constants that made-up touches were made with."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
@@ -9,28 +11,31 @@ from tests.remote_site.made_touches import (
     MATERIALS,
     PLATE_J_M2K,
     SENSOR,
+    Force,
     MadeMaterial,
     MadeSensor,
     made_touches,
     pressed,
 )
 
-FORCES_N = (0.6, 1.2, 3.0)
+FORCES = tuple(pressed(force_n) for force_n in (0.6, 1.2, 3.0))
 """Pressed differently: otherwise nothing tells how the contact follows the force."""
 EACH = 6
 """Touches of each material at each force."""
 
 
 def fit(
-    materials: dict[str, MadeMaterial], sensor: MadeSensor = SENSOR, object_sd_k: float = 0.03, each: int = EACH
+    materials: dict[str, MadeMaterial],
+    sensor: MadeSensor = SENSOR,
+    object_sd_k: float = 0.03,
+    each: int = EACH,
+    forces: Sequence[Force] = FORCES,
 ) -> tuple[Population, list[float]]:
     """The fit, and the true object temperatures above ambient."""
     touches, objects_k = [], []
     for number, (name, material) in enumerate(materials.items()):
-        for seed, force_n in enumerate(FORCES_N):
-            made = made_touches(
-                name, each, 31 * number + seed, 4.0, sensor=sensor, material=material, force=pressed(force_n)
-            )
+        for seed, force in enumerate(forces):
+            made = made_touches(name, each, 31 * number + seed, 4.0, sensor=sensor, material=material, force=force)
             for touch in made:
                 after = np.array(touch.after())
                 known = object_sd_k < 1.0
@@ -88,6 +93,16 @@ def test_another_sensor_gives_other_constants() -> None:
     assert np.exp(found.ln_lag) == pytest.approx(0.15, rel=0.1)
     assert found.sensor.half_force_n == pytest.approx(0.6, rel=0.3)
     assert 0.0505 < found.noise_k < 1.4 * 0.0505
+
+
+def test_a_soft_sensor_conducts_like_a_power_of_the_force() -> None:
+    """Slowly pressed to several newtons, as fabric is: its readings hardly move at first, then ever faster."""
+    sensor = MadeSensor(lag_s=0.6, half_force_n=5.0, force_power=2.0)
+    found = fit(MATERIALS, sensor, forces=tuple(pressed(force_n, ramp_s=1.5) for force_n in (3.0, 4.5)))[0]
+    assert found.sensor.force_power == pytest.approx(2.0, rel=0.15)
+    assert found.sensor.half_force_n == pytest.approx(5.0, rel=0.2)
+    assert (found.misfit < 1.5).all()
+    assert found.noise_k < 2.0 * np.hypot(sensor.noise_k, 0.007)
 
 
 def test_thin_pieces_are_recognised() -> None:

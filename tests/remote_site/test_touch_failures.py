@@ -205,6 +205,20 @@ def test_an_untrained_material_is_hardly_ever_taken_for_a_calibrated_one_on_the_
     assert sum(map(bool, taken)) <= 0.05 * len(taken), taken
 
 
+def test_no_guess_is_given_up_for_one_step_too_far() -> None:
+    """Exact readings make a step of the solver look impossible for a moment; what it leads to may be the truth."""
+    quiet = MadeSensor(noise_k=0.005)
+    exact = {
+        name: MadeMaterial(made.effusivity, made.conductance_w_m2k, piece_sd=0.013, contact_sd=0.15)
+        for name, made in MATERIALS.items()
+    }
+    steady = {"start_sd_k": 0.007, "ln_lag_sd": 0.01, "back_sd_k": 0.05}
+    knowledge = ThermalKnowledge.of(true_table(exact, quiet).model_copy(update=steady))
+    near_metal = MadeMaterial(21_000.0, 2100.0, piece_sd=0.013, contact_sd=0.15)
+    for touch in made_touches("stranger", 16, seed=5, seconds=4.0, sensor=quiet, material=near_metal):
+        assert play(knowledge, touch)[-1].status is ThermalStatus.UNKNOWN
+
+
 # --- thin objects ---
 
 
