@@ -78,6 +78,7 @@ TOUCH_RANGES = {
     "conductivity_w_mk": (0, 500),
     "density_kg_m3": (0, 25_000),
     "specific_heat_j_kgk": (0, 10_000),
+    "effusivity_ln_sd": (0, 10),
     "object_c": (-50, 150),
     "object_c_sd": (0, 100),
     "probability": (0, 1),
@@ -85,6 +86,7 @@ TOUCH_RANGES = {
 }
 """Columns of the touch block in order, each with the range that decoding enforces.
 
+effusivity_ln_sd is the standard deviation of the logarithm of the effusivity that the three thermal constants make.
 k_tap and k_stroke_v in (rad/s)/(m/s), k_stroke_f in (rad/s)/N (Kron & Schmidt 2003, Eq. 1-2); a
 conductivity of 0 W/mK says that the object's thermal constants are not known.
 """
@@ -130,7 +132,7 @@ class Motion(NamedTuple):
 
 
 class Touch(NamedTuple):
-    """What the remote fingers touch: block (5, 18) of `TOUCH_FIELDS`, names of the likeliest materials, events."""
+    """What the remote fingers touch: block (5, 19) of `TOUCH_FIELDS`, names of the likeliest materials, events."""
 
     session: int
     sequence: int

@@ -30,6 +30,7 @@ FOREIGN_SHARE = 0.02
 HISTORY_S = 0.5
 """An event is repeated in every packet for this long: any later packet repairs a loss."""
 _THERMAL_UNKNOWN_SD_K = 50.0
+_EFFUSIVITY_UNKNOWN_LN_SD = 10.0
 _FREE = (0.0,) * len(TOUCH_FIELDS)
 
 
@@ -127,6 +128,7 @@ def _row(touch: FingerTouch) -> tuple[float, ...]:
     """One finger's line of the touch block, in the order of `TOUCH_FIELDS`."""
     thermal = touch.thermal
     known = thermal.object_c is not None
+    conducts = known and touch.conductivity_w_mk > 0.0
     return (
         float(touch.mode),
         float(touch.contact),
@@ -143,6 +145,7 @@ def _row(touch: FingerTouch) -> tuple[float, ...]:
         touch.conductivity_w_mk if known else 0.0,
         touch.density_kg_m3 if known else 0.0,
         touch.specific_heat_j_kgk if known else 0.0,
+        _EFFUSIVITY_UNKNOWN_LN_SD if not conducts or thermal.effusivity_ln_sd is None else thermal.effusivity_ln_sd,
         thermal.object_c if thermal.object_c is not None else 0.0,
         thermal.object_c_sd or 0.0 if known else _THERMAL_UNKNOWN_SD_K,
         thermal.probability,

@@ -38,6 +38,7 @@ _IN_CONTACT = {
     "conductivity_w_mk": 0.12,
     "density_kg_m3": 510.0,
     "specific_heat_j_kgk": 1380.0,
+    "effusivity_ln_sd": 0.08,
     "object_c": 23.1,
     "object_c_sd": 0.4,
     "probability": 0.97,

@@ -97,11 +97,12 @@ INDEX_TOUCH = {
     "density_kg_m3": 1400,
     "specific_heat_j_kgk": 1000,
     "object_c": 23.5,
+    "effusivity_ln_sd": 0.125,
     "object_c_sd": 0.25,
     "probability": 0.9375,
     "thermal_status": ThermalStatus.IDENTIFIED,
 }
-UNTOUCHED = {"object_c_sd": 50, "thermal_status": ThermalStatus.NO_CONTACT}
+UNTOUCHED = {"effusivity_ln_sd": 10, "object_c_sd": 50, "thermal_status": ThermalStatus.NO_CONTACT}
 TOUCH_BLOCK = np.array(
     [[(INDEX_TOUCH if f == "index" else UNTOUCHED).get(name, 0) for name in TOUCH_FIELDS] for f in FINGERS], np.float32
 )

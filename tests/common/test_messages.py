@@ -123,16 +123,16 @@ def test_each_touch_column_out_of_range_is_neither_taken_nor_sent(golden: dict[s
     fields = msgpack.unpackb(golden["touch"])
     for finger in (0, 4):
         for value in (low, high):
-            _put(fields, 18 * finger + column, value)
+            _put(fields, len(TOUCH_FIELDS) * finger + column, value)
             Touch.decode(msgpack.packb(fields))
         for value in beyond(low, high):
-            _put(fields, 18 * finger + column, value)
+            _put(fields, len(TOUCH_FIELDS) * finger + column, value)
             with pytest.raises(BadPacket, match=name):
                 Touch.decode(msgpack.packb(fields))
-            block = np.frombuffer(fields[5], "<f4").reshape(5, 18)
+            block = np.frombuffer(fields[5], "<f4").reshape(5, len(TOUCH_FIELDS))
             with pytest.raises(BadPacket, match=name):
                 Touch(1, 1, 1, LinkState.ENGAGED, block, ("",) * 5, ()).encode()
-        _put(fields, 18 * finger + column, low)
+        _put(fields, len(TOUCH_FIELDS) * finger + column, low)
 
 
 @pytest.mark.parametrize(("column", "limit"), [(0, 0.66), (1, 0.66), (2, 0.0103)])
@@ -152,10 +152,10 @@ def _put(fields: list[Any], index: int, value: float) -> None:
     fields[5] = fields[5][: 4 * index] + struct.pack("<f", value) + fields[5][4 * index + 4 :]
 
 
-@pytest.mark.parametrize("block", [b"", bytes(359), bytes(361), "text", None, [0.0] * 90])
+@pytest.mark.parametrize("block", [b"", bytes(379), bytes(381), "text", None, [0.0] * 95])
 def test_a_block_of_another_size_is_refused(golden: dict[str, bytes], block: object) -> None:
     fields = msgpack.unpackb(golden["touch"])
-    with pytest.raises(BadPacket, match="expected 360 bytes"):
+    with pytest.raises(BadPacket, match="expected 380 bytes"):
         Touch.decode(msgpack.packb([*fields[:5], block, *fields[6:]]))
 
 
@@ -212,7 +212,7 @@ def test_lists_of_names_and_events_have_their_lengths(golden: dict[str, bytes]) 
 
 
 def test_the_fullest_touch_packet_fits() -> None:
-    block = np.zeros((5, 18), np.float32)
+    block = np.zeros((5, len(TOUCH_FIELDS)), np.float32)
     events = tuple(Event(2**62 + n, EventKind.MATERIAL, 4, 2**62, 0.5, "m" * 40) for n in range(MAX_EVENTS))
     touch = Touch(2**62, 2**62, 2**62, LinkState.ENGAGED, block, ("n" * 40,) * 5, events)
     assert Touch.decode(touch.encode()).events == events

@@ -21,7 +21,7 @@ NUMBERS: tuple[bytes, ...] = (
 VALUES: tuple[bytes, ...] = (
     *map(msgpack.packb, (None, True, 0, -1, 0.0, -0.0, "", "x" * 41, "\0", b"", [], {}, [[]], {"a": []})),
     *map(msgpack.packb, (2**63 - 1, 2**63, 2**64 - 1, -(2**63), float("nan"), float("inf"), 5e-324)),
-    *map(msgpack.packb, ([None] * 40, {str(n): n for n in range(40)}, "x" * 400, bytes(360), bytes(60))),
+    *map(msgpack.packb, ([None] * 40, {str(n): n for n in range(40)}, "x" * 400, bytes(380), bytes(60))),
     *map(msgpack.packb, ([None] * 3500, {str(n): [n] for n in range(500)}, "x" * 3500)),
     *(msgpack.packb(value, use_single_float=True) for value in (float("nan"), 1e-45, -float("inf"), 1.5)),
     *(nest * depth + b"\xc0" for nest in (b"\x91", b"\x81\xa1a", b"\x81") for depth in (3, 400, 600, 1100)),

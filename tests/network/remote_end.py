@@ -16,7 +16,7 @@ import numpy as np
 from common.keys import TrustedKeys, load_keys
 from common.link import RemoteLink
 from common.loop import PeriodicLoop, become_timely
-from common.messages import Touch
+from common.messages import TOUCH_FIELDS, Touch
 from common.packets import LinkState
 from common.session_messages import Heartbeat
 from common.streams import STREAMS
@@ -34,7 +34,7 @@ def now_ns() -> int:
 def main(address: str, base_port: int, keys: Path) -> None:
     """Serve until the input ends, then tell how much was sent."""
     sent = 0
-    block = np.zeros((5, 18), np.float32)
+    block = np.zeros((5, len(TOUCH_FIELDS)), np.float32)
     with RemoteLink(address, base_port, load_keys(keys), TrustedKeys(keys)) as link:
         print("bound", flush=True)
         become_timely()
