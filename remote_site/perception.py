@@ -21,11 +21,11 @@ from remote_site.thermal_identification import ThermalKnowledge
 PAST_SD_K = 2.0
 """Backs of sensors are warmed and cooled by all that a session did before, which calibration touches did not, and those
 of all fingers alike: their errors do not average out, K."""
-TRUST_S = 2.0
+TRUST_S = 1.0
 """In a session more goes on than the model of a touch has, and it grows: backs warm up, blocks give way, s."""
 AT_ONCE = 40
 """Guesses about a touch solved with each reading of each finger: five fingers at once must not hold up the loop."""
-FOREIGN_SHARE = 0.02
+FOREIGN_SHARE = 0.005
 """A session's table is made for what will be touched in it: prior probability of something else."""
 HISTORY_S = 0.5
 """An event is repeated in every packet for this long: any later packet repairs a loss."""

@@ -10,7 +10,7 @@ from remote_site.material_posterior import Posterior
 
 SURE = 0.98
 """Posterior from which a material is named, held for HELD_S."""
-KEEP = 0.80
+KEEP = 0.50
 """A named material stays named down to this posterior."""
 FOREIGN = 0.80
 """Posterior from which an object is of no calibrated material."""
