@@ -11,6 +11,7 @@ of its touches. Cooled wood is wood. What flatters the data:
   its touches: the heated sensor alone would have it from a room thermometer.
 - Two of three touches are of wood: naming wood each time is right in 67 %. Every method is therefore counted twice,
   with materials equally likely (`even`, as the estimator answers) and as frequent as in its calibration (`counted`).
+  What an even prior aims at is `balanced`, the mean of metal's share and wood's.
 """
 
 import os
@@ -124,10 +125,19 @@ def accuracy(answers: Sequence[Row]) -> list[Row]:
                 "touches": len(mine),
                 "right": sum(right),
                 "share": sum(right) / len(mine),
+                "balanced": _balanced(mine, right),
                 **{f"{name}_wrong": len(hits) - sum(hits) for name, hits in by_class.items()},
             }
         )
     return rows
+
+
+def _balanced(answers: Sequence[Row], right: Sequence[bool]) -> float:
+    """Mean over the materials of the share that is right: what an even prior aims at, however many touches of each."""
+    of_material: dict[str, list[bool]] = {}
+    for answer, hit in zip(answers, right, strict=True):
+        of_material.setdefault(answer["material"], []).append(hit)
+    return sum(sum(hits) / len(hits) for hits in of_material.values()) / len(of_material)
 
 
 def read_touches(folder: Path, seed: int) -> list[Touch]:

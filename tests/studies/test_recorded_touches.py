@@ -44,10 +44,11 @@ def test_no_reading_after_its_time_is_a_feature() -> None:
 
 def test_right_and_wrong_are_counted_by_class() -> None:
     cell = {"method": "linear", "sensors": HEATED, "prior": "even", "t_s": 1.5}
-    said = [("metal", METAL, METAL), ("metal", METAL, WOOD), ("wood", WOOD, WOOD), ("cooled_wood", WOOD, METAL)]
+    said = [("metal", METAL, METAL), ("wood", WOOD, WOOD), ("wood", WOOD, METAL), ("cooled_wood", WOOD, METAL)]
     (row,) = accuracy([{**cell, "class": name, "material": true, "said": word} for name, true, word in said])
     assert (row["touches"], row["right"], row["share"]) == (4, 2, 0.5)
-    assert (row["metal_wrong"], row["wood_wrong"], row["cooled_wood_wrong"]) == (1, 0, 1)
+    assert row["balanced"] == pytest.approx((1.0 + 1.0 / 3.0) / 2.0)
+    assert (row["metal_wrong"], row["wood_wrong"], row["cooled_wood_wrong"]) == (0, 1, 1)
 
 
 def test_a_folder_without_recordings_is_named(tmp_path: Path) -> None:
