@@ -21,7 +21,7 @@ from remote_site.thermal_identification import ThermalKnowledge
 PAST_SD_K = 2.0
 """Backs of sensors are warmed and cooled by all that a session did before, which calibration touches did not, and those
 of all fingers alike: their errors do not average out, K."""
-TRUST_S = 1.0
+TRUST_S = 0.5
 """In a session more goes on than the model of a touch has, and it grows: backs warm up, blocks give way, s."""
 AT_ONCE = 40
 """Guesses about a touch solved with each reading of each finger: five fingers at once must not hold up the loop."""
