@@ -6,9 +6,7 @@ from dataclasses import dataclass, field
 MEMORY_S = 0.15
 """A command may still be in force this long after the next one was sent: line, module, and its report back."""
 PERSIST_S = 0.10
-"""So long every report must be of a drive that was never asked for,"""
-FEWEST = 5
-"""and so many ticks must have brought one: after a stall of either side a few reports tell of what is long over."""
+"""So long every report must be of a drive that was never asked for."""
 
 
 @dataclass(slots=True)
@@ -18,8 +16,7 @@ class DriveObeys:
     name: str
     """Of the drive, for people."""
     _told: deque[tuple[float, int]] = field(default_factory=deque)
-    _wrong_s: list[float] = field(default_factory=list)
-    """When reports came that were all wrong, from the first on until there are enough."""
+    _since_s: float | None = None
 
     def told(self, t_s: float, drive: int) -> None:
         """The module was sent a command."""
@@ -33,12 +30,10 @@ class DriveObeys:
         """
         self._forget(t_s)
         if drive == 0 or any(drive == told for _, told in self._told):
-            self._wrong_s.clear()
+            self._since_s = None
             return ""
-        if len(self._wrong_s) < FEWEST and (not self._wrong_s or t_s > self._wrong_s[-1]):
-            self._wrong_s.append(t_s)
-        lasting = len(self._wrong_s) == FEWEST and t_s - self._wrong_s[0] >= PERSIST_S
-        return f"{self.name} is driven with {drive}, never asked for" if lasting else ""
+        self._since_s = t_s if self._since_s is None else self._since_s
+        return f"{self.name} is driven with {drive}, never asked for" if t_s - self._since_s >= PERSIST_S else ""
 
     def _forget(self, t_s: float) -> None:
         while len(self._told) > 1 and t_s - self._told[1][0] > MEMORY_S:
