@@ -19,7 +19,7 @@ from remote_site.touch_model import COURSES, PLATE_J_M2K, Contacts, SensorConsta
 Array = NDArray[np.float64]
 
 ROUNDS = 80
-"""At most."""
+"""At most, settled or not."""
 SETTLED = 0.002
 """Change of any constant's logarithm in a round below which the fit has settled."""
 SETTLED_ROUNDS = 7

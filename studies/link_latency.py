@@ -167,8 +167,3 @@ def summary(blocks: Mapping[str, Sequence[Sequence[int]]]) -> dict[str, Any]:
         )
     curves = {way: [round(float(v), 2) for v in np.quantile(times, GRID)] for way, times in us.items()}
     return {"ways": rows, "quantiles": [float(q) for q in GRID], "one_way_us": curves}
-
-
-def ratio(latency: Mapping[str, Any]) -> float:
-    """Median of the link to that of bare CurveZMQ whose ends are as busy, from what `measure` returned."""
-    return next(float(row["to_busy"]) for row in latency["ways"] if row["way"] == LINK)
