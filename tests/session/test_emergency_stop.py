@@ -26,8 +26,9 @@ from studies.fault_session import FaultSession
 from studies.fault_table import FREE, STROKING
 from tests.commands import Told, command
 from tests.session.truth import FELT_N, HEATS, LATE_S, STROKES, Floats, Truth, between, read_truth
+from tests.undisturbed import undisturbed
 
-pytestmark = [pytest.mark.session, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.session, pytest.mark.timeout(400)]
 
 AT_OPERATOR, AT_REMOTE = "emergency stop by the operator", "emergency stop at the remote site"
 LEFT_ALONE_S = 2.0
@@ -95,7 +96,10 @@ class Story:
 @pytest.fixture(scope="module")
 def story(tmp_path_factory: pytest.TempPathFactory) -> Story:
     """A session that was stopped from either desk, and with a module at either site that does not confirm."""
-    folder = tmp_path_factory.mktemp("stopped")
+    return undisturbed(lambda: tell(tmp_path_factory.mktemp("stopped")))
+
+
+def tell(folder: Path) -> Story:
     stops: dict[str, Stop] = {}
     with FaultSession.open(folder) as session:
 

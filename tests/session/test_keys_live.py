@@ -21,8 +21,9 @@ from studies.fault_session import FaultSession
 from teletaction.cut_recording import CutRecording
 from tests.commands import Told, command
 from tests.session.truth import FELT_N, HEATS, LATE_S, STROKES, Truth, between, read_truth
+from tests.undisturbed import undisturbed
 
-pytestmark = [pytest.mark.session, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.session, pytest.mark.timeout(400)]
 
 KEYS_LOOKED_AT_S = 1.1
 """Once a second, and a tick to do it."""
@@ -91,7 +92,10 @@ def send_again(session: FaultSession, packet: bytes) -> tuple[int, int]:
 @pytest.fixture(scope="module")
 def story(tmp_path_factory: pytest.TempPathFactory) -> Story:
     """The operator's key is revoked in the middle of the work, trusted again, and both in one breath."""
-    folder = tmp_path_factory.mktemp("revoked")
+    return undisturbed(lambda: tell(tmp_path_factory.mktemp("revoked")))
+
+
+def tell(folder: Path) -> Story:
     with FaultSession.open(folder) as session:
         remote_keys = folder / "keys" / "remote"
         operator_key = load_keys(folder / "keys" / "operator").public

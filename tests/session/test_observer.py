@@ -25,8 +25,9 @@ from operator_site.session_client import SessionClient
 from studies.fault_session import FaultSession
 from studies.fault_table import STROKING
 from tests.commands import Told, command
+from tests.undisturbed import undisturbed
 
-pytestmark = [pytest.mark.session, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.session, pytest.mark.timeout(400)]
 
 CUT_OFF_S = 2.0
 WATCHED_S = 3.0
@@ -121,7 +122,10 @@ def strokes(line: dict[str, Any]) -> bool:
 @pytest.fixture(scope="module")
 def story(tmp_path_factory: pytest.TempPathFactory) -> Story:
     """A session at which a process and a program look on, until both are revoked in the middle of the work."""
-    folder = tmp_path_factory.mktemp("observed")
+    return undisturbed(lambda: tell(tmp_path_factory.mktemp("observed")))
+
+
+def tell(folder: Path) -> Story:
     story = Story(folder)
     with FaultSession.open(folder) as session:
         remote = load_config(session.configurations["remote"], RemoteConfig).link

@@ -16,8 +16,9 @@ from studies.stroking_scene import write_stroking_scene
 from teletaction.demo_files import HOST, PROCESSES, DemoOptions, prepare
 from teletaction.processes import SessionProcesses
 from tests.session.truth import LATE_S, written
+from tests.undisturbed import undisturbed
 
-pytestmark = [pytest.mark.session, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.session, pytest.mark.timeout(400)]
 
 INDEX = 1
 
@@ -99,7 +100,10 @@ class Running:
 @pytest.fixture(scope="module")
 def pulled(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Pulled]:
     """One session in which each cable was pulled, missed, and put back."""
-    folder = tmp_path_factory.mktemp("unplugged")
+    return undisturbed(lambda: tell(tmp_path_factory.mktemp("unplugged")))
+
+
+def tell(folder: Path) -> dict[str, Pulled]:
     session = Running(folder)
     found = {}
     try:
