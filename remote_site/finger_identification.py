@@ -16,6 +16,7 @@ from common.messages import ExplorationMode, ThermalStatus
 from remote_site.exploration import Exploration
 from remote_site.heater_control import OFFSETS_K, HeaterControl, next_offset_k
 from remote_site.motion_estimate import MotionEstimate
+from remote_site.peltier_back import PeltierBack
 from remote_site.reading_clock import ReadingClock
 from remote_site.roughness import Roughness
 from remote_site.stiffness import Stiffness
@@ -45,7 +46,7 @@ _SHOWN = (ThermalStatus.DECIDING, ThermalStatus.IDENTIFIED, ThermalStatus.AMBIGU
 class FingerSample:
     """One tick's input; SI, C and V. `texture_v`, `sensor_c` and `ambient_c` are None where nothing new came.
 
-    `reading_number` counts the sensor's readings; without it each was taken when it came.
+    `device_us` is the thermal sensor's own time of its reading; without it the reading was taken when it came.
     """
 
     t_s: float
@@ -57,7 +58,9 @@ class FingerSample:
     sensor_c: float | None = None
     ambient_c: float | None = None
     sensor_fault: str | None = None
-    reading_number: int | None = None
+    device_us: int | None = None
+    heater_drive: float = 0.0
+    """What the sensor's heater gets, as the sensor says, -1..1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +130,7 @@ class FingerIdentification:
         self._period = GroovePeriod()
         self._stiffness = Stiffness()
         self._heater = HeaterControl(preheat_k)
+        self._back = PeltierBack()
         self.thermal = ThermalIdentification(knowledge)
         self.shared: ThermalAnswer | None = None
         self._waiting: tuple[float, float, float] | None = None
@@ -236,7 +240,8 @@ class FingerIdentification:
             self._told = None
             fresh = bool(self._free_c) and t_s - self._sensor_s <= READING_AGE_S
             self.shared = self._waiting = None
-            thermal.start(t_s, *(reading_at_contact(list(self._free_c)) if fresh else (0.0, 0.0)), self._ambient_c)
+            start_c, slope_k_s = reading_at_contact(list(self._free_c)) if fresh else (0.0, 0.0)
+            thermal.start(t_s, start_c, slope_k_s, self._ambient_c, (self._back.above_k, self._back.sd_k))
             if not fresh or sample.sensor_fault is not None:
                 thermal.stop(f"sensor fault: {sample.sensor_fault or 'no reading before contact'}")
         elif exploration.ended:
@@ -260,8 +265,10 @@ class FingerIdentification:
     def _take_reading(self, sample: FingerSample, sensor_c: float) -> None:
         """Keep a reading for the touch, or as one before it, and drive the heater by it."""
         t_s, contact = sample.t_s, self._exploration.contact
+        if self._ambient_c is not None and sample.sensor_fault is None:
+            self._back.step(t_s - self._sensor_s, sample.heater_drive, sensor_c - self._ambient_c)
         self._sensor_s = t_s
-        taken_s = t_s if sample.reading_number is None else self._clock.step(t_s, sample.reading_number)
+        taken_s = t_s if sample.device_us is None else self._clock.step(t_s, sample.device_us)
         if not contact:
             self._free_c.append(sensor_c)
         elif taken_s > self._contact_s:  # one from just before contact may arrive just after

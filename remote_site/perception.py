@@ -9,6 +9,7 @@ import numpy as np
 from common.fingers import FINGERS
 from common.messages import EVENT_MAX, MAX_EVENTS, TOUCH_FIELDS, TOUCH_HIGH, TOUCH_LOW, Event, EventKind, Touch
 from common.packets import Floats, LinkState
+from common.serial_messages import DRIVE_FULL
 from remote_site.finger_identification import FingerIdentification, FingerSample, FingerTouch
 from remote_site.heater_control import OFFSETS_K, STAGGER_K
 from remote_site.material_table import MaterialTable
@@ -18,10 +19,7 @@ from remote_site.surface_class import SurfaceTable
 from remote_site.texture_sensor import texture_v
 from remote_site.thermal_identification import ThermalKnowledge
 
-PAST_SD_K = 2.0
-"""Backs of sensors are warmed and cooled by all that a session did before, which calibration touches did not, and those
-of all fingers alike: their errors do not average out, K."""
-TRUST_S = 0.5
+TRUST_S = 1.0
 """In a session more goes on than the model of a touch has, and it grows: backs warm up, blocks give way, s."""
 AT_ONCE = 40
 """Guesses about a touch solved with each reading of each finger: five fingers at once must not hold up the loop."""
@@ -40,8 +38,7 @@ class Perception:
     def __init__(self, fingers: Iterable[str], table: MaterialTable, surfaces: SurfaceTable):
         """Identify with the calibrated tables."""
         self._numbers = [FINGERS.index(finger) for finger in fingers]
-        worn = table.model_copy(update={"back_sd_k": math.hypot(table.back_sd_k, PAST_SD_K)})
-        self._knowledge, self._surfaces = ThermalKnowledge.of(worn, TRUST_S, AT_ONCE, FOREIGN_SHARE), surfaces
+        self._knowledge, self._surfaces = ThermalKnowledge.of(table, TRUST_S, AT_ONCE, FOREIGN_SHARE), surfaces
         self._time_s = -math.inf
         self.touches: dict[int, FingerTouch] = {}
         """Newest result of each finger in use, by finger number."""
@@ -76,7 +73,8 @@ class Perception:
                     texture_v=None if counts is None else texture_v(counts),
                     sensor_c=None if plate is None else plate.sensor_c,
                     ambient_c=None if plate is None else plate.ambient_c,
-                    reading_number=None if plate is None else plate.number,
+                    device_us=None if plate is None else plate.device_us,
+                    heater_drive=0.0 if plate is None else plate.heater_permille / DRIVE_FULL,
                     sensor_fault=None if plate is None else plate.fault or None,
                 )
             )

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from remote_site.reading_clock import READING_S
+from remote_site.thermal_touches import READING_S
 from remote_site.touch_model import COURSES, PLATE_J_M2K, Contacts, SensorConstants, TouchModel
 
 Array = NDArray[np.float64]

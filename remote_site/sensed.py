@@ -10,7 +10,7 @@ from remote_site.thermal_sensor import PlateReading
 SCHEMA: dict[str, object] = {
     "type": "array",
     "description": "[time_s, x_m, y_m, z_m x 5, force_n x 5, texture counts x 5 (int16 little endian or null), "
-    "plates x 5 ([sensor_c, ambient_c, fault] or null)]",
+    "plates x 5 ([sensor_c, ambient_c, fault, device_us, heater_permille] or null)]",
 }
 
 
@@ -28,7 +28,10 @@ class Sensed:
 
     def pack(self) -> bytes:
         """Bytes for the recording; nothing is rounded."""
-        plates = [None if p is None else [p.sensor_c, p.ambient_c, p.fault, p.number] for p in self.plates]
+        plates = [
+            None if p is None else [p.sensor_c, p.ambient_c, p.fault, p.device_us, p.heater_permille]
+            for p in self.plates
+        ]
         packed: bytes = msgpack.packb(
             [self.time_s, self.x_m, self.y_m, self.z_m, self.force_n, self.texture_counts, plates]
         )
@@ -45,8 +48,8 @@ class Sensed:
         if not isinstance(fields, list) or len(fields) != 7:
             raise ValueError("not a record of sensed values")
         time_s, x_m, y_m, z_m, force_n, texture, plates = fields
-        if any(plate is not None and len(plate) != 4 for plate in plates):
-            raise ValueError("thermal readings without their number: recorded by an earlier version")
+        if any(plate is not None and len(plate) != 5 for plate in plates):
+            raise ValueError("thermal readings without their times: recorded by an earlier version")
         return cls(
             time_s,
             x_m,

@@ -15,8 +15,7 @@ from remote_site.population_fit import (
     Population,
     PopulationFit,
 )
-from remote_site.reading_clock import READING_S
-from remote_site.thermal_touches import RecordedTouch, find_touch, reference_touch
+from remote_site.thermal_touches import READING_S, RecordedTouch, find_touch, reference_touch
 from remote_site.touch_model import PLATE_J_M2K
 from remote_site.traces import ThermalTrace, read_labels, read_thermal
 

@@ -105,7 +105,14 @@ class ThermalIdentification:
         touching = self._estimate is not None and self._light_since_s is None and self._estimate.settled
         return self._estimate.evidence() if touching and self._estimate is not None else None
 
-    def start(self, t_s: float, start_c: float, slope_k_s: float, ambient_c: float | None) -> None:
+    def start(
+        self,
+        t_s: float,
+        start_c: float,
+        slope_k_s: float,
+        ambient_c: float | None,
+        back_k: tuple[float, float] = (0.0, 0.0),
+    ) -> None:
         """Begin a touch.
 
         Args:
@@ -113,6 +120,7 @@ class ThermalIdentification:
             start_c: reading at contact, C (best: mean of the last readings before it).
             slope_k_s: its slope then, K/s: the plate is ahead of its reading.
             ambient_c: ambient temperature, C; None where unknown: the calibration's stands in.
+            back_k: how much warmer the sensor's back is than in calibration, and its standard deviation, K.
         """
         knowledge = self._knowledge
         ambient_c = knowledge.table.ambient_c if ambient_c is None else ambient_c
@@ -124,6 +132,7 @@ class ThermalIdentification:
             start_c,
             slope_k_s,
             ambient_c,
+            back_k,
             knowledge.trust_s,
             knowledge.at_once,
         )

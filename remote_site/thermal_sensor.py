@@ -26,13 +26,15 @@ class PlateReading:
         sensor_c: plate, C.
         ambient_c: ambient, C.
         fault: what makes it implausible; empty when nothing does.
-        number: of this reading among all that came since the sensor was opened.
+        device_us: when it was taken, by the sensor's own clock, us modulo 2^32.
+        heater_permille: what the heater got then, thousandths of full drive.
     """
 
     sensor_c: float
     ambient_c: float
     fault: str
-    number: int
+    device_us: int
+    heater_permille: int
 
 
 class ThermalSensor:
@@ -53,7 +55,6 @@ class ThermalSensor:
         self._obeys = DriveObeys("the heater")
         self._plausible = SsrPlausibility()
         self._permille = 0
-        self._count = 0
 
     def read(self, t_s: float) -> PlateReading | None:
         """The newest reading since the last call, judged for plausibility at time `t_s`; None without one."""
@@ -61,7 +62,6 @@ class ThermalSensor:
         for frame in self.line.poll():
             if frame.message_id != MessageId.THERMAL_READING:
                 continue
-            self._count += 1
             try:
                 newest = ThermalReading.decode(frame.payload)
             except BadPayload:
@@ -73,7 +73,8 @@ class ThermalSensor:
         fault = self._plausible.step(t_s, newest.plate_counts, self._permille / DRIVE_FULL)
         # A plate that cannot be measured is cut off as well; that finger goes without heat, and the others go on.
         self.cut_out = bool(newest.flags & DeviceFlag.THERMAL_CUT_OUT) and not fault
-        return PlateReading(ssr_c(newest.plate_counts), ssr_c(newest.ambient_counts), fault or "", self._count)
+        plate_c, ambient_c = ssr_c(newest.plate_counts), ssr_c(newest.ambient_counts)
+        return PlateReading(plate_c, ambient_c, fault or "", newest.device_time_us, newest.heater_permille)
 
     def unconfirmed(self, since_s: float) -> str:
         """Why it is not certain that the heater is off; empty when the last reading, after `since_s`, says so."""

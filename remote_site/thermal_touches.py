@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from remote_site.reading_clock import READING_S
 from remote_site.traces import ThermalTrace
 
+READING_S = 0.01
+"""Period of the thermal sensor's readings, s."""
 BEFORE = 5
 """Readings averaged into one value of the plate before contact, where there are too few to see a slope (50 ms)."""
 SHORT, WARMING = 25, 50

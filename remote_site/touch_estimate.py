@@ -83,6 +83,7 @@ class TouchEstimate:
         start_c: float,
         slope_k_s: float,
         ambient_c: float,
+        back_k: tuple[float, float] = (0.0, 0.0),
         trust_s: float = np.inf,
         at_once: int | None = None,
     ) -> None:
@@ -95,6 +96,7 @@ class TouchEstimate:
             start_c: reading at contact, C.
             slope_k_s: its slope just before, K/s.
             ambient_c: ambient temperature, C.
+            back_k: how much warmer the sensor's back is than in calibration, and its standard deviation, K.
             trust_s: so long after contact a reading counts half, later ones ever less: what the model leaves out grows.
             at_once: guesses that are solved anew with each reading; more take turns. None: all.
         """
@@ -117,11 +119,11 @@ class TouchEstimate:
         self._expected = np.zeros((n, 6))
         self._expected[:, 0] = ambient_k
         self._expected[:, 1] = slope_k_s * np.exp(guesses.ln_lag)
-        self._expected[:, 2] = (1.0 - table.back_share) * ambient_k
+        self._expected[:, 2] = (1.0 - table.back_share) * ambient_k + back_k[0]
         variances = np.empty((n, 3))
         variances[:, 0] = ANYWHERE_K**2
         variances[:, 1] = table.start_sd_k**2 + (AHEAD * self._expected[:, 1]) ** 2
-        variances[:, 2] = table.back_sd_k**2
+        variances[:, 2] = table.back_sd_k**2 + back_k[1] ** 2
         self._precision = np.zeros((n, 6, 6))
         self._precision[:, (0, 1, 2), (0, 1, 2)] = 1.0 / variances
         self._precision[:, 3:, 3:] = guesses.precision

@@ -42,15 +42,19 @@ class BenchObject:
 
 @dataclass(frozen=True, slots=True)
 class Specimen:
-    """One drawn piece of a material: constants scaled alike, so that diffusivity stays."""
+    """One piece of a material: constants scaled alike, so that diffusivity stays."""
 
     conductivity_w_mk: float
     heat_j_m3k: float
 
     @classmethod
-    def draw(cls, kind: Material, rng: np.random.Generator) -> "Specimen":
-        """Draw ln(effusivity) around the table's value with the table's spread."""
-        scale = math.exp(kind.spread * rng.standard_normal())
+    def draw(cls, kind: Material, rng: np.random.Generator, *, block: bool = False) -> "Specimen":
+        """Draw ln(effusivity) around the material's value with its spread; `block`: the one block of this material.
+
+        A block is a piece like others; which one is of no importance, as long as it is the same in every session.
+        """
+        drawn = rng.standard_normal()
+        scale = 1.0 if block else math.exp(kind.spread * drawn)
         return cls(kind.conductivity_w_mk * scale, kind.density_kg_m3 * kind.specific_heat_j_kgk * scale)
 
     @property
@@ -70,8 +74,8 @@ class Bench:
         start = 0
         for thing in scene.objects:
             body = thing.body or thing.name
-            drawn = Specimen.draw(material(thing.material), rng), rng.uniform(*thing.offset_c)
-            specimen, offset = bodies.setdefault(body, drawn)
+            piece = Specimen.draw(material(thing.material), rng, block=scene.knows_piece(thing.material))
+            specimen, offset = bodies.setdefault(body, (piece, rng.uniform(*thing.offset_c)))
             kind = surface_kind(thing.surface)
             profile = make_profile(kind, thing.length_m, rng)
             samples = profile.height_m.shape[1]

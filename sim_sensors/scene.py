@@ -138,11 +138,16 @@ class SceneObject(_Strict):
 
 
 class Scene(_Strict):
-    """A bench with objects, and the script of the hand; after its last step the script starts again."""
+    """A bench with objects, and the script of the hand; after its last step the script starts again.
+
+    `calibrated` names the materials that the scene's table knows. With `pieces` "calibrated", the objects of these
+    materials are the very blocks that the table was made with; with "new", each session draws pieces of its own.
+    """
 
     name: str
     ambient_c: float = Field(default=23.0, ge=5.0, le=35.0)
     calibrated: tuple[str, ...]
+    pieces: Literal["new", "calibrated"] = "new"
     objects: tuple[SceneObject, ...] = Field(min_length=1)
     script: tuple[Step, ...] = Field(min_length=1)
 
@@ -168,6 +173,10 @@ class Scene(_Strict):
             if target is not None and target not in names:
                 raise ValueError(f"script step {number} names no object {target!r}; there are {', '.join(names)}")
         return self
+
+    def knows_piece(self, material_name: str) -> bool:
+        """Whether objects of this material are blocks that the scene's table was made with."""
+        return self.pieces == "calibrated" and material_name in self.calibrated
 
     def object_named(self, name: str) -> SceneObject:
         """Look an object up.

@@ -46,8 +46,11 @@ def simulate_thermal_set(
     ambient_c: float = 23.0,
     preheat_k: float = 10.0,
     offset_c: tuple[float, float] = (-3.0, 3.0),
+    block: bool = False,
 ) -> list[ThermalTrace]:
     """Write `touches` traces of a material (or `air`) and their labels `file,material,object_c` into `out`.
+
+    Every touch is of a new piece, or, with `block`, of the one block of the material.
 
     Labels of other files that `out` already holds are kept, so that sets of several materials can share it.
 
@@ -65,6 +68,7 @@ def simulate_thermal_set(
         ambient_c=ambient_c,
         preheat_k=preheat_k,
         offset_c=offset_c,
+        block=block,
     )
     labels = _Labels(out, ("file", "material", "object_c"))
     for number, trace in enumerate(traces):

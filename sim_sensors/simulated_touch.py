@@ -102,10 +102,11 @@ class _Touched:
         force_n: float,
         thickness_m: float | None,
         contact_spread: float,
+        block: bool,
         rng: np.random.Generator,
     ) -> "list[_Touched]":
         """One object under `fingers` fingers: they share piece and temperature, each has its contact and force."""
-        specimen = Specimen.draw(material(name), rng)
+        specimen = Specimen.draw(material(name), rng, block=block)
         full = full_conductance_w_m2k(specimen.conductivity_w_mk, surface.rms_m)
         column = object_column(specimen.conductivity_w_mk, specimen.heat_j_m3k, thickness_m, STAGE_S)
         one_c = rng.uniform(*object_c)
@@ -133,6 +134,7 @@ def simulate_thermal(
     offset_c: tuple[float, float] = (-3.0, 3.0),
     thickness_m: float | None = BLOCK_M,
     contact_spread: float = TOUCH_SPREAD,
+    block: bool = False,
     later: tuple[float, float] | None = None,
 ) -> list[ThermalTrace]:
     """Touch a block `touches` times with a sensor pre-heated to ambient + `preheat_k` (never above its limit).
@@ -148,6 +150,7 @@ def simulate_thermal(
         offset_c: range of the object's temperature relative to ambient, K.
         thickness_m: of the block; None: half space.
         contact_spread: one standard deviation of ln(contact conductance) from touch to touch.
+        block: every touch is of the one block of the material, not of a new piece each.
         later: so long after contact, s, the force becomes this share of what it was: 0 for a finger that is lifted.
 
     Raises:
@@ -164,6 +167,7 @@ def simulate_thermal(
         offset_c=offset_c,
         thickness_m=thickness_m,
         contact_spread=contact_spread,
+        block=block,
         later=later,
     )
     return [trace for hand in hands for trace in hand]
@@ -181,6 +185,7 @@ def simulate_hand(
     offset_c: tuple[float, float] = (-3.0, 3.0),
     thickness_m: float | None = BLOCK_M,
     contact_spread: float = TOUCH_SPREAD,
+    block: bool = False,
     later: tuple[float, float] | None = None,
 ) -> list[list[ThermalTrace]]:
     """Touch a block with several fingers at once, `touches` times: a list of hands, each a trace for every finger.
@@ -188,7 +193,7 @@ def simulate_hand(
     Fingers of one hand share the piece and its temperature; each has a sensor, a contact and a force of its own.
 
     Args:
-        material_name, seed, touches, seconds, force_n, ambient_c, offset_c, thickness_m, contact_spread, later:
+        material_name, seed, touches, seconds, force_n, ambient_c, offset_c, thickness_m, contact_spread, block, later:
             see `simulate_thermal`.
         preheats_k: each finger's start above ambient, K.
 
@@ -227,6 +232,7 @@ def simulate_hand(
                 force_n=force_n,
                 thickness_m=thickness_m,
                 contact_spread=contact_spread,
+                block=block,
                 rng=draw,
             )
         ]

@@ -10,8 +10,8 @@ from common.process import StatusFile
 from sim_sensors.select_loop import SelectLoop
 
 STEP_S = 0.002
-_MOST_STEPS = 25
-"""After a stall up to 50 ms of physics are made up for; the rest is lost, and counted."""
+MOST_STEPS = 100
+"""A machine that stands still does not stop the world: 0.2 s of physics are made up for; more is lost, and counted."""
 
 
 class World(Protocol):
@@ -41,11 +41,11 @@ class StepClock:
     def due(self, now_s: float) -> list[float]:
         """Real times of the steps to make now, oldest first."""
         count = int((now_s - self.start_s) / STEP_S + 1e-6) - self.steps
-        if count > _MOST_STEPS:
-            skipped = (count - _MOST_STEPS) * STEP_S
+        if count > MOST_STEPS:
+            skipped = (count - MOST_STEPS) * STEP_S
             self.start_s += skipped
             self.lost_s += skipped
-            count = _MOST_STEPS
+            count = MOST_STEPS
         times = [self.start_s + (self.steps + n) * STEP_S for n in range(1, count + 1)]
         self.steps += len(times)
         return times

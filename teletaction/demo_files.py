@@ -25,6 +25,7 @@ from common.fingers import chosen_fingers
 from common.keys import TrustedKeys, create_keys
 from common.streams import STREAMS
 from sim_sensors.network_file import is_file, load_network
+from sim_sensors.scene import load_scene
 
 HOST = "127.0.0.1"
 PROCESSES = ("sim-remote", "sim-operator", "remote", "operator")
@@ -54,7 +55,8 @@ def calibrated_tables(scene: str) -> tuple[Path, Path]:
     Raises:
         ValueError: none was calibrated for this scene's materials.
     """
-    materials = TABLES / f"{Path(scene).stem}.json"
+    blocks = "_blocks" if load_scene(scene).pieces == "calibrated" else ""
+    materials = TABLES / f"{Path(scene).stem}{blocks}.json"
     if not materials.is_file():
         raise ValueError(f"scene {scene!r}: no calibrated table {materials.name}; make one with `calibrate thermal`")
     return materials, SURFACES

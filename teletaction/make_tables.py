@@ -28,7 +28,9 @@ STROKES = ((30.0, 1.2), (50.0, 1.2), (80.0, 1.2), (50.0, 2.5))
 
 
 def make_tables(out: Path, *, made_on: str = "") -> list[Path]:
-    """Write materials.json, phantom.json and surfaces.json into `out`; takes about a minute.
+    """Write the tables of materials and phantom, of the blocks of `materials`, and of surfaces into `out`.
+
+    It takes about a minute.
 
     Raises:
         OSError: `out` cannot be written.
@@ -36,9 +38,12 @@ def make_tables(out: Path, *, made_on: str = "") -> list[Path]:
     out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
-        _blocks(work / "materials", load_scene("materials").calibrated, 11_000)
+        four = load_scene("materials").calibrated
+        _touches(work / "materials", four, 11_000)
         calibrate_thermal(work / "materials", out / "materials.json", sensor_serial=SERIAL, made_on=made_on)
-        _blocks(work / "phantom", tuple(n for n in load_scene("phantom").calibrated if n != LIVING), 12_000)
+        _touches(work / "blocks", four, 11_500, block=True)
+        calibrate_thermal(work / "blocks", out / "materials_blocks.json", sensor_serial=SERIAL, made_on=made_on)
+        _touches(work / "phantom", tuple(n for n in load_scene("phantom").calibrated if n != LIVING), 12_000)
         _skin(work / "phantom", 12_500)
         calibrate_thermal(work / "phantom", out / "phantom.json", sensor_serial=SERIAL, made_on=made_on)
         constants = CONSTANTS | dict.fromkeys(GROOVED, CONSTANTS["plain_pvc"])
@@ -55,15 +60,21 @@ def make_tables(out: Path, *, made_on: str = "") -> list[Path]:
         calibrate_texture(
             work / "strokes", out / "surfaces.json", constants=constants, sensor_serial=SERIAL, made_on=made_on
         )
-    return [out / name for name in ("materials.json", "phantom.json", "surfaces.json")]
+    return [out / name for name in ("materials.json", "materials_blocks.json", "phantom.json", "surfaces.json")]
 
 
-def _blocks(folder: Path, materials: tuple[str, ...], seed: int) -> None:
-    """Touches of blocks at room temperature, and free cool-downs."""
+def _touches(folder: Path, materials: tuple[str, ...], seed: int, *, block: bool = False) -> None:
+    """Touches at room temperature, of many pieces or of one block of each material, and free cool-downs."""
     for number, material in enumerate(materials):
         for variant, force_n in enumerate(FORCES_N):
             simulate_thermal_set(
-                material, TOUCHES, seconds=SECONDS, seed=seed + 10 * number + variant, force_n=force_n, out=folder
+                material,
+                TOUCHES,
+                seconds=SECONDS,
+                seed=seed + 10 * number + variant,
+                force_n=force_n,
+                block=block,
+                out=folder,
             )
     simulate_thermal_set("air", 5, seconds=AIR_SECONDS, seed=seed + 100, out=folder)
 

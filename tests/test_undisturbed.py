@@ -1,5 +1,6 @@
 """When a story is told again, and when never."""
 
+import os
 import signal
 import time
 from types import SimpleNamespace
@@ -14,6 +15,7 @@ HELD_UP_S = 5 * STOOD_STILL_S
 
 def hold_up(witness: Witness) -> None:
     witness.process.send_signal(signal.SIGSTOP)
+    os.waitpid(witness.process.pid, os.WUNTRACED)  # it has stopped
     time.sleep(HELD_UP_S)
     witness.process.send_signal(signal.SIGCONT)
 

@@ -234,5 +234,5 @@ def test_cutting_off_an_observer_closes_the_door_for_a_moment_only(session: Sess
         assert session.link.recheck_keys() == {student}  # and once only: nobody looks again for a second
         before = session.operator.clock.round_trip_ns
         session.until(lambda before=before: session.operator.clock.round_trip_ns != before)  # type: ignore[misc]
+    session.until(session.engaged)
     assert session.server.session.ident == ident
-    assert session.engaged()

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from remote_site.reading_clock import READING_S
-from remote_site.thermal_touches import SHORT, WARMING, reading_at_contact
+from remote_site.thermal_touches import READING_S, SHORT, WARMING, reading_at_contact
 
 NOISE_K = 0.02
 

@@ -73,7 +73,8 @@ def test_what_the_hand_does_changes_nothing_of_what_was_drawn():
 
 
 def test_drawn_objects_stay_near_ambient_and_near_their_material():
-    drawn = [thing for seed in range(12) for thing in RemoteWorld(load_scene("materials"), seed).bench.objects]
+    scene = load_scene("materials").model_copy(update={"pieces": "new"})
+    drawn = [thing for seed in range(12) for thing in RemoteWorld(scene, seed).bench.objects]
     temperatures = np.array([thing.object_c for thing in drawn])
     assert temperatures.min() >= 20.0
     assert temperatures.max() <= 26.0
@@ -81,6 +82,14 @@ def test_drawn_objects_stay_near_ambient_and_near_their_material():
     blocks = [thing for thing in drawn if thing.name == "wood"]
     logs = np.log([block.effusivity / material("pine").effusivity for block in blocks])
     assert 0.08 < logs.std() < 0.35
+
+
+def test_calibrated_blocks_are_the_same_in_every_session_but_for_their_temperature():
+    worlds = [RemoteWorld(load_scene("materials"), seed).bench.objects for seed in range(3)]
+    for things in zip(*worlds, strict=True):
+        known = things[0].material in load_scene("materials").calibrated
+        assert len({thing.effusivity for thing in things}) == (1 if known else 3)
+        assert len({thing.object_c for thing in things}) == 3
 
 
 def test_zones_of_one_body_share_specimen_and_temperature():

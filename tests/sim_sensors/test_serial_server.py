@@ -100,11 +100,13 @@ class LineContract:
             assert time.monotonic() - start < 2.0
             assert server.backlog.dropped > 1000
 
-    def heard(self, server: SerialServer, loop: SelectLoop, port: serial.SerialBase, seconds: float) -> FrameReader:
-        """What a driver has read after turning the module for a while."""
+    def heard(
+        self, server: SerialServer, loop: SelectLoop, port: serial.SerialBase, seconds: float, frames: int = 0
+    ) -> FrameReader:
+        """What a driver has read after turning the module for a while, and until so many frames have come."""
         reader, end = FrameReader(), loop.now() + seconds
         self.frames = 0
-        while loop.now() < end:
+        while loop.now() < end or (self.frames < frames and loop.now() < end + 10.0):
             loop.serve(0.002)
             server.pump(loop.now())
             self.frames += len(reader.feed(port.read(4096)))
@@ -154,15 +156,15 @@ class LineContract:
             assert (self.frames, module.motor_mv) == (0, 0)
             server.silent = False
             port.write(COMMAND)
-            self.heard(server, loop, port, 0.05)
+            self.heard(server, loop, port, 0.05, frames=2)
             assert self.frames >= 2
-            assert module.motor_mv == 1234
+            assert until(loop, lambda: module.motor_mv == 1234)
 
     def test_a_deaf_module_goes_on_reporting(self, server: SerialServer, loop: SelectLoop, module: TactTip) -> None:
         server.deaf = True
         with self.open(server, loop) as port:
             port.write(COMMAND)
-            self.heard(server, loop, port, 0.05)
+            self.heard(server, loop, port, 0.05, frames=2)
             assert self.frames >= 2
             assert module.motor_mv == 0
 
@@ -171,7 +173,7 @@ class LineContract:
     ) -> None:
         server.babble = Babble(921_600)
         with self.open(server, loop) as port:
-            reader = self.heard(server, loop, port, 0.2)
+            reader = self.heard(server, loop, port, 0.2, frames=5)
             assert self.frames >= 5
             assert reader.damaged > 10
             port.write(COMMAND)

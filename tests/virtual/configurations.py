@@ -13,7 +13,7 @@ from common.config import (
     SimOperatorConfig,
     SimRemoteConfig,
 )
-from teletaction.demo_files import calibrated_tables
+from teletaction.demo_files import SURFACES, TABLES
 
 FINGER: FingerName = "index"
 """The one in use."""
@@ -45,14 +45,13 @@ def sim_operator(seed: int) -> SimOperatorConfig:
 
 def remote(max_age_s: float) -> RemoteConfig:
     """The remote site."""
-    materials, surfaces = calibrated_tables("materials")
     return RemoteConfig(
         fingers=(FINGER,),
         link=RemoteLinkConfig(keys=_NO_KEYS, max_age_s=max_age_s),
         texture={FINGER: TEXTURE},
         thermal_sensors={FINGER: THERMAL},
         telemanipulator=CanAddress(interface="socketcand", port=ROBOT),
-        calibration=CalibrationConfig(materials=materials, surfaces=surfaces),
+        calibration=CalibrationConfig(materials=TABLES / "materials.json", surfaces=SURFACES),
     )
 
 
