@@ -19,7 +19,7 @@ from remote_site.surface_class import SurfaceTable
 from remote_site.texture_sensor import texture_v
 from remote_site.thermal_identification import ThermalKnowledge
 
-TRUST_S = 1.0
+TRUST_S = 2.0
 """In a session more goes on than the model of a touch has, and it grows: backs warm up, blocks give way, s."""
 AT_ONCE = 40
 """Guesses about a touch solved with each reading of each finger: five fingers at once must not hold up the loop."""

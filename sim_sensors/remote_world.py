@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from common.fingers import FINGERS
 from sim_sensors.bench import FINGER_Y_M, Bench, BenchObject
 from sim_sensors.fingertip import HIGH_Z_M, Fingertip
+from sim_sensors.fresh_ground import FreshGround
 from sim_sensors.scene import BENCH_M, Scene
 from sim_sensors.texture_touch import TextureTouch
 from sim_sensors.thermal_touch import STEP_S, SensorSpread, ThermalTouch, draw_touch_factor
@@ -84,6 +85,7 @@ class RemoteWorld:
         self._touched = [_FREE] * count
         self._factor = [1.0] * count
         self._events: list[TruthEvent] = []
+        self._ground = FreshGround()
         self._thermal_due_s = 0.0
         self._velocity = (0.0, 0.0)
         self.time_s = 0.0
@@ -240,10 +242,12 @@ class RemoteWorld:
         )
 
     def _conduct(self, dt_s: float, heater_drive: NDArray[np.float64]) -> None:
+        self._ground.move(self.x_m, self.y_m)
         self._thermal_due_s += dt_s
         if self._thermal_due_s >= STEP_S - 1e-9:
             self._thermal_due_s -= STEP_S
-            self._thermal.step(np.where(self._present, heater_drive, 0.0), self.force_n, self.speed_m_s)
+            speed_m_s = self._ground.take_speed_m_s(STEP_S)
+            self._thermal.step(np.where(self._present, heater_drive, 0.0), self.force_n, speed_m_s)
 
 
 def _follow(dt_s: float, position: float, velocity: float, target: float) -> tuple[float, float]:

@@ -20,6 +20,7 @@ def simulate_thermal_command(
     object_c: Annotated[
         float | None, typer.Option(help="Object temperature; by default within 3 K of ambient.", min=-10.0, max=60.0)
     ] = None,
+    block: Annotated[bool, typer.Option(help="Touch one block each time, not a new piece of the material.")] = False,
 ) -> None:
     """Touches of the simulated thermal sensor."""
     from common.materials import material as look_up
@@ -37,6 +38,7 @@ def simulate_thermal_command(
         ambient_c=ambient_c,
         preheat_k=preheat_k,
         offset_c=offset_c,
+        block=block,
     )
     typer.echo(f"wrote {touches} touches of {material} to {out}", err=True)
 
