@@ -14,8 +14,8 @@ CALM_S, LONGEST_WAIT_S = 3.0, 60.0
 """A new attempt waits until the machine has run for so long as it should, but not for ever."""
 _WATCH = """
 import select, sys, time
-print("watching", flush=True)
 longest_s, then_s, over = 0.0, time.monotonic(), False
+print("watching", flush=True)
 while not over:
     over = bool(select.select([sys.stdin], [], [], 0.002)[0])
     now_s = time.monotonic()
