@@ -13,8 +13,26 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from remote_site.calibration_touches import UNKNOWN_OBJECT_SD_K, CalibrationReadings, CalibrationTouch
+from remote_site.population_prior import (
+    BACK_SHARE,
+    COMMON,
+    EARLY_UNIT_S,
+    FIRST,
+    FIRST_SD,
+    LEAST_BACK_SD_K,
+    LEAST_LAG_SD,
+    LEAST_START_SD_K,
+    PRIOR_TOUCHES,
+    SENSOR,
+    T_FREEDOM,
+    T_SCALE_K,
+    USUAL_SD,
+    common_prior,
+    usual_sensor,
+)
 from remote_site.thermal_touches import READING_S
-from remote_site.touch_model import COURSES, PLATE_J_M2K, Contacts, SensorConstants, TouchModel
+from remote_site.touch_model import COURSES, Contacts, SensorConstants, TouchModel
 
 Array = NDArray[np.float64]
 
@@ -29,70 +47,13 @@ SLAB_ROUNDS = (7, 12, 17, 22)
 SLABS_S = (np.inf, 30.0, 20.0, 14.0, 10.0, 7.0, 5.0, 3.5, 2.5, 1.7, 1.2, 0.8, 0.6, 0.4, 0.3)
 SLAB_GAIN = 6.0
 """A slab has to explain a material's touches better than a half space by this much, in ln probability."""
-EACH_UNTIL = 60
-"""Readings after contact that count one by one; later ones are averaged by BLOCK."""
-BLOCK = 4
-FIRST = (np.log(800.0 / PLATE_J_M2K), np.log(0.6), np.log(0.3))
-"""Where every touch begins: ln effusivity, ln conductance, ln lag."""
-FIRST_SD = (0.15, 0.2, 0.25)
-PRIOR_TOUCHES = (1.0, 10.0, 0.1)
-"""Weight of the usual scatter beside a population's own, in touches."""
-USUAL_SD = (0.05, 0.15, 0.2)
-LEAST_LAG_SD = 0.005
 COLOURED = 40
 """What a model leaves is not white: the noise is taken as large as its means over so many neighbours tell."""
-LEAST_BACK_SD_K = 0.05
-LEAST_START_SD_K = 0.003
-KNOWN_OBJECT_SD_K = 0.03
-"""Of an object's temperature that was measured, K."""
-UNKNOWN_OBJECT_SD_K = 3.0
-"""Where nobody said: a first guess around ambient, K."""
-LEAK_LN_SD, FORCE_LN_SD, EARLY_SD, POWER_LN_SD = 0.5, 1.0, 1.0, 0.3
-EARLY_UNIT_S = 0.02
-"""Heat and force agree on the time of contact within about this."""
-HALF_FORCE_N = 0.3
-LAG_MEAN_SD, EFFUSIVITY_SD, CONDUCTANCE_SD = 1.0, 3.0, 2.0
-"""How far from FIRST the populations may lie, in logarithms."""
-MATERIAL_CONDUCTANCE_SD = 0.7
-"""Materials differ by so much in ln conductance where their contacts are of one kind."""
-BACK_SHARE, BACK_SHARE_SD = 0.3, 0.3
-"""Where the back is at contact between ambient and plate, before anything was seen."""
-T_FREEDOM, T_SCALE_K = 2.0, 8.0
-"""Student's t of objects whose temperature nobody stated: freedom, and width around ambient, K."""
 LARGEST_STEP = 0.7
 LEAST_DAMPING, LARGEST_DAMPING = 1e-4, 1e3
 """Of a Gauss-Newton step (Levenberg 1944, Marquardt 1963): far from the solution it overshoots."""
 TRIES = 5
 _GLOBAL_STEP = 0.05
-SENSOR = 4
-"""Constants of the sensor: ln leak, ln half force, how early heat flows, ln power of the force."""
-COMMON = SENSOR + 2
-"""Numbers that all touches share, before the materials' means: those, mean ln lag, the back's share."""
-
-
-@dataclass(frozen=True, slots=True)
-class CalibrationTouch:
-    """One labelled touch, readings at 100 Hz from the first after contact.
-
-    Attributes:
-        material: index of its material.
-        reading_c: (k,) C.
-        force_n: (k,) N.
-        start_c: reading at contact, C.
-        slope_k_s: its slope just before, K/s.
-        ambient_c: ambient temperature, C.
-        object_c: of the object, C.
-        object_sd_k: how well that is known, K.
-    """
-
-    material: int
-    reading_c: Array
-    force_n: Array
-    start_c: float
-    slope_k_s: float
-    ambient_c: float
-    object_c: float
-    object_sd_k: float = KNOWN_OBJECT_SD_K
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,38 +99,24 @@ class PopulationFit:
             materials: number of materials; each needs two touches or more.
             leak_per_s: rate of a free cool-down, 1/s: a first guess of the leak.
         """
-        length = min(len(touch.reading_c) for touch in touches)
-        edges = _edges(length)
-        self.count = np.diff(edges).astype(np.float64)
-        self.material = np.array([touch.material for touch in touches])
-        start = np.array([touch.start_c for touch in touches])
-        self.reading_k = _means(np.stack([touch.reading_c[:length] for touch in touches]), edges) - start[:, None]
-        self.force_n = _means(np.stack([touch.force_n[:length] for touch in touches]), edges)
-        self.slope_k_s = np.array([touch.slope_k_s for touch in touches])
-        self.ambient_k = np.array([touch.ambient_c for touch in touches]) - start
-        self.object_k = np.array([touch.object_c for touch in touches]) - start
-        self.object_sd_k = np.array([touch.object_sd_k for touch in touches])
-        self.unknown = self.object_sd_k >= UNKNOWN_OBJECT_SD_K
+        self.seen = seen = CalibrationReadings.of(touches)
+        self.object_sd_k = seen.object_sd_k
+        self.unknown = seen.object_sd_k >= UNKNOWN_OBJECT_SD_K
         n = len(touches)
         self.own = np.tile(FIRST, (n, 1))
         self.mean = np.tile(FIRST[:2], (materials, 1))
         self.covariance = np.tile(np.diag(np.square(FIRST_SD[:2])), (materials, 1, 1))
         self.lag = (FIRST[2], FIRST_SD[2])
         self.slab_s = np.full(materials, np.inf)
-        self.sensor_prior = np.array([np.log(max(leak_per_s, 1e-3)), np.log(HALF_FORCE_N), 0.0, 0.0])
-        self.sensor = self.sensor_prior.copy()
+        self.sensor_prior = usual_sensor(leak_per_s)
+        self.sensor = self.sensor_prior
         self.back_share, self.back_sd_k, self.start_sd_k = BACK_SHARE, 0.3, 0.1
         self.noise_k = 0.05
         self.misfit = np.ones(materials)
         self.damping = 0.1
-        self.difference_k = -self.object_k
-        self.residual_k = np.zeros_like(self.reading_k)
+        self.difference_k = -seen.object_k
+        self.residual_k = np.zeros_like(seen.reading_k)
         self.solved = np.zeros((n, 3))
-
-    @property
-    def times_s(self) -> Array:
-        """Times after contact of the readings that are fitted: the middles of their blocks, s."""
-        return np.asarray((np.cumsum(self.count) - 0.5 * (self.count - 1.0)) * READING_S)
 
     def run(self) -> Population:
         """All rounds."""
@@ -194,26 +141,26 @@ class PopulationFit:
             slab_s=self.slab_s,
             misfit=self.misfit,
             residual_k=self.residual_k,
-            object_k=self.solved[:, 0] - self.ambient_k,
+            object_k=self.solved[:, 0] - self.seen.ambient_k,
             object_sd_k=self.solved_sd_k,
         )
 
     def _courses(self, sensor: Array, slab_s: Array) -> Array:
         """Courses of all touches, (touches, k, 6); slopes scaled by each touch's difference."""
         constants = _constants(sensor)
-        contacts = Contacts(self.own[:, 0], self.own[:, 1], slab_s[self.material])
+        contacts = Contacts(self.own[:, 0], self.own[:, 1], slab_s[self.seen.material])
         model = TouchModel(constants, contacts, np.arange(len(self.own)), self.own[:, 2])
-        courses = np.empty((*self.reading_k.shape, COURSES))
-        for k, count in enumerate(self.count):
+        courses = np.empty((*self.seen.reading_k.shape, COURSES))
+        for k, count in enumerate(self.seen.count):
             if count == 1.0:
-                model.step(READING_S, self.force_n[:, k])
+                model.step(READING_S, self.seen.force_n[:, k])
                 courses[:, k] = model.courses
                 continue
             # a mean over readings is the reading at their middle
             middle = 0.5 * (count + 1.0) * READING_S
-            model.step(middle, self.force_n[:, k])
+            model.step(middle, self.seen.force_n[:, k])
             courses[:, k] = model.courses
-            model.step(count * READING_S - middle, self.force_n[:, k])
+            model.step(count * READING_S - middle, self.seen.force_n[:, k])
         least = np.where(np.abs(self.difference_k) < 0.5, 0.5, self.difference_k)
         courses[:, :, 3:] *= least[:, None, None]
         return courses
@@ -222,20 +169,22 @@ class PopulationFit:
         """Means (touches, 6) and precisions (touches, 6, 6) of the touches' own numbers."""
         n = len(self.own)
         mean, precision = np.zeros((n, 6)), np.zeros((n, 6, 6))
-        mean[:, 0], precision[:, 0, 0] = self.object_k, self.object_sd_k**-2
-        mean[:, 1], precision[:, 1, 1] = self.slope_k_s * np.exp(self.own[:, 2]), self.start_sd_k**-2
-        mean[:, 2], precision[:, 2, 2] = (1.0 - self.back_share) * self.ambient_k, self.back_sd_k**-2
-        mean[:, 3:5] = self.mean[self.material] - self.own[:, :2]
-        precision[:, 3:5, 3:5] = np.linalg.inv(self.covariance)[self.material]
+        mean[:, 0], precision[:, 0, 0] = self.seen.object_k, self.object_sd_k**-2
+        mean[:, 1], precision[:, 1, 1] = self.seen.slope_k_s * np.exp(self.own[:, 2]), self.start_sd_k**-2
+        mean[:, 2], precision[:, 2, 2] = (1.0 - self.back_share) * self.seen.ambient_k, self.back_sd_k**-2
+        mean[:, 3:5] = self.mean[self.seen.material] - self.own[:, :2]
+        precision[:, 3:5, 3:5] = np.linalg.inv(self.covariance)[self.seen.material]
         mean[:, 5], precision[:, 5, 5] = self.lag[0] - self.own[:, 2], self.lag[1] ** -2
         return mean, precision
 
     def _solve(self, courses: Array) -> tuple[Array, Array]:
         """Most probable own numbers (touches, 6) and their covariances."""
-        weight = self.count / self.noise_k**2
+        weight = self.seen.count / self.noise_k**2
         mean, precision = self._prior()
         normal = np.einsum("nki,k,nkj->nij", courses, weight, courses) + precision
-        right = np.einsum("nki,k,nk->ni", courses, weight, self.reading_k) + np.einsum("nij,nj->ni", precision, mean)
+        right = np.einsum("nki,k,nk->ni", courses, weight, self.seen.reading_k) + np.einsum(
+            "nij,nj->ni", precision, mean
+        )
         covariance = np.linalg.inv(normal)
         return np.einsum("nij,nj->ni", covariance, right), covariance
 
@@ -269,14 +218,14 @@ class PopulationFit:
 
     def _temperatures(self, courses: Array) -> Array:
         """Most probable temperatures of object, plate and back of each touch, (touches, 3), with all else as it is."""
-        weight = self.count / self.noise_k**2
+        weight = self.seen.count / self.noise_k**2
         mean, precision = self._prior()
         mean, precision = mean[:, :3], precision[:, :3, :3]
         normal = np.einsum("nki,k,nkj->nij", courses[..., :3], weight, courses[..., :3]) + precision
-        right = np.einsum("nki,k,nk->ni", courses[..., :3], weight, self.reading_k)
+        right = np.einsum("nki,k,nk->ni", courses[..., :3], weight, self.seen.reading_k)
         right += np.einsum("nij,nj->ni", precision, mean)
         solved = np.linalg.solve(normal, right[..., None])[..., 0]
-        self.residual_k = self.reading_k - np.einsum("nki,ni->nk", courses[..., :3], solved)
+        self.residual_k = self.seen.reading_k - np.einsum("nki,ni->nk", courses[..., :3], solved)
         self.solved = solved
         self.difference_k = solved[:, 1] - solved[:, 0]
         return np.asarray(solved)
@@ -286,9 +235,9 @@ class PopulationFit:
         solved = self._temperatures(courses)
         mean, precision = self._prior()
         away = np.concatenate((solved, np.zeros((len(solved), 3))), axis=1) - mean
-        usual, prior = self._common_prior()
+        usual, prior = common_prior(self.sensor_prior, len(self.mean))
         off = self._common() - usual
-        cost = (self.residual_k**2 * self.count).sum() / self.noise_k**2
+        cost = (self.residual_k**2 * self.seen.count).sum() / self.noise_k**2
         return float(cost + np.einsum("ni,nij,nj->", away, precision, away) + off @ prior @ off)
 
     def _common(self) -> Array:
@@ -297,7 +246,7 @@ class PopulationFit:
 
     def _sensor_slopes(self, courses: Array) -> Array:
         """Slopes of all readings by what touches share, (touches, k, COMMON + 2 m); only the sensor's are not 0."""
-        slopes = np.zeros((*self.reading_k.shape, COMMON + 2 * len(self.mean)))
+        slopes = np.zeros((*self.seen.reading_k.shape, COMMON + 2 * len(self.mean)))
         for k, step in enumerate(np.eye(SENSOR) * _GLOBAL_STEP):
             moved = (self._courses(self.sensor + step, self.slab_s)[..., :3] - courses[..., :3]) / _GLOBAL_STEP
             slopes[..., k] = np.einsum("nki,ni->nk", moved, self.solved)
@@ -310,16 +259,16 @@ class PopulationFit:
         the touches' priors. Stepping both at once, with the touches eliminated, keeps one from being paid for by the
         other.
         """
-        weight = self.count / self.noise_k**2
+        weight = self.seen.count / self.noise_k**2
         own = np.concatenate((self.solved, np.zeros((len(self.solved), 3))), axis=1)
         materials = len(self.mean)
         common = COMMON + 2 * materials
         shift = np.zeros((len(own), 6, common))
         shift[:, 5, SENSOR] = 1.0
-        shift[:, 2, SENSOR + 1] = -self.ambient_k
+        shift[:, 2, SENSOR + 1] = -self.seen.ambient_k
         rows = np.arange(len(own))
-        shift[rows, 3, COMMON + 2 * self.material] = 1.0
-        shift[rows, 4, COMMON + 1 + 2 * self.material] = 1.0
+        shift[rows, 3, COMMON + 2 * self.seen.material] = 1.0
+        shift[rows, 4, COMMON + 1 + 2 * self.seen.material] = 1.0
         mean, precision = self._prior()
         pull = np.einsum("nij,njg->nig", precision, shift)
         normal = np.einsum("nki,k,nkj->nij", courses, weight, courses) + precision
@@ -331,7 +280,7 @@ class PopulationFit:
         right += np.einsum("nij,nj->ni", precision, mean - own)
         mixed = np.einsum("nki,k,nkg->nig", courses, weight, along) - pull
         shared = np.einsum("nkg,k,nkh->gh", along, weight, along) + np.einsum("nig,nih->gh", shift, pull)
-        usual, prior = self._common_prior()
+        usual, prior = common_prior(self.sensor_prior, len(self.mean))
         shared += prior
         shared[np.diag_indices(common)] *= 1.0 + self.damping
         shared -= np.einsum("nig,nij,njh->gh", mixed, damped, mixed)
@@ -348,28 +297,10 @@ class PopulationFit:
         self.mean = now[COMMON:].reshape(materials, 2)
         return covariance
 
-    def _common_prior(self) -> tuple[Array, Array]:
-        """Means and precision of what touches share: the conductances of all materials are of one kind of contact."""
-        materials = len(self.mean)
-        usual = np.concatenate((self.sensor_prior, [FIRST[2], BACK_SHARE], np.tile(FIRST[:2], materials)))
-        precision = np.diag(
-            np.concatenate(
-                (
-                    [LEAK_LN_SD, FORCE_LN_SD, EARLY_SD, POWER_LN_SD, LAG_MEAN_SD, BACK_SHARE_SD],
-                    np.tile([EFFUSIVITY_SD, 1.0], materials),
-                )
-            )
-            ** -2.0
-        )
-        kind = np.full((materials, materials), CONDUCTANCE_SD**2) + MATERIAL_CONDUCTANCE_SD**2 * np.eye(materials)
-        which = COMMON + 1 + 2 * np.arange(materials)
-        precision[np.ix_(which, which)] = np.linalg.inv(kind)
-        return usual, precision
-
     def _take_object_sd(self, covariance: Array) -> None:
         """Objects of unknown temperature are near ambient, few are far: Student's t, by its expected precision."""
         self.solved_sd_k = np.sqrt(covariance[:, 0, 0])
-        square = (self.solved[:, 0] - self.object_k) ** 2 + covariance[:, 0, 0]
+        square = (self.solved[:, 0] - self.seen.object_k) ** 2 + covariance[:, 0, 0]
         wide = np.sqrt((T_FREEDOM * T_SCALE_K**2 + square) / (T_FREEDOM + 1.0))
         self.object_sd_k = np.where(self.unknown, wide, self.object_sd_k)
 
@@ -379,7 +310,7 @@ class PopulationFit:
         usual = weight * np.square(USUAL_SD)
         pairs = np.sqrt(np.outer(weight[:2], weight[:2]))
         for m in range(len(self.mean)):
-            mine = self.material == m
+            mine = self.seen.material == m
             away = self.own[mine, :2] - self.mean[m]
             scatter = np.diag(usual[:2]) + away.T @ away + covariance[mine][:, 3:5, 3:5].sum(axis=0)
             # what another touch will be like is less certain than what these were like
@@ -388,15 +319,15 @@ class PopulationFit:
         square = np.sum((self.own[:, 2] - self.lag[0]) ** 2 + covariance[:, 5, 5]) + usual[2]
         width = float(np.sqrt(square / (len(self.own) + weight[2])))
         self.lag = (self.lag[0], max(width, LEAST_LAG_SD))
-        back_k = self.solved[:, 2] - (1.0 - self.back_share) * self.ambient_k
+        back_k = self.solved[:, 2] - (1.0 - self.back_share) * self.seen.ambient_k
         rest = back_k**2 + covariance[:, 2, 2]
         self.back_sd_k = max(float(np.sqrt(rest.mean())), LEAST_BACK_SD_K)
-        rest = (self.solved[:, 1] - self.slope_k_s * np.exp(self.own[:, 2])) ** 2 + covariance[:, 1, 1]
+        rest = (self.solved[:, 1] - self.seen.slope_k_s * np.exp(self.own[:, 2])) ** 2 + covariance[:, 1, 1]
         self.start_sd_k = max(float(np.sqrt(rest.mean())), LEAST_START_SD_K)
 
     def _take_noise(self, courses: Array, covariance: Array) -> None:
         """The noise that explains what is left, by each reading or by means over many, whichever asks for more."""
-        weight = np.sqrt(self.count) / self.noise_k
+        weight = np.sqrt(self.seen.count) / self.noise_k
         left, weighed = self.residual_k * weight, courses * weight[:, None]
         found = []
         for each in (1, min(COLOURED, len(weight))):
@@ -405,7 +336,7 @@ class PopulationFit:
             slopes = weighed[:, : blocks * each].reshape(len(left), blocks, each, COURSES).sum(axis=2) / np.sqrt(each)
             # what each touch's own numbers have taken up is no longer left
             expected = blocks - np.einsum("nbi,nij,nbj->n", slopes, covariance, slopes, optimize=True)
-            total = np.bincount(self.material, (sums**2).sum(axis=1)), np.bincount(self.material, expected)
+            total = np.bincount(self.seen.material, (sums**2).sum(axis=1)), np.bincount(self.seen.material, expected)
             found.append((total[0].sum() / total[1].sum(), total[0] / total[1]))
         excess, each_excess = max(found, key=lambda pair: float(pair[0]))
         self.misfit = np.asarray(each_excess / excess)
@@ -418,11 +349,11 @@ class PopulationFit:
         for slab_s in SLABS_S:
             courses = self._courses(self.sensor, np.full(len(self.mean), slab_s))
             solved, covariance = self._solve(courses)
-            residual = self.reading_k - np.einsum("nki,ni->nk", courses, solved)
-            square = (residual**2 * self.count).sum(axis=1) / self.noise_k**2
+            residual = self.seen.reading_k - np.einsum("nki,ni->nk", courses, solved)
+            square = (residual**2 * self.seen.count).sum(axis=1) / self.noise_k**2
             off = solved - expected
             square += np.einsum("ni,nij,nj->n", off, precision, off) - np.linalg.slogdet(covariance)[1]
-            misfits.append([0.5 * square[self.material == m].sum() for m in range(len(self.mean))])
+            misfits.append([0.5 * square[self.seen.material == m].sum() for m in range(len(self.mean))])
         misfit = np.array(misfits)
         best = misfit.argmin(axis=0)
         gained = misfit[0] - misfit.min(axis=0) > SLAB_GAIN
@@ -433,15 +364,3 @@ def _constants(sensor: Array) -> SensorConstants:
     """From the numbers that are fitted."""
     leak_per_s, half_force_n, _, power = (float(value) for value in np.exp(sensor))
     return SensorConstants(leak_per_s, half_force_n, EARLY_UNIT_S * float(sensor[2]), power)
-
-
-def _edges(length: int) -> NDArray[np.intp]:
-    """Where the blocks of readings begin, and where the last ends."""
-    late = np.arange(min(EACH_UNTIL, length), length + 1, BLOCK)
-    return np.concatenate((np.arange(min(EACH_UNTIL, length)), late)).astype(np.intp)
-
-
-def _means(values: Array, edges: NDArray[np.intp]) -> Array:
-    """Means of (touches, readings) over blocks."""
-    sums = np.concatenate((np.zeros((len(values), 1)), np.cumsum(values, axis=1)), axis=1)
-    return np.asarray((sums[:, edges[1:]] - sums[:, edges[:-1]]) / np.diff(edges))

@@ -6,15 +6,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from remote_site.calibration_touches import KNOWN_OBJECT_SD_K, UNKNOWN_OBJECT_SD_K, CalibrationTouch
 from remote_site.exponential_response import TAU_GRID_S, ExponentialResponse
 from remote_site.material_table import RATE_TIMES_S, MaterialEntry, MaterialTable
-from remote_site.population_fit import (
-    KNOWN_OBJECT_SD_K,
-    UNKNOWN_OBJECT_SD_K,
-    CalibrationTouch,
-    Population,
-    PopulationFit,
-)
+from remote_site.population_fit import Population, PopulationFit
 from remote_site.thermal_touches import READING_S, RecordedTouch, find_touch, reference_touch
 from remote_site.touch_model import PLATE_J_M2K
 from remote_site.traces import ThermalTrace, read_labels, read_thermal
@@ -201,8 +196,8 @@ def _fit(
         ],
     )
     names = list(touches)
-    residual_k = population.residual_k * np.sqrt(fit.count)
-    return ThermalFit(table, [names[touch.material] for touch in each], fit.times_s, residual_k), population
+    residual_k = population.residual_k * np.sqrt(fit.seen.count)
+    return ThermalFit(table, [names[touch.material] for touch in each], fit.seen.times_s, residual_k), population
 
 
 def _calibration_touch(

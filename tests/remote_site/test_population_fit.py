@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from remote_site.population_fit import CalibrationTouch, Population, PopulationFit
+from remote_site.calibration_touches import CalibrationTouch
+from remote_site.population_fit import Population, PopulationFit
 from tests.remote_site.made_touches import (
     AMBIENT_C,
     MATERIALS,
