@@ -37,9 +37,9 @@ def goals(data: Mapping[str, Any]) -> list[dict[str, Any]]:
         found = [r for r in data["untrained"] if r["t_s"] == end_s and (abs(r["away_ln"]) >= FAR_LN) == far]
         touches = sum(row["touches"] for row in found)
         if touches:
-            kind = "unknown" if far else "identified"
+            kind = "unknown" if far else "named"
             share = sum(row[kind] * row["touches"] for row in found) / touches
-            what = f"untrained, {FAR_LN} or more away: unknown" if far else "untrained, nearer: named as another"
+            what = f"untrained, {FAR_LN} or more away: unknown" if far else "untrained, nearer: ever named as another"
             limit = UNKNOWN if far else 0.0
             rows.append(_row(what, limit, share, touches, share >= limit if far else share <= limit))
     return rows

@@ -64,11 +64,14 @@ def draw_changes(axes: Axes, rows: Rows) -> None:
 
 
 def draw_untrained(axes: Axes, rows: Rows) -> None:
-    """Bars of what is said of materials that were not calibrated, by their distance."""
+    """Bars of what is said of materials that were not calibrated, by distance, and what was ever named."""
     end_s = max((row["t_s"] for row in rows), default=0.0)
     last = sorted((row for row in rows if row["t_s"] == end_s), key=lambda row: abs(row["away_ln"]))
     _draw_bars(axes, last, [f"{row['material']} {row['away_ln']:+.2f}" for row in last])
-    axes.set_title(f"untrained, by distance in ln e: answers at {end_s:g} s", loc="left")
+    for place, row in enumerate(last):
+        if row["named"] > 0.0:
+            axes.text(101.0, place, f"{_PERCENT * row['named']:.0f} %", va="center", fontsize=8, color=RED)
+    axes.set_title(f"untrained, by distance in ln e: answers at {end_s:g} s\n(red: ever named as another)", loc="left")
 
 
 def _draw_map(axes: Axes, rows: Rows, varied: str) -> None:
