@@ -21,6 +21,7 @@ METHODS: Mapping[str, tuple[str, Any, str]] = {
     "paper": (RED, ":", "x"),
     "good exponential": (ORANGE, "--", "+"),
     "1 finger": (BLUE, "-", "o"),
+    "1 finger, strangers among them": (SKY, "-", "o"),
     "2 equal": (GREEN, "--", "s"),
     "2 staggered": (GREEN, "-", "s"),
     "3 equal": (PURPLE, "--", "^"),
@@ -158,7 +159,7 @@ def _draw_rest(figure: Any, data: Mapping[str, Any]) -> None:
 def _draw_reliability(axes: Axes, rows: Rows) -> None:
     axes.plot([0.0, 100.0], [0.0, 100.0], color=GREY, linewidth=0.8)
     for count, dash in ((4, "-"), (12, "--")):
-        for method in ("1 finger", "2 staggered", "network"):
+        for method in ("1 finger", "1 finger, strangers among them", "2 staggered", "network"):
             mine = [r for r in rows if r["method"] == method and r["materials"] == count and r["answers"] >= _FEW]
             colour, _, marker = METHODS[method]
             claimed, right = ([_PERCENT * r[name] for r in mine] for name in ("claimed", "right"))

@@ -11,6 +11,7 @@ import numpy as np
 
 from common.materials import materials
 from remote_site.material_table import MaterialTable
+from remote_site.touch_guesses import FOREIGN
 from sim_sensors.ssr_converter import NOISE_C
 from studies import thermal_figure, thermal_maps
 from studies.thermal_answers import Answered, knowledge_of
@@ -26,6 +27,7 @@ from studies.thermal_situations import EQUAL_K, FOUR, SECONDS, STAGGERED_K, TWEL
 
 FINGERS = (2, 3, 5)
 NETWORK, NETWORK_TWO = "network", "network, 2 staggered"
+WITH_STRANGERS = "1 finger, strangers among them"
 _CHUNK = 250
 _TEST_CHUNK, _HAND_CHUNK = 30, 10
 _COST_CALIBRATION_S = 2.05
@@ -153,7 +155,8 @@ def measure(sizes: Sizes, seed: int, tell: Tell = lambda _: None) -> dict[str, A
         "accuracy": accuracy,
         "errors": counted,
         "reliability": [
-            row for count, answers in found.answers.items() for row in reliability(answers, materials=count)
+            *(row for count, answers in found.answers.items() for row in reliability(answers, materials=count)),
+            *_with_strangers(found),
         ],
         "bounds": prepared.bounds,
         **found.maps,
@@ -187,9 +190,17 @@ class _Prepared:
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """Answers by number of materials, rows of the maps, and the networks for one finger and four materials by time."""
+    """What was answered.
+
+    Attributes:
+        answers: by number of materials.
+        strangers: about materials that were not calibrated, with four that were.
+        maps: rows of each.
+        networks: for one finger and four materials, by time.
+    """
 
     answers: dict[int, list[Answered]]
+    strangers: list[Answered]
     maps: dict[str, list[dict[str, Any]]]
     networks: dict[float, Network]
 
@@ -277,6 +288,7 @@ def _judge(sizes: Sizes, seed: int, prepared: _Prepared, work: Run, tell: Tell) 
                 answers[count] += by_network(networks["two", t_s], NETWORK_TWO, staggered, t_s)
     return _Found(
         answers,
+        [answer for each in results["untrained"] for answer in each],
         {
             "difference": thermal_maps.difference_rows(axes, results["difference"]),
             "contact": thermal_maps.change_rows(axes, results["contact"]),
@@ -285,6 +297,13 @@ def _judge(sizes: Sizes, seed: int, prepared: _Prepared, work: Run, tell: Tell) 
         },
         {t_s: network for (what, t_s), network in networks.items() if what == str(len(FOUR))},
     )
+
+
+def _with_strangers(found: _Found) -> list[dict[str, Any]]:
+    """Whether one finger's probabilities are right in the world that the prior describes."""
+    ones = [answer for answer in found.answers[len(FOUR)] if answer.method == ONE]
+    rows = reliability(ones, found.strangers, FOREIGN, materials=len(FOUR))
+    return [row | {"method": WITH_STRANGERS} for row in rows]
 
 
 def _hand_jobs(sizes: Sizes, seed: int, names: tuple[str, ...], hands: int, calibration: Calibration) -> list[Job]:

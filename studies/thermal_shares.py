@@ -54,16 +54,26 @@ def _row(each: Sequence[Answered]) -> dict[str, Any]:
     }
 
 
-def reliability(answers: Iterable[Answered], **where: Any) -> list[dict[str, Any]]:
-    """A row for each method and bin of probability: what was claimed, and how often it was right."""
-    groups: dict[tuple[str, int], list[Answered]] = {}
-    for answer in answers:
-        if answer.probability is not None and answer.t_s >= SETTLED_S:
-            place = min(int(np.searchsorted(BINS, answer.probability, side="right")) - 1, len(BINS) - 2)
-            groups.setdefault((answer.method, place), []).append(answer)
+def reliability(
+    answers: Sequence[Answered], strangers: Sequence[Answered] = (), stranger_share: float = 0.0, **where: Any
+) -> list[dict[str, Any]]:
+    """A row for each method and bin of probability: what was claimed, and how often it was right.
+
+    Args:
+        answers: about calibrated materials.
+        strangers: about others, by the same method; each counts so much that they are `stranger_share` of all.
+        stranger_share: as large as the prior says, for probabilities that mean to be right with it.
+        where: further columns.
+    """
+    asked, strange = ([one for one in each if _counts(one)] for each in (answers, strangers))
+    weight = stranger_share / (1.0 - stranger_share) * len(asked) / max(len(strange), 1)
+    groups: dict[tuple[str, int], list[tuple[Answered, float]]] = {}
+    for one, counts in (*((one, 1.0) for one in asked), *((one, weight) for one in strange)):
+        place = min(int(np.searchsorted(BINS, one.probability or 0.0, side="right")) - 1, len(BINS) - 2)
+        groups.setdefault((one.method, place), []).append((one, counts))
     rows = []
     for (method, place), each in sorted(groups.items()):
-        claimed = float(np.mean([one.probability or 0.0 for one in each]))
+        whole = sum(counts for _, counts in each)
         rows.append(
             {
                 **where,
@@ -71,11 +81,15 @@ def reliability(answers: Iterable[Answered], **where: Any) -> list[dict[str, Any
                 "from": BINS[place],
                 "to": BINS[place + 1],
                 "answers": len(each),
-                "claimed": round(claimed, 4),
-                "right": _share(sum(one.best == one.truth for one in each), len(each)),
+                "claimed": _share(sum((one.probability or 0.0) * counts for one, counts in each), whole),
+                "right": _share(sum(counts for one, counts in each if one.best == one.truth), whole),
             }
         )
     return rows
+
+
+def _counts(one: Answered) -> bool:
+    return one.probability is not None and one.t_s >= SETTLED_S
 
 
 def errors(answers: Iterable[Answered], **where: Any) -> list[dict[str, Any]]:
@@ -91,5 +105,5 @@ def errors(answers: Iterable[Answered], **where: Any) -> list[dict[str, Any]]:
     ]
 
 
-def _share(part: int, whole: int) -> float:
+def _share(part: float, whole: float) -> float:
     return round(part / whole, 4)

@@ -118,6 +118,16 @@ def test_answers_are_counted() -> None:
     assert (sure["from"], sure["answers"], sure["right"]) == (0.99, 2, 0.5)
 
 
+def test_strangers_count_as_often_as_the_prior_expects_them() -> None:
+    known = [Answered("m", "pine", 1.0, "pine", 0.92)] * 90 + [Answered("m", "pine", 1.0, "pvc", 0.92)] * 10
+    strange = [Answered("m", "glass", 1.0, "pine", 0.94)] + [Answered("m", "glass", 1.0, "pine", 0.1)] * 4
+    (low, sure) = reliability(known, strange, 0.2)
+    # 5 strangers stand for 25 among 125 touches, and 5 of these are taken for pine
+    assert (low["right"], sure["answers"]) == (0.0, 101)
+    assert sure["right"] == pytest.approx(90.0 / 105.0, abs=1e-4)
+    assert sure["claimed"] == pytest.approx((100 * 0.92 + 5 * 0.94) / 105.0, abs=1e-4)
+
+
 def test_the_bound_falls_with_time_and_fingers_and_staggered_plates_tell_the_temperature() -> None:
     found = {(row["fingers"], row["t_s"]): row for row in bounds("pine", STAGGERED_K[:2], TIMES_S)}
     equal = {(row["fingers"], row["t_s"]): row for row in bounds("pine", (10.0, 10.0), TIMES_S)}
