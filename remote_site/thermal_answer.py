@@ -8,11 +8,14 @@ import numpy as np
 from common.messages import ThermalStatus
 from remote_site.material_posterior import Posterior
 
+CAUTION = 25.0
+"""To name a stranger does so many times the harm of leaving a material unnamed. What is stated stays the posterior;
+what is named, and kept, follows from a posterior in which strangers weigh so much more."""
 SURE = 0.98
-"""Posterior from which a material is named, held for HELD_S."""
+"""Cautious posterior from which a material is named, held for HELD_S."""
 KEEP = 0.50
-"""A named material stays named down to this posterior."""
-FOREIGN = 0.80
+"""A named material stays named down to this cautious posterior."""
+FOREIGN = 0.50
 """Posterior from which an object is of no calibrated material."""
 HELD_S = 0.20
 """A conclusion has to stand for so long, s: one that is reached while the contact still settles passes."""
@@ -94,7 +97,8 @@ class ThermalConclusion:
             self._seen, self._held_since_s = (seen.status, seen.best), since_s
         held = since_s - self._held_since_s >= HELD_S - 1e-9
         undecided_now = seen.status in (ThermalStatus.DECIDING, ThermalStatus.AMBIGUOUS)
-        if undecided_now and self._named is not None and seen.best == self._named and seen.probability >= KEEP:
+        kept = self._named is not None and seen.best == self._named and seen.probability >= KEEP * _doubt(posterior)
+        if undecided_now and kept:
             return replace(seen, status=ThermalStatus.IDENTIFIED, material=self._named)
         if not held and not undecided_now and seen.material != self._named:
             return replace(seen, status=_waiting(since_s), material=None, reason=None)
@@ -119,7 +123,7 @@ class ThermalConclusion:
         elif since_s >= EARLIEST_S - 1e-9:
             if posterior.foreign > FOREIGN:
                 status = ThermalStatus.UNKNOWN
-            elif probability >= SURE and posterior.misfit <= MISFIT:
+            elif probability >= SURE * _doubt(posterior) and posterior.misfit <= MISFIT:
                 status = ThermalStatus.IDENTIFIED
         return ThermalAnswer(
             status,
@@ -133,6 +137,11 @@ class ThermalConclusion:
             effusivity_ln_sd=posterior.ln_effusivity_sd,
             reason=reason,
         )
+
+
+def _doubt(posterior: Posterior) -> float:
+    """What probabilities have to be divided by where strangers weigh CAUTION times as much."""
+    return 1.0 + (CAUTION - 1.0) * posterior.foreign
 
 
 def _waiting(since_s: float) -> ThermalStatus:

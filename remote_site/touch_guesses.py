@@ -29,9 +29,8 @@ FOREIGN_CONDUCTANCE_SD = 0.40
 SOFTER = 0.6
 """Below the calibrated effusivities ln conductance falls with ln effusivity by so much: insulators conduct little even
 where they touch (Ho & Jones 2008)."""
-FOREIGN = 0.20
-"""Prior probability that a touched object is of no calibrated material, where nothing else is known of it. It is high
-on purpose: the lower it is, the sooner a material is named, and the more often a neighbour is taken for it."""
+FOREIGN = 0.02
+"""Prior probability that a touched object is of no calibrated material, where nothing else is known of it."""
 
 
 @dataclass(frozen=True, slots=True)

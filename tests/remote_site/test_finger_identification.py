@@ -116,7 +116,7 @@ def test_a_sensor_fault_ends_the_thermal_touch(knowledge: ThermalKnowledge) -> N
 def test_something_is_felt_before_the_material_is_named_and_its_own_constants_after(
     rendered_knowledge: ThermalKnowledge, name: str
 ) -> None:
-    _, touches = explore(rendered_knowledge, on(NAMES[name]))
+    _, touches = explore(rendered_knowledge, on(NAMES[name]), seconds=6.5, lift_s=6.2)
     named = [touch for touch in touches if touch.thermal.material is not None]
     assert {touch.thermal.material for touch in named} == {name}
     materials = [event for touch in touches for event in touch.events if event.kind == "material"]

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from common.messages import ThermalStatus
 from remote_site.material_posterior import Posterior
 from remote_site.thermal_answer import (
+    CAUTION,
     EARLIEST_S,
     FOREIGN,
     GIVEN_UP_S,
@@ -76,6 +77,24 @@ def test_a_name_sticks_until_it_is_doubtful() -> None:
     lost = concluded.step(stone(KEEP - 0.01), 1.51)
     assert (lost.status, lost.material, lost.best) == (ThermalStatus.DECIDING, None, "stone")
     assert concluded.step(stone(KEEP + 0.01), 1.52).material is None
+
+
+def test_a_stranger_in_question_delays_a_name_more_than_another_material_does() -> None:
+    little = 0.5 * (1.0 - SURE)
+    strange = posterior(0.0, 1.0 - little, 0.0)
+    assert (strange.foreign, CERTAIN) == (pytest.approx(little), 1.0 - little)
+    assert play(conclusion(), strange, 0.5, 1.0)[-1].status is ThermalStatus.DECIDING
+    less = posterior(0.0, 1.0 - little / CAUTION, 0.0)
+    answer = play(conclusion(), less, 0.5, 1.0)[-1]
+    assert (answer.material, answer.probability) == ("stone", pytest.approx(1.0 - little / CAUTION))
+
+
+def test_a_name_is_taken_back_where_a_stranger_comes_into_question() -> None:
+    concluded = conclusion()
+    play(concluded, stone(CERTAIN), 0.5, 1.0)
+    assert concluded.step(posterior(0.0, 0.97, 0.0), 1.01).material == "stone"
+    lost = concluded.step(posterior(0.0, 0.95, 0.0), 1.02)
+    assert (lost.status, lost.best) == (ThermalStatus.DECIDING, "stone")
 
 
 def test_another_name_takes_over_only_when_held() -> None:

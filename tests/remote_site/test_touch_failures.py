@@ -215,7 +215,7 @@ def test_no_guess_is_given_up_for_one_step_too_far() -> None:
     steady = {"start_sd_k": 0.007, "ln_lag_sd": 0.01, "back_sd_k": 0.05}
     knowledge = ThermalKnowledge.of(true_table(exact, quiet).model_copy(update=steady))
     near_metal = MadeMaterial(21_000.0, 2100.0, piece_sd=0.013, contact_sd=0.15)
-    for touch in made_touches("stranger", 16, seed=5, seconds=4.0, sensor=quiet, material=near_metal):
+    for touch in made_touches("stranger", 16, seed=5, seconds=7.0, sensor=quiet, material=near_metal):
         assert play(knowledge, touch)[-1].status is ThermalStatus.UNKNOWN
 
 
