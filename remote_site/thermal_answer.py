@@ -31,6 +31,7 @@ SET = 0.95
 """Candidates are the smallest set of materials that holds this much of the probability."""
 NO_DIFFERENCE = "no temperature difference"
 NO_FIT = "the response is that of no material"
+NOT_RULED_OUT = "something that was not calibrated is not ruled out"
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +51,7 @@ class ThermalAnswer:
         rate_per_s: rate 1/tau of Eq. 11, 1/s.
         exponential_object_c: Eq. 11's steady-state temperature, C.
         exponential_material: material whose calibrated rate explains it best: the paper's method.
-        reason: why a touch is unidentifiable or unknown, or why the answer is older than the touch.
+        reason: why a touch is unidentifiable, unknown or ambiguous with one candidate, or older than the touch.
     """
 
     status: ThermalStatus
@@ -125,6 +126,8 @@ class ThermalConclusion:
                 status = ThermalStatus.UNKNOWN
             elif probability >= SURE * _doubt(posterior) and posterior.misfit <= MISFIT:
                 status = ThermalStatus.IDENTIFIED
+        if status is ThermalStatus.AMBIGUOUS and len(candidates) == 1:
+            reason = NOT_RULED_OUT
         return ThermalAnswer(
             status,
             material=best if status is ThermalStatus.IDENTIFIED else None,

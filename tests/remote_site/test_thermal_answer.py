@@ -18,6 +18,7 @@ from remote_site.thermal_answer import (
     MISFIT,
     NO_DIFFERENCE,
     NO_FIT,
+    NOT_RULED_OUT,
     SET,
     SURE,
     ThermalAnswer,
@@ -112,6 +113,13 @@ def test_what_stays_undecided_is_ambiguous_in_the_end_and_the_set_is_named() -> 
     answer = concluded.step(said, LATEST_S)
     assert (answer.status, answer.material) == (ThermalStatus.AMBIGUOUS, None)
     assert answer.candidates == {"stone": 0.5, "plastic": 0.46}
+    assert answer.reason is None
+
+
+def test_one_candidate_is_ambiguous_for_what_was_not_calibrated() -> None:
+    answer = conclusion().step(posterior(0.0, 0.99, 0.0), LATEST_S)
+    assert (answer.status, list(answer.candidates)) == (ThermalStatus.AMBIGUOUS, ["stone"])
+    assert answer.reason == NOT_RULED_OUT
 
 
 def test_an_object_of_no_calibrated_material_is_unknown_with_its_effusivity() -> None:
