@@ -17,8 +17,9 @@ class FingerBlock:
 
     A block is judged as one whole number whose 32-bit digits are its floats. As bits, floats without their signs are
     ordered as their values are, infinity and NaN above all others: one subtraction from the largest block compares all
-    digits. That is quicker than comparing arrays after a pause, when nothing is in the processor's caches. What does
-    not pass so is judged again, float by float.
+    digits. That is quicker than comparing arrays after a pause, when nothing is in the processor's caches; even making
+    an array takes as long then as all of that, and is left to who reads the floats. What does not pass so is judged
+    again, float by float.
 
     Attributes:
         names: of the columns, in order.
@@ -46,25 +47,26 @@ class FingerBlock:
         return int.from_bytes(np.tile(np.array(digits, dtype="<u4"), N).tobytes(), "little")
 
     def to_bytes(self, block: Floats) -> bytes:
-        """Bytes of a block; raises BadPacket where a value is not what its column may hold."""
+        """Bytes of a block, whose values are not judged yet; raises BadPacket on another shape or type."""
         if block.shape != self._shape or block.dtype != _FLOAT32:
             raise BadPacket(f"block: expected float32 {self._shape}, not {block.dtype} {block.shape}")
-        raw = block.tobytes()
-        self.from_bytes(raw)
-        return raw
+        return block.tobytes()
 
-    def from_bytes(self, raw: object) -> Floats:
-        """Array (5, columns) that cannot be written to; raises BadPacket as `to_bytes` does."""
+    def array(self, raw: bytes) -> Floats:
+        """The block (5, columns) that these bytes are; it cannot be written to."""
+        return np.ndarray(self._shape, _FLOAT32, raw)
+
+    def check(self, raw: object) -> bytes:
+        """`raw`, the bytes of a block; raises BadPacket where a value is not what its column may hold."""
         if type(raw) is not bytes or len(raw) != self._bytes:
             raise BadPacket(f"block: expected {self._bytes} bytes")
-        block: Floats = np.ndarray(self._shape, _FLOAT32, raw)
         bits = int.from_bytes(raw, "little")
         floats = bits & self._magnitudes
         if floats & self._signs or (self._largest - floats) & self._signs != self._signs:
-            self._judge(block)
+            self._judge(self.array(raw))
         if (codes := bits & self._code_bits) not in self._known_codes:
-            self._learn(codes, block)
-        return block
+            self._learn(codes, self.array(raw))
+        return raw
 
     def _judge(self, block: Floats) -> None:
         """Raise BadPacket where a value is out of its range; NaN fails both comparisons."""

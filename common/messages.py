@@ -111,50 +111,62 @@ class Event(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Where the operator's fingertips are: block (5, 3) of `MOTION_FIELDS`, m."""
+    """Where the operator's fingertips are, m; `floats` are the bytes of a `MOTION_BLOCK`."""
 
     session: int
     sequence: int
     time_ns: int
     state: LinkState
-    block: Floats
+    floats: bytes
 
     def encode(self) -> bytes:
         """Packet bytes; raises BadPacket on a value out of range."""
-        raw = MOTION_BLOCK.to_bytes(self.block)
-        return pack([SCHEMA_VERSION, self.session, self.sequence, self.time_ns, self.state, raw])
+        floats = MOTION_BLOCK.check(self.floats)
+        return pack([SCHEMA_VERSION, self.session, self.sequence, self.time_ns, self.state, floats])
 
     @classmethod
     def decode(cls, packet: bytes) -> "Motion":
         """Check and unpack; raises BadPacket."""
-        _, session, sequence, time_ns, state, raw = unpack(packet, 6)
-        return cls(session, sequence, time_ns, read_state(state), MOTION_BLOCK.from_bytes(raw))
+        _, session, sequence, time_ns, state, floats = unpack(packet, 6)
+        return cls(session, sequence, time_ns, read_state(state), MOTION_BLOCK.check(floats))
+
+    @property
+    def block(self) -> Floats:
+        """(5, 3) of `MOTION_FIELDS`, m; read only."""
+        return MOTION_BLOCK.array(self.floats)
 
 
 class Touch(NamedTuple):
-    """What the remote fingers touch: block (5, 19) of `TOUCH_FIELDS`, names of the likeliest materials, events."""
+    """What the remote fingers touch: bytes of a `TOUCH_BLOCK`, names of the likeliest materials, events."""
 
     session: int
     sequence: int
     time_ns: int
     state: LinkState
-    block: Floats
+    floats: bytes
     materials: tuple[str, ...]
     events: tuple[Event, ...]
 
     def encode(self) -> bytes:
         """Packet bytes; raises BadPacket on a value out of range."""
-        raw = TOUCH_BLOCK.to_bytes(self.block)
+        floats = TOUCH_BLOCK.check(self.floats)
         header = (SCHEMA_VERSION, self.session, self.sequence, self.time_ns, self.state)
-        return pack([*header, raw, _pack_news(self.materials, self.events)])
+        return pack([*header, floats, _pack_news(self.materials, self.events)])
 
     @classmethod
     def decode(cls, packet: bytes) -> "Touch":
         """Check and unpack; raises BadPacket."""
-        _, session, sequence, time_ns, state, raw, news = unpack(packet, 7)
+        _, session, sequence, time_ns, state, floats, news = unpack(packet, 7)
         if type(news) is not bytes:
             raise BadPacket("news: not bytes")
-        return cls(session, sequence, time_ns, read_state(state), TOUCH_BLOCK.from_bytes(raw), *_read_news(news))
+        checked = TOUCH_BLOCK.check(floats)
+        # As `cls(...)` does, without another function that would have to be fetched into the caches.
+        return tuple.__new__(cls, (session, sequence, time_ns, read_state(state), checked, *_read_news(news)))
+
+    @property
+    def block(self) -> Floats:
+        """(5, 19) of `TOUCH_FIELDS`; read only."""
+        return TOUCH_BLOCK.array(self.floats)
 
 
 # Names and events stay the same for many packets: what was packed or read once is remembered. Reading them every time

@@ -12,7 +12,7 @@ from common.clock import ClockOffset, ReadClock
 from common.ladder import SESSION_SILENCE_S
 from common.limits import AGE_MAX_S, GAP_S
 from common.link import OperatorLink
-from common.messages import Motion, Touch
+from common.messages import MOTION_BLOCK, Motion, Touch
 from common.packets import BadPacket, Floats, LinkState, WrongVersion
 from common.session import Session
 from common.session_messages import LONGEST_REFUSAL, Answer, Heartbeat, Request
@@ -161,7 +161,7 @@ class SessionClient:
         state = self.session.state
         if state is LinkState.ENGAGED and not self._feels(now_ns):
             state = LinkState.CONNECTED  # who feels nothing must not move anything
-        packet = Motion(self.session.ident, self._motion_sequence, now_ns, state, block).encode()
+        packet = Motion(self.session.ident, self._motion_sequence, now_ns, state, MOTION_BLOCK.to_bytes(block)).encode()
         self.link.send_latest("motion", packet)
         return packet
 

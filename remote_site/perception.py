@@ -7,7 +7,17 @@ from collections.abc import Iterable
 import numpy as np
 
 from common.fingers import FINGERS
-from common.messages import EVENT_MAX, MAX_EVENTS, TOUCH_FIELDS, TOUCH_HIGH, TOUCH_LOW, Event, EventKind, Touch
+from common.messages import (
+    EVENT_MAX,
+    MAX_EVENTS,
+    TOUCH_BLOCK,
+    TOUCH_FIELDS,
+    TOUCH_HIGH,
+    TOUCH_LOW,
+    Event,
+    EventKind,
+    Touch,
+)
 from common.packets import Floats, LinkState
 from common.serial_messages import DRIVE_FULL
 from remote_site.finger_identification import FingerIdentification, FingerSample, FingerTouch
@@ -119,7 +129,7 @@ class Perception:
         )
         # What an estimator says beyond the packet's ranges saturates there; a site never falls silent over it.
         block: Floats = np.clip(np.array(rows, dtype=np.float32), TOUCH_LOW, TOUCH_HIGH)
-        return Touch(session, sequence, time_ns, state, block, names, tuple(self._events))
+        return Touch(session, sequence, time_ns, state, TOUCH_BLOCK.to_bytes(block), names, tuple(self._events))
 
 
 def _row(touch: FingerTouch) -> tuple[float, ...]:

@@ -6,6 +6,8 @@ import numpy as np
 
 from common.messages import (
     MAX_EVENTS,
+    MOTION_BLOCK,
+    TOUCH_BLOCK,
     TOUCH_COLUMN,
     TOUCH_FIELDS,
     Event,
@@ -71,12 +73,12 @@ def touch_parts(touching: int = N, events: int | None = None) -> Touch:
     happened = tuple(
         Event(10_000 + n, EventKind.GROOVE, n % max(1, touching), _FIRST_NS + n, 310.0) for n in range(events)
     )
-    return Touch(SESSION, 0, _FIRST_NS, LinkState.ENGAGED, block, names, happened)
+    return Touch(SESSION, 0, _FIRST_NS, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), names, happened)
 
 
 def next_touch(like: Touch, sequence: int, time_ns: int) -> Touch:
     """The same touch as another packet."""
-    return Touch(SESSION, sequence, time_ns, LinkState.ENGAGED, like.block, like.materials, like.events)
+    return Touch(SESSION, sequence, time_ns, LinkState.ENGAGED, like.floats, like.materials, like.events)
 
 
 def next_motion(sequence: int, time_ns: int) -> Motion:
@@ -84,7 +86,7 @@ def next_motion(sequence: int, time_ns: int) -> Motion:
     return Motion(SESSION, sequence, time_ns, LinkState.ENGAGED, _AT_REST)
 
 
-_AT_REST = np.full((N, 3), 0.005, dtype=np.float32)
+_AT_REST = MOTION_BLOCK.to_bytes(np.full((N, 3), 0.005, dtype=np.float32))
 
 
 def framed_bytes(packet: int) -> int:

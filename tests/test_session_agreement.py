@@ -13,7 +13,7 @@ from common.acceptance import FUTURE_TOLERANCE_NS
 from common.capabilities import OBSERVER, capabilities
 from common.keys import Role, TrustedKeys, load_keys
 from common.link import OperatorLink, RemoteLink
-from common.messages import TOUCH_FIELDS, Motion, Touch
+from common.messages import TOUCH_BLOCK, TOUCH_FIELDS, Motion, Touch
 from common.packets import SCHEMA_VERSION, LinkState
 from common.session_messages import Answer, Request
 from operator_site.session_client import SessionClient
@@ -22,7 +22,7 @@ from remote_site.session_server import SILENCE_NS, SessionServer
 SECOND = 1_000_000_000
 CLOCK_APART_NS = 7_200 * SECOND + 123
 """The two hosts were not started at the same time."""
-TOUCH_NOTHING = np.zeros((5, len(TOUCH_FIELDS)), np.float32)
+TOUCH_NOTHING = TOUCH_BLOCK.to_bytes(np.zeros((5, len(TOUCH_FIELDS)), np.float32))
 AT_REST = np.zeros((5, 3), np.float32)
 
 

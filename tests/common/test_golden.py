@@ -113,8 +113,10 @@ EVENTS = (
 BEAT = (2, T, -5_000_000, 150_001)
 REMOTE_T = T - 4_900_000
 PACKETS: dict[str, Any] = {
-    "motion": Motion(SESSION, 3, T, LinkState.CONNECTED, MOTION_BLOCK),
-    "touch": Touch(SESSION, 70_000, T + 4_000_000, LinkState.ENGAGED, TOUCH_BLOCK, ("", "pvc", "", "", ""), EVENTS),
+    "motion": Motion(SESSION, 3, T, LinkState.CONNECTED, MOTION_BLOCK.tobytes()),
+    "touch": Touch(
+        SESSION, 70_000, T + 4_000_000, LinkState.ENGAGED, TOUCH_BLOCK.tobytes(), ("", "pvc", "", "", ""), EVENTS
+    ),
     "heartbeat": Heartbeat(SESSION, 12, T, LinkState.ENGAGED, T, 0, -5_000_000, 150_001),
     "heartbeat_answer": Heartbeat(SESSION, 12, REMOTE_T, LinkState.ENGAGED, T, REMOTE_T, -5_000_000, 150_001),
     "hello": Request(

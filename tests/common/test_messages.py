@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.messages import MAX_EVENTS, TOUCH_FIELDS, TOUCH_RANGES, Event, EventKind, Motion, Touch
+from common.messages import MAX_EVENTS, TOUCH_BLOCK, TOUCH_FIELDS, TOUCH_RANGES, Event, EventKind, Motion, Touch
 from common.packets import MAX_PACKET, SCHEMA_VERSION, BadPacket, LinkState, WrongVersion
 from common.session_messages import REQUESTS, Answer, Heartbeat, Request
 
@@ -129,9 +129,8 @@ def test_each_touch_column_out_of_range_is_neither_taken_nor_sent(golden: dict[s
             _put(fields, len(TOUCH_FIELDS) * finger + column, value)
             with pytest.raises(BadPacket, match=name):
                 Touch.decode(msgpack.packb(fields))
-            block = np.frombuffer(fields[5], "<f4").reshape(5, len(TOUCH_FIELDS))
             with pytest.raises(BadPacket, match=name):
-                Touch(1, 1, 1, LinkState.ENGAGED, block, ("",) * 5, ()).encode()
+                Touch(1, 1, 1, LinkState.ENGAGED, fields[5], ("",) * 5, ()).encode()
         _put(fields, len(TOUCH_FIELDS) * finger + column, low)
 
 
@@ -145,7 +144,7 @@ def test_each_motion_column_out_of_range_is_neither_taken_nor_sent(
         with pytest.raises(BadPacket, match="middle"):
             Motion.decode(msgpack.packb(fields))
         with pytest.raises(BadPacket, match="middle"):
-            Motion(1, 1, 1, LinkState.ENGAGED, np.frombuffer(fields[5], "<f4").reshape(5, 3)).encode()
+            Motion(1, 1, 1, LinkState.ENGAGED, fields[5]).encode()
 
 
 def _put(fields: list[Any], index: int, value: float) -> None:
@@ -214,7 +213,7 @@ def test_lists_of_names_and_events_have_their_lengths(golden: dict[str, bytes]) 
 def test_the_fullest_touch_packet_fits() -> None:
     block = np.zeros((5, len(TOUCH_FIELDS)), np.float32)
     events = tuple(Event(2**62 + n, EventKind.MATERIAL, 4, 2**62, 0.5, "m" * 40) for n in range(MAX_EVENTS))
-    touch = Touch(2**62, 2**62, 2**62, LinkState.ENGAGED, block, ("n" * 40,) * 5, events)
+    touch = Touch(2**62, 2**62, 2**62, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), ("n" * 40,) * 5, events)
     assert Touch.decode(touch.encode()).events == events
 
 

@@ -15,7 +15,7 @@ from common.capabilities import capabilities
 from common.keys import TrustedKeys, load_keys
 from common.link import OperatorLink, RemoteLink
 from common.loop import PeriodicLoop
-from common.messages import TOUCH_FIELDS, Touch
+from common.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch
 from operator_site.session_client import SessionClient
 from remote_site.session_server import SessionServer
 
@@ -26,7 +26,7 @@ KINDS = ("wrong_key", "no_key", "garbage", "huge_frame", "broken_handshake", "sl
 COUNT = 1700
 """Of each kind: more than ten thousand in all."""
 FULL_HANDSHAKES = ("wrong_key",)
-TOUCH_NOTHING = np.zeros((5, len(TOUCH_FIELDS)), np.float32)
+TOUCH_NOTHING = TOUCH_BLOCK.to_bytes(np.zeros((5, len(TOUCH_FIELDS)), np.float32))
 AT_REST = np.zeros((5, 3), np.float32)
 MOST_GROWTH_MIB = 8.0
 

@@ -16,7 +16,7 @@ import numpy as np
 from common.keys import TrustedKeys, load_keys
 from common.link import RemoteLink
 from common.loop import PeriodicLoop, become_timely
-from common.messages import TOUCH_FIELDS, Touch
+from common.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch
 from common.packets import LinkState
 from common.session_messages import Heartbeat
 from common.streams import STREAMS
@@ -48,7 +48,7 @@ def main(address: str, base_port: int, keys: Path) -> None:
                 beat = Heartbeat(SESSION, asked.sequence, now_ns(), LinkState.ENGAGED, *answer)
                 link.answer("heartbeat", who, beat.encode())
             sent += 1
-            touch = Touch(SESSION, sent, now_ns(), LinkState.ENGAGED, block, ("",) * 5, ())
+            touch = Touch(SESSION, sent, now_ns(), LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), ("",) * 5, ())
             link.send_latest("touch", touch.encode())
     print(json.dumps({"sent": sent}), flush=True)
 

@@ -15,7 +15,7 @@ from common.curve_sockets import LinkProblem
 from common.fingers import FINGERS
 from common.keys import KeyProblem, Role, TrustedKeys, load_keys
 from common.link import OperatorLink, RemoteLink
-from common.messages import TOUCH_COLUMN, TOUCH_FIELDS, ExplorationMode, ThermalStatus, Touch
+from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, TOUCH_FIELDS, ExplorationMode, ThermalStatus, Touch
 from common.packets import LinkState
 from operator_site.observer import measured, opinion, run_observer
 from operator_site.session_client import SessionClient
@@ -45,7 +45,7 @@ def pressed(**more: float) -> Touch:
     }
     for name, value in {**known, **more}.items():
         block[INDEX, TOUCH_COLUMN[name]] = value
-    return Touch(7, 1, 1, LinkState.ENGAGED, block, ("", "pine", "", "steel", ""), ())
+    return Touch(7, 1, 1, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), ("", "pine", "", "steel", ""), ())
 
 
 def test_the_opinion_is_in_words() -> None:
@@ -92,7 +92,7 @@ class Session:
         session = self.server.session
         if session.ident:
             self._sequence += 1
-            felt = self.touch.block, self.touch.materials, self.touch.events
+            felt = self.touch.floats, self.touch.materials, self.touch.events
             packet = Touch(session.ident, self._sequence, now_ns, session.state, *felt).encode()
             self.link.send_latest("touch", packet)
             self.link.send_latest("observed", packet)

@@ -8,7 +8,7 @@ import pytest
 from common.config import RenderingConfig
 from common.fingers import FINGERS
 from common.limits import FORCE_RAMP_UP_N_S, FORCE_SAFE_S, MOTOR_FLOOR_RPM
-from common.messages import TOUCH_COLUMN, TOUCH_FIELDS, Event, EventKind, ExplorationMode, Touch
+from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, TOUCH_FIELDS, Event, EventKind, ExplorationMode, Touch
 from common.packets import LinkState, N
 from operator_site.gate import GatedOutput, Limit
 from operator_site.rendering import Rendering
@@ -27,7 +27,7 @@ def touching(*events: Event, sequence: int = 1) -> Touch:
     values = {"mode": ExplorationMode.TAPPING, "contact": 1, "stiffness_n_m": 300, "k_tap": 4000, "b_tap_per_s": 30}
     for name, value in values.items():
         block[INDEX, TOUCH_COLUMN[name]] = value
-    return Touch(7, sequence, 1, LinkState.ENGAGED, block, ("",) * N, events)
+    return Touch(7, sequence, 1, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), ("",) * N, events)
 
 
 PRESSING = RenderingInput(

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.messages import TOUCH_FIELDS, Touch
+from common.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch
 from common.packets import LinkState, N
 from operator_site.rendering_input import RenderingInput
 
@@ -16,7 +16,7 @@ FIVE = st.tuples(*[ANY] * N)
 
 def touch(sequence: int) -> Touch:
     block = np.zeros((N, len(TOUCH_FIELDS)), dtype=np.float32)
-    return Touch(7, sequence, 1, LinkState.ENGAGED, block, ("",) * N, ())
+    return Touch(7, sequence, 1, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), ("",) * N, ())
 
 
 INPUTS = st.builds(

@@ -10,7 +10,7 @@ from common.capabilities import capabilities
 from common.emergency_stop import PATIENCE_NS
 from common.limits import AGE_MAX_S
 from common.link import OperatorLink
-from common.messages import TOUCH_FIELDS, Touch
+from common.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch
 from common.packets import LinkState
 from common.session import Refused
 from common.session_messages import Answer, Heartbeat, Request
@@ -54,7 +54,7 @@ class Remote:
             return None
         self.sequence += 1
         block = np.zeros((5, len(TOUCH_FIELDS)), np.float32)
-        return Touch(IDENT, self.sequence, self.now_ns, self.state, block, ("",) * 5, ()).encode()
+        return Touch(IDENT, self.sequence, self.now_ns, self.state, TOUCH_BLOCK.to_bytes(block), ("",) * 5, ()).encode()
 
     def answer(self, verb: str, refused: str = "", **details: Any) -> None:
         """Answer the last request of a kind."""

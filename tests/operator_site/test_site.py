@@ -11,7 +11,7 @@ from common.config import OperatorConfig, OperatorLinkConfig, to_toml
 from common.fingers import FINGERS
 from common.limits import PLATE_COOLING_K_S, PLATE_HEATING_K_S
 from common.link import OperatorLink
-from common.messages import TOUCH_COLUMN, TOUCH_FIELDS, Event, EventKind, Touch
+from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, TOUCH_FIELDS, Event, EventKind, Touch
 from common.packets import LinkState
 from common.recording import Recorder
 from operator_site.devices import OperatorDevices
@@ -154,7 +154,7 @@ def pressed(sequence: int, rng: np.random.Generator) -> Touch:
     for name, value in {**known, **{name: value * rng.uniform(0.9, 1.0) for name, value in estimated.items()}}.items():
         block[INDEX, TOUCH_COLUMN[name]] = value
     events = tuple(Event(n, EventKind.TAP, INDEX, n, 0.2) for n in range(sequence // 50, sequence // 50 + 3))
-    return Touch(7, sequence, 1, LinkState.ENGAGED, block, ("",) * len(FINGERS), events)
+    return Touch(7, sequence, 1, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), ("",) * len(FINGERS), events)
 
 
 def test_a_replay_of_what_was_just_recorded_is_identical_to_the_last_bit(tmp_path: Path) -> None:

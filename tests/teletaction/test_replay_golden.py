@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from common.messages import Touch
+from common.messages import TOUCH_BLOCK, Touch
 from teletaction.recorded_session import RecordedSession
 from teletaction.replay import open_operator, open_remote, replay
 from teletaction.replay_sites import rendered_fields, touch_fields
@@ -88,6 +88,12 @@ def test_a_change_of_behaviour_would_be_found() -> None:
     block = touch.block.copy()
     block[1, 4] += 0.01
     changed = Touch(
-        touch.session, touch.sequence, touch.time_ns, touch.state, block, touch.materials, touch.events
+        touch.session,
+        touch.sequence,
+        touch.time_ns,
+        touch.state,
+        TOUCH_BLOCK.to_bytes(block),
+        touch.materials,
+        touch.events,
     ).encode()
     assert list(differences(touch_fields(changed), touch_fields(packet))) == ["index.stiffness_n_m"]
