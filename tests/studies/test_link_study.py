@@ -27,6 +27,7 @@ from studies.link_packets import (
     touch_parts,
     wire_bytes,
 )
+from tests.undisturbed import undisturbed
 
 MS = 1_000_000
 HALF_TICK_MS = link_age.TICK_NS / 2 / MS
@@ -227,18 +228,16 @@ def test_the_figure_is_drawn_with_and_without_the_fault_matrix(tmp_path: Path, f
 
 
 @pytest.mark.session
-@pytest.mark.timeout(240)
+@pytest.mark.timeout(400)
 def test_a_touch_packet_takes_at_most_half_as_long_again_as_a_bare_message() -> None:
     # The promise is of the link and not of the machine: where others work as well, the best of three runs counts, each
     # of them with the bare sockets' and the link's messages taking turns.
-    busy: list[float] = []
-    idle: list[float] = []
-    while len(busy) < 3 and not (busy and min(busy) <= 1.5 and min(idle) <= 2.0):
-        ways = {row["way"]: row for row in link_latency.measure(60, seed=len(busy))["ways"]}
-        busy.append(ways[link_latency.LINK]["to_busy"])
-        idle.append(ways[link_latency.LINK]["to_bare"])
-    assert min(busy) <= 1.5, busy
-    assert min(idle) <= 2.0, idle
+    found: list[float] = []
+    while len(found) < 3 and not (found and min(found) <= 1.5):
+        measured = undisturbed(lambda: link_latency.measure(60, seed=len(found)))
+        (ours,) = (row for row in measured["ways"] if row["way"] == link_latency.LINK)
+        found.append(ours["to_bare"])
+    assert min(found) <= 1.5, found
 
 
 @pytest.mark.session
