@@ -100,7 +100,7 @@ class ThermalConclusion:
         undecided_now = seen.status in (ThermalStatus.DECIDING, ThermalStatus.AMBIGUOUS)
         kept = self._named is not None and seen.best == self._named and seen.probability >= KEEP * _doubt(posterior)
         if undecided_now and kept:
-            return replace(seen, status=ThermalStatus.IDENTIFIED, material=self._named)
+            return replace(seen, status=ThermalStatus.IDENTIFIED, material=self._named, reason=None)
         if not held and not undecided_now and seen.material != self._named:
             return replace(seen, status=_waiting(since_s), material=None, reason=None)
         self._named = seen.material

@@ -122,6 +122,13 @@ def test_one_candidate_is_ambiguous_for_what_was_not_calibrated() -> None:
     assert answer.reason == NOT_RULED_OUT
 
 
+def test_a_name_that_is_kept_to_the_end_needs_no_reason() -> None:
+    concluded = conclusion()
+    play(concluded, stone(CERTAIN), 0.5, 1.0)
+    answer = concluded.step(posterior(0.0, 0.97, 0.0), LATEST_S)
+    assert (answer.material, answer.reason) == ("stone", None)
+
+
 def test_an_object_of_no_calibrated_material_is_unknown_with_its_effusivity() -> None:
     rest = (1.0 - FOREIGN) / 6.0
     answer = play(conclusion(), posterior(rest, rest, rest), 0.5, 0.5 + HELD_S)[-1]
