@@ -7,6 +7,8 @@ MEMORY_S = 0.15
 """A command may still be in force this long after the next one was sent: line, module, and its report back."""
 PERSIST_S = 0.10
 """So long every report must be of a drive that was never asked for."""
+LONGEST_S = 0.02
+"""Of the time between two reports no more counts: a site that stood still meanwhile reads what is long over."""
 
 
 @dataclass(slots=True)
@@ -16,7 +18,10 @@ class DriveObeys:
     name: str
     """Of the drive, for people."""
     _told: deque[tuple[float, int]] = field(default_factory=deque)
-    _since_s: float | None = None
+    _wrong_s: float = 0.0
+    """How long it has been wrong, as far as it was watched."""
+    _reported_s: float | None = None
+    """When it was wrong last; None after a report that was right."""
 
     def told(self, t_s: float, drive: int) -> None:
         """The module was sent a command."""
@@ -30,10 +35,12 @@ class DriveObeys:
         """
         self._forget(t_s)
         if drive == 0 or any(drive == told for _, told in self._told):
-            self._since_s = None
+            self._wrong_s, self._reported_s = 0.0, None
             return ""
-        self._since_s = t_s if self._since_s is None else self._since_s
-        return f"{self.name} is driven with {drive}, never asked for" if t_s - self._since_s >= PERSIST_S else ""
+        if self._reported_s is not None:
+            self._wrong_s += min(t_s - self._reported_s, LONGEST_S)
+        self._reported_s = t_s
+        return f"{self.name} is driven with {drive}, never asked for" if self._wrong_s >= PERSIST_S - 1e-9 else ""
 
     def _forget(self, t_s: float) -> None:
         while len(self._told) > 1 and t_s - self._told[1][0] > MEMORY_S:

@@ -48,5 +48,16 @@ def test_a_module_that_reports_nothing_costs_no_memory_however_long_it_is_told()
         obeys.told(n * 0.002, n % 1000)
     assert len(obeys._told) <= 2 + MEMORY_S / 0.002
     assert obeys.reported(20.0, 999) == ""
-    assert obeys.reported(20.0 + PERSIST_S, 500) == ""
-    assert "500" in obeys.reported(20.0 + 3 * PERSIST_S, 500)
+    assert obeys.reported(20.1, 500) == ""
+    assert "500" in [obeys.reported(20.1 + tick * TICK_S, 500) for tick in range(100)][-1]
+
+
+def test_a_site_that_stood_still_between_two_reads_doubts_nobody() -> None:
+    """Both reads are of reports that waited; only the first was late, and what it told is long over."""
+    obeys = DriveObeys("the motor")
+    obeys.told(0.0, 836)
+    for tick in range(100):
+        obeys.told(0.5 + tick * TICK_S, tick)
+    assert obeys.reported(0.75, 836) == ""
+    assert obeys.reported(0.75 + 2.0 * PERSIST_S, 836) == ""
+    assert obeys.reported(0.752 + 2.0 * PERSIST_S, 99) == ""
