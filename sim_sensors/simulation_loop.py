@@ -10,8 +10,9 @@ from common.process import StatusFile
 from sim_sensors.select_loop import SelectLoop
 
 STEP_S = 0.002
-MOST_STEPS = 100
-"""A machine that stands still does not stop the world: 0.2 s of physics are made up for; more is lost, and counted."""
+MOST_STEPS = 25
+"""After a stall up to 50 ms of physics are made up for; the rest is lost, and counted. A world that lies further behind
+looks to the sites as if it did not do what it is told."""
 
 
 class World(Protocol):
