@@ -155,7 +155,8 @@ def judge(done: Done, truth: Truth) -> Finding:
 
 def _judge_neutral(finding: Finding, truth: Truth, actuator: Actuator, since_s: float, until_s: float) -> None:
     time_s, active = _active(truth, actuator, finding.fault)
-    during = (time_s > since_s) & (time_s < until_s)
+    # The last entries show what comes after the fault: a speed looks one entry ahead, and so does a world in arrears.
+    during = (time_s > since_s) & (time_s < until_s - GRANTED_S)
     if not during.any():
         finding.wrong.append(f"{actuator.value}: nothing was written down")
         return
