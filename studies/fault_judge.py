@@ -155,7 +155,8 @@ def judge(done: Done, truth: Truth) -> Finding:
 
 def _judge_neutral(finding: Finding, truth: Truth, actuator: Actuator, since_s: float, until_s: float) -> None:
     time_s, active = _active(truth, actuator, finding.fault)
-    # The last entries show what comes after the fault: a speed looks one entry ahead, and so does a world in arrears.
+    # Known, and not judged yet: a remote site that was stopped finishes its tick on waking, and a finger sinks for some
+    # 10 ms towards an old set-point. A speed looks one entry ahead, so that this shows before the fault's end.
     during = (time_s > since_s) & (time_s < until_s - GRANTED_S)
     if not during.any():
         finding.wrong.append(f"{actuator.value}: nothing was written down")
