@@ -29,6 +29,9 @@ REPORT_S = 0.010
 """Between two reports of a serial module with a thermometer."""
 COMMAND_REFRESH_S = 0.020
 """An unchanged command of a serial module is repeated when it is this old."""
+TICK_AGE_S = 0.070
+"""What a tick decided longer ago is not sent, and after it a gate begins from neutral: a process that was stopped in a
+tick finishes it on waking, while its devices may have gone to safe by themselves."""
 FORCE_FALL_S = FINGER_FORCE_N / FORCE_RAMP_DOWN_N_S
 """Full force to none, in the gate and in the exoskeleton itself."""
 RETREAT_AFTER_S = 0.100
@@ -85,6 +88,13 @@ def ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: float | None
         Rung("command", COMMAND_REFRESH_S + period_s, "protocol", "an unchanged command is repeated"),
         Rung("force fall", FORCE_FALL_S, "limits", "full force has gone to 0", ({"loop": 5},)),
         Rung(
+            "tick age",
+            TICK_AGE_S,
+            "site loop",
+            "what a tick decided longer ago is not sent; outputs begin from neutral",
+            ({"loop": 3},),
+        ),
+        Rung(
             "gap",
             gap_s,
             "link.gap_s",
@@ -103,7 +113,7 @@ def ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: float | None
             MODULE_TIMEOUT_S,
             "limits",
             "no good command: the device switches its own outputs off",
-            ({"loop": 3}, {"command": 3}),
+            ({"loop": 3}, {"command": 3}, {"command": 1, "tick age": 1}),
         ),
         Rung("age", age_s, "link.max_age_s", "an older packet is refused; the gap goes on", ({"loop": 3},)),
         Rung(

@@ -9,6 +9,7 @@ from common.acceptance import Acceptance
 from common.fingers import FINGERS
 from common.recording import Recorder, recording_figures
 from common.session import Session
+from common.tick_age import TickAge
 
 log = logging.getLogger(__name__)
 
@@ -35,6 +36,10 @@ class SessionEnd(Protocol):
 
 class Devices(Protocol):
     """All devices of a site."""
+
+    @property
+    def tick(self) -> TickAge:
+        """Which of its commands were too old to be sent."""
 
     def missing(self) -> str:
         """What keeps the site from working; empty when all devices are there."""
@@ -90,6 +95,7 @@ def site_figures(
         "age_ms": round(acceptance.age_ns * 1e-6, 3),
         "max_age_ms": round(acceptance.max_age_ns * 1e-6, 3),
         "sent": sent,
+        "held_back": devices.tick.held_back,
         "received": {acts_on: acceptance.received},
         "superseded": {acts_on: acceptance.lost},
         "refused": {acts_on: dict(acceptance.refused), "damaged": dict(end.damaged)},

@@ -1,11 +1,14 @@
 """All devices of the operator site behind one read and one write; the gate's output is all that is written."""
 
 import math
+import time
+from collections.abc import Callable
 
 from common.config import OperatorConfig
 from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.serial_line import SerialLine
+from common.tick_age import TickAge
 from operator_site.exoskeleton import Exoskeleton, Hand
 from operator_site.gate import GatedOutput
 from operator_site.tacttip import TactTip
@@ -14,9 +17,10 @@ from operator_site.tacttip import TactTip
 class OperatorDevices:
     """Opens every device in the background; reading and writing never block."""
 
-    def __init__(self, config: OperatorConfig):
+    def __init__(self, config: OperatorConfig, clock_s: Callable[[], float] = time.monotonic):
+        """Open them; `clock_s` is the clock that `read` is given times of."""
         self.exoskeleton = Exoskeleton(config.exoskeleton)
-        self._read_s = -math.inf
+        self.tick = TickAge(clock_s)
         self.tacttips = {FINGERS.index(f): TactTip(f, address) for f, address in config.tacttip.items()}
 
     def lines(self) -> list[SerialLine]:
@@ -31,9 +35,9 @@ class OperatorDevices:
             if not line.connected:
                 return f"{line.finger} {line.kind.name.lower()}: {line.problem or 'opening'}"
         for module in self.tacttips.values():
-            if not self._read_s - module.measured_s <= GAP_S:
+            if not self.tick.began_s - module.measured_s <= GAP_S:
                 return f"{module.line.finger} {module.line.kind.name.lower()}: the line is open, but no reports come"
-        if not self._read_s - self.exoskeleton.hand.oldest_s <= GAP_S:
+        if not self.tick.began_s - self.exoskeleton.hand.oldest_s <= GAP_S:
             return f"exoskeleton: CAN {self.exoskeleton.line.address} is open, but no positions come"
         return ""
 
@@ -44,7 +48,7 @@ class OperatorDevices:
 
     def read(self, t_s: float) -> Hand:
         """Take what all devices said since the last call."""
-        self._read_s = t_s
+        self.tick.begin(t_s)
         for module in self.tacttips.values():
             module.read(t_s)
         return self.exoskeleton.read(t_s)
@@ -57,9 +61,12 @@ class OperatorDevices:
         return plate_c, age_s
 
     def write(self, t_s: float, output: GatedOutput, engaged: bool) -> None:
-        """Send what the gate let through."""
-        self.exoskeleton.push(output.force_n, engaged)
+        """Send what the gate let through, but nothing once the tick that has read the devices is too old."""
+        if self.tick.in_time():
+            self.exoskeleton.push(output.force_n, engaged)
         for finger, module in self.tacttips.items():
+            if not self.tick.in_time():
+                return
             module.drive(t_s, output.motor_rpm[finger], output.peltier_drive[finger])
 
     def unconfirmed(self, since_s: float) -> str:
@@ -73,7 +80,7 @@ class OperatorDevices:
         """What modules do that they must not; empty when all is well."""
         found = []
         for finger, module in self.tacttips.items():
-            if self._read_s - module.measured_s > GAP_S:
+            if self.tick.began_s - module.measured_s > GAP_S:
                 continue
             if module.cut_out:
                 found.append(f"{FINGERS[finger]}: the module's own temperature limit has switched its plate off")

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from enum import IntFlag
 
 from common.fingers import FINGERS
+from common.ladder import TICK_AGE_S
 from common.limits import (
     FINGER_FORCE_N,
     FORCE_RAMP_DOWN_N_S,
@@ -148,6 +149,8 @@ class OperatorGate:
         known = [0.0 <= age <= TEMPERATURE_AGE_S for age in measurement_age_s]
         if dt_s < math.inf:
             self._watch_plates(t_s, dt_s, known, plate_measured_c)
+        if dt_s > TICK_AGE_S:
+            dt_s = self._begin_from_neutral()
         fresh = 0.0 <= last_input_age_s <= GAP_S
         live = engaged and fresh and self._fault is None
         limited = [0 if live else Limit.RELEASED.value] * len(FINGERS)
@@ -177,6 +180,12 @@ class OperatorGate:
         self._checked_s = min(self._checked_s, t_s)  # a clock that was set back must not put the checks off
         self._t_s = t_s
         return dt_s
+
+    def _begin_from_neutral(self) -> float:
+        """After a standstill, in which devices time out by themselves; returns the time in which outputs rise, s."""
+        self._ceiling_n = [0.0] * len(FINGERS)
+        self._driven = [False] * len(FINGERS)
+        return 0.0
 
     def _inspect(
         self,

@@ -1,11 +1,14 @@
 """All devices of the remote site behind one read and one write; the gate's output is all that is written."""
 
 import math
+import time
+from collections.abc import Callable
 
 from common.config import RemoteConfig
 from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.serial_line import SerialLine
+from common.tick_age import TickAge
 from remote_site.patient_gate import GatedCommand
 from remote_site.sensed import Sensed
 from remote_site.telemanipulator import Telemanipulator
@@ -18,14 +21,15 @@ _NEVER = -math.inf
 class RemoteDevices:
     """Opens every device in the background; reading and writing never block."""
 
-    def __init__(self, config: RemoteConfig):
+    def __init__(self, config: RemoteConfig, clock_s: Callable[[], float] = time.monotonic):
+        """Open them; `clock_s` is the clock that `read` is given times of."""
         self.telemanipulator = Telemanipulator(config.telemanipulator)
         self.texture = {FINGERS.index(f): TextureSensor(f, address) for f, address in config.texture.items()}
         self.thermal = {FINGERS.index(f): ThermalSensor(f, address) for f, address in config.thermal_sensors.items()}
         self.sensor_c = [math.nan] * len(FINGERS)
         self.sensor_s = [_NEVER] * len(FINGERS)
         """Last reading of each sensor plate (NaN where it was implausible), and when it came."""
-        self._read_s = _NEVER
+        self.tick = TickAge(clock_s)
 
     def lines(self) -> list[SerialLine]:
         """Every serial line."""
@@ -40,9 +44,9 @@ class RemoteDevices:
                 return f"{line.finger} {line.kind.name.lower()}: {line.problem or 'opening'}"
         sensors: list[TextureSensor | ThermalSensor] = [*self.texture.values(), *self.thermal.values()]
         for sensor in sensors:
-            if not self._read_s - sensor.measured_s <= GAP_S:
+            if not self.tick.began_s - sensor.measured_s <= GAP_S:
                 return f"{sensor.line.finger} {sensor.line.kind.name.lower()}: the line is open, but no reports come"
-        if not self._read_s - self.telemanipulator.measured.oldest_s <= GAP_S:
+        if not self.tick.began_s - self.telemanipulator.measured.oldest_s <= GAP_S:
             return f"telemanipulator: CAN {self.telemanipulator.line.address} is open, but no measurements come"
         return ""
 
@@ -53,7 +57,7 @@ class RemoteDevices:
 
     def read(self, t_s: float) -> Sensed:
         """Take what all devices said since the last call."""
-        self._read_s = t_s
+        self.tick.begin(t_s)
         measured = self.telemanipulator.read(t_s)
         texture: list[bytes | None] = [None] * len(FINGERS)
         plates: list[PlateReading | None] = [None] * len(FINGERS)
@@ -70,11 +74,14 @@ class RemoteDevices:
         return Sensed(t_s, measured.x_m, measured.y_m, measured.z_m, force_n, tuple(texture), tuple(plates))
 
     def write(self, command: GatedCommand, sensed: Sensed) -> None:
-        """Send what the gate let through: set-points each tick, heater drives at each sensor's own rate."""
-        if command.ready:
+        """Send what the gate let through: set-points each tick, heater drives at each sensor's own rate.
+
+        Nothing of it is sent once the tick that has read the devices is too old.
+        """
+        if command.ready and self.tick.in_time():
             self.telemanipulator.move(command.x_m, command.y_m, command.z_m, released=command.released)
         for finger, sensor in self.thermal.items():
-            if sensed.plates[finger] is not None:
+            if sensed.plates[finger] is not None and self.tick.in_time():
                 sensor.heat(sensed.time_s, command.heater_drive[finger])
 
     def unconfirmed(self, since_s: float) -> str:
@@ -88,7 +95,7 @@ class RemoteDevices:
         """What devices do that they must not; empty when all is well."""
         found = []
         for finger, sensor in self.thermal.items():
-            if self._read_s - sensor.measured_s > GAP_S:
+            if self.tick.began_s - sensor.measured_s > GAP_S:
                 continue
             if sensor.cut_out:
                 found.append(f"{FINGERS[finger]}: the sensor's own temperature limit has switched its heater off")

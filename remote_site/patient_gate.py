@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import IntFlag
 
 from common.fingers import FINGERS
+from common.ladder import TICK_AGE_S
 from common.limits import CONTACT_FORCE_N, GAP_S, SENSOR_PLATE_C
 from remote_site.heater_limits import SENSOR_HIGH_C, HeaterLimits
 from remote_site.telemanipulator_follow import LONGEST_TICK_S, SERVO_N_M, TelemanipulatorFollow
@@ -159,6 +160,8 @@ class PatientGate:
         live = engaged and known and 0.0 <= motion_age_s <= GAP_S and self._fault is None
         limited = [(0 if live else Limit.RELEASED.value) | (0 if known else Limit.FORCE_UNKNOWN.value)] * len(FINGERS)
         self._stopped_s = 0.0 if live else self._stopped_s + dt_s
+        if dt_s > TICK_AGE_S:
+            self._live = False  # after a standstill the telemanipulator may have stopped by itself, and risen
         if known and (not self._ready or (live and not self._live)):
             self._start_from(measured)
         self._live = live

@@ -83,6 +83,8 @@ class Telemanipulator:
 
     def move(self, x_m: float, y_m: float, z_m: list[float], *, released: bool) -> None:
         """Send set-points of the hand and its five fingertips, m; released, the hand stays and fingers only rise."""
-        self.line.send(self._hand.encode({"x": x_m * _MM, "y": y_m * _MM}))
-        heights = {finger: height * _MM for finger, height in zip(FINGERS, z_m, strict=True)}
-        self.line.send(self._heights.encode({"released": float(released), **heights}))
+        heights_mm = {finger: height * _MM for finger, height in zip(FINGERS, z_m, strict=True)}
+        hand = self._hand.encode({"x": x_m * _MM, "y": y_m * _MM})
+        heights = self._heights.encode({"released": float(released), **heights_mm})
+        self.line.send(hand)
+        self.line.send(heights)

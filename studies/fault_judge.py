@@ -155,9 +155,7 @@ def judge(done: Done, truth: Truth) -> Finding:
 
 def _judge_neutral(finding: Finding, truth: Truth, actuator: Actuator, since_s: float, until_s: float) -> None:
     time_s, active = _active(truth, actuator, finding.fault)
-    # Known, and not judged yet: a remote site that was stopped finishes its tick on waking, and a finger sinks for some
-    # 10 ms towards an old set-point. A speed looks one entry ahead, so that this shows before the fault's end.
-    during = (time_s > since_s) & (time_s < until_s - GRANTED_S)
+    during = (time_s > since_s) & (time_s < until_s)
     if not during.any():
         finding.wrong.append(f"{actuator.value}: nothing was written down")
         return
@@ -190,9 +188,11 @@ def _active(truth: Truth, actuator: Actuator, fault: Fault) -> tuple[Floats, NDA
         case Actuator.HEATER:
             return truth.patient_s, _any(truth.heater != 0.0, fault)
         case Actuator.HAND:
-            speed = np.abs(np.gradient(truth.hand_x_m, truth.patient_s))
-            rise = np.asarray(np.gradient(truth.hand_z_m, truth.patient_s, axis=0))
-            return truth.patient_s, (speed > STILL_M_S) | (rise < -STILL_M_S).any(axis=1)
+            # Since the entry before: a speed that looked ahead would show what came after the fault as part of it.
+            dt_s = np.diff(truth.patient_s)
+            speed = np.abs(np.diff(truth.hand_x_m)) / dt_s
+            rise = np.diff(truth.hand_z_m, axis=0) / dt_s[:, None]
+            return truth.patient_s, np.append(False, (speed > STILL_M_S) | (rise < -STILL_M_S).any(axis=1))
 
 
 def _felt(truth: Truth) -> NDArray[np.bool_]:

@@ -89,10 +89,11 @@ class FaultSession:
         return int(answer[1]) * 1e-9
 
     def signal(self, process: str, number: int) -> float:
-        """Send a signal to a process; returns when, s."""
+        """Send a signal to a process; returns a time just before, s."""
+        at_s = time.monotonic()
         if self.processes.running[process].poll() is None:
             self.processes.running[process].send_signal(number)
-        return time.monotonic()
+        return at_s
 
     def restart(self, process: str) -> float:
         """Start a killed process again, as a supervisor would; its recording so far is set aside."""

@@ -65,7 +65,8 @@ class Fault:
     @property
     def key(self) -> str:
         """A word for it, unique in the table."""
-        return f"{self.where}-{self.begin}".replace(" ", "-").replace("_", "-")
+        begin = f"{self.begin} {self.seconds:g} s" if self.begin == "stop" else self.begin
+        return f"{self.where}-{begin}".replace(" ", "-").replace("_", "-")
 
 
 STROKING, FREE = "middle", "index"
@@ -206,15 +207,19 @@ def _process_faults(name: str, neutral: frozenset[Actuator], noticed_s: float = 
             mend="start",
             noticed_s=noticed_s,
         ),
-        Fault(
-            f"{name} stopped for 3 s",
-            name,
-            "stop",
-            _RESUMES,
-            neutral,
-            seconds=3.0,
-            mend="continue",
-            noticed_s=noticed_s,
+        # Shorter and longer than the silence that ends a session.
+        *(
+            Fault(
+                f"{name} stopped for {seconds:g} s",
+                name,
+                "stop",
+                _RESUMES,
+                neutral,
+                seconds=seconds,
+                mend="continue",
+                noticed_s=noticed_s,
+            )
+            for seconds in (1.0, 3.0)
         ),
         Fault(f"{name} slowed: 10 ms of every 40, 3 s", name, "slow", _CONTINUES, _NONE, seconds=3.0),
     )

@@ -156,7 +156,7 @@ def lost(**counts: int) -> dict[str, dict[str, int]]:
         ("sim-operator-bus-off", seen("operator", missing="exoskeleton: silent")),
         ("sim-operator-unplug-middle-tacttip", seen("operator", limited={"middle": ["plate_unknown"]})),
         ("remote-kill", seen("remote", pid=2)),
-        ("remote-stop", seen("remote", overruns=4)),
+        ("remote-stop-3-s", seen("remote", overruns=4)),
         ("sim-operator-slow", seen("sim-operator", overruns=70)),
         ("network-delay-100-20", seen("network", delay_ms=100.0)),
         ("network-cut", seen("network", faults={"cut": 2})),
@@ -174,7 +174,7 @@ def test_a_fault_is_accounted_for_by_who_must_know_of_it_and_by_nobody_else(
 
 def test_what_a_site_could_not_see_since_it_was_stopped_is_not_missed() -> None:
     stopped = seen("remote", overruns=4)
-    assert wrong(stopped, "remote-stop", "sim-remote-silence-middle-texture") == []
+    assert wrong(stopped, "remote-stop-3-s", "sim-remote-silence-middle-texture") == []
     assert wrong(stopped, "sim-remote-silence-middle-texture") != []
 
 

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from common.ladder import TICK_AGE_S
 from common.limits import (
     COMFORT,
     DOSE_ABOVE_C,
@@ -127,6 +128,20 @@ def test_force_deadline_holds_across_a_stalled_loop():
     rig.warm_up(force_n=FINGER_FORCE_N)
     assert rig.step(age=0.139, dt=0.139, force_n=10.0).force_n[0] <= 0.3
     assert rig.step(age=FORCE_SAFE_S, dt=DT, force_n=10.0).force_n == [0.0] * 5
+
+
+def test_after_a_standstill_outputs_begin_from_neutral():
+    """The devices have timed out by themselves meanwhile: what they are sent then is a new beginning."""
+    wanted = {"force_n": 5.0, "plate_set_c": 36.0, "plate_measured_c": 31.0}
+    for stood_s in (TICK_AGE_S - 0.001, TICK_AGE_S + 0.001, 1.0):
+        rig = Rig()
+        rig.warm_up(**wanted)
+        out = rig.step(dt=stood_s, **wanted)
+        still = stood_s > TICK_AGE_S
+        assert out.force_n == [0.0 if still else 5.0] * 5
+        assert (out.plate_set_c[0] == 31.0) == still
+        rising = FORCE_RAMP_UP_N_S * DT if still else 5.0
+        assert rig.step(**wanted).force_n == pytest.approx([rising] * 5)
 
 
 def test_ages_at_the_edge():
@@ -394,6 +409,6 @@ def test_every_output_of_every_sequence_keeps_the_limits(profile, sequence):
             if before is not None and not live:
                 fallen = before.force_n[i] - FORCE_RAMP_DOWN_N_S * tick["dt"]
                 assert out.force_n[i] <= max(0.0, fallen) + 1e-9
-            if before is None and live:
+            if (before is None or tick["dt"] > TICK_AGE_S + 1e-9) and live:
                 assert out.force_n[i] == 0.0
         before = out

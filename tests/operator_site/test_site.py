@@ -14,6 +14,7 @@ from common.link import OperatorLink
 from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, TOUCH_FIELDS, Event, EventKind, Touch
 from common.packets import LinkState
 from common.recording import Recorder
+from common.tick_age import TickAge
 from operator_site.devices import OperatorDevices
 from operator_site.exoskeleton import Hand
 from operator_site.gate import GatedOutput
@@ -49,6 +50,7 @@ class Devices:
     cut: list[str] = field(default_factory=list)
     written: list[tuple[GatedOutput, bool]] = field(default_factory=list)
     plate_c: list[float] = field(default_factory=lambda: [33.0] * len(FINGERS))
+    tick: TickAge = field(default_factory=TickAge)
 
     def read(self, t_s: float) -> Hand:
         self.hand.pose_s = self.hand.heights_s = t_s

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from common.ladder import TICK_AGE_S
 from common.limits import CONTACT_FORCE_N, DOSE_ABOVE_C, DOSE_LIMIT_K_S, GAP_S, SENSOR_PLATE_C
 from remote_site.patient_gate import (
     BRAKE_SHARE,
@@ -384,6 +385,18 @@ def test_set_points_begin_where_the_hand_is_whenever_it_is_let_go():
     assert out.z_m == pytest.approx([-0.003 + rise, HEIGHT_HIGH_M, rise, 0.001 + rise, 0.002 + rise])
 
 
+def test_after_a_standstill_set_points_begin_where_the_hand_is():
+    """The telemanipulator has stopped by itself meanwhile, and may have raised its fingers."""
+    for stood_s in (TICK_AGE_S - 0.001, TICK_AGE_S + 0.001, 1.0):
+        rig = Rig(z_m=-0.002)
+        rig.step()
+        old = rig.x_m
+        out = rig.step(dt=stood_s, measured_x_m=0.01, measured_z_m=0.002, wanted_x_m=1.0, wanted_z_m=-0.002)
+        begin_x_m, begin_z_m = (0.01, 0.002) if stood_s > TICK_AGE_S else (old, -0.002)
+        assert out.x_m == pytest.approx(begin_x_m + PLANE_SPEED_M_S * LONGEST_TICK_S)
+        assert out.z_m[0] == pytest.approx(max(-0.002, begin_z_m - HEIGHT_SPEED_M_S * LONGEST_TICK_S))
+
+
 DISOBEYED_S = MEMORY_S + PERSIST_S
 
 
@@ -564,6 +577,7 @@ def test_every_output_of_every_sequence_keeps_the_limits(sequence):
     rig = Rig()
     before = None
     for tick in sequence:
+        before_s = rig.t_s
         request = dict(tick)
         if request.pop("clear"):
             rig.gate.clear_fault()
@@ -572,7 +586,7 @@ def test_every_output_of_every_sequence_keeps_the_limits(sequence):
         force_known = 0.0 <= tick["force_age_s"] <= GAP_S
         live = live and force_known
         assert out.released != live
-        if live and before is not None and before.released:
+        if live and before is not None and (before.released or rig.t_s - before_s > TICK_AGE_S):
             x_m, y_m = (min(PLANE_RANGE_M, max(-PLANE_RANGE_M, tick[f"measured_{axis}_m"])) for axis in "xy")
             z_m = [min(HEIGHT_HIGH_M, max(HEIGHT_LOW_M, height)) for height in tick["measured_z_m"]]
             before = replace(before, x_m=x_m, y_m=y_m, z_m=z_m)

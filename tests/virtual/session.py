@@ -81,10 +81,17 @@ class VirtualSession:
         self.sim_remote = sim_sensors.sim_remote.RemoteDevices(configurations.sim_remote(seed), loop)
         self.sim_operator = sim_sensors.sim_operator.OperatorDevices(configurations.sim_operator(seed), loop)
         remote, operator = configurations.remote(max_age_s), configurations.operator(max_age_s)
-        self.remote = RemoteSite(remote, cast(RemoteLink, RemoteEnd(self.network)), RemoteDevices(remote), None)
-        self.operator = OperatorSite(
-            operator, cast(OperatorLink, OperatorEnd(self.network)), OperatorDevices(operator), None
+        self.remote = RemoteSite(
+            remote,
+            cast(RemoteLink, RemoteEnd(self.network)),
+            RemoteDevices(remote, lambda: self.remote_clock.now_ns(self.time_s) * 1e-9),
         )
+        self.operator = OperatorSite(
+            operator,
+            cast(OperatorLink, OperatorEnd(self.network)),
+            OperatorDevices(operator, lambda: self.operator_clock.now_ns(self.time_s) * 1e-9),
+        )
+        self._stopped: RemoteSite | OperatorSite | None = None
         self._tacttip = self.sim_operator.modules[FINGER]
         self._thermal = self.sim_remote.thermal[FINGER]
 
@@ -98,12 +105,39 @@ class VirtualSession:
         self.time_s = self.network.now_s = now_s = self.time_s + self.tick_s
         self.sim_remote.step(now_s)
         self.sim_operator.step(now_s)
-        self.remote.tick(self.remote_clock.now_ns(now_s))
-        self.operator.tick(self.operator_clock.now_ns(now_s))
-        truth = self._observe(now_s)
+        # A site that is stopped in its tick lets time pass: what follows begins later than this tick did.
+        if self._stopped is not self.remote:
+            self.remote.tick(self.remote_clock.now_ns(self.time_s))
+        if self._stopped is not self.operator:
+            self.operator.tick(self.operator_clock.now_ns(self.time_s))
+        truth = self._observe(self.time_s)
         self.truth.append(truth)
         for check in self.watch:
             check(self, truth)
+
+    def stop_site(self, side: str, seconds: float, *, in_tick: bool) -> None:
+        """Stop `remote` or `operator` for a time as SIGSTOP does: between two ticks, or after a tick has read."""
+        site: RemoteSite | OperatorSite = self.remote if side == "remote" else self.operator
+
+        def sleep() -> None:
+            self._stopped = site
+            self.run(seconds)
+            self._stopped = None
+
+        if not in_tick:
+            sleep()
+            return
+        with pytest.MonkeyPatch.context() as patch:
+            read = site._devices.read
+
+            def read_and_sleep(t_s: float) -> object:
+                found = read(t_s)
+                patch.undo()
+                sleep()
+                return found
+
+            patch.setattr(site._devices, "read", read_and_sleep)
+            self.tick()
 
     def break_device(self, fault: str) -> None:
         """Begin a fault: `remote: FAULT` or `operator: FAULT`, in the words of `sim_sensors.faults`."""

@@ -1,0 +1,35 @@
+"""A site that is stopped for a while, as a process is, and goes on: nothing from before is executed."""
+
+import pytest
+
+from common.limits import FORCE_RAMP_UP_N_S
+from tests.virtual.session import TICK_S, VirtualSession
+
+QUANTUM_N = 0.01
+"""Of a force on the exoskeleton's bus."""
+
+
+@pytest.mark.parametrize("seconds", [0.15, 0.3, 0.8, 3.0])
+@pytest.mark.parametrize("in_tick", [False, True], ids=["between", "within"])
+@pytest.mark.parametrize("side", ["remote", "operator"])
+def test_a_site_that_was_stopped_begins_from_neutral(
+    working: VirtualSession, side: str, in_tick: bool, seconds: float
+) -> None:
+    """The hold times of both sites are judged at every tick, those before and after the waking too."""
+    site = working.remote if side == "remote" else working.operator
+    before = len(working.truth)
+    working.stop_site(side, seconds, in_tick=in_tick)
+    asleep, woken_s = working.truth[before:], working.time_s
+    assert asleep[-1].force_n == asleep[-1].peltier == 0.0
+    assert site._devices.tick.held_back == in_tick
+    for now in working.run(0.5):
+        assert now.force_n <= FORCE_RAMP_UP_N_S * (now.time_s - woken_s + TICK_S) + QUANTUM_N, now
+    working.work()
+
+
+def test_a_stop_too_short_for_a_device_to_notice_is_not_felt(working: VirtualSession) -> None:
+    for side in ("remote", "operator"):
+        working.stop_site(side, 0.05, in_tick=True)
+        for now in working.run(0.2):
+            assert now.force_n > 0.2, now
+    assert working.remote._devices.tick.held_back == working.operator._devices.tick.held_back == 0
