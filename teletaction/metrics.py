@@ -26,6 +26,7 @@ METRICS: dict[str, tuple[str, str]] = {
     "loop_late_seconds": ("gauge", "Lateness of the loop's ticks since the start, by quantile (1 is the maximum)."),
     "loop_ticks": ("counter", "Ticks of the loop."),
     "loop_overruns": ("counter", "Ticks that came more than one period late."),
+    "loop_ticks_held_back": ("counter", "Ticks whose commands were too old to be sent to the devices when they ended."),
     "cpu_ratio": ("gauge", "Processor time used per second since the start."),
     "resident_memory_peak_bytes": ("gauge", "Largest resident memory so far."),
     "session_state": ("gauge", "1 for the state that the session is in."),
@@ -125,6 +126,7 @@ def _of_process(told: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, str
         yield "loop_late_seconds", {"quantile": quantile}, _scaled(loop.get(field), 1e-6)
     yield "loop_ticks", {}, loop.get("ticks")
     yield "loop_overruns", {}, loop.get("overruns")
+    yield "loop_ticks_held_back", {}, told.get("held_back")
     yield "cpu_ratio", {}, loop.get("cpu")
     yield "resident_memory_peak_bytes", {}, _scaled(told.get("rss_mib"), 2.0**20)
 

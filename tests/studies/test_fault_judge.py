@@ -1,0 +1,144 @@
+"""The judge of faults on made truth: what it finds wrong, and what not."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from common.fingers import FINGERS
+from common.limits import FORCE_SAFE_S, PLATE_PEAK_C, SENSOR_PLATE_C
+from studies.fault_judge import HAND_STOP_S, LOG_S, STILL_M_S, Done, Finding, Floats, Truth, judge
+from studies.fault_table import ALL, STROKING, Actuator, Fault, Outcome
+
+FINGER = FINGERS.index(STROKING)
+BEGIN_S, END_S, NEXT_S = 10.0, 13.0, 16.0
+STOPPED = Fault("remote stopped for 3 s", "remote", "stop", Outcome.RESUMES, ALL, seconds=3.0)
+LATCHED = Fault("heater stuck", "sim-remote", "stuck", Outcome.LATCHED, ALL, seconds=0.0, later_s=2.0)
+times_s = np.arange(8.0, NEXT_S, LOG_S)
+
+
+def five(values: Floats) -> Floats:
+    each = np.zeros((len(values), len(FINGERS)))
+    each[:, FINGER] = values
+    return each
+
+
+def stroking(quiet_s: float, again_s: float) -> Truth:
+    """A stroke that is neutral from one time on, and felt again, with a ramp, from another."""
+    works = (times_s < quiet_s) | (times_s >= again_s)
+    force_n = np.where(times_s < quiet_s, 1.0, np.clip(50.0 * (times_s - again_s), 0.0, 1.0))
+    x_m = np.cumsum(np.where(works, 0.05 * LOG_S, 0.0))
+    return Truth(
+        finger_s=times_s,
+        force_n=five(force_n),
+        motor_mv=five(np.where(works, 1000.0, 0.0)),
+        motor_rpm=five(np.where(works, 5000.0, 0.0)),
+        peltier=five(np.where(works, 0.2, 0.0)),
+        plate_c=np.full((len(times_s), 5), 33.0),
+        patient_s=times_s,
+        heater=five(np.where(works, 0.2, 0.0)),
+        sensor_plate_c=np.full((len(times_s), 5), 33.0),
+        hand_x_m=x_m,
+        hand_z_m=np.zeros((len(times_s), 5)),
+        faults=[],
+        ticks_s={},
+    )
+
+
+def judged(change: Callable[[Truth], Truth] = lambda truth: truth, fault: Fault = STOPPED) -> Finding:
+    truth = change(stroking(BEGIN_S + 0.1, END_S + 0.2))
+    return judge(Done(fault, BEGIN_S, END_S, NEXT_S), truth)
+
+
+def at(time_s: float) -> int:
+    return int(np.searchsorted(times_s, time_s - 1e-9))
+
+
+def with_entry(values: Floats, time_s: float, value: float) -> Floats:
+    changed = values.copy()
+    changed[at(time_s), FINGER] = value
+    return changed
+
+
+def test_what_is_neutral_in_time_and_comes_back_by_a_ramp_is_right() -> None:
+    finding = judged()
+    assert (finding.outcome, finding.wrong) == (Outcome.RESUMES, [])
+    assert finding.safe_s == pytest.approx(dict.fromkeys(Actuator, 0.09), abs=0.011)
+    assert finding.resumed_s == pytest.approx(0.2, abs=0.02)
+
+
+@pytest.mark.parametrize("before_s", [LOG_S, 0.5, 2.0])
+@pytest.mark.parametrize("name", ["force_n", "motor_mv", "peltier", "heater"])
+def test_one_entry_of_a_drive_is_found_to_the_very_end(name: str, before_s: float) -> None:
+    finding = judged(lambda truth: replace(truth, **{name: with_entry(getattr(truth, name), END_S - before_s, 0.3)}))
+    assert len(finding.wrong) == 1
+    assert "neutral after" in finding.wrong[0]
+
+
+@pytest.mark.parametrize("before_s", [LOG_S, 0.5, 2.0])
+def test_a_hand_that_moves_or_sinks_is_found_to_the_very_end(before_s: float) -> None:
+    def moved(truth: Truth, metres: float) -> Truth:
+        return replace(
+            truth, hand_x_m=truth.hand_x_m + np.where(at(END_S - before_s) <= np.arange(len(times_s)), metres, 0)
+        )
+
+    def raised(truth: Truth, metres: float) -> Truth:
+        since = (at(END_S - before_s) <= np.arange(len(times_s)))[:, None]
+        return replace(truth, hand_z_m=truth.hand_z_m + np.where(since, metres, 0.0))
+
+    step_m = 1.01 * STILL_M_S * LOG_S
+    for change in (moved, raised):
+        assert "remote hand neutral after" in judged(lambda t, change=change: change(t, -step_m)).wrong[0]
+        assert judged(lambda t, change=change: change(t, -0.9 * step_m)).wrong == []
+    assert judged(lambda truth: raised(truth, 10 * step_m)).wrong == []  # rising is its safe state
+
+
+def test_what_happens_with_the_end_and_after_it_is_not_the_faults() -> None:
+    for again_s in (END_S, END_S + LOG_S):
+        finding = judge(Done(STOPPED, BEGIN_S, END_S, NEXT_S), stroking(BEGIN_S + 0.1, again_s))
+        assert finding.wrong == []
+
+
+def test_what_is_neutral_too_late_is_wrong_and_a_pause_of_the_machine_is_granted() -> None:
+    late = stroking(BEGIN_S + HAND_STOP_S + 0.1, END_S + 0.2)
+    done = Done(STOPPED, BEGIN_S, END_S, NEXT_S)
+    assert len(judge(done, late).wrong) == 6, "the motor counts twice: driven and felt"
+    paused = np.append(np.arange(8.0, 11.0, LOG_S), np.arange(11.2, NEXT_S, LOG_S))
+    finding = judge(done, replace(late, ticks_s={"operator": paused}))
+    assert (finding.wrong, finding.paused_s) == ([], pytest.approx(0.2, abs=0.02))
+    assert len(judge(done, replace(late, ticks_s={"remote": paused})).wrong) == 6, "who is stopped is not paused"
+
+
+def test_force_that_comes_back_at_once_is_wrong() -> None:
+    jump = np.where(times_s >= END_S + 0.2, 2.0, 0.0) + np.where(times_s < BEGIN_S + 0.1, 1.0, 0.0)
+    assert "above its ramp" in judged(lambda truth: replace(truth, force_n=five(jump))).wrong[0]
+
+
+def test_what_never_works_again_or_goes_on_where_it_must_not_is_wrong() -> None:
+    assert "never worked again" in judge(Done(STOPPED, BEGIN_S, END_S, NEXT_S), stroking(BEGIN_S + 0.1, NEXT_S)).wrong
+    assert "continues" in judge(Done(STOPPED, BEGIN_S, END_S, NEXT_S), stroking(NEXT_S, NEXT_S)).wrong
+
+
+def test_a_latched_fault_is_neutral_until_it_is_cleared() -> None:
+    cleared_s = END_S + 1.0
+    done = Done(LATCHED, BEGIN_S, END_S, NEXT_S, cleared_s)
+    truth = replace(stroking(BEGIN_S + 0.6, cleared_s + 0.2), faults=[(BEGIN_S + 0.5, "stuck")])
+    finding = judge(done, truth)
+    assert (finding.outcome, finding.wrong, finding.latched_by) == (Outcome.LATCHED, [], "stuck")
+    assert judge(done, replace(truth, faults=[(BEGIN_S + 2.1, "stuck")])).wrong[0] == "latched after 2.10 s only"
+    assert judge(done, replace(truth, faults=[])).outcome is Outcome.RESUMES
+    slipped = replace(truth, force_n=with_entry(truth.force_n, END_S + FORCE_SAFE_S + 0.5, 0.2))
+    assert judge(done, slipped).wrong
+
+
+@pytest.mark.parametrize(
+    ("name", "most_c", "said"),
+    [("plate_c", PLATE_PEAK_C, "operator's plate"), ("sensor_plate_c", SENSOR_PLATE_C, "sensor's plate")],
+)
+def test_a_plate_above_its_limit_is_wrong_whatever_failed(name: str, most_c: float, said: str) -> None:
+    def warmed(truth: Truth, plate_c: float) -> Truth:
+        return replace(truth, **{name: with_entry(getattr(truth, name), END_S, plate_c)})
+
+    assert judged(lambda truth: warmed(truth, most_c)).wrong == []
+    assert said in judged(lambda truth: warmed(truth, most_c + 0.01)).wrong[0]
