@@ -1,6 +1,6 @@
 """What is said about a touch's material, posterior after posterior: statuses with a meaning, names that stick."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -72,10 +72,10 @@ class ThermalAnswer:
 NO_CONTACT = ThermalAnswer(ThermalStatus.NO_CONTACT)
 
 
-def undecided(names: Sequence[str]) -> ThermalAnswer:
-    """The answer before the first reading: every material is as likely as any other."""
-    even = 1.0 / len(names)
-    return ThermalAnswer(ThermalStatus.DECIDING, best=names[0], probability=even, candidates=dict.fromkeys(names, even))
+def undecided(prior: Mapping[str, float]) -> ThermalAnswer:
+    """The answer before the first reading, from each material's prior probability."""
+    best = max(prior, key=prior.__getitem__)
+    return ThermalAnswer(ThermalStatus.DECIDING, best=best, probability=prior[best], candidates=dict(prior))
 
 
 class ThermalConclusion:

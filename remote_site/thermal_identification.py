@@ -85,6 +85,7 @@ class ThermalIdentification:
         self._knowledge = knowledge
         table = knowledge.table
         self._names = table.names()
+        self._prior = dict(zip(self._names, knowledge.substances.probability.tolist(), strict=False))
         self._times_s = np.array(table.times_s)
         self._ln_rates = np.array([entry.ln_rate for entry in table.materials])
         self._ln_rate_sds = np.maximum([entry.ln_rate_sd for entry in table.materials], LEAST_RATE_SD)
@@ -145,7 +146,7 @@ class ThermalIdentification:
         self._light_since_s: float | None = None
         self.since_s = 0.0
         self.alone = self._running = True
-        self.answer = undecided(self._names)
+        self.answer = undecided(self._prior)
 
     def step(self, t_s: float, sensor_c: float, force_n: float) -> ThermalAnswer:
         """Take one reading during a touch and return what is known.

@@ -92,7 +92,13 @@ def spread(sd: float, spacing: float) -> tuple[Array, Array, float]:
 
 
 def substances(table: MaterialTable, foreign_share: float = FOREIGN) -> Substances:
-    """The calibrated materials and, with a prior of `foreign_share`, steps of effusivity that stand for all others."""
+    """The calibrated materials, each as frequent as in its calibration, and steps of effusivity for all others.
+
+    Args:
+        table: what was calibrated.
+        foreign_share: prior probability of all others together.
+    """
+    touches = np.array([entry.touches for entry in table.materials], dtype=np.float64)
     foreign = _foreign_ln_effusivity(table)
     known, others = len(table.materials), len(foreign)
     return Substances(
@@ -100,7 +106,7 @@ def substances(table: MaterialTable, foreign_share: float = FOREIGN) -> Substanc
         np.concatenate(
             ([entry.covariance[0][0] for entry in table.materials], np.full(others, (INNER * FOREIGN_LN_STEP) ** 2))
         ),
-        np.concatenate((np.full(known, (1.0 - foreign_share) / known), np.full(others, foreign_share / others))),
+        np.concatenate(((1.0 - foreign_share) * touches / touches.sum(), np.full(others, foreign_share / others))),
         known,
     )
 

@@ -10,7 +10,7 @@ of its touches. Cooled wood is wood. What flatters the data:
 - The room's temperature is that of the set, the median of its unheated readings before contact, the same for all of
   its touches: the heated sensor alone would have it from a room thermometer.
 - Two of three touches are of wood: naming wood each time is right in 67 %. Every method is therefore counted twice,
-  with materials equally likely (`even`, as the estimator answers) and as frequent as in its calibration (`counted`).
+  with materials as frequent as in its calibration (`counted`, as the estimator answers) and equally likely (`even`).
   What an even prior aims at is `balanced`, the mean of metal's share and wood's.
 """
 
@@ -46,7 +46,7 @@ STEP_K = 100.0 / 4095.0
 METAL, WOOD = "metal", "wood"
 HEATED, HELPED, BOTH = "heated", "heated, calibrated beside the unheated one", "both"
 SENSORS = (HEATED, HELPED, BOTH)
-PRIORS = ("even", "counted")
+PRIORS = ("counted", "even")
 _BEFORE_S, _BLOCK_S, _READING_S = 0.25, 0.25, 0.01
 _SHRINKAGE = 0.003
 """Part of each feature's variance that is added to it: the pooled covariance of few touches can be inverted."""
@@ -218,7 +218,7 @@ def _judge_linear(learned: Sequence[Touch], judged: Sequence[Touch], ln_odds: fl
             features = np.stack([linear_features(touch.trace, t_s, sensors) for touch in learned])
             asked = np.stack([linear_features(touch.trace, t_s, sensors) for touch in judged])
             for touch, score in zip(judged, linear_score(features, metal, asked), strict=True):
-                yield from _answers("linear", sensors, touch, t_s, float(score), ln_odds)
+                yield from _answers("linear", sensors, touch, t_s, float(score) + ln_odds, ln_odds)
 
 
 def _judge_estimator(learned: Sequence[Touch], judged: Sequence[Touch], ln_odds: float, scratch: Path) -> Iterator[Row]:
@@ -243,7 +243,7 @@ def _judge_estimator(learned: Sequence[Touch], judged: Sequence[Touch], ln_odds:
 
 
 def _answers(method: str, sensors: str, touch: Touch, t_s: float, score: float, ln_odds: float) -> Iterator[Row]:
-    for prior, more in zip(PRIORS, (0.0, ln_odds), strict=True):
+    for prior, less in zip(PRIORS, (0.0, ln_odds), strict=True):
         yield {
             "method": method,
             "sensors": sensors,
@@ -252,8 +252,8 @@ def _answers(method: str, sensors: str, touch: Touch, t_s: float, score: float, 
             "file": touch.file,
             "class": _class(touch.file),
             "material": touch.material,
-            "said": METAL if score + more > 0.0 else WOOD,
-            "ln_odds_metal": round(score + more, 3),
+            "said": METAL if score > less else WOOD,
+            "ln_odds_metal": round(score - less, 3),
         }
 
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from teletaction.figure_style import BLUE, ORANGE, STYLE
 
 _COLOURS = {"linear": ORANGE, "estimator": BLUE}
-_DASHES = {"even": "-", "counted": ":"}
+_DASHES = {"counted": "-", "even": ":"}
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:

@@ -150,11 +150,11 @@ def test_a_touch_is_not_given_up_at_once(said: Posterior, status: ThermalStatus,
     assert (given_up.status, given_up.reason, given_up.material) == (status, reason, None)
 
 
-def test_before_the_first_reading_all_are_as_likely() -> None:
-    answer = undecided(NAMES)
+def test_before_the_first_reading_the_prior_is_said() -> None:
+    prior = dict(zip(NAMES, (0.1, 0.2, 0.6), strict=True))
+    answer = undecided(prior)
     assert answer.status is ThermalStatus.DECIDING
-    assert sum(answer.candidates.values()) == pytest.approx(1.0)
-    assert set(answer.candidates) == set(NAMES)
+    assert (answer.best, answer.probability, answer.candidates) == (NAMES[2], 0.6, prior)
 
 
 @st.composite

@@ -103,6 +103,15 @@ def test_what_was_not_calibrated_is_covered_from_foam_to_copper():
     assert known.effusivity_variance.shape == known.ln_effusivity.shape
 
 
+def test_materials_are_as_frequent_as_in_their_calibration():
+    made = true_table()
+    first, *others = made.materials
+    twice = first.model_copy(update={"touches": 2 * others[0].touches})
+    known = substances(made.model_copy(update={"materials": [twice, *others]}), 0.1)
+    share = 0.9 / (len(others) + 2)
+    assert known.probability[: known.calibrated] == pytest.approx([2 * share, *[share] * len(others)])
+
+
 def test_a_foreign_contact_is_guessed_like_that_of_its_neighbours():
     made = true_table()
     laid_out, known = guesses(made), substances(made)
