@@ -150,7 +150,8 @@ class OperatorGate:
         if dt_s < math.inf:
             self._watch_plates(t_s, dt_s, known, plate_measured_c)
         if dt_s > TICK_AGE_S:
-            dt_s = self._begin_from_neutral()
+            self._begin_from_neutral()
+            dt_s = 0.0  # nothing has risen meanwhile
         fresh = 0.0 <= last_input_age_s <= GAP_S
         live = engaged and fresh and self._fault is None
         limited = [0 if live else Limit.RELEASED.value] * len(FINGERS)
@@ -181,11 +182,10 @@ class OperatorGate:
         self._t_s = t_s
         return dt_s
 
-    def _begin_from_neutral(self) -> float:
-        """After a standstill, in which devices time out by themselves; returns the time in which outputs rise, s."""
+    def _begin_from_neutral(self) -> None:
+        """After a standstill: the devices have gone to safe by themselves, or were about to."""
         self._ceiling_n = [0.0] * len(FINGERS)
         self._driven = [False] * len(FINGERS)
-        return 0.0
 
     def _inspect(
         self,
