@@ -45,6 +45,9 @@ PER_READING = 3
 """Earlier readings that are summed again with each new one."""
 MOST_AGAIN = 300
 """Guesses that can be looked at again; from more the readings choose first."""
+STRAYED_SD = 2.5
+"""A substance that stands for a stretch of effusivities is not heard so far outside of it: what it says there is less
+exact than what its neighbour says, which stands nearer."""
 LARGEST_STEP = 0.3
 """Of a logarithm, from one reading to the next."""
 NEARLY_S = 1e-3
@@ -56,7 +59,7 @@ class TouchEvidence:
     """What one touch says about each substance: (m,) and, for (temperature, ln effusivity), (m, 2) and (m, 2, 2).
 
     Attributes:
-        ln_likelihood: of the readings; FORGET below the best guess where every guess was given up.
+        ln_likelihood: of the readings; FORGET below the best guess where every guess was given up, or has strayed.
         mean: of the object's temperature relative to ambient, K, and of ln effusivity.
         covariance: of both.
         ambient_c: ambient temperature, C.
@@ -285,7 +288,8 @@ class TouchEstimate:
 
     def evidence(self) -> TouchEvidence:
         """What all readings so far say: the guesses of each substance drawn together."""
-        count = len(self._substances.probability)
+        known = self._substances
+        count = len(known.probability)
         offset = self._start_c - self._ambient_c
         top = np.full(count, -np.inf)
         np.maximum.at(top, self._substance, self._ln_weight)
@@ -300,15 +304,17 @@ class TouchEstimate:
         covariance = np.zeros((count, 2, 2))
         np.add.at(covariance, self._substance, weight[:, None, None] * (within + away[:, :, None] * away[:, None, :]))
         least = self._ln_weight.max() - FORGET
-        gone = (total == 0.0) | (top < least)
+        strayed = np.abs(mean[:, 1] - known.ln_effusivity) > STRAYED_SD * np.sqrt(known.effusivity_variance)
+        strayed[: known.calibrated] = False
+        gone = (total == 0.0) | (top < least) | strayed
         # As likely as when it was given up, and as unknown as at first: fingers that gave up different substances
         # still have to be judged together. One without the other would let fingers agree on what each finds absurd.
         ln_likelihood = np.where(gone, least, top + np.log(np.where(gone, 1.0, total)))
         mean[gone, 0] = 0.0
-        mean[gone, 1] = self._substances.ln_effusivity[gone]
+        mean[gone, 1] = known.ln_effusivity[gone]
         covariance[gone] = 0.0
         covariance[gone, 0, 0] = ANYWHERE_K**2
-        covariance[gone, 1, 1] = self._substances.effusivity_variance[gone]
+        covariance[gone, 1, 1] = known.effusivity_variance[gone]
         ln_likelihood = ln_likelihood - 0.5 * self._used[1]
         best = int(np.argmax(self._ln_weight))
         return TouchEvidence(

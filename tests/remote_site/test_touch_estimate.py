@@ -8,7 +8,7 @@ from scipy.stats import multivariate_normal
 from remote_site.conduction import Array
 from remote_site.material_table import MaterialTable
 from remote_site.thermal_identification import ThermalKnowledge
-from remote_site.touch_estimate import ANYWHERE_K, TouchEstimate, TouchEvidence
+from remote_site.touch_estimate import ANYWHERE_K, FORGET, TouchEstimate, TouchEvidence
 from remote_site.touch_guesses import SPACING, Guesses, Substances
 from remote_site.touch_model import Contacts, SensorConstants, TouchModel
 from tests.remote_site.made_touches import (
@@ -267,3 +267,17 @@ def test_a_substance_is_given_up_whole(knowledge: ThermalKnowledge) -> None:
     assert (said.mean[given_up, 0] == 0.0).all()
     assert (said.covariance[given_up, 0, 0] == ANYWHERE_K**2).all()
     assert (said.covariance[given_up, 0, 1] == 0.0).all()
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+def test_what_stands_for_other_effusivities_is_not_heard_of_this_one(knowledge: ThermalKnowledge, name: str) -> None:
+    """Pushed there by the readings it is less exact than its neighbour; it has outvoted the right material by that."""
+    known = knowledge.substances
+    said = evidence(knowledge, second_of(name, -3.0))
+    away = np.abs(said.mean[:, 1] - known.ln_effusivity) / np.sqrt(known.effusivity_variance)
+    assert away[known.calibrated :].max() < 3.0
+    lowest = said.ln_likelihood[known.calibrated :].min()
+    assert said.ln_likelihood.max() - lowest == pytest.approx(FORGET, abs=1.0)
+    nearest = np.abs(known.ln_effusivity - said.mean[knowledge.table.names().index(name), 1])
+    nearest[: known.calibrated] = np.inf
+    assert said.ln_likelihood[nearest.argmin()] > lowest
