@@ -8,10 +8,11 @@ from common.limits import SENSOR_PLATE_C
 
 OFFSETS_K = (10.0, 17.0, 3.0)
 """Pre-heat above ambient, K, in the order in which they are tried on an object that offers no difference."""
-STAGGER_K = (0.0, -4.0, 0.0, -4.0, 0.0)
+STAGGER_K = (0.0, -4.0, -7.0, -4.0, -7.0)
 """What is added to the first of them for the first, second, ... finger in use, K: plates of different warmth on one
 object tell its temperature at once; one plate alone cannot tell it from its effusivity. Cooler ones, since plates are
-warmed between two touches: one that is still being heated when it touches tells little."""
+warmed between two touches, and one that is still being heated when it touches tells little. Two kinds of cooler ones,
+since after a cold object these alone have come to rest, and must differ among themselves."""
 MARGIN_K = 0.5
 """Set-points stay this far below the plate's limit, K."""
 STALE_S = 0.10
