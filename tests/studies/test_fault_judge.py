@@ -46,9 +46,9 @@ def stroking(quiet_s: float, again_s: float) -> Truth:
     )
 
 
-def judged(change: Callable[[Truth], Truth] = lambda truth: truth, fault: Fault = STOPPED) -> Finding:
+def judged(change: Callable[[Truth], Truth] = lambda truth: truth) -> Finding:
     truth = change(stroking(BEGIN_S + 0.1, END_S + 0.2))
-    return judge(Done(fault, BEGIN_S, END_S, NEXT_S), truth)
+    return judge(Done(STOPPED, BEGIN_S, END_S, NEXT_S), truth)
 
 
 def at(time_s: float) -> int:
