@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from common.limits import GAP_S
 from common.materials import ALIASES, Material, materials
 from common.messages import ExplorationMode, ThermalStatus
-from remote_site.exploration import Exploration
+from remote_site.exploration import TAP_S, Exploration
 from remote_site.heater_control import OFFSETS_K, HeaterControl, next_offset_k
 from remote_site.motion_estimate import MotionEstimate
 from remote_site.peltier_back import PeltierBack
@@ -30,9 +30,10 @@ from remote_site.surface_class import (
     SurfaceTable,
     stroke_constants,
 )
-from remote_site.thermal_answer import NO_DIFFERENCE, ThermalAnswer
-from remote_site.thermal_identification import ThermalIdentification, ThermalKnowledge
+from remote_site.thermal_answer import NO_CONTACT, NO_DIFFERENCE, ThermalAnswer
+from remote_site.thermal_identification import CONTACT_LOST, ThermalIdentification, ThermalKnowledge
 from remote_site.thermal_touches import WARMING, reading_at_contact
+from remote_site.warmed_spot import TRACES, WARM, WarmedSpot
 
 STROKED = "stroked: the touch did not rest"
 READING_AGE_S = 0.10
@@ -133,6 +134,9 @@ class FingerIdentification:
         self._back = PeltierBack()
         self.thermal = ThermalIdentification(knowledge)
         self.shared: ThermalAnswer | None = None
+        self._spot = WarmedSpot()
+        self._found = NO_CONTACT
+        """What the last touch came to."""
         self._waiting: tuple[float, float, float] | None = None
         """Time, reading and force that are still to be identified from."""
         self._turn = 0
@@ -156,6 +160,8 @@ class FingerIdentification:
 
     @property
     def _answer(self) -> ThermalAnswer:
+        if not self._exploration.contact:
+            return NO_CONTACT
         return self.thermal.answer if self.shared is None else self.shared
 
     @property
@@ -235,46 +241,69 @@ class FingerIdentification:
         if sample.ambient_c is not None:
             self._ambient_c = sample.ambient_c
         if exploration.began:
-            self._contact_s = t_s
-            self._drive = 0.0
-            self._told = None
-            fresh = bool(self._free_c) and t_s - self._sensor_s <= READING_AGE_S
-            self.shared = self._waiting = None
-            start_c, slope_k_s = reading_at_contact(list(self._free_c)) if fresh else (0.0, 0.0)
-            thermal.start(t_s, start_c, slope_k_s, self._ambient_c, (self._back.above_k, self._back.sd_k))
-            if not fresh or sample.sensor_fault is not None:
-                thermal.stop(f"sensor fault: {sample.sensor_fault or 'no reading before contact'}")
-        elif exploration.ended:
-            self._choose_preheat()
-            thermal.release()
-            self.shared = self._waiting = None
-            self._free_c.clear()
-        elif exploration.contact:
-            if mode is ExplorationMode.STROKING:
-                thermal.stop(STROKED)
-            elif sample.sensor_fault is not None:
-                thermal.stop(f"sensor fault: {sample.sensor_fault}")
+            self._land(sample)
+        elif exploration.ended and t_s - self._contact_s > TAP_S:
+            thermal.stop(CONTACT_LOST)
+        elif mode is ExplorationMode.STROKING:
+            thermal.stop(STROKED)
+        if sample.sensor_fault is not None:
+            thermal.stop(f"sensor fault: {sample.sensor_fault}")
+        if exploration.contact:
+            self._spot.press(t_s, sample.x_m, sample.y_m, exploration.began)
+        elif thermal.touching and not thermal.running:
+            self._end_touch()
         self._take_turn(sample.sensor_c is not None)
         if sample.sensor_c is not None:
             self._take_reading(sample, sample.sensor_c)
         elif t_s - self._sensor_s > READING_AGE_S:
             self._drive = 0.0
-            if exploration.contact:
-                thermal.stop("sensor fault: no reading")
+            thermal.stop("sensor fault: no reading")
+
+    def _land(self, sample: FingerSample) -> None:
+        """A plate meets an object: it bounces on, is back where it has just been, or begins a touch."""
+        if self.thermal.running and self._spot.near(sample.x_m, sample.y_m):
+            return
+        self._told = None
+        self.shared = self._waiting = None
+        # Where nothing differed, nothing was warmed.
+        differed = self._found.reason != NO_DIFFERENCE
+        left = self._spot.left(sample.t_s, sample.x_m, sample.y_m) if differed else 0.0
+        if left > WARM:
+            self.thermal.again(self._found)
+        else:
+            self._begin_touch(sample)
+            self.thermal.warmed = left > TRACES
+
+    def _begin_touch(self, sample: FingerSample) -> None:
+        self._contact_s, self._drive = sample.t_s, 0.0
+        fresh = bool(self._free_c) and sample.t_s - self._sensor_s <= READING_AGE_S
+        start_c, slope_k_s = reading_at_contact(list(self._free_c)) if fresh else (0.0, 0.0)
+        self.thermal.start(sample.t_s, start_c, slope_k_s, self._ambient_c, (self._back.above_k, self._back.sd_k))
+        if not fresh or sample.sensor_fault is not None:
+            self.thermal.stop(f"sensor fault: {sample.sensor_fault or 'no reading before contact'}")
+
+    def _end_touch(self) -> None:
+        """The finger is free; what it has found holds for the spot, and chooses the pre-heat."""
+        self._found = self.thermal.answer if self.shared is None else self.shared
+        if self._found.reason == NO_DIFFERENCE and self._ambient_c is not None:
+            self._heater.offset_k = next_offset_k(self._heater.offset_k, self._ambient_c)
+        self.thermal.release()
+        self.shared = self._waiting = None
+        self._free_c.clear()
 
     def _take_reading(self, sample: FingerSample, sensor_c: float) -> None:
         """Keep a reading for the touch, or as one before it, and drive the heater by it."""
-        t_s, contact = sample.t_s, self._exploration.contact
+        t_s, contact, touched = sample.t_s, self._exploration.contact, self.thermal.running
         if self._ambient_c is not None and sample.sensor_fault is None:
             self._back.step(t_s - self._sensor_s, sample.heater_drive, sensor_c - self._ambient_c)
         self._sensor_s = t_s
         taken_s = t_s if sample.device_us is None else self._clock.step(t_s, sample.device_us)
         if not contact:
             self._free_c.append(sensor_c)
-        elif taken_s > self._contact_s:  # one from just before contact may arrive just after
+        if touched and taken_s > self._contact_s:  # one from just before contact may arrive just after
             self._waiting = (taken_s, sensor_c, sample.force_n)
             self._turn = self.finger
-        self._drive = self._heater.step(t_s, sensor_c, self._ambient_c, contact, fault=sample.sensor_fault)
+        self._drive = self._heater.step(t_s, sensor_c, self._ambient_c, contact or touched, fault=sample.sensor_fault)
 
     def _take_turn(self, another: bool) -> None:
         """Identify from the newest reading, some ticks after it came: fingers one after the other, not all at once.
@@ -288,12 +317,6 @@ class FingerIdentification:
             self.thermal.step(*self._waiting)
             self._waiting = None
         self._turn -= 1
-
-    def _choose_preheat(self) -> None:
-        """At the end of a touch: another pre-heat after one without difference."""
-        answer = self._answer
-        if answer.reason == NO_DIFFERENCE and self._ambient_c is not None:
-            self._heater.offset_k = next_offset_k(self._heater.offset_k, self._ambient_c)
 
     def _render(self, answer: ThermalAnswer) -> tuple[float, float, float]:
         """Conductivity, density and specific heat to render: mean in logarithms over the likely materials."""

@@ -109,11 +109,14 @@ class Perception:
         return happened
 
     def _share(self) -> None:
-        """Give all fingers on one object one answer; they show it from the next tick on."""
+        """Give all fingers on one object one answer; they show it from the next tick on.
+
+        Those on spots that they have warmed speak for themselves: their spots' temperatures are not the object's.
+        """
         touching = {
             finger: identification.thermal
             for finger, identification in self._identifications.items()
-            if self.touches[finger].contact
+            if self.touches[finger].contact and not identification.thermal.warmed
         }
         answer = self._shared.step(touching)
         for finger in touching:

@@ -14,8 +14,10 @@ from remote_site.touch_model import COURSES, Contacts, SensorConstants, TouchMod
 
 Array = NDArray[np.float64]
 
-CONDUCTANCE = 4
-"""Row of the courses' slopes by the contact's conductance."""
+PLATE, CONDUCTANCE = 1, 4
+"""Rows of the courses: by the plate at contact, and the slopes by the contact's conductance."""
+COOLED = 0.05
+"""A plate that has less than this of its warmth left carries nothing on, as a share."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +65,9 @@ class ReadingSums:
     def take(self, reading: Reading, difference_k: Array) -> None:
         """One reading more; `difference_k` (n,) between plate and object at contact is used where a contact changed."""
         if reading.contact_variance > 0.0:
-            self._blur_contact(reading.contact_variance * difference_k**2)
+            variance = reading.contact_variance * difference_k**2
+            self._blur(CONDUCTANCE, variance)
+            self._blur(PLATE, self.carried_variance(variance))
         self._model.step(reading.dt_s, reading.force_n)
         courses, weighed = self._model.courses, self._model.courses / reading.variance
         self.information += courses[:, :, None] * weighed[:, None, :]
@@ -71,14 +75,23 @@ class ReadingSums:
         self.square += reading.above_start_k**2 / reading.variance
         self.count += 1
 
-    def _blur_contact(self, variance: Array) -> None:
-        """Readings so far were of a contact whose slope's factor differs from now by this variance."""
-        row, at = self.information[:, :, CONDUCTANCE].copy(), self.vector[:, CONDUCTANCE].copy()
-        share = variance / (1.0 + variance * row[:, CONDUCTANCE])
+    def carried_variance(self, variance: Array) -> Array:
+        """Of the plate at contact, K^2, that does to later readings what a contact did that was so different until now.
+
+        Args:
+            variance: (n,) of the contact's ln conductance times the difference between plate and object, K^2.
+        """
+        plate, by_conductance = self._model.courses[:, PLATE], self._model.courses[:, CONDUCTANCE]
+        return np.asarray(variance * (by_conductance / np.maximum(plate, COOLED)) ** 2)
+
+    def _blur(self, column: int, variance: Array) -> None:
+        """Readings so far were of a contact, or a plate, whose factor differs from now by this variance."""
+        row, at = self.information[:, :, column].copy(), self.vector[:, column].copy()
+        share = variance / (1.0 + variance * row[:, column])
         self.information -= share[:, None, None] * row[:, :, None] * row[:, None, :]
         self.vector -= (share * at)[:, None] * row
         self.square -= share * at * at
-        self.ln_blurred -= 0.5 * np.log1p(variance * row[:, CONDUCTANCE])
+        self.ln_blurred -= 0.5 * np.log1p(variance * row[:, column])
 
     def keep(self, which: NDArray[np.bool_]) -> None:
         """Go on with some of the guesses only."""

@@ -18,6 +18,7 @@ from remote_site.thermal_answer import NO_CONTACT, ThermalAnswer, ThermalConclus
 from remote_site.touch_estimate import TouchEstimate, TouchEvidence
 from remote_site.touch_guesses import FOREIGN, Guesses, Substances, guesses, substances
 
+ANSWERED = (ThermalStatus.IDENTIFIED, ThermalStatus.AMBIGUOUS, ThermalStatus.UNKNOWN)
 LEAST_RATE_SD = 0.02
 """Scatter of ln(rate) between touches of one material, at least."""
 LOST_S = 0.05
@@ -36,6 +37,8 @@ HALF_READING_S = 0.005
 FIT_EVERY_S = 0.05
 """Between two fits of Eq. 11, s."""
 CONTACT_LOST = "contact lost"
+STILL_WARM = "the spot is still warm from the last touch: wait, or touch beside it"
+FELT_BEFORE = "felt here just before"
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +79,7 @@ class ThermalIdentification:
     Attributes:
         answer: what is known now.
         rested: whether the plate was at rest at contact, or near it.
+        warmed: whether the spot still has traces of an earlier touch: then its temperature is not that of others.
         alone: whether this finger judges by itself; not while a judgement of several fingers speaks for it.
         since_s: time since contact, s; 0 before the first reading.
     """
@@ -92,9 +96,15 @@ class ThermalIdentification:
         self.answer = NO_CONTACT
         self.alone = True
         self.rested = True
+        self.warmed = False
         self.since_s = 0.0
         self._estimate: TouchEstimate | None = None
         self._running = False
+
+    @property
+    def touching(self) -> bool:
+        """Whether there is a touch, be it one that takes no readings."""
+        return self.answer is not NO_CONTACT
 
     @property
     def running(self) -> bool:
@@ -125,6 +135,7 @@ class ThermalIdentification:
         """
         knowledge = self._knowledge
         ambient_c = knowledge.table.ambient_c if ambient_c is None else ambient_c
+        self.warmed = False
         self.rested = abs(slope_k_s) <= AT_REST_K_S
         self._estimate = TouchEstimate(
             knowledge.table,
@@ -206,6 +217,17 @@ class ThermalIdentification:
         self.answer = replace(self.answer, status=status, reason=self.answer.reason or reason)
         if not decided:  # half a course says little about the object's temperature
             self.answer = replace(self.answer, object_c=None, object_c_sd=None, effusivity=None, effusivity_ln_sd=None)
+
+    def again(self, found: ThermalAnswer) -> None:
+        """Touch where the last touch was, which has warmed the spot: what was found holds, nothing new can be found."""
+        self.release()
+        self.warmed, self.since_s = True, 0.0
+        holds = found.status in ANSWERED
+        self.answer = (
+            replace(found, reason=FELT_BEFORE)
+            if holds
+            else ThermalAnswer(ThermalStatus.UNIDENTIFIABLE, reason=STILL_WARM)
+        )
 
     def release(self) -> None:
         """Forget the touch: the finger is free."""

@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from remote_site.exploration import CONTACT_OFF_N
 from remote_site.material_table import MaterialTable
-from remote_site.reading_sums import Reading, ReadingSums
+from remote_site.reading_sums import PLATE, Reading, ReadingSums
 from remote_site.touch_guesses import Guesses, Substances
 from remote_site.touch_model import Contacts, SensorConstants
 
@@ -37,6 +38,9 @@ PRESSURE_S = 0.1
 """Smoothing of the force, s."""
 PRESSURE_STEP = 0.1
 """Change of the contact's conductance, in its logarithm, that counts as another pressure."""
+REMADE = 0.25
+"""A contact that a finger made anew where it had been differs from the last one by so much in ln conductance: it is
+another draw, and two draws differ by more than one does from the mean."""
 UNSTEADY = 0.3
 """A contact that a changed force made anew differs from the law by this part of the change."""
 LOOK_AGAIN_S = (0.15, 0.4, 1.0, 2.5)
@@ -147,6 +151,8 @@ class TouchEstimate:
         self._since_s = self._force_n = 0.0
         self._ln_share: float | None = None
         """Of the pressure that the estimate relies on."""
+        self._rested_s = 0.0
+        self._away = False
 
     def step(self, dt_s: float, reading_c: float, force_n: float) -> None:
         """Take one reading.
@@ -161,11 +167,19 @@ class TouchEstimate:
         reading = Reading(dt_s, reading_c - self._start_c, force_n, variance, changed)
         self._readings.append(reading)
         self._ln_noise += np.log(variance)
-        self._sums.take(reading, self._difference_k)
         if changed > 0.0:
+            self._loosen_plate(changed)
             self._next = 0  # what was being solved is of another contact
+        self._sums.take(reading, self._difference_k)
         self._solve_some()
         self._look_again()
+
+    def _loosen_plate(self, contact_variance: float) -> None:
+        """What the contact until now did to the plate stays with it: it is as if it had met the object otherwise."""
+        carried = self._sums.carried_variance(contact_variance * self._difference_k**2)
+        grown = 1.0 + carried * self._precision[:, PLATE, PLATE]
+        self._precision[:, PLATE, PLATE] /= grown
+        self._ln_prior -= 0.5 * np.log(grown)
 
     @property
     def _difference_k(self) -> Array:
@@ -262,8 +276,15 @@ class TouchEstimate:
     def _follow_force(self, dt_s: float, force_n: float) -> float:
         """Once the finger rests, a pressure that changes for good makes the contact anew: it is known less well."""
         self._since_s += dt_s
+        if force_n < CONTACT_OFF_N:
+            self._away = True
+            return 0.0
+        if self._away:
+            self._away, self._ln_share, self._rested_s, self._force_n = False, None, 0.0, force_n
+            return REMADE**2
+        self._rested_s += dt_s
         self._force_n += (force_n - self._force_n) * min(dt_s / PRESSURE_S, 1.0)
-        if self._since_s < RESTS_S - NEARLY_S:
+        if self._rested_s < RESTS_S - NEARLY_S:
             return 0.0
         ln_share = float(np.log(max(float(self._sensor.force_share(self._force_n)), 0.02)))
         change = ln_share - (ln_share if self._ln_share is None else self._ln_share)

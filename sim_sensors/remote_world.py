@@ -83,6 +83,8 @@ class RemoteWorld:
         self._truth = [TrueMode() for _ in FINGERS]
         self._below = [_FREE] * count
         self._touched = [_FREE] * count
+        self._warmed = [_FREE] * count
+        """Which object each finger touched last: there it finds again the heat that it left."""
         self._factor = [1.0] * count
         self._events: list[TruthEvent] = []
         self._ground = FreshGround()
@@ -197,8 +199,9 @@ class RemoteWorld:
         touched = self.bench.objects[index]
         conductance = touched.conductance_w_m2k * self._factor[finger]
         self._thermal.touch(finger, touched.column, touched.object_c, conductance, touched.area_share)
-        if before == _FREE:
+        if before == _FREE and index != self._warmed[finger]:
             self._thermal.settle(finger)
+        self._warmed[finger] = index
 
     def _observe(self, before_x_m: float, before_s: float) -> None:
         """Keep the truth: modes, contacts, grooves crossed."""

@@ -151,6 +151,21 @@ def test_heater_warms_and_contact_cools():
     assert np.all(np.abs(hand.world.plate_c - aluminium) < 0.4 * (warm - aluminium))
 
 
+def cooled_again_k(beside_m):
+    """By how much warm plates cool in a second touch of wood, so far beside the first one."""
+    hand = Hand().go(2.0, drive=np.full(5, 1.0)).press("wood", u=0.2).go(2.0)
+    hand.go(0.2, z_m=UP_M).go(0.4, x_m=hand.x_m + beside_m, drive=np.full(5, 1.0))
+    before = hand.world.plate_c.copy()
+    hand.go(0.2, z_m=DOWN_M).go(1.0)
+    return float(np.mean(before - hand.world.plate_c))
+
+
+def test_a_spot_keeps_the_heat_of_a_touch_and_the_ground_beside_it_does_not():
+    again, beside, far = (cooled_again_k(beside_m) for beside_m in (0.0, 0.010, 0.040))
+    assert again < 0.75 * far
+    assert again < beside < far
+
+
 def test_fingers_and_touches_differ():
     hand = Hand().go(2.0, drive=np.full(5, 1.0)).press("ceramic").go(1.0)
     assert np.ptp(hand.world.plate_c) > 0.1
