@@ -124,11 +124,10 @@ class RemoteLink(_Link):
 
     def requests(self, stream: str) -> list[Received]:
         """What clients sent on a request stream, at most 100 at once."""
-        socket = self._sockets.get(stream)
-        if socket is None:
+        if len(self._sockets) < len(STREAMS):
             self._bind_missing()
-            return []
-        return receive_requests(socket)
+        socket = self._sockets.get(stream)
+        return [] if socket is None else receive_requests(socket)
 
     def answer(self, stream: str, who: bytes, packet: bytes) -> None:
         """Answer one client; one that is gone gets nothing."""

@@ -1,3 +1,4 @@
+import errno
 import socket
 import time
 from collections.abc import Callable
@@ -5,10 +6,15 @@ from pathlib import Path
 from typing import Protocol
 
 import pytest
+import zmq
 
 from common.curve_sockets import LinkProblem
-from common.keys import TrustedKeys, load_keys
+from common.keys import Role, TrustedKeys, load_keys
 from common.link import OperatorLink, RemoteLink
+from common.streams import STREAMS, Stream
+
+OBSERVED_STREAMS = 3
+"""Control, heartbeat and the copy of the touch."""
 
 
 class Keys(Protocol):
@@ -184,3 +190,31 @@ def test_a_port_in_use_is_a_link_problem_and_leaves_nothing_behind(keys: Keys, b
 def test_an_address_of_another_machine_is_a_link_problem(keys: Keys, base_port: int) -> None:
     with pytest.raises(LinkProblem, match=r"192\.0\.2\.1"):
         RemoteLink("192.0.2.1", base_port, load_keys(keys.remote), TrustedKeys(keys.remote))
+
+
+@pytest.mark.parametrize("held", ["observed", "control"])
+def test_a_port_that_was_held_for_a_moment_is_bound_with_whatever_is_read_next(
+    keys: Keys, base_port: int, monkeypatch: pytest.MonkeyPatch, held: str
+) -> None:
+    """The observers' stream stayed closed until somebody else was revoked: nothing is ever read from it."""
+    trusted, student = TrustedKeys(keys.remote), load_keys(keys.stranger).public
+    trusted.trust("student", student, Role.OBSERVER)
+    bind = RemoteLink._bind
+    tries: list[str] = []
+
+    def bind_late(link: RemoteLink, stream: Stream) -> None:
+        tries.append(stream.name)
+        if stream.name == held and tries.count(held) == 1:
+            raise zmq.ZMQError(errno.EADDRINUSE)
+        bind(link, stream)
+
+    with remote_link(keys, base_port) as remote:
+        remote_key = load_keys(keys.remote).public
+        with OperatorLink("127.0.0.1", base_port, load_keys(keys.stranger), remote_key, Role.OBSERVER):
+            assert until(lambda: remote.handshakes["admitted"] == OBSERVED_STREAMS)
+            monkeypatch.setattr(RemoteLink, "_bind", bind_late)
+            trusted.revoke("student")
+            assert remote.recheck_keys() == {student}
+            assert held not in remote._sockets
+            remote.requests("heartbeat")
+            assert set(remote._sockets) == set(STREAMS)
