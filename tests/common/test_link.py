@@ -216,5 +216,5 @@ def test_a_port_that_was_held_for_a_moment_is_bound_with_whatever_is_read_next(
             trusted.revoke("student")
             assert remote.recheck_keys() == {student}
             assert held not in remote._sockets
-            remote.requests("heartbeat")
-            assert set(remote._sockets) == set(STREAMS)
+            # The operating system, too, may hold a port for a moment: each reading tries again.
+            assert until(lambda: remote.requests("heartbeat") == [] and set(remote._sockets) == set(STREAMS))
