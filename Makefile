@@ -25,6 +25,7 @@ help:
 	@echo "make coverage    both gates must be covered to 100 % of lines and branches"
 	@echo "make picture     docs/session.png from the last demo"
 	@echo "make tables      the shipped calibration tables anew, from simulated sensors"
+	@echo "make rungs       the table of which skin model is right enough anew"
 	@echo "make golden      the golden replay's expected output anew; ARGUMENTS=--record for its inputs too"
 	@echo "make clean       remove what all of these made"
 
@@ -103,6 +104,11 @@ tables: $(READY)
 	$(BIN)/python -c 'from datetime import date; from pathlib import Path; \
 		from teletaction.make_tables import make_tables; \
 		make_tables(Path("remote_site/tables"), made_on=str(date.today()))'
+
+.PHONY: rungs
+rungs: $(READY)
+	$(BIN)/python -c 'from operator_site.model_choice import TABLE; \
+		from operator_site.model_error import make_rungs; make_rungs(TABLE)'
 
 .PHONY: golden
 golden: $(READY)

@@ -2,7 +2,7 @@
 
 import math
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
 
@@ -35,8 +35,29 @@ class Material:
 @cache
 def materials() -> dict[str, Material]:
     """All known materials by name."""
-    table = tomllib.loads((Path(__file__).parent / "materials.toml").read_text("utf-8"))
-    return {name: Material(name, **constants) for name, constants in table.items()}
+    return read_materials(Path(__file__).parent / "materials.toml")
+
+
+def read_materials(path: Path) -> dict[str, Material]:
+    """Materials of a file by name.
+
+    Raises:
+        ValueError: a constant is missing, unknown, no number, or not above 0; the message names file, material and
+            constant.
+    """
+    constants = [each.name for each in fields(Material) if each.name != "name"]
+    known = {}
+    for name, given in tomllib.loads(path.read_text("utf-8")).items():
+        for constant in constants:
+            value = given.get(constant)
+            if value is None:
+                raise ValueError(f"{path}: {name}: {constant} is missing")
+            if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < math.inf:
+                raise ValueError(f"{path}: {name}: {constant} must be a number above 0, not {value!r}")
+        if unknown := sorted(set(given) - set(constants)):
+            raise ValueError(f"{path}: {name}: {unknown[0]} is no constant; there are {', '.join(constants)}")
+        known[name] = Material(name, **given)
+    return known
 
 
 def material(name: str) -> Material:

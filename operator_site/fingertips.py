@@ -16,10 +16,12 @@ from common.limits import COMFORT, GAP_S, PlateRange
 from common.materials import materials
 from common.messages import TOUCH_COLUMN, Event, EventKind
 from operator_site.contact_force import ContactLaw, LocalContact
+from operator_site.model_choice import RUNGS
 from operator_site.plate_display import PlateDisplay
 from operator_site.plate_loop import PlateLoop
 from operator_site.scene_skin import SceneSkin, SkinState, touched_object
-from operator_site.skin import DEFAULT_MODEL, STEP_S, Body, SkinModel, skin_step
+from operator_site.skin import STEP_S, SkinModel, skin_step
+from operator_site.tissue import Body
 from operator_site.vibration import FingerVibration, PlayedEvents, Surface
 
 NEAR_SURFACE_M = 0.3e-3
@@ -54,7 +56,7 @@ class Fingertips:
         self,
         profile: PlateRange = COMFORT,
         law: ContactLaw | None = None,
-        model: SkinModel = DEFAULT_MODEL,
+        model: SkinModel | None = None,
         body: Body | None = None,
     ) -> None:
         n = len(FINGERS)
@@ -65,10 +67,11 @@ class Fingertips:
         self._skin = SceneSkin(model, body)
         for known in materials().values():  # 0.4 ms each, now rather than in the tick that first touches one
             touched = touched_object(known.conductivity_w_mk, known.density_kg_m3, known.specific_heat_j_kgk)
-            skin_step(model, touched)
+            for rung in RUNGS if model is None else (model,):
+                skin_step(rung, touched, self._skin.body.air_w_m2k)
         self.skin: SkinState = self._skin.state()
         """What the fingers feel by the model, for display and recording."""
-        self._display = PlateDisplay(profile, self.skin.surface_c.tolist())
+        self._display = PlateDisplay(profile, self.skin.surface_c)
         self._loops = [PlateLoop() for _ in range(n)]
         self._drive = [0.0] * n
         self._touching = [False] * n
@@ -138,12 +141,12 @@ class Fingertips:
         if heat:
             self._heat_t_s = t_s if not t_s - self._heat_t_s < 2.0 * STEP_S else self._heat_t_s + STEP_S
             self._heat(z_m)
-        set_c = self._display.step(dt_s)
+        set_c: list[float] = self._display.step(dt_s).tolist()
         if heat:
             for finger, loop in enumerate(self._loops):
                 fresh_c = plate_c[finger] if self._driven[finger] else math.nan
                 self._drive[finger] = loop.step(t_s, set_c[finger], fresh_c)
-        return Requested(force, rpm, set_c, list(self._drive), list(self._display.limited))
+        return Requested(force, rpm, set_c, list(self._drive), self._display.limited.tolist())
 
     def _unpack(self, touch: NDArray[np.float32]) -> None:
         rows: list[list[float]] = touch.tolist()

@@ -7,9 +7,13 @@ felt temperature, so nothing has to be inverted: the plate sits where the scene'
 import math
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 from common.limits import PLATE_COOLING_K_S, PLATE_HEATING_K_S, PlateRange
 from operator_site.gate import RATE_ROUNDING_K, Limit
 from operator_site.scene_skin import SkinState
+from operator_site.tissue import Floats
 
 PLATE_CONTACT_M2K_W = 5.4e-4
 """Contact resistance between finger and aluminium plate."""
@@ -18,40 +22,35 @@ PLATE_CONTACT_M2K_W = 5.4e-4
 class PlateDisplay:
     """Set-points of all plates, kept inside what a plate may and can do."""
 
-    def __init__(self, profile: PlateRange, neutral_c: Sequence[float]) -> None:
-        """Start at `neutral_c`, the skin's own surface temperatures."""
+    def __init__(self, profile: PlateRange, neutral_c: Floats) -> None:
+        """Start at `neutral_c` (n,), the skin's own surface temperatures."""
         self._profile = profile
-        self._wanted_c = [self._inside(value) for value in neutral_c]
-        self._outside = [0] * len(self._wanted_c)
-        self.set_c = list(self._wanted_c)
-        """Present set-points, C."""
-        self.limited = [0] * len(self._wanted_c)
-        """`Limit` bits: where the plate cannot show what the model wants."""
+        self._wanted_c = self._inside(neutral_c)
+        self._outside = np.zeros(len(self._wanted_c), dtype=np.int64)
+        self.set_c = self._wanted_c.copy()
+        """Present set-points (n,), C."""
+        self.limited: NDArray[np.int64] = self._outside.copy()
+        """`Limit` bits (n,): where the plate cannot show what the model wants."""
 
     def aim(self, skin: SkinState, touching: Sequence[bool]) -> None:
         """Take what the plates should show; a finger that touches nothing is shown its own skin, no flux."""
-        surface, flux = skin.surface_c.tolist(), skin.flux_w_m2.tolist()
-        for finger, touches in enumerate(touching):
-            wanted = surface[finger] + (flux[finger] * PLATE_CONTACT_M2K_W if touches else 0.0)
-            inside = self._inside(wanted)
-            self._wanted_c[finger] = inside
-            self._outside[finger] = 0 if inside == wanted else Limit.PLATE_RANGE.value
+        wanted = skin.surface_c + np.asarray(touching) * skin.flux_w_m2 * PLATE_CONTACT_M2K_W
+        self._wanted_c = self._inside(wanted)
+        self._outside = (self._wanted_c != wanted) * Limit.PLATE_RANGE.value
 
-    def step(self, dt_s: float) -> list[float]:
-        """Set-points, C, `dt_s` later, at no more than the plates' own rates."""
-        up, down = PLATE_HEATING_K_S * dt_s, -PLATE_COOLING_K_S * dt_s
-        for finger, wanted in enumerate(self._wanted_c):
-            change = wanted - self.set_c[finger]
-            slow = min(up, max(down, change))
-            self.set_c[finger] += slow
-            behind = Limit.PLATE_RATE.value if abs(change - slow) > RATE_ROUNDING_K else 0
-            self.limited[finger] = self._outside[finger] | behind
-        return list(self.set_c)
+    def step(self, dt_s: float) -> Floats:
+        """Set-points (n,), C, `dt_s` later, at no more than the plates' own rates."""
+        change = self._wanted_c - self.set_c
+        slow = np.minimum(np.maximum(change, -PLATE_COOLING_K_S * dt_s), PLATE_HEATING_K_S * dt_s)
+        self.set_c = self.set_c + slow
+        behind = (np.abs(change - slow) > RATE_ROUNDING_K) * Limit.PLATE_RATE.value
+        self.limited = self._outside | behind
+        return self.set_c
 
     def restart(self, finger: int, plate_c: float) -> None:
         """Go on from where a plate is; without a reading (NaN) it keeps its set-point."""
         if math.isfinite(plate_c):
-            self.set_c[finger] = self._inside(plate_c)
+            self.set_c[finger] = min(self._profile.high_c, max(self._profile.low_c, plate_c))
 
-    def _inside(self, value_c: float) -> float:
-        return min(self._profile.high_c, max(self._profile.low_c, value_c))
+    def _inside(self, value_c: Floats) -> Floats:
+        return np.asarray(np.minimum(np.maximum(value_c, self._profile.low_c), self._profile.high_c))

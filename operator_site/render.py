@@ -9,18 +9,11 @@ from pathlib import Path
 from common.limits import COMFORT, PlateRange
 from common.materials import contact_resistance_m2k_w, material
 from common.messages import Event
+from operator_site.model_choice import choose
 from operator_site.plate_display import PlateDisplay
 from operator_site.scene_skin import SceneSkin
-from operator_site.skin import (
-    BLOOD_DENSITY_KG_M3,
-    BLOOD_SPECIFIC_HEAT_J_KGK,
-    DEFAULT_MODEL,
-    LAYERS,
-    STEP_S,
-    Body,
-    SkinModel,
-    Touched,
-)
+from operator_site.skin import STEP_S, SkinModel, Touched
+from operator_site.tissue import BLOOD_DENSITY_KG_M3, BLOOD_SPECIFIC_HEAT_J_KGK, LAYERS, Body, rest
 from operator_site.vibration import FingerVibration, PlayedEvents, Surface
 
 CONTACT_S = 1.0
@@ -45,13 +38,20 @@ def _temperature(value_c: float, name: str) -> float:
     return value_c
 
 
+def _model(name: str | None, touched: Touched, object_c: float, body: Body) -> SkinModel:
+    """The model named, or the smallest that is right enough for the touch."""
+    if name is not None:
+        return SkinModel.parse(name)
+    return choose(touched, object_c - rest(body).surface_c).model
+
+
 def render_thermal(
     object_name: str,
     object_c: float,
     air_c: float,
     seconds: float,
     *,
-    model: str = str(DEFAULT_MODEL),
+    model: str | None = None,
     plate: bool = False,
     profile: PlateRange = COMFORT,
 ) -> Iterator[tuple[float, ...]]:
@@ -63,9 +63,9 @@ def render_thermal(
         ValueError: unknown object or model, or a number out of range (before the first row).
     """
     touched = _object(object_name)
-    cells = SkinModel.parse(model)
     _temperature(object_c, "object_c")
     body = Body(air_c=_temperature(air_c, "air_c"))
+    cells = _model(model, touched, object_c, body)
     if not 0.0 < seconds <= LONGEST_S:
         raise ValueError(f"seconds must be above 0 and at most {LONGEST_S:g}, not {seconds}")
     skin = SceneSkin(cells, body, fingers=1)
@@ -76,7 +76,7 @@ def _thermal_rows(
     skin: SceneSkin, touched: Touched, object_c: float, steps: int, profile: PlateRange | None
 ) -> Iterator[tuple[float, ...]]:
     state = skin.state()
-    display = PlateDisplay(profile, state.surface_c.tolist()) if profile else None
+    display = PlateDisplay(profile, state.surface_c) if profile else None
     contact = round(CONTACT_S / STEP_S)
     for step in range(steps + 1):
         if step == contact:
@@ -92,9 +92,7 @@ def _thermal_rows(
         yield row
 
 
-def write_parameters(
-    path: Path, object_name: str, object_c: float, air_c: float, *, model: str = str(DEFAULT_MODEL)
-) -> None:
+def write_parameters(path: Path, object_name: str, object_c: float, air_c: float, *, model: str | None = None) -> None:
     """Write every constant of the same case as JSON, enough for anybody to compute it again.
 
     Raises:
@@ -119,7 +117,7 @@ def write_parameters(
         },
         "contact_resistance_m2k_w": touched.contact_m2k_w,
         "contact_s": CONTACT_S,
-        "model": str(SkinModel.parse(model)),
+        "model": str(_model(model, touched, object_c, body)),
         "step_s": STEP_S,
     }
     path.write_text(json.dumps(parameters, indent=2) + "\n", encoding="utf-8")

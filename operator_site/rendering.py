@@ -13,8 +13,8 @@ from operator_site.contact_force import ContactLaw
 from operator_site.fingertips import Fingertips
 from operator_site.gate import GatedOutput, OperatorGate
 from operator_site.rendering_input import RenderingInput
-from operator_site.skin import Body
 from operator_site.stroke_speed import StrokeSpeed
+from operator_site.tissue import Body
 
 _NO_INPUT_S = 1e9
 """Age of an input that never came."""

@@ -1,32 +1,30 @@
-"""Five fingers' temperatures in the explored scene, one batched product for each 10 ms (first stage of Fig. 5).
+"""The fingers' temperatures in the explored scene, one batched product for each 10 ms (first stage of Fig. 5).
 
-The finger here touches what the remote finger touches; what the plate must show follows from it.
+The finger here touches what the remote finger touches; what the plate must show follows from it. Each finger has the
+smallest model that its touch needs, and none at all once it is back at rest.
 """
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
 from common.fingers import FINGERS
 from common.materials import contact_resistance_m2k_w
-from operator_site.skin import (
-    DEFAULT_MODEL,
-    Body,
-    Floats,
-    SkinModel,
-    SkinStep,
-    Touched,
-    half_cell_m2k_w,
-    resting,
-    skin_step,
-)
+from operator_site.model_choice import LONGEST_S, RUNGS, choose
+from operator_site.skin import OUTPUTS, SkinModel, Touched, refined, skin_step
+from operator_site.tissue import Body, Floats, rest
+
+AT_REST_K = 0.03
+"""A free finger is back at rest when no cell departs further."""
+FLUX = np.array([0.0, 0.0, 0.0, 0.0, 1.0])
+LOOK_EVERY = 10
+"""Steps between two looks at whether a finger is."""
 
 
 @dataclass(frozen=True, slots=True)
 class SkinState:
-    """What each finger feels, arrays of 5; `flux_w_m2` is positive into the finger."""
+    """What each finger feels, (n,) each; `flux_w_m2` is positive into the finger."""
 
     epidermis_c: Floats
     """Mean of the epidermis: the felt temperature T1."""
@@ -59,27 +57,32 @@ def touched_object(conductivity_w_mk: float, density_kg_m3: float, specific_heat
 class SceneSkin:
     """Skin of the operator's fingers as the scene would have it."""
 
-    def __init__(self, model: SkinModel = DEFAULT_MODEL, body: Body | None = None, fingers: int = len(FINGERS)):
-        self.model = model
+    def __init__(
+        self,
+        model: SkinModel | None = None,
+        body: Body | None = None,
+        fingers: int = len(FINGERS),
+        dwell_s: float = LONGEST_S,
+    ) -> None:
+        """Fingers at rest.
+
+        Args:
+            model: of all fingers at all times; None: for each touch the smallest that is right enough.
+            body: what surrounds the fingers.
+            fingers: how many.
+            dwell_s: how long a touch is taken to last, for the choice.
+        """
         self.body = body or Body()
-        self._free = skin_step(model, None, self.body.air_w_m2k)
-        self._steps: list[SkinStep] = [self._free] * fingers
+        self._fixed, self._dwell_s = model, dwell_s
+        self._rest = rest(self.body)
+        self._rest_row = np.array([*self._rest.layers_c, self._rest.surface_c, self._rest.flux_w_m2])
         self._touched: list[Touched | None] = [None] * fingers
         self._object_c = np.full(fingers, self.body.air_c)
-        self._x = np.tile(resting(model, self.body), (fingers, 1))
-        self._skin = slice(model.ladder, None)
-        self._half_cell = half_cell_m2k_w(model)
-        edges = np.cumsum([model.ladder, model.epidermis, model.dermis, model.subcutis])
-        self._mean = np.zeros((3, self._x.shape[1]))
-        for layer, (start, end) in enumerate(pairwise(edges)):
-            self._mean[layer, start:end] = 1.0 / (end - start)
-        self._a = np.stack([step.a for step in self._steps])
-        self._drift = np.zeros_like(self._x)
-        self._conductance = np.zeros(fingers)
-        self._neighbour = np.full(fingers, -1)
-        self._outside = np.full(fingers, self.body.air_c)
-        for finger in range(fingers):
-            self._use(finger)
+        self.models: list[SkinModel | None] = [model] * fingers
+        """Of each finger now; None at rest."""
+        self._steps = 0
+        self._x = np.zeros((fingers, 0))
+        self._size(model.states if model else 0)
 
     def touch(self, finger: int, touched: Touched | None, object_c: float) -> None:
         """Say what a finger is on: nothing (None) or an object of a temperature, C.
@@ -88,16 +91,20 @@ class SceneSkin:
         the temperature shifts them, and of the material keeps their departure from it: the cells of two materials
         lie at the same multiples of the depth that heat has reached, so the picture carries over.
         """
+        before = self._touched[finger]
         if touched is None:
-            if self._touched[finger] is not None:
+            if before is not None:
                 self._touched[finger] = None
                 self._use(finger)
             return
-        if touched == self._touched[finger] and object_c == self._object_c[finger]:
+        if touched == before and object_c == self._object_c[finger]:
             return
-        ladder = self._x[finger, : self.model.ladder]
-        if self._touched[finger] is None:
-            ladder[:] = object_c
+        self._fit(finger, touched, object_c)
+        model = self.models[finger]
+        assert model is not None
+        ladder = self._x[finger, model.skin_cells : model.states]
+        if before is None:
+            ladder[:] = object_c - self._rest.surface_c
         else:
             ladder += object_c - self._object_c[finger]
         self._touched[finger] = touched
@@ -106,24 +113,76 @@ class SceneSkin:
 
     def step(self) -> SkinState:
         """Advance all fingers by one step of 10 ms."""
-        self._x = np.matmul(self._a, self._x[:, :, None])[:, :, 0] + self._drift
-        return self.state()
+        self._steps += 1
+        states = self._x.shape[1]
+        if not states:
+            return self.state()
+        both = np.matmul(self._advance, self._x[:, :, None])[:, :, 0] + self._advance_offset
+        self._x = both[:, :states]
+        if self._fixed is None and self._steps % LOOK_EVERY == 0:
+            self._come_to_rest()
+        return SkinState(*both[:, states:].T)
 
     def state(self) -> SkinState:
         """The present state, with the flux that the present contact drives."""
-        means = self._x @ self._mean.T
-        first = self._x[:, self.model.ladder]
-        rows = np.arange(len(first))
-        neighbour = np.where(self._neighbour >= 0, self._x[rows, self._neighbour], self._outside)
-        flux = self._conductance * (neighbour - first)
-        return SkinState(means[:, 0], means[:, 1], means[:, 2], first + flux * self._half_cell, flux)
+        return SkinState(*(np.matmul(self._read, self._x[:, :, None])[:, :, 0] + self._offset).T)
+
+    def _fit(self, finger: int, touched: Touched, object_c: float) -> None:
+        """Give a finger the model that a touch needs; one that has a larger one already keeps it."""
+        old = self.models[finger]
+        if self._fixed is not None:
+            return
+        surface = float(self._read[finger, 3] @ self._x[finger] + self._offset[finger, 3])
+        new = choose(touched, object_c - surface, self._dwell_s).model
+        if old is not None and RUNGS.index(new) <= RUNGS.index(old):
+            return
+        if new.states > self._x.shape[1]:
+            self._size(new.states)
+        if old is not None:
+            self._x[finger, : new.states] = refined(self._x[finger, : old.states], old, new)
+            if not old.ladder and new.ladder:
+                self._x[finger, new.skin_cells : new.states] = self._object_c[finger] - self._rest.surface_c
+        self.models[finger] = new
+
+    def _come_to_rest(self) -> None:
+        """Drop the models of free fingers that are back at rest."""
+        away = np.abs(self._x).max(axis=1).tolist()
+        for finger, model in enumerate(self.models):
+            if model is not None and self._touched[finger] is None and away[finger] <= AT_REST_K:
+                self.models[finger] = None
+                self._x[finger] = 0.0
+                self._use(finger)
+        largest = max((model.states for model in self.models if model), default=0)
+        if largest < self._x.shape[1]:
+            self._size(largest)
+
+    def _size(self, states: int) -> None:
+        """Make room for the largest model in use; smaller ones have empty states."""
+        n = len(self._touched)
+        x = np.zeros((n, states))
+        common = min(states, self._x.shape[1])
+        x[:, :common] = self._x[:, :common]
+        self._x = x
+        self._read, self._offset = np.zeros((n, OUTPUTS, states)), np.zeros((n, OUTPUTS))
+        self._advance, self._advance_offset = np.zeros((n, states + OUTPUTS, states)), np.zeros((n, states + OUTPUTS))
+        for finger in range(n):
+            self._use(finger)
 
     def _use(self, finger: int) -> None:
-        touched = self._touched[finger]
-        step = self._free if touched is None else skin_step(self.model, touched)
-        outside_c = self.body.air_c if touched is None else float(self._object_c[finger])
-        self._a[finger] = step.a
-        self._drift[finger] = step.b @ np.array([outside_c, self.body.arterial_c, self.body.deep_c])
-        self._conductance[finger] = step.conductance_w_m2k
-        self._neighbour[finger] = step.neighbour
-        self._outside[finger] = outside_c
+        """Take over the matrices of what a finger touches now: the next state, and what is read from it, in one."""
+        model, touched = self.models[finger], self._touched[finger]
+        states = self._x.shape[1]
+        advance, read = self._advance[finger], self._read[finger]
+        advance[:], read[:] = 0.0, 0.0
+        offset = self._offset[finger] = self._rest_row
+        drift = np.zeros(states)
+        if model is not None:
+            step = skin_step(model, touched, self.body.air_w_m2k)
+            inputs = np.array([self._rest.flux_w_m2, self._object_c[finger] - self._rest.surface_c])
+            n = len(step.a)
+            self._x[finger, n:] = 0.0
+            advance[:n, :n], drift[:n], read[:, :n] = step.a, step.b @ inputs, step.c
+            # What is read at rest is the rest; the flux at rest is among the inputs.
+            offset = self._offset[finger] = self._rest_row + step.d @ inputs - FLUX * self._rest.flux_w_m2
+        advance[states:] = read @ advance[:states]
+        self._advance_offset[finger] = np.concatenate((drift, read @ drift + offset))

@@ -12,6 +12,7 @@ from teletaction.commands import (
     processes,
     recordings,
     render,
+    scene,
     session,
     simulate,
     study,
@@ -40,6 +41,7 @@ for module in (
     identify,
     simulate,
     render,
+    scene,
 ):
     app.add_typer(module.app)
 

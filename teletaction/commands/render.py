@@ -16,7 +16,10 @@ def render_thermal_command(
     object_c: Annotated[float, typer.Option(help="Object temperature, C.", min=-20.0, max=60.0)],
     air_c: Annotated[float, typer.Option(help="Air temperature, C.", min=-20.0, max=45.0)],
     seconds: Annotated[float, typer.Option(help="Length of the run, s; contact at 1.0 s.", min=0.01, max=3600.0)],
-    model: Annotated[str, typer.Option(help="Cells: epidermis+dermis+subcutis+object.")] = "4+1+1+6",
+    model: Annotated[
+        str | None,
+        typer.Option(help="Cells: epidermis+dermis+subcutis+object. By default the fewest that are right enough."),
+    ] = None,
     plate: Annotated[bool, typer.Option("--plate", help="Add the plate temperature that shows it.")] = False,
     parameters: Annotated[Path | None, typer.Option(help="Write every constant used, as JSON.")] = None,
 ) -> None:

@@ -1,8 +1,9 @@
 import math
+from pathlib import Path
 
 import pytest
 
-from common.materials import ALIASES, contact_resistance_m2k_w, material, materials
+from common.materials import ALIASES, contact_resistance_m2k_w, material, materials, read_materials
 
 
 def test_there_are_at_least_24_plausible_materials() -> None:
@@ -42,3 +43,21 @@ def test_contact_resistance_falls_with_conductivity_to_a_floor() -> None:
     assert values == sorted(values, reverse=True)
     assert values[-1] == 1e-3
     assert values[1] == pytest.approx(0.57 / 374.0)
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("density_kg_m3 = 500.0", "specific_heat_j_kgk is missing"),
+        ("density_kg_m3 = -1.0\nspecific_heat_j_kgk = 1.0", "density_kg_m3 must be a number above 0, not -1.0"),
+        ("density_kg_m3 = nan\nspecific_heat_j_kgk = 1.0", "density_kg_m3 must be a number above 0, not nan"),
+        ('density_kg_m3 = "x"\nspecific_heat_j_kgk = 1.0', "density_kg_m3 must be a number above 0, not 'x'"),
+        ("density_kg_m3 = true\nspecific_heat_j_kgk = 1.0", "density_kg_m3 must be a number above 0, not True"),
+        ("density_kg_m3 = 1.0\nspecific_heat_j_kgk = 1.0\ncolour = 1.0", "colour is no constant; there are"),
+    ],
+)
+def test_a_wrong_or_missing_constant_is_named(tmp_path: Path, line: str, said: str) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(f"[balsa]\nconductivity_w_mk = 0.05\nspread = 0.1\n{line}\n", encoding="utf-8")
+    with pytest.raises(ValueError, match="mine.toml: balsa: " + said):
+        read_materials(path)

@@ -12,7 +12,8 @@ from operator_site.ntc import PlateSensor
 from operator_site.plate_display import PLATE_CONTACT_M2K_W, PlateDisplay
 from operator_site.plate_loop import PlateLoop
 from operator_site.scene_skin import SkinState
-from operator_site.skin import LAYERS, SkinModel
+from operator_site.skin import SkinModel
+from operator_site.tissue import LAYERS
 
 
 def state(surface_c: float, flux: float) -> SkinState:
@@ -26,7 +27,7 @@ def counts(temperature_c: float) -> int:
 
 def test_flux_is_matched_through_the_plates_own_contact():
     """On the commanded plate an equal skin takes the scene's flux, so it feels the scene's temperature."""
-    display = PlateDisplay(COMFORT, [33.0] * 5)
+    display = PlateDisplay(COMFORT, np.full(5, 33.0))
     display.aim(state(30.0, -3000.0), [True] * 5)
     for _ in range(400):
         set_c = display.step(0.01)
@@ -37,36 +38,36 @@ def test_flux_is_matched_through_the_plates_own_contact():
 
 
 def test_free_finger_is_shown_its_own_temperature():
-    display = PlateDisplay(COMFORT, [31.0] * 5)
+    display = PlateDisplay(COMFORT, np.full(5, 31.0))
     display.aim(state(33.0, -80.0), [False, True, False, False, False])
     for _ in range(400):
         set_c = display.step(0.01)
     assert set_c[0] == pytest.approx(33.0)
     assert set_c[1] == pytest.approx(33.0 - 80.0 * PLATE_CONTACT_M2K_W)
-    assert display.limited == [0] * 5
+    assert display.limited.tolist() == [0] * 5
 
 
 @pytest.mark.parametrize("profile", [COMFORT, WIDE])
 def test_set_point_keeps_range_and_rate_and_says_so(profile):
-    display = PlateDisplay(profile, [33.0] * 5)
+    display = PlateDisplay(profile, np.full(5, 33.0))
     for goal, rate, bound in ((-20.0, -2.5, profile.low_c), (80.0, 4.0, profile.high_c)):
         display.aim(state(goal, 0.0), [True] * 5)
         before = display.set_c[0]
         after = display.step(0.002)[0]
         assert after - before == pytest.approx(rate * 0.002)
-        assert display.limited == [Limit.PLATE_RANGE | Limit.PLATE_RATE] * 5
+        assert display.limited.tolist() == [Limit.PLATE_RANGE | Limit.PLATE_RATE] * 5
         for _ in range(20_000):
             after = display.step(0.002)[0]
         assert after == bound
-        assert display.limited == [Limit.PLATE_RANGE] * 5
+        assert display.limited.tolist() == [Limit.PLATE_RANGE] * 5
 
 
 def test_display_restarts_from_the_plate():
-    display = PlateDisplay(COMFORT, [33.0] * 5)
+    display = PlateDisplay(COMFORT, np.full(5, 33.0))
     display.restart(0, 25.0)
     display.restart(1, math.nan)
     display.restart(2, 5.0)
-    assert display.set_c[:3] == [25.0, 33.0, 20.0]
+    assert display.set_c[:3].tolist() == [25.0, 33.0, 20.0]
 
 
 @pytest.mark.parametrize(("heating", "cooling", "lag"), [(4.0, 2.5, 0.15), (5.5, 2.7, 0.06), (3.5, 2.5, 0.3)])

@@ -1,0 +1,101 @@
+"""What a step of heat costs, as ratios within one run."""
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from common.limits import COMFORT
+from common.materials import contact_resistance_m2k_w, material, materials
+from operator_site.plate_display import PlateDisplay
+from operator_site.scene_skin import SceneSkin
+from operator_site.skin import STEP_S, SkinModel, Touched, skin_rates, skin_step
+from operator_site.tissue import Body, rest
+
+MODEL = SkinModel(4, 1, 1, 6)
+FIVE = ("aluminium", "ceramic_tile", "pvc", "pine", "skin_dermis")
+
+
+def touched(name: str) -> Touched:
+    m = material(name)
+    k = m.conductivity_w_mk
+    return Touched(k, m.density_kg_m3, m.specific_heat_j_kgk, contact_resistance_m2k_w(k))
+
+
+def quickest_s(work: Callable[[], object], times: int, rounds: int = 15) -> float:
+    """Time of one call, the quickest of some rounds: the machine is shared."""
+    best = np.inf
+    for _ in range(rounds):
+        begin = time.perf_counter()
+        for _ in range(times):
+            work()
+        best = min(best, (time.perf_counter() - begin) / times)
+    return best
+
+
+def hand(fingers: int) -> tuple[SceneSkin, Callable[[], object]]:
+    """Fingers in contact, and one whole step of them: skin and plates."""
+    skin = SceneSkin(MODEL, fingers=fingers)
+    display = PlateDisplay(COMFORT, skin.state().surface_c)
+    for finger in range(fingers):
+        skin.touch(finger, touched(FIVE[finger % 5]), 23.0)
+    touching = [True] * fingers
+
+    def step() -> None:
+        display.aim(skin.step(), touching)
+        display.step(STEP_S)
+
+    return skin, step
+
+
+def test_a_step_costs_at_most_fifteen_bare_products() -> None:
+    a, x = np.random.default_rng(0).standard_normal((5, 12, 12)), np.ones((5, 12, 1))
+    _, step = hand(5)
+    ratios = [quickest_s(step, 200, 5) / quickest_s(lambda: np.matmul(a, x), 2000, 5) for _ in range(5)]
+    assert min(ratios) <= 15.0, ratios
+
+
+def test_fingers_together_cost_less_each() -> None:
+    each = [quickest_s(hand(fingers)[1], max(1, 500 // fingers), 7) / fingers for fingers in (1, 5, 50, 1000)]
+    assert each[0] > 1.5 * each[1] > 3.0 * each[2]
+    assert each[3] < each[2]
+
+
+@pytest.mark.parametrize("name", ["aluminium", "pvc"])
+def test_a_general_integrator_costs_ten_times_as_much_for_more_error(name: str) -> None:
+    rates, resting = skin_rates(MODEL, touched(name)), rest(Body())
+    inputs = np.array([resting.flux_w_m2, 23.0 - resting.surface_c])
+    x = np.zeros(12)
+    x[6:] = 23.0 - resting.surface_c
+    drive = rates.b @ inputs
+
+    def integrate(rtol: float) -> np.ndarray:
+        """Ten seconds, a call for each step as a loop has it."""
+        state, felt = x, []
+        for _ in range(100):
+            state = solve_ivp(
+                lambda _t, y: rates.a @ y + drive, (0.0, STEP_S), state, method="LSODA", rtol=rtol, atol=1e-6
+            ).y[:, -1]
+            felt.append(float(rates.c[0] @ state))
+        return np.array(felt)
+
+    skin = SceneSkin(MODEL, fingers=1)
+    skin.touch(0, touched(name), 23.0)
+    exact = np.array([skin.step().epidermis_c[0] for _ in range(100)]) - resting.layers_c[0]
+    tight = integrate(1e-10)
+    assert np.abs(exact - tight).max() <= np.abs(integrate(1e-4) - tight).max() + 1e-6
+    assert quickest_s(lambda: integrate(1e-4), 1, 3) / 100 > 10.0 * quickest_s(skin.step, 100, 5)
+
+
+def test_a_change_of_contact_for_five_fingers_fits_in_a_step() -> None:
+    skin, _ = hand(5)
+    names = iter(sorted(materials()) * 3)
+
+    def change() -> None:
+        skin_step.cache_clear()
+        for finger in range(5):
+            skin.touch(finger, touched(next(names)), 20.0)
+
+    assert quickest_s(change, 1, 12) < STEP_S

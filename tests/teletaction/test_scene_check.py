@@ -1,0 +1,52 @@
+"""`scene check`: a line for each object, and clear errors."""
+
+import csv
+import io
+
+import pytest
+
+from sim_sensors.scene import load_scene, scene_names
+from teletaction.cli import main
+from teletaction.scene_check import COLUMNS, check_scene
+
+
+@pytest.mark.parametrize("name", scene_names())
+def test_every_object_of_every_scene_is_right_enough(name: str) -> None:
+    checked = check_scene(load_scene(name))
+    assert [one.name for one in checked] == [thing.name for thing in load_scene(name).objects]
+    for one in checked:
+        assert 0.0 <= one.share <= 1.0
+        assert one.error_k <= 0.1 + 0.1 * abs(one.difference_k)
+        assert one.step_us > 0.0
+        assert one.states == one.model.states
+    sizes = {one.states: one.step_us for one in checked}
+    assert len(sizes) > 1, "all objects need the same model"
+
+
+def test_shorter_touches_of_metal_need_no_more() -> None:
+    long, short = (check_scene(load_scene("materials"), dwell_s) for dwell_s in (10.0, 0.2))
+    assert all(a.states >= b.states for a, b in zip(long, short, strict=True))
+
+
+def test_it_prints_csv(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["scene", "check", "materials", "--dwell", "3"]) == 0
+    rows = list(csv.DictReader(io.StringIO(capsys.readouterr().out)))
+    assert list(rows[0]) == list(COLUMNS)
+    assert {row["object"]: row["material"] for row in rows}["wood"] == "pine"
+    assert all(row["dwell_s"] == "3" and float(row["share"]) <= 1.0 for row in rows)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["nowhere"], "unknown scene 'nowhere'; known: "),
+        (["materials", "--dwell", "11"], "'--dwell': Input should be less than or equal to 10"),
+        (["missing.toml"], "missing.toml: cannot read the scene"),
+    ],
+)
+def test_wrong_input_is_named(arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["scene", "check", *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert said in err
+    assert err.count("\n") == 1
