@@ -21,6 +21,7 @@ STUDIES = {
     "soak": "studies.soak",
     "thermal-identification": "studies.thermal_identification",
     "recorded-touches": "studies.recorded_touches",
+    "thermal-rendering": "studies.thermal_rendering",
 }
 """Module of each study by its name."""
 

@@ -1,0 +1,267 @@
+"""Heat at the finger: error against cost for every model and integrator, and what the plate's rate leaves of it.
+
+Objects are at 25 C under a finger that rests at 33.1 C, touched for 10 s. Errors are of the felt temperature: of models
+against a finger of other code (`reference_finger`), of integrators against the same model solved exactly, at the plate
+against the scene. Costs are of one step of five fingers, in bare products of the usual model's size, in the same run.
+"""
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from common.fingers import FINGERS
+from common.materials import contact_resistance_m2k_w, material
+from operator_site.model_choice import RUNGS, TOLERANCE_K, TOLERANCE_SHARE, choose
+from operator_site.plate_display import PLATE_CONTACT_M2K_W
+from operator_site.scene_skin import SceneSkin
+from operator_site.skin import STEP_S, SkinModel, SkinStep, Touched, skin_rates, skin_step
+from operator_site.tissue import Body, Floats, rest
+from studies.reference_finger import felt_course
+from studies.registry import Tell
+from studies.thermal_rendering_figure import plot
+
+__all__ = ["plot", "run", "tables"]
+
+OBJECTS = ("copper", "iron", "ceramic_tile", "skin_dermis", "pvc", "pine", "pu_foam")
+OBJECT_C = 25.0
+SECONDS = 10.0
+MODELS = (
+    "1+1+1",
+    "1+1+1+10",
+    *(str(model) for model in RUNGS[1:3]),
+    "4+2+2+6",
+    "3+3+4+10",
+    str(RUNGS[3]),
+    "10+10+10+20",
+)
+USUAL = SkinModel(4, 1, 1, 6)
+INTEGRATED = tuple((name, model) for name in ("iron", "pine") for model in (USUAL, RUNGS[-1]))
+EXPLICIT_EULER, IMPLICIT_EULER, EXACT = "explicit Euler", "implicit Euler", "matrix exponential"
+SUBSTEPS = (1, 2, 5, 10, 20, 50)
+"""Steps of the Euler methods within 10 ms."""
+SOLVERS = ("RK45", "LSODA", "BDF")
+TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6)
+RUNGE_KUTTA_REACH = 3.3
+"""The stability region of RK45 (Dormand & Prince 1980) ends here on the negative axis; explicit Euler's at 2."""
+RATES_K_S = (2.5, 5.0, 10.0, 20.0, 40.0, 80.0, 160.0)
+"""Of a cooling plate; 2.5 K/s is TactTip's."""
+LEADS_S = (0.0, 0.3, 1.0)
+"""How long before contact the plate starts."""
+SKIN = SkinModel(20, 10, 10)
+"""The finger on the plate."""
+
+
+def run(quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
+    """All three parts; `seed` changes nothing, there is no chance in it."""
+    del seed
+    tell(0.0)
+    unit_us = _product_us()
+    models = list(_models(unit_us))
+    tell(0.3)
+    integrators = list(_integrators(unit_us, 1.0 if quick else SECONDS))
+    tell(0.8)
+    plates = list(_plates())
+    return {"quick": quick, "product_us": unit_us, "models": models, "integrators": integrators, "plates": plates}
+
+
+def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
+    """One for each part."""
+    return {part: data[part] for part in ("models", "integrators", "plates")}
+
+
+def touched(name: str) -> Touched:
+    """A half space of a material."""
+    m = material(name)
+    k = m.conductivity_w_mk
+    return Touched(k, m.density_kg_m3, m.specific_heat_j_kgk, contact_resistance_m2k_w(k))
+
+
+def quickest_us(work: Callable[[], object], times: int, rounds: int = 7) -> float:
+    """Time of one call, us: the quickest of some rounds."""
+    best = np.inf
+    for _ in range(rounds):
+        begin = time.perf_counter()
+        for _ in range(times):
+            work()
+        best = min(best, (time.perf_counter() - begin) / times)
+    return float(1e6 * best)
+
+
+def _product_us() -> float:
+    """A bare product for five fingers."""
+    n = USUAL.states
+    a, x = np.random.default_rng(0).standard_normal((5, n, n)), np.ones((5, n, 1))
+    return quickest_us(lambda: np.matmul(a, x), 2000)
+
+
+def _felt(model: SkinModel, name: str) -> Floats:
+    skin = SceneSkin(model, fingers=1)
+    felt = [skin.state().epidermis_c[0]]
+    skin.touch(0, touched(name), OBJECT_C)
+    felt += [skin.step().epidermis_c[0] for _ in range(round(SECONDS / STEP_S))]
+    return np.array(felt)
+
+
+def _models(unit_us: float) -> Iterator[dict[str, Any]]:
+    times_s = STEP_S * np.arange(round(SECONDS / STEP_S) + 1)
+    resting = rest(Body())
+    for name in OBJECTS:
+        it = touched(name)
+        course = felt_course(it.conductivity_w_mk, it.density_kg_m3 * it.specific_heat_j_kgk, it.contact_m2k_w)
+        true = np.interp(times_s, course.time_s, course.at(OBJECT_C))
+        tolerance = np.maximum(TOLERANCE_K, TOLERANCE_SHARE * np.abs(true - true[0]))
+        chosen = choose(it, OBJECT_C - resting.surface_c).model
+        for text in MODELS:
+            model = SkinModel.parse(text)
+            error = np.abs(_felt(model, name) - true)
+            skin = SceneSkin(model)
+            for finger in range(len(FINGERS)):
+                skin.touch(finger, it, OBJECT_C)
+            step_us = quickest_us(skin.step, 200)
+            yield {
+                "object": name,
+                "model": text,
+                "states": model.states,
+                "error_k": float(error.max()),
+                "share_of_tolerance": float((error / tolerance).max()),
+                "step_us": step_us,
+                "products": step_us / unit_us,
+                "chosen": model == chosen,
+            }
+
+
+def _integrators(unit_us: float, seconds: float) -> Iterator[dict[str, Any]]:
+    """Each method called for each 10 ms, as a loop has it; error against the exact step of the same model."""
+    steps = round(seconds / STEP_S)
+    for name, model in INTEGRATED:
+        rates, exact = skin_rates(model, touched(name)), skin_step(model, touched(name), Body().air_w_m2k)
+        resting = rest(Body())
+        start = np.zeros(model.states)
+        start[model.skin_cells :] = OBJECT_C - resting.surface_c
+        inputs = np.array([resting.flux_w_m2, OBJECT_C - resting.surface_c])
+        true = _course(rates, start, steps, _linear(exact.a, exact.b @ inputs))
+        fastest_per_s = float(np.abs(np.linalg.eigvals(rates.a)).max())
+        for method, setting, advance in _methods(rates, exact, inputs):
+            felt = _course(rates, start, steps, advance)
+            error = float(np.abs(felt - true).max()) if np.isfinite(felt).all() else np.inf
+            us = quickest_us(partial(advance, start), 30 if method in SOLVERS else 300, 5)
+            yield {
+                "object": name,
+                "model": str(model),
+                "method": method,
+                "setting": setting,
+                "error_k": error if error < 1e3 else None,
+                "step_us": us,
+                "products": us / unit_us,
+                "diverges_above_s": {EXPLICIT_EULER: 2.0, "RK45": RUNGE_KUTTA_REACH}.get(method, np.inf) / fastest_per_s
+                if method in {EXPLICIT_EULER, "RK45"}
+                else None,
+            }
+
+
+def _methods(
+    rates: SkinStep, exact: SkinStep, inputs: Floats
+) -> Iterator[tuple[str, float, Callable[[Floats], Floats]]]:
+    drive = rates.b @ inputs
+    yield EXACT, STEP_S, _linear(exact.a, exact.b @ inputs)
+    one = np.eye(len(rates.a))
+    for substeps in SUBSTEPS:
+        h = STEP_S / substeps
+        yield EXPLICIT_EULER, h, _repeated(one + h * rates.a, h * drive, substeps)
+        implicit: Floats = np.asarray(np.linalg.inv(one - h * rates.a), dtype=np.float64)
+        yield IMPLICIT_EULER, h, _repeated(implicit, implicit @ (h * drive), substeps)
+    for method in SOLVERS:
+        for tolerance in TOLERANCES:
+            yield method, tolerance, _solver(rates, drive, method, tolerance)
+
+
+def _linear(a: Floats, offset: Floats) -> Callable[[Floats], Floats]:
+    return lambda x: np.asarray(a @ x + offset)
+
+
+def _repeated(a: Floats, offset: Floats, times: int) -> Callable[[Floats], Floats]:
+    def advance(x: Floats) -> Floats:
+        for _ in range(times):
+            x = a @ x + offset
+        return x
+
+    return advance
+
+
+def _solver(rates: SkinStep, drive: Floats, method: str, tolerance: float) -> Callable[[Floats], Floats]:
+    def advance(x: Floats) -> Floats:
+        solved = solve_ivp(
+            lambda _, y: rates.a @ y + drive, (0.0, STEP_S), x, method=method, rtol=tolerance, atol=0.1 * tolerance
+        )
+        return np.asarray(solved.y[:, -1])
+
+    return advance
+
+
+def _course(rates: SkinStep, start: Floats, steps: int, advance: Callable[[Floats], Floats]) -> Floats:
+    """Felt temperature, as a departure."""
+    x, felt = start, []
+    with np.errstate(over="ignore", invalid="ignore"):
+        for _ in range(steps):
+            x = advance(x)
+            felt.append(rates.c[0] @ x)
+    return np.array(felt)
+
+
+def _plates() -> Iterator[dict[str, Any]]:
+    """A finger on a plate that shows the scene's flux but is no faster than it is."""
+    for name in OBJECTS:
+        scene = SceneSkin(replace(SKIN, ladder=30), fingers=1)
+        before = scene.state()
+        scene.touch(0, touched(name), OBJECT_C)
+        goal, felt = [], []
+        for _ in range(round(SECONDS / STEP_S)):
+            state = scene.step()
+            goal.append(state.surface_c[0] + state.flux_w_m2[0] * PLATE_CONTACT_M2K_W)
+            felt.append(state.epidermis_c[0])
+        for rate_k_s in RATES_K_S:
+            for lead_s in LEADS_S:
+                early = round(lead_s / STEP_S)
+                neutral = float(before.surface_c[0])
+                shown = _shown(neutral, np.array([goal[0]] * early + goal), rate_k_s)
+                at_plate = _on_plate(neutral, shown)
+                true = np.concatenate((np.full(early, before.epidermis_c[0]), felt))
+                error = np.abs(at_plate - true)
+                yield {
+                    "object": name,
+                    "rate_k_s": rate_k_s,
+                    "lead_s": lead_s,
+                    "goal_c": min(goal),
+                    "error_k": float(error[early:].max()),
+                    "early_k": float(error[:early].max()) if early else 0.0,
+                    "at_s": STEP_S * (int(error[early:].argmax()) + 1),
+                }
+
+
+def _shown(start_c: float, goal_c: Floats, rate_k_s: float) -> Floats:
+    """A plate that goes to its goal as fast as it can, heating at 1.6 times the rate of cooling as TactTip does."""
+    now, shown = start_c, []
+    for goal in goal_c:
+        now += min(max(goal - now, -rate_k_s * STEP_S), 1.6 * rate_k_s * STEP_S)
+        shown.append(now)
+    return np.array(shown)
+
+
+def _on_plate(start_c: float, shown_c: Floats) -> Floats:
+    """Felt temperature of a finger that lies on the plate, at rest at first."""
+    resting = rest(Body())
+    aluminium = Touched(1.0, 1.0, 1.0, PLATE_CONTACT_M2K_W)
+    step = skin_step(SKIN, aluminium, Body().air_w_m2k)
+    held = np.array([resting.flux_w_m2, start_c - resting.surface_c])
+    x = np.linalg.solve(np.eye(SKIN.states) - step.a, step.b @ held)
+    offset = float(step.c[0] @ x)
+    felt = []
+    for plate_c in shown_c:
+        x = step.a @ x + step.b @ np.array([resting.flux_w_m2, plate_c - resting.surface_c])
+        felt.append(float(step.c[0] @ x) - offset + resting.layers_c[0])
+    return np.array(felt)

@@ -1,0 +1,143 @@
+"""The figure of the study of heat at the finger: models, integrators, and what the plate's rate leaves."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
+from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PLUM, RED, SKY, STYLE
+
+_COLOURS = (RED, ORANGE, GREEN, PLUM, BLUE, SKY, GREY)
+_MARKS = ("o", "s", "^", "D", "v", "P", "X")
+_METHODS = {
+    "explicit Euler": (RED, "o"),
+    "implicit Euler": (ORANGE, "s"),
+    "RK45": (PLUM, "^"),
+    "LSODA": (BLUE, "D"),
+    "BDF": (SKY, "v"),
+    "matrix exponential": (BLACK, "*"),
+}
+_SMALLEST_K, _DIVERGED_K = 1e-9, 30.0
+
+
+def plot(data: Mapping[str, Any], path: Path) -> None:
+    """Write the figure of what the study returned as PNG."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(11.5, 9.5), layout="constrained")
+        FigureCanvasAgg(figure)
+        (models, integrators), (plate, lead) = figure.subplots(2, 2)
+        _draw_models(models, data["models"])
+        _draw_integrators(integrators, data["integrators"])
+        _draw_rates(plate, data["plates"])
+        _draw_leads(lead, data["plates"])
+        figure.savefig(path, dpi=150)
+
+
+def _draw_models(axes: Axes, rows: list[dict[str, Any]]) -> None:
+    names = list(dict.fromkeys(row["object"] for row in rows))
+    models = list(dict.fromkeys(row["model"] for row in sorted(rows, key=lambda row: row["states"])))
+    for name, colour, mark in zip(names, _COLOURS, _MARKS, strict=False):
+        by_model = {row["model"]: row for row in rows if row["object"] == name}
+        shares = [by_model[model]["share_of_tolerance"] for model in models]
+        axes.plot(range(len(models)), shares, color=colour, marker=mark, ms=4, label=name)
+        for place, model in enumerate(models):
+            if by_model[model]["chosen"]:
+                axes.plot(place, shares[place], "o", mfc="none", mec=colour, ms=12, mew=1.6)
+    axes.axhspan(1.0, 100.0, color=PALE, zorder=0)
+    axes.set_xticks(range(len(models)), models, rotation=25, ha="right")
+    axes.set_yscale("log")
+    axes.set_ylim(0.01, 60.0)
+    _plain(axes.yaxis, (0.01, 0.1, 1, 10))
+    axes.set_xlabel("cells of epidermis + dermis + subcutis + object")
+    axes.set_ylabel("worst error / tolerance")
+    axes.set_title("Models; grey: wrong; ringed: chosen", loc="left")
+    axes.legend(ncols=2, fontsize=8.5)
+
+
+def _plain(axis: Axis, values: Sequence[float]) -> None:
+    """Ticks of a logarithmic axis as plain numbers."""
+    axis.set_major_locator(FixedLocator(values))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_locator(NullLocator())
+
+
+def _draw_integrators(axes: Axes, rows: list[dict[str, Any]]) -> None:
+    hardest, model = rows[0]["object"], rows[-1]["model"]
+    shown = [row for row in rows if row["object"] == hardest and row["model"] == model]
+    for method, (colour, mark) in _METHODS.items():
+        mine = [row for row in shown if row["method"] == method]
+        right = [row for row in mine if row["error_k"] is not None]
+        axes.plot(
+            [row["products"] for row in right],
+            [max(row["error_k"], _SMALLEST_K) for row in right],
+            color=colour,
+            marker=mark,
+            ms=11 if mark == "*" else 5,
+            label=method,
+        )
+        if wrong := [row for row in mine if row["error_k"] is None]:
+            axes.plot([row["products"] for row in wrong], [_DIVERGED_K] * len(wrong), "x", color=colour, ms=8, mew=2)
+            axes.annotate(
+                "diverges at " + ", ".join(f"{1e3 * row['setting']:g}" for row in wrong) + " ms",
+                (max(row["products"] for row in wrong), _DIVERGED_K),
+                xytext=(10, -3),
+                textcoords="offset points",
+                fontsize=8.5,
+                color=colour,
+            )
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_ylim(0.3 * _SMALLEST_K, 5.0 * _DIVERGED_K)
+    _plain(axes.xaxis, (1, 10, 100, 1000))
+    _plain(axes.yaxis, (1e-9, 1e-6, 1e-3, 0.1, 1))
+    axes.axhline(0.1, color=GREY, linestyle="--", linewidth=0.9)
+    axes.set_xlabel("cost of 10 ms, one finger, in bare products for five")
+    axes.set_ylabel("largest error of the felt temperature (K)")
+    axes.set_title(f"Integrators, {model} on {hardest}", loc="left")
+    axes.legend(fontsize=8.5, loc="upper right", bbox_to_anchor=(1.0, 0.92))
+
+
+def _draw_rates(axes: Axes, rows: list[dict[str, Any]]) -> None:
+    names = list(dict.fromkeys(row["object"] for row in rows))
+    for name, colour, mark in zip(names, _COLOURS, _MARKS, strict=False):
+        mine = [row for row in rows if row["object"] == name and row["lead_s"] == 0.0]
+        axes.plot(
+            [row["rate_k_s"] for row in mine],
+            [row["error_k"] for row in mine],
+            color=colour,
+            marker=mark,
+            ms=4,
+            label=f"{name}, to {mine[0]['goal_c']:.1f} °C",
+        )
+    axes.axvline(2.5, color=GREY, linestyle=":")
+    axes.axhline(0.1, color=GREY, linestyle="--", linewidth=0.9)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    _plain(axes.xaxis, (2.5, 5, 10, 20, 40, 80, 160))
+    _plain(axes.yaxis, (0.03, 0.1, 0.3, 1))
+    axes.set_xlabel("rate of the plate (K/s); dotted: TactTip")
+    axes.set_ylabel("largest error at the finger (K)")
+    axes.set_title("The plate's rate is the largest error", loc="left")
+    axes.legend(fontsize=8.5)
+
+
+def _draw_leads(axes: Axes, rows: list[dict[str, Any]]) -> None:
+    slow = [row for row in rows if row["rate_k_s"] == min(each["rate_k_s"] for each in rows)]
+    names = list(dict.fromkeys(row["object"] for row in slow))
+    leads = sorted({row["lead_s"] for row in slow})
+    width = 0.8 / len(leads)
+    for number, (lead_s, colour) in enumerate(zip(leads, (GREY, SKY, BLUE), strict=False)):
+        mine = [row for row in slow if row["lead_s"] == lead_s]
+        at = [place + (number - 0.5 * (len(leads) - 1)) * width for place in range(len(names))]
+        axes.bar(at, [row["error_k"] for row in mine], width, color=colour, label=f"{lead_s:g} s ahead")
+        axes.scatter(at, [row["early_k"] for row in mine], color=BLACK, marker="_", s=60, zorder=3)
+    axes.set_xticks(range(len(names)), names, rotation=25, ha="right")
+    axes.set_ylabel("largest error at the finger (K)")
+    axes.set_title("Early start at 2.5 K/s; dashes: felt before contact", loc="left")
+    axes.legend(fontsize=8.5)
