@@ -2,13 +2,15 @@
 
 import time
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.linalg import expm
 
 from common.limits import COMFORT
-from common.materials import contact_resistance_m2k_w, material, materials
+from common.materials import materials
 from operator_site.plate_display import PlateDisplay
 from operator_site.scene_skin import SceneSkin
 from operator_site.skin import STEP_S, SkinModel, Touched, skin_rates, skin_step
@@ -16,12 +18,6 @@ from operator_site.tissue import Body, rest
 
 MODEL = SkinModel(4, 1, 1, 6)
 FIVE = ("aluminium", "ceramic_tile", "pvc", "pine", "skin_dermis")
-
-
-def touched(name: str) -> Touched:
-    m = material(name)
-    k = m.conductivity_w_mk
-    return Touched(k, m.density_kg_m3, m.specific_heat_j_kgk, contact_resistance_m2k_w(k))
 
 
 def quickest_s(work: Callable[[], object], times: int, rounds: int = 15) -> float:
@@ -40,7 +36,7 @@ def hand(fingers: int) -> tuple[SceneSkin, Callable[[], object]]:
     skin = SceneSkin(MODEL, fingers=fingers)
     display = PlateDisplay(COMFORT, skin.state().surface_c)
     for finger in range(fingers):
-        skin.touch(finger, touched(FIVE[finger % 5]), 23.0)
+        skin.touch(finger, Touched.of(FIVE[finger % 5]), 23.0)
     touching = [True] * fingers
 
     def step() -> None:
@@ -65,7 +61,7 @@ def test_fingers_together_cost_less_each() -> None:
 
 @pytest.mark.parametrize("name", ["aluminium", "pvc"])
 def test_a_general_integrator_costs_ten_times_as_much_for_more_error(name: str) -> None:
-    rates, resting = skin_rates(MODEL, touched(name)), rest(Body())
+    rates, resting = skin_rates(MODEL, Touched.of(name)), rest(Body())
     inputs = np.array([resting.flux_w_m2, 23.0 - resting.surface_c])
     x = np.zeros(12)
     x[6:] = 23.0 - resting.surface_c
@@ -82,20 +78,24 @@ def test_a_general_integrator_costs_ten_times_as_much_for_more_error(name: str) 
         return np.array(felt)
 
     skin = SceneSkin(MODEL, fingers=1)
-    skin.touch(0, touched(name), 23.0)
+    skin.touch(0, Touched.of(name), 23.0)
     exact = np.array([skin.step().epidermis_c[0] for _ in range(100)]) - resting.layers_c[0]
     tight = integrate(1e-10)
     assert np.abs(exact - tight).max() <= np.abs(integrate(1e-4) - tight).max() + 1e-6
     assert quickest_s(lambda: integrate(1e-4), 1, 3) / 100 > 10.0 * quickest_s(skin.step, 100, 5)
 
 
-def test_a_change_of_contact_for_five_fingers_fits_in_a_step() -> None:
+def test_a_change_of_contact_costs_little_beside_its_matrix_exponentials() -> None:
+    """Five new objects at once are five exponentials: 0.3 ms on a quiet machine, of the 10 ms of a step."""
     skin, _ = hand(5)
     names = iter(sorted(materials()) * 3)
+    rates = skin_rates(MODEL, Touched.of("iron"))
+    block = STEP_S * np.block([[rates.a, rates.b], [np.zeros((2, 14))]])
 
     def change() -> None:
         skin_step.cache_clear()
         for finger in range(5):
-            skin.touch(finger, touched(next(names)), 20.0)
+            skin.touch(finger, Touched.of(next(names)), 20.0)
 
-    assert quickest_s(change, 1, 12) < STEP_S
+    ratios = [quickest_s(change, 1, 6) / (5.0 * quickest_s(partial(expm, block), 5, 6)) for _ in range(3)]
+    assert min(ratios) <= 4.0, ratios
