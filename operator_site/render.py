@@ -7,7 +7,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from common.limits import COMFORT, PlateRange
-from common.materials import contact_resistance_m2k_w, material
 from common.messages import Event
 from operator_site.model_choice import choose
 from operator_site.plate_display import PlateDisplay
@@ -25,11 +24,9 @@ VIBRATION_COLUMNS = ("time_s", "mode", "motor_rpm")
 
 def _object(name: str) -> Touched:
     try:
-        known = material(name)
+        return Touched.of(name)
     except KeyError as error:
         raise ValueError(error.args[0]) from None
-    k = known.conductivity_w_mk
-    return Touched(k, known.density_kg_m3, known.specific_heat_j_kgk, contact_resistance_m2k_w(k))
 
 
 def _temperature(value_c: float, name: str) -> float:

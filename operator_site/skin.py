@@ -13,6 +13,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.linalg import expm
 
+from common.materials import contact_resistance_m2k_w, material
 from operator_site.tissue import Cells, Floats, cells
 
 STEP_S = 0.01
@@ -34,6 +35,17 @@ class Touched:
     specific_heat_j_kgk: float
     contact_m2k_w: float
     thickness_m: float | None = None
+
+    @classmethod
+    def of(cls, name: str) -> "Touched":
+        """A half space of a material, by its name or alias.
+
+        Raises:
+            KeyError: no such material.
+        """
+        known = material(name)
+        k = known.conductivity_w_mk
+        return cls(k, known.density_kg_m3, known.specific_heat_j_kgk, contact_resistance_m2k_w(k))
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,8 @@ from common.messages import (
 )
 from common.packets import Floats, LinkState
 from common.serial_messages import DRIVE_FULL
-from remote_site.finger_identification import FingerIdentification, FingerSample, FingerTouch
+from remote_site.finger_identification import FingerIdentification
+from remote_site.finger_touch import FingerSample, FingerTouch
 from remote_site.heater_control import OFFSETS_K, STAGGER_K
 from remote_site.material_table import MaterialTable
 from remote_site.sensed import Sensed
@@ -114,14 +115,14 @@ class Perception:
         Those on spots that they have warmed speak for themselves: their spots' temperatures are not the object's.
         """
         touching = {
-            finger: identification.thermal
+            finger: identification.heat.thermal
             for finger, identification in self._identifications.items()
-            if self.touches[finger].contact and not identification.thermal.warmed
+            if self.touches[finger].contact and not identification.heat.thermal.warmed
         }
         answer = self._shared.step(touching)
         for finger in touching:
-            self._identifications[finger].shared = answer
-            self._identifications[finger].thermal.alone = answer is None
+            self._identifications[finger].heat.shared = answer
+            self._identifications[finger].heat.thermal.alone = answer is None
 
     def packet(self, session: int, sequence: int, time_ns: int, state: LinkState) -> Touch:
         """The newest touches as a packet."""

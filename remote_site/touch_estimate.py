@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from remote_site.exploration import CONTACT_OFF_N
 from remote_site.material_table import MaterialTable
+from remote_site.pressed_contact import NEARLY_S, PressedContact
 from remote_site.reading_sums import PLATE, Reading, ReadingSums
 from remote_site.touch_guesses import Guesses, Substances
 from remote_site.touch_model import Contacts, SensorConstants
@@ -32,17 +32,6 @@ SETTLED_ROUNDS = 4
 """Where guesses take turns: so often has each to be solved before they can be compared."""
 AHEAD = 0.5
 """How far a plate that is still being heated is ahead of its reading is known to this part of itself."""
-RESTS_S = 0.4
-"""A finger has come to rest so long after contact, s."""
-PRESSURE_S = 0.1
-"""Smoothing of the force, s."""
-PRESSURE_STEP = 0.1
-"""Change of the contact's conductance, in its logarithm, that counts as another pressure."""
-REMADE = 0.25
-"""A contact that a finger made anew where it had been differs from the last one by so much in ln conductance: it is
-another draw, and two draws differ by more than one does from the mean."""
-UNSTEADY = 0.3
-"""A contact that a changed force made anew differs from the law by this part of the change."""
 LOOK_AGAIN_S = (0.15, 0.4, 1.0, 2.5)
 """When the readings are summed again, s after contact: each look is exact nearer to what the touch really is."""
 PER_READING = 3
@@ -54,8 +43,6 @@ STRAYED_SD = 2.5
 exact than what its neighbour says, which stands nearer."""
 LARGEST_STEP = 0.3
 """Of a logarithm, from one reading to the next."""
-NEARLY_S = 1e-3
-"""A reading so much before a time counts as one at that time: clocks are rounded, s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,11 +135,8 @@ class TouchEstimate:
         self._next = self._rounds = 0
         self.solved = True
         """Whether all guesses have been solved from the same readings; many of them take a few readings' time."""
-        self._since_s = self._force_n = 0.0
-        self._ln_share: float | None = None
-        """Of the pressure that the estimate relies on."""
-        self._rested_s = 0.0
-        self._away = False
+        self._since_s = 0.0
+        self._pressed = PressedContact(sensor)
 
     def step(self, dt_s: float, reading_c: float, force_n: float) -> None:
         """Take one reading.
@@ -162,7 +146,8 @@ class TouchEstimate:
             reading_c: C.
             force_n: mean force since then, N.
         """
-        changed = self._follow_force(dt_s, force_n)
+        self._since_s += dt_s
+        changed = self._pressed.step(dt_s, force_n)
         variance = self._noise_square * (1.0 + (self._since_s / self._trust_s) ** 4)
         reading = Reading(dt_s, reading_c - self._start_c, force_n, variance, changed)
         self._readings.append(reading)
@@ -272,26 +257,6 @@ class TouchEstimate:
         slopes[:, (3, 4, 5), (3, 4, 5)] = (mean[:, 1] - mean[:, 0])[:, None]
         slopes[:, 3:, 0], slopes[:, 3:, 1] = -mean[:, 3:], mean[:, 3:]
         return slopes
-
-    def _follow_force(self, dt_s: float, force_n: float) -> float:
-        """Once the finger rests, a pressure that changes for good makes the contact anew: it is known less well."""
-        self._since_s += dt_s
-        if force_n < CONTACT_OFF_N:
-            self._away = True
-            return 0.0
-        if self._away:
-            self._away, self._ln_share, self._rested_s, self._force_n = False, None, 0.0, force_n
-            return REMADE**2
-        self._rested_s += dt_s
-        self._force_n += (force_n - self._force_n) * min(dt_s / PRESSURE_S, 1.0)
-        if self._rested_s < RESTS_S - NEARLY_S:
-            return 0.0
-        ln_share = float(np.log(max(float(self._sensor.force_share(self._force_n)), 0.02)))
-        change = ln_share - (ln_share if self._ln_share is None else self._ln_share)
-        if self._ln_share is None or abs(change) > PRESSURE_STEP:
-            self._ln_share = ln_share
-            return (UNSTEADY * change) ** 2
-        return 0.0
 
     def _prune(self) -> None:
         self._far_below = np.where(self._ln_weight > self._ln_weight.max() - FORGET, 0, self._far_below + 1)

@@ -15,7 +15,6 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from common.fingers import FINGERS
-from common.materials import contact_resistance_m2k_w, material
 from operator_site.model_choice import RUNGS, TOLERANCE_K, TOLERANCE_SHARE, choose
 from operator_site.plate_display import PLATE_CONTACT_M2K_W
 from operator_site.scene_skin import SceneSkin
@@ -74,13 +73,6 @@ def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
     return {part: data[part] for part in ("models", "integrators", "plates")}
 
 
-def touched(name: str) -> Touched:
-    """A half space of a material."""
-    m = material(name)
-    k = m.conductivity_w_mk
-    return Touched(k, m.density_kg_m3, m.specific_heat_j_kgk, contact_resistance_m2k_w(k))
-
-
 def quickest_us(work: Callable[[], object], times: int, rounds: int = 7) -> float:
     """Time of one call, us: the quickest of some rounds."""
     best = np.inf
@@ -102,7 +94,7 @@ def _product_us() -> float:
 def _felt(model: SkinModel, name: str) -> Floats:
     skin = SceneSkin(model, fingers=1)
     felt = [skin.state().epidermis_c[0]]
-    skin.touch(0, touched(name), OBJECT_C)
+    skin.touch(0, Touched.of(name), OBJECT_C)
     felt += [skin.step().epidermis_c[0] for _ in range(round(SECONDS / STEP_S))]
     return np.array(felt)
 
@@ -111,7 +103,7 @@ def _models(unit_us: float) -> Iterator[dict[str, Any]]:
     times_s = STEP_S * np.arange(round(SECONDS / STEP_S) + 1)
     resting = rest(Body())
     for name in OBJECTS:
-        it = touched(name)
+        it = Touched.of(name)
         course = felt_course(it.conductivity_w_mk, it.density_kg_m3 * it.specific_heat_j_kgk, it.contact_m2k_w)
         true = np.interp(times_s, course.time_s, course.at(OBJECT_C))
         tolerance = np.maximum(TOLERANCE_K, TOLERANCE_SHARE * np.abs(true - true[0]))
@@ -139,7 +131,7 @@ def _integrators(unit_us: float, seconds: float) -> Iterator[dict[str, Any]]:
     """Each method called for each 10 ms, as a loop has it; error against the exact step of the same model."""
     steps = round(seconds / STEP_S)
     for name, model in INTEGRATED:
-        rates, exact = skin_rates(model, touched(name)), skin_step(model, touched(name), Body().air_w_m2k)
+        rates, exact = skin_rates(model, Touched.of(name)), skin_step(model, Touched.of(name), Body().air_w_m2k)
         resting = rest(Body())
         start = np.zeros(model.states)
         start[model.skin_cells :] = OBJECT_C - resting.surface_c
@@ -218,7 +210,7 @@ def _plates() -> Iterator[dict[str, Any]]:
     for name in OBJECTS:
         scene = SceneSkin(replace(SKIN, ladder=30), fingers=1)
         before = scene.state()
-        scene.touch(0, touched(name), OBJECT_C)
+        scene.touch(0, Touched.of(name), OBJECT_C)
         goal, felt = [], []
         for _ in range(round(SECONDS / STEP_S)):
             state = scene.step()

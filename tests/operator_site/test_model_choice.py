@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from common.materials import contact_resistance_m2k_w, material, materials
+from common.materials import materials
 from operator_site.model_choice import LONGEST_S, RUNGS, TOLERANCE_K, TOLERANCE_SHARE, choose, rung_table
 from operator_site.scene_skin import AT_REST_K, SceneSkin
 from operator_site.skin import STEP_S, SkinModel, Touched
@@ -20,15 +20,9 @@ STEPS = round(LONGEST_S / STEP_S)
 TIMES_S = STEP_S * np.arange(STEPS + 1)
 
 
-def touched(name: str) -> Touched:
-    m = material(name)
-    k = m.conductivity_w_mk
-    return Touched(k, m.density_kg_m3, m.specific_heat_j_kgk, contact_resistance_m2k_w(k))
-
-
 @cache
 def true_course(name: str) -> FeltCourse:
-    it = touched(name)
+    it = Touched.of(name)
     return felt_course(it.conductivity_w_mk, it.density_kg_m3 * it.specific_heat_j_kgk, it.contact_m2k_w)
 
 
@@ -38,8 +32,8 @@ def courses(model: SkinModel) -> dict[str, np.ndarray]:
     skin = SceneSkin(model, fingers=2 * len(NAMES))
     felt = [skin.state().epidermis_c]
     for number, name in enumerate(NAMES):
-        skin.touch(2 * number, touched(name), 10.0)
-        skin.touch(2 * number + 1, touched(name), 50.0)
+        skin.touch(2 * number, Touched.of(name), 10.0)
+        skin.touch(2 * number + 1, Touched.of(name), 50.0)
     felt += [skin.step().epidermis_c for _ in range(STEPS)]
     pairs = np.array(felt).T.reshape(len(NAMES), 2, -1)
     return dict(zip(NAMES, pairs, strict=True))
@@ -62,7 +56,7 @@ def test_the_chosen_model_is_right_enough_and_hardly_ever_larger_than_needed() -
     for number in range(CASES):
         name = NAMES[number % len(NAMES)]
         difference_k, dwell_s = rng.uniform(-15.0, 15.0), float(np.exp(rng.uniform(np.log(0.3), np.log(LONGEST_S))))
-        choice = choose(touched(name), difference_k, dwell_s)
+        choice = choose(Touched.of(name), difference_k, dwell_s)
         share = worst(choice.model, name, SURFACE_C + difference_k, dwell_s)
         assert share <= 1.0, (name, difference_k, dwell_s, choice)
         assert choice.enough
@@ -76,7 +70,7 @@ def test_the_chosen_model_is_right_enough_and_hardly_ever_larger_than_needed() -
 @pytest.mark.parametrize("difference_k", [-24.0, -12.0, 10.0])
 def test_metal_that_touches_well_may_need_the_largest(difference_k: float) -> None:
     """With the contact of the formula (5.4e-4 m2K/W), which the runtime holds at 1e-3."""
-    iron = replace(touched("iron"), contact_m2k_w=5.4e-4)
+    iron = replace(Touched.of("iron"), contact_m2k_w=5.4e-4)
     choice = choose(iron, difference_k)
     course = felt_course(iron.conductivity_w_mk, iron.density_kg_m3 * iron.specific_heat_j_kgk, iron.contact_m2k_w)
     true = np.interp(TIMES_S, course.time_s, course.at(SURFACE_C + difference_k))
@@ -95,10 +89,10 @@ def test_skin_at_rest_is_the_references(name: str) -> None:
 
 
 def test_small_differences_need_little_and_large_ones_of_metal_most() -> None:
-    assert choose(touched("iron"), 0.9).model == RUNGS[0]
-    assert choose(touched("pvc"), -8.0).model == RUNGS[1]
-    assert choose(touched("copper"), -9.0).rung >= 2
-    beyond = choose(replace(touched("copper"), contact_m2k_w=4e-4), -90.0)
+    assert choose(Touched.of("iron"), 0.9).model == RUNGS[0]
+    assert choose(Touched.of("pvc"), -8.0).model == RUNGS[1]
+    assert choose(Touched.of("copper"), -9.0).rung >= 2
+    beyond = choose(replace(Touched.of("copper"), contact_m2k_w=4e-4), -90.0)
     assert (beyond.rung, beyond.enough) == (len(RUNGS) - 1, False)
     assert "not for 90.0 K" in beyond.why
 
@@ -112,10 +106,10 @@ def test_a_finger_gets_the_chosen_model_and_nothing_once_it_is_at_rest() -> None
     skin = SceneSkin(fingers=2)
     before = skin.state()
     assert skin.models == [None, None]
-    skin.touch(0, touched("pine"), 24.0)
+    skin.touch(0, Touched.of("pine"), 24.0)
     for _ in range(200):
         skin.step()
-    assert skin.models == [choose(touched("pine"), 24.0 - SURFACE_C).model, None]
+    assert skin.models == [choose(Touched.of("pine"), 24.0 - SURFACE_C).model, None]
     skin.touch(0, None, 0.0)
     felt = [skin.step().epidermis_c[0]]
     while skin.models[0] is not None:
@@ -133,12 +127,12 @@ def test_a_larger_model_in_mid_touch_makes_no_bump(better: str, since_s: float) 
     """An estimate that becomes another material: what is felt goes on where it was."""
     skin, plain = SceneSkin(fingers=1), SceneSkin(RUNGS[-1], fingers=1)
     for one in (skin, plain):
-        one.touch(0, touched("pine"), 26.0)
+        one.touch(0, Touched.of("pine"), 26.0)
         for _ in range(round(since_s / STEP_S)):
             before = one.step()
         if one is skin:
             felt, small = before, skin.models[0]
-        one.touch(0, touched(better), 20.0)
+        one.touch(0, Touched.of(better), 20.0)
     assert small is not None
     assert skin.models[0] is not None
     assert skin.models[0].states > small.states
@@ -150,6 +144,6 @@ def test_a_larger_model_in_mid_touch_makes_no_bump(better: str, since_s: float) 
 
 def test_a_fixed_model_stays() -> None:
     skin = SceneSkin(SkinModel(4, 1, 1, 6), fingers=1)
-    skin.touch(0, touched("copper"), 10.0)
+    skin.touch(0, Touched.of("copper"), 10.0)
     skin.step()
     assert skin.models == [SkinModel(4, 1, 1, 6)]

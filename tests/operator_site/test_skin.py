@@ -16,16 +16,10 @@ FINE = SkinModel(60, 60, 70, 100)
 USUAL = SkinModel(4, 1, 1, 6)
 
 
-def touched(name: str) -> Touched:
-    m = material(name)
-    k = m.conductivity_w_mk
-    return Touched(k, m.density_kg_m3, m.specific_heat_j_kgk, contact_resistance_m2k_w(k))
-
-
 def felt(model: SkinModel, name: str, object_c: float, steps: int = 1000) -> np.ndarray:
     skin = SceneSkin(model, fingers=1)
     start = skin.state().epidermis_c[0]
-    skin.touch(0, touched(name), object_c)
+    skin.touch(0, Touched.of(name), object_c)
     return np.array([start, *(skin.step().epidermis_c[0] for _ in range(steps))])
 
 
@@ -40,7 +34,7 @@ def test_felt_temperature_agrees_with_a_fine_grid(name, object_c):
 
 def test_flux_into_a_fine_grid_is_that_of_two_half_spaces_at_first():
     skin = SceneSkin(FINE, Body(deep_c=33.0, arterial_c=33.0, air_c=33.0), fingers=1)
-    skin.touch(0, touched("pvc"), 23.0)
+    skin.touch(0, Touched.of("pvc"), 23.0)
     e_skin, e_object = math.sqrt(0.24 * 1200.0 * 3590.0), material("pvc").effusivity
     r_c = contact_resistance_m2k_w(material("pvc").conductivity_w_mk)
     for step in range(1, 31):  # heat has not reached the dermis
@@ -61,10 +55,10 @@ def test_start_is_the_steady_state_of_a_free_finger():
 
 def test_heat_is_conserved_in_contact():
     """What leaves the object arrives in the tissue, but for what blood and deep tissue take."""
-    step = skin_step(USUAL, touched("aluminium"))
+    step = skin_step(USUAL, Touched.of("aluminium"))
     # With everything as warm as the skin at rest, and no flux there, nothing may change.
     assert np.allclose(step.a @ np.zeros(12) + step.b @ np.zeros(2), 0.0)
-    it, tissue = touched("aluminium"), USUAL.tissue
+    it, tissue = Touched.of("aluminium"), USUAL.tissue
     heat = np.concatenate((tissue.heat_j_m2k, ladder_m(6, it) * it.density_kg_m3 * it.specific_heat_j_kgk))
     x = np.concatenate((np.zeros(6), np.full(6, -10.0)))
     after = step.a @ x
@@ -77,7 +71,7 @@ def test_heat_is_conserved_in_contact():
 def test_each_finger_has_its_own_object():
     skin = SceneSkin(USUAL)
     for finger, name in enumerate(("copper", "ceramic_tile", "pvc", "pu_foam")):
-        skin.touch(finger, touched(name), 20.0)
+        skin.touch(finger, Touched.of(name), 20.0)
     for _ in range(200):
         state = skin.step()
     assert list(np.argsort(state.epidermis_c)) == [0, 1, 2, 3, 4]
@@ -88,7 +82,7 @@ def test_each_finger_has_its_own_object():
 def test_release_returns_to_the_start():
     skin = SceneSkin(fingers=1)
     start = skin.state().epidermis_c[0]
-    skin.touch(0, touched("aluminium"), 15.0)
+    skin.touch(0, Touched.of("aluminium"), 15.0)
     for _ in range(300):
         cold = skin.step().epidermis_c[0]
     skin.touch(0, None, 0.0)
@@ -101,10 +95,10 @@ def test_release_returns_to_the_start():
 
 def test_better_estimates_in_mid_contact_do_not_jerk_and_lead_to_the_same_end():
     skin = SceneSkin(fingers=1)
-    skin.touch(0, touched("ceramic_tile"), 27.0)
+    skin.touch(0, Touched.of("ceramic_tile"), 27.0)
     for _ in range(100):
         before = skin.step()
-    skin.touch(0, touched("aluminium"), 25.0)
+    skin.touch(0, Touched.of("aluminium"), 25.0)
     after = skin.step()
     assert abs(after.epidermis_c[0] - before.epidermis_c[0]) < 0.1
     for _ in range(900):
@@ -128,9 +122,9 @@ def test_model_names():
 
 
 def test_ladder_is_finest_at_the_skin_and_never_thicker_than_the_object():
-    widths = ladder_m(6, touched("pvc"))
+    widths = ladder_m(6, Touched.of("pvc"))
     assert np.all(np.diff(widths) > 0.0)
-    assert ladder_m(6, replace(touched("copper"), thickness_m=0.001)).sum() == pytest.approx(0.001)
+    assert ladder_m(6, replace(Touched.of("copper"), thickness_m=0.001)).sum() == pytest.approx(0.001)
 
 
 def test_objects_are_known_by_their_constants_or_not_at_all():

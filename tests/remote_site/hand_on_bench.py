@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from common.fingers import FINGERS
-from remote_site.finger_identification import FingerTouch
+from remote_site.finger_touch import FingerTouch
 from remote_site.material_table import MaterialTable
 from remote_site.perception import Perception
 from remote_site.sensed import Sensed

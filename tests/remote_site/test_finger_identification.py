@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from common.messages import ExplorationMode, ThermalStatus
-from remote_site.finger_identification import FingerIdentification, FingerSample, FingerTouch
+from remote_site.finger_identification import FingerIdentification
+from remote_site.finger_touch import FingerSample, FingerTouch
 from remote_site.perception import FOREIGN_SHARE
 from remote_site.surface_class import SurfaceTable
 from remote_site.thermal_identification import ThermalKnowledge
@@ -90,14 +91,14 @@ def test_body_warm_objects_ask_for_another_preheat(knowledge: ThermalKnowledge) 
     assert answer.status is ThermalStatus.UNIDENTIFIABLE
     assert answer.reason == "no temperature difference"
     assert touches[2000].conductivity_w_mk == 0.0
-    assert finger.preheat_k == 17.0
+    assert finger.heat.preheat_k == 17.0
     assert touches[-1].thermal.status is ThermalStatus.NO_CONTACT
 
 
 def test_a_plate_that_reads_always_the_same_is_a_fault_and_asks_for_nothing(knowledge: ThermalKnowledge) -> None:
     finger, touches = explore(knowledge, lambda t: 33.0)
     assert touches[2000].thermal.reason == "sensor fault: the reading does not change: saturated or stuck"
-    assert finger.preheat_k == 10.0
+    assert finger.heat.preheat_k == 10.0
 
 
 def test_stroking_ends_the_thermal_touch(knowledge: ThermalKnowledge) -> None:

@@ -9,7 +9,8 @@ import pytest
 from common.fingers import FINGERS
 from common.limits import SENSOR_PLATE_C
 from common.messages import ThermalStatus
-from remote_site.finger_identification import FingerIdentification, FingerSample
+from remote_site.finger_identification import FingerIdentification
+from remote_site.finger_touch import FingerSample
 from remote_site.heater_control import OFFSETS_K, STAGGER_K, HeaterControl, next_offset_k
 from remote_site.perception import Perception
 from remote_site.surface_class import SurfaceTable
@@ -45,7 +46,7 @@ def test_the_plates_really_come_to_different_temperatures(offset_k: float) -> No
 @pytest.mark.parametrize("fingers", [FINGERS[:1], FINGERS[:2], FINGERS])
 def test_a_session_staggers_its_fingers(fingers: tuple[str, ...]) -> None:
     perception = Perception(fingers, true_table(), SURFACES)
-    offsets_k = [each.preheat_k for each in perception._identifications.values()]
+    offsets_k = [each.heat.preheat_k for each in perception._identifications.values()]
     assert offsets_k == [OFFSETS_K[0] + stagger_k for stagger_k in STAGGER_K[: len(fingers)]]
 
 
@@ -63,6 +64,6 @@ def test_an_object_as_warm_as_the_plate_asks_for_another_preheat(knowledge: Ther
         thermal = finger.step(sample).thermal
         statuses.add((thermal.status, thermal.reason))
     assert (ThermalStatus.UNIDENTIFIABLE, NO_DIFFERENCE) in statuses
-    assert finger.preheat_k == next_offset_k(preheat_k, AMBIENT_C)
-    assert abs(finger.preheat_k - preheat_k) >= 3.0
-    assert AMBIENT_C + finger.preheat_k < SENSOR_PLATE_C
+    assert finger.heat.preheat_k == next_offset_k(preheat_k, AMBIENT_C)
+    assert abs(finger.heat.preheat_k - preheat_k) >= 3.0
+    assert AMBIENT_C + finger.heat.preheat_k < SENSOR_PLATE_C

@@ -237,7 +237,7 @@ def test_a_pressure_that_changes_for_good_makes_the_contact_less_certain(
         "stone", touch.time_s, touch.sensor_c, np.where(touch.time_s > 1.0, 3.0, touch.force_n), 0.0, 0.0
     )
     doubted = evidence(knowledge, firmer.until(1.3)).covariance[1, 1, 1]
-    monkeypatch.setattr("remote_site.touch_estimate.UNSTEADY", 0.0)
+    monkeypatch.setattr("remote_site.pressed_contact.UNSTEADY", 0.0)
     assert doubted > evidence(knowledge, firmer.until(1.3)).covariance[1, 1, 1]
 
 
