@@ -3,6 +3,7 @@
 import gc
 import heapq
 import statistics
+import struct
 import sys
 from array import array
 from collections.abc import Callable, Iterable, Sequence
@@ -118,7 +119,6 @@ def check(survival: Survival) -> None:
     print(survival)
     assert 0 < survival.accepted < survival.frames, "one side of the decoder was never reached"
     assert survival.median_ratio < 8.0, survival
-    # struct's own cache of the last hundred layouts may fill up; a leak goes on with every frame.
     assert survival.blocks_grown < 100, survival
     assert survival.resident_grown_bytes < 4 * 2**20, survival
 
@@ -136,6 +136,7 @@ def _memory() -> tuple[int, int]:
     for kept in [value for module in decoders for value in vars(module).values()]:
         if isinstance(kept, _lru_cache_wrapper) and kept.cache_info().maxsize is not None:
             kept.cache_clear()
+    vars(struct)["_clearcache"]()  # of the last hundred layouts
     gc.collect()
     table = Path("/proc/self/statm")
     pages = int(table.read_text().split()[1]) if table.exists() else 0
