@@ -7,12 +7,10 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from common.limits import GAP_S
 from studies.link_age import AGES_S
@@ -20,7 +18,7 @@ from studies.link_latency import BUSY_CURVE, CURVE, LINK, TCP, WITH_ENCODING
 from studies.link_load import CURVE as CURVE_LOAD
 from studies.link_load import LINK as LINK_LOAD
 from studies.link_load import LOOP
-from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PLUM, RED, SKY, STYLE, absent
+from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PLUM, RED, SKY, STYLE, absent, plain_ticks
 
 _WAY_STYLE = {
     LINK: (BLUE, "-"),
@@ -64,20 +62,13 @@ def _draw_latency(axes: Axes, latency: Mapping[str, Any]) -> None:
         label = f"{row['way']}: {row['median_us']:.0f} µs"
         axes.plot(latency["one_way_us"][row["way"]], latency["quantiles"], color=colour, linestyle=dash, label=label)
     axes.set_xscale("log")
-    _plain_ticks(axes.xaxis, (10, 20, 50, 100, 200, 500, 1000, 3000))
+    plain_ticks(axes.xaxis, (10, 20, 50, 100, 200, 500, 1000, 3000))
     axes.set_xlim(8.0, 3000.0)
     axes.set_ylim(0.0, 1.0)
     axes.set_xlabel("one way (µs)")
     axes.set_ylabel("share of messages")
     axes.set_title(f"{latency['message_bytes']} bytes at {latency['rate_hz']:.0f} Hz, with medians", loc="left")
     _keys_below(axes, columns=1)
-
-
-def _plain_ticks(axis: Axis, values: Sequence[int]) -> None:
-    """Ticks of a logarithmic axis as plain numbers."""
-    axis.set_major_locator(FixedLocator(values))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_locator(NullLocator())
 
 
 def _keys_below(axes: Axes, columns: int = 2) -> None:
@@ -193,7 +184,7 @@ def _draw_age(axes: Axes, age: Sequence[Mapping[str, Any]]) -> None:
     axes.set_ylabel("99 % of age (ms)")
     axes.set_title("age at every tick; beyond the limit nothing is accepted", loc="left")
     axes.set_yscale("log")
-    _plain_ticks(axes.yaxis, (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000))
+    plain_ticks(axes.yaxis, (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000))
     _keys_below(axes)
 
 

@@ -7,13 +7,11 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from studies.thermal_map_figure import draw_changes, draw_differences, draw_spread, draw_untrained, map_keys
-from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PLUM, PURPLE, RED, SKY, STYLE
+from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PLUM, PURPLE, RED, SKY, STYLE, plain_ticks
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -99,13 +97,6 @@ def time_axis(axes: Axes, times: Sequence[float]) -> None:
     axes.set_xscale("log")
     plain_ticks(axes.xaxis, times)
     axes.set_xlabel("time after contact (s)")
-
-
-def plain_ticks(axis: Axis, values: Sequence[float]) -> None:
-    """Ticks of a logarithmic axis as plain numbers."""
-    axis.set_major_locator(FixedLocator(list(values)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}".lstrip("0") or "0"))
-    axis.set_minor_locator(NullLocator())
 
 
 def _draw_errors(axes: Axes, rows: Rows, bounds: Rows) -> None:

@@ -5,7 +5,6 @@ against a finger of other code (`reference_finger`), of integrators against the 
 against the scene. Costs are of one step of five fingers, in bare products of the usual model's size, in the same run.
 """
 
-import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
@@ -23,6 +22,7 @@ from operator_site.tissue import Body, Floats, rest
 from studies.reference_finger import felt_course
 from studies.registry import Tell
 from studies.thermal_rendering_figure import plot
+from teletaction.step_cost import quickest_s
 
 __all__ = ["plot", "run", "tables"]
 
@@ -73,22 +73,11 @@ def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
     return {part: data[part] for part in ("models", "integrators", "plates")}
 
 
-def quickest_us(work: Callable[[], object], times: int, rounds: int = 7) -> float:
-    """Time of one call, us: the quickest of some rounds."""
-    best = np.inf
-    for _ in range(rounds):
-        begin = time.perf_counter()
-        for _ in range(times):
-            work()
-        best = min(best, (time.perf_counter() - begin) / times)
-    return float(1e6 * best)
-
-
 def _product_us() -> float:
     """A bare product for five fingers."""
     n = USUAL.states
     a, x = np.random.default_rng(0).standard_normal((5, n, n)), np.ones((5, n, 1))
-    return quickest_us(lambda: np.matmul(a, x), 2000)
+    return 1e6 * quickest_s(lambda: np.matmul(a, x), 2000)
 
 
 def _felt(model: SkinModel, name: str) -> Floats:
@@ -114,7 +103,7 @@ def _models(unit_us: float) -> Iterator[dict[str, Any]]:
             skin = SceneSkin(model)
             for finger in range(len(FINGERS)):
                 skin.touch(finger, it, OBJECT_C)
-            step_us = quickest_us(skin.step, 200)
+            step_us = 1e6 * quickest_s(skin.step, 200)
             yield {
                 "object": name,
                 "model": text,
@@ -141,7 +130,7 @@ def _integrators(unit_us: float, seconds: float) -> Iterator[dict[str, Any]]:
         for method, setting, advance in _methods(rates, exact, inputs):
             felt = _course(rates, start, steps, advance)
             error = float(np.abs(felt - true).max()) if np.isfinite(felt).all() else np.inf
-            us = quickest_us(partial(advance, start), 30 if method in SOLVERS else 300, 5)
+            us = 1e6 * quickest_s(partial(advance, start), 30 if method in SOLVERS else 300, 5)
             yield {
                 "object": name,
                 "model": str(model),

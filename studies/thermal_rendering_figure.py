@@ -1,17 +1,15 @@
 """The figure of the study of heat at the finger: models, integrators, and what the plate's rate leaves."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PLUM, RED, SKY, STYLE
+from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PLUM, RED, SKY, STYLE, plain_ticks
 
 _COLOURS = (RED, ORANGE, GREEN, PLUM, BLUE, SKY, GREY)
 _MARKS = ("o", "s", "^", "D", "v", "P", "X")
@@ -53,18 +51,11 @@ def _draw_models(axes: Axes, rows: list[dict[str, Any]]) -> None:
     axes.set_xticks(range(len(models)), models, rotation=25, ha="right")
     axes.set_yscale("log")
     axes.set_ylim(0.01, 60.0)
-    _plain(axes.yaxis, (0.01, 0.1, 1, 10))
+    plain_ticks(axes.yaxis, (0.01, 0.1, 1, 10))
     axes.set_xlabel("cells of epidermis + dermis + subcutis + object")
     axes.set_ylabel("worst error / tolerance")
     axes.set_title("Models; grey: wrong; ringed: chosen", loc="left")
     axes.legend(ncols=2, fontsize=8.5)
-
-
-def _plain(axis: Axis, values: Sequence[float]) -> None:
-    """Ticks of a logarithmic axis as plain numbers."""
-    axis.set_major_locator(FixedLocator(values))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_locator(NullLocator())
 
 
 def _draw_integrators(axes: Axes, rows: list[dict[str, Any]]) -> None:
@@ -94,8 +85,8 @@ def _draw_integrators(axes: Axes, rows: list[dict[str, Any]]) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_ylim(0.3 * _SMALLEST_K, 5.0 * _DIVERGED_K)
-    _plain(axes.xaxis, (1, 10, 100, 1000))
-    _plain(axes.yaxis, (1e-9, 1e-6, 1e-3, 0.1, 1))
+    plain_ticks(axes.xaxis, (1, 10, 100, 1000))
+    plain_ticks(axes.yaxis, (1e-9, 1e-6, 1e-3, 0.1, 1))
     axes.axhline(0.1, color=GREY, linestyle="--", linewidth=0.9)
     axes.set_xlabel("cost of 10 ms, one finger, in bare products for five")
     axes.set_ylabel("largest error of the felt temperature (K)")
@@ -119,8 +110,8 @@ def _draw_rates(axes: Axes, rows: list[dict[str, Any]]) -> None:
     axes.axhline(0.1, color=GREY, linestyle="--", linewidth=0.9)
     axes.set_xscale("log")
     axes.set_yscale("log")
-    _plain(axes.xaxis, (2.5, 5, 10, 20, 40, 80, 160))
-    _plain(axes.yaxis, (0.03, 0.1, 0.3, 1))
+    plain_ticks(axes.xaxis, (2.5, 5, 10, 20, 40, 80, 160))
+    plain_ticks(axes.yaxis, (0.03, 0.1, 0.3, 1))
     axes.set_xlabel("rate of the plate (K/s); dotted: TactTip")
     axes.set_ylabel("largest error at the finger (K)")
     axes.set_title("The plate's rate is the largest error", loc="left")

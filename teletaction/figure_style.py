@@ -1,10 +1,13 @@
 """Colours, names and fonts of the figures: distinct without colour vision (Okabe and Ito's set), and in grey."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from common.messages import ExplorationMode, ThermalStatus
 from teletaction.session_curves import Curve
@@ -66,6 +69,13 @@ def line(axes: Axes, curve: Curve | None, **how: Any) -> bool:
     thin = curve.thinned(LINE_BINS)
     axes.plot(thin.time_s, thin.value, **how)
     return True
+
+
+def plain_ticks(axis: Axis, values: Sequence[float]) -> None:
+    """Ticks of a logarithmic axis as plain numbers."""
+    axis.set_major_locator(FixedLocator(list(values)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}".lstrip("0") or "0"))
+    axis.set_minor_locator(NullLocator())
 
 
 def absent(axes: Axes, text: str) -> None:

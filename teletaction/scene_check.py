@@ -1,6 +1,5 @@
 """Which skin model each object of a scene needs, how wrong it will be, and what it costs."""
 
-import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,9 +12,10 @@ from operator_site.scene_skin import SceneSkin, touched_object
 from operator_site.skin import SkinModel, Touched
 from operator_site.tissue import Body, rest
 from sim_sensors.scene import Scene
+from teletaction.step_cost import quickest_s
 
-ROUNDS, STEPS = 5, 200
-"""The cost is that of the quickest of some rounds."""
+STEPS = 200
+"""Timed together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,10 +99,4 @@ def _step_us(model: SkinModel, touched: Touched) -> float:
     skin = SceneSkin(model)
     for finger in range(len(FINGERS)):
         skin.touch(finger, touched, 20.0)
-    best = np.inf
-    for _ in range(ROUNDS):
-        begin = time.perf_counter()
-        for _ in range(STEPS):
-            skin.step()
-        best = min(best, (time.perf_counter() - begin) / STEPS)
-    return float(1e6 * best)
+    return 1e6 * quickest_s(skin.step, STEPS)

@@ -1,6 +1,5 @@
 """What a step of heat costs, as ratios within one run."""
 
-import time
 from collections.abc import Callable
 from functools import partial
 
@@ -15,20 +14,10 @@ from operator_site.plate_display import PlateDisplay
 from operator_site.scene_skin import SceneSkin
 from operator_site.skin import STEP_S, SkinModel, Touched, skin_rates, skin_step
 from operator_site.tissue import Body, rest
+from teletaction.step_cost import quickest_s
 
 MODEL = SkinModel(4, 1, 1, 6)
 FIVE = ("aluminium", "ceramic_tile", "pvc", "pine", "skin_dermis")
-
-
-def quickest_s(work: Callable[[], object], times: int, rounds: int = 15) -> float:
-    """Time of one call, the quickest of some rounds: the machine is shared."""
-    best = np.inf
-    for _ in range(rounds):
-        begin = time.perf_counter()
-        for _ in range(times):
-            work()
-        best = min(best, (time.perf_counter() - begin) / times)
-    return best
 
 
 def hand(fingers: int) -> tuple[SceneSkin, Callable[[], object]]:
