@@ -33,7 +33,8 @@ class LocalContact:
         self._law = law or ContactLaw()
         self._t_s = math.nan
         self._z_m = 0.0
-        self._approach_m_s = 0.0
+        self.approach_m_s = 0.0
+        """Speed of the finger towards the surface, smoothed, m/s."""
         self._surface_m = 0.0
         self._stiffness = 0.0
         self._blend_n = 0.0
@@ -51,9 +52,9 @@ class LocalContact:
         self._t_s = t_s
         if 0.0 < dt_s <= 0.1:
             speed = (self._z_m - z_m) / dt_s
-            self._approach_m_s += (speed - self._approach_m_s) * dt_s / (VELOCITY_LAG_S + dt_s)
+            self.approach_m_s += (speed - self.approach_m_s) * dt_s / (VELOCITY_LAG_S + dt_s)
         else:
-            dt_s, self._approach_m_s = 0.0, 0.0
+            dt_s, self.approach_m_s = 0.0, 0.0
         self._z_m = z_m
         stiffness = min(max(0.0, stiffness_n_m), self._law.stiffness_cap_n_m)
         if stiffness != self._stiffness or surface_m != self._surface_m:
@@ -72,4 +73,4 @@ class LocalContact:
         depth = self._surface_m - z_m
         if depth <= 0.0 or self._stiffness == 0.0:
             return 0.0
-        return max(0.0, self._stiffness * depth + self._law.damping_n_s_m * self._approach_m_s)
+        return max(0.0, self._stiffness * depth + self._law.damping_n_s_m * self.approach_m_s)

@@ -15,6 +15,7 @@ from common.fingers import FINGERS
 from common.limits import COMFORT, GAP_S, PlateRange
 from common.materials import materials
 from common.messages import TOUCH_COLUMN, Event, EventKind
+from operator_site.approach import LEAD_S, contact_c, contact_in_s
 from operator_site.contact_force import ContactLaw, LocalContact
 from operator_site.model_choice import RUNGS
 from operator_site.plate_display import PlateDisplay
@@ -26,6 +27,9 @@ from operator_site.vibration import FingerVibration, PlayedEvents, Surface
 
 NEAR_SURFACE_M = 0.3e-3
 """A finger this close above the remote surface counts as touching for heat: heights of two sites differ a little."""
+
+MOST_STEPS = 10
+"""Of skin in one tick, 0.1 s: after a longer standstill outputs have gone to neutral, and time goes on from there."""
 
 _MODE = TOUCH_COLUMN["mode"]
 _CONTACT = TOUCH_COLUMN["contact"]
@@ -75,6 +79,7 @@ class Fingertips:
         self._loops = [PlateLoop() for _ in range(n)]
         self._drive = [0.0] * n
         self._touching = [False] * n
+        self._contact_in_s = [math.inf] * n
         self._driven = [False] * n
         self._t_s = math.nan
         self._heat_t_s = math.nan
@@ -121,8 +126,12 @@ class Fingertips:
         self.impulses_played = []
         force, rpm = [], []
         for finger, row in enumerate(self._rows):
-            newton = self._contacts[finger].step(t_s, z_m[finger], row[_SURFACE], row[_STIFFNESS])
+            contact = self._contacts[finger]
+            newton = contact.step(t_s, z_m[finger], row[_SURFACE], row[_STIFFNESS])
             force.append(newton)
+            height_m = z_m[finger] - row[_SURFACE]
+            ahead_s = contact_in_s(height_m, contact.approach_m_s) if row[_STIFFNESS] > 0.0 < height_m else math.inf
+            self._contact_in_s[finger] = ahead_s
             mine = [event for event in fresh if event.finger == finger] if engaged and fresh else ()
             # The finger's own force says how hard it strokes; before a surface is known, the remote finger's.
             pressed = newton if row[_STIFFNESS] > 0.0 else row[_FORCE]
@@ -137,15 +146,16 @@ class Fingertips:
             if self._driven[finger] and not driven:
                 self._display.restart(finger, measured)
                 self._loops[finger].reset()
-        heat = not t_s - self._heat_t_s < STEP_S - 1e-4
+        due = self._heat_steps(t_s)
+        heat = due > 0
         if heat:
-            self._heat_t_s = t_s if not t_s - self._heat_t_s < 2.0 * STEP_S else self._heat_t_s + STEP_S
-            self._heat(z_m)
+            self._heat(z_m, due)
         set_c: list[float] = self._display.step(dt_s).tolist()
         if heat:
+            flux = (self.skin.flux_w_m2 * self._touching).tolist()
             for finger, loop in enumerate(self._loops):
                 fresh_c = plate_c[finger] if self._driven[finger] else math.nan
-                self._drive[finger] = loop.step(t_s, set_c[finger], fresh_c)
+                self._drive[finger] = loop.step(t_s, set_c[finger], fresh_c, flux[finger])
         return Requested(force, rpm, set_c, list(self._drive), self._display.limited.tolist())
 
     def _unpack(self, touch: NDArray[np.float32]) -> None:
@@ -157,8 +167,18 @@ class Fingertips:
         self._rows = rows
         self._block = touch
 
-    def _heat(self, z_m: Sequence[float]) -> None:
-        """One 10 ms step of all fingers' skin in the scene."""
+    def _heat_steps(self, t_s: float) -> int:
+        """How many steps of skin are due; those that a standstill has cost are caught up with, the latest of them."""
+        since_s = t_s - self._heat_t_s
+        if not 0.0 <= since_s < (MOST_STEPS + 1) * STEP_S:
+            self._heat_t_s = t_s
+            return 1
+        steps = math.floor(since_s / STEP_S + 0.01)
+        self._heat_t_s += steps * STEP_S
+        return steps
+
+    def _heat(self, z_m: Sequence[float], steps: int) -> None:
+        """Some steps of 10 ms of all fingers' skin in the scene."""
         for finger, row in enumerate(self._rows):
             near = row[_STIFFNESS] > 0.0 and z_m[finger] < row[_SURFACE] + NEAR_SURFACE_M
             touched = None
@@ -166,5 +186,20 @@ class Fingertips:
                 touched = touched_object(*(row[column] for column in _THERMAL))
             self._touching[finger] = touched is not None
             self._skin.touch(finger, touched, row[_OBJECT_C])
-        self.skin = self._skin.step()
-        self._display.aim(self.skin, self._touching)
+        for _ in range(steps):
+            self.skin = self._skin.step()
+        self._display.aim(self.skin, self._touching, self._ahead_c())
+
+    def _ahead_c(self) -> dict[int, float]:
+        """What fingers will meet that come down to a known object, C: those whose plates need all of the time left."""
+        found = {}
+        for finger, contact_s in enumerate(self._contact_in_s):
+            row = self._rows[finger]
+            if self._touching[finger] or contact_s > LEAD_S:
+                continue
+            touched = touched_object(*(row[column] for column in _THERMAL))
+            if touched is not None:
+                goal_c = contact_c(float(self.skin.surface_c[finger]), touched, row[_OBJECT_C])
+                if contact_s <= self._display.needs_s(finger, goal_c):
+                    found[finger] = goal_c
+        return found

@@ -5,7 +5,8 @@ felt temperature, so nothing has to be inverted: the plate sits where the scene'
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from operator_site.tissue import Floats
 
 PLATE_CONTACT_M2K_W = 5.4e-4
 """Contact resistance between finger and aluminium plate."""
+NOTHING_AHEAD: Mapping[int, float] = MappingProxyType({})
 
 
 class PlateDisplay:
@@ -32,9 +34,17 @@ class PlateDisplay:
         self.limited: NDArray[np.int64] = self._outside.copy()
         """`Limit` bits (n,): where the plate cannot show what the model wants."""
 
-    def aim(self, skin: SkinState, touching: Sequence[bool]) -> None:
-        """Take what the plates should show; a finger that touches nothing is shown its own skin, no flux."""
+    def aim(self, skin: SkinState, touching: Sequence[bool], ahead_c: Mapping[int, float] = NOTHING_AHEAD) -> None:
+        """Take what the plates should show; a finger that touches nothing is shown its own skin, no flux.
+
+        Args:
+            skin: of the scene.
+            touching: which fingers do.
+            ahead_c: by finger that is about to touch, what it will meet: its plate goes there already.
+        """
         wanted = skin.surface_c + np.asarray(touching) * skin.flux_w_m2 * PLATE_CONTACT_M2K_W
+        for finger, goal_c in ahead_c.items():
+            wanted[finger] = goal_c
         self._wanted_c = self._inside(wanted)
         self._outside = (self._wanted_c != wanted) * Limit.PLATE_RANGE.value
 
@@ -46,6 +56,11 @@ class PlateDisplay:
         behind = (np.abs(change - slow) > RATE_ROUNDING_K) * Limit.PLATE_RATE.value
         self.limited = self._outside | behind
         return self.set_c
+
+    def needs_s(self, finger: int, goal_c: float) -> float:
+        """How long a plate takes to a goal, s."""
+        change = goal_c - float(self.set_c[finger])
+        return change / PLATE_HEATING_K_S if change > 0.0 else -change / PLATE_COOLING_K_S
 
     def restart(self, finger: int, plate_c: float) -> None:
         """Go on from where a plate is; without a reading (NaN) it keeps its set-point."""

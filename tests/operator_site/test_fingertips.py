@@ -164,3 +164,52 @@ def test_whole_chain_shows_an_object_and_the_gate_has_nothing_to_correct():
     assert acted == 0
     assert plate[2] == pytest.approx(out.plate_set_c[2], abs=0.1)
     assert plate[2] < 30.0
+
+
+def lowered(rig: Rig, touch: np.ndarray, speed_m_s: float, until_m: float) -> list[float]:
+    """Set-points of the index finger's plate while the hand comes down from 6 mm."""
+    heights = np.arange(0.006, until_m, -speed_m_s * DT)
+    return [rig.step(touch, [float(z_m)] * 5).plate_set_c[1] for z_m in heights]
+
+
+def test_the_plate_starts_before_a_contact_that_is_known_to_come():
+    rig = Rig()
+    known = block([1], stiffness_n_m=400.0, surface_z_m=0.0, **constants("aluminium", 23.0))
+    rig.run(0.2, known, UP)
+    at_rest = rig.step(known, UP).plate_set_c[1]
+    shown = lowered(rig, known, 0.01, 0.0031)
+    assert shown[-1] == pytest.approx(at_rest)  # 0.3 s before contact nothing is shown
+    shown = lowered(rig, known, 0.01, 0.0005)
+    assert at_rest - 2.5 * 0.3 <= shown[-1] < at_rest - 0.4
+    # The hand stays up after all: the plate goes back.
+    assert rig.run(0.6, known, UP)[-1].plate_set_c[1] == pytest.approx(at_rest, abs=0.02)
+
+
+@pytest.mark.parametrize("changes", [{"stiffness_n_m": 0.0}, {"conductivity_w_mk": 0.0}])
+def test_without_a_known_surface_or_material_no_plate_starts_early(changes):
+    rig = Rig()
+    values = {"stiffness_n_m": 400.0, "surface_z_m": 0.0, **constants("aluminium", 23.0), **changes}
+    unknown = block([1], **values)
+    rig.run(0.2, unknown, UP)
+    at_rest = rig.step(unknown, UP).plate_set_c[1]
+    assert lowered(rig, unknown, 0.01, 0.0005)[-1] == pytest.approx(at_rest, abs=1e-6)
+
+
+@pytest.mark.parametrize("tick_s", [0.002, 0.01, 0.025, 0.05])
+def test_the_skin_keeps_time_at_any_tick(tick_s):
+    """A tick that is late, or always slow, must not slow the skin down."""
+    tips, touch = Fingertips(), block([1], contact=1, **constants("aluminium", 23.0))
+    for tick in range(round(3.0 / tick_s) + 1):
+        tips.step(
+            tick * tick_s,
+            True,
+            touch=touch,
+            events=(),
+            speed_m_s=0.0,
+            z_m=UP,
+            plate_c=[33.0] * 5,
+            plate_age_s=[0.0] * 5,
+        )
+    steady = Rig()
+    steady.run(3.01, touch, UP)
+    assert tips.skin.epidermis_c[1] == pytest.approx(steady.tips.skin.epidermis_c[1], abs=0.02)

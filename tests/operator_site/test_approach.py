@@ -1,0 +1,24 @@
+"""What is known of a contact before it happens."""
+
+import math
+
+import pytest
+
+from operator_site.approach import contact_c, contact_in_s
+from operator_site.skin import Touched
+
+
+def test_time_to_contact_is_height_over_speed() -> None:
+    assert contact_in_s(0.006, 0.02) == pytest.approx(0.3)
+    assert contact_in_s(-0.001, 0.02) == 0.0
+
+
+@pytest.mark.parametrize("approach", [0.0, -0.1, 0.002, math.nan])
+def test_a_finger_that_does_not_come_down_meets_nothing(approach: float) -> None:
+    assert contact_in_s(0.001, approach) == math.inf
+
+
+def test_metal_is_met_near_its_own_temperature_and_foam_near_the_skins() -> None:
+    assert contact_c(33.0, Touched.of("copper"), 23.0) == pytest.approx(23.3, abs=0.1)
+    assert contact_c(33.0, Touched.of("pu_foam"), 23.0) == pytest.approx(32.6, abs=0.1)
+    assert contact_c(33.0, Touched.of("pvc"), 33.0) == pytest.approx(33.0)
