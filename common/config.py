@@ -122,6 +122,10 @@ class RemoteConfig(SiteConfig):
         return self
 
 
+VibrationScale = Literal["speed", "intensity"]
+"""What Eq. 1 and 2 are taken to be linear in: the motor's speed as in the paper, or the intensity that is felt."""
+
+
 class RenderingConfig(_Section):
     """What the operator is made to feel, and how."""
 
@@ -131,6 +135,8 @@ class RenderingConfig(_Section):
     """Temperature below the finger's skin, C: the one personal constant of the thermal model."""
     max_stiffness_n_m: float = Field(default=400.0, gt=0.0, le=5000.0)
     """Stiffest contact rendered: what stays stable over the loop's own delay to the exoskeleton."""
+    vibration: VibrationScale = "speed"
+    """Whether strokes and taps are matched in motor speed (Kron & Schmidt 2003) or in felt intensity."""
 
 
 class OperatorConfig(SiteConfig):

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from common.config import VibrationScale
 from common.fingers import FINGERS
 from common.limits import COMFORT, GAP_S, PlateRange
 from common.materials import materials
@@ -62,10 +63,11 @@ class Fingertips:
         law: ContactLaw | None = None,
         model: SkinModel | None = None,
         body: Body | None = None,
+        vibration: VibrationScale = "speed",
     ) -> None:
         n = len(FINGERS)
         self._contacts = [LocalContact(law) for _ in range(n)]
-        self._vibrations = [FingerVibration() for _ in range(n)]
+        self._vibrations = [FingerVibration(vibration) for _ in range(n)]
         self._surfaces = [Surface()] * n
         self._played = PlayedEvents()
         self._skin = SceneSkin(model, body)
@@ -129,14 +131,22 @@ class Fingertips:
             contact = self._contacts[finger]
             newton = contact.step(t_s, z_m[finger], row[_SURFACE], row[_STIFFNESS])
             force.append(newton)
-            height_m = z_m[finger] - row[_SURFACE]
-            ahead_s = contact_in_s(height_m, contact.approach_m_s) if row[_STIFFNESS] > 0.0 < height_m else math.inf
+            ahead_s = math.inf
+            if row[_STIFFNESS] > 0.0:
+                ahead_s = contact_in_s(z_m[finger] - row[_SURFACE], contact.approach_m_s)
             self._contact_in_s[finger] = ahead_s
             mine = [event for event in fresh if event.finger == finger] if engaged and fresh else ()
             # The finger's own force says how hard it strokes; before a surface is known, the remote finger's.
             pressed = newton if row[_STIFFNESS] > 0.0 else row[_FORCE]
             speed = self._vibrations[finger].step(
-                t_s, int(row[_MODE]), speed_m_s, pressed, surface=self._surfaces[finger], events=mine
+                t_s,
+                int(row[_MODE]),
+                speed_m_s,
+                pressed,
+                surface=self._surfaces[finger],
+                events=mine,
+                contact_in_s=ahead_s,
+                approach_m_s=contact.approach_m_s,
             )
             if mine and speed > 0.0:
                 self.impulses_played += [e.ident for e in mine if e.kind is not EventKind.MATERIAL]

@@ -46,6 +46,7 @@ class Rendering:
             profile=PLATE_PROFILES[config.profile],
             law=ContactLaw(stiffness_cap_n_m=config.max_stiffness_n_m),
             body=Body(deep_c=config.deep_c, arterial_c=config.deep_c + 1.0, air_c=config.air_c),
+            vibration=config.vibration,
         )
         self._speed = StrokeSpeed()
 

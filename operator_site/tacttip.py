@@ -14,7 +14,7 @@ from common.serial_messages import (
     TactTipCommand,
     TactTipState,
 )
-from operator_site.motor_drive import motor_mv
+from operator_site.motor_drive import MotorDrive
 from operator_site.ntc import PlateSensor
 
 _LEAST_INTERVAL_S = 0.004
@@ -40,6 +40,8 @@ class TactTip:
         """What the module reported last that motor (mV) and Peltiers (thousandths) get."""
         self._sensor = PlateSensor()
         self._motor, self._peltier = DriveObeys("the motor"), DriveObeys("the Peltier element")
+        self._motor_drive = MotorDrive()
+        self._turning = False
         self._sent = (0, 0)
         self._sent_s = _NEVER
 
@@ -75,11 +77,12 @@ class TactTip:
 
     def drive(self, t_s: float, motor_rpm: float, peltier_drive: float) -> None:
         """Send drives within the module's rate budget: motor speed in rpm, Peltier -1..1."""
-        wanted = (motor_mv(motor_rpm), round(peltier_drive * DRIVE_FULL))
-        since_s = t_s - self._sent_s
-        switches = (wanted[0] > 0) != (self._sent[0] > 0)
-        if switches or since_s >= COMMAND_REFRESH_S or (wanted != self._sent and since_s >= _LEAST_INTERVAL_S):
+        since_s, switches = t_s - self._sent_s, (motor_rpm > 0.0) != self._turning
+        if not switches and since_s < _LEAST_INTERVAL_S:
+            return
+        wanted = (self._motor_drive.step(t_s, motor_rpm), round(peltier_drive * DRIVE_FULL))
+        if switches or since_s >= COMMAND_REFRESH_S or wanted != self._sent:
             self.line.send(MessageId.TACTTIP_COMMAND, TactTipCommand(*wanted).encode())
-            self._sent, self._sent_s = wanted, t_s
+            self._sent, self._sent_s, self._turning = wanted, t_s, motor_rpm > 0.0
             self._motor.told(t_s, wanted[0])
             self._peltier.told(t_s, wanted[1])

@@ -8,8 +8,11 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from common.limits import MOTOR_FLOOR_RPM, MOTOR_MAX_RPM
+from common.config import VibrationScale
+from common.limits import MOTOR_FLOOR_RPM
 from common.messages import Event, EventKind, ExplorationMode
+from operator_site.felt_speed import FeltSpeed
+from operator_site.grooves import Grooves
 from operator_site.motor_drive import MOTOR, RPM_TO_RAD_S
 
 TAP_S = 0.15
@@ -17,24 +20,16 @@ TAP_S = 0.15
 TAP_MIN_SPEED_M_S = 0.005
 """A contact slower than this is a resting of the finger, not a tap: it gets no guaranteed impulse."""
 TAP_HOLD_S = 0.06
-TAP_MIN_RAD_S = MOTOR_FLOOR_RPM * RPM_TO_RAD_S / (1.0 - math.exp(-TAP_HOLD_S / MOTOR.time_constant_s))
-"""Least speed commanded during the first TAP_HOLD_S of a tap.
+TAP_FELT_RPM = 1.2 * MOTOR_FLOOR_RPM
+"""Least speed commanded during the first TAP_HOLD_S of a tap, by a difference in amplitude above what is felt at all.
 
-A usual tap of 40 mm/s on hard plastic asks for 160 rad/s, below what is felt at all. The motor needs 50 ms
-to follow, so even the perception floor itself, shown for a few tens of ms, would not be reached: this
-command makes the motor pass the floor by the end of the hold. Weaker than that, a tap may go unnoticed.
+A usual tap of 40 mm/s on hard plastic asks for 160 rad/s, below what is felt: as the law has it, it would go unnoticed.
 """
-GROOVE_DECAY_PER_S = 60.0
-"""Decay of groove impulses where the surface model gives none."""
-SHOWN_FROM = 0.35
-SHOWN_UNTIL = 0.25
-"""A wanted speed below the perception floor is shown as the floor from the first share of it, until the second.
-
-Plain plastic stroked at 50 mm/s asks for half the floor and is felt; foam asks for a sixth of it and is not.
-"""
+COMMAND_S = 0.006
+"""From here to the motor: a tick, the module's rate of commands, and the line."""
+AHEAD_S = 0.1
+"""A contact that has not come by so long after the motor started for it will not."""
 REMEMBERED_EVENTS = 512
-
-_MAX_RAD_S = MOTOR_MAX_RPM * RPM_TO_RAD_S
 
 
 class PlayedEvents:
@@ -72,14 +67,15 @@ class Surface:
 class FingerVibration:
     """One finger's vibration: `step` says how fast its motor should turn."""
 
-    def __init__(self) -> None:
+    def __init__(self, scale: VibrationScale = "speed") -> None:
+        self._felt = FeltSpeed(scale)
+        self._grooves = Grooves()
         self._t_s = -math.inf
         self._tap_t_s = -math.inf
         self._tap_rad_s = 0.0
         self._tap_decay = 0.0
         self._tap_certain = False
-        self._groove_rad_s = 0.0
-        self._shown = False
+        self._ahead_since_s: float | None = None
 
     def step(
         self,
@@ -90,6 +86,8 @@ class FingerVibration:
         *,
         surface: Surface,
         events: Iterable[Event] = (),
+        contact_in_s: float = math.inf,
+        approach_m_s: float = 0.0,
     ) -> float:
         """Motor speed at `t_s`, rpm: zero, or between the perception floor and the motor's largest.
 
@@ -100,27 +98,26 @@ class FingerVibration:
             force_n: normal force on the fingertip, N.
             surface: constants of Eq. 1 and 2.
             events: this finger's events not given before (see PlayedEvents).
+            contact_in_s: when a free finger will meet this surface, s; infinite where nobody knows.
+            approach_m_s: how fast it comes down then.
         """
-        dt_s = max(0.0, t_s - self._t_s)
         self._t_s = t_s
-        if self._groove_rad_s:
-            # A sum of equal exponentials decays as one: J(t) needs a single number.
-            rate = surface.b_groove_per_s if surface.b_groove_per_s > 0.0 else GROOVE_DECAY_PER_S
-            self._groove_rad_s *= math.exp(-rate * dt_s)
+        self._grooves.step(t_s, surface.b_groove_per_s)
         for event in events:
             self._begin(event, surface)
         if mode == ExplorationMode.FREE:
             self._tap_t_s = -math.inf
-            self._groove_rad_s = 0.0
-            self._shown = False
-            return 0.0
-        wanted, least = self._tap(t_s)
+            self._grooves.end()
+            self._felt.still()
+            return self._ahead(contact_in_s, approach_m_s, surface)
+        self._ahead_since_s = None
+        wanted, least_rpm = self._tap()
         if mode == ExplorationMode.STROKING:
             wanted += surface.k_stroke_v * abs(speed_m_s) + surface.k_stroke_f * max(0.0, force_n)
-            wanted += self._groove_rad_s
+            wanted += self._grooves.rad_s
         else:
-            self._groove_rad_s = 0.0
-        return self._felt_rpm(max(wanted, least) / RPM_TO_RAD_S)
+            self._grooves.end()
+        return max(self._felt.rpm(wanted / RPM_TO_RAD_S), least_rpm)
 
     def _begin(self, event: Event, surface: Surface) -> None:
         if event.kind is EventKind.TAP:
@@ -129,17 +126,24 @@ class FingerVibration:
             self._tap_decay = surface.b_tap_per_s
             self._tap_certain = event.value >= TAP_MIN_SPEED_M_S
         elif event.kind is EventKind.GROOVE:
-            self._groove_rad_s = min(_MAX_RAD_S, self._groove_rad_s + max(0.0, event.value))
+            self._grooves.cross(event.value, event.time_ns, surface.b_groove_per_s)
 
-    def _tap(self, t_s: float) -> tuple[float, float]:
-        """Eq. 1 and the least speed that makes this tap felt, rad/s."""
-        since_s = t_s - self._tap_t_s
+    def _tap(self) -> tuple[float, float]:
+        """Eq. 1, rad/s, and the least speed that makes this tap felt, rpm."""
+        since_s = self._t_s - self._tap_t_s
         if since_s > TAP_S:
             return 0.0, 0.0
         certain = self._tap_certain and since_s <= TAP_HOLD_S
-        return self._tap_rad_s * math.exp(-self._tap_decay * since_s), TAP_MIN_RAD_S if certain else 0.0
+        return self._tap_rad_s * math.exp(-self._tap_decay * since_s), TAP_FELT_RPM if certain else 0.0
 
-    def _felt_rpm(self, rpm: float) -> float:
-        """Lift what is not felt to the floor or drop it to zero, with hysteresis."""
-        self._shown = rpm >= MOTOR_FLOOR_RPM * (SHOWN_UNTIL if self._shown else SHOWN_FROM)
-        return min(MOTOR_MAX_RPM, max(MOTOR_FLOOR_RPM, rpm)) if self._shown else 0.0
+    def _ahead(self, contact_in_s: float, approach_m_s: float, surface: Surface) -> float:
+        """A tap that will come is begun so early that the motor turns as fast as it should on contact."""
+        rpm = max(self._felt.rpm(surface.k_tap * approach_m_s / RPM_TO_RAD_S), TAP_FELT_RPM)
+        if surface.k_tap <= 0.0 or contact_in_s > MOTOR.rise_s(rpm * RPM_TO_RAD_S) + COMMAND_S:
+            self._ahead_since_s = None
+        elif self._ahead_since_s is None:
+            self._ahead_since_s = self._t_s
+        if self._ahead_since_s is None or self._t_s - self._ahead_since_s > AHEAD_S:
+            self._felt.still()
+            return 0.0
+        return rpm

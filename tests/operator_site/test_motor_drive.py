@@ -1,0 +1,151 @@
+"""The motor's voltage: what holds a speed, and what brings the motor there in time; judged at the simulated motor."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.signal import find_peaks
+
+from common.limits import MOTOR_FLOOR_RPM, MOTOR_MAX_RPM
+from operator_site.motor_drive import DEVICE_MAX_MV, MOTOR, RPM_TO_RAD_S, Motor, MotorDrive, motor_mv
+from sim_sensors.motor import VibrationMotors
+
+TICK_S = 0.002
+ON_THE_WAY = 1
+"""Ticks from a command to the motor."""
+WITHIN = 0.2
+"""Of the felt intensity, which grows with the square of the speed."""
+
+
+def driven(wanted_rpm: Callable[[float], float], seconds: float = 0.4, compensated: bool = True) -> np.ndarray:
+    """Time, s, and speed, rpm, of the simulated motor, commanded every 4 ms."""
+    motor, drive, line = VibrationMotors(1), MotorDrive(), [0] * ON_THE_WAY
+    millivolts, seen = 0, []
+    for tick in range(round(seconds / TICK_S)):
+        t_s = tick * TICK_S
+        if tick % 2 == 0:
+            rpm = wanted_rpm(t_s)
+            millivolts = drive.step(t_s, rpm) if compensated else motor_mv(rpm)
+        line.append(millivolts)
+        motor.step(TICK_S, np.array([1e-3 * line.pop(0)]))
+        seen.append((t_s + TICK_S, float(motor.rpm[0])))
+    return np.array(seen)
+
+
+def reached_s(course: np.ndarray, rpm: float) -> float:
+    """When the felt intensity first is within WITHIN of that of a speed."""
+    near = course[course[:, 1] >= math.sqrt(1.0 - WITHIN) * rpm]
+    return float(near[0, 0]) if len(near) else math.inf
+
+
+def test_voltage_holds_the_speed() -> None:
+    assert motor_mv(10_000.0) == pytest.approx(1410, abs=10)
+    assert pytest.approx(0.35, abs=0.01) == MOTOR.start_v
+    assert pytest.approx(0.05, abs=0.001) == MOTOR.time_constant_s
+    assert [motor_mv(v) for v in (0.0, -1.0, math.nan, math.inf)] == [0, 0, 0, 0]
+    assert motor_mv(1e9) == motor_mv(MOTOR_MAX_RPM)
+    for speed in np.linspace(500.0, 10_000.0, 20):
+        omega = 0.0
+        for _ in range(2000):  # the motor's own equation, integrated
+            current = (motor_mv(speed) / 1000.0 - 6.4e-4 * omega) / 10.8
+            omega += (6.4e-4 * current - 2.2e-8 * omega - 2.1e-5) / 3e-9 * 5e-4
+        assert omega / RPM_TO_RAD_S == pytest.approx(speed, abs=10.0)
+
+
+@pytest.mark.parametrize("attack_rpm", [MOTOR_FLOOR_RPM, 5000.0, 7600.0, MOTOR_MAX_RPM])
+@pytest.mark.parametrize("decay_per_s", [0.0, 30.0, 40.0])
+def test_a_tap_has_its_strength_and_comes_at_least_twice_as_soon(attack_rpm: float, decay_per_s: float) -> None:
+    def tap(t_s: float) -> float:
+        return attack_rpm * math.exp(-decay_per_s * t_s) if t_s <= 0.15 else 0.0
+
+    course, alone = driven(tap), driven(tap, compensated=False)
+    peak = (course[:, 1].max() / attack_rpm) ** 2
+    assert abs(peak - 1.0) <= WITHIN
+    assert 2.0 * reached_s(course, attack_rpm) <= reached_s(alone, attack_rpm)
+    # Alone the motor needs that long even for an attack that does not decay at all.
+    assert 2.0 * reached_s(course, attack_rpm) <= reached_s(driven(lambda _: attack_rpm, compensated=False), attack_rpm)
+
+
+@pytest.mark.parametrize("rate_hz", [2.0, 5.0, 10.0, 15.0])
+def test_impulses_are_separate_peaks_of_speed(rate_hz: float) -> None:
+    def pattern(t_s: float) -> float:
+        crossed = range(math.floor(t_s * rate_hz) + 1)
+        return (220.0 + sum(400.0 * math.exp(-60.0 * (t_s - n / rate_hz)) for n in crossed)) / RPM_TO_RAD_S
+
+    course = driven(pattern, seconds=2.0)
+    peaks, _ = find_peaks(np.append(course[:, 1], 0.0), prominence=0.3 * course[:, 1].max())
+    assert len(peaks) == math.floor(1.999 * rate_hz) + 1
+    # A peak has the height that was asked for, as far as it is felt.
+    assert course[peaks, 1] == pytest.approx(np.full(len(peaks), 620.0 / RPM_TO_RAD_S), rel=0.1)
+
+
+def test_an_even_speed_is_held_with_an_even_voltage() -> None:
+    drive = MotorDrive()
+    sent = [drive.step(0.004 * n, 5000.0) for n in range(100)]
+    assert sent[0] == DEVICE_MAX_MV
+    assert set(sent[20:]) == {motor_mv(5000.0)}
+
+
+def test_a_hand_that_trembles_makes_no_impulses() -> None:
+    """Speeds that rise and fall a little are followed, not held at their tops."""
+    drive, mean = MotorDrive(), []
+    for n in range(500):
+        drive.step(0.004 * n, 4000.0 + 150.0 * math.sin(0.9 * n))
+        mean.append(drive.speed_rad_s / RPM_TO_RAD_S)
+    assert np.mean(mean[100:]) == pytest.approx(4000.0, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    "real",
+    [
+        Motor(inertia_kg_m2=2.4e-9),
+        Motor(inertia_kg_m2=3.6e-9),
+        Motor(resistance_ohm=9.2),
+        Motor(resistance_ohm=12.4),
+        Motor(friction_n_m=3.0e-5),
+    ],
+)
+def test_another_motor_than_told_is_neither_late_nor_wild(real: Motor) -> None:
+    """A fifth more or less: within three fifths of the intensity on the way, and no worse than alone in the end."""
+    drive, speed, volts, course = MotorDrive(), 0.0, 0.0, []
+    for n in range(100):
+        volts = 1e-3 * drive.step(0.004 * n, 6000.0)
+        speed = real.speed_rad_s(speed, volts, 0.004)
+        course.append(speed / RPM_TO_RAD_S)
+    alone = (1e-3 * motor_mv(6000.0) - real.start_v) / (real.voltage_v(1.0) - real.start_v) / RPM_TO_RAD_S
+    assert course[-1] == pytest.approx(alone, rel=0.01)
+    assert max(course) < 1.25 * 6000.0
+    assert max(course[:6]) > 0.75 * 6000.0
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.floats(-0.1, 1.0) | st.sampled_from([math.nan, math.inf]),
+            st.floats(allow_nan=True, allow_infinity=True),
+        )
+    )
+)
+def test_whatever_is_asked_for_the_voltage_can_be_sent_and_no_speed_is_no_voltage(
+    steps: list[tuple[float, float]],
+) -> None:
+    drive, t_s = MotorDrive(), 0.0
+    for since_s, rpm in steps:
+        t_s += since_s
+        millivolts = drive.step(t_s, rpm)
+        assert 0 <= millivolts <= DEVICE_MAX_MV
+        assert millivolts == 0 or rpm > 0.0
+        assert drive.speed_rad_s <= 1.05 * MOTOR_MAX_RPM * RPM_TO_RAD_S
+
+
+def test_after_silence_the_motor_is_taken_to_stand_still() -> None:
+    """Longer than the module waits for a command: it has switched its motor off by itself."""
+    drive = MotorDrive()
+    for n in range(50):
+        drive.step(0.004 * n, 8000.0)
+    assert drive.speed_rad_s > 800.0
+    assert drive.step(5.0, 8000.0) == DEVICE_MAX_MV
+    assert drive.speed_rad_s == 0.0
