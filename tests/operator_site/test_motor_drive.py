@@ -78,8 +78,10 @@ def test_impulses_are_separate_peaks_of_speed(rate_hz: float) -> None:
     course = driven(pattern, seconds=2.0)
     peaks, _ = find_peaks(np.append(course[:, 1], 0.0), prominence=0.3 * course[:, 1].max())
     assert len(peaks) == math.floor(1.999 * rate_hz) + 1
-    # A peak has the height that was asked for, as far as it is felt.
-    assert course[peaks, 1] == pytest.approx(np.full(len(peaks), 620.0 / RPM_TO_RAD_S), rel=0.1)
+    # A peak has the height that was asked for when the next command went out, up to 4 ms after the groove.
+    asked = (220.0 + 400.0 * math.exp(-60.0 * 0.004)) / RPM_TO_RAD_S
+    assert course[peaks, 1].min() >= math.sqrt(1.0 - WITHIN) * asked
+    assert course[peaks, 1].max() <= 620.0 / RPM_TO_RAD_S
 
 
 def test_an_even_speed_is_held_with_an_even_voltage() -> None:

@@ -15,7 +15,6 @@ from common.limits import (
     THERMAL_SAFE_S,
 )
 from common.packets import LinkState
-from operator_site.motor_drive import motor_mv
 from tests.virtual.configurations import EXOSKELETON, TACTTIP, THERMAL
 from tests.virtual.memory_lines import MemoryBus, MemoryLine
 from tests.virtual.network import TO_OPERATOR, TO_REMOTE
@@ -29,13 +28,12 @@ REPAIRED_S = 0.200
 """Servos that were broken and obey again have gone back to their set-points after this."""
 STILL_M = 0.1e-3
 """Standing still, for a hand and its fingers that are held by servos."""
-_LEAST_MV, _MOST_MV = motor_mv(MOTOR_FLOOR_RPM), motor_mv(MOTOR_MAX_RPM)
 
 
 def check_limits(_: VirtualSession, now: Truth) -> None:
     """Everything at a finger or a patient is inside the table of limits."""
     assert 0.0 <= now.force_n <= FINGER_FORCE_N, now
-    assert now.motor_mv == 0 or _LEAST_MV <= now.motor_mv <= _MOST_MV, now
+    assert 0.0 <= now.motor_rpm <= MOTOR_MAX_RPM, now
     assert -1.0 <= now.peltier <= 1.0, now
     assert now.plate_c <= PLATE_FAULT_C, now
     assert -1.0 <= now.heater <= 1.0, now
