@@ -22,6 +22,7 @@ STUDIES = {
     "thermal-identification": "studies.thermal_identification",
     "recorded-touches": "studies.recorded_touches",
     "thermal-rendering": "studies.thermal_rendering",
+    "vibration": "studies.vibration",
 }
 """Module of each study by its name."""
 
