@@ -54,7 +54,7 @@ _PLATE = 0
 _SKIN = 1  # first of the finger's cells
 
 
-def _finger_column() -> tuple[NDArray[np.float64], ...]:
+def finger_column() -> tuple[NDArray[np.float64], ...]:
     """Thickness, conductivity, heat capacity per volume and perfusion of each cell, outermost first."""
     thickness, conductivity, capacity, perfusion = [], [], [], []
     for depth_m, cells, growth, k, volumetric, flow in LAYERS:
@@ -76,7 +76,7 @@ class FingerPlates:
     """
 
     def __init__(self, count: int, seed: int) -> None:
-        thickness, conductivity, capacity, perfusion = _finger_column()
+        thickness, conductivity, capacity, perfusion = finger_column()
         cells = len(thickness)
         size = cells + 2
         hot = size - 1

@@ -23,6 +23,7 @@ STUDIES = {
     "recorded-touches": "studies.recorded_touches",
     "thermal-rendering": "studies.thermal_rendering",
     "vibration": "studies.vibration",
+    "observer": "studies.observer",
 }
 """Module of each study by its name."""
 

@@ -1,0 +1,41 @@
+"""What the people of Kron & Schmidt 2003 answered (Tables 1 and 2), as counts, and whether a prediction is excluded."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from studies.binomial_interval import clopper_pearson
+
+MATCHING_OF = 20
+MATCHED: Mapping[str, int] = {
+    "foam": 12,
+    "sandpaper": 18,
+    "plain_pvc": 14,
+    "closely_grooved_pvc": 18,
+    "arbitrarily_grooved_pvc": 17,
+    "widely_grooved_pvc": 17,
+}
+"""Table 1: how many of twenty matched each surface."""
+
+COMPARING_OF = 12
+COMPARED: Mapping[str, Mapping[str, tuple[int, int, int]]] = {
+    "real": {"a-w": (12, 0, 0), "a-p": (11, 1, 0), "c-w": (11, 0, 1), "p-w": (5, 7, 0)},
+    "virtual": {"a-w": (12, 0, 0), "a-p": (10, 2, 0), "c-w": (11, 0, 1), "p-w": (8, 4, 0)},
+}
+"""Table 2: how many of twelve felt the first object colder, equal, less cold. The label of the first row is lost in
+print; it is taken as a-w, the only pair of which all twelve are likely to say the same."""
+
+
+def beside(share: float, count: int | None, of: int) -> dict[str, Any]:
+    """A predicted share, 0..1, beside a count of the paper's, None where it has none, in percent."""
+    if count is None:
+        nothing = dict.fromkeys(("paper_percent", "paper_count", "interval_low_percent", "interval_high_percent"))
+        return {"predicted_percent": 100.0 * share, **nothing, "inside": None}
+    low, high = clopper_pearson(count, of)
+    return {
+        "predicted_percent": 100.0 * share,
+        "paper_percent": 100.0 * count / of,
+        "paper_count": count,
+        "interval_low_percent": 100.0 * low,
+        "interval_high_percent": 100.0 * high,
+        "inside": low <= share <= high,
+    }

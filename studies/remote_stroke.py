@@ -1,0 +1,22 @@
+"""A fingertip that strokes a remote surface: through texture sensor, identification and link to the simulated motor."""
+
+from sim_sensors.fingertip import pressing_depth_m
+from sim_sensors.scene import SceneObject
+from sim_sensors.surface import surface_kind
+from studies.lowering import height_m
+from studies.rendered_hand import TICK_S
+from studies.rendered_stroke import DEPTH_M, FingertipCourse, tick_of
+from studies.stroke_path import FORCE_N, LENGTH_M, SECONDS, place_m
+from studies.teleoperation import Teleoperation, scene_of
+
+
+def remote_stroke(surface: str, seed: int) -> FingertipCourse:
+    """Tap, rest and stroke as over a virtual surface; block, sensors and their noise are drawn from the seed."""
+    depth_m = pressing_depth_m(FORCE_N, surface_kind(surface).stiffness_n_m)
+    block = SceneObject(name="block", material="pvc", surface=surface, x_m=0.0, length_m=LENGTH_M)
+    both, ticks = Teleoperation(scene_of(block), seed), []
+    for tick in range(round(SECONDS / TICK_S)):
+        time_s = tick * TICK_S
+        both.step(place_m(time_s), height_m(time_s, depth_m), height_m(time_s, DEPTH_M))
+        ticks.append(tick_of(both.hand, -height_m(time_s, DEPTH_M)))
+    return FingertipCourse.of(ticks)

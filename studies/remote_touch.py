@@ -1,0 +1,41 @@
+"""A fingertip on a remote object: through sensors, identification, packets and their delay to the simulated TactTip."""
+
+import numpy as np
+
+from common.materials import material
+from sim_sensors.fingertip import pressing_depth_m
+from studies.lowering import height_m
+from studies.remote_hand import INDEX
+from studies.rendered_hand import TICK_S
+from studies.rendered_touch import DEPTH_M, EVERY, REST_S
+from studies.simulated_finger import STEP_S, Array
+from studies.teleoperation import Teleoperation, block_of, scene_of
+
+FORCE_N = 1.0
+AT_M = 0.03
+"""Where the object is touched, from its near edge."""
+
+
+def remote_touch(name: str, object_c: float, seconds: float, seed: int) -> Array:
+    """Change of the felt temperature every STEP_S, K, from when the remote site knows of the contact.
+
+    The hand waits in the air until sensor and finger are warm, lowers the finger, and holds it there.
+
+    Args:
+        name: material or alias; its block is that of the scene, whose calibrated table is used.
+        object_c: temperature of the object, C.
+        seconds: how long it is touched.
+        seed: of everything random.
+    """
+    block = block_of(material(name).name).model_copy(update={"absolute_c": object_c})
+    both, remote_m = Teleoperation(scene_of(block), seed), pressing_depth_m(FORCE_N, block.stiffness)
+    ticks, before_c, felt = 0, 0.0, list[float]()
+    while len(felt) <= round(seconds / STEP_S):
+        since_s = ticks * TICK_S - REST_S
+        if since_s <= 0.0:
+            before_c = float(both.hand.plates.felt_c[INDEX])
+        both.step(AT_M, height_m(since_s, remote_m), height_m(since_s, DEPTH_M))
+        ticks += 1
+        if both.remote.touch.contact and ticks % EVERY == 0:
+            felt.append(float(both.hand.plates.felt_c[INDEX]) - before_c)
+    return np.array(felt)

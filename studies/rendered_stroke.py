@@ -1,0 +1,98 @@
+"""A fingertip that strokes a virtual surface: rendered from its own constants, felt on the simulated motor."""
+
+from bisect import bisect_right
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from common.messages import Event, EventKind, ExplorationMode
+from remote_site.exploration import TAP_S
+from remote_site.surface_class import GROOVE_DECAY_PER_S, GROOVE_RAD_S, TAP_DECAY_PER_S, TAP_SPEED_PER_M_S
+from sim_sensors.motor import RPM_PER_RAD_S
+from studies.lowering import height_m
+from studies.remote_hand import INDEX
+from studies.rendered_hand import TICK_S, RenderedHand
+from studies.simulated_finger import Array
+from studies.stroke_path import FORCE_N, REST_S, SECONDS, place_m
+from studies.virtual_touch import touch_packet
+
+SHOWN_N_M = 400.0
+"""The stiffest that is displayed unless a site is configured otherwise."""
+DEPTH_M = FORCE_N / SHOWN_N_M
+
+
+@dataclass(frozen=True, slots=True)
+class VirtualSurface:
+    """Constants of Eq. 2, where its grooves are, m, and how stiff it is, N/m."""
+
+    k_stroke_v: float
+    k_stroke_f: float
+    grooves_m: tuple[float, ...] = ()
+    stiffness_n_m: float = SHOWN_N_M
+
+
+class FingertipCourse(NamedTuple):
+    """One value a tick: what leaves the gate and what the motor does, rad/s; force, N; depth in the surface, m."""
+
+    time_s: Array
+    wanted_rad_s: Array
+    speed_rad_s: Array
+    force_n: Array
+    depth_m: Array
+
+    @classmethod
+    def of(cls, ticks: list[tuple[float, ...]]) -> "FingertipCourse":
+        """From the ticks' values."""
+        return cls(*np.array(ticks).T)
+
+
+def tick_of(hand: RenderedHand, depth_m: float) -> tuple[float, ...]:
+    """The index finger's values in the hand's last tick."""
+    output = hand.output
+    assert output is not None, "a hand that has lived a tick has an output"
+    wanted = output.motor_rpm[INDEX] / RPM_PER_RAD_S
+    return hand.time_s, wanted, float(hand.motors.speed_rad_s[INDEX]), output.force_n[INDEX], depth_m
+
+
+def rendered_stroke(surface: VirtualSurface, seed: int = 0) -> FingertipCourse:
+    """The finger taps the surface, rests on it, and strokes along it; each groove is told as it is crossed."""
+    hand, known = RenderedHand(seed), _columns(surface)
+    events: list[Event] = []
+    ticks, contact_s, before_z_m = [], None, height_m(0.0, DEPTH_M)
+    crossed = bisect_right(surface.grooves_m, place_m(0.0))
+    for tick in range(round(SECONDS / TICK_S)):
+        time_s = tick * TICK_S
+        x_m, z_m = place_m(time_s), height_m(time_s, DEPTH_M)
+        time_ns = round(time_s * 1e9)
+        if contact_s is None and z_m < 0.0:
+            contact_s = time_s
+            events.append(Event(1, EventKind.TAP, INDEX, time_ns, (before_z_m - z_m) / TICK_S))
+        before_z_m = z_m
+        for _ in range(crossed, now_crossed := bisect_right(surface.grooves_m, x_m)):
+            events.append(Event(len(events) + 1, EventKind.GROOVE, INDEX, time_ns, GROOVE_RAD_S))
+        crossed = now_crossed
+        columns = {} if contact_s is None else {INDEX: known | {"mode": _mode(time_s, contact_s)}}
+        hand.step(touch_packet(tick + 1, columns, events[-4:]), x_m, z_m)
+        ticks.append(tick_of(hand, -z_m))
+    return FingertipCourse.of(ticks)
+
+
+def _mode(time_s: float, contact_s: float) -> ExplorationMode:
+    if time_s < contact_s + TAP_S:
+        return ExplorationMode.TAPPING
+    return ExplorationMode.STROKING if time_s > REST_S else ExplorationMode.QUIESCENT
+
+
+def _columns(surface: VirtualSurface) -> dict[str, float]:
+    return {
+        "contact": 1.0,
+        "contact_force_n": FORCE_N,
+        "stiffness_n_m": surface.stiffness_n_m,
+        "k_tap": TAP_SPEED_PER_M_S,
+        "b_tap_per_s": TAP_DECAY_PER_S,
+        "k_stroke_v": surface.k_stroke_v,
+        "k_stroke_f": surface.k_stroke_f,
+        "groove_rad_s": GROOVE_RAD_S,
+        "b_groove_per_s": GROOVE_DECAY_PER_S,
+    }

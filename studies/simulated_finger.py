@@ -1,0 +1,87 @@
+"""The simulators' fingertip on other things than a TactTip: the same 40 cells of skin, and what lies below them.
+
+Layers, room and blood are those of `sim_sensors.finger_plate`. All conduction is linear, so a step is exact in time.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+from sim_sensors.finger_plate import (
+    AIR_W_M2K,
+    ARTERY_C,
+    BLOOD_J_M3K,
+    DEEP_C,
+    EPIDERMIS_CELLS,
+    ROOM_C,
+    finger_column,
+)
+
+Array = NDArray[np.float64]
+
+STEP_S = 0.010
+
+
+@dataclass(frozen=True, slots=True)
+class SimulatedFinger:
+    """Skin per area, outermost cell first: heat_j_m2k dT/dt = balance_w_m2k T + known_w_m2.
+
+    `half_m2k_w` is the resistance from the surface to the first cell's centre.
+    """
+
+    balance_w_m2k: Array
+    known_w_m2: Array
+    heat_j_m2k: Array
+    half_m2k_w: float
+    share_of_epidermis: Array
+
+    @classmethod
+    def with_deep_tissue_at(cls, deep_c: float = DEEP_C) -> "SimulatedFinger":
+        """A finger that is so warm inside, C; its blood is as much warmer than that as the simulators have it."""
+        size, conductivity, capacity, perfusion = finger_column()
+        half = size / (2.0 * conductivity)
+        balance = chain(1.0 / (half[:-1] + half[1:]))
+        blood, deep = size * perfusion * BLOOD_J_M3K, 1.0 / half[-1]
+        balance -= np.diag(blood)
+        balance[-1, -1] -= deep
+        known = blood * (deep_c + ARTERY_C - DEEP_C)
+        known[-1] += deep * deep_c
+        outer = np.where(np.arange(len(size)) < EPIDERMIS_CELLS, size, 0.0)
+        return cls(balance, known, size * capacity, float(half[0]), outer / outer.sum())
+
+    def felt_c(self, skin_c: Array) -> float:
+        """Mean of the epidermis, C: where warmth and cold are sensed."""
+        return float(self.share_of_epidermis @ skin_c)
+
+    def in_air_c(self, room_c: float = ROOM_C) -> Array:
+        """Temperatures of the cells of a finger that has touched nothing for long, C."""
+        return self.at_rest_c(1.0 / AIR_W_M2K, room_c)
+
+    def at_rest_c(self, resistance_m2k_w: float, outside_c: float) -> Array:
+        """Temperatures of the cells once nothing changes any more, with something outside behind a resistance, C."""
+        link = 1.0 / (resistance_m2k_w + self.half_m2k_w)
+        balance, known = self.balance_w_m2k.copy(), self.known_w_m2.copy()
+        balance[0, 0] -= link
+        known[0] += link * outside_c
+        return np.asarray(np.linalg.solve(balance, -known))
+
+
+def chain(links_w_m2k: Array) -> Array:
+    """Balance of cells in a row with these conductances between neighbours, W/m2K."""
+    return np.asarray(
+        np.diag(links_w_m2k, 1)
+        + np.diag(links_w_m2k, -1)
+        - np.diag(np.append(links_w_m2k, 0.0) + np.insert(links_w_m2k, 0, 0.0))
+    )
+
+
+def exact_step(balance_w_m2k: Array, heat_j_m2k: Array, inputs_w_m2: Array) -> tuple[Array, Array]:
+    """The step of STEP_S, T' = a T + b u, of heat dT/dt = balance T + inputs u with constant u."""
+    cells, count = inputs_w_m2.shape
+    rates = np.zeros((cells + count, cells + count))
+    rates[:cells, :cells], rates[:cells, cells:] = balance_w_m2k, inputs_w_m2
+    rates[:cells] /= heat_j_m2k[:, None]
+    both = expm(rates * STEP_S)
+    return both[:cells, :cells], both[:cells, cells:]

@@ -1,0 +1,64 @@
+"""What a stroke feels like, measured: from the course of the TactTip's motor, and from the real surface itself."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import find_peaks
+
+from common.limits import MOTOR_FLOOR_RPM
+from sim_sensors.motor import RPM_PER_RAD_S
+from sim_sensors.surface import SurfaceKind, SurfaceProfile
+from sim_sensors.texture_touch import RELIEF_PER_M, VISCOUS_S, compliance_share
+from studies.stroke_path import FORCE_N, SPEED_M_S
+from studies.texture_observer import PATTERN, Features
+
+Array = NDArray[np.float64]
+
+FLOOR_RAD_S = MOTOR_FLOOR_RPM / RPM_PER_RAD_S
+"""Slower, the motor is not felt."""
+LEAST_RISE = math.log(1.32)
+"""A peak is a single groove where it rises by an amplitude threshold, 32 %, above the valleys on both sides."""
+FEWEST_GROOVES = 3
+IRREGULARITY_UNIT = 0.14
+"""Two spatial periods that differ by so much are told apart: the unit of the distances' relative spread."""
+Typical = Callable[[Array], np.float64]
+"""Of a whole stroke: `np.mean`, or `np.median` for what lies between the grooves."""
+
+
+def motor_features(
+    speed_rad_s: Array,
+    tick_s: float,
+    *,
+    typical: Typical = np.mean,
+    least_rise: float = LEAST_RISE,
+    ln_stiffness: float = 0.0,
+) -> Features:
+    """Of a motor's course during an even stroke, one speed each `tick_s`.
+
+    The motor's mass shakes the finger with an acceleration that goes as the square of its speed. To that, the weakest
+    that is felt is added, as Weber's law has it near a threshold: so stillness has a place on the scale.
+    """
+    intensity = math.log(float(typical(speed_rad_s**2)) + FLOOR_RAD_S**2)
+    felt = 2.0 * np.log(np.maximum(speed_rad_s, FLOOR_RAD_S))
+    peaks, _ = find_peaks(felt, prominence=least_rise)
+    return _grooved(intensity, SPEED_M_S * tick_s * np.diff(peaks), ln_stiffness)
+
+
+def surface_features(
+    kind: SurfaceKind, profile: SurfaceProfile, *, typical: Typical = np.mean, ln_stiffness: float = 0.0
+) -> Features:
+    """Of a real surface: how the force on a texture sensor's tip fluctuates, without noise, and its grooves."""
+    rises = profile.height_m[0] + VISCOUS_S * SPEED_M_S * profile.slope[0]
+    force_n = FORCE_N * RELIEF_PER_M * compliance_share(kind.stiffness_n_m) * rises
+    intensity = math.log(float(typical(np.abs(force_n - np.median(force_n)))))
+    return _grooved(intensity, np.diff(profile.grooves_m), ln_stiffness)
+
+
+def _grooved(ln_intensity: float, distances_m: Array, ln_stiffness: float) -> Features:
+    if len(distances_m) < FEWEST_GROOVES:
+        return Features(ln_intensity, ln_stiffness=ln_stiffness)
+    mean_m = float(np.mean(distances_m))
+    spread = float(np.std(distances_m)) / mean_m
+    return Features(ln_intensity, PATTERN, math.log(1e3 * mean_m), spread / IRREGULARITY_UNIT, ln_stiffness)
