@@ -14,7 +14,7 @@ from sim_sensors.finger_plate import DEEP_C, ROOM_C
 from studies.observer_figure import plot
 from studies.registry import Tell
 from studies.teleoperation import DELAY_S, SCENE
-from studies.texture_comparison import OWN_STIFFNESS, Strokes, feature_rows, matching_rows, strokes
+from studies.texture_comparison import OWN_STIFFNESS, Strokes, confusion_rows, feature_rows, matching_rows, strokes
 from studies.thermal_comparison import (
     OBJECT_C,
     USUAL_S,
@@ -68,6 +68,7 @@ def findings(sides: Mapping[str, Courses], stroked: Sequence[Strokes], seed: int
         "courses": course_rows(sides),
         "ablations": ablation_rows(),
         "matching": matching_rows(stroked, seed, draws),
+        "confusion": confusion_rows(stroked[0], seed, draws),
         "features": feature_rows(stroked[0]),
     }
     return data | {"predictions": predictions(data)}
@@ -77,7 +78,7 @@ def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
     """One for each part."""
     return {
         part: data[part]
-        for part in ("answers", "changes", "courses", "ablations", "matching", "features", "predictions")
+        for part in ("answers", "changes", "courses", "ablations", "matching", "confusion", "features", "predictions")
     }
 
 

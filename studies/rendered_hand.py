@@ -10,7 +10,7 @@ from common.limits import GAP_S
 from common.messages import Touch
 from common.serial_messages import DRIVE_FULL
 from operator_site.gate import GatedOutput
-from operator_site.motor_drive import motor_mv
+from operator_site.motor_drive import MotorDrive
 from operator_site.ntc import PlateSensor
 from operator_site.rendering import Rendering
 from operator_site.rendering_input import RenderingInput
@@ -22,6 +22,8 @@ SESSION = 1
 TICK_S = 0.002
 READ_EVERY = 5
 """Ticks between two reports of a module: 100 Hz."""
+COMMAND_EVERY = 2
+"""Ticks between two commands to a module: 250 Hz."""
 
 
 class RenderedHand:
@@ -43,6 +45,8 @@ class RenderedHand:
         self._sensors = [PlateSensor() for _ in FINGERS]
         self._plate_c = (math.nan,) * len(FINGERS)
         self._read_s = -math.inf
+        self._drives = [MotorDrive() for _ in FINGERS]
+        self._volts, self._heat = np.zeros(len(FINGERS)), np.zeros(len(FINGERS))
         self._ticks = 0
 
     def step(self, touch: Touch | None, x_m: float, z_m: float) -> GatedOutput:
@@ -55,7 +59,6 @@ class RenderedHand:
             readings = zip(self._sensors, self.plates.ntc_c.tolist(), strict=True)
             self._plate_c = tuple(sensor.step(self.time_s, ntc_counts(ntc_c)).plate_c for sensor, ntc_c in readings)
             self._read_s = self.time_s
-        self._ticks += 1
         output = self._rendering.step(
             RenderingInput(
                 time_s=self.time_s,
@@ -76,8 +79,13 @@ class RenderedHand:
         )
         if output.fault is not None:
             raise RuntimeError(f"the gate stopped the study: {output.fault}")
-        self.plates.step(TICK_S, np.round(np.array(output.peltier_drive) * DRIVE_FULL) / DRIVE_FULL)
-        self.motors.step(TICK_S, np.array([1e-3 * motor_mv(rpm) for rpm in output.motor_rpm]))
+        if self._ticks % COMMAND_EVERY == 0:
+            speeds = zip(self._drives, output.motor_rpm, strict=True)
+            self._volts = np.array([1e-3 * drive.step(self.time_s, rpm) for drive, rpm in speeds])
+            self._heat = np.round(np.array(output.peltier_drive) * DRIVE_FULL) / DRIVE_FULL
+        self.plates.step(TICK_S, self._heat)
+        self.motors.step(TICK_S, self._volts)
+        self._ticks += 1
         self.time_s += TICK_S
         self.output = output
         return output

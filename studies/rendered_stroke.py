@@ -6,15 +6,17 @@ from typing import NamedTuple
 
 import numpy as np
 
+from common.config import RenderingConfig, VibrationScale
 from common.messages import Event, EventKind, ExplorationMode
+from operator_site.motor_drive import motor_mv
 from remote_site.exploration import TAP_S
 from remote_site.surface_class import GROOVE_DECAY_PER_S, GROOVE_RAD_S, TAP_DECAY_PER_S, TAP_SPEED_PER_M_S
-from sim_sensors.motor import RPM_PER_RAD_S
+from sim_sensors.motor import RPM_PER_RAD_S, VibrationMotors
 from studies.lowering import height_m
 from studies.remote_hand import INDEX
 from studies.rendered_hand import TICK_S, RenderedHand
 from studies.simulated_finger import Array
-from studies.stroke_path import FORCE_N, REST_S, SECONDS, place_m
+from studies.stroke_path import FORCE_N, REST_S, SECONDS, SPEED_M_S, place_m
 from studies.virtual_touch import touch_packet
 
 SHOWN_N_M = 400.0
@@ -55,15 +57,26 @@ def tick_of(hand: RenderedHand, depth_m: float) -> tuple[float, ...]:
     return hand.time_s, wanted, float(hand.motors.speed_rad_s[INDEX]), output.force_n[INDEX], depth_m
 
 
-def rendered_stroke(surface: VirtualSurface, seed: int = 0) -> FingertipCourse:
+def left_to_itself(course: FingertipCourse) -> FingertipCourse:
+    """The same with a motor that only gets the voltage that holds the speed which is wanted."""
+    motor, speeds = VibrationMotors(1), []
+    for wanted_rad_s in course.wanted_rad_s:
+        motor.step(TICK_S, np.array([1e-3 * motor_mv(float(wanted_rad_s) * RPM_PER_RAD_S)]))
+        speeds.append(float(motor.speed_rad_s[0]))
+    return course._replace(speed_rad_s=np.array(speeds))
+
+
+def rendered_stroke(
+    surface: VirtualSurface, seed: int = 0, *, stroke_m_s: float = SPEED_M_S, vibration: VibrationScale = "speed"
+) -> FingertipCourse:
     """The finger taps the surface, rests on it, and strokes along it; each groove is told as it is crossed."""
-    hand, known = RenderedHand(seed), _columns(surface)
+    hand, known = RenderedHand(seed, RenderingConfig(vibration=vibration)), _columns(surface)
     events: list[Event] = []
     ticks, contact_s, before_z_m = [], None, height_m(0.0, DEPTH_M)
     crossed = bisect_right(surface.grooves_m, place_m(0.0))
     for tick in range(round(SECONDS / TICK_S)):
         time_s = tick * TICK_S
-        x_m, z_m = place_m(time_s), height_m(time_s, DEPTH_M)
+        x_m, z_m = place_m(time_s, stroke_m_s), height_m(time_s, DEPTH_M)
         time_ns = round(time_s * 1e9)
         if contact_s is None and z_m < 0.0:
             contact_s = time_s

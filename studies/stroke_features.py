@@ -31,8 +31,8 @@ def motor_features(
     speed_rad_s: Array,
     tick_s: float,
     *,
+    stroke_m_s: float = SPEED_M_S,
     typical: Typical = np.mean,
-    least_rise: float = LEAST_RISE,
     ln_stiffness: float = 0.0,
 ) -> Features:
     """Of a motor's course during an even stroke, one speed each `tick_s`.
@@ -42,15 +42,20 @@ def motor_features(
     """
     intensity = math.log(float(typical(speed_rad_s**2)) + FLOOR_RAD_S**2)
     felt = 2.0 * np.log(np.maximum(speed_rad_s, FLOOR_RAD_S))
-    peaks, _ = find_peaks(felt, prominence=least_rise)
-    return _grooved(intensity, SPEED_M_S * tick_s * np.diff(peaks), ln_stiffness)
+    peaks, _ = find_peaks(felt, prominence=LEAST_RISE)
+    return _grooved(intensity, stroke_m_s * tick_s * np.diff(peaks), ln_stiffness)
 
 
 def surface_features(
-    kind: SurfaceKind, profile: SurfaceProfile, *, typical: Typical = np.mean, ln_stiffness: float = 0.0
+    kind: SurfaceKind,
+    profile: SurfaceProfile,
+    *,
+    stroke_m_s: float = SPEED_M_S,
+    typical: Typical = np.mean,
+    ln_stiffness: float = 0.0,
 ) -> Features:
     """Of a real surface: how the force on a texture sensor's tip fluctuates, without noise, and its grooves."""
-    rises = profile.height_m[0] + VISCOUS_S * SPEED_M_S * profile.slope[0]
+    rises = profile.height_m[0] + VISCOUS_S * stroke_m_s * profile.slope[0]
     force_n = FORCE_N * RELIEF_PER_M * compliance_share(kind.stiffness_n_m) * rises
     intensity = math.log(float(typical(np.abs(force_n - np.median(force_n)))))
     return _grooved(intensity, np.diff(profile.grooves_m), ln_stiffness)

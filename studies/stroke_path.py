@@ -5,6 +5,8 @@ import numpy as np
 from studies.simulated_finger import Array
 
 SPEED_M_S = 0.050
+SLOW_M_S = 0.030
+"""People choose their speed; at this one, grooves 2 mm apart come at 15 Hz."""
 FORCE_N = 1.0
 START_M = 0.010
 """Where the finger comes down, from the surface's near edge."""
@@ -17,9 +19,9 @@ SECONDS = REST_S + STROKE_S
 LENGTH_M = START_M + SPEED_M_S * STROKE_S + 0.010
 
 
-def place_m(time_s: float) -> float:
+def place_m(time_s: float, speed_m_s: float = SPEED_M_S) -> float:
     """Place along the surface."""
-    return START_M + SPEED_M_S * max(0.0, time_s - REST_S)
+    return START_M + speed_m_s * max(0.0, time_s - REST_S)
 
 
 def measured(course: Array, tick_s: float) -> Array:

@@ -11,15 +11,14 @@ from sim_sensors.surface import SurfaceProfile, make_profile, surface_kind
 from studies.paper_tables import MATCHED, MATCHING_OF, beside
 from studies.remote_stroke import remote_stroke
 from studies.rendered_hand import TICK_S
-from studies.rendered_stroke import SHOWN_N_M, FingertipCourse, VirtualSurface, rendered_stroke
+from studies.rendered_stroke import SHOWN_N_M, FingertipCourse, VirtualSurface, left_to_itself, rendered_stroke
 from studies.simulated_finger import Array
-from studies.stroke_features import Typical, motor_features, surface_features
-from studies.stroke_path import LENGTH_M, measured
-from studies.texture_observer import LAPSE, PATTERN, Features, matching
+from studies.stroke_features import motor_features, surface_features
+from studies.stroke_path import LENGTH_M, SLOW_M_S, measured
+from studies.texture_observer import LAPSE, PATTERN, Features, confusion, matching
 from teletaction.make_tables import CONSTANTS
 
 SURFACES = tuple(MATCHED)
-FINE_RISE = math.log(1.10)
 MORE_LAPSE = 0.10
 FOAM_SHARE = surface_kind("foam").stiffness_n_m / surface_kind("plain_pvc").stiffness_n_m
 """Stiffness of foam as a share of plain PVC's, which is as stiff as the display can show."""
@@ -34,85 +33,102 @@ BY_HAND = (
 """In the order of SURFACES: what they might feel like, set by hand. They check the observer, they predict nothing."""
 
 MEASURED, HAND_SET, OWN_STIFFNESS = "measured", "set by hand", "foam with its own stiffness"
-IDEAL_MOTOR, BETWEEN, FINER = "motor that does what is wanted", "strength between grooves", "grooves from 10 % rise on"
+LEFT_ALONE, IDEAL_MOTOR = "motor left to itself", "motor that does what is wanted"
+BETWEEN, SLOWLY, BY_INTENSITY = "strength between grooves", "stroked at 30 mm/s", "rendered by felt intensity"
+
+Sets = tuple[Sequence[Features], Sequence[Features]]
+"""Features of the real surfaces and of those that are displayed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Strokes:
-    """One realisation of the six surfaces, in the order of SURFACES: the real ones, and courses at the fingertip."""
+    """One realisation of the six surfaces, in the order of SURFACES: the real ones, and courses at the fingertip.
 
-    profiles: list[SurfaceProfile]
-    sides: Mapping[str, list[FingertipCourse]]
-    soft_foam: FingertipCourse
+    `varied` are courses over virtual surfaces, by what is different: SLOWLY, BY_INTENSITY, OWN_STIFFNESS.
+    """
+
+    profiles: Sequence[SurfaceProfile]
+    virtual: Sequence[FingertipCourse]
+    remote: Sequence[FingertipCourse]
+    varied: Mapping[str, Sequence[FingertipCourse]]
+
+    @property
+    def sides(self) -> dict[str, Sequence[FingertipCourse]]:
+        """Courses by side."""
+        return {"virtual": self.virtual, "remote": self.remote}
 
 
 def strokes(seed: int, tell: Callable[[float], object]) -> Strokes:
-    """Stroke all surfaces once on each side; the grooves of the virtual ones are where the real ones' are."""
-    profiles = [
-        make_profile(surface_kind(name), LENGTH_M, np.random.default_rng([seed, place]))
-        for place, name in enumerate(SURFACES)
-    ]
-    virtual = [rendered_stroke(_virtual(name, profile), seed) for name, profile in zip(SURFACES, profiles, strict=True)]
-    soft = VirtualSurface(*CONSTANTS["foam"], stiffness_n_m=FOAM_SHARE * SHOWN_N_M)
+    """Stroke all surfaces once in each way; the grooves of the virtual ones are where the real ones' are."""
     remote = []
     for place, name in enumerate(SURFACES):
         remote.append(remote_stroke(name, seed))
         tell((place + 1) / len(SURFACES))
-    return Strokes(profiles, {"virtual": virtual, "remote": remote}, rendered_stroke(soft, seed))
-
-
-def _virtual(name: str, profile: SurfaceProfile) -> VirtualSurface:
-    """Grooved PVC is PVC."""
-    return VirtualSurface(*CONSTANTS.get(name, CONSTANTS["plain_pvc"]), profile.grooves_m)
-
-
-def real_features(each: Strokes, *, typical: Typical = np.mean, stiffness: bool = False) -> list[Features]:
-    """Of the real surfaces."""
-    kinds = [surface_kind(name) for name in SURFACES]
-    return [
-        surface_features(kind, profile, typical=typical, ln_stiffness=math.log(kind.stiffness_n_m) * stiffness)
-        for kind, profile in zip(kinds, each.profiles, strict=True)
+    profiles = [
+        make_profile(surface_kind(name), LENGTH_M, np.random.default_rng([seed, place]))
+        for place, name in enumerate(SURFACES)
     ]
+    surfaces = [
+        # Grooved PVC is PVC.
+        VirtualSurface(*CONSTANTS.get(name, CONSTANTS["plain_pvc"]), profile.grooves_m)
+        for name, profile in zip(SURFACES, profiles, strict=True)
+    ]
+    virtual = [rendered_stroke(surface, seed) for surface in surfaces]
+    soft = replace(surfaces[0], stiffness_n_m=FOAM_SHARE * SHOWN_N_M)
+    varied = {
+        SLOWLY: [rendered_stroke(surface, seed, stroke_m_s=SLOW_M_S) for surface in surfaces],
+        BY_INTENSITY: [rendered_stroke(surface, seed, vibration="intensity") for surface in surfaces],
+        OWN_STIFFNESS: [rendered_stroke(soft, seed), *virtual[1:]],
+    }
+    return Strokes(profiles, virtual, remote, varied)
+
+
+def real_features(each: Strokes, **how: Any) -> list[Features]:
+    """Of the real surfaces, but for their stiffness."""
+    kinds = [surface_kind(name) for name in SURFACES]
+    return [surface_features(kind, profile, **how) for kind, profile in zip(kinds, each.profiles, strict=True)]
 
 
 def felt_features(courses: Sequence[FingertipCourse], **how: Any) -> list[Features]:
-    """Of what the motor did; stiffness is not attended to."""
+    """Of what the motor did, but for the stiffness that was shown."""
     return [motor_features(measured(course.speed_rad_s, TICK_S), TICK_S, **how) for course in courses]
 
 
-def _wanted_features(courses: Sequence[FingertipCourse]) -> list[Features]:
-    return [motor_features(measured(course.wanted_rad_s, TICK_S), TICK_S) for course in courses]
+def cases(each: Strokes) -> dict[tuple[str, str], Sets]:
+    """Both sets by side and by how it is stroked, rendered, or felt."""
+    real, by_hand = real_features(each), list(BY_HAND)
+    found: dict[tuple[str, str], Sets] = {("virtual", HAND_SET): (by_hand, by_hand)}
+    for side, courses in each.sides.items():
+        wanted = [course._replace(speed_rad_s=course.wanted_rad_s) for course in courses]
+        found[side, MEASURED] = real, felt_features(courses)
+        found[side, IDEAL_MOTOR] = real, felt_features(wanted)
+        found[side, LEFT_ALONE] = real, felt_features([left_to_itself(course) for course in courses])
+        found[side, BETWEEN] = real_features(each, typical=np.median), felt_features(courses, typical=np.median)
+    slow = {"stroke_m_s": SLOW_M_S}
+    found["virtual", SLOWLY] = real_features(each, **slow), felt_features(each.varied[SLOWLY], **slow)
+    found["virtual", BY_INTENSITY] = real, felt_features(each.varied[BY_INTENSITY])
+    found["virtual", OWN_STIFFNESS] = _with_own_stiffness(real, each.varied[OWN_STIFFNESS])
+    soft = [replace(BY_HAND[0], ln_stiffness=math.log(FOAM_SHARE)), *BY_HAND[1:]]
+    found["virtual", f"{HAND_SET}, {OWN_STIFFNESS}"] = soft, soft
+    return found
 
 
-def _stiff_features(each: Strokes) -> list[Features]:
-    """Of the virtual surfaces with the foam that gives way, each with the stiffness that was shown."""
-    courses = [each.soft_foam, *each.sides["virtual"][1:]]
-    return [
-        motor_features(measured(course.speed_rad_s, TICK_S), TICK_S, ln_stiffness=_ln_stiffness(course))
-        for course in courses
+def _with_own_stiffness(real: Sequence[Features], courses: Sequence[FingertipCourse]) -> Sets:
+    """Both sets with the stiffness that the real surfaces have, and that was shown."""
+    stiff = [
+        replace(one, ln_stiffness=math.log(surface_kind(name).stiffness_n_m))
+        for name, one in zip(SURFACES, real, strict=True)
     ]
+    felt = [
+        replace(one, ln_stiffness=_ln_stiffness(course))
+        for one, course in zip(felt_features(courses), courses, strict=True)
+    ]
+    return stiff, felt
 
 
 def _ln_stiffness(course: FingertipCourse) -> float:
     force_n, depth_m = measured(course.force_n, TICK_S), measured(course.depth_m, TICK_S)
     return math.log(float(np.mean(force_n)) / float(np.mean(depth_m)))
-
-
-def cases(each: Strokes) -> dict[tuple[str, str], tuple[Sequence[Features], Sequence[Features]]]:
-    """Features of both sets, real ones first, by side and by how they are taken."""
-    found: dict[tuple[str, str], tuple[Sequence[Features], Sequence[Features]]] = {
-        ("virtual", HAND_SET): (BY_HAND, BY_HAND)
-    }
-    plain = real_features(each)
-    for side, courses in each.sides.items():
-        found[side, MEASURED] = plain, felt_features(courses)
-        found[side, IDEAL_MOTOR] = plain, _wanted_features(courses)
-        found[side, FINER] = plain, felt_features(courses, least_rise=FINE_RISE)
-        found[side, BETWEEN] = real_features(each, typical=np.median), felt_features(courses, typical=np.median)
-    found["virtual", OWN_STIFFNESS] = real_features(each, stiffness=True), _stiff_features(each)
-    soft = replace(BY_HAND[0], ln_stiffness=math.log(FOAM_SHARE)), *BY_HAND[1:]
-    found["virtual", f"{HAND_SET}, {OWN_STIFFNESS}"] = soft, soft
-    return found
 
 
 def matching_rows(all_strokes: Sequence[Strokes], seed: int, draws: int) -> list[dict[str, Any]]:
@@ -129,6 +145,17 @@ def matching_rows(all_strokes: Sequence[Strokes], seed: int, draws: int) -> list
             more = 100.0 * _with_lapse(share, MORE_LAPSE)
             beside_paper = beside(_with_lapse(share, LAPSE), MATCHED[surface], MATCHING_OF)
             rows.append(row | beside_paper | {"with_10_percent_lapse": more})
+    return rows
+
+
+def confusion_rows(each: Strokes, seed: int, draws: int) -> list[dict[str, Any]]:
+    """Which real surface is paired with which displayed one, of one realisation, by the features as measured."""
+    rows = []
+    for side in each.sides:
+        shares = confusion(*cases(each)[side, MEASURED], seed, draws, LAPSE)
+        for surface, row in zip(SURFACES, 100.0 * shares, strict=True):
+            percents = {f"{name}_percent": float(share) for name, share in zip(SURFACES, row, strict=True)}
+            rows.append({"side": side, "real_surface": surface, **percents})
     return rows
 
 

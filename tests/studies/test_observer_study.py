@@ -18,12 +18,12 @@ from studies.registry import write_table
 from studies.remote_stroke import remote_stroke
 from studies.remote_touch import remote_touch
 from studies.rendered_hand import TICK_S
-from studies.rendered_stroke import FingertipCourse, VirtualSurface, rendered_stroke
+from studies.rendered_stroke import FingertipCourse, VirtualSurface, left_to_itself, rendered_stroke
 from studies.rendered_touch import rendered_touches
 from studies.simulated_finger import STEP_S, SimulatedFinger
 from studies.stroke_features import FLOOR_RAD_S, motor_features, surface_features
-from studies.stroke_path import LENGTH_M, REST_S, SPEED_M_S, measured
-from studies.texture_comparison import OWN_STIFFNESS, SURFACES, Strokes
+from studies.stroke_path import LENGTH_M, REST_S, SLOW_M_S, SPEED_M_S, measured
+from studies.texture_comparison import BY_INTENSITY, OWN_STIFFNESS, SLOWLY, SURFACES, Strokes
 from studies.thermal_comparison import DWELLS_S, KNOWN_AHEAD, OBJECT_C, OBJECTS, PAIRS
 from teletaction.make_tables import CONSTANTS
 
@@ -105,6 +105,22 @@ def test_a_tap_and_grooves_reach_the_motor_and_a_stroke_goes_on() -> None:
     assert measured(course.force_n, TICK_S) == pytest.approx(1.0, abs=0.01)
 
 
+def test_a_motor_left_to_itself_smooths_the_grooves_that_a_driven_one_shows() -> None:
+    course = stroke("arbitrarily_grooved_pvc")
+    driven, alone = (measured(each.speed_rad_s, TICK_S) for each in (course, left_to_itself(course)))
+    wanted = measured(course.wanted_rad_s, TICK_S)
+    assert driven.max() > 0.9 * wanted.max() > 1.3 * alone.max()
+    assert abs(np.log(motor_features(driven, TICK_S).ln_period / motor_features(wanted, TICK_S).ln_period)) < 0.05
+
+
+def test_grooves_that_come_slowly_enough_are_told_apart() -> None:
+    name = "closely_grooved_pvc"
+    surface = VirtualSurface(*CONSTANTS["plain_pvc"], profile(name).grooves_m)
+    course = rendered_stroke(surface, stroke_m_s=SLOW_M_S)
+    found = motor_features(measured(course.speed_rad_s, TICK_S), TICK_S, stroke_m_s=SLOW_M_S)
+    assert found.ln_period == pytest.approx(np.log(2.0), abs=0.05)
+
+
 def test_features_of_a_course_are_those_that_it_was_made_with() -> None:
     since_s = TICK_S * (np.arange(2000) % 50)  # 5 mm at 50 mm/s
     course = 300.0 + 200.0 * np.exp(-30.0 * since_s)
@@ -147,7 +163,8 @@ def data() -> dict[str, Any]:
     sides[KNOWN_AHEAD] = sides["remote"] = sides["virtual"]
     strokes = [stroke(name) for name in SURFACES]
     soft = rendered_stroke(VirtualSurface(*CONSTANTS["foam"], stiffness_n_m=40.0))
-    one = Strokes([profile(name) for name in SURFACES], {"virtual": strokes, "remote": strokes}, soft)
+    varied = {SLOWLY: strokes, BY_INTENSITY: strokes, OWN_STIFFNESS: [soft, *strokes[1:]]}
+    one = Strokes([profile(name) for name in SURFACES], strokes, strokes, varied)
     return findings(sides, [one], seed=0, draws=500)
 
 
