@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from common.limits import COMFORT, PLATE_COOLING_K_S, PLATE_HEATING_K_S
+from operator_site.approach import contact_c
 from operator_site.plate_display import PLATE_CONTACT_M2K_W
 from operator_site.scene_skin import SceneSkin
 from operator_site.skin import STEP_S, Touched
@@ -23,16 +24,20 @@ def ideal_plate_touch(
     seconds: float,
     *,
     faster: float = 1.0,
+    share: float = 1.0,
+    lead_s: float = 0.0,
     deep_c: float = DEEP_C,
     contact_m2k_w: float | None = None,
 ) -> Array:
-    """Change of the felt temperature every STEP_S from contact on, K: a finger at rest on the neutral plate before.
+    """Change of the felt temperature every STEP_S from contact on, K, against a finger at rest on the neutral plate.
 
     Args:
         name: material or alias of the object that is rendered.
         object_c: its temperature, C.
         seconds: how long it is touched.
         faster: how many times as fast as a TactTip the plate heats and cools.
+        share: how much of its way from the neutral temperature is shown.
+        lead_s: so long before contact the plate starts for the temperature at which finger and object will meet.
         deep_c: of deep tissue, in the finger and in the model of it, C.
         contact_m2k_w: contact resistance in the scene; None for that of a bare finger on this material.
 
@@ -46,16 +51,22 @@ def ideal_plate_touch(
     to_plate = np.eye(len(finger.heat_j_m2k))[:, :1] * link
     advance, drive = exact_step(balance, finger.heat_j_m2k, np.hstack((to_plate, finger.known_w_m2[:, None])))
     scene = SceneSkin(body=Body(deep_c=deep_c, arterial_c=deep_c + 1.0), fingers=1)
-    plate_c = float(scene.state().surface_c[0])
+    neutral_c = plate_c = float(scene.state().surface_c[0])
     skin_c = finger.at_rest_c(PLATE_FINGER_M2K_W, plate_c)
     touched = Touched.of(name)
-    scene.touch(0, touched if contact_m2k_w is None else replace(touched, contact_m2k_w=contact_m2k_w), object_c)
+    touched = touched if contact_m2k_w is None else replace(touched, contact_m2k_w=contact_m2k_w)
+    early = round(lead_s / STEP_S)
     felt = [finger.felt_c(skin_c)]
-    for _ in range(round(seconds / STEP_S)):
-        state = scene.step()
-        wanted_c = float(state.surface_c[0] + state.flux_w_m2[0] * PLATE_CONTACT_M2K_W)
+    for step in range(-early, round(seconds / STEP_S)):
+        if step < 0:
+            wanted_c = contact_c(neutral_c, touched, object_c)
+        else:
+            scene.touch(0, touched, object_c)
+            state = scene.step()
+            wanted_c = float(state.surface_c[0] + state.flux_w_m2[0] * PLATE_CONTACT_M2K_W)
+        wanted_c = neutral_c + share * (wanted_c - neutral_c)
         change_k = min(max(wanted_c, COMFORT.low_c), COMFORT.high_c) - plate_c
         plate_c += min(max(change_k, -faster * PLATE_COOLING_K_S * STEP_S), faster * PLATE_HEATING_K_S * STEP_S)
         skin_c = advance @ skin_c + drive @ np.array([plate_c, 1.0])
         felt.append(finger.felt_c(skin_c))
-    return np.array(felt) - felt[0]
+    return (np.array(felt) - felt[0])[early:]

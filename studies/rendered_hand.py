@@ -1,6 +1,7 @@
 """A hand with five simulated TactTips, rendered by the operator site on virtual time: no network, no processes."""
 
 import math
+from collections import deque
 
 import numpy as np
 
@@ -20,10 +21,11 @@ from sim_sensors.tacttip import ntc_counts
 
 SESSION = 1
 TICK_S = 0.002
-READ_EVERY = 5
-"""Ticks between two reports of a module: 100 Hz."""
-COMMAND_EVERY = 2
-"""Ticks between two commands to a module: 250 Hz."""
+READ_S = 0.010
+"""Between two reports of a module."""
+COMMAND_S = 0.004
+"""Between two commands to a module."""
+_ROUNDING_S = 1e-9
 
 
 class RenderedHand:
@@ -36,18 +38,37 @@ class RenderedHand:
         motors: vibration motors.
     """
 
-    def __init__(self, seed: int, config: RenderingConfig | None = None) -> None:
-        """Fingers from the air on plates as warm as they are; `seed` is the plates' sensors'."""
+    def __init__(
+        self,
+        seed: int,
+        config: RenderingConfig | None = None,
+        *,
+        tick_s: float = TICK_S,
+        noise_k: float = 0.0,
+        delay_s: float = 0.0,
+    ) -> None:
+        """Fingers from the air on plates as warm as they are.
+
+        Args:
+            seed: of the noise of the plates' sensors.
+            config: of rendering.
+            tick_s: how often it renders, a multiple of 1 ms.
+            noise_k: standard deviation of a plate's reading, beside that of its own sensor.
+            delay_s: how late a reading is.
+        """
         self._rendering = Rendering(config or RenderingConfig(), GAP_S)
         self.plates, self.motors = FingerPlates(len(FINGERS), seed), VibrationMotors(len(FINGERS))
         self.time_s = 0.0
         self.output: GatedOutput | None = None
+        self._tick_s, self._noise_k, self._delay_s = tick_s, noise_k, delay_s
+        self._parts = max(1, math.ceil(tick_s / TICK_S - _ROUNDING_S))
+        self._noise = np.random.default_rng([seed, 0xDE1A])
         self._sensors = [PlateSensor() for _ in FINGERS]
+        self._readings: deque[tuple[float, list[int]]] = deque()
         self._plate_c = (math.nan,) * len(FINGERS)
-        self._read_s = -math.inf
+        self._read_s = self._told_s = -math.inf
         self._drives = [MotorDrive() for _ in FINGERS]
         self._volts, self._heat = np.zeros(len(FINGERS)), np.zeros(len(FINGERS))
-        self._ticks = 0
 
     def step(self, touch: Touch | None, x_m: float, z_m: float) -> GatedOutput:
         """Let a tick pass with the newest touch packet, None before the first; the hand is at x, its fingertips at z.
@@ -55,10 +76,7 @@ class RenderedHand:
         Raises:
             RuntimeError: the gate has found a fault, and nothing is rendered any more.
         """
-        if self._ticks % READ_EVERY == 0:
-            readings = zip(self._sensors, self.plates.ntc_c.tolist(), strict=True)
-            self._plate_c = tuple(sensor.step(self.time_s, ntc_counts(ntc_c)).plate_c for sensor, ntc_c in readings)
-            self._read_s = self.time_s
+        self._read()
         output = self._rendering.step(
             RenderingInput(
                 time_s=self.time_s,
@@ -79,13 +97,26 @@ class RenderedHand:
         )
         if output.fault is not None:
             raise RuntimeError(f"the gate stopped the study: {output.fault}")
-        if self._ticks % COMMAND_EVERY == 0:
+        if self.time_s - self._told_s >= COMMAND_S - _ROUNDING_S:
+            self._told_s = self.time_s
             speeds = zip(self._drives, output.motor_rpm, strict=True)
             self._volts = np.array([1e-3 * drive.step(self.time_s, rpm) for drive, rpm in speeds])
             self._heat = np.round(np.array(output.peltier_drive) * DRIVE_FULL) / DRIVE_FULL
-        self.plates.step(TICK_S, self._heat)
-        self.motors.step(TICK_S, self._volts)
-        self._ticks += 1
-        self.time_s += TICK_S
+        for _ in range(self._parts):
+            self.plates.step(self._tick_s / self._parts, self._heat)
+            self.motors.step(self._tick_s / self._parts, self._volts)
+        self.time_s += self._tick_s
         self.output = output
         return output
+
+    def _read(self) -> None:
+        """Take what the plates' sensors said some time ago."""
+        if self.time_s - self._read_s < READ_S - _ROUNDING_S:
+            return
+        self._read_s = self.time_s
+        noisy = self.plates.ntc_c + self._noise_k * self._noise.standard_normal(len(FINGERS))
+        self._readings.append((self.time_s, [ntc_counts(ntc_c) for ntc_c in noisy.tolist()]))
+        while len(self._readings) > 1 and self._readings[1][0] <= self.time_s - self._delay_s + _ROUNDING_S:
+            self._readings.popleft()
+        counts = zip(self._sensors, self._readings[0][1], strict=True)
+        self._plate_c = tuple(sensor.step(self.time_s, each).plate_c for sensor, each in counts)

@@ -1,0 +1,81 @@
+"""Why the second skin model is not inverted: what one step's exact answer does to the smallest noise, and to a delay.
+
+The naive way solves one step of the finger on the plate for the plate's temperature that makes the felt temperature
+right at its end; its finger is driven by the plate's readings. Flux matching asks for no step and no reading: the plate
+sits where the scene's flux would cross the contact.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from operator_site.plate_display import PLATE_CONTACT_M2K_W
+from operator_site.scene_skin import SceneSkin
+from operator_site.skin import STEP_S, SkinModel, SkinStep, Touched, skin_step
+from operator_site.tissue import Body, Floats
+
+MODELS = (SkinModel(1, 1, 1), SkinModel(2, 1, 1), SkinModel(4, 1, 1), SkinModel(10, 10, 10))
+STEPS_S = (0.01, 0.05, 0.2, 1.0)
+NOISE_K = 0.01
+"""Of the wanted felt temperature: a tenth of what can be felt."""
+DELAYS_S = (0.0, 0.1)
+SECONDS = 10.0
+BEYOND_K = 1e4
+_PLATE = Touched(1.0, 1.0, 1.0, PLATE_CONTACT_M2K_W)
+
+
+def inverse_rows(seed: int) -> Iterator[dict[str, Any]]:
+    """Noise of the plate's set-point for NOISE_K in what should be felt; None where it grows beyond all bounds."""
+    for model in MODELS:
+        for step_s in STEPS_S:
+            step = skin_step(model, _PLATE, Body().air_w_m2k, step_s)
+            for delay_s in DELAYS_S:
+                yield {
+                    "way": "one-step inverse",
+                    "model": str(model),
+                    "step_s": step_s,
+                    "delay_s": delay_s,
+                    "plate_k_per_felt_k": 1.0 / float(step.c[0] @ step.b[:, 1]),
+                    "plate_noise_k": _noise_k(step, round(SECONDS / step_s), round(delay_s / step_s), seed),
+                }
+    for delay_s in DELAYS_S:  # it does not look at the plate
+        yield {
+            "way": "flux matching",
+            "model": "4+1+1+6",
+            "step_s": STEP_S,
+            "delay_s": delay_s,
+            "plate_k_per_felt_k": None,
+            "plate_noise_k": _matched_noise_k(seed),
+        }
+
+
+def _noise_k(step: SkinStep, steps: int, late: int, seed: int) -> float | None:
+    """Standard deviation of the set-point for a finger that should feel nothing but noise; readings `late` steps."""
+    random, x, plate_k = np.random.default_rng(seed), np.zeros(len(step.a)), [0.0] * late
+    gain = float(step.c[0] @ step.b[:, 1])
+    for wanted_k in NOISE_K * random.standard_normal(steps):
+        plate_k.append((wanted_k - float(step.c[0] @ (step.a @ x))) / gain)
+        if abs(plate_k[-1]) > BEYOND_K:
+            return None
+        x = step.a @ x + step.b[:, 1] * plate_k[-1 - late]
+    return float(np.std(plate_k[late:]))
+
+
+def _matched_noise_k(seed: int) -> float:
+    """The same for flux matching on copper, the object with the largest flux, whose temperature is as noisy."""
+    random, copper = np.random.default_rng(seed), Touched.of("copper")
+    quiet, noisy = (SceneSkin(SkinModel(4, 1, 1, 6), fingers=1) for _ in range(2))
+    object_c = 25.0
+    quiet.touch(0, copper, object_c)
+    difference = []
+    for noise_k in NOISE_K * random.standard_normal(round(SECONDS / STEP_S)):
+        noisy.touch(0, copper, object_c + noise_k)
+        difference.append(_set_point(noisy) - _set_point(quiet))
+    return float(np.std(difference))
+
+
+def _set_point(skin: SceneSkin) -> float:
+    state = skin.step()
+    column: Floats = state.surface_c + state.flux_w_m2 * PLATE_CONTACT_M2K_W
+    return float(column[0])

@@ -1,0 +1,100 @@
+"""Heat through all of the operator site: rendering, gate, loop, Peltiers, plate, and the simulated finger on it.
+
+The same touches at every length of a tick, with a good thermistor and with a bad one, against the finger on the object
+itself. Where even a plate that is always as it may be is off by more than the tolerance, its rate does not allow
+better; everywhere else twice the tolerance must do.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from common.fingers import FINGERS
+from common.materials import materials
+from studies.felt_error import felt_error, tolerance_k
+from studies.ideal_plate import ideal_plate_touch
+from studies.real_touch import real_touch
+from studies.rendered_hand import RenderedHand
+from studies.simulated_finger import STEP_S, Array
+from studies.virtual_touch import resting_on, touch_packet
+
+TICKS_S = (0.001, 0.002, 0.005, 0.010, 0.020, 0.050)
+BAD_NOISE_K, BAD_DELAY_S = 0.1, 0.1
+TEMPERATURES_C = (22.0, 25.0, 30.0, 37.0)
+SECONDS = 10.0
+REST_S = 8.0
+STEADY_S = 3.0
+"""At the end of a touch: what still swings then does not come to rest."""
+UP_M = 0.006
+"""The hand stays up: the packets alone say what is touched."""
+STIFFNESS_N_M = 400.0
+
+
+def rendered_courses(
+    names: Sequence[str], object_c: float, tick_s: float, noise_k: float, delay_s: float, seed: int
+) -> tuple[Array, Array]:
+    """Change of the felt temperature on each object every STEP_S from contact on, K, and the plates' temperatures."""
+    hand = RenderedHand(seed, tick_s=tick_s, noise_k=noise_k, delay_s=delay_s)
+    touching = touch_packet(2, {finger: resting_on(name, object_c, STIFFNESS_N_M) for finger, name in enumerate(names)})
+    free = touch_packet(1, {})
+    for _ in range(round(REST_S / tick_s)):
+        hand.step(free, 0.0, UP_M)
+    before_c = hand.plates.felt_c.copy()
+    time_s, felt, plate = [0.0], [hand.plates.felt_c - before_c], [hand.plates.plate_c.copy()]
+    for tick in range(round(SECONDS / tick_s)):
+        hand.step(touching, 0.0, UP_M)
+        time_s.append(tick_s * (tick + 1))
+        felt.append(hand.plates.felt_c - before_c)
+        plate.append(hand.plates.plate_c.copy())
+    grid = STEP_S * np.arange(round(SECONDS / STEP_S) + 1)
+    courses = [
+        np.array([np.interp(grid, time_s, column) for column in np.array(kept).T[: len(names)]])
+        for kept in (felt, plate)
+    ]
+    return courses[0], courses[1]
+
+
+def loop_rows(
+    names: Sequence[str] | None = None,
+    temperatures_c: Sequence[float] = TEMPERATURES_C,
+    ticks_s: Sequence[float] = TICKS_S,
+    seed: int = 0,
+) -> Iterator[dict[str, Any]]:
+    """Errors of every touch; all materials where none are named."""
+    for object_c in temperatures_c:
+        every = sorted(materials()) if names is None else list(names)
+        for five in (every[at : at + len(FINGERS)] for at in range(0, len(every), len(FINGERS))):
+            true = [real_touch(name, object_c, SECONDS) for name in five]
+            ideal = [ideal_plate_touch(name, object_c, SECONDS) for name in five]
+            for tick_s in ticks_s:
+                for noise_k, delay_s in ((0.0, 0.0), (BAD_NOISE_K, BAD_DELAY_S)):
+                    felt, plate = rendered_courses(five, object_c, tick_s, noise_k, delay_s, seed)
+                    for finger, name in enumerate(five):
+                        yield {
+                            "object": name,
+                            "object_c": object_c,
+                            "tick_s": tick_s,
+                            "noise_k": noise_k,
+                            "delay_s": delay_s,
+                            **_judged(felt[finger], plate[finger], true[finger], ideal[finger]),
+                        }
+
+
+def _judged(felt: Array, plate: Array, true: Array, ideal: Array) -> dict[str, Any]:
+    error = felt_error(felt, true)
+    tolerance = tolerance_k(true)
+    allowed = np.abs(ideal - true) <= tolerance
+    # Once the rate allows it, it does; a moment of luck on the way is none.
+    allowed = np.flip(np.logical_and.accumulate(np.flip(allowed)))
+    shares = np.abs(felt - true) / tolerance
+    steady = plate[-round(STEADY_S / STEP_S) :]
+    trend = np.polyval(np.polyfit(np.arange(len(steady)), steady, 2), np.arange(len(steady)))
+    return {
+        "error_k": error.largest_k,
+        "beyond_k": error.beyond_k,
+        "ideal_error_k": felt_error(ideal, true).largest_k,
+        "rate_allows_from_s": STEP_S * int(np.argmax(allowed)) if allowed.any() else None,
+        "share_where_rate_allows": float(shares[allowed].max()) if allowed.any() else None,
+        "plate_swing_k": float(np.abs(steady - trend).max()),
+    }
