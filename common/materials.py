@@ -2,9 +2,11 @@
 
 import math
 import tomllib
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+
+from common.constants import read_constants
 
 ALIASES = {
     "wood": "pine",
@@ -14,6 +16,13 @@ ALIASES = {
     "skin": "skin_dermis",
 }
 """Everyday names and the specimen each stands for."""
+CONSTANTS = {
+    "conductivity_w_mk": (0.01, 500.0),
+    "density_kg_m3": (1.0, 25_000.0),
+    "specific_heat_j_kgk": (100.0, 10_000.0),
+    "spread": (0.0, 1.0),
+}
+"""Of each material, with the range of what can be told of it over the link and shown to a finger."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +34,11 @@ class Material:
     density_kg_m3: float
     specific_heat_j_kgk: float
     spread: float
+
+    @classmethod
+    def read(cls, name: str, given: object, where: str) -> "Material":
+        """Take a table's constants; raises ValueError that says `where`, and names the constant that is wrong."""
+        return cls(name, **read_constants(given, CONSTANTS, where))
 
     @property
     def effusivity(self) -> float:
@@ -42,22 +56,11 @@ def read_materials(path: Path) -> dict[str, Material]:
     """Materials of a file by name.
 
     Raises:
-        ValueError: a constant is missing, unknown, no number, or not above 0; the message names file, material and
+        ValueError: a constant is missing, unknown, no number, or out of range; the message names file, material and
             constant.
     """
-    constants = [each.name for each in fields(Material) if each.name != "name"]
-    known = {}
-    for name, given in tomllib.loads(path.read_text("utf-8")).items():
-        for constant in constants:
-            value = given.get(constant)
-            if value is None:
-                raise ValueError(f"{path}: {name}: {constant} is missing")
-            if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < math.inf:
-                raise ValueError(f"{path}: {name}: {constant} must be a number above 0, not {value!r}")
-        if unknown := sorted(set(given) - set(constants)):
-            raise ValueError(f"{path}: {name}: {unknown[0]} is no constant; there are {', '.join(constants)}")
-        known[name] = Material(name, **given)
-    return known
+    tables = tomllib.loads(path.read_text("utf-8"))
+    return {name: Material.read(name, given, f"{path}: {name}") for name, given in tables.items()}
 
 
 def material(name: str) -> Material:

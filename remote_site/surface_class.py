@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from common.surfaces import surface_kind
 from remote_site.stored_table import StoredTable
 
 NOMINAL_FORCE_N = 1.0
@@ -21,12 +22,13 @@ ONE_ROUGHNESS = 0.25
 SAME_PERIOD = 0.15
 """One standard deviation of ln(period) between a patterned surface and its calibration."""
 SAME_IRREGULARITY = 0.12
-TAP_SPEED_PER_M_S = 4000.0
-TAP_DECAY_PER_S = 30.0
+_ORDINARY = surface_kind("plain_pvc")
+TAP_SPEED_PER_M_S, TAP_DECAY_PER_S = _ORDINARY.k_tap, _ORDINARY.b_tap_per_s
 """k_tap and b_tap of Eq. 1: a tap is too short to identify anything, the paper holds them constant."""
-GROOVE_RAD_S = 400.0
-GROOVE_DECAY_PER_S = 60.0
-"""Amplitude and decay of one damped impulse J(t)."""
+_GROOVED = surface_kind("closely_grooved_pvc").grooves
+assert _GROOVED is not None
+GROOVE_RAD_S, GROOVE_DECAY_PER_S = _GROOVED.impulse_rad_s, _GROOVED.decay_per_s
+"""Amplitude and decay of one damped impulse J(t), whatever the grooves are like."""
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.fingers import FINGERS
-from common.materials import Material, material
+from common.materials import Material
+from common.scene import Scene, SceneObject
 from sim_sensors.object_column import ObjectColumn, object_column
-from sim_sensors.scene import Scene, SceneObject
-from sim_sensors.surface import make_profile, surface_kind
+from sim_sensors.surface import make_profile, relief_of
 from sim_sensors.texture_touch import RELIEF_PER_M, compliance_share
 from sim_sensors.thermal_touch import STAGE_S, full_conductance_w_m2k
 
@@ -74,10 +74,9 @@ class Bench:
         start = 0
         for thing in scene.objects:
             body = thing.body or thing.name
-            piece = Specimen.draw(material(thing.material), rng, block=scene.knows_piece(thing.material))
+            piece = Specimen.draw(scene.material(thing.material), rng, block=scene.knows_piece(thing.material))
             specimen, offset = bodies.setdefault(body, (piece, rng.uniform(*thing.offset_c)))
-            kind = surface_kind(thing.surface)
-            profile = make_profile(kind, thing.length_m, rng)
+            profile = make_profile(relief_of(thing.surface), thing.length_m, rng)
             samples = profile.height_m.shape[1]
             tracks = tuple(start + finger * samples for finger in range(len(FINGERS)))
             start += profile.height_m.size
@@ -110,7 +109,7 @@ def _bench_object(
     tracks: tuple[int, ...],
     grooves_m: tuple[float, ...],
 ) -> BenchObject:
-    kind = surface_kind(thing.surface)
+    relief = relief_of(thing.surface)
     return BenchObject(
         name=thing.name,
         material=thing.material,
@@ -123,8 +122,8 @@ def _bench_object(
         object_c=object_c,
         effusivity=specimen.effusivity,
         column=object_column(specimen.conductivity_w_mk, specimen.heat_j_m3k, thing.thickness_m, STAGE_S),
-        conductance_w_m2k=full_conductance_w_m2k(specimen.conductivity_w_mk, kind.rms_m),
-        area_share=kind.contact_fraction,
+        conductance_w_m2k=full_conductance_w_m2k(specimen.conductivity_w_mk, relief.rms_m),
+        area_share=relief.contact_fraction,
         relief_per_m=RELIEF_PER_M * compliance_share(thing.stiffness),
         track=tracks,
         grooves_x_m=tuple(thing.x_m + groove for groove in grooves_m),

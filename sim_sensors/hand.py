@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from common.fingers import FINGERS
+from common.scene import Scene
 from sim_sensors.hand_plan import FREE, HOVER_M, LIFT_S, HandPlan, Segment, Wanted, minimum_jerk
-from sim_sensors.scene import Scene
 
 FINGER_MASS_KG = 0.1
 FINGER_DAMPING_N_S_M = 3.0

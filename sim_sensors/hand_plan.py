@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_sensors.scene import Hold, Lift, Move, Scene, Step, Stroke, Tap, Touch, Wait
+from common.scene import Scene
+from common.script import Hold, Lift, Move, Step, Stroke, Tap, Touch, Wait
 
 HOVER_M = 0.006
 DEPTH_M = 0.004

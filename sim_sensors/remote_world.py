@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.fingers import FINGERS
+from common.scene import BENCH_M, Scene
 from sim_sensors.bench import FINGER_Y_M, Bench, BenchObject
 from sim_sensors.fingertip import HIGH_Z_M, Fingertip
 from sim_sensors.fresh_ground import FreshGround
-from sim_sensors.scene import BENCH_M, Scene
 from sim_sensors.texture_touch import TextureTouch
 from sim_sensors.thermal_touch import STEP_S, SensorSpread, ThermalTouch, draw_touch_factor
 from sim_sensors.true_mode import TrueMode

@@ -7,6 +7,7 @@ import numpy as np
 
 from common.config import SimOperatorConfig, to_toml
 from common.fingers import FINGERS
+from common.scene import load_scene
 from sim_sensors.announce import announce
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.fault_port import FaultPort
@@ -15,7 +16,6 @@ from sim_sensors.faulty_parts import Hang, Thermistor
 from sim_sensors.finger_plate import FingerPlates
 from sim_sensors.hand import ScriptedHand
 from sim_sensors.motor import VibrationMotors
-from sim_sensors.scene import load_scene
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.serial_server import serve_fingers
 from sim_sensors.simulation_loop import STEP_S, run_world

@@ -7,12 +7,12 @@ import numpy as np
 
 from common.config import SimRemoteConfig, to_toml
 from common.fingers import FINGERS
+from common.scene import load_scene
 from sim_sensors.announce import announce
 from sim_sensors.fault_port import FaultPort
 from sim_sensors.faults import Faults, device_faults, servo_faults
 from sim_sensors.faulty_parts import Hang, Servos, Thermistor
 from sim_sensors.remote_world import RemoteWorld
-from sim_sensors.scene import load_scene
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.serial_server import serve_fingers
 from sim_sensors.simulation_loop import STEP_S, run_world

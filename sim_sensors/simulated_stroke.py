@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from common.fingers import FINGERS
 from common.limits import CONTACT_FORCE_N
+from common.scene import Scene, SceneObject
+from common.surfaces import surface_kind
 from sim_sensors.fingertip import pressing_depth_m
 from sim_sensors.remote_world import HOVER_M, RemoteWorld
-from sim_sensors.scene import Scene, SceneObject, Wait
 from sim_sensors.simulated_touch import FORCE_SPREAD, LOWER_S, TICK_S, check_range
-from sim_sensors.surface import surface_kind
 from sim_sensors.texture_touch import OUTPUT_HZ, VOLTS_PER_COUNT
 
 Array = NDArray[np.float64]
@@ -99,4 +99,4 @@ def _world_seed(surface: str, seed: int) -> int:
 
 def _one_object(surface: str, length_m: float) -> Scene:
     block = SceneObject(name="block", material="pvc", surface=surface, x_m=0.0, length_m=length_m + EDGE_M)
-    return Scene(name="stroke", calibrated=(), objects=(block,), script=(Wait(act="wait", seconds=1.0),))
+    return Scene(name="stroke", objects=(block,))

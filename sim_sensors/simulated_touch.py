@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from common.limits import CONTACT_FORCE_N, SENSOR_PLATE_C
 from common.materials import material
+from common.surfaces import surface_kind
 from sim_sensors.bench import Specimen
 from sim_sensors.fingertip import Fingertip, pressing_depth_m
 from sim_sensors.object_column import ObjectColumn, object_column
 from sim_sensors.remote_world import FORCE_NOISE_N, HOVER_M
 from sim_sensors.ssr_converter import celsius_of
-from sim_sensors.surface import SurfaceKind, surface_kind
+from sim_sensors.surface import Relief, relief_of
 from sim_sensors.thermal_touch import (
     STAGE_S,
     STEP_S,
@@ -95,7 +96,7 @@ class _Touched:
     def draw(
         cls,
         name: str,
-        surface: SurfaceKind,
+        relief: Relief,
         fingers: int,
         *,
         object_c: tuple[float, float],
@@ -107,7 +108,7 @@ class _Touched:
     ) -> "list[_Touched]":
         """One object under `fingers` fingers: they share piece and temperature, each has its contact and force."""
         specimen = Specimen.draw(material(name), rng, block=block)
-        full = full_conductance_w_m2k(specimen.conductivity_w_mk, surface.rms_m)
+        full = full_conductance_w_m2k(specimen.conductivity_w_mk, relief.rms_m)
         column = object_column(specimen.conductivity_w_mk, specimen.heat_j_m3k, thickness_m, STAGE_S)
         one_c = rng.uniform(*object_c)
         return [
@@ -219,14 +220,14 @@ def simulate_hand(
         forces = np.zeros((round((LEAD_S + seconds) / STEP_S), count))
         contact_step = np.full(count, round(LEAD_S / STEP_S))
     else:
-        surface = surface_kind(_SURFACE_OF.get(name, "plain_pvc"))
+        surface = _SURFACE_OF.get(name, "plain_pvc")
         range_c = (ambient_c + offset_c[0], ambient_c + offset_c[1])
         touched = [
             one
             for _ in range(touches)
             for one in _Touched.draw(
                 name,
-                surface,
+                relief_of(surface),
                 fingers,
                 object_c=range_c,
                 force_n=force_n,
@@ -236,7 +237,9 @@ def simulate_hand(
                 rng=draw,
             )
         ]
-        forces = np.stack([_press(one.force_n, surface.stiffness_n_m, seconds) for one in touched], axis=1)
+        forces = np.stack(
+            [_press(one.force_n, surface_kind(surface).stiffness_n_m, seconds) for one in touched], axis=1
+        )
         contact_step = np.argmax(forces >= CONTACT_N, axis=0)
         if later is not None:
             forces *= _later_share(len(forces), contact_step, *later)

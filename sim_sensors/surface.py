@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, grey_dilation
 
 from common.fingers import FINGERS
+from common.surfaces import Grooves, surface_kind
 
 GRID_M = 10e-6
 """Spacing of the profile's samples, m."""
@@ -23,40 +24,36 @@ GROOVE_DEPTH_M = 0.25e-3
 
 
 @dataclass(frozen=True, slots=True)
-class SurfaceKind:
-    """One kind of surface: rms height and correlation length, m; stiffness of what carries it, N/m.
-
-    `groove_spacing_m` is the smallest and largest distance of neighbouring grooves, None without grooves.
-    """
+class Relief:
+    """One surface's relief: rms height and correlation length, m; `grooves` is None where there are none."""
 
     rms_m: float
     correlation_m: float
-    stiffness_n_m: float
-    groove_spacing_m: tuple[float, float] | None = None
+    grooves: Grooves | None = None
 
     @property
     def contact_fraction(self) -> float:
         """Share of the area that touches a flat plate: grooves take theirs away."""
-        if self.groove_spacing_m is None:
+        if self.grooves is None:
             return 1.0
-        return 1.0 - GROOVE_WIDTH_M / (0.5 * sum(self.groove_spacing_m))
+        return 1.0 - GROOVE_WIDTH_M / (0.5 * sum(self.grooves.apart_m))
 
 
-SURFACES = {
-    "aluminium": SurfaceKind(0.5e-6, 0.2e-3, 6000.0),
-    "ceramic_tile": SurfaceKind(0.5e-6, 0.2e-3, 5000.0),
-    "pine": SurfaceKind(3e-6, 0.4e-3, 3500.0),
-    "plain_pvc": SurfaceKind(1e-6, 0.2e-3, 4000.0),
-    "closely_grooved_pvc": SurfaceKind(1e-6, 0.2e-3, 4000.0, (2e-3, 2e-3)),
-    "arbitrarily_grooved_pvc": SurfaceKind(1e-6, 0.2e-3, 4000.0, (2e-3, 8e-3)),
-    "widely_grooved_pvc": SurfaceKind(1e-6, 0.2e-3, 4000.0, (8e-3, 8e-3)),
-    "sandpaper": SurfaceKind(30e-6, 0.08e-3, 3000.0),
-    "foam": SurfaceKind(8e-6, 0.8e-3, 400.0),
-    "skin": SurfaceKind(4e-6, 0.5e-3, 600.0),
-    "lesion": SurfaceKind(35e-6, 0.25e-3, 700.0),
-    "nodule": SurfaceKind(4e-6, 0.5e-3, 1800.0),
+ROUGHNESS_M = {
+    "aluminium": (0.5e-6, 0.2e-3),
+    "ceramic_tile": (0.5e-6, 0.2e-3),
+    "pine": (3e-6, 0.4e-3),
+    "plain_pvc": (1e-6, 0.2e-3),
+    "closely_grooved_pvc": (1e-6, 0.2e-3),
+    "arbitrarily_grooved_pvc": (1e-6, 0.2e-3),
+    "widely_grooved_pvc": (1e-6, 0.2e-3),
+    "sandpaper": (30e-6, 0.08e-3),
+    "foam": (8e-6, 0.8e-3),
+    "skin": (4e-6, 0.5e-3),
+    "lesion": (35e-6, 0.25e-3),
+    "nodule": (4e-6, 0.5e-3),
 }
-"""Every kind of surface that a scene or a simulated stroke may name."""
+"""Rms height and correlation length of every surface that there is in `common.surfaces`, m."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,48 +69,34 @@ class SurfaceProfile:
     grooves_m: tuple[float, ...]
 
 
-def surface_kind(name: str) -> SurfaceKind:
-    """Look a surface up by name.
+def relief_of(name: str) -> Relief:
+    """The relief of a surface.
 
     Raises:
         ValueError: no such surface; the message lists those that there are.
     """
-    try:
-        return SURFACES[name]
-    except KeyError:
-        raise ValueError(f"unknown surface {name!r}; known: {', '.join(sorted(SURFACES))}") from None
+    grooves = surface_kind(name).grooves
+    return Relief(*ROUGHNESS_M[name], grooves)
 
 
-def make_profile(kind: SurfaceKind, length_m: float, rng: np.random.Generator) -> SurfaceProfile:
+def make_profile(relief: Relief, length_m: float, rng: np.random.Generator) -> SurfaceProfile:
     """Draw one realisation of a surface of `length_m` metres for all five fingers."""
     samples = math.ceil(length_m / GRID_M) + 1
-    grooves = _groove_centres(kind, length_m, rng)
-    height = _roughness(kind, samples, rng) + _grooves(grooves, samples)
+    grooves = [] if relief.grooves is None else relief.grooves.draw(length_m, rng)
+    height = _roughness(relief, samples, rng) + _grooves(grooves, samples)
     path = _roll_tip(height)
     path -= np.median(path, axis=1, keepdims=True)  # rolling over a rough surface lifts the tip; only changes matter
     slope = np.gradient(path, GRID_M, axis=1)
     return SurfaceProfile(path.astype(np.float32), slope.astype(np.float32), tuple(grooves))
 
 
-def _roughness(kind: SurfaceKind, samples: int, rng: np.random.Generator) -> NDArray[np.float64]:
+def _roughness(relief: Relief, samples: int, rng: np.random.Generator) -> NDArray[np.float64]:
     """Gaussian heights with autocorrelation exp(-(dx/l)^2): white noise through a Gaussian of width l/2."""
-    sigma = kind.correlation_m / (2.0 * GRID_M)
+    sigma = relief.correlation_m / (2.0 * GRID_M)
     white = rng.standard_normal((len(FINGERS), samples))
     smooth: NDArray[np.float64] = gaussian_filter1d(white, sigma, axis=1, mode="reflect")
     gain = math.sqrt(2.0 * math.sqrt(math.pi) * sigma)  # restores unit variance after the filter
-    return smooth * (gain * kind.rms_m)
-
-
-def _groove_centres(kind: SurfaceKind, length_m: float, rng: np.random.Generator) -> list[float]:
-    if kind.groove_spacing_m is None:
-        return []
-    low, high = kind.groove_spacing_m
-    centres = []
-    centre = 0.5 * low
-    while centre <= length_m - 0.5 * low + 1e-9:
-        centres.append(centre)
-        centre += rng.uniform(low, high) if high > low else low
-    return centres
+    return smooth * (gain * relief.rms_m)
 
 
 def _grooves(centres: list[float], samples: int) -> NDArray[np.float64]:

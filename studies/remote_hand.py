@@ -4,6 +4,7 @@ import numpy as np
 
 from common.fingers import FINGERS
 from common.packets import LinkState
+from common.scene import Scene
 from common.serial_messages import DRIVE_FULL
 from remote_site.finger_touch import FingerTouch
 from remote_site.material_table import MaterialTable
@@ -12,7 +13,6 @@ from remote_site.sensed import Sensed
 from remote_site.surface_class import SurfaceTable
 from remote_site.thermal_sensor import PlateReading
 from sim_sensors.remote_world import RemoteWorld
-from sim_sensors.scene import Scene
 from sim_sensors.ssr_converter import celsius_of
 from studies.rendered_hand import SESSION, TICK_S
 from teletaction.demo_files import calibrated_tables

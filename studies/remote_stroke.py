@@ -1,8 +1,8 @@
 """A fingertip that strokes a remote surface: through texture sensor, identification and link to the simulated motor."""
 
+from common.scene import SceneObject
+from common.surfaces import surface_kind
 from sim_sensors.fingertip import pressing_depth_m
-from sim_sensors.scene import SceneObject
-from sim_sensors.surface import surface_kind
 from studies.lowering import height_m
 from studies.rendered_hand import TICK_S
 from studies.rendered_stroke import DEPTH_M, FingertipCourse, tick_of

@@ -7,9 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from common.config import RenderingConfig, VibrationScale
-from common.messages import Event, EventKind, ExplorationMode
-from operator_site.motor_drive import motor_mv
 from remote_site.exploration import TAP_S
+from common.messages import Event, EventKind, ExplorationMode
+from common.surfaces import surface_kind
+from operator_site.motor_drive import motor_mv
 from remote_site.surface_class import GROOVE_DECAY_PER_S, GROOVE_RAD_S, TAP_DECAY_PER_S, TAP_SPEED_PER_M_S
 from sim_sensors.motor import RPM_PER_RAD_S, VibrationMotors
 from studies.lowering import height_m
@@ -32,6 +33,12 @@ class VirtualSurface:
     k_stroke_f: float
     grooves_m: tuple[float, ...] = ()
     stiffness_n_m: float = SHOWN_N_M
+
+    @classmethod
+    def of(cls, name: str, grooves_m: tuple[float, ...] = ()) -> "VirtualSurface":
+        """A surface as the remote site was told of it; raises ValueError where it is unknown."""
+        kind = surface_kind(name)
+        return cls(kind.k_stroke_v, kind.k_stroke_f, grooves_m)
 
 
 class FingertipCourse(NamedTuple):

@@ -9,7 +9,7 @@ from scipy.signal import find_peaks
 
 from common.limits import MOTOR_FLOOR_RPM
 from sim_sensors.motor import RPM_PER_RAD_S
-from sim_sensors.surface import SurfaceKind, SurfaceProfile
+from sim_sensors.surface import SurfaceProfile
 from sim_sensors.texture_touch import RELIEF_PER_M, VISCOUS_S, compliance_share
 from studies.stroke_path import FORCE_N, SPEED_M_S
 from studies.texture_observer import PATTERN, Features
@@ -47,16 +47,16 @@ def motor_features(
 
 
 def surface_features(
-    kind: SurfaceKind,
+    stiffness_n_m: float,
     profile: SurfaceProfile,
     *,
     stroke_m_s: float = SPEED_M_S,
     typical: Typical = np.mean,
     ln_stiffness: float = 0.0,
 ) -> Features:
-    """Of a real surface: how the force on a texture sensor's tip fluctuates, without noise, and its grooves."""
+    """Of a real surface, and how stiff it is: how the force on a texture sensor's tip fluctuates, and its grooves."""
     rises = profile.height_m[0] + VISCOUS_S * stroke_m_s * profile.slope[0]
-    force_n = FORCE_N * RELIEF_PER_M * compliance_share(kind.stiffness_n_m) * rises
+    force_n = FORCE_N * RELIEF_PER_M * compliance_share(stiffness_n_m) * rises
     intensity = math.log(float(typical(np.abs(force_n - np.median(force_n)))))
     return _grooved(intensity, np.diff(profile.grooves_m), ln_stiffness)
 

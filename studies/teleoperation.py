@@ -3,7 +3,7 @@
 from collections import deque
 
 from common.messages import Touch
-from sim_sensors.scene import Scene, SceneObject, Wait, load_scene
+from common.scene import Scene, SceneObject, load_scene
 from studies.remote_hand import RemoteHand
 from studies.rendered_hand import TICK_S, RenderedHand
 
@@ -34,7 +34,7 @@ class Teleoperation:
 
 def scene_of(thing: SceneObject) -> Scene:
     """The scene with nothing else on the bench."""
-    return load_scene(SCENE).model_copy(update={"objects": (thing,), "script": (Wait(act="wait", seconds=1.0),)})
+    return load_scene(SCENE).model_copy(update={"objects": (thing,), "script": ()})
 
 
 def block_of(material: str) -> SceneObject:

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from sim_sensors.surface import SurfaceProfile, make_profile, surface_kind
+from common.surfaces import surface_kind
+from sim_sensors.surface import SurfaceProfile, make_profile, relief_of
 from studies.paper_tables import MATCHED, MATCHING_OF, beside
 from studies.remote_stroke import remote_stroke
 from studies.rendered_hand import TICK_S
@@ -16,7 +17,6 @@ from studies.simulated_finger import Array
 from studies.stroke_features import motor_features, surface_features
 from studies.stroke_path import LENGTH_M, SLOW_M_S, measured
 from studies.texture_observer import LAPSE, PATTERN, Features, confusion, matching
-from teletaction.make_tables import CONSTANTS
 
 SURFACES = tuple(MATCHED)
 MORE_LAPSE = 0.10
@@ -65,14 +65,10 @@ def strokes(seed: int, tell: Callable[[float], object]) -> Strokes:
         remote.append(remote_stroke(name, seed))
         tell((place + 1) / len(SURFACES))
     profiles = [
-        make_profile(surface_kind(name), LENGTH_M, np.random.default_rng([seed, place]))
+        make_profile(relief_of(name), LENGTH_M, np.random.default_rng([seed, place]))
         for place, name in enumerate(SURFACES)
     ]
-    surfaces = [
-        # Grooved PVC is PVC.
-        VirtualSurface(*CONSTANTS.get(name, CONSTANTS["plain_pvc"]), profile.grooves_m)
-        for name, profile in zip(SURFACES, profiles, strict=True)
-    ]
+    surfaces = [VirtualSurface.of(name, profile.grooves_m) for name, profile in zip(SURFACES, profiles, strict=True)]
     virtual = [rendered_stroke(surface, seed) for surface in surfaces]
     soft = replace(surfaces[0], stiffness_n_m=FOAM_SHARE * SHOWN_N_M)
     varied = {
@@ -85,8 +81,10 @@ def strokes(seed: int, tell: Callable[[float], object]) -> Strokes:
 
 def real_features(each: Strokes, **how: Any) -> list[Features]:
     """Of the real surfaces, but for their stiffness."""
-    kinds = [surface_kind(name) for name in SURFACES]
-    return [surface_features(kind, profile, **how) for kind, profile in zip(kinds, each.profiles, strict=True)]
+    return [
+        surface_features(surface_kind(name).stiffness_n_m, profile, **how)
+        for name, profile in zip(SURFACES, each.profiles, strict=True)
+    ]
 
 
 def felt_features(courses: Sequence[FingertipCourse], **how: Any) -> list[Features]:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from common.config import SimNetworkConfig, load_config
 from common.process import StopSignal
-from sim_sensors.scene import load_scene
+from common.scene import load_scene
 from teletaction.demo_files import HOST, NETWORK, PROCESSES, DemoOptions, prepare
 from teletaction.ping import BarePing
 from teletaction.processes import SessionProcesses

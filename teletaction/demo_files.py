@@ -23,9 +23,9 @@ from common.config import (
 )
 from common.fingers import chosen_fingers
 from common.keys import TrustedKeys, create_keys
+from common.scene import load_scene
 from common.streams import STREAMS
 from sim_sensors.network_file import is_file, load_network
-from sim_sensors.scene import load_scene
 
 HOST = "127.0.0.1"
 PROCESSES = ("sim-remote", "sim-operator", "remote", "operator")
@@ -55,8 +55,9 @@ def calibrated_tables(scene: str) -> tuple[Path, Path]:
     Raises:
         ValueError: none was calibrated for this scene's materials.
     """
-    blocks = "_blocks" if load_scene(scene).pieces == "calibrated" else ""
-    materials = TABLES / f"{Path(scene).stem}{blocks}.json"
+    loaded = load_scene(scene)
+    blocks = "_blocks" if loaded.pieces == "calibrated" else ""
+    materials = TABLES / f"{loaded.table or Path(scene).stem}{blocks}.json"
     if not materials.is_file():
         raise ValueError(f"scene {scene!r}: no calibrated table {materials.name}; make one with `calibrate thermal`")
     return materials, SURFACES

@@ -3,9 +3,10 @@
 import tempfile
 from pathlib import Path
 
+from common.scene import load_scene
+from common.surfaces import surface_kind
 from remote_site.texture_calibration import calibrate_texture
 from remote_site.thermal_calibration import calibrate_thermal
-from sim_sensors.scene import load_scene
 from sim_sensors.simulate import simulate_stroke_set, simulate_thermal, simulate_thermal_set, write_thermal_csv
 
 TOUCHES = 40
@@ -20,9 +21,15 @@ LIVING = "skin_dermis"
 BODY_OFFSETS_C = (9.0, 13.0)
 BODY_PREHEAT_K = 17.0
 """Living skin is calibrated as warm as it is, ambient + 9..13 K, hence with the warmer pre-heat."""
-GROOVED = ("closely_grooved_pvc", "widely_grooved_pvc", "arbitrarily_grooved_pvc")
-CONSTANTS = {"foam": (500.0, 20.0), "plain_pvc": (2000.0, 60.0), "sandpaper": (5000.0, 120.0)}
-"""K_v,s in (rad/s)/(m/s) and K_F,s in (rad/s)/N of the reference surfaces; grooved PVC is PVC."""
+STROKED = (
+    "foam",
+    "plain_pvc",
+    "sandpaper",
+    "closely_grooved_pvc",
+    "widely_grooved_pvc",
+    "arbitrarily_grooved_pvc",
+)
+"""The reference surfaces."""
 STROKES = ((30.0, 1.2), (50.0, 1.2), (80.0, 1.2), (50.0, 2.5))
 """Speeds, mm/s, and forces, N, of the calibration strokes."""
 
@@ -46,7 +53,7 @@ def make_tables(out: Path, *, made_on: str = "") -> list[Path]:
         _touches(work / "phantom", tuple(n for n in load_scene("phantom").calibrated if n != LIVING), 12_000)
         _skin(work / "phantom", 12_500)
         calibrate_thermal(work / "phantom", out / "phantom.json", sensor_serial=SERIAL, made_on=made_on)
-        constants = CONSTANTS | dict.fromkeys(GROOVED, CONSTANTS["plain_pvc"])
+        constants = {name: (surface_kind(name).k_stroke_v, surface_kind(name).k_stroke_f) for name in STROKED}
         for number, surface in enumerate(constants):
             for variant, (speed_mm_s, force_n) in enumerate(STROKES):
                 simulate_stroke_set(

@@ -5,13 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from common.fingers import FINGERS
-from common.materials import material
+from common.scene import Scene
 from operator_site.model_choice import LONGEST_S, TOLERANCE_K, TOLERANCE_SHARE, choose
 from operator_site.model_error import FINE, TIMES_S, felt_per_k
 from operator_site.scene_skin import SceneSkin, touched_object
 from operator_site.skin import SkinModel, Touched
 from operator_site.tissue import Body, rest
-from sim_sensors.scene import Scene
 from teletaction.step_cost import quickest_s
 
 STEPS = 200
@@ -65,7 +64,7 @@ def check_scene(scene: Scene, dwell_s: float = LONGEST_S) -> list[CheckedObject]
             else tuple(scene.ambient_c + offset for offset in thing.offset_c)
         )
         object_c = low_c if abs(low_c - skin_c) >= abs(high_c - skin_c) else high_c
-        kind = material(thing.material)
+        kind = scene.material(thing.material)
         touched = touched_object(kind.conductivity_w_mk, kind.density_kg_m3, kind.specific_heat_j_kgk)
         if touched is None:
             raise ValueError(f"{thing.name}: constants of {kind.name} are out of range: no finger can be shown them")

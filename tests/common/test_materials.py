@@ -49,11 +49,11 @@ def test_contact_resistance_falls_with_conductivity_to_a_floor() -> None:
     ("line", "said"),
     [
         ("density_kg_m3 = 500.0", "specific_heat_j_kgk is missing"),
-        ("density_kg_m3 = -1.0\nspecific_heat_j_kgk = 1.0", "density_kg_m3 must be a number above 0, not -1.0"),
-        ("density_kg_m3 = nan\nspecific_heat_j_kgk = 1.0", "density_kg_m3 must be a number above 0, not nan"),
-        ('density_kg_m3 = "x"\nspecific_heat_j_kgk = 1.0', "density_kg_m3 must be a number above 0, not 'x'"),
-        ("density_kg_m3 = true\nspecific_heat_j_kgk = 1.0", "density_kg_m3 must be a number above 0, not True"),
-        ("density_kg_m3 = 1.0\nspecific_heat_j_kgk = 1.0\ncolour = 1.0", "colour is no constant; there are"),
+        ("density_kg_m3 = -1.0\nspecific_heat_j_kgk = 1.0", "density_kg_m3 must be a number from 1 to 25000, not -1.0"),
+        ("density_kg_m3 = nan\nspecific_heat_j_kgk = 1.0", "density_kg_m3 must be a number from 1 to 25000, not nan"),
+        ('density_kg_m3 = "x"\nspecific_heat_j_kgk = 1.0', "density_kg_m3 must be a number from 1 to 25000, not 'x'"),
+        ("density_kg_m3 = true\nspecific_heat_j_kgk = 1.0", "density_kg_m3 must be a number from 1 to 25000, not True"),
+        ("density_kg_m3 = 1.0\nspecific_heat_j_kgk = 1e3\ncolour = 1.0", "colour is no constant; there are"),
     ],
 )
 def test_a_wrong_or_missing_constant_is_named(tmp_path: Path, line: str, said: str) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from common.fingers import FINGERS
+from common.scene import load_scene
 from remote_site.finger_touch import FingerTouch
 from remote_site.material_table import MaterialTable
 from remote_site.perception import Perception
@@ -14,7 +15,6 @@ from remote_site.sensed import Sensed
 from remote_site.surface_class import SurfaceTable
 from remote_site.thermal_sensor import PlateReading
 from sim_sensors.remote_world import RemoteWorld
-from sim_sensors.scene import load_scene
 from sim_sensors.ssr_converter import celsius_of
 
 TABLES = Path(__file__).parents[2] / "remote_site" / "tables"

@@ -9,9 +9,9 @@ import pytest
 
 from common.can_frames import FrameSender
 from common.fingers import FINGERS
+from common.scene import load_scene
 from remote_site.patient_gate import GatedCommand, PatientGate
 from sim_sensors.remote_world import RemoteWorld
-from sim_sensors.scene import load_scene
 from sim_sensors.telemanipulator import Telemanipulator
 
 DT = 0.002

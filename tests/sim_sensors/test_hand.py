@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from common.fingers import FINGERS
+from common.scene import Scene, load_scene
 from sim_sensors.hand import ScriptedHand
 from sim_sensors.hand_plan import FREE, HOVER_M, QUIESCENT, STROKING, TAPPING
-from sim_sensors.scene import Scene, load_scene
 
 DT_S = 0.002
 SCENE = Scene.model_validate(

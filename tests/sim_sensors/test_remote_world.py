@@ -3,8 +3,8 @@ import pytest
 
 from common.fingers import FINGERS
 from common.materials import material
+from common.scene import load_scene
 from sim_sensors.remote_world import RemoteWorld
-from sim_sensors.scene import load_scene
 from sim_sensors.true_mode import FREE, QUIESCENT, STROKING
 
 TICK_S = 0.002

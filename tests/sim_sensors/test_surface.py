@@ -1,12 +1,17 @@
 import numpy as np
 import pytest
 
+from common.surfaces import surfaces
 from sim_sensors import surface
-from sim_sensors.surface import GRID_M, SURFACES, make_profile, surface_kind
+from sim_sensors.surface import GRID_M, ROUGHNESS_M, make_profile, relief_of
 
 
 def profile(name, length_m=0.05, seed=0):
-    return make_profile(surface_kind(name), length_m, np.random.default_rng(seed))
+    return make_profile(relief_of(name), length_m, np.random.default_rng(seed))
+
+
+def test_every_surface_has_a_relief_and_every_relief_a_surface():
+    assert set(ROUGHNESS_M) == set(surfaces())
 
 
 def test_same_seed_same_surface_and_another_seed_another():
@@ -23,7 +28,7 @@ def test_every_finger_has_a_track_of_its_own_but_grooves_are_common():
 
 @pytest.mark.parametrize("name", ["foam", "skin", "pine"])
 def test_height_and_correlation_length_of_the_drawn_process(name):
-    kind = SURFACES[name]
+    kind = relief_of(name)
     height = surface._roughness(kind, 40_000, np.random.default_rng(2))
     assert height.std() == pytest.approx(kind.rms_m, rel=0.06)
     lag = round(kind.correlation_m / GRID_M)
@@ -32,7 +37,7 @@ def test_height_and_correlation_length_of_the_drawn_process(name):
 
 
 def test_the_tip_rests_on_the_surface_and_touches_it_somewhere():
-    rough = surface._roughness(SURFACES["sandpaper"], 3000, np.random.default_rng(3))
+    rough = surface._roughness(relief_of("sandpaper"), 3000, np.random.default_rng(3))
     path = surface._roll_tip(rough)
     assert np.all(path >= rough - 1e-12)
     assert np.isclose(path, rough, atol=1e-9).any()
@@ -65,10 +70,10 @@ def test_groove_spacing(name, low_m, high_m):
 
 
 def test_grooves_take_contact_area_away():
-    assert surface_kind("closely_grooved_pvc").contact_fraction == pytest.approx(0.8)
-    assert surface_kind("plain_pvc").contact_fraction == 1.0
+    assert relief_of("closely_grooved_pvc").contact_fraction == pytest.approx(0.8)
+    assert relief_of("plain_pvc").contact_fraction == 1.0
 
 
 def test_unknown_surface_lists_the_known_ones():
     with pytest.raises(ValueError, match=r"unknown surface 'velvet'.*sandpaper"):
-        surface_kind("velvet")
+        relief_of("velvet")

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from sim_sensors.surface import make_profile, surface_kind
+from common.surfaces import surface_kind
+from sim_sensors.surface import make_profile, relief_of
 from sim_sensors.texture_touch import (
     NOISE_V,
     RELIEF_PER_M,
@@ -16,10 +17,9 @@ LENGTH_M = 0.1
 
 def stroke(name, *, speed_m_s=0.06, force_n=1.2, seconds=1.5, take_every=5, seed=0):
     """Volts of one finger that is pressed on at 0.1 s and slides from 0.3 s on; and the groove centres."""
-    kind = surface_kind(name)
-    profile = make_profile(kind, LENGTH_M, np.random.default_rng(seed))
+    profile = make_profile(relief_of(name), LENGTH_M, np.random.default_rng(seed))
     touch = TextureTouch(1, profile.height_m[0], profile.slope[0], np.random.default_rng(seed + 1))
-    gain = RELIEF_PER_M * compliance_share(kind.stiffness_n_m)
+    gain = RELIEF_PER_M * compliance_share(surface_kind(name).stiffness_n_m)
     taken = []
     for tick in range(1, round(seconds / TICK_S) + 1):
         now = tick * TICK_S

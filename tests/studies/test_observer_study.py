@@ -1,5 +1,6 @@
 """The study of the two experiments: what its fingertips feel, and what it makes of it."""
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -8,8 +9,9 @@ import numpy as np
 import pytest
 
 from common.materials import contact_resistance_m2k_w, material
+from common.surfaces import surface_kind
 from sim_sensors.finger_plate import ROOM_C, FingerPlates
-from sim_sensors.surface import make_profile, surface_kind
+from sim_sensors.surface import make_profile, relief_of
 from studies.ideal_plate import ideal_plate_touch
 from studies.observer import findings, plot, tables
 from studies.real_touch import real_touch
@@ -24,8 +26,8 @@ from studies.simulated_finger import STEP_S, SimulatedFinger
 from studies.stroke_features import FLOOR_RAD_S, motor_features, surface_features
 from studies.stroke_path import LENGTH_M, REST_S, SLOW_M_S, SPEED_M_S, measured
 from studies.texture_comparison import BY_INTENSITY, OWN_STIFFNESS, SLOWLY, SURFACES, Strokes
+from studies.texture_observer import Features
 from studies.thermal_comparison import DWELLS_S, KNOWN_AHEAD, OBJECT_C, OBJECTS, PAIRS
-from teletaction.make_tables import CONSTANTS
 
 AT_3_S = round(3.0 / STEP_S)
 
@@ -37,13 +39,16 @@ def virtual() -> dict[str, np.ndarray]:
 
 @cache
 def stroke(name: str) -> FingertipCourse:
-    constants = CONSTANTS.get(name, CONSTANTS["plain_pvc"])
-    return rendered_stroke(VirtualSurface(*constants, profile(name).grooves_m))
+    return rendered_stroke(VirtualSurface.of(name, profile(name).grooves_m))
 
 
 @cache
 def profile(name: str) -> Any:
-    return make_profile(surface_kind(name), LENGTH_M, np.random.default_rng(2))
+    return make_profile(relief_of(name), LENGTH_M, np.random.default_rng(2))
+
+
+def real(name: str) -> Features:
+    return surface_features(surface_kind(name).stiffness_n_m, profile(name))
 
 
 @pytest.mark.parametrize("name", ["aluminium", "pvc", "wood"])
@@ -115,7 +120,7 @@ def test_a_motor_left_to_itself_smooths_the_grooves_that_a_driven_one_shows() ->
 
 def test_grooves_that_come_slowly_enough_are_told_apart() -> None:
     name = "closely_grooved_pvc"
-    surface = VirtualSurface(*CONSTANTS["plain_pvc"], profile(name).grooves_m)
+    surface = VirtualSurface.of(name, profile(name).grooves_m)
     course = rendered_stroke(surface, stroke_m_s=SLOW_M_S)
     found = motor_features(measured(course.speed_rad_s, TICK_S), TICK_S, stroke_m_s=SLOW_M_S)
     assert found.ln_period == pytest.approx(np.log(2.0), abs=0.05)
@@ -135,13 +140,12 @@ def test_features_of_a_course_are_those_that_it_was_made_with() -> None:
 
 def test_features_of_real_surfaces_are_those_of_their_kind() -> None:
     closely, widely, arbitrarily = (
-        surface_features(surface_kind(name), profile(name))
-        for name in ("closely_grooved_pvc", "widely_grooved_pvc", "arbitrarily_grooved_pvc")
+        real(name) for name in ("closely_grooved_pvc", "widely_grooved_pvc", "arbitrarily_grooved_pvc")
     )
     assert closely.ln_period == pytest.approx(np.log(2.0))
     assert widely.ln_period == pytest.approx(np.log(8.0))
     assert arbitrarily.irregularity > 1.5 > 1e-6 > widely.irregularity
-    rough, plain = (surface_features(surface_kind(name), profile(name)) for name in ("sandpaper", "plain_pvc"))
+    rough, plain = (real(name) for name in ("sandpaper", "plain_pvc"))
     assert rough.ln_intensity - plain.ln_intensity > 2.0
     assert (rough.pattern, plain.pattern) == (0.0, 0.0)
 
@@ -162,7 +166,7 @@ def data() -> dict[str, Any]:
     }
     sides[KNOWN_AHEAD] = sides["remote"] = sides["virtual"]
     strokes = [stroke(name) for name in SURFACES]
-    soft = rendered_stroke(VirtualSurface(*CONSTANTS["foam"], stiffness_n_m=40.0))
+    soft = rendered_stroke(replace(VirtualSurface.of("foam"), stiffness_n_m=40.0))
     varied = {SLOWLY: strokes, BY_INTENSITY: strokes, OWN_STIFFNESS: [soft, *strokes[1:]]}
     one = Strokes([profile(name) for name in SURFACES], strokes, strokes, varied)
     return findings(sides, [one], seed=0, draws=500)

@@ -5,7 +5,7 @@ import io
 
 import pytest
 
-from sim_sensors.scene import load_scene, scene_names
+from common.scene import load_scene, scene_names
 from teletaction.cli import main
 from teletaction.scene_check import COLUMNS, check_scene
 

@@ -1,4 +1,7 @@
-"""Scenes: which objects lie on the bench, and what the scripted hand does with them. Read from TOML."""
+"""Scenes: which objects lie on a bench, and what a scripted hand does with them. Read from TOML.
+
+One file serves for all: the bench of a simulated remote site, and the virtual environment without any.
+"""
 
 import tomllib
 from pathlib import Path
@@ -6,69 +9,19 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
-from common.materials import material
-from sim_sensors.surface import surface_kind
+from common.materials import ALIASES, Material, materials
+from common.packets import MAX_TEXT
+from common.script import Step
+from common.surfaces import STIFFNESS_N_M, surface_kind
 
 SCENES = Path(__file__).parent / "scenes"
 BENCH_M = 0.655
 """The hand reaches x and y from -BENCH_M to +BENCH_M, m."""
+Stiffness = Annotated[float | None, Field(ge=STIFFNESS_N_M[0], le=STIFFNESS_N_M[1])]
 
 
 class _Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class Move(_Strict):
-    """Travel at hover height until the hand's x is at fraction `u` of the object's length."""
-
-    act: Literal["move"]
-    object: str
-    u: float = Field(default=0.5, ge=0.0, le=1.0)
-
-
-class Touch(_Strict):
-    """Lower all fingers until they are in contact."""
-
-    act: Literal["touch"]
-
-
-class Hold(_Strict):
-    """Rest in contact for `seconds`."""
-
-    act: Literal["hold"]
-    seconds: float = Field(gt=0.0, le=120.0)
-
-
-class Stroke(_Strict):
-    """Slide in contact to fraction `u` of `to_object`, mm/s along the path."""
-
-    act: Literal["stroke"]
-    to_object: str
-    u: float = Field(default=0.5, ge=0.0, le=1.0)
-    speed_mm_s: float = Field(default=50.0, ge=5.0, le=200.0)
-
-
-class Lift(_Strict):
-    """Raise all fingers to hover height."""
-
-    act: Literal["lift"]
-
-
-class Tap(_Strict):
-    """Lower and lift quickly, `times` times, without holding."""
-
-    act: Literal["tap"]
-    times: int = Field(default=1, ge=1, le=20)
-
-
-class Wait(_Strict):
-    """Hover for `seconds`: the thermal sensor re-heats."""
-
-    act: Literal["wait"]
-    seconds: float = Field(gt=0.0, le=120.0)
-
-
-Step = Annotated[Move | Touch | Hold | Stroke | Lift | Tap | Wait, Field(discriminator="act")]
 
 
 class SceneObject(_Strict):
@@ -88,18 +41,15 @@ class SceneObject(_Strict):
     y_m: float | None = Field(default=None, ge=-1.0, le=1.0)
     width_m: float | None = Field(default=None, gt=0.0, le=2.0)
     height_m: float = Field(default=0.0, ge=-0.004, le=0.004)
-    stiffness_n_m: float | None = Field(default=None, ge=50.0, le=20_000.0)
+    stiffness_n_m: Stiffness = None
     thickness_m: float | None = Field(default=None, gt=0.0005, le=1.0)
     offset_c: tuple[float, float] = (-3.0, 3.0)
     absolute_c: float | None = Field(default=None, ge=-10.0, le=60.0)
 
     @field_validator("material")
     @classmethod
-    def _known_material(cls, name: str) -> str:
-        try:
-            return material(name).name
-        except KeyError as error:
-            raise ValueError(error.args[0]) from None
+    def _specimen(cls, name: str) -> str:
+        return ALIASES.get(name, name)
 
     @field_validator("surface")
     @classmethod
@@ -136,28 +86,61 @@ class SceneObject(_Strict):
         """World x at fraction `u` (0..1) of the object, m."""
         return self.x_m + u * self.length_m
 
+    def covers(self, x_m: float, y_m: float) -> bool:
+        """Whether it lies at a place of the bench."""
+        low_y_m, high_y_m = self.y_range_m
+        return self.x_m <= x_m < self.end_x_m and low_y_m <= y_m < high_y_m
+
 
 class Scene(_Strict):
     """A bench with objects, and the script of the hand; after its last step the script starts again.
 
-    `calibrated` names the materials that the scene's table knows. With `pieces` "calibrated", the objects of these
-    materials are the very blocks that the table was made with; with "new", each session draws pieces of its own.
+    `calibrated` names the materials that the remote site's table knows, and `table` that table, where it has not the
+    scene's name. With `pieces` "calibrated", the objects of these materials are the very blocks that the table was made
+    with; with "new", each session draws pieces of its own. `virtual_stiffness_n_m` is that of all objects in a virtual
+    environment, as in Kron & Schmidt 2003; each has its own without. `materials` are known in this scene only.
     """
 
     name: str
     ambient_c: float = Field(default=23.0, ge=5.0, le=35.0)
-    calibrated: tuple[str, ...]
+    materials: dict[str, Material] = {}
+    calibrated: tuple[str, ...] = ()
+    table: str | None = None
     pieces: Literal["new", "calibrated"] = "new"
+    virtual_stiffness_n_m: Stiffness = None
     objects: tuple[SceneObject, ...] = Field(min_length=1)
-    script: tuple[Step, ...] = Field(min_length=1)
+    script: tuple[Step, ...] = ()
+
+    @field_validator("materials", mode="before")
+    @classmethod
+    def _own_materials(cls, tables: object) -> object:
+        if not isinstance(tables, dict):
+            raise ValueError("must be tables [materials.NAME]")
+        for name in tables:
+            if name in ALIASES or name in materials():
+                raise ValueError(f"{name}: is the name of a known material; choose another")
+            if len(name) > MAX_TEXT:
+                raise ValueError(f"{name}: is longer than {MAX_TEXT} characters")
+        # A piece that is described by itself is this very piece, unless told otherwise.
+        return {
+            name: Material.read(name, {"spread": 0.0, **given} if isinstance(given, dict) else given, name)
+            for name, given in tables.items()
+        }
 
     @field_validator("calibrated")
     @classmethod
-    def _known_materials(cls, names: tuple[str, ...]) -> tuple[str, ...]:
-        try:
-            return tuple(material(name).name for name in names)
-        except KeyError as error:
-            raise ValueError(error.args[0]) from None
+    def _specimens(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(ALIASES.get(name, name) for name in names)
+
+    @model_validator(mode="after")
+    def _known_materials(self) -> Self:
+        used = {f"objects.{number}.material": thing.material for number, thing in enumerate(self.objects)}
+        used |= {f"calibrated.{number}": name for number, name in enumerate(self.calibrated)}
+        known = {*materials(), *self.materials}
+        for field, name in used.items():
+            if name not in known:
+                raise ValueError(f"{field}: unknown material {name!r}; known: {', '.join(sorted([*known, *ALIASES]))}")
+        return self
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -177,6 +160,10 @@ class Scene(_Strict):
     def knows_piece(self, material_name: str) -> bool:
         """Whether objects of this material are blocks that the scene's table was made with."""
         return self.pieces == "calibrated" and material_name in self.calibrated
+
+    def material(self, name: str) -> Material:
+        """Constants of a material that the scene names."""
+        return self.materials.get(name) or materials()[name]
 
     def object_named(self, name: str) -> SceneObject:
         """Look an object up.
@@ -217,8 +204,9 @@ def load_scene(name_or_path: str) -> Scene:
         return Scene.model_validate(tomllib.loads(path.read_text("utf-8")))
     except ValidationError as error:
         first = error.errors()[0]
-        field = ".".join(str(part) for part in first["loc"]) or "scene"
-        raise ValueError(f"{path}: {field}: {first['msg']}") from None
+        field = ".".join(str(part) for part in first["loc"])
+        message = first["msg"].removeprefix("Value error, ")
+        raise ValueError(f"{path}: {field + ': ' if field else ''}{message}") from None
     except tomllib.TOMLDecodeError as error:
         raise ValueError(f"{path}: not valid TOML: {error}") from None
     except (OSError, UnicodeDecodeError) as error:

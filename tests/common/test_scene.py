@@ -2,7 +2,9 @@ from itertools import pairwise
 
 import pytest
 
-from sim_sensors.scene import Hold, Stroke, Tap, load_scene, scene_names
+from common.materials import material
+from common.scene import load_scene, scene_names
+from common.script import Hold, Stroke, Tap
 
 SCENE = """
 name = "small"
@@ -107,6 +109,43 @@ def test_bad_scene_is_refused_in_one_line_that_names_file_and_field(tmp_path, ol
     with pytest.raises(ValueError, match=message) as caught:
         load(tmp_path, SCENE.replace(old, new, 1))
     assert "small.toml" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+OWN = """
+[materials.balsa]
+conductivity_w_mk = 0.05
+density_kg_m3 = 160.0
+specific_heat_j_kgk = 1700.0
+"""
+
+
+def test_a_scene_brings_materials_of_its_own(tmp_path):
+    scene = load(tmp_path, SCENE.replace('material = "wood"', 'material = "balsa"') + OWN)
+    balsa = scene.material(scene.objects[0].material)
+    assert (balsa.name, balsa.conductivity_w_mk, balsa.density_kg_m3, balsa.spread) == ("balsa", 0.05, 160.0, 0.0)
+    assert scene.material("pvc") is material("pvc")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("density_kg_m3 = 160.0\n", "", "materials: balsa: density_kg_m3 is missing"),
+        ("= 160.0", "= 0.0", "materials: balsa: density_kg_m3 must be a number from 1 to 25000, not 0.0"),
+        ("= 0.05", '= "low"', "materials: balsa: conductivity_w_mk must be a number from 0.01 to 500, not 'low'"),
+        ("= 0.05", "= 0.05\ncolour = 1.0", "materials: balsa: colour is no constant"),
+        ("balsa", "wood", "materials: wood: is the name of a known material"),
+        ("balsa", "pine", "materials: pine: is the name of a known material"),
+        ("balsa", 41 * "b", f"materials: {41 * 'b'}: is longer than 40 characters"),
+        (OWN, "materials = 3\n", "materials: must be tables"),
+        (OWN, "materials.balsa = 3\n", "materials: balsa must be a table with conductivity_w_mk"),
+    ],
+)
+def test_a_wrong_material_of_a_scene_is_named(tmp_path, old, new, said):
+    assert old in OWN
+    with pytest.raises(ValueError, match=said) as caught:
+        load(tmp_path, OWN.replace(old, new) + SCENE if "materials" in new else SCENE + OWN.replace(old, new))
+    assert "small.toml: " in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
