@@ -5,8 +5,8 @@ Thermal readings come at their own rate, None in between.
 
 from collections import deque
 
+from common.exploration import TAP_S, Exploration
 from common.messages import ExplorationMode
-from remote_site.exploration import TAP_S, Exploration
 from remote_site.finger_touch import FingerSample, TouchEvent
 from remote_site.heater_control import OFFSETS_K, HeaterControl, next_offset_k
 from remote_site.peltier_back import PeltierBack

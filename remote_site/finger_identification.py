@@ -3,13 +3,13 @@
 Joins the parts; numbers and a time in, numbers out. Texture comes at its own rate, None in between.
 """
 
+from common.exploration import Exploration
 from common.limits import GAP_S
 from common.messages import ExplorationMode
-from remote_site.exploration import Exploration
+from common.motion_estimate import MotionEstimate
 from remote_site.finger_heat import FingerHeat
 from remote_site.finger_touch import FingerSample, FingerTouch, TouchEvent
 from remote_site.heater_control import OFFSETS_K
-from remote_site.motion_estimate import MotionEstimate
 from remote_site.rendered_material import rendered_constants
 from remote_site.roughness import Roughness
 from remote_site.stiffness import Stiffness

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from common.exploration import Exploration
 from common.messages import ExplorationMode
-from remote_site.exploration import Exploration
 from remote_site.roughness import LEAK_HZ, RATE_HZ, Roughness
 from remote_site.spatial_period import spatial_period
 from remote_site.surface_class import NOMINAL_FORCE_N, NOMINAL_SPEED_M_S, GroovePeriod, Period

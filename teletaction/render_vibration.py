@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
+from common.exploration import Exploration
 from common.messages import Event, EventKind, ExplorationMode
 from operator_site.render import StrokeSample, render_vibration
 from operator_site.vibration import Surface
-from remote_site.exploration import Exploration
 from remote_site.roughness import LEAK_HZ, RATE_HZ, Roughness
 from remote_site.surface_class import (
     GROOVE_DECAY_PER_S,

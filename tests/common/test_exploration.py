@@ -3,9 +3,9 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
+from common.exploration import CONTACT_ON_N, Exploration
 from common.messages import ExplorationMode
-from remote_site.exploration import CONTACT_ON_N, Exploration
-from remote_site.motion_estimate import MotionEstimate
+from common.motion_estimate import MotionEstimate
 
 FREE, TAPPING, QUIESCENT, STROKING = ExplorationMode
 
