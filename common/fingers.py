@@ -2,6 +2,8 @@
 
 FINGERS = ("thumb", "index", "middle", "ring", "little")
 """Index into this tuple is the finger number on the wire."""
+FINGER_Y_M = (-0.04, -0.02, 0.0, 0.02, 0.04)
+"""Where each finger sits across the stroke, relative to the hand's y, m."""
 
 
 def chosen_fingers(count: int) -> tuple[str, ...]:

@@ -19,6 +19,8 @@ BENCH_M = 0.655
 """The hand reaches x and y from -BENCH_M to +BENCH_M, m."""
 Stiffness = Annotated[float | None, Field(ge=STIFFNESS_N_M[0], le=STIFFNESS_N_M[1])]
 
+Offset = Annotated[float, Field(ge=-50.0, le=50.0)]
+
 
 class _Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
@@ -43,7 +45,7 @@ class SceneObject(_Strict):
     height_m: float = Field(default=0.0, ge=-0.004, le=0.004)
     stiffness_n_m: Stiffness = None
     thickness_m: float | None = Field(default=None, gt=0.0005, le=1.0)
-    offset_c: tuple[float, float] = (-3.0, 3.0)
+    offset_c: tuple[Offset, Offset] = (-3.0, 3.0)
     absolute_c: float | None = Field(default=None, ge=-10.0, le=60.0)
 
     @field_validator("material")

@@ -39,7 +39,8 @@ class Happening:
     """Something that a session's report has to name."""
 
     what: str
-    """connected, left, disconnected, engaged, disengaged, fault, cleared, estop, silent, heard, missing, complete."""
+    """connected, left, disconnected, engaged, disengaged, fault, cleared, estop, silent, heard, missing, complete;
+    where no remote site takes notes, note."""
     session: int
     text: str = ""
 

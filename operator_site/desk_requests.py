@@ -5,11 +5,11 @@ from typing import Any
 from common.packets import LinkState
 from common.session import Refused, note_text
 from common.site_report import desk_answer
-from operator_site.session_client import SessionClient
+from operator_site.operator_session import OperatorSession
 
 
 def answer_desk(
-    client: SessionClient, now_ns: int, not_ready: str, verb: str, details: dict[str, Any]
+    client: OperatorSession, now_ns: int, not_ready: str, verb: str, details: dict[str, Any]
 ) -> dict[str, Any]:
     """Carry out what was asked; returns how the session is then.
 
@@ -40,7 +40,7 @@ def answer_desk(
         case "annotate":
             if not session.ident:
                 raise Refused("there is no session to note anything in")
-            client.request(verb, now_ns, {"text": note_text(details)})
+            client.annotate(now_ns, note_text(details))
         case _:
             raise Refused(f"{verb} is not for the desk to ask")
     told = desk_answer(verb, client, not_ready)

@@ -200,6 +200,10 @@ class SessionClient:
                 return
         self.session.clear()
 
+    def annotate(self, now_ns: int, text: str) -> None:
+        """Have the remote site note something in its recording."""
+        self.request("annotate", now_ns, {"text": text})
+
     def goodbye(self, now_ns: int) -> None:
         """Leave, so that the next operator need not wait for the silence. Of an observer nobody minds."""
         if self.session.ident and self.role == OPERATOR:

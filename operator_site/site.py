@@ -12,7 +12,7 @@ from common.capabilities import capabilities
 from common.clock import ReadClock
 from common.config import OperatorConfig, to_toml
 from common.desk import Desk
-from common.keys import fingerprint, load_keys
+from common.keys import KeyPair, fingerprint, load_keys
 from common.limits import FINGER_FORCE_N, MOTOR_FLOOR_RPM, MOTOR_MAX_RPM, PLATE_PROFILES
 from common.link import OperatorLink
 from common.packets import Floats, LinkState
@@ -25,6 +25,7 @@ from operator_site.desk_requests import answer_desk
 from operator_site.devices import OperatorDevices
 from operator_site.exoskeleton import Hand
 from operator_site.gate import limit_names
+from operator_site.operator_session import OperatorSession
 from operator_site.remote_key import remote_public_key
 from operator_site.rendering import Rendering
 from operator_site.rendering_input import RenderingInput
@@ -43,35 +44,26 @@ class OperatorSite:
     def __init__(
         self,
         config: OperatorConfig,
-        link: OperatorLink,
+        client: OperatorSession,
         devices: OperatorDevices,
         recorder: Recorder | None = None,
         desk: Desk | None = None,
-        stamp_ns: ReadClock | None = None,
     ):
+        """Work with opened devices.
+
+        Args:
+            config: how to render.
+            client: this site's end of a session, with a remote site or with a virtual environment.
+            devices: what is read and written.
+            recorder: opened with SCHEMAS; nothing is recorded without.
+            desk: nobody can ask for anything without.
+        """
+        self.client = client
         self._devices = devices
         self._recorder = recorder
         self._recording = None if recorder is None else SiteRecording(recorder)
         self._desk = desk
         self.rendering = Rendering(config.rendering, config.link.gap_s)
-        plates = PLATE_PROFILES[config.rendering.profile]
-        able = capabilities(
-            config.fingers,
-            config.rate_hz,
-            force_n=FINGER_FORCE_N,
-            motor_rpm=[MOTOR_FLOOR_RPM, MOTOR_MAX_RPM],
-            plate_c=[plates.low_c, plates.high_c],
-            max_age_s=config.link.max_age_s,
-        )
-        self.client = SessionClient(
-            link,
-            able,
-            config.link.max_age_s,
-            config.engage,
-            config.link.calibration or "",
-            gap_s=config.link.gap_s,
-            stamp_ns=stamp_ns,
-        )
         self._now_ns = 0
         self._limited: list[int] = []
         self.motions_sent = 0
@@ -150,6 +142,28 @@ class OperatorSite:
         return packet
 
 
+def session_with(link: OperatorLink, config: OperatorConfig, stamp_ns: ReadClock | None = None) -> SessionClient:
+    """This site's end of a session with the remote site at the other end of `link`."""
+    plates = PLATE_PROFILES[config.rendering.profile]
+    able = capabilities(
+        config.fingers,
+        config.rate_hz,
+        force_n=FINGER_FORCE_N,
+        motor_rpm=[MOTOR_FLOOR_RPM, MOTOR_MAX_RPM],
+        plate_c=[plates.low_c, plates.high_c],
+        max_age_s=config.link.max_age_s,
+    )
+    return SessionClient(
+        link,
+        able,
+        config.link.max_age_s,
+        config.engage,
+        config.link.calibration or "",
+        gap_s=config.link.gap_s,
+        stamp_ns=stamp_ns,
+    )
+
+
 def run_operator(config: OperatorConfig, stop: Callable[[], bool]) -> None:
     """Run the operator site until `stop()`.
 
@@ -158,20 +172,44 @@ def run_operator(config: OperatorConfig, stop: Callable[[], bool]) -> None:
     """
     keys = load_keys(config.link.keys)
     remote_key = remote_public_key(config.link)
+
+    def connect(opened: ExitStack) -> tuple[SessionClient, Callable[[], None]]:
+        link = opened.enter_context(OperatorLink(config.link.host, config.link.base_port, keys, remote_key))
+        remote = f"{config.link.host}:{config.link.base_port}"
+        log.info("connecting to %s as %s", remote, fingerprint(keys.public))
+        client = session_with(link, config, time.monotonic_ns)
+        return client, Admission(client, link, remote).each_second
+
+    run_operator_site(config, keys, connect, stop)
+
+
+def run_operator_site(
+    config: OperatorConfig,
+    keys: KeyPair,
+    begin: Callable[[ExitStack], tuple[OperatorSession, Callable[[], None]]],
+    stop: Callable[[], bool],
+    **about: str,
+) -> None:
+    """Run the operator site until `stop()`, in whatever session `begin` begins once all devices are there.
+
+    Args:
+        config: of the site.
+        keys: of the site.
+        begin: opens what the session needs, to be closed in the end; also returns what is to be done each second.
+        stop: asked before each tick.
+        about: what the recording says of the session beside its configuration.
+    """
     with ExitStack() as opened:
         desk = opened.enter_context(Desk(config.desk_port, keys))
         devices = OperatorDevices(config)
         opened.callback(devices.close)
         if not wait_for_devices(devices, config.wait_for_devices_s, stop):
             return
-        link = opened.enter_context(OperatorLink(config.link.host, config.link.base_port, keys, remote_key))
-        remote = f"{config.link.host}:{config.link.base_port}"
-        log.info("connecting to %s as %s", remote, fingerprint(keys.public))
+        client, each_second = begin(opened)
         recorder = None
         if config.record is not None:
-            metadata = {"configuration": to_toml(config), "key": fingerprint(keys.public)}
+            metadata = {"configuration": to_toml(config), "key": fingerprint(keys.public), **about}
             recorder = opened.enter_context(Recorder(config.record, SCHEMAS, metadata))
-        site = OperatorSite(config, link, devices, recorder, desk, time.monotonic_ns)
-        admission = Admission(site.client, link, remote)
-        run_site_loop(site, "operator", config.rate_hz, stop, status=config.status, each_second=admission.each_second)
+        site = OperatorSite(config, client, devices, recorder, desk)
+        run_site_loop(site, "operator", config.rate_hz, stop, status=config.status, each_second=each_second)
         site.goodbye()

@@ -12,8 +12,8 @@ from common.streams import STREAMS
 from operator_site import rendering_input
 from operator_site.fingertips import Fingertips
 from operator_site.gate import GatedOutput
+from operator_site.operator_session import OperatorSession
 from operator_site.rendering_input import RenderingInput
-from operator_site.session_client import SessionClient
 
 SCHEMAS: dict[str, dict[str, object]] = {
     "operator/session": SESSION_SCHEMA,
@@ -51,7 +51,7 @@ class SiteRecording:
     def tick(
         self,
         now_ns: int,
-        client: SessionClient,
+        client: OperatorSession,
         given: RenderingInput,
         output: GatedOutput,
         motion: bytes | None,

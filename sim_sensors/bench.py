@@ -14,9 +14,6 @@ from sim_sensors.surface import make_profile, relief_of
 from sim_sensors.texture_touch import RELIEF_PER_M, compliance_share
 from sim_sensors.thermal_touch import STAGE_S, full_conductance_w_m2k
 
-FINGER_Y_M = (-0.04, -0.02, 0.0, 0.02, 0.04)
-"""Where each finger sits across the stroke, relative to the hand's y, m."""
-
 
 @dataclass(frozen=True, slots=True)
 class BenchObject:

@@ -13,9 +13,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from common.fingers import FINGERS
+from common.fingers import FINGER_Y_M, FINGERS
 from common.scene import BENCH_M, Scene
-from sim_sensors.bench import FINGER_Y_M, Bench, BenchObject
+from sim_sensors.bench import Bench, BenchObject
 from sim_sensors.fingertip import HIGH_Z_M, Fingertip
 from sim_sensors.fresh_ground import FreshGround
 from sim_sensors.texture_touch import TextureTouch

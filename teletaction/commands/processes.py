@@ -1,4 +1,6 @@
-"""`remote`, `operator`, `observe` and the simulations: one process of a session each, until it is told to stop."""
+"""`remote`, `operator`, `virtual`, `observe` and the simulations: one process each, until it is told to stop."""
+
+from typing import Annotated
 
 import typer
 
@@ -25,6 +27,23 @@ def operator(config: ConfigFile) -> None:
     from operator_site.site import run_operator
 
     run_process("operator", config, OperatorConfig, run_operator)
+
+
+@app.command()
+def virtual(
+    config: ConfigFile,
+    scene: Annotated[str, typer.Option(help="What to touch: a scene's name, or a path that ends in .toml.")],
+    seed: Annotated[int, typer.Option(min=0, help="Of all that is drawn: temperatures, arbitrary grooves.")] = 0,
+) -> None:
+    """Run the operator site on a virtual environment, without any remote site."""
+    from functools import partial
+
+    from common.config import OperatorConfig
+    from common.process import run_process
+    from common.scene import load_scene
+    from operator_site.virtual_site import run_virtual
+
+    run_process("virtual", config, OperatorConfig, partial(run_virtual, scene=load_scene(scene), seed=seed))
 
 
 @app.command()

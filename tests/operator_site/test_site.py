@@ -19,7 +19,7 @@ from operator_site.devices import OperatorDevices
 from operator_site.exoskeleton import Hand
 from operator_site.gate import GatedOutput
 from operator_site.session_client import SessionClient
-from operator_site.site import OperatorSite
+from operator_site.site import OperatorSite, session_with
 from operator_site.site_recording import SCHEMAS
 from teletaction.replay import replay
 
@@ -87,7 +87,8 @@ CONFIG = OperatorConfig(
 
 
 def site(devices: Devices, recorder: Recorder | None = None) -> OperatorSite:
-    return OperatorSite(CONFIG, cast(OperatorLink, SilentLink()), cast(OperatorDevices, devices), recorder)
+    client = session_with(cast(OperatorLink, SilentLink()), CONFIG)
+    return OperatorSite(CONFIG, client, cast(OperatorDevices, devices), recorder)
 
 
 def run(operator: OperatorSite, first: int, ticks: int) -> int:

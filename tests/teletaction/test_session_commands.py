@@ -19,7 +19,7 @@ from common.session import LONGEST_NOTE, Refused
 from common.session_messages import Request
 from operator_site.devices import OperatorDevices
 from operator_site.session_client import SessionClient
-from operator_site.site import OperatorSite
+from operator_site.site import OperatorSite, session_with
 from teletaction.demo_files import DemoOptions, prepare
 from tests.commands import Told, command, one_line
 from tests.operator_site.test_site import CONFIG, Devices, SilentLink
@@ -251,9 +251,8 @@ class Mouthpiece:
 
 def test_a_note_that_cannot_be_recorded_is_refused_instead_of_lost() -> None:
     desk = Mouthpiece()
-    operator = OperatorSite(
-        CONFIG, cast(OperatorLink, Taker()), cast(OperatorDevices, Devices()), desk=cast(Desk, desk)
-    )
+    client = session_with(cast(OperatorLink, Taker()), CONFIG)
+    operator = OperatorSite(CONFIG, client, cast(OperatorDevices, Devices()), desk=cast(Desk, desk))
     desk.asks = [("annotate", {"text": "a rough spot"}), ("hello", {})]
     operator.tick(1_000_000_000)
     assert desk.refused == ["there is no session to note anything in", "hello is not for the desk to ask"]

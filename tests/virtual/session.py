@@ -15,7 +15,7 @@ from common.limits import AGE_DEFAULT_S
 from common.link import OperatorLink, RemoteLink
 from common.packets import LinkState
 from operator_site.devices import OperatorDevices
-from operator_site.site import OperatorSite
+from operator_site.site import OperatorSite, session_with
 from remote_site.devices import RemoteDevices
 from remote_site.site import RemoteSite
 from sim_sensors.select_loop import SelectLoop
@@ -88,7 +88,7 @@ class VirtualSession:
         )
         self.operator = OperatorSite(
             operator,
-            cast(OperatorLink, OperatorEnd(self.network)),
+            session_with(cast(OperatorLink, OperatorEnd(self.network)), operator),
             OperatorDevices(operator, lambda: self.operator_clock.now_ns(self.time_s) * 1e-9),
         )
         self._stopped: RemoteSite | OperatorSite | None = None

@@ -1,0 +1,61 @@
+"""What the operator site needs of its session, whoever is at the other end of it: a remote site, or a scene."""
+
+from collections.abc import Callable
+from typing import Protocol
+
+from common.clock import ClockOffset
+from common.messages import Touch
+from common.packets import Floats
+from common.site_report import SessionEnd
+
+
+class OperatorSession(SessionEnd, Protocol):
+    """The operator site's end of the session. Time is an argument, ns of this site's monotonic clock."""
+
+    want_engaged: bool
+    """Engage as soon as everything is ready. A fault ends the wish: engaging again is a deliberate act."""
+
+    @property
+    def both_engaged(self) -> bool:
+        """Whether outputs may act."""
+
+    @property
+    def touch(self) -> Touch | None:
+        """The newest touch of this session."""
+
+    @property
+    def touch_packet(self) -> bytes:
+        """Its bytes."""
+
+    @property
+    def clock(self) -> ClockOffset:
+        """The other end's clock against this site's."""
+
+    @property
+    def remote_fault(self) -> str:
+        """The fault that is latched at the other end; empty when there is none."""
+
+    @property
+    def refusal(self) -> str:
+        """Why the other end will not; empty when it does."""
+
+    def step(self, now_ns: int, ready: str, unconfirmed: Callable[[float], str]) -> None:
+        """Go on by one tick; see `SessionClient.step`."""
+
+    def send_motion(self, now_ns: int, block: Floats) -> bytes | None:
+        """Say where the fingertips are, (5, 3), m; returns the packet, or None while there is no session."""
+
+    def stop(self, now_ns: int, why: str) -> None:
+        """Emergency stop: latch at once."""
+
+    def disengage(self, now_ns: int) -> None:
+        """Bring everything to neutral; engaging again is asked for anew."""
+
+    def clear(self, now_ns: int) -> None:
+        """Clear the latched fault; raises Refused when there is none."""
+
+    def annotate(self, now_ns: int, text: str) -> None:
+        """Note something for the recording."""
+
+    def goodbye(self, now_ns: int) -> None:
+        """Leave."""

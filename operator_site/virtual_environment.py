@@ -1,0 +1,174 @@
+"""A scene as the operator's own fingers would find it: the same touch parameters that a remote site would identify.
+
+Contact is geometry here, the force of a finger that is so deep in an object; what it is doing follows from that force
+and its motion by the mode machine that the remote site has too. Every object is a half space to touch: thickness is
+nothing that a touch packet can say.
+"""
+
+import math
+from bisect import bisect_right
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from common.exploration import Exploration
+from common.fingers import FINGER_Y_M, FINGERS
+from common.messages import (
+    MAX_EVENTS,
+    TOUCH_BLOCK,
+    TOUCH_FIELDS,
+    TOUCH_RANGES,
+    Event,
+    EventKind,
+    ExplorationMode,
+    ThermalStatus,
+    Touch,
+)
+from common.motion_estimate import MotionEstimate
+from common.packets import LinkState
+from common.scene import Scene, SceneObject
+from common.surfaces import surface_kind
+
+_NOTHING = (0.0,) * len(TOUCH_FIELDS)
+_MOST_N = TOUCH_RANGES["contact_force_n"][1]
+
+
+@dataclass(frozen=True, slots=True)
+class _Piece:
+    """One object with what was drawn for it: where its grooves are, m, and what it has of a touch block's columns."""
+
+    thing: SceneObject
+    stiffness_n_m: float
+    grooves_x_m: tuple[float, ...]
+    groove_rad_s: float
+    columns: tuple[float, ...]
+    """From `surface_z_m` on; known for certain."""
+
+
+@dataclass(slots=True)
+class _Finger:
+    """One finger's exploration, and where it was when it last moved."""
+
+    motion: MotionEstimate = field(default_factory=MotionEstimate)
+    exploration: Exploration = field(default_factory=Exploration)
+    x_m: float = math.nan
+    row: tuple[float, ...] = _NOTHING
+    material: str = ""
+
+
+class VirtualEnvironment:
+    """All fingers over a scene. Pure: places and a time in, touches and events out."""
+
+    def __init__(self, scene: Scene, fingers: Iterable[str], seed: int):
+        """Draw a session: the objects' temperatures and the distances of arbitrary grooves.
+
+        Args:
+            scene: what there is to touch; its script is nobody's here.
+            fingers: names of those in use; the others touch nothing.
+            seed: all that is drawn.
+        """
+        self._pieces = _draw(scene, np.random.default_rng(seed))
+        self._numbers = [FINGERS.index(finger) for finger in fingers]
+        self._time_s = -math.inf
+        self._events: tuple[Event, ...] = ()
+        self._event_count = 0
+        self._begin_anew()
+
+    def _begin_anew(self) -> None:
+        """Fingers that have touched nothing yet; events are numbered on, so that none is taken for an old one."""
+        self._fingers = {number: _Finger() for number in self._numbers}
+
+    def step(self, time_s: float, x_m: float, y_m: float, z_m: Iterable[float]) -> tuple[Event, ...]:
+        """Take the hand's place and the height of each fingertip, m; return what happened since the last one.
+
+        A finger over an object carries all that is known of it even before it touches: contact 0, mode free. What
+        is rendered may begin early, since here it is certain what will be touched.
+        """
+        if time_s < self._time_s:  # the clock was set back: what was timed by it is felt anew
+            self._begin_anew()
+        self._time_s = time_s
+        happened: list[tuple[int, EventKind, float]] = []
+        for number, height_m in enumerate(z_m):
+            if (finger := self._fingers.get(number)) is not None:
+                piece = self._below(x_m, y_m + FINGER_Y_M[number])
+                happened += [(number, *what) for what in _move(finger, piece, time_s, x_m, y_m, height_m)]
+        time_ns = round(time_s * 1e9)
+        events = [
+            Event(ident, kind, number, time_ns, value)
+            for ident, (number, kind, value) in enumerate(happened, self._event_count + 1)
+        ]
+        self._event_count += len(events)
+        self._events = tuple(events[-MAX_EVENTS:])
+        return self._events
+
+    def packet(self, session: int, sequence: int, time_ns: int, state: LinkState) -> Touch:
+        """The last step as a touch packet; each event is told once, as none can be lost."""
+        fingers = [self._fingers.get(number) for number in range(len(FINGERS))]
+        block = np.array([_NOTHING if finger is None else finger.row for finger in fingers], dtype=np.float32)
+        names = tuple("" if finger is None else finger.material for finger in fingers)
+        return Touch(session, sequence, time_ns, state, TOUCH_BLOCK.to_bytes(block), names, self._events)
+
+    def _below(self, x_m: float, y_m: float) -> _Piece | None:
+        for piece in self._pieces:
+            if piece.thing.covers(x_m, y_m):
+                return piece
+        return None
+
+
+def _move(
+    finger: _Finger, piece: _Piece | None, time_s: float, x_m: float, y_m: float, z_m: float
+) -> Iterator[tuple[EventKind, float]]:
+    """Take a finger to its new place; yield what it met on the way."""
+    motion, exploration = finger.motion, finger.exploration
+    motion.step(time_s, x_m, y_m, z_m)
+    force_n = 0.0 if piece is None else piece.stiffness_n_m * max(0.0, piece.thing.height_m - z_m)
+    mode = exploration.step(time_s, force_n, x_m, y_m, motion.speed_m_s, approach_m_s=motion.approach_m_s)
+    from_x_m, finger.x_m = finger.x_m, x_m
+    if piece is None:
+        finger.row, finger.material = _NOTHING, ""
+        return
+    finger.row = (float(mode), float(exploration.contact), min(force_n, _MOST_N), *piece.columns)
+    finger.material = piece.thing.material
+    if exploration.began:
+        yield EventKind.TAP, exploration.approach_m_s
+    if mode is ExplorationMode.STROKING:
+        passed = bisect_right(piece.grooves_x_m, x_m) - bisect_right(piece.grooves_x_m, from_x_m)
+        for _ in range(abs(passed)):
+            yield EventKind.GROOVE, piece.groove_rad_s
+
+
+def _draw(scene: Scene, rng: np.random.Generator) -> tuple[_Piece, ...]:
+    """The scene's objects; those of one body have one temperature."""
+    offsets_c: dict[str, float] = {}
+    return tuple(_piece(scene, thing, offsets_c, rng) for thing in scene.objects)
+
+
+def _piece(scene: Scene, thing: SceneObject, offsets_c: dict[str, float], rng: np.random.Generator) -> _Piece:
+    surface, material = surface_kind(thing.surface), scene.material(thing.material)
+    stiffness_n_m = scene.virtual_stiffness_n_m or thing.stiffness
+    offset_c = offsets_c.setdefault(thing.body or thing.name, rng.uniform(*thing.offset_c))
+    grooves = surface.grooves
+    touch = {
+        "surface_z_m": thing.height_m,
+        "stiffness_n_m": stiffness_n_m,
+        "k_tap": surface.k_tap,
+        "b_tap_per_s": surface.b_tap_per_s,
+        "k_stroke_v": surface.k_stroke_v,
+        "k_stroke_f": surface.k_stroke_f,
+        "groove_rad_s": grooves.impulse_rad_s if grooves else 0.0,
+        "b_groove_per_s": grooves.decay_per_s if grooves else 0.0,
+        "conductivity_w_mk": material.conductivity_w_mk,
+        "density_kg_m3": material.density_kg_m3,
+        "specific_heat_j_kgk": material.specific_heat_j_kgk,
+        "effusivity_ln_sd": 0.0,
+        "object_c": scene.ambient_c + offset_c if thing.absolute_c is None else thing.absolute_c,
+        "object_c_sd": 0.0,
+        "probability": 1.0,
+        "thermal_status": float(ThermalStatus.IDENTIFIED),
+    }
+    assert tuple(touch) == TOUCH_FIELDS[3:]
+    places = grooves.draw(thing.length_m, rng) if grooves else []
+    return _Piece(
+        thing, stiffness_n_m, tuple(thing.x_m + place for place in places), touch["groove_rad_s"], tuple(touch.values())
+    )

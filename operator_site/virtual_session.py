@@ -1,0 +1,107 @@
+"""The session with a virtual environment: nobody at the other end, and touch as soon as the hand is somewhere."""
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from common.acceptance import Acceptance
+from common.clock import ClockOffset
+from common.emergency_stop import EmergencyStop
+from common.limits import GAP_S
+from common.messages import MOTION_BLOCK, Motion, Touch
+from common.packets import Floats, LinkState
+from common.session import Session
+from operator_site.virtual_environment import VirtualEnvironment
+
+_IDENT = 1
+"""Number of the only session that there is."""
+
+
+@dataclass(slots=True)
+class VirtualSession:
+    """Stands where `SessionClient` stands with a remote site. Time is an argument, ns of this site's monotonic clock.
+
+    Touch is as fresh as the hand's place: where that is not known, nothing is touched.
+    """
+
+    environment: VirtualEnvironment
+    name: str
+    """Of what is touched, for people to read."""
+    want_engaged: bool
+    gap_s: float = GAP_S
+    session: Session = field(default_factory=Session)
+    acceptance: Acceptance = field(default_factory=lambda: Acceptance(max_age_ns=0))
+    clock: ClockOffset = field(default_factory=ClockOffset)
+    damaged: Counter[str] = field(default_factory=Counter)
+    touch: Touch | None = None
+    stopped: str = ""
+    """What came of the last emergency stop; empty while it is under way."""
+    remote_fault: str = ""
+    refusal: str = ""
+    _sequence: int = 0
+    _stop: EmergencyStop = field(default_factory=EmergencyStop)
+
+    @property
+    def both_engaged(self) -> bool:
+        """Whether outputs may act."""
+        return self.session.engaged and self.touch is not None
+
+    @property
+    def touch_packet(self) -> bytes:
+        """The newest touch as a remote site would have sent it."""
+        return b"" if self.touch is None else self.touch.encode()
+
+    def step(self, now_ns: int, ready: str, unconfirmed: Callable[[float], str]) -> None:
+        """Engage when that is wished and possible, and see what came of an emergency stop.
+
+        Args:
+            now_ns: this site's clock.
+            ready: empty when the devices allow engaging, else what is missing.
+            unconfirmed: which devices have not reported since a time (s) that their outputs are off.
+        """
+        session = self.session
+        if not session.ident:
+            session.connect(_IDENT, self.name)
+        session.heard(self.acceptance.gap_ns(now_ns), self.gap_s, "motion")
+        confirmation = self._stop.step(now_ns, unconfirmed)
+        if confirmation is not None:
+            self.stopped = str(confirmation)
+            session.note("estop", self.stopped)
+        if session.state is LinkState.FAULT:
+            self.want_engaged = False
+        elif self.want_engaged and not session.engaged and not ready:
+            session.engage()
+
+    def send_motion(self, now_ns: int, block: Floats) -> bytes | None:
+        """Touch with the fingertips at these places (5, 3), m; returns the packet that would tell a remote site."""
+        ident, state = self.session.ident, self.session.state
+        if not ident:
+            return None
+        self._sequence += 1
+        (x_m, y_m, _), *_ = places = block.tolist()
+        self.environment.step(now_ns * 1e-9, x_m, y_m, [z_m for _, _, z_m in places])
+        self.touch = self.environment.packet(ident, self._sequence, now_ns, state)
+        self.acceptance.accept(self.touch, ident, now_ns, offset_ns=0, uncertainty_ns=0)
+        return Motion(ident, self._sequence, now_ns, state, MOTION_BLOCK.to_bytes(block)).encode()
+
+    def stop(self, now_ns: int, why: str) -> None:
+        """Emergency stop: latch at once."""
+        self.session.latch(why)
+        self._stop.ask(now_ns)
+        self.stopped = ""
+
+    def disengage(self, now_ns: int) -> None:
+        """Bring everything to neutral; engaging again is asked for anew."""
+        self.want_engaged = False
+        self.session.disengage("asked for")
+
+    def clear(self, now_ns: int) -> None:
+        """Clear the latched fault; raises Refused when there is none."""
+        self.session.clear()
+
+    def annotate(self, now_ns: int, text: str) -> None:
+        """Note something for the recording."""
+        self.session.note("note", text)
+
+    def goodbye(self, now_ns: int) -> None:
+        """Nobody is there to be told."""

@@ -1,0 +1,236 @@
+"""The session with a virtual environment, and the operator site in it: states, the desk, the E-stop, a lost hand."""
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+
+from common.can_line import CanAddress
+from common.config import OperatorConfig, OperatorLinkConfig, to_toml
+from common.fingers import FINGERS
+from common.limits import FORCE_SAFE_S
+from common.packets import LinkState
+from common.recording import Recorder
+from common.scene import load_scene
+from common.session import Refused
+from common.tick_age import TickAge
+from operator_site.desk_requests import answer_desk
+from operator_site.devices import OperatorDevices
+from operator_site.exoskeleton import Hand
+from operator_site.gate import GatedOutput
+from operator_site.site import OperatorSite
+from operator_site.site_recording import SCHEMAS
+from operator_site.virtual_environment import VirtualEnvironment
+from operator_site.virtual_session import VirtualSession
+from teletaction.replay import replay
+
+MS = 1_000_000
+INDEX = FINGERS.index("index")
+ALUMINIUM_M, GROOVED_M = -0.17, 0.16
+CONFIG = OperatorConfig(
+    fingers=("index",),
+    link=OperatorLinkConfig(keys=Path("keys")),
+    tacttip={"index": "pty"},
+    exoskeleton=CanAddress(interface="virtual"),
+    engage=True,
+)
+
+
+@dataclass
+class Devices:
+    """Devices that do what the test says, and remember what reached them."""
+
+    hand: Hand = field(default_factory=Hand)
+    seen: bool = True
+    lacking: str = ""
+    on: str = ""
+    written: list[GatedOutput] = field(default_factory=list)
+    plate_c: float = 33.0
+    tick: TickAge = field(default_factory=TickAge)
+
+    def read(self, t_s: float) -> Hand:
+        if self.seen:
+            self.hand.pose_s = self.hand.heights_s = t_s
+        return self.hand
+
+    def missing(self) -> str:
+        return self.lacking
+
+    def faults(self) -> list[str]:
+        return []
+
+    def plates(self, t_s: float) -> tuple[list[float], list[float]]:
+        plate_c, age_s = [math.nan] * len(FINGERS), [math.inf] * len(FINGERS)
+        plate_c[INDEX], age_s[INDEX] = self.plate_c, 0.0
+        return plate_c, age_s
+
+    def write(self, t_s: float, output: GatedOutput, engaged: bool) -> None:
+        self.written.append(output)
+        self.plate_c += 0.002 * (4.0 * output.peltier_drive[INDEX] + 0.2 * (33.0 - self.plate_c))
+
+    def unconfirmed(self, since_s: float) -> str:
+        return self.on
+
+    def figures(self) -> dict[str, object]:
+        return {}
+
+
+class Working:
+    """The operator site on scene `materials`, and a hand that a test moves."""
+
+    def __init__(self, recorder: Recorder | None = None, *, engage: bool = True):
+        self.devices = Devices()
+        environment = VirtualEnvironment(load_scene("materials"), CONFIG.fingers, 0)
+        self.client = VirtualSession(environment, "scene materials, seed 0", engage)
+        self.site = OperatorSite(CONFIG, self.client, cast(OperatorDevices, self.devices), recorder)
+        self.now_ns = 1_000 * MS
+        self.be_at(0.0, 0.006)
+
+    def be_at(self, x_m: float, z_m: float) -> None:
+        self.devices.hand.x_m, self.devices.hand.z_m = x_m, (z_m,) * len(FINGERS)
+
+    def go(self, seconds: float, x_m: float | None = None, z_m: float | None = None) -> list[GatedOutput]:
+        """Let time pass, moving evenly; returns what reached the devices."""
+        hand, first = self.devices.hand, len(self.devices.written)
+        ticks = round(seconds / 0.002)
+        from_x, from_z = hand.x_m, hand.z_m[0]
+        to_x, to_z = from_x if x_m is None else x_m, from_z if z_m is None else z_m
+        for tick in range(1, ticks + 1):
+            self.be_at(from_x + (to_x - from_x) * tick / ticks, from_z + (to_z - from_z) * tick / ticks)
+            self.now_ns += 2 * MS
+            self.site.tick(self.now_ns)
+        return self.devices.written[first:]
+
+    def press(self, x_m: float) -> list[GatedOutput]:
+        """Touch at a place for 0.5 s."""
+        self.be_at(x_m, 0.006)
+        return self.go(0.5, z_m=-0.003) + self.go(0.5)
+
+    def ask(self, verb: str, **details: Any) -> dict[str, Any]:
+        return answer_desk(self.client, self.now_ns, "", verb, details)
+
+    @property
+    def state(self) -> LinkState:
+        return self.client.session.state
+
+
+def neutral(output: GatedOutput) -> bool:
+    return not any(output.force_n + output.motor_rpm + output.peltier_drive)
+
+
+def test_the_hand_feels_force_vibration_and_heat() -> None:
+    working = Working()
+    working.press(ALUMINIUM_M)
+    assert working.state is LinkState.ENGAGED
+    cold = working.go(4.0)[-1]
+    assert cold.force_n[INDEX] == pytest.approx(0.003 * CONFIG.rendering.max_stiffness_n_m)
+    assert cold.plate_set_c[INDEX] < 29.0
+    assert cold.motor_rpm[INDEX] == 0.0
+    working.press(GROOVED_M)
+    assert working.go(0.5, x_m=GROOVED_M + 0.03)[-1].motor_rpm[INDEX] > 2000.0
+    assert working.go(0.3, z_m=0.006)[-1].force_n[INDEX] == 0.0
+    unused = [output.force_n[n] for output in working.devices.written for n in range(len(FINGERS)) if n != INDEX]
+    assert not any(unused)
+
+
+def test_it_engages_only_when_that_is_wished_and_its_devices_are_there() -> None:
+    working = Working(engage=False)
+    assert all(map(neutral, working.press(ALUMINIUM_M)))
+    assert working.state is LinkState.CONNECTED
+    working.devices.lacking = "exoskeleton: gone"
+    working.ask("engage")
+    assert all(map(neutral, working.go(0.2)))
+    working.devices.lacking = ""
+    assert working.go(0.2)[-1].force_n[INDEX] > 1.0
+    assert working.ask("disengage")["state"] == "connected"
+    assert neutral(working.go(0.2)[-1])
+    assert working.state is LinkState.CONNECTED, "it stays so until it is asked"
+
+
+def test_an_emergency_stop_latches_until_it_is_cleared_and_says_what_the_devices_did() -> None:
+    working = Working()
+    working.press(ALUMINIUM_M)
+    working.devices.on = "index tacttip: motor on"
+    assert working.ask("estop")["state"] == "fault"
+    assert neutral(working.go(0.2)[-1])
+    assert working.ask("status")["estop"] == ""
+    working.devices.on = ""
+    working.go(0.01)
+    assert working.ask("status")["estop"].startswith("stopped, confirmed by every device after")
+    with pytest.raises(Refused, match="emergency stop by the operator"):
+        working.ask("engage")
+    assert all(map(neutral, working.go(1.0)))
+    assert working.ask("clear_fault")["state"] == "connected"
+    assert all(map(neutral, working.go(0.2)))
+    working.ask("engage")
+    assert working.go(0.2)[-1].force_n[INDEX] > 1.0
+    with pytest.raises(Refused, match="no fault is latched"):
+        working.ask("clear_fault")
+
+
+def test_devices_that_do_not_confirm_a_stop_are_named() -> None:
+    working = Working()
+    working.go(0.1)
+    working.devices.on = "exoskeleton: no report"
+    working.ask("estop")
+    working.go(1.0)
+    assert working.ask("status")["estop"].endswith("by exoskeleton: no report")
+
+
+def test_a_hand_that_is_no_longer_seen_touches_nothing() -> None:
+    working = Working()
+    working.press(ALUMINIUM_M)
+    working.devices.seen = False
+    lost = working.go(0.5)
+    assert lost[0].force_n[INDEX] > 1.0
+    assert all(neutral(output) for output in lost[round(FORCE_SAFE_S / 0.002) :])
+    working.devices.seen = True
+    assert working.go(0.3)[-1].force_n[INDEX] > 1.0
+
+
+def test_a_hand_that_was_never_seen_touches_nothing() -> None:
+    working = Working()
+    working.devices.seen = False
+    assert all(map(neutral, working.press(ALUMINIUM_M)))
+    assert working.client.touch is None
+
+
+def test_notes_are_kept_and_wrong_ones_refused() -> None:
+    working = Working()
+    with pytest.raises(Refused, match="there is no session"):
+        working.ask("annotate", text="early")
+    working.go(0.01)
+    working.ask("annotate", text="cold")
+    with pytest.raises(Refused, match="a note needs a text"):
+        working.ask("annotate")
+    with pytest.raises(Refused, match="hello is not for the desk"):
+        working.ask("hello")
+    happened = working.client.session.take_happenings()
+    assert [(each.what, each.text) for each in happened] == [("note", "cold")]
+
+
+def test_the_status_file_has_the_figures_of_any_operator_site() -> None:
+    working = Working()
+    working.press(ALUMINIUM_M)
+    figures = working.site.figures()
+    assert (figures["state"], figures["fault"], figures["remote_fault"]) == ("engaged", "", "")
+    assert figures["received"] == {"touch": 500}
+    assert figures["refused"] == {"touch": {}, "damaged": {}}
+    working.site.goodbye()
+
+
+def test_a_recording_is_replayed_to_the_last_bit(tmp_path: Path) -> None:
+    with Recorder(tmp_path / "operator.mcap", SCHEMAS, {"configuration": to_toml(CONFIG)}) as recorder:
+        working = Working(recorder)
+        working.press(ALUMINIUM_M)
+        working.press(GROOVED_M)
+        working.go(0.5, x_m=GROOVED_M + 0.03)
+        working.ask("estop")
+        working.go(0.2)
+        working.ask("clear_fault")
+        working.go(0.2)
+    result = replay(tmp_path / "operator.mcap", tmp_path / "out")["operator"]["operator"]
+    assert result["ticks"] == result["rendered_rows"] == result["identical"] == len(working.devices.written)
+    assert result["missing_touch_packets"] == 0
