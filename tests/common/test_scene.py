@@ -5,7 +5,9 @@ import pytest
 from common.materials import material
 from common.scene import load_scene, scene_names
 from common.script import Hold, Stroke, Tap
+from common.surfaces import surface_kind
 
+SHIPPED = ("materials", "paper_iron_wood", "paper_materials", "paper_textures", "phantom")
 SCENE = """
 name = "small"
 calibrated = ["pvc"]
@@ -29,7 +31,7 @@ def load(tmp_path, text):
 
 
 def test_shipped_scenes_load():
-    assert scene_names() == ("materials", "phantom")
+    assert scene_names() == SHIPPED
     for name in scene_names():
         assert load_scene(name).name == name
 
@@ -68,6 +70,23 @@ def test_phantom_is_as_warm_as_the_sensor_with_a_warmer_spot_and_a_stiffer_nodul
     assert tissue.absolute_c == scene.ambient_c + 10.0
     assert scene.object_named("warm_spot").absolute_c == tissue.absolute_c + 2.0
     assert scene.object_named("nodule").stiffness == 3 * tissue.stiffness
+
+
+def test_the_paper_s_conditions():
+    textures, materials, fig6 = (load_scene(f"paper_{name}") for name in ("textures", "materials", "iron_wood"))
+    assert textures.virtual_stiffness_n_m == surface_kind("plain_pvc").stiffness_n_m
+    assert {thing.surface for thing in textures.objects} == {
+        "foam",
+        "sandpaper",
+        "plain_pvc",
+        "closely_grooved_pvc",
+        "arbitrarily_grooved_pvc",
+        "widely_grooved_pvc",
+    }
+    assert {thing.material for thing in materials.objects} == {"aluminium", "ceramic_tile", "pvc", "pine"}
+    assert {thing.absolute_c for thing in materials.objects} == {25.0}
+    assert {(thing.material, thing.absolute_c) for thing in fig6.objects} == {("iron", 35.0), ("pine", 35.0)}
+    assert fig6.ambient_c == 25.0
 
 
 def test_alias_and_defaults(tmp_path):
@@ -150,7 +169,10 @@ def test_a_wrong_material_of_a_scene_is_named(tmp_path, old, new, said):
 
 
 def test_unknown_scene_lists_the_known_ones():
-    with pytest.raises(ValueError, match="unknown scene 'moon'; known: materials, phantom"):
+    with pytest.raises(
+        ValueError,
+        match="unknown scene 'moon'; known: materials, paper_iron_wood, paper_materials, paper_textures, phantom",
+    ):
         load_scene("moon")
 
 

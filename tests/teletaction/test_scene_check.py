@@ -2,6 +2,7 @@
 
 import csv
 import io
+from pathlib import Path
 
 import pytest
 
@@ -19,8 +20,20 @@ def test_every_object_of_every_scene_is_right_enough(name: str) -> None:
         assert one.error_k <= 0.1 + 0.1 * abs(one.difference_k)
         assert one.step_us > 0.0
         assert one.states == one.model.states
-    sizes = {one.states: one.step_us for one in checked}
-    assert len(sizes) > 1, "all objects need the same model"
+
+
+def test_not_all_materials_need_the_same_model() -> None:
+    assert len({one.states for one in check_scene(load_scene("materials"))}) > 1
+
+
+def test_a_scene_s_own_material_is_checked(tmp_path: Path) -> None:
+    own = tmp_path / "own.toml"
+    block = '[[objects]]\nname = "block"\nmaterial = "balsa"\nsurface = "pine"\nx_m = 0.0\nlength_m = 0.1\n'
+    constants = "conductivity_w_mk = 0.05\ndensity_kg_m3 = 160.0\nspecific_heat_j_kgk = 1700.0\n"
+    own.write_text(f'name = "own"\n{block}[materials.balsa]\n{constants}', "utf-8")
+    (checked,) = check_scene(load_scene(str(own)))
+    assert (checked.name, checked.material) == ("block", "balsa")
+    assert checked.share <= 1.0
 
 
 def test_shorter_touches_of_metal_need_no_more() -> None:

@@ -1,0 +1,109 @@
+"""The operator site on a virtual environment, with devices and hand in the test's own hands."""
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, cast
+
+from common.can_line import CanAddress
+from common.config import OperatorConfig, OperatorLinkConfig
+from common.fingers import FINGERS
+from common.packets import LinkState
+from common.recording import Recorder
+from common.scene import load_scene
+from common.tick_age import TickAge
+from operator_site.desk_requests import answer_desk
+from operator_site.devices import OperatorDevices
+from operator_site.exoskeleton import Hand
+from operator_site.gate import GatedOutput
+from operator_site.site import OperatorSite
+from operator_site.virtual_environment import VirtualEnvironment
+from operator_site.virtual_session import VirtualSession
+
+MS = 1_000_000
+INDEX = FINGERS.index("index")
+CONFIG = OperatorConfig(
+    fingers=("index",),
+    link=OperatorLinkConfig(keys=Path("keys")),
+    tacttip={"index": "pty"},
+    exoskeleton=CanAddress(interface="virtual"),
+    engage=True,
+)
+
+
+@dataclass
+class Devices:
+    """Devices that do what the test says, and remember what reached them."""
+
+    hand: Hand = field(default_factory=Hand)
+    seen: bool = True
+    lacking: str = ""
+    on: str = ""
+    written: list[GatedOutput] = field(default_factory=list)
+    plate_c: float = 33.0
+    tick: TickAge = field(default_factory=TickAge)
+
+    def read(self, t_s: float) -> Hand:
+        if self.seen:
+            self.hand.pose_s = self.hand.heights_s = t_s
+        return self.hand
+
+    def missing(self) -> str:
+        return self.lacking
+
+    def faults(self) -> list[str]:
+        return []
+
+    def plates(self, t_s: float) -> tuple[list[float], list[float]]:
+        plate_c, age_s = [math.nan] * len(FINGERS), [math.inf] * len(FINGERS)
+        plate_c[INDEX], age_s[INDEX] = self.plate_c, 0.0
+        return plate_c, age_s
+
+    def write(self, t_s: float, output: GatedOutput, engaged: bool) -> None:
+        self.written.append(output)
+        self.plate_c += 0.002 * (4.0 * output.peltier_drive[INDEX] + 0.2 * (33.0 - self.plate_c))
+
+    def unconfirmed(self, since_s: float) -> str:
+        return self.on
+
+    def figures(self) -> dict[str, object]:
+        return {}
+
+
+class Working:
+    """The operator site on a scene, and a hand that a test moves."""
+
+    def __init__(self, scene: str = "materials", recorder: Recorder | None = None, *, engage: bool = True):
+        self.devices = Devices()
+        environment = VirtualEnvironment(load_scene(scene), CONFIG.fingers, 0)
+        self.client = VirtualSession(environment, scene, engage)
+        self.site = OperatorSite(CONFIG, self.client, cast(OperatorDevices, self.devices), recorder)
+        self.now_ns = 1_000 * MS
+        self.be_at(0.0, 0.006)
+
+    def be_at(self, x_m: float, z_m: float) -> None:
+        self.devices.hand.x_m, self.devices.hand.z_m = x_m, (z_m,) * len(FINGERS)
+
+    def go(self, seconds: float, x_m: float | None = None, z_m: float | None = None) -> list[GatedOutput]:
+        """Let time pass, moving evenly; returns what reached the devices."""
+        hand, first = self.devices.hand, len(self.devices.written)
+        ticks = round(seconds / 0.002)
+        from_x, from_z = hand.x_m, hand.z_m[0]
+        to_x, to_z = from_x if x_m is None else x_m, from_z if z_m is None else z_m
+        for tick in range(1, ticks + 1):
+            self.be_at(from_x + (to_x - from_x) * tick / ticks, from_z + (to_z - from_z) * tick / ticks)
+            self.now_ns += 2 * MS
+            self.site.tick(self.now_ns)
+        return self.devices.written[first:]
+
+    def press(self, x_m: float) -> list[GatedOutput]:
+        """Touch at a place for 0.5 s."""
+        self.be_at(x_m, 0.006)
+        return self.go(0.5, z_m=-0.003) + self.go(0.5)
+
+    def ask(self, verb: str, **details: Any) -> dict[str, Any]:
+        return answer_desk(self.client, self.now_ns, "", verb, details)
+
+    @property
+    def state(self) -> LinkState:
+        return self.client.session.state

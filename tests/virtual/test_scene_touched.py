@@ -1,0 +1,116 @@
+"""A virtual environment on simulated devices and a virtual clock: the scripted hand feels what it touches."""
+
+import os
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+
+import numpy as np
+import pytest
+
+from common.fingers import FINGERS
+from common.limits import MOTOR_FLOOR_RPM
+from common.scene import load_scene
+from operator_site.devices import OperatorDevices
+from operator_site.site import OperatorSite
+from operator_site.virtual_environment import VirtualEnvironment
+from operator_site.virtual_session import VirtualSession
+from sim_sensors import sim_operator
+from sim_sensors.select_loop import SelectLoop
+from tests.virtual import configurations
+from tests.virtual.configurations import FINGER
+from tests.virtual.session import TICK_S, SiteClock
+from tests.virtual.wires import Wires
+
+_INDEX = FINGERS.index(FINGER)
+
+
+class Touching:
+    """The operator site on a scene, its devices, and the hand that follows the scene's script."""
+
+    def __init__(self, scene: str, wires: Wires, loop: SelectLoop):
+        self.time_s = 0.0
+        self.wires = wires
+        self.clock = SiteClock(100.456)
+        simulated = configurations.sim_operator(0).model_copy(update={"scene": scene})
+        self.simulated = sim_operator.OperatorDevices(simulated, loop)
+        config = configurations.operator(0.15)
+        environment = VirtualEnvironment(load_scene(scene), config.fingers, 0)
+        self.client = VirtualSession(environment, scene, config.engage)
+        devices = OperatorDevices(config, lambda: self.clock.now_ns(self.time_s) * 1e-9)
+        self.site = OperatorSite(config, self.client, devices)
+
+    def run(self, seconds: float) -> dict[str, np.ndarray]:
+        """Let time pass; returns what was truly at the finger, and where it was."""
+        found = []
+        for _ in range(round(seconds / TICK_S)):
+            self.time_s += TICK_S
+            self.simulated.step(self.time_s)
+            self.site.tick(self.clock.now_ns(self.time_s))
+            hand, plates = self.simulated.hand, self.simulated.plates
+            found.append(
+                (
+                    hand.segment.object,
+                    hand.segment.act,
+                    float(self.simulated.exoskeleton.force_n(self.time_s)[_INDEX]),
+                    float(self.simulated.motors.rpm[_INDEX]),
+                    float(plates.plate_c[_INDEX]),
+                    float(plates.felt_c[_INDEX]),
+                )
+            )
+        names = ("object", "act", "force_n", "rpm", "plate_c", "felt_c")
+        return {name: np.array(values) for name, values in zip(names, zip(*found, strict=True), strict=True)}
+
+
+@contextmanager
+def touching(scene: str) -> Iterator[Touching]:
+    with ExitStack() as opened:
+        null = opened.enter_context(open(os.devnull, "wb"))
+        patch = opened.enter_context(pytest.MonkeyPatch.context())
+        times: list[Touching] = []
+
+        def now() -> float:
+            return times[0].time_s if times else 0.0
+
+        wires = Wires(now, null.fileno())
+        wires.lay(patch)
+        times.append(Touching(scene, wires, SelectLoop(now)))
+        opened.callback(times[0].simulated.close)
+        yield times[0]
+
+
+def test_force_and_vibration_of_the_textures_reach_the_finger() -> None:
+    with touching("paper_textures") as session:
+        truth = session.run(21.0)
+        assert session.client.both_engaged
+    strokes = truth["act"] == "stroke"
+    rpm = {name: float(truth["rpm"][strokes & (truth["object"] == name)].mean()) for name in set(truth["object"])}
+    assert rpm["foam"] < 0.1 * rpm["plain"]
+    assert rpm["plain"] < rpm["widely_grooved"] < rpm["closely_grooved"]
+    assert rpm["plain"] < rpm["sandpaper"]
+    assert np.median(truth["rpm"][strokes & (truth["object"] == "plain")]) > 0.95 * MOTOR_FLOOR_RPM, "it is felt"
+    assert np.median(truth["force_n"][strokes]) > 0.5
+    assert not truth["force_n"][truth["act"] == "move"][50:].any()
+
+
+def test_heat_of_the_materials_reaches_the_finger() -> None:
+    with touching("paper_materials") as session:
+        truth = session.run(47.0)
+    held = {name: (truth["object"] == name) & (truth["act"] == "hold") for name in set(truth["object"])}
+    coldest = {name: float(truth["plate_c"][during].min()) for name, during in held.items()}
+    felt = {name: float(truth["felt_c"][during][-1]) for name, during in held.items()}
+    for celsius in (coldest, felt):
+        assert celsius["aluminium"] < celsius["ceramic"] < celsius["pvc"] < celsius["wood"]
+    first = truth["felt_c"][held["aluminium"]]
+    assert first[-1] < first[0] - 3.0
+
+
+def test_without_the_hand_s_places_nothing_is_felt() -> None:
+    with touching("paper_textures") as session:
+        session.run(3.0)
+        assert session.run(0.5)["force_n"].any()
+        session.simulated.faults.apply("unplug can")
+        session.run(0.2)
+        truth = session.run(0.3)
+        assert session.simulated.modules[FINGER].motor_mv == 0
+        assert session.simulated.modules[FINGER].peltier_drive == 0.0
+        assert not truth["force_n"].any()
