@@ -32,6 +32,8 @@ from common.surfaces import surface_kind
 
 _NOTHING = (0.0,) * len(TOUCH_FIELDS)
 _MOST_N = TOUCH_RANGES["contact_force_n"][1]
+_Happening = tuple[EventKind, float, float]
+"""Kind, time in s, and value of an event."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,10 +50,11 @@ class _Piece:
 
 @dataclass(slots=True)
 class _Finger:
-    """One finger's exploration, and where it was when it last moved."""
+    """One finger's exploration, and where it was when."""
 
     motion: MotionEstimate = field(default_factory=MotionEstimate)
     exploration: Exploration = field(default_factory=Exploration)
+    time_s: float = 0.0
     x_m: float = math.nan
     row: tuple[float, ...] = _NOTHING
     material: str = ""
@@ -88,15 +91,14 @@ class VirtualEnvironment:
         if time_s < self._time_s:  # the clock was set back: what was timed by it is felt anew
             self._begin_anew()
         self._time_s = time_s
-        happened: list[tuple[int, EventKind, float]] = []
+        happened: list[tuple[int, _Happening]] = []
         for number, height_m in enumerate(z_m):
             if (finger := self._fingers.get(number)) is not None:
                 piece = self._below(x_m, y_m + FINGER_Y_M[number])
-                happened += [(number, *what) for what in _move(finger, piece, time_s, x_m, y_m, height_m)]
-        time_ns = round(time_s * 1e9)
+                happened += [(number, what) for what in _move(finger, piece, time_s, x_m, y_m, height_m)]
         events = [
-            Event(ident, kind, number, time_ns, value)
-            for ident, (number, kind, value) in enumerate(happened, self._event_count + 1)
+            Event(ident, kind, number, round(when_s * 1e9), value)
+            for ident, (number, (kind, when_s, value)) in enumerate(happened, self._event_count + 1)
         ]
         self._event_count += len(events)
         self._events = tuple(events[-MAX_EVENTS:])
@@ -118,24 +120,31 @@ class VirtualEnvironment:
 
 def _move(
     finger: _Finger, piece: _Piece | None, time_s: float, x_m: float, y_m: float, z_m: float
-) -> Iterator[tuple[EventKind, float]]:
+) -> Iterator[_Happening]:
     """Take a finger to its new place; yield what it met on the way."""
     motion, exploration = finger.motion, finger.exploration
     motion.step(time_s, x_m, y_m, z_m)
     force_n = 0.0 if piece is None else piece.stiffness_n_m * max(0.0, piece.thing.height_m - z_m)
     mode = exploration.step(time_s, force_n, x_m, y_m, motion.speed_m_s, approach_m_s=motion.approach_m_s)
-    from_x_m, finger.x_m = finger.x_m, x_m
+    from_s, from_x_m = finger.time_s, finger.x_m
+    finger.time_s, finger.x_m = time_s, x_m
     if piece is None:
         finger.row, finger.material = _NOTHING, ""
         return
     finger.row = (float(mode), float(exploration.contact), min(force_n, _MOST_N), *piece.columns)
     finger.material = piece.thing.material
     if exploration.began:
-        yield EventKind.TAP, exploration.approach_m_s
+        yield EventKind.TAP, time_s, exploration.approach_m_s
     if mode is ExplorationMode.STROKING:
-        passed = bisect_right(piece.grooves_x_m, x_m) - bisect_right(piece.grooves_x_m, from_x_m)
-        for _ in range(abs(passed)):
-            yield EventKind.GROOVE, piece.groove_rad_s
+        for groove_x_m in _crossed(piece.grooves_x_m, from_x_m, x_m):
+            share = (groove_x_m - from_x_m) / (x_m - from_x_m)
+            yield EventKind.GROOVE, from_s + share * (time_s - from_s), piece.groove_rad_s
+
+
+def _crossed(grooves_x_m: tuple[float, ...], from_x_m: float, to_x_m: float) -> tuple[float, ...]:
+    """Those between two places, in the order in which they are met."""
+    first, last = bisect_right(grooves_x_m, from_x_m), bisect_right(grooves_x_m, to_x_m)
+    return grooves_x_m[first:last] if first <= last else grooves_x_m[last:first][::-1]
 
 
 def _draw(scene: Scene, rng: np.random.Generator) -> tuple[_Piece, ...]:

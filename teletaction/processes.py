@@ -30,11 +30,11 @@ class SessionProcesses:
     out: Path
     running: dict[str, subprocess.Popen[bytes]] = field(default_factory=dict)
 
-    def start(self, name: str, config: Path) -> None:
-        """Start one process with its configuration file."""
+    def start(self, name: str, config: Path, *options: str) -> None:
+        """Start one process with its configuration file, and what else its command is to be told."""
         with (self.out / f"{name}.log").open("wb") as log:
             self.running[name] = subprocess.Popen(
-                [sys.executable, "-m", "teletaction", name, "--config", str(config)],
+                [sys.executable, "-m", "teletaction", name, "--config", str(config), *options],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,

@@ -152,6 +152,18 @@ def test_each_groove_that_is_stroked_over_is_told_once(surface: str, grooves: in
     )
 
 
+def test_a_groove_is_crossed_when_the_finger_is_there_and_not_when_it_is_asked() -> None:
+    hand = Hand(scene("closely_grooved_pvc"))
+    hand.go(0.1, x_m=0.020)
+    hand.go(0.1, z_m=DOWN_M)
+    hand.go(0.3)
+    for way_m in (0.060, -0.060):
+        before = len(hand.events)
+        hand.go(0.6, x_m=hand.x_m + way_m)
+        times_ns = [event.time_ns for event in hand.events[before:] if event.finger == INDEX]
+        assert np.diff(times_ns) == pytest.approx(20e6, rel=1e-3), "2 mm at 100 mm/s, in ticks of 2 ms or between"
+
+
 def test_grooves_under_a_free_finger_are_not_crossed() -> None:
     hand = Hand(scene("closely_grooved_pvc"))
     hand.go(1.0, x_m=0.09)

@@ -48,6 +48,24 @@ def test_unknown_scene(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> No
     assert "phantom" in line
 
 
+def test_a_virtual_environment_needs_a_scene_and_a_configuration(
+    capsys: pytest.CaptureFixture[str], configs: dict[str, Path], tmp_path: Path
+) -> None:
+    config = str(configs["operator"])
+    line = refuse(capsys, "virtual", "--scene", "atlantis", "--config", config)
+    assert "unknown scene 'atlantis'; known: materials, paper_iron_wood" in line
+    assert "none.toml: cannot read" in refuse(
+        capsys, "virtual", "--scene", str(tmp_path / "none.toml"), "--config", config
+    )
+    assert "--scene" in refuse(capsys, "virtual", "--config", config)
+    assert "--seed" in refuse(capsys, "virtual", "--scene", "materials", "--config", config, "--seed", "-1")
+    assert "remote.toml" in refuse(capsys, "virtual", "--scene", "materials", "--config", str(configs["remote"]))
+    own = tmp_path / "own.toml"
+    own.write_text('name = "own"\n[materials.balsa]\ndensity_kg_m3 = 160.0\n', "utf-8")
+    line = refuse(capsys, "virtual", "--scene", str(own), "--config", config)
+    assert "own.toml: materials: balsa: conductivity_w_mk is missing" in line
+
+
 def test_folder_with_other_things_is_left_alone(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("years of work", "utf-8")
     assert "other things" in refuse(capsys, "demo", "--headless", "--out", str(tmp_path))
