@@ -18,7 +18,6 @@ SCENES = Path(__file__).parent / "scenes"
 BENCH_M = 0.655
 """The hand reaches x and y from -BENCH_M to +BENCH_M, m."""
 Stiffness = Annotated[float | None, Field(ge=STIFFNESS_N_M[0], le=STIFFNESS_N_M[1])]
-
 Offset = Annotated[float, Field(ge=-50.0, le=50.0)]
 
 

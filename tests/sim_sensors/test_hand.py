@@ -129,3 +129,12 @@ def test_a_pass_through_the_materials_scene_fits_into_a_minute_and_has_no_gaps()
         for before, after in itertools.pairwise(plan):
             assert after.start_s == pytest.approx(before.start_s + before.duration_s)
             assert after.from_x_m == before.to_x_m
+
+
+def test_a_hand_without_a_script_hovers():
+    hand = ScriptedHand(SCENE.model_copy(update={"script": ()}), seed=0)
+    hand.start()
+    for _ in range(500):
+        hand.step(DT_S, np.zeros(len(FINGERS)))
+    assert hand.mode == FREE
+    assert hand.z_m == pytest.approx(np.full(len(FINGERS), HOVER_M), abs=0.5e-3)

@@ -3,7 +3,7 @@ import pytest
 
 from common.fingers import FINGERS
 from common.materials import material
-from common.scene import load_scene
+from common.scene import Scene, load_scene
 from sim_sensors.remote_world import RemoteWorld
 from sim_sensors.true_mode import FREE, QUIESCENT, STROKING
 
@@ -90,6 +90,16 @@ def test_calibrated_blocks_are_the_same_in_every_session_but_for_their_temperatu
         known = things[0].material in load_scene("materials").calibrated
         assert len({thing.effusivity for thing in things}) == (1 if known else 3)
         assert len({thing.object_c for thing in things}) == 3
+
+
+def test_a_material_of_the_scene_s_own_lies_on_the_bench_as_it_is_described():
+    balsa = {"conductivity_w_mk": 0.05, "density_kg_m3": 160.0, "specific_heat_j_kgk": 1700.0}
+    block = {"name": "block", "material": "balsa", "surface": "pine", "x_m": 0.0, "length_m": 0.1}
+    scene = Scene.model_validate({"name": "own", "objects": [block], "materials": {"balsa": balsa}})
+    for seed in range(3):
+        (thing,) = RemoteWorld(scene, seed).bench.objects
+        assert thing.effusivity == pytest.approx(np.sqrt(0.05 * 160.0 * 1700.0))
+    assert thing.material == "balsa"
 
 
 def test_zones_of_one_body_share_specimen_and_temperature():

@@ -1,0 +1,25 @@
+"""The tables that ship with the remote site fit the scenes and the surfaces that ship with the program."""
+
+import pytest
+
+from common.scene import load_scene, scene_names
+from common.surfaces import surface_kind
+from remote_site.material_table import MaterialTable
+from remote_site.surface_class import SurfaceTable
+from teletaction.demo_files import SURFACES, calibrated_tables
+from teletaction.make_tables import STROKED
+
+
+@pytest.mark.parametrize("name", scene_names())
+def test_every_scene_has_a_table_that_knows_what_it_calls_calibrated(name: str) -> None:
+    materials, _ = calibrated_tables(name)
+    assert set(MaterialTable.load(materials).names()) == set(load_scene(name).calibrated)
+
+
+def test_the_measured_surfaces_were_told_the_constants_that_a_virtual_one_has() -> None:
+    table = SurfaceTable.load(SURFACES)
+    assert {surface.name for surface in table.surfaces} == set(STROKED)
+    for surface in table.surfaces:
+        kind = surface_kind(surface.name)
+        assert (surface.k_stroke_v, surface.k_stroke_f) == (kind.k_stroke_v, kind.k_stroke_f)
+        assert (surface.period_mm is not None) == (kind.grooves is not None)
