@@ -9,7 +9,7 @@ from common.limits import PLATE_COOLING_K_S, PLATE_HEATING_K_S
 
 PROPORTIONAL_PER_S = 3.0
 INTEGRAL_PER_S2 = 1.0
-NTC_LAG_S = 0.15
+NTC_LAG_S = 0.08
 """How far the thermistor is behind its plate."""
 PLATE_HEAT_J_M2K = 2000.0
 """Heat capacity of the plate and what is soldered to it, for each area of finger: 0.3 J/K on 10 x 15 mm."""

@@ -1,12 +1,12 @@
-"""Heat at the finger: error against cost for every model and integrator, and what the plate's rate leaves of it.
+"""Heat at the finger: error against cost for every model and integrator, and what plate and loop leave of it.
 
-Objects are at 25 C under a finger that rests at 33.1 C, touched for 10 s. Errors are of the felt temperature: of models
-against a finger of other code (`reference_finger`), of integrators against the same model solved exactly, at the plate
-against the scene. Costs are of one step of five fingers, in bare products of the usual model's size, in the same run.
+Objects are touched for 10 s, models and integrators at 25 C under a finger that rests at 33.1 C. Errors are of the felt
+temperature: of models against a finger of other code (`reference_finger`), of integrators against the same model solved
+exactly, on plates of the simulators' own finger against the same finger on the object itself. Costs are of one step of
+five fingers, in bare products of the usual model's size, in the same run.
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -15,10 +15,12 @@ from scipy.integrate import solve_ivp
 
 from common.fingers import FINGERS
 from operator_site.model_choice import RUNGS, TOLERANCE_K, TOLERANCE_SHARE, choose
-from operator_site.plate_display import PLATE_CONTACT_M2K_W
 from operator_site.scene_skin import SceneSkin
 from operator_site.skin import STEP_S, SkinModel, SkinStep, Touched, skin_rates, skin_step
 from operator_site.tissue import Body, Floats, rest
+from studies import plate_in_loop
+from studies.naive_inverse import inverse_rows
+from studies.plate_strategies import rate_rows, strategy_rows, told_apart_rows
 from studies.reference_finger import felt_course
 from studies.registry import Tell
 from studies.thermal_rendering_figure import plot
@@ -39,6 +41,7 @@ MODELS = (
     "10+10+10+20",
 )
 USUAL = SkinModel(4, 1, 1, 6)
+QUICK_LOOP = ("copper", "ceramic_tile", "skin_dermis", "pvc", "pu_foam")
 INTEGRATED = tuple((name, model) for name in ("iron", "pine") for model in (USUAL, RUNGS[-1]))
 EXPLICIT_EULER, IMPLICIT_EULER, EXACT = "explicit Euler", "implicit Euler", "matrix exponential"
 SUBSTEPS = (1, 2, 5, 10, 20, 50)
@@ -47,30 +50,34 @@ SOLVERS = ("RK45", "LSODA", "BDF")
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6)
 RUNGE_KUTTA_REACH = 3.3
 """The stability region of RK45 (Dormand & Prince 1980) ends here on the negative axis; explicit Euler's at 2."""
-RATES_K_S = (2.5, 5.0, 10.0, 20.0, 40.0, 80.0, 160.0)
-"""Of a cooling plate; 2.5 K/s is TactTip's."""
-LEADS_S = (0.0, 0.3, 1.0)
-"""How long before contact the plate starts."""
-SKIN = SkinModel(20, 10, 10)
-"""The finger on the plate."""
 
 
 def run(quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
-    """All three parts; `seed` changes nothing, there is no chance in it."""
-    del seed
+    """All parts; `seed` is of the thermistors' noise, nothing else has chance in it."""
     tell(0.0)
     unit_us = _product_us()
     models = list(_models(unit_us))
-    tell(0.3)
+    tell(0.1)
     integrators = list(_integrators(unit_us, 1.0 if quick else SECONDS))
-    tell(0.8)
-    plates = list(_plates())
-    return {"quick": quick, "product_us": unit_us, "models": models, "integrators": integrators, "plates": plates}
+    tell(0.3)
+    few: dict[str, Any] = {"names": QUICK_LOOP, "temperatures_c": (25.0,), "ticks_s": (0.002, 0.05)} if quick else {}
+    return {
+        "quick": quick,
+        "product_us": unit_us,
+        "models": models,
+        "integrators": integrators,
+        "rates": list(rate_rows()),
+        "strategies": list(strategy_rows()),
+        "told_apart": list(told_apart_rows()),
+        "inverse": list(inverse_rows(seed)),
+        "loop": list(plate_in_loop.loop_rows(seed=seed, **few)),
+    }
 
 
 def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
     """One for each part."""
-    return {part: data[part] for part in ("models", "integrators", "plates")}
+    parts = ("models", "integrators", "rates", "strategies", "told_apart", "inverse", "loop")
+    return {part: data[part] for part in parts}
 
 
 def _product_us() -> float:
@@ -191,58 +198,4 @@ def _course(rates: SkinStep, start: Floats, steps: int, advance: Callable[[Float
         for _ in range(steps):
             x = advance(x)
             felt.append(rates.c[0] @ x)
-    return np.array(felt)
-
-
-def _plates() -> Iterator[dict[str, Any]]:
-    """A finger on a plate that shows the scene's flux but is no faster than it is."""
-    for name in OBJECTS:
-        scene = SceneSkin(replace(SKIN, ladder=30), fingers=1)
-        before = scene.state()
-        scene.touch(0, Touched.of(name), OBJECT_C)
-        goal, felt = [], []
-        for _ in range(round(SECONDS / STEP_S)):
-            state = scene.step()
-            goal.append(state.surface_c[0] + state.flux_w_m2[0] * PLATE_CONTACT_M2K_W)
-            felt.append(state.epidermis_c[0])
-        for rate_k_s in RATES_K_S:
-            for lead_s in LEADS_S:
-                early = round(lead_s / STEP_S)
-                neutral = float(before.surface_c[0])
-                shown = _shown(neutral, np.array([goal[0]] * early + goal), rate_k_s)
-                at_plate = _on_plate(neutral, shown)
-                true = np.concatenate((np.full(early, before.epidermis_c[0]), felt))
-                error = np.abs(at_plate - true)
-                yield {
-                    "object": name,
-                    "rate_k_s": rate_k_s,
-                    "lead_s": lead_s,
-                    "goal_c": min(goal),
-                    "error_k": float(error[early:].max()),
-                    "early_k": float(error[:early].max()) if early else 0.0,
-                    "at_s": STEP_S * (int(error[early:].argmax()) + 1),
-                }
-
-
-def _shown(start_c: float, goal_c: Floats, rate_k_s: float) -> Floats:
-    """A plate that goes to its goal as fast as it can, heating at 1.6 times the rate of cooling as TactTip does."""
-    now, shown = start_c, []
-    for goal in goal_c:
-        now += min(max(goal - now, -rate_k_s * STEP_S), 1.6 * rate_k_s * STEP_S)
-        shown.append(now)
-    return np.array(shown)
-
-
-def _on_plate(start_c: float, shown_c: Floats) -> Floats:
-    """Felt temperature of a finger that lies on the plate, at rest at first."""
-    resting = rest(Body())
-    aluminium = Touched(1.0, 1.0, 1.0, PLATE_CONTACT_M2K_W)
-    step = skin_step(SKIN, aluminium, Body().air_w_m2k)
-    held = np.array([resting.flux_w_m2, start_c - resting.surface_c])
-    x = np.linalg.solve(np.eye(SKIN.states) - step.a, step.b @ held)
-    offset = float(step.c[0] @ x)
-    felt = []
-    for plate_c in shown_c:
-        x = step.a @ x + step.b @ np.array([resting.flux_w_m2, plate_c - resting.surface_c])
-        felt.append(float(step.c[0] @ x) - offset + resting.layers_c[0])
     return np.array(felt)

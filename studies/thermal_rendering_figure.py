@@ -1,4 +1,4 @@
-"""The figure of the study of heat at the finger: models, integrators, and what the plate's rate leaves."""
+"""The figure of the study of heat at the finger: models, integrators, plates and strategies, and the whole loop."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from common.limits import PLATE_COOLING_K_S
 from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PLUM, RED, SKY, STYLE, plain_ticks
 
 _COLOURS = (RED, ORANGE, GREEN, PLUM, BLUE, SKY, GREY)
@@ -21,19 +22,21 @@ _METHODS = {
     "BDF": (SKY, "v"),
     "matrix exponential": (BLACK, "*"),
 }
-_SMALLEST_K, _DIVERGED_K = 1e-9, 30.0
+_SMALLEST_K, _DIVERGED_K, _BLOWN_UP_K = 1e-9, 30.0, 30.0
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
     """Write the figure of what the study returned as PNG."""
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(11.5, 9.5), layout="constrained")
+        figure = Figure(figsize=(11.5, 13.5), layout="constrained")
         FigureCanvasAgg(figure)
-        (models, integrators), (plate, lead) = figure.subplots(2, 2)
+        (models, integrators), (plate, strategies), (loop, inverse) = figure.subplots(3, 2)
         _draw_models(models, data["models"])
         _draw_integrators(integrators, data["integrators"])
-        _draw_rates(plate, data["plates"])
-        _draw_leads(lead, data["plates"])
+        _draw_rates(plate, data["rates"])
+        _draw_strategies(strategies, data["strategies"])
+        _draw_loop(loop, data["loop"])
+        _draw_inverse(inverse, data["inverse"])
         figure.savefig(path, dpi=150)
 
 
@@ -97,16 +100,16 @@ def _draw_integrators(axes: Axes, rows: list[dict[str, Any]]) -> None:
 def _draw_rates(axes: Axes, rows: list[dict[str, Any]]) -> None:
     names = list(dict.fromkeys(row["object"] for row in rows))
     for name, colour, mark in zip(names, _COLOURS, _MARKS, strict=False):
-        mine = [row for row in rows if row["object"] == name and row["lead_s"] == 0.0]
+        mine = [row for row in rows if row["object"] == name]
         axes.plot(
-            [row["rate_k_s"] for row in mine],
+            [PLATE_COOLING_K_S * row["times_as_fast"] for row in mine],
             [row["error_k"] for row in mine],
             color=colour,
             marker=mark,
             ms=4,
-            label=f"{name}, to {mine[0]['goal_c']:.1f} °C",
+            label=name,
         )
-    axes.axvline(2.5, color=GREY, linestyle=":")
+    axes.axvline(PLATE_COOLING_K_S, color=GREY, linestyle=":")
     axes.axhline(0.1, color=GREY, linestyle="--", linewidth=0.9)
     axes.set_xscale("log")
     axes.set_yscale("log")
@@ -114,21 +117,83 @@ def _draw_rates(axes: Axes, rows: list[dict[str, Any]]) -> None:
     plain_ticks(axes.yaxis, (0.03, 0.1, 0.3, 1))
     axes.set_xlabel("rate of the plate (K/s); dotted: TactTip")
     axes.set_ylabel("largest error at the finger (K)")
-    axes.set_title("The plate's rate is the largest error", loc="left")
-    axes.legend(fontsize=8.5)
+    axes.set_title("The plate's rate is the largest error (objects at 25 °C)", loc="left")
+    axes.legend(fontsize=8.5, ncols=2)
 
 
-def _draw_leads(axes: Axes, rows: list[dict[str, Any]]) -> None:
-    slow = [row for row in rows if row["rate_k_s"] == min(each["rate_k_s"] for each in rows)]
-    names = list(dict.fromkeys(row["object"] for row in slow))
-    leads = sorted({row["lead_s"] for row in slow})
-    width = 0.8 / len(leads)
-    for number, (lead_s, colour) in enumerate(zip(leads, (GREY, SKY, BLUE), strict=False)):
-        mine = [row for row in slow if row["lead_s"] == lead_s]
-        at = [place + (number - 0.5 * (len(leads) - 1)) * width for place in range(len(names))]
-        axes.bar(at, [row["error_k"] for row in mine], width, color=colour, label=f"{lead_s:g} s ahead")
-        axes.scatter(at, [row["early_k"] for row in mine], color=BLACK, marker="_", s=60, zorder=3)
+def _draw_strategies(axes: Axes, rows: list[dict[str, Any]]) -> None:
+    cold = [row for row in rows if row["object_c"] == min(each["object_c"] for each in rows)]
+    names = list(dict.fromkeys(row["object"] for row in cold))
+    strategies = list(dict.fromkeys(row["strategy"] for row in cold))
+    width = 0.8 / len(strategies)
+    for number, (strategy, colour) in enumerate(zip(strategies, (GREY, BLUE, SKY, ORANGE), strict=True)):
+        mine = [row for row in cold if row["strategy"] == strategy]
+        at = [place + (number - 0.5 * (len(strategies) - 1)) * width for place in range(len(names))]
+        axes.bar(at, [row["error_k"] for row in mine], width, color=colour, label=strategy)
+        axes.scatter(at, [row["early_k"] for row in mine], color=BLACK, marker="_", s=40, zorder=3)
     axes.set_xticks(range(len(names)), names, rotation=25, ha="right")
     axes.set_ylabel("largest error at the finger (K)")
-    axes.set_title("Early start at 2.5 K/s; dashes: felt before contact", loc="left")
+    axes.set_title("A slow plate, objects at 25 °C; dashes: felt before contact", loc="left")
     axes.legend(fontsize=8.5)
+
+
+def _draw_loop(axes: Axes, rows: list[dict[str, Any]]) -> None:
+    """Each tick's worst, by what is held against it."""
+    ticks = sorted({row["tick_s"] for row in rows})
+    for noisy, dashes in ((False, "-"), (True, "--")):
+        mine = [[row for row in rows if row["tick_s"] == tick and (row["noise_k"] > 0.0) is noisy] for tick in ticks]
+        for key, allowed, colour, mark, label in (
+            ("share_where_rate_allows", 2.0, BLUE, "o", "error where the rate allows / 2 tolerances"),
+            ("beyond_k", 0.3, RED, "s", "felt too much / 0.3 K"),
+            ("plate_swing_k", 0.3, GREEN, "^", "plate's swing at rest / 0.3 K"),
+        ):
+            axes.plot(
+                [1e3 * tick for tick in ticks],
+                [max(row[key] for row in each) / allowed for each in mine],
+                color=colour,
+                marker=mark,
+                ms=4,
+                linestyle=dashes,
+                label=None if noisy else label,
+            )
+    axes.axhspan(1.0, 1.2, color=PALE, zorder=0)
+    axes.set_ylim(0.0, 1.2)
+    axes.set_xscale("log")
+    plain_ticks(axes.xaxis, [1e3 * tick for tick in ticks])
+    axes.set_xlabel("length of a tick (ms); dashed: readings 0.1 K noisy and 0.1 s late")
+    axes.set_ylabel("worst of all touches / allowed")
+    count = len({(row["object"], row["object_c"]) for row in rows})
+    axes.set_title(f"The whole loop, {count} touches", loc="left")
+    axes.legend(fontsize=8.5, loc="upper left", bbox_to_anchor=(0.0, 0.8))
+
+
+def _draw_inverse(axes: Axes, rows: list[dict[str, Any]]) -> None:
+    models = list(dict.fromkeys(row["model"] for row in rows if row["way"] == "one-step inverse"))
+    for model, colour, mark in zip(models, (RED, ORANGE, PLUM, SKY), _MARKS, strict=False):
+        mine = [row for row in rows if row["model"] == model and row["way"] == "one-step inverse"]
+        for late in (False, True):
+            course = [row for row in mine if (row["delay_s"] > 0.0) is late]
+            right = [row for row in course if row["plate_noise_k"] is not None]
+            if not late:
+                axes.plot(
+                    [row["step_s"] for row in right],
+                    [row["plate_noise_k"] for row in right],
+                    color=colour,
+                    marker=mark,
+                    ms=4,
+                    label=f"{model}, inverted",
+                )
+            wrong = [row for row in course if row["plate_noise_k"] is None]
+            axes.plot([row["step_s"] for row in wrong], [_BLOWN_UP_K] * len(wrong), "x", color=colour, ms=8, mew=2)
+    matched = next(row for row in rows if row["way"] == "flux matching")
+    axes.plot(matched["step_s"], matched["plate_noise_k"], "*", color=BLACK, ms=12, label="flux matched")
+    axes.text(0.07, _BLOWN_UP_K, "beyond all bounds, readings 0.1 s late", va="center", fontsize=8.5)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_ylim(0.003, 2.0 * _BLOWN_UP_K)
+    plain_ticks(axes.xaxis, (0.01, 0.05, 0.2, 1))
+    plain_ticks(axes.yaxis, (0.01, 0.1, 1, 10))
+    axes.set_xlabel("step of the inverse (s)")
+    axes.set_ylabel("noise of the plate's set-point (K)")
+    axes.set_title("10 mK of noise in what should be felt", loc="left")
+    axes.legend(fontsize=8.5, loc="lower left")
