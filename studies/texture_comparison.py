@@ -1,7 +1,7 @@
 """Table 1 again: six surfaces matched by what a stroke feels like, real ones with virtual or remote ones."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -58,18 +58,15 @@ class Strokes:
         return {"virtual": self.virtual, "remote": self.remote}
 
 
-def strokes(seed: int, tell: Callable[[float], object]) -> Strokes:
+def strokes(seed: int) -> Strokes:
     """Stroke all surfaces once in each way; the grooves of the virtual ones are where the real ones' are."""
-    remote = []
-    for place, name in enumerate(SURFACES):
-        remote.append(remote_stroke(name, seed))
-        tell((place + 1) / len(SURFACES))
     profiles = [
         make_profile(relief_of(name), LENGTH_M, np.random.default_rng([seed, place]))
         for place, name in enumerate(SURFACES)
     ]
     surfaces = [VirtualSurface.of(name, profile.grooves_m) for name, profile in zip(SURFACES, profiles, strict=True)]
     virtual = [rendered_stroke(surface, seed) for surface in surfaces]
+    remote = [remote_stroke(name, seed) for name in SURFACES]
     soft = replace(surfaces[0], stiffness_n_m=FOAM_SHARE * SHOWN_N_M)
     varied = {
         SLOWLY: [rendered_stroke(surface, seed, stroke_m_s=SLOW_M_S) for surface in surfaces],

@@ -112,7 +112,7 @@ def ablation_rows() -> list[dict[str, Any]]:
     cases += [("wood is", "oak", {}, {"w": "oak"})]
     cases += [("contact", f"{1e3 * r:g} K m²/kW", {"contact_m2k_w": r}, {}) for r in (5e-4, 1e-3, 2e-3, 3e-3)]
     cases += [("deep tissue", "35.5 °C", {"deep_c": 35.5}, {})]
-    cases += [("plate faster", f"{faster:g} times", {"faster": faster}, {}) for faster in (2.0, 4.0)]
+    cases += [("plate", f"{faster:g} times faster", {"faster": faster}, {}) for faster in (2.0, 4.0)]
     rows = []
     for varied, value, changed, other in cases:
         for side, touch in (("real", real_touch), ("ideal plate", ideal_plate_touch)):

@@ -190,7 +190,7 @@ def test_oak_cannot_be_told_from_pvc_and_a_faster_plate_tells_more() -> None:
 
     assert colder("wood is", "p-w", "real", "oak") < 25.0 < colder("as it is", "p-w", "real", "")
     rates = [colder("as it is", "a-p", "ideal plate", "")]
-    rates += [colder("plate faster", "a-p", "ideal plate", f"{n} times") for n in (2, 4)]
+    rates += [colder("plate", "a-p", "ideal plate", f"{n} times faster") for n in (2, 4)]
     assert sorted(rates) == rates
     assert rates[-1] < colder("as it is", "a-p", "real", "") + 2.0
 
@@ -202,7 +202,13 @@ def test_foam_that_is_soft_is_always_found() -> None:
         if row["surface"] == "foam" and row["side"] == "virtual"
     }
     assert found["measured"] < 85.0 < found[OWN_STIFFNESS]
-    assert data()["predictions"][1]["holds"]
+
+
+def test_a_prediction_holds_where_what_is_found_is_enough() -> None:
+    rows = data()["predictions"]
+    assert len(rows) == 4
+    assert all(row["holds"] == (row["found"] >= row["at_least"]) for row in rows)
+    assert rows[-1]["found"] == rows[-1]["at_least"] == 12.0
 
 
 def test_it_is_written_and_drawn(tmp_path: Path) -> None:
