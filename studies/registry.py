@@ -24,6 +24,7 @@ STUDIES = {
     "thermal-rendering": "studies.thermal_rendering",
     "vibration": "studies.vibration",
     "observer": "studies.observer",
+    "paper-figures": "studies.paper_figures",
 }
 """Module of each study by its name."""
 

@@ -6,7 +6,7 @@ from sim_sensors.fingertip import pressing_depth_m
 from studies.lowering import height_m
 from studies.rendered_hand import TICK_S
 from studies.rendered_stroke import DEPTH_M, FingertipCourse, tick_of
-from studies.stroke_path import FORCE_N, LENGTH_M, SECONDS, place_m
+from studies.stroke_path import FORCE_N, HOVER_S, LENGTH_M, SECONDS, place_m
 from studies.teleoperation import Teleoperation, scene_of
 
 
@@ -17,6 +17,7 @@ def remote_stroke(surface: str, seed: int) -> FingertipCourse:
     both, ticks = Teleoperation(scene_of(block), seed), []
     for tick in range(round(SECONDS / TICK_S)):
         time_s = tick * TICK_S
-        both.step(place_m(time_s), height_m(time_s, depth_m), height_m(time_s, DEPTH_M))
-        ticks.append(tick_of(both.hand, -height_m(time_s, DEPTH_M)))
+        hand_m = height_m(time_s - HOVER_S, DEPTH_M)
+        both.step(place_m(time_s), height_m(time_s - HOVER_S, depth_m), hand_m)
+        ticks.append(tick_of(both.hand, both.remote.touch.mode, -hand_m))
     return FingertipCourse.of(ticks)

@@ -13,11 +13,11 @@ from common.surfaces import surface_kind
 from operator_site.motor_drive import motor_mv
 from remote_site.surface_class import GROOVE_DECAY_PER_S, GROOVE_RAD_S, TAP_DECAY_PER_S, TAP_SPEED_PER_M_S
 from sim_sensors.motor import RPM_PER_RAD_S, VibrationMotors
-from studies.lowering import height_m
+from studies.lowering import LOWER_S, height_m
 from studies.remote_hand import INDEX
 from studies.rendered_hand import TICK_S, RenderedHand
 from studies.simulated_finger import Array
-from studies.stroke_path import FORCE_N, REST_S, SECONDS, SPEED_M_S, place_m
+from studies.stroke_path import FORCE_N, HOVER_S, REST_S, SECONDS, SPEED_M_S, place_m
 from studies.virtual_touch import touch_packet
 
 SHOWN_N_M = 400.0
@@ -42,9 +42,10 @@ class VirtualSurface:
 
 
 class FingertipCourse(NamedTuple):
-    """One value a tick: what leaves the gate and what the motor does, rad/s; force, N; depth in the surface, m."""
+    """One value a tick: mode; what leaves the gate and what the motor does, rad/s; force, N; depth, m."""
 
     time_s: Array
+    mode: Array
     wanted_rad_s: Array
     speed_rad_s: Array
     force_n: Array
@@ -56,12 +57,12 @@ class FingertipCourse(NamedTuple):
         return cls(*np.array(ticks).T)
 
 
-def tick_of(hand: RenderedHand, depth_m: float) -> tuple[float, ...]:
+def tick_of(hand: RenderedHand, mode: int, depth_m: float) -> tuple[float, ...]:
     """The index finger's values in the hand's last tick."""
     output = hand.output
     assert output is not None, "a hand that has lived a tick has an output"
     wanted = output.motor_rpm[INDEX] / RPM_PER_RAD_S
-    return hand.time_s, wanted, float(hand.motors.speed_rad_s[INDEX]), output.force_n[INDEX], depth_m
+    return hand.time_s, mode, wanted, float(hand.motors.speed_rad_s[INDEX]), output.force_n[INDEX], depth_m
 
 
 def left_to_itself(course: FingertipCourse) -> FingertipCourse:
@@ -74,7 +75,12 @@ def left_to_itself(course: FingertipCourse) -> FingertipCourse:
 
 
 def rendered_stroke(
-    surface: VirtualSurface, seed: int = 0, *, stroke_m_s: float = SPEED_M_S, vibration: VibrationScale = "speed"
+    surface: VirtualSurface,
+    seed: int = 0,
+    *,
+    lower_s: float = LOWER_S,
+    stroke_m_s: float = SPEED_M_S,
+    vibration: VibrationScale = "speed",
 ) -> FingertipCourse:
     """The finger taps the surface, rests on it, and strokes along it; each groove is told as it is crossed."""
     hand, known = RenderedHand(seed, RenderingConfig(vibration=vibration)), _columns(surface)
@@ -83,7 +89,7 @@ def rendered_stroke(
     crossed = bisect_right(surface.grooves_m, place_m(0.0))
     for tick in range(round(SECONDS / TICK_S)):
         time_s = tick * TICK_S
-        x_m, z_m = place_m(time_s, stroke_m_s), height_m(time_s, DEPTH_M)
+        x_m, z_m = place_m(time_s, stroke_m_s), height_m(time_s - HOVER_S, DEPTH_M, lower_s)
         time_ns = round(time_s * 1e9)
         if contact_s is None and z_m < 0.0:
             contact_s = time_s
@@ -92,9 +98,10 @@ def rendered_stroke(
         for _ in range(crossed, now_crossed := bisect_right(surface.grooves_m, x_m)):
             events.append(Event(len(events) + 1, EventKind.GROOVE, INDEX, time_ns, GROOVE_RAD_S))
         crossed = now_crossed
-        columns = {} if contact_s is None else {INDEX: known | {"mode": _mode(time_s, contact_s)}}
+        mode = ExplorationMode.FREE if contact_s is None else _mode(time_s, contact_s)
+        columns = {} if contact_s is None else {INDEX: known | {"mode": mode}}
         hand.step(touch_packet(tick + 1, columns, events[-4:]), x_m, z_m)
-        ticks.append(tick_of(hand, -z_m))
+        ticks.append(tick_of(hand, mode, -z_m))
     return FingertipCourse.of(ticks)
 
 

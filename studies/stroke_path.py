@@ -10,6 +10,8 @@ SLOW_M_S = 0.030
 FORCE_N = 1.0
 START_M = 0.010
 """Where the finger comes down, from the surface's near edge."""
+HOVER_S = 0.1
+"""From the start to the finger's coming down."""
 REST_S = 0.6
 """From the start to the stroke."""
 STROKE_S = 3.0

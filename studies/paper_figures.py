@@ -1,0 +1,73 @@
+"""Three figures of the paper again: motor speed (Fig. 4), skin on iron and wood (Fig. 6), identification (Fig. 13).
+
+Kron & Schmidt 2003 print no axis values that could be compared; these have numbers, from this project's own code on the
+simulated devices.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from common.materials import material
+from common.messages import ExplorationMode
+from sim_sensors.motor import RPM_PER_RAD_S
+from sim_sensors.surface import make_profile, relief_of
+from studies.paper_panels import plot
+from studies.registry import Tell
+from studies.remote_identification import MATERIAL, OBJECT_C, PAPER_S, identification_rows
+from studies.rendered_stroke import VirtualSurface, rendered_stroke
+from studies.skin_layers import layer_rows, start_rows
+from studies.stroke_path import LENGTH_M
+
+__all__ = ["plot", "run", "tables"]
+
+SURFACE = "widely_grooved_pvc"
+SHOWN_S = 2.0
+BRISK_S = 0.08
+"""A finger that comes down within this taps hard enough for the decay of Eq. 1 to be seen."""
+
+
+def run(quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
+    """All three; they are quick."""
+    tell(0.0)
+    motor = motor_rows(seed)
+    tell(0.2)
+    layers = layer_rows()
+    tell(0.3)
+    identification = identification_rows(seed)
+    tell(1.0)
+    return {
+        "quick": quick,
+        "seed": seed,
+        "starts": start_rows(),
+        "object_c": OBJECT_C,
+        "effusivity_j_m2ks05": material(MATERIAL).effusivity,
+        "paper_s": PAPER_S,
+        "motor": motor,
+        "layers": layers,
+        "identification": identification,
+    }
+
+
+def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
+    """One for each figure, and where the skin starts."""
+    return {part: data[part] for part in ("motor", "layers", "starts", "identification")}
+
+
+def motor_rows(seed: int) -> list[dict[str, Any]]:
+    """Motor speed while a grooved surface is tapped and stroked: what is wanted, and what the simulated motor does."""
+    grooves = make_profile(relief_of(SURFACE), LENGTH_M, np.random.default_rng(seed)).grooves_m
+    course = rendered_stroke(VirtualSurface.of(SURFACE, grooves), seed, lower_s=BRISK_S)
+    return [
+        {
+            "time_s": float(time_s),
+            "mode": ExplorationMode(int(mode)).name.lower(),
+            "wanted_rpm": float(wanted) * RPM_PER_RAD_S,
+            "motor_rpm": float(speed) * RPM_PER_RAD_S,
+        }
+        for time_s, mode, wanted, speed in zip(
+            course.time_s, course.mode, course.wanted_rad_s, course.speed_rad_s, strict=True
+        )
+        if time_s <= SHOWN_S
+    ]

@@ -1,0 +1,59 @@
+"""The paper's Fig. 13: what is known of a remote aluminium block over time, in the paper's way and in this project's.
+
+Both see the same readings of one simulated finger. The paper extrapolates the plate's exponential response to its end,
+which it takes for the object's temperature, and to its rate, its "virtual heat conductivity".
+"""
+
+from typing import Any
+
+from sim_sensors.fingertip import pressing_depth_m
+from sim_sensors.thermal_touch import AREA_M2
+from studies.lowering import height_m
+from studies.remote_hand import RemoteHand
+from studies.rendered_hand import TICK_S
+from studies.teleoperation import block_of, scene_of
+
+MATERIAL = "aluminium"
+OBJECT_C = 25.0
+FORCE_N = 1.0
+AT_M = 0.03
+WARM_UP_S = 10.0
+TOUCHED_S = 9.0
+PAPER_S = 7.0
+"""The paper's figure takes its values so long after contact."""
+SHOWN_EVERY = 25
+"""Ticks between two rows: 50 ms."""
+
+
+def identification_rows(seed: int) -> list[dict[str, Any]]:
+    """One row every 50 ms from contact on; None where nothing is known yet."""
+    block = block_of(MATERIAL).model_copy(update={"absolute_c": OBJECT_C})
+    hand, depth_m = RemoteHand(scene_of(block), seed), pressing_depth_m(FORCE_N, block.stiffness)
+    rows: list[dict[str, Any]] = []
+    ticks, contact = 0, None
+    while contact is None or ticks - contact <= round(TOUCHED_S / TICK_S):
+        hand.step(AT_M, height_m(ticks * TICK_S - WARM_UP_S, depth_m))
+        ticks += 1
+        if contact is None and hand.touch.contact:
+            contact = ticks
+        if contact is not None and (ticks - contact) % SHOWN_EVERY == 0:
+            rows.append({"time_s": TICK_S * (ticks - contact)} | _row(hand))
+    return rows
+
+
+def _row(hand: RemoteHand) -> dict[str, Any]:
+    answer = hand.touch.thermal
+    rate_per_s = answer.rate_per_s
+    return {
+        "sensor_c": hand.plate_c,
+        "exponential_object_c": answer.exponential_object_c,
+        "exponential_rate_per_s": rate_per_s,
+        "virtual_heat_conductivity_per_m2_s": None if rate_per_s is None else rate_per_s / AREA_M2,
+        "exponential_material": answer.exponential_material,
+        "object_c": answer.object_c,
+        "object_sd_k": answer.object_c_sd,
+        "effusivity_j_m2ks05": answer.effusivity,
+        "effusivity_ln_sd": answer.effusivity_ln_sd,
+        "status": answer.status.name.lower(),
+        "material": answer.material,
+    }
