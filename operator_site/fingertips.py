@@ -21,8 +21,8 @@ from operator_site.contact_force import ContactLaw, LocalContact
 from operator_site.model_choice import RUNGS
 from operator_site.plate_display import PlateDisplay
 from operator_site.plate_loop import PlateLoop
-from operator_site.scene_skin import SceneSkin, SkinState, touched_object
-from operator_site.skin import STEP_S, SkinModel, skin_step
+from operator_site.scene_skin import SceneSkin, SkinState, prepare, touched_object
+from operator_site.skin import STEP_S, SkinModel
 from operator_site.tissue import Body
 from operator_site.vibration import FingerVibration, PlayedEvents, Surface
 
@@ -71,10 +71,7 @@ class Fingertips:
         self._surfaces = [Surface()] * n
         self._played = PlayedEvents()
         self._skin = SceneSkin(model, body)
-        for known in materials().values():  # 0.4 ms each, now rather than in the tick that first touches one
-            touched = touched_object(known.conductivity_w_mk, known.density_kg_m3, known.specific_heat_j_kgk)
-            for rung in RUNGS if model is None else (model,):
-                skin_step(rung, touched, self._skin.body.air_w_m2k)
+        prepare(materials().values(), RUNGS if model is None else (model,), self._skin.body.air_w_m2k)
         self.skin: SkinState = self._skin.state()
         """What the fingers feel by the model, for display and recording."""
         self._display = PlateDisplay(profile, self.skin.surface_c)

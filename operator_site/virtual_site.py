@@ -1,18 +1,14 @@
 """The operator site on a virtual environment: the same site, without any other."""
 
 import logging
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from contextlib import ExitStack
 
 from common.config import OperatorConfig
 from common.keys import load_keys
-from common.materials import Material
 from common.scene import Scene
-from operator_site.model_choice import RUNGS
-from operator_site.scene_skin import touched_object
+from operator_site.scene_skin import prepare
 from operator_site.site import run_operator_site
-from operator_site.skin import skin_step
-from operator_site.tissue import Body
 from operator_site.virtual_environment import VirtualEnvironment
 from operator_site.virtual_session import VirtualSession
 
@@ -25,7 +21,7 @@ def run_virtual(config: OperatorConfig, stop: Callable[[], bool], *, scene: Scen
     Raises:
         ValueError, OSError: keys or devices cannot be used.
     """
-    _prepare(scene.materials.values())
+    prepare(scene.materials.values())
 
     def begin(_: ExitStack) -> tuple[VirtualSession, Callable[[], None]]:
         environment = VirtualEnvironment(scene, config.fingers, seed)
@@ -34,11 +30,3 @@ def run_virtual(config: OperatorConfig, stop: Callable[[], bool], *, scene: Scen
         return VirtualSession(environment, name, config.engage, config.link.gap_s), lambda: None
 
     run_operator_site(config, load_keys(config.link.keys), begin, stop, scene=scene.name, seed=str(seed))
-
-
-def _prepare(own: Iterable[Material]) -> None:
-    """Solve the skin on a scene's own materials now: some ms each, too long for the tick that first touches one."""
-    for kind in own:
-        touched = touched_object(kind.conductivity_w_mk, kind.density_kg_m3, kind.specific_heat_j_kgk)
-        for rung in RUNGS:
-            skin_step(rung, touched, Body().air_w_m2k)
