@@ -159,10 +159,10 @@ class Fingertips:
             self._heat(z_m, due)
         set_c: list[float] = self._display.step(dt_s).tolist()
         if heat:
-            flux = (self.skin.flux_w_m2 * self._touching).tolist()
+            load_w_m2 = self._display.load_w_m2().tolist()
             for finger, loop in enumerate(self._loops):
                 fresh_c = plate_c[finger] if self._driven[finger] else math.nan
-                self._drive[finger] = loop.step(t_s, set_c[finger], fresh_c, flux[finger])
+                self._drive[finger] = loop.step(t_s, set_c[finger], fresh_c, load_w_m2[finger])
         return Requested(force, rpm, set_c, list(self._drive), self._display.limited.tolist())
 
     def _unpack(self, touch: NDArray[np.float32]) -> None:

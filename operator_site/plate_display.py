@@ -33,6 +33,7 @@ class PlateDisplay:
         """Present set-points (n,), C."""
         self.limited: NDArray[np.int64] = self._outside.copy()
         """`Limit` bits (n,): where the plate cannot show what the model wants."""
+        self._surface_c, self._flux_w_m2 = neutral_c, np.zeros(len(neutral_c))
 
     def aim(self, skin: SkinState, touching: Sequence[bool], ahead_c: Mapping[int, float] = NOTHING_AHEAD) -> None:
         """Take what the plates should show; a finger that touches nothing is shown its own skin, no flux.
@@ -42,7 +43,9 @@ class PlateDisplay:
             touching: which fingers do.
             ahead_c: by finger that is about to touch, what it will meet: its plate goes there already.
         """
-        wanted = skin.surface_c + np.asarray(touching) * skin.flux_w_m2 * PLATE_CONTACT_M2K_W
+        self._flux_w_m2 = np.asarray(touching) * skin.flux_w_m2
+        self._surface_c = skin.surface_c
+        wanted = skin.surface_c + self._flux_w_m2 * PLATE_CONTACT_M2K_W
         for finger, goal_c in ahead_c.items():
             wanted[finger] = goal_c
         self._wanted_c = self._inside(wanted)
@@ -56,6 +59,11 @@ class PlateDisplay:
         behind = (np.abs(change - slow) > RATE_ROUNDING_K) * Limit.PLATE_RATE.value
         self.limited = self._outside | behind
         return self.set_c
+
+    def load_w_m2(self) -> Floats:
+        """What fingers take from their plates (n,), W/m2: the scene's flux, or what is left of it within their range."""
+        possible = (self._wanted_c - self._surface_c) / PLATE_CONTACT_M2K_W
+        return np.asarray(np.clip(possible, np.minimum(self._flux_w_m2, 0.0), np.maximum(self._flux_w_m2, 0.0)))
 
     def needs_s(self, finger: int, goal_c: float) -> float:
         """How long a plate takes to a goal, s."""

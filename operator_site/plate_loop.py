@@ -33,20 +33,20 @@ class PlateLoop:
         self._t_s = math.nan
         self._integral_k_s = 0.0
 
-    def step(self, t_s: float, set_c: float, plate_c: float, flux_w_m2: float = 0.0) -> float:
+    def step(self, t_s: float, set_c: float, plate_c: float, load_w_m2: float = 0.0) -> float:
         """Peltier drive -1..1 (positive heats) for a new reading; 0 where there is none.
 
         Args:
             t_s: time of the reading, s.
             set_c: set-point, C, already limited in rate.
             plate_c: the reading, C; NaN when the sensor is not to be believed.
-            flux_w_m2: what the finger takes from the plate where it is as it should be, W/m2.
+            load_w_m2: what the finger takes from the plate, W/m2.
         """
-        if not math.isfinite(set_c + plate_c + flux_w_m2):
+        if not math.isfinite(set_c + plate_c + load_w_m2):
             self.reset()
             return 0.0
         dt_s = t_s - self._t_s
-        load_k_s = flux_w_m2 / PLATE_HEAT_J_M2K
+        load_k_s = load_w_m2 / PLATE_HEAT_J_M2K
         if not 0.0 < dt_s <= 0.1:  # first reading, or after a silence: nothing to feed forward
             self._t_s, self._set_c, self._expected_c = t_s, set_c, set_c
             self._integral_k_s = 0.0
