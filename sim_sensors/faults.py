@@ -7,13 +7,18 @@ mend                      ends all
 
 import logging
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Generic, Protocol, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
+from common.fingers import FINGERS
 from common.serial_messages import DRIVE_FULL
 from sim_sensors.faulty_parts import DRIFT_M_S, Babble, Hang, Servos, Thermistor
+from sim_sensors.finger_plate import FingerPlates
 from sim_sensors.serial_server import Finger, SerialServer
 from sim_sensors.socketcand import SocketcandBus
 
@@ -145,6 +150,15 @@ def servo_faults(servos: Servos) -> dict[str, Fault[Any]]:
     return {"disobey": Fault("[drift]", {"": servos}, _disobey)}
 
 
+def plate_faults(plates: FingerPlates, fingers: Sequence[Finger]) -> dict[str, Fault[Any]]:
+    """The faults of the operator's plates: cooling water that does not come, Peltiers wired in reverse."""
+    places = {str(finger): FINGERS.index(finger) for finger in fingers}
+    return {
+        "water": Fault("FINGER", places, partial(_mark, plates.dry)),
+        "reverse": Fault("FINGER", places, partial(_mark, plates.reversed)),
+    }
+
+
 def _unplug(line: SerialServer | SocketcandBus, text: str) -> End:
     _nothing(text)
     line.unplug()
@@ -181,6 +195,12 @@ def _break_thermistor(thermistor: Thermistor, text: str) -> End:
             return partial(setattr, thermistor, "fault", None)
         case _:
             raise ValueError(f"{text!r} is neither open, short nor frozen")
+
+
+def _mark(broken: NDArray[np.bool_], place: int, text: str) -> End:
+    _nothing(text)
+    broken[place] = True
+    return partial(broken.__setitem__, place, False)
 
 
 def _disobey(servos: Servos, text: str) -> End:

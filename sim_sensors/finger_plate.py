@@ -7,8 +7,11 @@ perfusion and by the warm inside of the finger. It always rests on the plate, th
 Heat pumped into the plate at the current I:  S I T_plate + I^2 R/2 + K (T_hot - T_plate). The Joule half is
 what makes heating faster than cooling, and what leaves less of the cooling the warmer the hot side gets.
 
-All conduction is linear, so 10 ms are five implicit (backward Euler) steps of 2 ms folded into one matrix.
+All conduction is linear, so 10 ms are five implicit (backward Euler) steps of 2 ms folded into one matrix: one for
+fingers whose block has its water, and one for those whose block has lost it.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +33,8 @@ PELTIER_W_K = 0.008
 HOT_SIDE_CAPACITY_J_K = 6.0
 HOT_SIDE_K_W = 0.8
 WATER_C = 20.0
+DRY_HOT_SIDE_K_W = 50.0
+"""Without water: 20 cm2 of block and module in still air of 10 W/m2K, to the room instead."""
 ROOM_C = 23.0
 AIR_W_M2K = 10.0
 CASE_W_K = 0.002
@@ -66,6 +71,36 @@ def finger_column() -> tuple[NDArray[np.float64], ...]:
     return tuple(np.concatenate(part) for part in (thickness, conductivity, capacity, perfusion))
 
 
+class _Conduction(NamedTuple):
+    """What 10 ms of conduction make of the temperatures of all nodes, and of heat that is put in meanwhile.
+
+    Attributes:
+        advance: from the temperatures before to those after, (nodes, nodes).
+        offset: what the surroundings add, K, (nodes, 1).
+        pumped: rise by heat put into plate and hot side, K/W, (nodes, 2).
+    """
+
+    advance: NDArray[np.float64]
+    offset: NDArray[np.float64]
+    pumped: NDArray[np.float64]
+
+    @classmethod
+    def of(
+        cls, flow: NDArray[np.float64], source: NDArray[np.float64], heat_capacity: NDArray[np.float64]
+    ) -> "_Conduction":
+        """From heat flows between nodes (W/K), from around (W), and the nodes' heat capacities (J/K)."""
+        implicit = np.linalg.inv(np.eye(len(source)) - flow / heat_capacity[:, None] * (STEP_S / IMPLICIT_STEPS))
+        summed = sum(np.linalg.matrix_power(implicit, n) for n in range(1, IMPLICIT_STEPS + 1))
+        respond = np.asarray(summed) * (STEP_S / IMPLICIT_STEPS) / heat_capacity
+        advance = np.linalg.matrix_power(implicit, IMPLICIT_STEPS)
+        return cls(advance, (respond @ source)[:, None], respond[:, [_PLATE, -1]])
+
+    def __call__(self, state: NDArray[np.float64], pumped_w: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Temperatures (nodes, fingers) 10 ms later, with heat (2, fingers) put into plate and hot side, W."""
+        after: NDArray[np.float64] = self.advance @ state + self.offset + self.pumped @ pumped_w
+        return after
+
+
 class FingerPlates:
     """Plates, Peltiers and fingertips of `count` TactTips.
 
@@ -73,9 +108,12 @@ class FingerPlates:
         plate_c, hot_side_c, surface_c, felt_c: temperatures of the plate, of the water-cooled side, of the
             skin's surface and mean of its epidermis (what is felt), C, one per finger.
         ntc_c: what the plate's NTC element has by now, C, with lag and noise.
+        dry: fingers whose hot side has lost its cooling water, bool; False to begin with.
+        reversed: fingers whose Peltiers are wired in reverse, so that a drive above 0 cools, bool; False likewise.
     """
 
-    def __init__(self, count: int, seed: int) -> None:
+    def __init__(self, count: int, seed: int, ntc_noise_k: float = NTC_NOISE_K) -> None:
+        """Fingers in free air that were just put on their plates; `ntc_noise_k` is one SD of each NTC's noise."""
         thickness, conductivity, capacity, perfusion = finger_column()
         cells = len(thickness)
         size = cells + 2
@@ -109,17 +147,17 @@ class FingerPlates:
         ):
             flow[node, node] -= conductance
             source[node] += conductance * around_c
-        rate = flow / heat_capacity[:, None]
-        implicit = np.linalg.inv(np.eye(size) - rate * (STEP_S / IMPLICIT_STEPS))
-        self._advance = np.linalg.matrix_power(implicit, IMPLICIT_STEPS)
-        summed = sum(np.linalg.matrix_power(implicit, n) for n in range(1, IMPLICIT_STEPS + 1))
-        respond = np.asarray(summed) * (STEP_S / IMPLICIT_STEPS) / heat_capacity
-        self._offset = (respond @ source)[:, None]
-        self._pumped = respond[:, [_PLATE, hot]]
+        self._watered = _Conduction.of(flow, source, heat_capacity)
+        flow[hot, hot] += 1.0 / HOT_SIDE_K_W - 1.0 / DRY_HOT_SIDE_K_W
+        source[hot] = ROOM_C / DRY_HOT_SIDE_K_W
+        self._dry = _Conduction.of(flow, source, heat_capacity)
         skin = self._finger_in_air(flow[_SKIN:hot, _SKIN:hot], source[_SKIN:hot], float(half[0]))
         start = np.concatenate(([skin[0]], skin, [WATER_C]))
         self._state = np.repeat(start[:, None], count, axis=1)
+        self.dry: NDArray[np.bool_] = np.zeros(count, dtype=np.bool_)
+        self.reversed: NDArray[np.bool_] = np.zeros(count, dtype=np.bool_)
         self._random = np.random.default_rng([seed, 0x9A7E])
+        self._noise_k = ntc_noise_k
         self._since_s = 0.0
         self._charge = np.zeros(count)
         self._ntc = self.plate_c.copy()
@@ -175,7 +213,7 @@ class FingerPlates:
         self._charge += drive * dt_s
         if self._since_s < STEP_S - 1e-9:
             return
-        current = self._charge * (PELTIER_CURRENT_A / self._since_s)
+        current = self._charge * np.where(self.reversed, -PELTIER_CURRENT_A, PELTIER_CURRENT_A) / self._since_s
         self._since_s = 0.0
         self._charge = np.zeros_like(current)
         joule = current * current * (PELTIER_OHM / 2.0)
@@ -186,6 +224,8 @@ class FingerPlates:
                 joule - seebeck * (self._state[-1] + KELVIN),
             )
         )
-        self._state = self._advance @ self._state + self._offset + self._pumped @ pumped
+        before, self._state = self._state, self._watered(self._state, pumped)
+        if self.dry.any():
+            self._state = np.where(self.dry, self._dry(before, pumped), self._state)
         self._ntc += (self._state[_PLATE] - self._ntc) * (STEP_S / (NTC_LAG_S + STEP_S))
-        self.ntc_c = self._ntc + NTC_NOISE_K * self._random.standard_normal(len(current))
+        self.ntc_c = self._ntc + self._noise_k * self._random.standard_normal(len(current))

@@ -11,7 +11,7 @@ from common.scene import load_scene
 from sim_sensors.announce import announce
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.fault_port import FaultPort
-from sim_sensors.faults import Faults, device_faults
+from sim_sensors.faults import Faults, device_faults, plate_faults
 from sim_sensors.faulty_parts import Hang, Thermistor
 from sim_sensors.finger_plate import FingerPlates
 from sim_sensors.hand import ScriptedHand
@@ -61,7 +61,8 @@ class OperatorDevices:
             self.bus = SocketcandBus(sockets, config.can_host, config.can_port, [self.exoskeleton])
             opened.callback(self.bus.close)
             lines = {f"{finger} tacttip": server for finger, server in self.servers.items()}
-            self.faults = Faults(device_faults(lines, self.bus, self.modules, self.thermistors, self.hang))
+            kinds = device_faults(lines, self.bus, self.modules, self.thermistors, self.hang)
+            self.faults = Faults({**kinds, **plate_faults(self.plates, config.fingers)})
             if config.fault_port is not None:
                 port = FaultPort(sockets, "127.0.0.1", config.fault_port, self.faults.apply)
                 opened.callback(port.close)

@@ -17,6 +17,7 @@ from common.limits import MODULE_TIMEOUT_S
 from common.serial_messages import MessageId, TactTipCommand
 from common.thermometry import COUNT_MAX
 from sim_sensors.faults import Fault, Faults
+from sim_sensors.finger_plate import WATER_C
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.sim_operator import OperatorDevices
 from sim_sensors.sim_remote import RemoteDevices
@@ -97,6 +98,12 @@ NONSENSE = [
     "mend unplug index tacttip",
     "plug index tacttip",
     "disobey",
+    "water",
+    "water thumb",
+    "water index off",
+    "reverse",
+    "reverse thumb",
+    "reverse index -1",
 ]
 
 
@@ -114,6 +121,8 @@ def test_an_error_says_what_there_is_to_say(remote: RemoteDevices) -> None:
         remote.faults.apply("help")
     with pytest.raises(ValueError, match="unplug DEVICE: there is index texture, index thermal, can, not 'index nose'"):
         remote.faults.apply("unplug index nose")
+    with pytest.raises(ValueError, match="no fault 'water'"):
+        remote.faults.apply("water index")
     with pytest.raises(ValueError, match="in force: nothing"):
         remote.faults.apply("mend disobey")
 
@@ -222,6 +231,35 @@ def test_a_stuck_drive_is_begun_and_ended_at_the_module(operator: OperatorDevice
         assert module.stuck_permille == -250
         devices.faults.apply("mend stuck index")
         assert module.stuck_permille is None
+
+
+def test_a_module_without_water_warms_its_hot_side_by_cooling_its_plate_and_water_ends_that(
+    operator: OperatorDevices,
+) -> None:
+    index = FINGERS.index("index")
+    operator.faults.apply("stuck index -1000")
+    operator.faults.apply("water index")
+    advance(operator, range(1, 5001))
+    hot_side_c = operator.plates.hot_side_c.copy()
+    assert hot_side_c[index] > WATER_C + 2.0
+    assert np.delete(hot_side_c, index) == pytest.approx([WATER_C] * 4, abs=0.1)
+    operator.faults.apply("mend water index")
+    advance(operator, range(5001, 15_001))
+    assert operator.plates.hot_side_c[index] < WATER_C + 1.5
+
+
+def test_reversed_peltiers_do_the_opposite_while_the_module_reports_what_it_was_asked(
+    operator: OperatorDevices,
+) -> None:
+    index, start_c = FINGERS.index("index"), operator.plates.plate_c.copy()
+    operator.faults.apply("reverse index")
+    operator.faults.apply("stuck index 1000")
+    advance(operator, range(1, 501))
+    assert operator.plates.plate_c[index] < start_c[index] - 2.0
+    assert operator.modules["index"].peltier_permille == 1000
+    operator.faults.apply("mend reverse index")
+    advance(operator, range(501, 1001))
+    assert operator.plates.plate_c[index] > start_c[index] + 0.5
 
 
 def test_the_process_hangs_at_its_next_step_so_that_whoever_asked_is_answered(operator: OperatorDevices) -> None:

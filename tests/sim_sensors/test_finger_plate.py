@@ -93,3 +93,45 @@ def test_the_ntc_lags_and_has_noise_that_its_seed_repeats() -> None:
 
 def test_water_keeps_the_hot_side_near_its_own_temperature() -> None:
     assert abs(run(FingerPlates(1, 0), -1.0, 60.0).hot_side_c[0] - finger_plate.WATER_C) < 2.0
+
+
+def test_a_finger_without_water_is_cooled_by_the_room_alone_and_its_neighbour_by_water_as_ever() -> None:
+    alone, two = FingerPlates(1, 0), FingerPlates(2, 0)
+    two.dry[0] = True
+    run(alone, -1.0, 60.0)
+    run(two, -1.0, 60.0)
+    assert two.hot_side_c[0] > finger_plate.WATER_C + 10.0
+    assert two.hot_side_c[1] == pytest.approx(alone.hot_side_c[0], abs=1e-9)
+    assert two.plate_c[1] == pytest.approx(alone.plate_c[0], abs=1e-9)
+    two.dry[0] = False
+    assert abs(run(two, 0.0, 60.0).hot_side_c[0] - finger_plate.WATER_C) < 1.0
+
+
+def test_without_water_the_joule_heat_of_the_peltiers_leaves_through_the_weak_link_to_the_room(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(finger_plate, "PELTIER_SEEBECK_V_K", 0.0)
+    monkeypatch.setattr(finger_plate, "PELTIER_W_K", 0.0)
+    plates = FingerPlates(1, 0)
+    plates.dry[0] = True
+    joule_w = finger_plate.PELTIER_CURRENT_A**2 * finger_plate.PELTIER_OHM / 2.0
+    settled_c = finger_plate.ROOM_C + joule_w * finger_plate.DRY_HOT_SIDE_K_W
+    lag_s = finger_plate.DRY_HOT_SIDE_K_W * finger_plate.HOT_SIDE_CAPACITY_J_K
+    for seconds in (60.0, 300.0):
+        start_c = plates.hot_side_c[0]
+        expected_c = settled_c - (settled_c - start_c) * np.exp(-seconds / lag_s)
+        assert run(plates, -1.0, seconds).hot_side_c[0] == pytest.approx(expected_c, abs=0.01)
+
+
+def test_reversed_peltiers_heat_when_they_should_cool() -> None:
+    sound, wrong = FingerPlates(1, 0), FingerPlates(1, 0)
+    wrong.reversed[0] = True
+    run(sound, 0.7, 2.0)
+    run(wrong, -0.7, 2.0)
+    assert wrong.plate_c[0] == sound.plate_c[0]
+    assert wrong.hot_side_c[0] == sound.hot_side_c[0]
+
+
+def test_the_ntcs_noise_is_as_large_as_it_is_said_to_be() -> None:
+    plates = FingerPlates(1000, 0, ntc_noise_k=0.1)
+    assert np.std(run(plates, 0.0, 0.1).ntc_c) == pytest.approx(0.1, rel=0.1)
