@@ -2,6 +2,9 @@
 
 Drive and reading pass the same band-pass (both sides of the plate's heat balance), which removes what
 holds a temperature against a steady loss. What is left of the drive must be found again in the reading.
+
+A plate that runs away from a steady hold does so under a drive that hardly changes, and that no band-pass shows. So
+what a plate did lately must also not be the opposite of what it was driven to lately.
 """
 
 from common.limits import DOSE_ABOVE_C, PLATE_COOLING_K_S, PLATE_HEATING_K_S
@@ -15,6 +18,10 @@ EXPECTED_COOLING_K = 0.8
 LEAST_SHARE = 0.2
 """... of which less than this share is seen, for ..."""
 PERSIST_S = 0.05
+AGAINST_S = 0.5
+AGAINST_K = 1.0
+"""Within about so long the plate was driven by so much one way, and went as far the other. Normal use, with a reading
+0.1 s late and 0.1 K of noise, makes 0.6 K of both at once: a plate that turns, or that its finger warms."""
 STILL_K = 0.01
 """Less than half a count: a reading that does not move by more is the same reading."""
 STILL_S = 0.5
@@ -42,6 +49,19 @@ class _Band:
         self.change_k += (rate_k_s - self.mean_k_s - self.change_k / SLOW_S) * dt_s
 
 
+class _Recent:
+    """What a rate has made of late, K/s in, K out."""
+
+    __slots__ = ("change_k",)
+
+    def __init__(self) -> None:
+        self.change_k = 0.0
+
+    def step(self, dt_s: float, rate_k_s: float) -> float:
+        self.change_k += (rate_k_s - self.change_k / AGAINST_S) * dt_s
+        return self.change_k
+
+
 class PlateFollow:
     """Watches one plate; call `step` about every CHECK_S."""
 
@@ -49,6 +69,8 @@ class PlateFollow:
         self._drive_k_s = 0.0
         self._expected = _Band()
         self._seen = _Band()
+        self._driven = _Recent()
+        self._moved = _Recent()
         self._plate_c: float | None = None
         self._doubt_s = 0.0
         self._still_c = 0.0
@@ -82,6 +104,9 @@ class PlateFollow:
         self._expected.step(dt_s, self._drive_k_s)
         self._seen.step(dt_s, rate)
         expected, seen = self._expected.change_k, self._seen.change_k
+        driven, moved = self._driven.step(dt_s, self._drive_k_s), self._moved.step(dt_s, rate)
+        if max(min(driven, -moved), min(-driven, moved)) >= AGAINST_K:
+            return "temperature moves against the drive"
 
         if abs(plate_c - self._still_c) > STILL_K:
             self._still_c, self._still_s = plate_c, 0.0
