@@ -77,11 +77,15 @@ class OperatorDevices:
         return "; ".join(f"{device}: {why}" for device, why in found.items() if why)
 
     def faults(self) -> list[str]:
-        """What modules do that they must not; empty when all is well."""
+        """What modules do that they must not, and what of them is broken; empty when all is well."""
         found = []
         for finger, module in self.tacttips.items():
             if self.tick.began_s - module.measured_s > GAP_S:
                 continue
+            if module.sensor_fault:
+                found.append(f"{FINGERS[finger]}: the plate's thermistor: {module.sensor_fault}")
+            if module.cooling_fault:
+                found.append(f"{FINGERS[finger]}: {module.cooling_fault}")
             if module.cut_out:
                 found.append(f"{FINGERS[finger]}: the module's own temperature limit has switched its plate off")
             if module.disobeys:

@@ -1,4 +1,4 @@
-"""NTC thermistor of a fingertip plate: its temperature, and whether to believe it."""
+"""NTC thermistors of a fingertip module: whether they are whole, and whether to believe what the plate's says."""
 
 import math
 from collections import deque
@@ -19,6 +19,15 @@ HEAP_S = 0.002
 """Readings that arrive this close together were waiting; only the last one's time is true."""
 
 
+def ntc_fault(counts: int) -> str | None:
+    """Why a thermistor's counts are no temperature; None when they are one."""
+    if counts <= SHORT_BELOW:
+        return "short circuit"
+    if counts >= OPEN_ABOVE:
+        return "open circuit"
+    return None
+
+
 class PlateReading(NamedTuple):
     """A plate's temperature; NaN together with the reason where there is none."""
 
@@ -34,10 +43,9 @@ class PlateSensor:
 
     def step(self, t_s: float, counts: int) -> PlateReading:
         """Judge the reading taken at `t_s`."""
-        if counts <= SHORT_BELOW:
-            return self._refuse("short circuit")
-        if counts >= OPEN_ABOVE:
-            return self._refuse("open circuit")
+        broken = ntc_fault(counts)
+        if broken is not None:
+            return self._refuse(broken)
         plate_c = ntc_c(counts)
         recent = self._recent
         if recent and not 0.0 <= t_s - recent[-1][0] <= SILENCE_S:

@@ -31,6 +31,9 @@ STILL_DRIVEN_K = 0.5
 STILL_MEMORY_S = 3.0
 """A drive that goes on changing under a reading that does not move: the plate would have moved by so much. An even
 drive holds an even temperature: only what differs from the drive before counts, and is forgotten in time."""
+STILL_HEATED_S = 3.0
+"""Under a drive that heats, a reading is not believed that never moves for so long: as its finger warms, a plate gets
+hotter under a drive that does not change at all, and a sound converter's reading has noise of half a count."""
 STILL_HOT_S = 1.0
 """Where skin takes dose, a reading that never moves is not believed for longer, whatever the drive."""
 
@@ -124,6 +127,8 @@ class PlateFollow:
             return "temperature stands still although the drive changes"
         if self._still_s >= STILL_HOT_S and plate_c > DOSE_ABOVE_C:
             return "temperature reading stands still"
+        if self._still_s >= STILL_HEATED_S and self._drive_k_s > 0.0:
+            return "temperature reading stands still although heated"
 
         enough = EXPECTED_HEATING_K
         if expected < 0.0:

@@ -42,7 +42,7 @@ class RenderingInput:
     plate_age_s: tuple[float, ...]
     """Last reading of each plate, NaN where it is not to be believed, and its age, infinite where there was none."""
     device_faults: tuple[str, ...]
-    """What modules do that they must not, for people to read."""
+    """What modules do that they must not, and what of them is broken, for people to read."""
 
     def pack(self) -> bytes:
         """Bytes for the recording; nothing is rounded, and the touch packet is named by its sequence number."""

@@ -1,4 +1,4 @@
-"""Driver of one TactTip fingertip module: motor and Peltier drives out, plate temperature in."""
+"""Driver of one TactTip fingertip module: motor and Peltier drives out, plate temperature and cooling in."""
 
 import math
 
@@ -14,6 +14,7 @@ from common.serial_messages import (
     TactTipCommand,
     TactTipState,
 )
+from operator_site.hot_side import hot_side_fault
 from operator_site.motor_drive import MotorDrive
 from operator_site.ntc import PlateSensor
 
@@ -33,6 +34,8 @@ class TactTip:
         self.measured_s = _NEVER
         """When the last reading came, s; -inf before the first."""
         self.sensor_fault = ""
+        self.cooling_fault = ""
+        """What is wrong with the hot side or its thermistor; empty when nothing."""
         self.cut_out = False
         self.disobeys = ""
         """What the module does that it was not told; empty when nothing."""
@@ -57,6 +60,7 @@ class TactTip:
                 continue
             reading = self._sensor.step(t_s, state.plate_counts)
             self.plate_c, self.sensor_fault = reading.plate_c, reading.fault or ""
+            self.cooling_fault = hot_side_fault(state.hot_side_counts)
             self.cut_out = bool(state.flags & DeviceFlag.THERMAL_CUT_OUT)
             self.applied = (state.motor_mv, state.peltier_permille)
             motor, peltier = (

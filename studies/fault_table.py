@@ -191,6 +191,9 @@ DEVICE_FAULTS = (
     _found("TactTip's thermistor open", _OPERATOR, f"thermistor {STROKING} open", f"thermistor {STROKING}", 0.5),
     _found("TactTip's thermistor short", _OPERATOR, f"thermistor {STROKING} short", f"thermistor {STROKING}", 0.5),
     _found("TactTip's thermistor frozen", _OPERATOR, f"thermistor {STROKING} frozen", f"thermistor {STROKING}", 40.0),
+    # A stroke cools too little to warm a dry hot side within seconds: that is tried on a virtual clock.
+    _for_a_while("TactTip's cooling water lost", _OPERATOR, f"water {STROKING}", _CONTINUES),
+    _found("TactTip's Peltiers reversed", _OPERATOR, f"reverse {STROKING}", f"reverse {STROKING}", 10.0),
     Fault("processor fully loaded, 4 s", "machine", "burn", _RESUMES, _NONE, seconds=4.0),
 )
 
