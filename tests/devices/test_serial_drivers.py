@@ -336,10 +336,12 @@ class Fingertip(DriverContract):
         assert 4 <= sum(sent(2.11 + n * 1e-3, 3000.0) for n in range(100)) <= 6  # nothing new: every 20 ms
 
     def test_a_cut_out_and_a_broken_ntc_are_seen(self, rig: Rig, driver_on: TactTipDriver) -> None:
-        rig.module.measure(4095, 2000)  # type: ignore[attr-defined]
+        assert driver_on.cooling_fault == ""
+        rig.module.measure(4095, 0)  # type: ignore[attr-defined]
         rig.until(lambda: self.turn(driver_on), lambda: driver_on.cut_out)
         assert math.isnan(driver_on.plate_c)
         assert driver_on.sensor_fault == "open circuit"
+        assert driver_on.cooling_fault == "the hot side's thermistor: short circuit"
 
 
 class TestTextureTcp(Texture, TcpContract): ...

@@ -356,6 +356,27 @@ def test_reading_that_stands_still_where_it_is_hot_is_a_fault():
     assert [rig.step(plate_measured_c=39.5) for _ in range(600)][-1].fault is None
 
 
+def test_reading_that_stands_still_under_an_even_drive_is_a_fault_where_it_heats():
+    for drive, found in ((0.3, True), (-0.3, False), (0.0, False)):
+        rig = Rig(WIDE)
+        for tick in range(1500):
+            assert rig.step(plate_measured_c=36.0 + 0.02 * (tick // 5 % 2), peltier_drive=drive).fault is None
+        outs = [rig.step(plate_measured_c=36.0, peltier_drive=drive) for _ in range(2000)]
+        assert outs[1000].fault is None
+        assert ("stands still although heated" in str(outs[-1].fault)) == found
+
+
+@pytest.mark.parametrize("drive", [0.7, -0.85])
+def test_plate_that_runs_away_from_an_even_drive_moves_against_it(drive):
+    rig, way = Rig(WIDE), -math.copysign(3.0 * DT, drive)
+    for tick in range(2500):  # it holds, with the noise of a count
+        reading_c, asked = 30.0 + 0.02 * (tick // 5 % 2), drive * min(1.0, tick / 2000)
+        assert rig.step(plate_measured_c=reading_c, peltier_drive=asked).fault is None
+    outs = [rig.step(plate_measured_c=30.0 + way * tick, peltier_drive=drive) for tick in range(500)]
+    assert "moves against the drive" in str(outs[-1].fault)
+    assert outs[-1].peltier_drive == [0.0] * 5
+
+
 numbers = st.one_of(
     st.floats(allow_nan=True, allow_infinity=True),
     st.floats(-5.0, 50.0),

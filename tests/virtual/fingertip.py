@@ -59,11 +59,6 @@ class Fingertip:
         """The plate's true temperature, C."""
         return float(self.simulation.plates.plate_c[_INDEX])
 
-    @property
-    def hot_side_c(self) -> float:
-        """The hot side's true temperature, C."""
-        return float(self.simulation.plates.hot_side_c[_INDEX])
-
     def run(self, goal_c: float, seconds: float, tick_s: float = TICK_S) -> None:
         """Let time pass while a plate temperature is wanted, with the motor running; coarsely if time is long."""
         with pytest.MonkeyPatch.context() as patch:
