@@ -21,7 +21,7 @@ PERSIST_S = 0.05
 AGAINST_S = 0.5
 AGAINST_K = 1.0
 """Within about so long the plate was driven by so much one way, and went as far the other. Normal use, with a reading
-0.1 s late and 0.1 K of noise, makes 0.6 K of both at once: a plate that turns, or that its finger warms."""
+0.1 s late and 0.1 K of noise, makes 0.63 K of both at once: a plate that turns, or that its finger warms."""
 STILL_K = 0.01
 """Less than half a count: a reading that does not move by more is the same reading."""
 STILL_S = 0.5
