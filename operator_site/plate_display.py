@@ -61,7 +61,7 @@ class PlateDisplay:
         return self.set_c
 
     def load_w_m2(self) -> Floats:
-        """What fingers take from their plates (n,), W/m2: the scene's flux, or what is left of it within their range."""
+        """What fingers take from their plates (n,), W/m2: the scene's flux, as far as the plates' range allows it."""
         possible = (self._wanted_c - self._surface_c) / PLATE_CONTACT_M2K_W
         return np.asarray(np.clip(possible, np.minimum(self._flux_w_m2, 0.0), np.maximum(self._flux_w_m2, 0.0)))
 

@@ -45,18 +45,8 @@ def touch(material: str, *, pressed: bool) -> Touch:
     return Touch(7, 1 + pressed, 1, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), ("",) * N, ())
 
 
-OVERSHOOTS = pytest.mark.xfail(reason="on hot copper the plate's loop goes 0.1 K above the fault limit", strict=True)
-
-
-@pytest.mark.parametrize(
-    ("profile", "material"),
-    [
-        ("comfort", "copper"),
-        ("comfort", "aluminium"),
-        ("wide", "aluminium"),
-        pytest.param("wide", "copper", marks=OVERSHOOTS),
-    ],
-)
+@pytest.mark.parametrize("material", list(OBJECTS_C))
+@pytest.mark.parametrize("profile", ["comfort", "wide"])
 @pytest.mark.parametrize("dwell_s", [0.4, 3.0, 10.0])
 def test_no_touch_makes_a_sound_plate_faulty(profile: str, material: str, dwell_s: float) -> None:
     rendering, plates = Rendering(RenderingConfig(profile=profile), GAP_S), FingerPlates(N, 0, NOISE_K)  # type: ignore[arg-type]
