@@ -14,7 +14,7 @@ from common.serial_messages import (
     TactTipCommand,
     TactTipState,
 )
-from operator_site.hot_side import hot_side_fault
+from operator_site.hot_side import HotSide
 from operator_site.motor_drive import MotorDrive
 from operator_site.ntc import PlateSensor
 
@@ -41,7 +41,7 @@ class TactTip:
         """What the module does that it was not told; empty when nothing."""
         self.applied = (0, 0)
         """What the module reported last that motor (mV) and Peltiers (thousandths) get."""
-        self._sensor = PlateSensor()
+        self._sensor, self._hot_side = PlateSensor(), HotSide()
         self._motor, self._peltier = DriveObeys("the motor"), DriveObeys("the Peltier element")
         self._motor_drive = MotorDrive()
         self._turning = False
@@ -60,7 +60,7 @@ class TactTip:
                 continue
             reading = self._sensor.step(t_s, state.plate_counts)
             self.plate_c, self.sensor_fault = reading.plate_c, reading.fault or ""
-            self.cooling_fault = hot_side_fault(state.hot_side_counts)
+            self.cooling_fault = self._hot_side.step(t_s, state.hot_side_counts)
             self.cut_out = bool(state.flags & DeviceFlag.THERMAL_CUT_OUT)
             self.applied = (state.motor_mv, state.peltier_permille)
             motor, peltier = (

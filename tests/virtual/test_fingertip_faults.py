@@ -81,13 +81,16 @@ def test_a_module_that_is_not_heard_drives_nothing_and_is_missing(fault: str, st
         assert_not_burnt(tip)
 
 
-def test_cooling_without_water_is_found_by_its_hot_side_before_that_can_heat_the_finger() -> None:
+def test_cooling_without_water_is_found_by_its_hot_side_long_before_that_can_heat_the_finger() -> None:
     with fingertip() as tip:
+        tip.run(33.0, 2.0)
+        began_s = tip.time_s
         tip.simulation.faults.apply("water index")
-        tip.run(15.0, 600.0, COARSE_TICK_S)
+        tip.run(15.0, 60.0, COARSE_TICK_S)
         assert tip.fault is not None
         latched_s, words = tip.fault
-        assert words == "index: the cooling water is lost: hot side at 30 C"
+        assert words.startswith("index: the cooling water is lost: hot side at 2")
+        assert latched_s - began_s <= 20.0
         assert tip.driven_s - latched_s <= THERMAL_SAFE_S + COARSE_TICK_S
         assert_not_burnt(tip)
 
