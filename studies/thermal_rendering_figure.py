@@ -164,7 +164,7 @@ def _draw_loop(axes: Axes, rows: list[dict[str, Any]]) -> None:
     axes.set_ylabel("worst of all touches / allowed")
     count = len({(row["object"], row["object_c"]) for row in rows})
     axes.set_title(f"The whole loop, {count} touches", loc="left")
-    axes.legend(fontsize=8.5, loc="upper left", bbox_to_anchor=(0.0, 0.8))
+    axes.legend(fontsize=8.5, loc="center left", bbox_to_anchor=(0.0, 0.62))
 
 
 def _draw_inverse(axes: Axes, rows: list[dict[str, Any]]) -> None:
