@@ -36,8 +36,13 @@ def configs(tmp_path: Path) -> dict[str, Path]:
 
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Commands wait as short a time as does for what answers at once, or never."""
+    """Commands wait a short time for an answer: there will be none."""
     monkeypatch.setattr(common.desk, "_PATIENCE_S", 0.3)
+
+
+@pytest.fixture
+def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Commands wait a short time for what comes of them: nothing will. Their answer may take as long as it takes."""
     monkeypatch.setattr(common.desk, "_OUTCOME_S", 0.3)
 
 
@@ -174,7 +179,7 @@ def test_an_emergency_stop_that_is_not_confirmed_is_a_failure(site: Site, config
 
 
 def test_a_site_that_never_says_how_a_stop_went_has_not_confirmed_it(
-    site: Site, configs: dict[str, Path], impatient: None
+    site: Site, configs: dict[str, Path], hasty: None
 ) -> None:
     code, out, _ = command("session", "estop", "--config", configs["operator"]).said
     assert (code, out) == (1, "stopped, but not confirmed: the site says nothing of it\n")
@@ -217,7 +222,7 @@ def test_why_the_far_site_does_not_clear_is_said(site: Site, configs: dict[str, 
     ],
 )
 def test_a_fault_that_comes_back_at_once_is_said(
-    state: dict[str, str], words: str, site: Site, configs: dict[str, Path], impatient: None
+    state: dict[str, str], words: str, site: Site, configs: dict[str, Path], hasty: None
 ) -> None:
     site.state |= state
     assert one_line(command("session", "clear", "--config", configs["operator"]), 1) == f"teletaction: clear: {words}"
