@@ -186,15 +186,24 @@ class HeaterCommand:
 
 
 MOTOR_MAX_MV = 3000
+MOTOR_PULSE_MAX_US = 50_000
 
 
 @dataclass(frozen=True, slots=True)
 class TactTipCommand:
-    """Drives of one fingertip module: motor voltage 0..3000 mV, Peltier -1000..1000 thousandths."""
+    """Drives of one fingertip module: motor voltage 0..3000 mV, Peltier -1000..1000 thousandths.
+
+    `pulse_mv`, 0..3000 mV, is at the motor for `pulse_us`, 0..50 000 us, before `motor_mv` is. The module times it from
+    the first command with this `pulse_number` (0..255) on: a host whose next command comes late neither prolongs nor
+    repeats it. A command without a pulse (0 us) ends it.
+    """
 
     motor_mv: int
     peltier_permille: int
-    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<Hh")
+    pulse_mv: int = 0
+    pulse_us: int = 0
+    pulse_number: int = 0
+    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<HhHHB")
 
     def encode(self) -> bytes:
         """Payload bytes.
@@ -202,17 +211,24 @@ class TactTipCommand:
         Raises:
             ValueError: a drive is out of its range.
         """
-        _check_motor(self.motor_mv)
-        _check_drive(self.peltier_permille)
-        return self.LAYOUT.pack(self.motor_mv, self.peltier_permille)
+        self._check(ValueError)
+        return self.LAYOUT.pack(
+            self.motor_mv, self.peltier_permille, self.pulse_mv, self.pulse_us, self.pulse_number & 0xFF
+        )
 
     @classmethod
     def decode(cls, payload: bytes) -> "TactTipCommand":
         """Check and unpack; raises BadPayload on a wrong length or a drive out of range."""
-        motor, peltier = (int(v) for v in _unpack(cls.LAYOUT, payload, "TactTip command"))
-        _check_motor(motor, BadPayload)
-        _check_drive(peltier, BadPayload)
-        return cls(motor, peltier)
+        command = cls(*(int(v) for v in _unpack(cls.LAYOUT, payload, "TactTip command")))
+        command._check(BadPayload)
+        return command
+
+    def _check(self, error: type[ValueError]) -> None:
+        _check_motor(self.motor_mv, error)
+        _check_drive(self.peltier_permille, error)
+        _check_motor(self.pulse_mv, error)
+        if not 0 <= self.pulse_us <= MOTOR_PULSE_MAX_US:
+            raise error(f"motor pulse of {self.pulse_us} us is outside 0..{MOTOR_PULSE_MAX_US}")
 
 
 @dataclass(frozen=True, slots=True)

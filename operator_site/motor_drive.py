@@ -7,23 +7,37 @@ how fast it turns by now, and so how much more, or less, brings it to its speed 
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from common.limits import MODULE_TIMEOUT_S, MOTOR_MAX_RPM
+from common.serial_messages import MOTOR_MAX_MV, MOTOR_PULSE_MAX_US
 
 RPM_TO_RAD_S = math.pi / 30.0
-DEVICE_MAX_MV = 3000
-"""Largest voltage that the module's command can carry, mV: twice what holds the largest speed. The driver is a single
-transistor: it cannot turn the voltage round, and brakes by shorting the motor."""
-CORRECTION_S = 0.006
-"""What the speed lacks is made up in this time: one command and a half, so that a motor not quite as told settles."""
 CLOSE = 0.04
-"""A speed is corrected to within this part of its goal; the rest it goes by itself. A command that the line delays by a
-millisecond brings it no further than the goal then."""
+"""A speed is corrected to within this part of its goal; the rest it goes by itself, so that a motor not quite as told
+comes no further than the goal."""
 JUMP = 0.1
 JUMP_RAD_S = 30.0
 """A wanted speed that rises by this part and this much at once is an impulse: its peak is to be felt."""
 PEAK_S = 0.05
 """For so long an impulse's peak is still gone for although the wanted speed falls: from rest to full speed and more."""
+
+
+FULL_V = 1e-3 * MOTOR_MAX_MV
+"""Twice what holds the largest speed. The driver is a single transistor: it cannot turn the voltage round, and brakes
+by shorting the motor."""
+
+
+class MotorVoltage(NamedTuple):
+    """What a module is told for its motor: once for each number `pulse_mv` for `pulse_us`, then `hold_mv`."""
+
+    hold_mv: int
+    pulse_mv: int = 0
+    pulse_us: int = 0
+    pulse_number: int = 0
+
+
+OFF = MotorVoltage(0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,10 +73,15 @@ class Motor:
         final = (volts - self.start_v) / self._slope_v_s
         return max(0.0, final + (from_rad_s - final) * math.exp(-after_s / self.time_constant_s))
 
-    def rise_s(self, omega_rad_s: float, volts: float = 1e-3 * DEVICE_MAX_MV) -> float:
-        """Time from rest to a speed at a voltage, s; infinite where it never gets there."""
+    def takes_s(self, from_rad_s: float, to_rad_s: float, volts: float) -> float:
+        """Time from one speed to another at a voltage, s; infinite where it never gets there."""
         final = (volts - self.start_v) / self._slope_v_s
-        return -self.time_constant_s * math.log(1.0 - omega_rad_s / final) if omega_rad_s < final else math.inf
+        share = (to_rad_s - final) / (from_rad_s - final) if from_rad_s != final else math.inf
+        return -self.time_constant_s * math.log(share) if 0.0 < share <= 1.0 else math.inf
+
+    def rise_s(self, omega_rad_s: float) -> float:
+        """Least time from rest to a speed, s."""
+        return self.takes_s(0.0, omega_rad_s, FULL_V)
 
 
 MOTOR = Motor()
@@ -86,37 +105,50 @@ class MotorDrive:
     def __init__(self, motor: Motor = MOTOR) -> None:
         self._motor = motor
         self._t_s = -math.inf
-        self._volts = 0.0
+        self._told = OFF
+        self._pulse_until_s = -math.inf
+        self._pulse_to = 0.0
+        self._pulse_number = 0
         self._wanted = 0.0
         self._peak = 0.0
         self._peak_until_s = -math.inf
         self.speed_rad_s = 0.0
 
-    def step(self, t_s: float, rpm: float) -> int:
-        """Voltage from `t_s` on for a wanted speed, mV; no speed, or one that is no number, is no voltage."""
-        since_s, self._t_s = t_s - self._t_s, t_s
-        if 0.0 <= since_s <= MODULE_TIMEOUT_S:
-            self.speed_rad_s = self._motor.speed_rad_s(self.speed_rad_s, self._volts, since_s)
-        else:
-            self.speed_rad_s = 0.0  # the module has switched its motor off by itself
+    def step(self, t_s: float, rpm: float) -> MotorVoltage:
+        """What to tell the module at `t_s` for a wanted speed; no speed, or one that is no number, is no voltage."""
+        self._advance(t_s)
         wanted = _omega(rpm)
         if wanted - self._wanted > max(JUMP_RAD_S, JUMP * self._wanted):
             self._peak, self._peak_until_s = wanted, t_s + PEAK_S
         self._wanted = wanted
         if wanted == 0.0 or self.speed_rad_s >= (1.0 - 1.5 * CLOSE) * self._peak or not t_s <= self._peak_until_s:
             self._peak = 0.0
-        millivolts = self._drive(max(wanted, self._peak))
-        self._volts = 1e-3 * millivolts
-        return millivolts
+        self._told = self._drive(t_s, max(wanted, self._peak))
+        return self._told
 
-    def _drive(self, goal: float) -> int:
-        """Voltage that brings the motor to a speed and holds it there."""
-        if goal == 0.0:
-            return 0
-        motor, speed = self._motor, self.speed_rad_s
-        lacking = min(max(speed, (1.0 - CLOSE) * goal), (1.0 + CLOSE) * goal) - speed
-        correction = lacking / CORRECTION_S * motor.inertia_kg_m2 * motor.resistance_ohm / motor.emf_v_s
-        return _millivolts(motor.voltage_v(goal) + correction)
+    def _advance(self, t_s: float) -> None:
+        since_s, before_s, self._t_s = t_s - self._t_s, self._t_s, t_s
+        if not 0.0 <= since_s <= MODULE_TIMEOUT_S:
+            self.speed_rad_s = 0.0  # the module has switched its motor off by itself
+            return
+        pulse_s = min(since_s, max(0.0, self._pulse_until_s - before_s))
+        speed = self._motor.speed_rad_s(self.speed_rad_s, 1e-3 * self._told.pulse_mv, pulse_s)
+        self.speed_rad_s = self._motor.speed_rad_s(speed, 1e-3 * self._told.hold_mv, since_s - pulse_s)
+
+    def _drive(self, t_s: float, goal: float) -> MotorVoltage:
+        """Voltages that bring the motor to a speed as fast as may be, and hold it there."""
+        low, high = (1.0 - CLOSE) * goal, (1.0 + CLOSE) * goal
+        hold_mv = _millivolts(self._motor.voltage_v(goal))
+        if t_s < self._pulse_until_s and 0.0 < low <= self._pulse_to <= high:
+            return self._told._replace(hold_mv=hold_mv)
+        self._pulse_until_s = t_s
+        if goal == 0.0 or low <= self.speed_rad_s <= high:
+            return MotorVoltage(hold_mv)
+        pulse_mv, self._pulse_to = (MOTOR_MAX_MV, low) if self.speed_rad_s < low else (0, high)
+        pulse_s = self._motor.takes_s(self.speed_rad_s, self._pulse_to, 1e-3 * pulse_mv)
+        pulse_us = min(MOTOR_PULSE_MAX_US, round(1e6 * pulse_s))
+        self._pulse_until_s, self._pulse_number = t_s + 1e-6 * pulse_us, (self._pulse_number + 1) & 0xFF
+        return MotorVoltage(hold_mv, pulse_mv, pulse_us, self._pulse_number)
 
 
 def _omega(rpm: float) -> float:
@@ -124,4 +156,4 @@ def _omega(rpm: float) -> float:
 
 
 def _millivolts(volts: float) -> int:
-    return min(DEVICE_MAX_MV, max(0, round(1000.0 * volts)))
+    return min(MOTOR_MAX_MV, max(0, round(1000.0 * volts)))

@@ -45,7 +45,7 @@ class TactTip:
         self._motor, self._peltier = DriveObeys("the motor"), DriveObeys("the Peltier element")
         self._motor_drive = MotorDrive()
         self._turning = False
-        self._sent = (0, 0)
+        self._sent = TactTipCommand(0, 0)
         self._sent_s = _NEVER
 
     def read(self, t_s: float) -> None:
@@ -84,9 +84,12 @@ class TactTip:
         since_s, switches = t_s - self._sent_s, (motor_rpm > 0.0) != self._turning
         if not switches and since_s < _LEAST_INTERVAL_S:
             return
-        wanted = (self._motor_drive.step(t_s, motor_rpm), round(peltier_drive * DRIVE_FULL))
-        if switches or since_s >= COMMAND_REFRESH_S or wanted != self._sent:
-            self.line.send(MessageId.TACTTIP_COMMAND, TactTipCommand(*wanted).encode())
-            self._sent, self._sent_s, self._turning = wanted, t_s, motor_rpm > 0.0
-            self._motor.told(t_s, wanted[0])
-            self._peltier.told(t_s, wanted[1])
+        motor = self._motor_drive.step(t_s, motor_rpm)
+        command = TactTipCommand(motor.hold_mv, round(peltier_drive * DRIVE_FULL), *motor[1:])
+        if switches or since_s >= COMMAND_REFRESH_S or command != self._sent:
+            self.line.send(MessageId.TACTTIP_COMMAND, command.encode())
+            self._sent, self._sent_s, self._turning = command, t_s, motor_rpm > 0.0
+            self._motor.told(t_s, command.motor_mv)
+            if command.pulse_us:
+                self._motor.told(t_s, command.pulse_mv)
+            self._peltier.told(t_s, command.peltier_permille)

@@ -81,7 +81,7 @@ class OperatorDevices:
         self.bus.pump(now_s)
         for finger, module in self.modules.items():
             index = module.identity.finger
-            self._volts[index] = module.motor_v
+            self._volts[index] = module.motor_v(now_s - STEP_S, now_s)
             self._drive[index] = module.peltier_drive
             self.servers[finger].pump(now_s)
             for moment_s, motor_mv in module.take_motor_switches():

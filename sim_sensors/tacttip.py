@@ -32,7 +32,7 @@ class TactTip(SerialModule):
     """Emulated module of one operator finger.
 
     Attributes:
-        motor_mv: voltage at the motor, 0..3000 mV.
+        motor_mv: voltage at the motor now, 0..3000 mV.
         peltier_permille: what the Peltiers are driven with, signed thousandths of full drive.
         stuck_permille: a fault of the command path: this drive is asked for, whatever is commanded, time-out
             included; only the cut-out behind it still acts. In force from the next measurement; None: sound.
@@ -48,14 +48,17 @@ class TactTip(SerialModule):
         self._plate_counts = self._hot_side_counts = ntc_counts(25.0)
         self._cut_out.measure(25.0)
         self._motor_switched: list[tuple[float, int]] = []
+        self._motor_mv = self._pulse_mv = 0
+        self._pulse_until_s = -math.inf
+        self._pulse_number = 0
         self.motor_mv = 0
         self.peltier_permille = 0
         self.stuck_permille: int | None = None
 
-    @property
-    def motor_v(self) -> float:
-        """Voltage at the motor, V."""
-        return self.motor_mv * 1e-3
+    def motor_v(self, from_s: float, to_s: float) -> float:
+        """Mean voltage at the motor between two moments after the last command, V."""
+        share = min(1.0, max(0.0, (self._pulse_until_s - from_s) / (to_s - from_s)))
+        return 1e-3 * (share * self._pulse_mv + (1.0 - share) * self._motor_mv)
 
     @property
     def peltier_drive(self) -> float:
@@ -87,14 +90,17 @@ class TactTip(SerialModule):
         command = TactTipCommand.decode(frame.payload)
         self._watchdog.obeyed(now_s)
         self._drive_motor(command.motor_mv, now_s)
+        self._pulse(command, now_s)
         self._asked_permille = command.peltier_permille
         self._limit()
 
     def _run(self, now_s: float) -> None:
         if self._watchdog.expires(now_s):
             self._drive_motor(0, self._watchdog.limit_s)
+            self._pulse_until_s = min(self._pulse_until_s, self._watchdog.limit_s)
             self._asked_permille = 0
             self._limit()
+        self._turn(now_s)
         if self._reports.due(now_s):
             measured = (self._plate_counts, self._hot_side_counts)
             applied = (self.motor_mv, self.peltier_permille)
@@ -102,9 +108,21 @@ class TactTip(SerialModule):
             self._say(MessageId.TACTTIP_STATE, state.encode())
 
     def _drive_motor(self, motor_mv: int, now_s: float) -> None:
-        if bool(motor_mv) != bool(self.motor_mv):
+        if bool(motor_mv) != bool(self._motor_mv):
             self._motor_switched.append((now_s, motor_mv))
-        self.motor_mv = motor_mv
+        self._motor_mv = motor_mv
+
+    def _pulse(self, command: TactTipCommand, now_s: float) -> None:
+        """Begin a pulse of a number that is new; one that is under way goes on unless the command has none."""
+        if not command.pulse_us:
+            self._pulse_until_s = now_s
+        elif command.pulse_number != self._pulse_number:
+            self._pulse_mv, self._pulse_until_s = command.pulse_mv, now_s + 1e-6 * command.pulse_us
+        self._pulse_number = command.pulse_number
+        self._turn(now_s)
+
+    def _turn(self, now_s: float) -> None:
+        self.motor_mv = self._pulse_mv if now_s < self._pulse_until_s else self._motor_mv
 
     def _limit(self) -> None:
         asked = self._asked_permille if self.stuck_permille is None else self.stuck_permille

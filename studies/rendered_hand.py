@@ -7,9 +7,10 @@ import numpy as np
 
 from common.config import RenderingConfig
 from common.fingers import FINGERS
+from common.framing import encode_frame
 from common.limits import GAP_S
 from common.messages import Touch
-from common.serial_messages import DRIVE_FULL
+from common.serial_messages import DRIVE_FULL, MessageId, TactTipCommand
 from operator_site.gate import GatedOutput
 from operator_site.motor_drive import MotorDrive
 from operator_site.ntc import PlateSensor
@@ -17,7 +18,7 @@ from operator_site.rendering import Rendering
 from operator_site.rendering_input import RenderingInput
 from sim_sensors.finger_plate import FingerPlates
 from sim_sensors.motor import VibrationMotors
-from sim_sensors.tacttip import ntc_counts
+from sim_sensors.tacttip import TactTip, ntc_counts
 
 SESSION = 1
 TICK_S = 0.002
@@ -68,7 +69,7 @@ class RenderedHand:
         self._plate_c = (math.nan,) * len(FINGERS)
         self._read_s = self._told_s = -math.inf
         self._drives = [MotorDrive() for _ in FINGERS]
-        self._volts, self._heat = np.zeros(len(FINGERS)), np.zeros(len(FINGERS))
+        self._modules = [TactTip(finger) for finger in range(len(FINGERS))]
 
     def step(self, touch: Touch | None, x_m: float, z_m: float) -> GatedOutput:
         """Let a tick pass with the newest touch packet, None before the first; the hand is at x, its fingertips at z.
@@ -99,15 +100,23 @@ class RenderedHand:
             raise RuntimeError(f"the gate stopped the study: {output.fault}")
         if self.time_s - self._told_s >= COMMAND_S - _ROUNDING_S:
             self._told_s = self.time_s
-            speeds = zip(self._drives, output.motor_rpm, strict=True)
-            self._volts = np.array([1e-3 * drive.step(self.time_s, rpm) for drive, rpm in speeds])
-            self._heat = np.round(np.array(output.peltier_drive) * DRIVE_FULL) / DRIVE_FULL
-        for _ in range(self._parts):
-            self.plates.step(self._tick_s / self._parts, self._heat)
-            self.motors.step(self._tick_s / self._parts, self._volts)
+            self._tell(output)
+        drive, part_s = np.array([module.peltier_drive for module in self._modules]), self._tick_s / self._parts
+        for part in range(self._parts):
+            now_s = self.time_s + part * part_s
+            self.plates.step(part_s, drive)
+            self.motors.step(part_s, np.array([module.motor_v(now_s, now_s + part_s) for module in self._modules]))
         self.time_s += self._tick_s
         self.output = output
         return output
+
+    def _tell(self, output: GatedOutput) -> None:
+        """Command the modules."""
+        wanted = zip(self._modules, self._drives, output.motor_rpm, output.peltier_drive, strict=True)
+        for module, drive, rpm, heat in wanted:
+            motor = drive.step(self.time_s, rpm)
+            command = TactTipCommand(motor.hold_mv, round(heat * DRIVE_FULL), *motor[1:])
+            module.feed(encode_frame(MessageId.TACTTIP_COMMAND, 0, command.encode()), self.time_s)
 
     def _read(self) -> None:
         """Take what the plates' sensors said some time ago."""

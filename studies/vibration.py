@@ -5,6 +5,7 @@ taken as the square of the motor's speed. The limit is a drive that knows the mo
 """
 
 import math
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -12,12 +13,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from common.framing import encode_frame
 from common.limits import MOTOR_MAX_RPM
 from common.messages import Event, EventKind, ExplorationMode
+from common.serial_messages import MessageId, TactTipCommand
 from operator_site.felt_speed import SHOWN, FeltSpeed
-from operator_site.motor_drive import DEVICE_MAX_MV, MOTOR, RPM_TO_RAD_S, MotorDrive, motor_mv
+from operator_site.motor_drive import FULL_V, MOTOR, RPM_TO_RAD_S, MotorDrive, MotorVoltage, motor_mv
 from operator_site.vibration import FingerVibration, Surface
 from sim_sensors.motor import VibrationMotors
+from sim_sensors.tacttip import TactTip
 from studies.registry import Tell
 from studies.vibration_figure import plot
 
@@ -94,15 +98,25 @@ def _tapped(attack_rpm: float, known: bool = False) -> Floats:
     return np.array(asked)
 
 
-def _commanded(asked_rpm: Floats, command: Callable[[float, float], int]) -> Floats:
-    """Voltage at the motor at each tick, V: at most one command in COMMAND_TICKS, but on and off at once."""
-    line, volts, millivolts, sent, on = [0] * LINE_TICKS, [], 0, -COMMAND_TICKS, False
+def _commanded(asked_rpm: Floats, command: Callable[[float, float], MotorVoltage]) -> Floats:
+    """Mean voltage at the motor in each tick, V: at most one command in COMMAND_TICKS, but on and off at once."""
+    module, volts, sent, on = TactTip(0), [], -COMMAND_TICKS, False
+    line = deque([b""] * LINE_TICKS)
     for tick, rpm in enumerate(asked_rpm.tolist()):
+        frame, now_s = b"", tick * TICK_S
         if tick - sent >= COMMAND_TICKS or (rpm > 0.0) != on:
-            millivolts, sent, on = command(tick * TICK_S, rpm), tick, rpm > 0.0
-        line.append(millivolts)
-        volts.append(1e-3 * line.pop(0))
+            told, sent, on = command(now_s, rpm), tick, rpm > 0.0
+            payload = TactTipCommand(told.hold_mv, 0, *told[1:]).encode()
+            frame = encode_frame(MessageId.TACTTIP_COMMAND, tick & 0xFF, payload)
+        line.append(frame)
+        module.feed(line.popleft(), now_s)
+        volts.append(module.motor_v(now_s, now_s + TICK_S))
     return np.array(volts)
+
+
+def _held(_: float, rpm: float) -> MotorVoltage:
+    """The voltage that holds a speed, and nothing else."""
+    return MotorVoltage(motor_mv(rpm))
 
 
 def _turning(volts: Floats) -> Floats:
@@ -125,7 +139,7 @@ def _at_most(attack_rpm: float) -> Floats:
         # Full on for as much of the step as brings it there: the rest of the step costs nothing.
         needed = MOTOR.rise_s(wanted * RPM_TO_RAD_S) - MOTOR.rise_s(float(motor.rpm[0]) * RPM_TO_RAD_S)
         share = min(1.0, max(0.0, needed / (TICK_S / part)))
-        motor.step(share * TICK_S / part + 1e-9, np.array([1e-3 * DEVICE_MAX_MV]))
+        motor.step(share * TICK_S / part + 1e-9, np.array([FULL_V]))
         motor.step((1.0 - share) * TICK_S / part + 1e-9, np.array([MOTOR.voltage_v(wanted * RPM_TO_RAD_S)]))
         if reached is None and wanted and motor.rpm[0] >= 0.99 * attack_rpm:
             reached = t_s
@@ -138,7 +152,7 @@ def _ways(attack_rpm: float) -> dict[str, tuple[Floats, Floats]]:
     """Asked and turned speeds of each way to show a tap, rpm."""
     asked, early = _tapped(attack_rpm), _tapped(attack_rpm, known=True)
     return {
-        ALONE: (asked, _turning(_commanded(asked, lambda _, rpm: motor_mv(rpm)))),
+        ALONE: (asked, _turning(_commanded(asked, _held))),
         COMPENSATED: (asked, _turning(_commanded(asked, MotorDrive().step))),
         EARLY: (early, _turning(_commanded(early, MotorDrive().step))),
         LIMIT: (asked, _at_most(attack_rpm)),
@@ -181,7 +195,7 @@ def _impulses(rates_hz: Sequence[float]) -> Iterator[dict[str, Any]]:
             plain.append(min(MOTOR_MAX_RPM, (bias + GROOVE_RAD_S * left) / RPM_TO_RAD_S))
         shown = {
             "asked": np.array(plain),
-            ALONE: _turning(_commanded(np.array(plain), lambda _, rpm: motor_mv(rpm))),
+            ALONE: _turning(_commanded(np.array(plain), _held)),
             COMPENSATED: _turning(_commanded(np.array(plain), MotorDrive().step)),
             "rendered": _turning(_commanded(np.array(folding), MotorDrive().step)),
         }

@@ -55,7 +55,7 @@ SERIAL: dict[str, tuple[MessageId, int, Any]] = {
         ThermalReading(1_000_000, 2210, 1610, 0, -250),
     ),
     "heater_command": (MessageId.HEATER_COMMAND, 1, HeaterCommand(-250)),
-    "tacttip_command": (MessageId.TACTTIP_COMMAND, 2, TactTipCommand(1410, -500)),
+    "tacttip_command": (MessageId.TACTTIP_COMMAND, 2, TactTipCommand(1410, -500, 3000, 24_600, 5)),
     "tacttip_state": (
         MessageId.TACTTIP_STATE,
         255,

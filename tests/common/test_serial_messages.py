@@ -16,7 +16,7 @@ from common.serial_messages import (
 )
 
 KINDS: list[Any] = [Identity, TextureSamples, ThermalReading, HeaterCommand, TactTipCommand, TactTipState]
-LENGTHS = {Identity: 22, ThermalReading: 11, HeaterCommand: 2, TactTipCommand: 4, TactTipState: 13}
+LENGTHS = {Identity: 22, ThermalReading: 11, HeaterCommand: 2, TactTipCommand: 9, TactTipState: 13}
 OFF: dict[Any, tuple[int, ...]] = {ThermalReading: (0,), TactTipState: (0, 0)}
 """The drives that a report ends with."""
 drive = st.integers(-1000, 1000)
@@ -46,9 +46,9 @@ def test_heater_commands_come_back(permille: int) -> None:
     assert HeaterCommand.decode(HeaterCommand(permille).encode()).drive_permille == permille
 
 
-@given(st.integers(0, 3000), drive)
-def test_tacttip_commands_come_back(motor_mv: int, permille: int) -> None:
-    command = TactTipCommand(motor_mv, permille)
+@given(st.integers(0, 3000), drive, st.integers(0, 3000), st.integers(0, 50_000), st.integers(0, 255))
+def test_tacttip_commands_come_back(motor_mv: int, permille: int, pulse_mv: int, pulse_us: int, number: int) -> None:
+    command = TactTipCommand(motor_mv, permille, pulse_mv, pulse_us, number)
     assert TactTipCommand.decode(command.encode()) == command
 
 
@@ -68,7 +68,15 @@ def test_a_report_of_a_drive_that_cannot_be_is_refused(report: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    "command", [HeaterCommand(1001), HeaterCommand(-1001), TactTipCommand(3001, 0), TactTipCommand(0, 1001)]
+    "command",
+    [
+        HeaterCommand(1001),
+        HeaterCommand(-1001),
+        TactTipCommand(3001, 0),
+        TactTipCommand(0, 1001),
+        TactTipCommand(0, 0, 3001, 1),
+        TactTipCommand(0, 0, 0, 50_001),
+    ],
 )
 def test_a_drive_beyond_full_is_neither_sent_nor_taken(command: HeaterCommand | TactTipCommand) -> None:
     with pytest.raises(ValueError, match="outside"):

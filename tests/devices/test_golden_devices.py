@@ -49,6 +49,8 @@ def test_the_emulated_thermal_sensor_reports(golden: dict[str, bytes]) -> None:
 def test_the_emulated_tacttip_obeys(golden: dict[str, bytes]) -> None:
     module = TactTip(1)
     module.feed(golden["tacttip_command"], 0.0)
+    assert (module.motor_mv, module.peltier_permille) == (3000, -500)
+    module.take_output(0.0246)
     assert (module.motor_mv, module.peltier_permille) == (1410, -500)
 
 

@@ -1,6 +1,7 @@
 """The motor's voltage: what holds a speed, and what brings the motor there in time; judged at the simulated motor."""
 
 import math
+from collections import deque
 from collections.abc import Callable
 
 import numpy as np
@@ -9,9 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import find_peaks
 
+from common.framing import encode_frame
 from common.limits import MOTOR_FLOOR_RPM, MOTOR_MAX_RPM
-from operator_site.motor_drive import DEVICE_MAX_MV, MOTOR, RPM_TO_RAD_S, Motor, MotorDrive, motor_mv
+from common.serial_messages import MOTOR_MAX_MV, MessageId, TactTipCommand
+from operator_site.motor_drive import MOTOR, RPM_TO_RAD_S, Motor, MotorDrive, MotorVoltage, motor_mv
 from sim_sensors.motor import VibrationMotors
+from sim_sensors.tacttip import TactTip
 
 TICK_S = 0.002
 ON_THE_WAY = 1
@@ -21,16 +25,17 @@ WITHIN = 0.2
 
 
 def driven(wanted_rpm: Callable[[float], float], seconds: float = 0.4, compensated: bool = True) -> np.ndarray:
-    """Time, s, and speed, rpm, of the simulated motor, commanded every 4 ms."""
-    motor, drive, line = VibrationMotors(1), MotorDrive(), [0] * ON_THE_WAY
-    millivolts, seen = 0, []
+    """Time, s, and speed, rpm, of the simulated motor behind its module, commanded every 4 ms."""
+    motor, drive, module = VibrationMotors(1), MotorDrive(), TactTip(0)
+    line, seen = deque([b""] * ON_THE_WAY), []
     for tick in range(round(seconds / TICK_S)):
-        t_s = tick * TICK_S
+        t_s, frame = tick * TICK_S, b""
         if tick % 2 == 0:
-            rpm = wanted_rpm(t_s)
-            millivolts = drive.step(t_s, rpm) if compensated else motor_mv(rpm)
-        line.append(millivolts)
-        motor.step(TICK_S, np.array([1e-3 * line.pop(0)]))
+            told = drive.step(t_s, wanted_rpm(t_s)) if compensated else MotorVoltage(motor_mv(wanted_rpm(t_s)))
+            frame = encode_frame(MessageId.TACTTIP_COMMAND, 0, TactTipCommand(told.hold_mv, 0, *told[1:]).encode())
+        line.append(frame)
+        module.feed(line.popleft(), t_s)
+        motor.step(TICK_S, np.array([module.motor_v(t_s, t_s + TICK_S)]))
         seen.append((t_s + TICK_S, float(motor.rpm[0])))
     return np.array(seen)
 
@@ -87,8 +92,25 @@ def test_impulses_are_separate_peaks_of_speed(rate_hz: float) -> None:
 def test_an_even_speed_is_held_with_an_even_voltage() -> None:
     drive = MotorDrive()
     sent = [drive.step(0.004 * n, 5000.0) for n in range(100)]
-    assert sent[0] == DEVICE_MAX_MV
-    assert set(sent[20:]) == {motor_mv(5000.0)}
+    assert sent[0].pulse_mv == MOTOR_MAX_MV
+    assert {told.pulse_number for told in sent[:3]} == {sent[0].pulse_number}
+    assert set(sent[20:]) == {MotorVoltage(motor_mv(5000.0))}
+
+
+@pytest.mark.parametrize("late_s", [0.004, 0.02, 0.05, 0.09])
+def test_a_host_that_stands_still_in_a_pulse_neither_prolongs_nor_repeats_it(late_s: float) -> None:
+    """The module times the pulse: a motor does not run away because the next command is late."""
+    motor, drive, module, fastest = VibrationMotors(1), MotorDrive(), TactTip(0), 0.0
+    command_s = [0.0, 0.004, 0.004 + late_s, *(0.008 + late_s + 0.004 * n for n in range(30))]
+    for tick in range(round(0.2 / 0.001)):
+        t_s = 0.001 * tick
+        while command_s and command_s[0] <= t_s:
+            told = drive.step(command_s.pop(0), MOTOR_MAX_RPM)
+            payload = TactTipCommand(told.hold_mv, 0, *told[1:]).encode()
+            module.feed(encode_frame(MessageId.TACTTIP_COMMAND, 0, payload), t_s)
+        motor.step(0.001, np.array([module.motor_v(t_s, t_s + 0.001)]))
+        fastest = max(fastest, float(motor.rpm[0]))
+    assert 0.94 * MOTOR_MAX_RPM <= fastest <= MOTOR_MAX_RPM * 1.001
 
 
 def test_a_hand_that_trembles_makes_no_impulses() -> None:
@@ -112,15 +134,19 @@ def test_a_hand_that_trembles_makes_no_impulses() -> None:
 )
 def test_another_motor_than_told_is_neither_late_nor_wild(real: Motor) -> None:
     """A fifth more or less: within three fifths of the intensity on the way, and no worse than alone in the end."""
-    drive, speed, volts, course = MotorDrive(), 0.0, 0.0, []
-    for n in range(100):
-        volts = 1e-3 * drive.step(0.004 * n, 6000.0)
-        speed = real.speed_rad_s(speed, volts, 0.004)
+    drive, module, speed, course = MotorDrive(), TactTip(0), 0.0, []
+    for n in range(400):
+        t_s = 0.001 * n
+        if n % 4 == 0:
+            told = drive.step(t_s, 6000.0)
+            payload = TactTipCommand(told.hold_mv, 0, *told[1:]).encode()
+            module.feed(encode_frame(MessageId.TACTTIP_COMMAND, 0, payload), t_s)
+        speed = real.speed_rad_s(speed, module.motor_v(t_s, t_s + 0.001), 0.001)
         course.append(speed / RPM_TO_RAD_S)
     alone = (1e-3 * motor_mv(6000.0) - real.start_v) / (real.voltage_v(1.0) - real.start_v) / RPM_TO_RAD_S
     assert course[-1] == pytest.approx(alone, rel=0.01)
     assert max(course) < 1.25 * 6000.0
-    assert max(course[:6]) > 0.75 * 6000.0
+    assert max(course[:25]) > 0.75 * 6000.0
 
 
 @given(
@@ -137,9 +163,9 @@ def test_whatever_is_asked_for_the_voltage_can_be_sent_and_no_speed_is_no_voltag
     drive, t_s = MotorDrive(), 0.0
     for since_s, rpm in steps:
         t_s += since_s
-        millivolts = drive.step(t_s, rpm)
-        assert 0 <= millivolts <= DEVICE_MAX_MV
-        assert millivolts == 0 or rpm > 0.0
+        told = drive.step(t_s, rpm)
+        TactTipCommand(told.hold_mv, 0, *told[1:]).encode()  # raises where it cannot be
+        assert rpm > 0.0 or (told.hold_mv, told.pulse_us) == (0, 0)
         assert drive.speed_rad_s <= 1.05 * MOTOR_MAX_RPM * RPM_TO_RAD_S
 
 
@@ -149,5 +175,5 @@ def test_after_silence_the_motor_is_taken_to_stand_still() -> None:
     for n in range(50):
         drive.step(0.004 * n, 8000.0)
     assert drive.speed_rad_s > 800.0
-    assert drive.step(5.0, 8000.0) == DEVICE_MAX_MV
+    assert drive.step(5.0, 8000.0).pulse_mv == MOTOR_MAX_MV
     assert drive.speed_rad_s == 0.0

@@ -216,17 +216,42 @@ class TestTactTip(ModuleContract):
     def make(self) -> SerialModule:
         return TactTip(3)
 
-    def command(self, motor_mv: int, drive: int) -> bytes:
-        return framed(MessageId.TACTTIP_COMMAND, TactTipCommand(motor_mv, drive).encode())
+    def command(self, motor_mv: int, drive: int, *pulse: int) -> bytes:
+        return framed(MessageId.TACTTIP_COMMAND, TactTipCommand(motor_mv, drive, *pulse).encode())
 
     def test_commands_reach_motor_and_peltier(self) -> None:
         module = TactTip(0)
         module.feed(self.command(1410, -250), 0.0)
-        assert (module.motor_v, module.peltier_drive, module.flags) == (1.41, -0.25, 0)
+        assert (module.motor_v(0.0, 0.002), module.peltier_drive, module.flags) == (1.41, -0.25, 0)
+
+    def test_a_pulse_goes_before_the_voltage_and_is_timed_by_the_module(self) -> None:
+        module = TactTip(0)
+        module.feed(self.command(700, 0, 3000, 15_000, 1), 1.0)
+        assert module.motor_mv == 3000
+        module.feed(
+            self.command(600, 0, 3000, 15_000, 1), 1.01
+        )  # the same pulse: it is neither prolonged nor begun anew
+        assert [round(module.motor_v(t_s, t_s + 0.002), 6) for t_s in (1.01, 1.014, 1.016)] == [3.0, 1.8, 0.6]
+        module.take_output(1.016)
+        assert module.motor_mv == 600
+        module.feed(self.command(600, 0, 3000, 15_000, 1), 1.05)
+        assert module.motor_mv == 600
+        module.feed(self.command(600, 0, 0, 5000, 2), 1.06)  # another one, that brakes
+        assert module.motor_mv == 0
+        assert module.take_motor_switches() == [(1.0, 700)]
+
+    def test_a_command_without_a_pulse_ends_it_and_so_does_the_time_out(self) -> None:
+        module = TactTip(0)
+        module.feed(self.command(700, 0, 3000, 50_000, 1), 1.0)
+        module.feed(self.command(0, 0), 1.01)
+        assert (module.motor_mv, module.motor_v(1.01, 1.012)) == (0, 0.0)
+        module.feed(self.command(700, 0, 3000, 50_000, 2), 2.0)
+        module.take_output(2.2)
+        assert (module.motor_mv, module.motor_v(2.2, 2.202)) == (0, 0.0)
 
     def test_a_command_beyond_the_drives_is_refused_and_feeds_no_watchdog(self) -> None:
         module = TactTip(0)
-        module.feed(framed(MessageId.TACTTIP_COMMAND, bytes.fromhex("b90b0000")), 0.0)  # 3001 mV
+        module.feed(framed(MessageId.TACTTIP_COMMAND, bytes.fromhex("b90b00000000000000")), 0.0)  # 3001 mV
         assert (module.motor_mv, module.refused, module.flags) == (0, 1, DeviceFlag.COMMAND_TIMEOUT)
 
     def test_motor_and_peltier_run_out_100_ms_after_the_last_command(self) -> None:
