@@ -3,8 +3,16 @@
 import math
 from collections import deque
 
+from common.limits import GAP_S
+
 WINDOW_S = 0.020
 """The pose steps by 0.02 mm: over this window one step is 1 mm/s."""
+LEAST_S = 0.009
+"""Over less no speed is told."""
+SILENCE_S = 0.025
+SETTLE_S = 0.010
+"""Poses that were held up for longer than the first come in a heap, old ones with new times: a leap that the motor
+would show. For the second they are passed over, and the speed from before holds until new ones tell another."""
 
 
 class StrokeSpeed:
@@ -12,14 +20,29 @@ class StrokeSpeed:
 
     def __init__(self) -> None:
         self._track: deque[tuple[float, float, float]] = deque()
+        self._t_s = -math.inf
+        self._trusted_s = -math.inf
+        self._speed_m_s = 0.0
 
     def step(self, t_s: float, x_m: float, y_m: float) -> float:
-        """Take the pose at `t_s` and return the speed, m/s, >= 0; a time that does not advance starts over."""
+        """Take the pose at `t_s` and return the speed, m/s, >= 0; after GAP_S, or a time before the last, it is new."""
+        since_s = t_s - self._t_s
+        if since_s == 0.0:
+            return self._speed_m_s
+        self._t_s = t_s
+        if not 0.0 < since_s <= GAP_S:
+            self._track.clear()
+            self._trusted_s, self._speed_m_s = -math.inf, 0.0
+        elif since_s > SILENCE_S:
+            self._track.clear()
+            self._trusted_s = t_s + SETTLE_S
+        if t_s < self._trusted_s:
+            return self._speed_m_s
         track = self._track
-        if track and not t_s > track[-1][0]:
-            track.clear()
         track.append((t_s, x_m, y_m))
         while t_s - track[0][0] > WINDOW_S + 1e-4:
             track.popleft()
         old_s, old_x, old_y = track[0]
-        return math.hypot(x_m - old_x, y_m - old_y) / (t_s - old_s) if t_s > old_s else 0.0
+        if t_s - old_s >= LEAST_S:
+            self._speed_m_s = math.hypot(x_m - old_x, y_m - old_y) / (t_s - old_s)
+        return self._speed_m_s

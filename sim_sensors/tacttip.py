@@ -49,15 +49,19 @@ class TactTip(SerialModule):
         self._cut_out.measure(25.0)
         self._motor_switched: list[tuple[float, int]] = []
         self._motor_mv = self._pulse_mv = 0
-        self._pulse_until_s = -math.inf
+        self._pulse_from_s = self._pulse_until_s = -math.inf
         self._pulse_number = 0
         self.motor_mv = 0
         self.peltier_permille = 0
         self.stuck_permille: int | None = None
 
     def motor_v(self, from_s: float, to_s: float) -> float:
-        """Mean voltage at the motor between two moments after the last command, V."""
-        share = min(1.0, max(0.0, (self._pulse_until_s - from_s) / (to_s - from_s)))
+        """Mean voltage at the motor between two moments, as the last command has it, V.
+
+        The world may be a little behind the moments at which commands come: a pulse is where it was told to be.
+        """
+        pulse_s = max(0.0, min(to_s, self._pulse_until_s) - max(from_s, self._pulse_from_s))
+        share = pulse_s / (to_s - from_s)
         return 1e-3 * (share * self._pulse_mv + (1.0 - share) * self._motor_mv)
 
     @property
@@ -115,14 +119,16 @@ class TactTip(SerialModule):
     def _pulse(self, command: TactTipCommand, now_s: float) -> None:
         """Begin a pulse of a number that is new; one that is under way goes on unless the command has none."""
         if not command.pulse_us:
-            self._pulse_until_s = now_s
+            self._pulse_until_s = -math.inf
         elif command.pulse_number != self._pulse_number:
-            self._pulse_mv, self._pulse_until_s = command.pulse_mv, now_s + 1e-6 * command.pulse_us
+            self._pulse_mv, self._pulse_from_s = command.pulse_mv, now_s
+            self._pulse_until_s = now_s + 1e-6 * command.pulse_us
         self._pulse_number = command.pulse_number
         self._turn(now_s)
 
     def _turn(self, now_s: float) -> None:
-        self.motor_mv = self._pulse_mv if now_s < self._pulse_until_s else self._motor_mv
+        pulsed = self._pulse_from_s <= now_s < self._pulse_until_s
+        self.motor_mv = self._pulse_mv if pulsed else self._motor_mv
 
     def _limit(self) -> None:
         asked = self._asked_permille if self.stuck_permille is None else self.stuck_permille

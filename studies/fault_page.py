@@ -77,7 +77,7 @@ emulators and physics in one process on a virtual clock (`tests/virtual`), judge
 | stall of 3 s, then a burst | safe and resumes; nothing of the burst that is too old is acted on |
 | packets doubled, overtaking each other, old, of an earlier session | continues; each is counted |
 | clock of either site stepped by 10 s, forward or back | safe and resumes |
-| a TactTip's cooling water lost for good while it cools its plate | latched when the hot side is above 30 C |
+| a TactTip's cooling water lost for good while it cools its plate | latched within 20 s, by the hot side that moves |
 | a TactTip's thermistor broken, or its Peltiers reversed, from nine states | latched; plate and skin within limits |
 | anything of this page at random, several at once | within the hold times; nothing while latched; works at the end |
 """

@@ -240,6 +240,15 @@ class TestTactTip(ModuleContract):
         assert module.motor_mv == 0
         assert module.take_motor_switches() == [(1.0, 700)]
 
+    def test_a_world_that_is_behind_its_commands_gives_a_pulse_its_length_and_no_more(self) -> None:
+        module, steps = TactTip(0), [1.0 + 0.002 * n for n in range(20)]
+        module.feed(self.command(500, 0, 3000, 6000, 1), 1.0111)
+        volts = [module.motor_v(t_s, t_s + 0.002) for t_s in steps]
+        assert sum(volt - 0.5 for volt in volts) * 0.002 == pytest.approx(2.5 * 0.006)
+        assert max(volts[:5]) == 0.5
+        module.feed(self.command(0, 0), 1.0455)
+        assert max(module.motor_v(t_s, t_s + 0.002) for t_s in (1.04, 1.044, 1.046)) == 0.0
+
     def test_a_command_without_a_pulse_ends_it_and_so_does_the_time_out(self) -> None:
         module = TactTip(0)
         module.feed(self.command(700, 0, 3000, 50_000, 1), 1.0)
