@@ -9,6 +9,7 @@ from common.messages import ExplorationMode
 from common.motion_estimate import MotionEstimate
 from remote_site.finger_heat import FingerHeat
 from remote_site.finger_touch import FingerSample, FingerTouch, TouchEvent
+from remote_site.groove_period import GroovePeriod
 from remote_site.heater_control import OFFSETS_K
 from remote_site.rendered_material import rendered_constants
 from remote_site.roughness import Roughness
@@ -19,7 +20,6 @@ from remote_site.surface_class import (
     SMOOTH,
     TAP_DECAY_PER_S,
     TAP_SPEED_PER_M_S,
-    GroovePeriod,
     SurfaceTable,
     stroke_constants,
 )

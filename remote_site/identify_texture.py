@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from common.messages import ExplorationMode
-from remote_site.stroke_segments import Segment, segments
+from remote_site.stroke_segment import Segment
+from remote_site.stroke_segments import segments
 from remote_site.surface_class import SurfaceTable, recognise, stroke_constants
 from remote_site.traces import read_stroke
 

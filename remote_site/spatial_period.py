@@ -6,7 +6,7 @@ For signals too slow for impulse flags, and for gratings so dense that single gr
 import numpy as np
 from numpy.typing import NDArray
 
-from remote_site.surface_class import Period
+from remote_site.groove_period import Period
 
 PADDING = 8
 LEAST_PERIODS = 2.5

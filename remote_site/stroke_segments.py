@@ -1,45 +1,20 @@
 """A recorded stroke cut into exploration modes, each with roughness, impulses and period."""
 
-from dataclasses import dataclass, field
-
 import numpy as np
 from numpy.typing import NDArray
 
 from common.exploration import Exploration
 from common.messages import ExplorationMode
+from remote_site.groove_period import GroovePeriod
 from remote_site.roughness import LEAK_HZ, RATE_HZ, Roughness
-from remote_site.spatial_period import spatial_period
-from remote_site.surface_class import NOMINAL_FORCE_N, NOMINAL_SPEED_M_S, GroovePeriod, Period
+from remote_site.slow_stroke import slow_stroke
+from remote_site.stroke_segment import Segment
+from remote_site.surface_class import NOMINAL_FORCE_N, NOMINAL_SPEED_M_S
 from remote_site.traces import StrokeTrace
 
 CHUNK = 10
 FAST_HZ = 1000.0
 """Recordings from this rate on go through the online identification; slower ones cannot show single grooves."""
-
-
-@dataclass(slots=True)
-class Segment:
-    """Part of a stroke in one mode.
-
-    Attributes:
-        mode: exploration mode.
-        start_s: begin, s.
-        end_s: end, s.
-        roughness_v: mean rectified signal without patterns, V (or the signal's own unit); None if unknown.
-        force_n: mean force, N; None where not recorded.
-        speed_m_s: mean speed, m/s; None where unknown.
-        impulses_s: times of grooves and edges, s.
-        period: spatial period; None where there is none, or no speed is known.
-    """
-
-    mode: ExplorationMode
-    start_s: float
-    end_s: float
-    roughness_v: float | None = None
-    force_n: float | None = None
-    speed_m_s: float | None = None
-    impulses_s: list[float] = field(default_factory=list)
-    period: Period | None = None
 
 
 def segments(trace: StrokeTrace, speed_m_s: float | None = None) -> list[Segment]:
@@ -52,28 +27,8 @@ def segments(trace: StrokeTrace, speed_m_s: float | None = None) -> list[Segment
         speed_m_s: speed where the recording has none, m/s.
     """
     if trace.rate_hz < FAST_HZ:
-        return [_slow(trace, speed_m_s)]
+        return [slow_stroke(trace, speed_m_s)]
     return _fast(trace, speed_m_s)
-
-
-def _slow(trace: StrokeTrace, speed_m_s: float | None) -> Segment:
-    """One stroking segment of a recording too slow for the online identification."""
-    speed = float(trace.speed_m_s.mean()) if trace.speed_m_s is not None else speed_m_s
-    even_s = np.linspace(trace.time_s[0], trace.time_s[-1], len(trace.time_s))
-    signals = [np.interp(even_s, trace.time_s, column) for column in trace.signals.T]
-    found = [spatial_period(signal, speed / trace.rate_hz) if speed else None for signal in signals]
-    lines = [(line[1], line[0], k) for k, line in enumerate(found) if line is not None]
-    best = max(lines, key=lambda line: line[0]) if lines else None
-    chosen = signals[best[2] if best is not None else int(np.argmax([s.std() for s in signals]))]
-    return Segment(
-        ExplorationMode.STROKING,
-        float(trace.time_s[0]),
-        float(trace.time_s[-1]),
-        roughness_v=float(np.abs(chosen - np.median(chosen)).mean()),
-        force_n=None if trace.force_n is None else float(trace.force_n.mean()),
-        speed_m_s=speed,
-        period=None if best is None else best[1],
-    )
 
 
 def _fast(trace: StrokeTrace, speed_m_s: float | None) -> list[Segment]:

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from common.messages import ExplorationMode
-from remote_site.stroke_segments import Segment, segments
+from remote_site.stroke_segment import Segment
+from remote_site.stroke_segments import segments
 from remote_site.surface_class import NOMINAL_FORCE_N, NOMINAL_SPEED_M_S, Surface, SurfaceTable
 from remote_site.traces import read_labels, read_stroke
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from common.messages import ExplorationMode
+from remote_site.groove_period import GroovePeriod
 from remote_site.roughness import Roughness
-from remote_site.surface_class import GroovePeriod
 
 SPEED = 0.05
 STROKING, QUIESCENT = ExplorationMode.STROKING, ExplorationMode.QUIESCENT
