@@ -27,8 +27,9 @@ from common.packets import (
 
 EVENT_MAX = 2000.0
 """Largest value of an event, in its own unit."""
-MAX_EVENTS = 24
-"""Events in one touch packet: newest last."""
+MAX_EVENTS = 40
+"""Events in one touch packet, newest last: five fingers cross up to 375 grooves in a second, and a link may be silent
+for 0.1 s."""
 
 
 class ExplorationMode(IntEnum):
@@ -99,13 +100,16 @@ TOUCH_LOW, TOUCH_HIGH = TOUCH_BLOCK.low, TOUCH_BLOCK.high
 class Event(NamedTuple):
     """One happening at a finger; `ident` is unique in the session, so each is played once.
 
-    `value`: approach speed in m/s of a tap, amplitude in rad/s of a groove, probability of a material.
+    `value`: approach speed in m/s of a tap, amplitude in rad/s of a groove, probability of a material. `time_ns` is of
+    the remote site's clock; `hand_ns` of the operator's: the source time of the motion packet that the finger was
+    following then, 0 where it followed none.
     """
 
     ident: int
     kind: EventKind
     finger: int
     time_ns: int
+    hand_ns: int
     value: float
     name: str = ""
 
@@ -187,11 +191,13 @@ def _read_news(news: bytes) -> tuple[tuple[str, ...], tuple[Event, ...]]:
     try:
         happened = tuple([_event(*event) for event in events])
     except TypeError:
-        raise BadPacket("events: expected lists of 6 plain values") from None
+        raise BadPacket("events: expected lists of 7 plain values") from None
     return read_texts(materials, "materials", N), happened
 
 
-def _event(ident: object, kind: object, finger: object, time_ns: object, value: object, name: object) -> Event:
+def _event(
+    ident: object, kind: object, finger: object, time_ns: object, hand_ns: object, value: object, name: object
+) -> Event:
     if type(value) is not float or not 0.0 <= value <= EVENT_MAX:
         raise BadPacket(f"event: value is not a number in 0..{EVENT_MAX:g}")
     return Event(
@@ -199,6 +205,7 @@ def _event(ident: object, kind: object, finger: object, time_ns: object, value: 
         read_enum(EventKind, kind),
         read_integer(finger, "event finger", 0, N - 1),
         read_integer(time_ns, "event time"),
+        read_integer(hand_ns, "event hand time"),
         value,
         read_text(name, "event name"),
     )

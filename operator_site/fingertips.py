@@ -18,6 +18,7 @@ from common.materials import materials
 from common.messages import TOUCH_COLUMN, Event, EventKind
 from operator_site.approach import LEAD_S, contact_c, contact_in_s
 from operator_site.contact_force import ContactLaw, LocalContact
+from operator_site.groove_timing import GrooveTiming
 from operator_site.model_choice import RUNGS
 from operator_site.plate_display import PlateDisplay
 from operator_site.plate_loop import PlateLoop
@@ -70,6 +71,7 @@ class Fingertips:
         self._vibrations = [FingerVibration(vibration) for _ in range(n)]
         self._surfaces = [Surface()] * n
         self._played = PlayedEvents()
+        self._groove_timing = GrooveTiming()
         self._skin = SceneSkin(model, body)
         prepare(materials().values(), RUNGS if model is None else (model,), self._skin.body.air_w_m2k)
         self.skin: SkinState = self._skin.state()
@@ -122,6 +124,10 @@ class Fingertips:
         if touch is not self._block:
             self._unpack(touch)
         fresh = self._played.new(events) if events else []
+        if engaged:
+            fresh = self._groove_timing.step(t_s, fresh)
+        else:
+            self._groove_timing.clear()
         self.impulses_played = []
         force, rpm = [], []
         for finger, row in enumerate(self._rows):

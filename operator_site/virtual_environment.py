@@ -97,7 +97,7 @@ class VirtualEnvironment:
                 piece = self._below(x_m, y_m + FINGER_Y_M[number])
                 happened += [(number, what) for what in _move(finger, piece, time_s, x_m, y_m, height_m)]
         events = [
-            Event(ident, kind, number, round(when_s * 1e9), value)
+            Event(ident, kind, number, round(when_s * 1e9), 0, value)
             for ident, (number, (kind, when_s, value)) in enumerate(happened, self._event_count + 1)
         ]
         self._event_count += len(events)

@@ -9,6 +9,7 @@ from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.serial_line import SerialLine
 from common.tick_age import TickAge
+from remote_site.followed_hand import HandPlace
 from remote_site.patient_gate import GatedCommand
 from remote_site.sensed import Sensed
 from remote_site.telemanipulator import Telemanipulator
@@ -55,8 +56,8 @@ class RemoteDevices:
         lines = [self.telemanipulator.line.problem, *(line.problem for line in self.lines())]
         return [problem for problem in lines if problem is not None]
 
-    def read(self, t_s: float) -> Sensed:
-        """Take what all devices said since the last call."""
+    def read(self, t_s: float, hand: HandPlace | None = None) -> Sensed:
+        """Take what all devices said since the last call, while the fingers follow `hand`."""
         self.tick.begin(t_s)
         measured = self.telemanipulator.read(t_s)
         texture: list[bytes | None] = [None] * len(FINGERS)
@@ -71,7 +72,7 @@ class RemoteDevices:
         # An old force is no force: without it there is no contact, and nothing of the last one is rendered.
         known = t_s - measured.oldest_s <= GAP_S
         force_n = measured.force_n if known else (0.0,) * len(FINGERS)
-        return Sensed(t_s, measured.x_m, measured.y_m, measured.z_m, force_n, tuple(texture), tuple(plates))
+        return Sensed(t_s, measured.x_m, measured.y_m, measured.z_m, force_n, tuple(texture), tuple(plates), hand)
 
     def write(self, command: GatedCommand, sensed: Sensed) -> None:
         """Send what the gate let through: set-points each tick, heater drives at each sensor's own rate.

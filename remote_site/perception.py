@@ -22,6 +22,7 @@ from common.packets import Floats, LinkState
 from common.serial_messages import DRIVE_FULL
 from remote_site.finger_identification import FingerIdentification
 from remote_site.finger_touch import FingerSample, FingerTouch
+from remote_site.followed_hand import FollowedHand
 from remote_site.heater_control import OFFSETS_K, STAGGER_K
 from remote_site.material_table import MaterialTable
 from remote_site.sensed import Sensed
@@ -36,7 +37,7 @@ AT_ONCE = 40
 """Guesses about a touch solved with each reading of each finger: five fingers at once must not hold up the loop."""
 FOREIGN_SHARE = 0.005
 """A session's table is made for what will be touched in it: prior probability of something else."""
-HISTORY_S = 0.5
+HISTORY_S = 0.25
 """An event is repeated in every packet for this long: any later packet repairs a loss."""
 _THERMAL_UNKNOWN_SD_K = 50.0
 _EFFUSIVITY_UNKNOWN_LN_SD = 10.0
@@ -64,6 +65,7 @@ class Perception:
             for finger, stagger_k in zip(self._numbers, STAGGER_K, strict=False)
         }
         self._shared = SharedObject(self._knowledge)
+        self._hand = FollowedHand()
 
     def step(self, sensed: Sensed) -> list[Event]:
         """Take one tick's readings; return the events that happened in it."""
@@ -71,6 +73,7 @@ class Perception:
             self._begin_anew()
             self._events.clear()
         self._time_s = sensed.time_s
+        self._hand.step(sensed.hand)
         happened = []
         for finger, identification in self._identifications.items():
             counts, plate = sensed.texture_counts[finger], sensed.plates[finger]
@@ -99,6 +102,7 @@ class Perception:
                         kind,
                         finger,
                         round(sensed.time_s * 1e9),
+                        0 if kind is EventKind.MATERIAL else self._hand.when_ns(sensed.x_m, sensed.y_m),
                         _sendable(event.value),
                         event.name,
                     )

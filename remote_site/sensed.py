@@ -5,12 +5,14 @@ from typing import Any
 
 import msgpack
 
+from remote_site.followed_hand import HandPlace
 from remote_site.thermal_sensor import PlateReading
 
 SCHEMA: dict[str, object] = {
     "type": "array",
     "description": "[time_s, x_m, y_m, z_m x 5, force_n x 5, texture counts x 5 (int16 little endian or null), "
-    "plates x 5 ([sensor_c, ambient_c, fault, device_us, heater_permille] or null)]",
+    "plates x 5 ([sensor_c, ambient_c, fault, device_us, heater_permille] or null), hand ([source time of "
+    "the motion that is followed, x_m, y_m] or null)]",
 }
 
 
@@ -25,6 +27,8 @@ class Sensed:
     force_n: tuple[float, ...]
     texture_counts: tuple[bytes | None, ...]
     plates: tuple[PlateReading | None, ...]
+    hand: HandPlace | None = None
+    """The operator's hand that the fingers follow."""
 
     def pack(self) -> bytes:
         """Bytes for the recording; nothing is rounded."""
@@ -33,7 +37,7 @@ class Sensed:
             for p in self.plates
         ]
         packed: bytes = msgpack.packb(
-            [self.time_s, self.x_m, self.y_m, self.z_m, self.force_n, self.texture_counts, plates]
+            [self.time_s, self.x_m, self.y_m, self.z_m, self.force_n, self.texture_counts, plates, self.hand]
         )
         return packed
 
@@ -45,11 +49,9 @@ class Sensed:
             ValueError: it is something else.
         """
         fields: Any = msgpack.unpackb(packed)
-        if not isinstance(fields, list) or len(fields) != 7:
-            raise ValueError("not a record of sensed values")
-        time_s, x_m, y_m, z_m, force_n, texture, plates = fields
-        if any(plate is not None and len(plate) != 5 for plate in plates):
-            raise ValueError("thermal readings without their times: recorded by an earlier version")
+        if not isinstance(fields, list) or len(fields) != 8:
+            raise ValueError("not a record of sensed values, or one of an earlier version")
+        time_s, x_m, y_m, z_m, force_n, texture, plates, hand = fields
         return cls(
             time_s,
             x_m,
@@ -58,4 +60,5 @@ class Sensed:
             tuple(force_n),
             tuple(texture),
             tuple(None if plate is None else PlateReading(*plate) for plate in plates),
+            None if hand is None else HandPlace(*hand),
         )

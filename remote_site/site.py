@@ -21,6 +21,7 @@ from common.startup import wait_for_devices
 from remote_site.calibrated_tables import load_tables
 from remote_site.desk_requests import answer_desk
 from remote_site.devices import RemoteDevices
+from remote_site.followed_hand import HandPlace
 from remote_site.patient_gate import GatedCommand, PatientGate, limit_names
 from remote_site.perception import Perception
 from remote_site.sensed import Sensed
@@ -28,6 +29,9 @@ from remote_site.session_server import SessionServer
 from remote_site.site_recording import SiteRecording, open_recorder
 
 log = logging.getLogger(__name__)
+
+HAND = FINGERS.index("middle")
+"""The finger whose place is the hand's."""
 
 
 class RemoteSite:
@@ -69,7 +73,7 @@ class RemoteSite:
         """Read, identify, gate, write, tell."""
         now_s = now_ns * 1e-9
         server = self.server
-        sensed_now = self._devices.read(now_s)
+        sensed_now = self._devices.read(now_s, self._followed())
         missing = self._devices.missing()
         not_ready = self.gate.fault or missing
         if self._desk is not None:
@@ -110,6 +114,14 @@ class RemoteSite:
             log.warning("revoked: %s", ", ".join(fingerprint(key) for key in revoked))
             self.server.cut(revoked)
 
+    def _followed(self) -> HandPlace | None:
+        """The operator's hand as of the newest motion, while it is followed."""
+        server = self.server
+        if server.motion is None or not server.both_engaged:
+            return None
+        x_m, y_m, _ = server.motion.block[HAND].tolist()
+        return HandPlace(server.motion.time_ns, x_m, y_m)
+
     def _gated(self, now_ns: int, now: Sensed) -> GatedCommand:
         server, devices = self.server, self._devices
         measured = devices.telemanipulator.measured
@@ -118,7 +130,7 @@ class RemoteSite:
         motion = server.motion
         fresh = gap_ns is not None and gap_ns <= self._gap_ns and motion is not None
         wanted = motion.block.tolist() if fresh and motion is not None else []
-        hand_x, hand_y = (wanted[2][0], wanted[2][1]) if wanted else (now.x_m, now.y_m)
+        hand_x, hand_y = (wanted[HAND][0], wanted[HAND][1]) if wanted else (now.x_m, now.y_m)
         touches = self.perception.touches
         command = self.gate.step(
             now.time_s,

@@ -71,7 +71,8 @@ def touch_parts(touching: int = N, events: int | None = None) -> Touch:
         block[:touching, TOUCH_COLUMN[name]] = value
     names = tuple(name if finger < touching else "" for finger, name in enumerate(_MATERIALS))
     happened = tuple(
-        Event(10_000 + n, EventKind.GROOVE, n % max(1, touching), _FIRST_NS + n, 310.0) for n in range(events)
+        Event(10_000 + n, EventKind.GROOVE, n % max(1, touching), _FIRST_NS + n, _FIRST_NS + n, 310.0)
+        for n in range(events)
     )
     return Touch(SESSION, 0, _FIRST_NS, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), names, happened)
 

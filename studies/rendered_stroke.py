@@ -93,10 +93,10 @@ def rendered_stroke(
         time_ns = round(time_s * 1e9)
         if contact_s is None and z_m < 0.0:
             contact_s = time_s
-            events.append(Event(1, EventKind.TAP, INDEX, time_ns, (before_z_m - z_m) / TICK_S))
+            events.append(Event(1, EventKind.TAP, INDEX, time_ns, 0, (before_z_m - z_m) / TICK_S))
         before_z_m = z_m
         for _ in range(crossed, now_crossed := bisect_right(surface.grooves_m, x_m)):
-            events.append(Event(len(events) + 1, EventKind.GROOVE, INDEX, time_ns, GROOVE_RAD_S))
+            events.append(Event(len(events) + 1, EventKind.GROOVE, INDEX, time_ns, 0, GROOVE_RAD_S))
         crossed = now_crossed
         mode = ExplorationMode.FREE if contact_s is None else _mode(time_s, contact_s)
         columns = {} if contact_s is None else {INDEX: known | {"mode": mode}}

@@ -90,7 +90,7 @@ def _tapped(attack_rpm: float, known: bool = False) -> Floats:
                 0.0,
                 1.0,
                 surface=PLASTIC,
-                events=[Event(1, EventKind.TAP, 0, 0, approach)] if tick == first else [],
+                events=[Event(1, EventKind.TAP, 0, 0, 0, approach)] if tick == first else [],
                 contact_in_s=max(0.0, CONTACT_S - tick * TICK_S) if known else math.inf,
                 approach_m_s=approach,
             )
@@ -186,7 +186,7 @@ def _impulses(rates_hz: Sequence[float]) -> Iterator[dict[str, Any]]:
         for tick in range(ticks):
             t_s, events = tick * TICK_S, []
             while crossed / rate_hz <= t_s + 1e-9:
-                events.append(Event(crossed + 1, EventKind.GROOVE, 0, round(1e9 * crossed / rate_hz), GROOVE_RAD_S))
+                events.append(Event(crossed + 1, EventKind.GROOVE, 0, round(1e9 * crossed / rate_hz), 0, GROOVE_RAD_S))
                 crossed += 1
             stroking = {"speed_m_s": STROKE_M_S, "force_n": STROKE_N, "surface": PLASTIC}
             folding.append(finger.step(t_s, ExplorationMode.STROKING, events=events, **stroking))  # type: ignore[arg-type]

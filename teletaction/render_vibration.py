@@ -62,7 +62,7 @@ def _samples(stroke: Path, table: SurfaceTable) -> Iterator[StrokeSample]:
             happened.append((EventKind.GROOVE, GROOVE_RAD_S))
         if reading.valid and mode is ExplorationMode.STROKING:
             constants = stroke_constants(table, table.ln_normal(reading.roughness_v, force_n, speed_m_s))
-        events = [Event(count + n, kind, 0, round(t_s * 1e9), value) for n, (kind, value) in enumerate(happened, 1)]
+        events = [Event(count + n, kind, 0, round(t_s * 1e9), 0, value) for n, (kind, value) in enumerate(happened, 1)]
         count += len(events)
         yield StrokeSample(
             t_s,

@@ -29,6 +29,7 @@ from common.thermometry import ntc_c, ssr_c
 
 SESSION = 0x0123456789ABCDEF
 T = 1_000_000_000_000
+H = T + 5_000_000  # the operator's clock, less the time under way
 
 
 @dataclass
@@ -107,8 +108,8 @@ TOUCH_BLOCK = np.array(
     [[(INDEX_TOUCH if f == "index" else UNTOUCHED).get(name, 0) for name in TOUCH_FIELDS] for f in FINGERS], np.float32
 )
 EVENTS = (
-    Event(1, EventKind.TAP, 1, T - 200_000_000, 0.125),
-    Event(2, EventKind.MATERIAL, 1, T, 0.9375, "pvc"),
+    Event(1, EventKind.TAP, 1, T - 200_000_000, H - 200_000_000, 0.125),
+    Event(2, EventKind.MATERIAL, 1, T, H, 0.9375, "pvc"),
 )
 BEAT = (2, T, -5_000_000, 150_001)
 REMOTE_T = T - 4_900_000

@@ -168,14 +168,16 @@ def test_a_block_of_another_size_is_refused(golden: dict[str, bytes], block: obj
         (2, -1),
         (3, -1),
         (3, None),
-        (4, 1),
-        (4, -0.1),
-        (4, 2001.0),
-        (4, math.nan),
-        (4, math.inf),
-        (5, "x" * 41),
-        (5, b"pvc"),
-        (5, None),
+        (4, -1),
+        (4, 0.0),
+        (5, 1),
+        (5, -0.1),
+        (5, 2001.0),
+        (5, math.nan),
+        (5, math.inf),
+        (6, "x" * 41),
+        (6, b"pvc"),
+        (6, None),
     ],
 )
 def test_each_field_of_an_event_is_checked(golden: dict[str, bytes], position: int, bad: object) -> None:
@@ -212,7 +214,7 @@ def test_lists_of_names_and_events_have_their_lengths(golden: dict[str, bytes]) 
 
 def test_the_fullest_touch_packet_fits() -> None:
     block = np.zeros((5, len(TOUCH_FIELDS)), np.float32)
-    events = tuple(Event(2**62 + n, EventKind.MATERIAL, 4, 2**62, 0.5, "m" * 40) for n in range(MAX_EVENTS))
+    events = tuple(Event(2**62 + n, EventKind.MATERIAL, 4, 2**62, 2**62, 0.5, "m" * 40) for n in range(MAX_EVENTS))
     touch = Touch(2**62, 2**62, 2**62, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), ("n" * 40,) * 5, events)
     assert Touch.decode(touch.encode()).events == events
 

@@ -23,7 +23,7 @@ from teletaction.recorded_session import RecordedSession
 from teletaction.replay import open_operator, open_remote, replay
 
 FOLDER = Path(__file__).parent
-SECONDS = 6.3
+SECONDS = 7.8
 BEFORE_S = 0.7
 WARMING_S = 5.0
 OUTPUT_EVERY = 25

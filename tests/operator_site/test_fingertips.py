@@ -105,7 +105,7 @@ def test_rate_that_the_plate_cannot_show_is_reported():
 def test_events_reach_their_own_finger_once_and_only_while_engaged():
     rig = Rig()
     touch = block(mode=ExplorationMode.TAPPING, contact=1, k_tap=4000.0, b_tap_per_s=30.0, stiffness_n_m=400.0)
-    taps = [Event(1, EventKind.TAP, 1, 0, 0.1), Event(2, EventKind.MATERIAL, 2, 0, 0.9, "pvc")]
+    taps = [Event(1, EventKind.TAP, 1, 0, 0, 0.1), Event(2, EventKind.MATERIAL, 2, 0, 0, 0.9, "pvc")]
     out = rig.step(touch, DOWN, events=taps)
     assert [speed > 0.0 for speed in out.motor_rpm] == [False, True, False, False, False]
     assert rig.tips.impulses_played == [1]

@@ -91,7 +91,7 @@ def test_bad_input_names_what_is_wrong(changes, named):
 
 def test_vibration_rows():
     surface = Surface(4000.0, 30.0, 5000.0, 120.0, 60.0)
-    events = (Event(1, EventKind.TAP, 0, 0, 0.2),)
+    events = (Event(1, EventKind.TAP, 0, 0, 0, 0.2),)
     samples = [StrokeSample(i * 0.005, ExplorationMode.TAPPING, 0.0, 1.0, surface, events) for i in range(60)]
     samples += [StrokeSample(0.3 + i * 0.005, ExplorationMode.STROKING, 0.06, 1.0, surface, events) for i in range(20)]
     rows = list(render_vibration(samples))

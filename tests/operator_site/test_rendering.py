@@ -18,7 +18,7 @@ TICK_S = 0.002
 GAP_S = 0.1
 INDEX = FINGERS.index("index")
 CUT_OUT = "index: the module's own temperature limit has switched its plate off"
-TAP = Event(1, EventKind.TAP, INDEX, 0, 0.2)
+TAP = Event(1, EventKind.TAP, INDEX, 0, 0, 0.2)
 
 
 def touching(*events: Event, sequence: int = 1) -> Touch:

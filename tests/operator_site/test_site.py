@@ -156,7 +156,7 @@ def pressed(sequence: int, rng: np.random.Generator) -> Touch:
     estimated = {"stiffness_n_m": 300, "k_tap": 4000, "k_stroke_v": 5000, "k_stroke_f": 50, "object_c": 22}
     for name, value in {**known, **{name: value * rng.uniform(0.9, 1.0) for name, value in estimated.items()}}.items():
         block[INDEX, TOUCH_COLUMN[name]] = value
-    events = tuple(Event(n, EventKind.TAP, INDEX, n, 0.2) for n in range(sequence // 50, sequence // 50 + 3))
+    events = tuple(Event(n, EventKind.TAP, INDEX, n, 0, 0.2) for n in range(sequence // 50, sequence // 50 + 3))
     return Touch(7, sequence, 1, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), ("",) * len(FINGERS), events)
 
 

@@ -17,11 +17,11 @@ DT = 0.002
 
 
 def tap(speed_m_s: float, ident: int = 1) -> Event:
-    return Event(ident, EventKind.TAP, 1, 0, speed_m_s)
+    return Event(ident, EventKind.TAP, 1, 0, 0, speed_m_s)
 
 
 def groove(amplitude: float, ident: int = 2) -> Event:
-    return Event(ident, EventKind.GROOVE, 1, 0, amplitude)
+    return Event(ident, EventKind.GROOVE, 1, 0, 0, amplitude)
 
 
 def rpm(rad_s: float) -> float:
@@ -94,7 +94,7 @@ def test_floor_has_hysteresis():
 
 
 def test_material_event_moves_nothing():
-    event = Event(5, EventKind.MATERIAL, 1, 0, 0.99, "pvc")
+    event = Event(5, EventKind.MATERIAL, 1, 0, 0, 0.99, "pvc")
     assert FingerVibration().step(0.0, ExplorationMode.QUIESCENT, 0.0, 1.0, surface=PVC, events=[event]) == 0.0
 
 

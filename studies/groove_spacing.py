@@ -1,0 +1,122 @@
+"""Grooves over a network: how far apart they are felt, played as they come and at their time behind the hand.
+
+A hand strokes evenly over a grating. The remote finger follows the newest motion packet with a lag, and finds a groove
+in the chunk of 5 ms in which it crosses it. Packets of either direction jitter, keep their order, and some never come.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from common.messages import Event, EventKind
+from operator_site.groove_timing import GrooveTiming
+from operator_site.vibration import PlayedEvents
+from remote_site.followed_hand import FollowedHand, HandPlace
+
+Floats = NDArray[np.float64]
+
+TICK_S, STEP_S, CHUNK_STEPS = 0.002, 0.001, 5
+LAG_S = 0.020
+"""Of the telemanipulator, time constant."""
+DELAY_S = 0.030
+STROKE_M_S, GROOVES_M = 0.060, 0.004
+SECONDS, SETTLED_S = 30.0, 3.0
+HISTORY_S = 0.25
+JITTERS_S = (0.0, 0.002, 0.005, 0.010, 0.015, 0.020, 0.030)
+LOSSES = (0.0, 0.2)
+
+
+def spacing(quick: bool, seed: int) -> list[dict[str, Any]]:
+    """A row for each network: standard deviation of the spacing, and how far behind the hand, in both ways."""
+    return [row for loss in LOSSES for jitter in JITTERS_S[:: 2 if quick else 1] for row in _rows(jitter, loss, seed)]
+
+
+def _rows(jitter_s: float, loss: float, seed: int) -> Iterator[dict[str, Any]]:
+    rng = np.random.default_rng([seed, round(1e4 * jitter_s), round(100 * loss)])
+    events, ready_s = _crossed(jitter_s, loss, rng)
+    told_s = _arrivals(np.arange(0.0, SECONDS, TICK_S), jitter_s, loss, rng)
+    for way, timing in (("as they come", None), ("at their time", GrooveTiming())):
+        felt = _felt(events, ready_s, told_s, timing)
+        hand_s = np.array([event.ident * GROOVES_M / STROKE_M_S for event in events])
+        settled = [n for n, event in enumerate(events) if hand_s[n] > SETTLED_S and event.ident in felt]
+        at_s = np.array([felt[events[n].ident] for n in settled])
+        yield {
+            "way": way,
+            "jitter_ms": 1e3 * jitter_s,
+            "loss": loss,
+            "grooves": len(events),
+            "felt": len(felt),
+            "spacing_sd_mm": 1e3 * STROKE_M_S * float(np.diff(at_s).std()),
+            "behind_ms": 1e3 * float((at_s - hand_s[settled]).mean()),
+        }
+
+
+def _arrivals(sent_s: Floats, jitter_s: float, loss: float, rng: np.random.Generator) -> Floats:
+    """When each packet is there, infinite for one that is not; none overtakes another."""
+    there = sent_s + np.maximum(0.0, DELAY_S + rng.uniform(-jitter_s, jitter_s, sent_s.size))
+    return np.where(rng.random(sent_s.size) < loss, np.inf, np.maximum.accumulate(there))
+
+
+def _crossed(jitter_s: float, loss: float, rng: np.random.Generator) -> tuple[list[Event], list[float]]:
+    """Grooves as the remote site finds them, numbered from the start of the grating, and when it does."""
+    sent_s = np.arange(0.0, SECONDS, TICK_S)
+    there_s = _arrivals(sent_s, jitter_s, loss, rng)
+    order = np.flatnonzero(np.isfinite(there_s))
+    hand, events, ready = FollowedHand(), list[Event](), list[float]()
+    crossed, x_m, newest_s, k = 0, 0.0, 0.0, 0
+    for tick, now_s in enumerate(np.arange(0.0, SECONDS, STEP_S)):
+        while k < len(order) and there_s[order[k]] <= now_s:
+            newest_s = float(sent_s[order[k]])
+            hand.step(HandPlace(round(1e9 * newest_s), STROKE_M_S * newest_s, 0.0))
+            k += 1
+        x_m += (STROKE_M_S * newest_s - x_m) * (1.0 - math.exp(-STEP_S / LAG_S))
+        while tick % CHUNK_STEPS == 0 and (crossed + 1) * GROOVES_M <= x_m:
+            crossed += 1
+            over_ns = hand.when_ns(crossed * GROOVES_M, 0.0)
+            events.append(Event(crossed, EventKind.GROOVE, 0, round(1e9 * now_s), over_ns, 400.0))
+            ready.append(float(now_s))
+    return events, ready
+
+
+def _felt(
+    events: Sequence[Event], ready_s: Sequence[float], told_s: Floats, timing: GrooveTiming | None
+) -> dict[int, float]:
+    """When each is felt; a packet tells of those found in the HISTORY_S before it was sent."""
+    played, felt = PlayedEvents(), dict[int, float]()
+    packets = sorted((there, n * TICK_S) for n, there in enumerate(told_s) if np.isfinite(there))
+    k = first = 0
+    for now_s in np.arange(0.0, SECONDS, TICK_S):
+        fresh: list[Event] = []
+        while k < len(packets) and packets[k][0] <= now_s:
+            sent_s = packets[k][1]
+            while first < len(events) and ready_s[first] < sent_s - HISTORY_S:
+                first += 1
+            last = first
+            while last < len(events) and ready_s[last] <= sent_s:
+                last += 1
+            fresh += played.new(events[first:last])
+            k += 1
+        for event in fresh if timing is None else timing.step(float(now_s), fresh):
+            felt[event.ident] = float(now_s)
+    return felt
+
+
+def draw_spacing(axes: Axes, rows: Sequence[dict[str, Any]]) -> None:
+    """Spacing's standard deviation against jitter, with how far behind the hand each way is at the worst."""
+    for way in ("as they come", "at their time"):
+        for loss in LOSSES:
+            own = [row for row in rows if row["way"] == way and row["loss"] == loss]
+            axes.plot(
+                [row["jitter_ms"] for row in own],
+                [row["spacing_sd_mm"] for row in own],
+                "o-" if way == "at their time" else "s--",
+                label=f"{way}, {100 * loss:.0f} % lost: {own[-1]['behind_ms']:.0f} ms behind",
+            )
+    axes.set_xlabel("jitter of either direction, +- ms")
+    axes.set_ylabel("standard deviation of spacing, mm")
+    axes.set_title(f"Grooves {1e3 * GROOVES_M:.0f} mm apart at {1e3 * STROKE_M_S:.0f} mm/s over a network")
+    axes.legend()

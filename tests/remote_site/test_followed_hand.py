@@ -1,0 +1,70 @@
+"""When the operator's hand was over a place, whatever the way to the remote site has cost."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from remote_site.followed_hand import KEPT_S, NEAR_M, FollowedHand, HandPlace
+
+MS = 1_000_000
+START_NS = 5_000_000_000
+
+
+def stroked(hand: FollowedHand, speed_m_s: float, seconds: float) -> None:
+    for ms in range(0, round(1e3 * seconds), 2):
+        hand.step(HandPlace(START_NS + ms * MS, 1e-3 * ms * speed_m_s, 0.02))
+
+
+def test_the_moment_is_that_of_the_place_between_two_packets() -> None:
+    hand = FollowedHand()
+    stroked(hand, 0.1, 0.4)
+    assert hand.when_ns(0.0301, 0.02) == pytest.approx(START_NS + 301 * MS, abs=1000)
+
+
+def test_packets_that_came_late_or_not_at_all_change_nothing() -> None:
+    hand, rng = FollowedHand(), np.random.default_rng(1)
+    for ms in range(0, 400, 2):
+        if rng.random() < 0.5:
+            hand.step(HandPlace(START_NS + ms * MS, 1e-4 * ms, 0.0))
+    assert hand.when_ns(0.0301, 0.0) == pytest.approx(START_NS + 301 * MS, abs=1000)
+
+
+def test_after_a_turn_the_pass_counts_that_is_as_late_as_the_grooves_before_it() -> None:
+    """To and fro at 100 mm/s, followed 60 ms late: each place is passed twice within 0.2 s."""
+    hand = FollowedHand()
+    place = [1e-4 * (ms % 200 if ms % 400 < 200 else 200 - ms % 200) for ms in range(2000)]
+    for ms in range(0, 2000, 2):
+        hand.step(HandPlace(START_NS + ms * MS, place[ms], 0.0))
+        late = ms - 60
+        if late > 200 and late % 10 == 0 and late % 200 not in (0, 10, 190):
+            assert hand.when_ns(place[late], 0.0) == pytest.approx(START_NS + late * MS, abs=MS)
+
+
+def test_a_hand_that_rests_was_there_until_now() -> None:
+    hand = FollowedHand()
+    stroked(hand, 0.0, 0.3)
+    assert hand.when_ns(0.0, 0.02) == pytest.approx(START_NS + 298 * MS, abs=2 * MS)
+
+
+def test_where_the_hand_never_was_the_newest_motion_counts() -> None:
+    hand = FollowedHand()
+    stroked(hand, 0.1, 0.2)
+    assert hand.when_ns(0.01, 0.02 + 1.1 * NEAR_M) == START_NS + 198 * MS
+
+
+def test_nothing_followed_is_no_time() -> None:
+    hand = FollowedHand()
+    assert hand.when_ns(0.0, 0.0) == 0
+    stroked(hand, 0.1, 0.2)
+    hand.step(None)
+    assert hand.when_ns(0.01, 0.02) == 0
+
+
+@given(st.lists(st.tuples(st.integers(0, 2**62), st.floats(-0.7, 0.7), st.floats(-0.7, 0.7)), max_size=30))
+def test_any_motion_gives_a_time_of_its_own_last_moments(told: list[tuple[int, float, float]]) -> None:
+    hand = FollowedHand()
+    for time_ns, x_m, y_m in told:
+        hand.step(HandPlace(time_ns, x_m, y_m))
+        found_ns = hand.when_ns(0.0, 0.0)
+        assert time_ns - KEPT_S * 1e9 - 1e4 <= found_ns <= time_ns
