@@ -1,23 +1,36 @@
 """What the exploring finger is doing: free, tapping, quiescent or stroking (Kron & Schmidt 2003, section 4.1).
 
-The paper names the modes and what separates them (contact force, distance from the tap point,
-stroke speed) and gives no values; those here carry hysteresis so that no mode chatters.
+The paper names the modes and what separates them (contact force, distance from the tap point, stroke speed) and gives
+no values. The machine, with those that it has here:
+
+    from                 to          when
+    any                  FREE        the contact ends
+    FREE                 TAPPING     a contact begins, and for TAP_S after
+    TAPPING, QUIESCENT   STROKING    faster than STROKE_ON_M_S, beyond STROKE_DISTANCE_M from where it came down, and
+                                     away from where it has been lately
+    TAPPING              QUIESCENT   TAP_S are over and it does not stroke
+    STROKING             QUIESCENT   slower than STROKE_OFF_M_S for REST_S, or nowhere else for a quarter of a second
+
+QUIESCENT, once begun, lasts DWELL_S at least while there is contact; STROKING does by what ends it.
+Why so, and what it cannot tell: docs/decisions/0017-modes.md.
 """
 
 import math
 
+from common.contact import TAP_S, Contact
+from common.descent import Descent
 from common.messages import ExplorationMode
+from common.motion_estimate import WINDOW_S, MotionEstimate
+from common.whereabouts import LATELY_S, Whereabouts
 
-CONTACT_ON_N = 0.30
-CONTACT_OFF_N = 0.15
-"""Contact begins at the first and ends below the second, N."""
-TAP_S = 0.15
-"""How long a tap is a tap, s (T_t of Eq. 1)."""
 STROKE_DISTANCE_M = 2e-3
 STROKE_ON_M_S = 10e-3
 STROKE_OFF_M_S = 7e-3
-"""A stroke is this far from the tap point and faster than the second; slower than the third for REST_S ends it."""
-REST_S = 0.050
+REST_S = 0.100
+"""Where a stroke turns it is slow for less than this."""
+DWELL_S = 0.050
+PLACE_M = 0.5 * STROKE_OFF_M_S * LATELY_S
+"""As far as the slowest stroke gets from the middle of its last quarter of a second, m: within it is nowhere else."""
 
 
 class Exploration:
@@ -25,39 +38,62 @@ class Exploration:
 
     Attributes:
         mode: mode after the last step.
-        contact: whether the finger touches; switched by force alone, without delay.
-        began: whether the last step began a contact.
-        ended: whether the last step ended one.
-        contact_s: time at which the present (or last) contact began, s.
-        approach_m_s: approach speed at that contact, m/s, >= 0 (v_n of Eq. 1).
+        approach_m_s: how fast it came down at the present (or last) contact, m/s, >= 0 (v_n of Eq. 1); measured while
+            there was no force yet.
     """
 
     __slots__ = (
-        "_slow_since_s",
-        "_tap_x_m",
-        "_tap_y_m",
+        "_contact",
+        "_descent",
+        "_fall_m_s",
+        "_mode_s",
+        "_motion",
+        "_slow_s",
+        "_tap_m",
+        "_whereabouts",
         "approach_m_s",
-        "began",
-        "contact",
-        "contact_s",
-        "ended",
         "mode",
     )
 
     def __init__(self) -> None:
         self.mode = ExplorationMode.FREE
-        self.contact = False
-        self.began = False
-        self.ended = False
-        self.contact_s = 0.0
         self.approach_m_s = 0.0
-        self._tap_x_m = 0.0
-        self._tap_y_m = 0.0
-        self._slow_since_s: float | None = None
+        self._contact = Contact()
+        self._descent = Descent()
+        self._motion = MotionEstimate()
+        self._whereabouts = Whereabouts()
+        self._fall_m_s = 0.0
+        self._tap_m = (0.0, 0.0)
+        self._mode_s = 0.0
+        self._slow_s = 0.0
+        """Since when it is slow."""
 
-    def step(
-        self, t_s: float, force_n: float, x_m: float, y_m: float, speed_m_s: float, *, approach_m_s: float = 0.0
-    ) -> ExplorationMode:
+    @property
+    def contact(self) -> bool:
+        """Whether the finger touches."""
+        return self._contact.touching
+
+    @property
+    def began(self) -> bool:
+        """Whether the last step began a contact; a bounce within a tap begins none."""
+        return self._contact.began
+
+    @property
+    def ended(self) -> bool:
+        """Whether the last step ended one."""
+        return self._contact.ended
+
+    @property
+    def contact_s(self) -> float:
+        """Time at which the present (or last) contact began, s."""
+        return self._contact.began_s
+
+    @property
+    def speed_m_s(self) -> float:
+        """Tangential speed, m/s, >= 0."""
+        return self._motion.speed_m_s
+
+    def step(self, t_s: float, force_n: float, x_m: float, y_m: float, z_m: float) -> ExplorationMode:
         """Advance to `t_s` and return the mode.
 
         Args:
@@ -65,40 +101,45 @@ class Exploration:
             force_n: contact force, N; not finite counts as none.
             x_m: hand position along the bench, m.
             y_m: hand position across it, m.
-            speed_m_s: tangential speed, m/s, >= 0.
-            approach_m_s: speed towards the object, m/s; kept where this step begins a contact.
+            z_m: height of the fingertip, m.
         """
-        self.began = self.ended = False
-        if not self.contact:
-            if force_n >= CONTACT_ON_N and force_n < math.inf:
-                self.contact = self.began = True
-                self.contact_s = t_s
-                self.approach_m_s = max(approach_m_s, 0.0)
-                self._tap_x_m, self._tap_y_m = x_m, y_m
-                self._slow_since_s = None
-                self.mode = ExplorationMode.TAPPING
-            return self.mode
-        if not CONTACT_OFF_N <= force_n < math.inf:
-            self.contact = False
-            self.ended = True
-            self.mode = ExplorationMode.FREE
-        elif t_s - self.contact_s < TAP_S:
-            self.mode = ExplorationMode.TAPPING
-        elif self.mode is ExplorationMode.STROKING:
-            self._watch_for_rest(t_s, speed_m_s)
-        else:
-            away = math.hypot(x_m - self._tap_x_m, y_m - self._tap_y_m) > STROKE_DISTANCE_M
-            stroking = away and speed_m_s > STROKE_ON_M_S
-            self.mode = ExplorationMode.STROKING if stroking else ExplorationMode.QUIESCENT
-            self._slow_since_s = None
-        return self.mode
+        self._motion.step(t_s, x_m, y_m)
+        self._descent.step(t_s, z_m)
+        self._whereabouts.step(t_s, x_m, y_m)
+        self._contact.step(t_s, force_n)
+        if self._contact.free:
+            self._fall_m_s = self._descent.speed_m_s
+        if self._contact.began:
+            self.approach_m_s = max(self._fall_m_s, 0.0)
+            self._tap_m = (x_m, y_m)
+        if self.speed_m_s >= STROKE_OFF_M_S:
+            self._slow_s = t_s - 0.5 * WINDOW_S  # the speed is that of half a window ago
+        mode = self._next(t_s, x_m, y_m)
+        if mode is not self.mode:
+            self.mode, self._mode_s = mode, t_s
+        return mode
 
-    def _watch_for_rest(self, t_s: float, speed_m_s: float) -> None:
-        """End a stroke that has been slow for REST_S; a reversal is faster than that and goes on."""
-        if speed_m_s >= STROKE_OFF_M_S:
-            self._slow_since_s = None
-        elif self._slow_since_s is None:
-            self._slow_since_s = t_s
-        elif t_s - self._slow_since_s >= REST_S:
-            self.mode = ExplorationMode.QUIESCENT
-            self._slow_since_s = None
+    def _next(self, t_s: float, x_m: float, y_m: float) -> ExplorationMode:
+        """The mode after the present one, which may be the same."""
+        if not self._contact.touching:
+            return ExplorationMode.FREE
+        if t_s - self._contact.began_s < TAP_S:
+            return ExplorationMode.TAPPING
+        if self.mode is ExplorationMode.STROKING:
+            return ExplorationMode.QUIESCENT if self._rests(t_s) else self.mode
+        if self.mode is ExplorationMode.QUIESCENT and t_s - self._mode_s < DWELL_S:
+            return self.mode
+        return ExplorationMode.STROKING if self._strokes(x_m, y_m) else ExplorationMode.QUIESCENT
+
+    def _strokes(self, x_m: float, y_m: float) -> bool:
+        return (
+            self.speed_m_s > STROKE_ON_M_S
+            and math.hypot(x_m - self._tap_m[0], y_m - self._tap_m[1]) > STROKE_DISTANCE_M
+            and self._whereabouts.away_m(x_m, y_m) > PLACE_M
+        )
+
+    def _rests(self, t_s: float) -> bool:
+        if t_s - self._slow_s >= REST_S:
+            self._whereabouts.forget(self._slow_s)
+            return True
+        return t_s - self._mode_s > LATELY_S and self._whereabouts.reach_m < PLACE_M

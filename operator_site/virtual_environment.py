@@ -25,7 +25,6 @@ from common.messages import (
     ThermalStatus,
     Touch,
 )
-from common.motion_estimate import MotionEstimate
 from common.packets import LinkState
 from common.scene import Scene, SceneObject
 from common.surfaces import surface_kind
@@ -52,7 +51,6 @@ class _Piece:
 class _Finger:
     """One finger's exploration, and where it was when."""
 
-    motion: MotionEstimate = field(default_factory=MotionEstimate)
     exploration: Exploration = field(default_factory=Exploration)
     time_s: float = 0.0
     x_m: float = math.nan
@@ -122,10 +120,9 @@ def _move(
     finger: _Finger, piece: _Piece | None, time_s: float, x_m: float, y_m: float, z_m: float
 ) -> Iterator[_Happening]:
     """Take a finger to its new place; yield what it met on the way."""
-    motion, exploration = finger.motion, finger.exploration
-    motion.step(time_s, x_m, y_m, z_m)
+    exploration = finger.exploration
     force_n = 0.0 if piece is None else piece.stiffness_n_m * max(0.0, piece.thing.height_m - z_m)
-    mode = exploration.step(time_s, force_n, x_m, y_m, motion.speed_m_s, approach_m_s=motion.approach_m_s)
+    mode = exploration.step(time_s, force_n, x_m, y_m, z_m)
     from_s, from_x_m = finger.time_s, finger.x_m
     finger.time_s, finger.x_m = time_s, x_m
     if piece is None:

@@ -5,7 +5,8 @@ Thermal readings come at their own rate, None in between.
 
 from collections import deque
 
-from common.exploration import TAP_S, Exploration
+from common.contact import TAP_S
+from common.exploration import Exploration
 from common.messages import ExplorationMode
 from remote_site.finger_touch import FingerSample, TouchEvent
 from remote_site.heater_control import OFFSETS_K, HeaterControl, next_offset_k

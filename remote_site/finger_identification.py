@@ -6,7 +6,6 @@ Joins the parts; numbers and a time in, numbers out. Texture comes at its own ra
 from common.exploration import Exploration
 from common.limits import GAP_S
 from common.messages import ExplorationMode
-from common.motion_estimate import MotionEstimate
 from remote_site.finger_heat import FingerHeat
 from remote_site.finger_touch import FingerSample, FingerTouch, TouchEvent
 from remote_site.groove_period import GroovePeriod
@@ -45,7 +44,6 @@ class FingerIdentification:
         """Identify with what is known of sensors, materials and surfaces; the plate waits at ambient + `preheat_k`."""
         self.finger = finger
         self._surfaces = surfaces
-        self._motion = MotionEstimate()
         self._exploration = Exploration()
         self._roughness = Roughness()
         self._period = GroovePeriod()
@@ -65,10 +63,9 @@ class FingerIdentification:
     def step(self, sample: FingerSample) -> FingerTouch:
         """Advance to `sample.t_s`."""
         t_s, force_n = sample.t_s, sample.force_n
-        motion, exploration = self._motion, self._exploration
-        motion.step(t_s, sample.x_m, sample.y_m, sample.z_m)
-        speed_m_s = motion.speed_m_s
-        mode = exploration.step(t_s, force_n, sample.x_m, sample.y_m, speed_m_s, approach_m_s=motion.approach_m_s)
+        exploration = self._exploration
+        mode = exploration.step(t_s, force_n, sample.x_m, sample.y_m, sample.z_m)
+        speed_m_s = exploration.speed_m_s
         self._stiffness.step(force_n, sample.z_m)
         events: list[TouchEvent] = []
         if exploration.began:

@@ -53,7 +53,7 @@ def _fast(trace: StrokeTrace, speed_m_s: float | None) -> list[Segment]:
         t_s, v = float(time_s[last]), float(speed[last])
         f = NOMINAL_FORCE_N if force is None else float(force[last])
         x_m += v * CHUNK / RATE_HZ
-        mode = exploration.step(t_s, f, x_m, 0.0, v)
+        mode = exploration.step(t_s, f, x_m, 0.0, 0.0)
         reading = roughness.step(t_s, signal[first : last + 1], mode, v, f)
         if not found or found[-1].mode is not mode:
             _finish(found, readings, period, given)

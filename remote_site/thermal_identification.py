@@ -9,7 +9,7 @@ from typing import Self
 
 import numpy as np
 
-from common.exploration import CONTACT_OFF_N
+from common.contact import CONTACT_OFF_N
 from common.messages import ThermalStatus
 from remote_site.exponential_response import ExponentialFit, ExponentialResponse
 from remote_site.material_posterior import MaterialPosterior

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from common.exploration import CONTACT_ON_N
+from common.contact import CONTACT_ON_N
 
 Array = NDArray[np.float64]
 

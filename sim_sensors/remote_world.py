@@ -18,14 +18,13 @@ from common.scene import BENCH_M, Scene
 from sim_sensors.bench import Bench, BenchObject
 from sim_sensors.fingertip import HIGH_Z_M, Fingertip
 from sim_sensors.fresh_ground import FreshGround
+from sim_sensors.hand_servo import follow
 from sim_sensors.texture_touch import TextureTouch
 from sim_sensors.thermal_touch import STEP_S, SensorSpread, ThermalTouch, draw_touch_factor
 from sim_sensors.true_mode import TrueMode
 
 HOVER_M = 0.006
 """Height of the fingers above the bench at the start, m."""
-HAND_RAD_S = 80.0
-"""The hand follows its set-points in x and y as a critically damped second order of this frequency."""
 FORCE_NOISE_N = 0.01
 _FREE = -1
 
@@ -156,8 +155,8 @@ class RemoteWorld:
 
     def _move_hand(self, dt_s: float, target_x_m: float, target_y_m: float) -> None:
         vx, vy = self._velocity
-        self.x_m, vx = _follow(dt_s, self.x_m, vx, min(max(target_x_m, -BENCH_M), BENCH_M))
-        self.y_m, vy = _follow(dt_s, self.y_m, vy, min(max(target_y_m, -BENCH_M), BENCH_M))
+        self.x_m, vx = follow(dt_s, self.x_m, vx, min(max(target_x_m, -BENCH_M), BENCH_M))
+        self.y_m, vy = follow(dt_s, self.y_m, vy, min(max(target_y_m, -BENCH_M), BENCH_M))
         self._velocity = (vx, vy)
         self.speed_m_s = math.hypot(vx, vy)
 
@@ -251,14 +250,3 @@ class RemoteWorld:
             self._thermal_due_s -= STEP_S
             speed_m_s = self._ground.take_speed_m_s(STEP_S)
             self._thermal.step(np.where(self._present, heater_drive, 0.0), self.force_n, speed_m_s)
-
-
-def _follow(dt_s: float, position: float, velocity: float, target: float) -> tuple[float, float]:
-    """Exact step of a critically damped second order towards a constant target."""
-    away = position - target
-    slope = velocity + HAND_RAD_S * away
-    decay = math.exp(-HAND_RAD_S * dt_s)
-    return (
-        target + (away + slope * dt_s) * decay,
-        (velocity - HAND_RAD_S * slope * dt_s) * decay,
-    )

@@ -7,7 +7,7 @@ TAP_S = 0.15
 STROKE_M = 0.002
 STROKE_M_S = 0.010
 REST_M_S = 0.007
-REST_S = 0.050
+REST_S = 0.100
 
 
 class TrueMode:

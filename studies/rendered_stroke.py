@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from common.config import RenderingConfig, VibrationScale
-from common.exploration import TAP_S
+from common.contact import TAP_S
 from common.messages import Event, EventKind, ExplorationMode
 from common.surfaces import surface_kind
 from operator_site.motor_drive import motor_mv

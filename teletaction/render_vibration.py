@@ -55,7 +55,7 @@ def _samples(stroke: Path, table: SurfaceTable) -> Iterator[StrokeSample]:
         force_n = NOMINAL_FORCE_N if trace.force_n is None else float(force[last])
         speed_m_s = NOMINAL_SPEED_M_S if trace.speed_m_s is None else float(speed[last])
         x_m += speed_m_s * CHUNK / RATE_HZ
-        mode = exploration.step(t_s, force_n, x_m, 0.0, speed_m_s)
+        mode = exploration.step(t_s, force_n, x_m, 0.0, 0.0)
         reading = roughness.step(t_s, signal[first : last + 1], mode, speed_m_s, force_n)
         happened = [(EventKind.TAP, APPROACH_M_S)] if exploration.began else []
         if reading.impulse:

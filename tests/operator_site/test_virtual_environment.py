@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from common.exploration import CONTACT_ON_N
+from common.contact import CONTACT_ON_N
 from common.fingers import FINGER_Y_M, FINGERS
 from common.messages import MAX_EVENTS, TOUCH_COLUMN, Event, EventKind, ExplorationMode, ThermalStatus, Touch
 from common.packets import LinkState

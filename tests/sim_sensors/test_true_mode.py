@@ -24,7 +24,13 @@ def test_touch_rest_stroke_rest_lift():
     assert abs(modes.count(TAPPING) * TICK_S - 0.15) < 0.005
     first_stroke = modes.index(STROKING) * TICK_S
     assert abs(first_stroke - (0.4 + 0.002 / 0.05)) < 0.005
-    assert abs(modes.count(STROKING) * TICK_S - (0.5 - 0.04 + 0.05)) < 0.008
+    assert abs(modes.count(STROKING) * TICK_S - (0.5 - 0.04 + 0.10)) < 0.008
+
+
+def test_a_turn_is_no_rest():
+    turn = [(0.3, 1.0, 0.0), (0.5, 1.0, 0.05), (0.09, 1.0, 0.0), (0.5, 1.0, 0.05)]
+    modes = run(turn)
+    assert set(modes[modes.index(STROKING) :]) == {STROKING}
 
 
 def test_force_between_the_thresholds_keeps_what_was():

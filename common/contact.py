@@ -1,0 +1,78 @@
+"""Whether a finger touches, from a noisy force: at once where the force jumps, without chatter where a finger grazes.
+
+The force is averaged, but only over samples that agree with the newest one (a sigma filter, Lee 1983): a jump passes
+unchanged, a slow change comes half of the averaged time late. To touch must be told soon, to have left must be sure.
+"""
+
+import math
+from collections import deque
+
+CONTACT_ON_N = 0.30
+CONTACT_OFF_N = 0.15
+"""Contact begins at the first and ends below the second, N."""
+FREE_N = 0.10
+"""Below this nothing is touched yet, N: three times the force's noise where that is three times its usual."""
+SOON_S = 0.003
+SURE_S = 0.010
+"""So long is averaged over while free, and while touching, s: two samples and six of the force sensors' 500 Hz."""
+AGREES_N = 0.15
+"""As far as samples are so near the newest one, N."""
+TAP_S = 0.15
+"""How long a tap is a tap, s (T_t of Eq. 1)."""
+BOUNCE_S = 0.030
+"""A finger that left within a tap and is back after less than this has bounced: it is still the same tap."""
+_ROUNDED_S = 1e-4
+
+
+class Contact:
+    """Contact of one finger.
+
+    Attributes:
+        touching: whether it touches.
+        began: whether the last step began a contact; a bounce begins none.
+        ended: whether the last step ended a contact, or left it for a bounce.
+        began_s: when the present (or last) contact began, s.
+        force_n: the force without its noise, N.
+    """
+
+    __slots__ = ("_ended_s", "_recent", "began", "began_s", "ended", "force_n", "touching")
+
+    def __init__(self) -> None:
+        self.touching = self.began = self.ended = False
+        self.began_s = 0.0
+        self.force_n = 0.0
+        self._ended_s = -math.inf
+        self._recent: deque[tuple[float, float]] = deque()
+
+    @property
+    def free(self) -> bool:
+        """Whether there is no sign of an object yet."""
+        return self.force_n < FREE_N
+
+    def step(self, t_s: float, force_n: float) -> None:
+        """Take the force at `t_s`, N; not finite counts as none."""
+        self.force_n = self._averaged(t_s, force_n if math.isfinite(force_n) else 0.0)
+        self.began = self.ended = False
+        if self.touching:
+            self.touching = self.force_n >= CONTACT_OFF_N
+            if not self.touching:
+                self.ended, self._ended_s = True, t_s
+        elif self.force_n >= CONTACT_ON_N:
+            self.touching = True
+            self.began = not self._bounced(t_s)
+            if self.began:
+                self.began_s = t_s
+
+    def _averaged(self, t_s: float, force_n: float) -> float:
+        recent = self._recent
+        if recent and not t_s > recent[-1][0]:
+            recent.clear()
+        recent.append((t_s, force_n))
+        while t_s - recent[0][0] > SURE_S + _ROUNDED_S:
+            recent.popleft()
+        since_s = t_s - (SURE_S if self.touching else SOON_S) - _ROUNDED_S
+        agreeing = [force for when_s, force in recent if when_s >= since_s and abs(force - force_n) <= AGREES_N]
+        return sum(agreeing) / len(agreeing)
+
+    def _bounced(self, t_s: float) -> bool:
+        return 0.0 <= t_s - self._ended_s < BOUNCE_S and self._ended_s - self.began_s < TAP_S

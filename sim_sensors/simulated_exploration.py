@@ -1,0 +1,116 @@
+"""A finger that explores as it is told: its true motion, contact force and mode, and what noisy sensors say of them.
+
+The truth is the paper's rule on the noise-free motion, without the shaking of the arm: the hand was told to rest.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_sensors.fingertip import Fingertip
+from sim_sensors.hand import DRIFT_HZ, DRIFT_M, TREMOR_HZ, TREMOR_XY_M, TREMOR_Z_M
+from sim_sensors.hand_servo import follow
+from sim_sensors.remote_world import FORCE_NOISE_N
+from sim_sensors.told_hand import TICK_S, Array, ToldHand, times_s
+from sim_sensors.true_mode import TrueMode
+
+Modes = NDArray[np.int64]
+FORCE_STEP_N = 0.01
+PLACE_STEP_M, PLACE_NOISE_M = 20e-6, 10e-6
+HEIGHT_STEP_M, HEIGHT_NOISE_M = 5e-6, 2.5e-6
+"""Nominal sensors: the steps of the telemanipulator's frames, and white noise of half a step rms in places and
+heights; the force's noise is that of the simulated world, and its steps are as they are, from 0 up."""
+TICK_LATE_S = 0.0005
+"""A tick is up to this late as a rule ..."""
+TICK_LOST = 0.002
+LOST_TICKS = (5, 15)
+"""... and this share of the ticks comes that many ticks after the one before."""
+
+
+@dataclass(frozen=True, slots=True)
+class Explored:
+    """What truly happened, a value a tick, and each landing: tick of the contact at 0.30 N, approach speed in m/s."""
+
+    time_s: Array
+    x_m: Array
+    y_m: Array
+    z_m: Array
+    force_n: Array
+    mode: Modes
+    landings: tuple[tuple[int, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Sensed:
+    """The same as the site's loop gets it: when it ticked, what the sensors said, which tick of the truth that was."""
+
+    time_s: Array
+    x_m: Array
+    y_m: Array
+    z_m: Array
+    force_n: Array
+    tick: NDArray[np.int64]
+
+
+def explore(told: ToldHand, stiffness_n_m: float, rng: np.random.Generator) -> Explored:
+    """Let a robot finger do what the hand was told, on an object of this stiffness at height 0."""
+    course = told.course()
+    count = len(course["z_m"])
+    time_s = times_s(count)
+    tremble = [_tremble(time_s, rng) for _ in range(3)]
+    along_a, shake_a = rng.uniform(0.0, 2.0 * math.pi, 2)
+    set_along = course["along_m"] + TREMOR_XY_M * tremble[0][0] + DRIFT_M * tremble[0][1]
+    set_across = TREMOR_XY_M * tremble[1][0] + DRIFT_M * tremble[1][1]
+    set_z = course["z_m"] + TREMOR_Z_M * tremble[2][0] + 0.3 * DRIFT_M * tremble[2][1]
+    tip, truth = Fingertip(float(set_z[0])), TrueMode()
+    along = across = (0.0, 0.0)
+    rows, landings = [], []
+    for tick in range(count):
+        was = truth.contact
+        along = follow(TICK_S, *along, float(set_along[tick]))
+        across = follow(TICK_S, *across, float(set_across[tick]))
+        tip.step(TICK_S, float(set_z[tick]), 0.0, stiffness_n_m)
+        slipped = course["slipped_m"][tick] - (course["slipped_m"][tick - 1] if tick else 0.0)
+        place = along[0] + course["slipped_m"][tick]
+        speed = math.hypot(along[1] + slipped / TICK_S, across[1])
+        mode = truth.step(float(time_s[tick]), tip.force_n, place, across[0], speed)
+        if truth.contact and not was:
+            landings.append((tick, tip.approach_m_s))
+        rows.append((place, across[0], tip.z_m, tip.force_n, mode))
+    place, across_m, z, force, mode = np.array(rows).T
+    x: Array = place * math.cos(along_a) - across_m * math.sin(along_a) + course["shaken_m"] * math.cos(shake_a)
+    y: Array = place * math.sin(along_a) + across_m * math.cos(along_a) + course["shaken_m"] * math.sin(shake_a)
+    return Explored(time_s, x, y, z, force, mode.astype(np.int64), tuple(landings))
+
+
+def sense(explored: Explored, noise: float, rng: np.random.Generator) -> Sensed:
+    """What the site gets with sensors `noise` (> 0) times as noisy and coarse as nominal, and ticks that are late."""
+    ticks, tick = [], 0
+    while tick < len(explored.time_s):
+        ticks.append(tick)
+        tick += int(rng.integers(*LOST_TICKS)) if rng.random() < TICK_LOST else 1
+    at = np.array(ticks)
+
+    def measured(true: Array, white_m: float, step_m: float) -> Array:
+        steps = (true[at] / noise + white_m * rng.standard_normal(len(at))) / step_m
+        rounded: Array = noise * step_m * np.round(steps)
+        return rounded
+
+    force_n = np.maximum(explored.force_n[at] + noise * FORCE_NOISE_N * rng.standard_normal(len(at)), 0.0)
+    return Sensed(
+        explored.time_s[at] + rng.uniform(0.0, TICK_LATE_S, len(at)),
+        measured(explored.x_m, PLACE_NOISE_M, PLACE_STEP_M),
+        measured(explored.y_m, PLACE_NOISE_M, PLACE_STEP_M),
+        measured(explored.z_m, HEIGHT_NOISE_M, HEIGHT_STEP_M),
+        FORCE_STEP_N * np.round(force_n / FORCE_STEP_N),
+        at,
+    )
+
+
+def _tremble(time_s: Array, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Tremor and drift of a hand, of amplitude 1."""
+    phase = rng.uniform(0.0, 2.0 * math.pi, 2)
+    fast, slow = rng.uniform(*TREMOR_HZ), rng.uniform(*DRIFT_HZ)
+    return np.sin(2.0 * math.pi * fast * time_s + phase[0]), np.sin(2.0 * math.pi * slow * time_s + phase[1])

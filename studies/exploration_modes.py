@@ -1,0 +1,146 @@
+"""Exploration modes from noisy force and motion: time right, wrong switches, latency, and the speed of taps.
+
+Hands explore at random (studies/exploration_scenes.py); sensors are 1 to 10 times as coarse and noisy as nominal, ticks
+are late and some are lost. The mode machine is compared with thresholds on each sample alone.
+"""
+
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterator, Mapping
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from common.exploration import Exploration
+from common.messages import ExplorationMode
+from sim_sensors.simulated_exploration import Explored, sense
+from sim_sensors.told_hand import TICK_S
+from studies.exploration_scenes import BARELY, SCENES, scene
+from studies.mode_judge import Machine, Told, latencies, longest_run, tap_speeds, tell, wrong_switches
+from studies.plain_thresholds import PlainThresholds
+from studies.registry import Tell
+
+MACHINE, PLAIN = "mode machine", "plain thresholds"
+METHODS: dict[str, Callable[[], Machine]] = {MACHINE: Exploration, PLAIN: PlainThresholds}
+NOISES = (1.0, 3.0, 5.0, 10.0)
+JUDGED = 3.0
+"""The noise at which the modes must hold, times nominal."""
+SEEDS, QUICK_SEEDS = 100, 8
+SPEEDS_M_S = (0.015, 0.03, 0.06, 0.12, 0.4)
+SOON_S = 0.005
+TABLES = ("levels", "scenes", "latencies", "taps", "confusion", "barely")
+
+
+class _Count:
+    """What one method did at one level of noise, scene by scene."""
+
+    def __init__(self) -> None:
+        self.ticks, self.right = Counter[str](), Counter[str]()
+        self.confusion = Counter[tuple[int, int]]()
+        self.true_switches = self.switches = self.wrong = self.longest_run = 0
+        self.late_s: dict[str, list[float]] = defaultdict(list)
+        self.never = Counter[str]()
+        self.contacts = self.soon = self.stood_still = self.invented_taps = 0
+        self.taps: list[tuple[float, float]] = []
+
+    def take(self, kind: str, explored: Explored, told: Told) -> None:
+        true = explored.mode
+        self.ticks[kind] += len(true)
+        self.right[kind] += int(np.count_nonzero(told.mode == true))
+        self.confusion.update(zip(true.tolist(), told.mode.tolist(), strict=True))
+        wrong = wrong_switches(true, told.mode)
+        self.true_switches += int(np.count_nonzero(np.diff(true)))
+        self.switches += len(wrong)
+        self.wrong += sum(wrong)
+        self.longest_run = max(self.longest_run, longest_run(wrong))
+        for name, late_s, stood_still in latencies(true, told):
+            if late_s is None:
+                self.never[name] += 1
+            else:
+                self.late_s[name].append(late_s)
+            if name == "contact":
+                self.contacts += not stood_still
+                self.stood_still += stood_still
+                self.soon += not stood_still and late_s is not None and late_s <= SOON_S
+        speeds = list(tap_speeds(explored, told))
+        self.taps += [(true_m_s, m_s) for true_m_s, m_s in speeds if m_s is not None]
+        self.invented_taps += max(0, len(told.taps) - len(speeds))
+
+
+def run(quick: bool, seed: int, tell_progress: Tell) -> dict[str, Any]:
+    """Explore, sense and judge: rows of TABLES; all but `barely` are of SCENES alone."""
+    counts = {(method, noise): _Count() for method in METHODS for noise in NOISES}
+    barely = {each: _Count() for each in counts}
+    seeds = QUICK_SEEDS if quick else SEEDS
+    for number in range(seeds):
+        tell_progress(number / seeds)
+        for kind in (*SCENES, BARELY):
+            explored = scene(kind, 1000 * seed + number)
+            for noise in NOISES:
+                sensed = sense(explored, noise, np.random.default_rng([seed, number, round(noise)]))
+                for method, make in METHODS.items():
+                    (barely if kind == BARELY else counts)[method, noise].take(
+                        kind, explored, tell(make, explored, sensed)
+                    )
+    ways = {"levels": _level, "scenes": _scenes, "latencies": _latencies, "taps": _taps, "confusion": _confusion}
+    found = {name: _rows(counts, way) for name, way in ways.items()} | {"barely": _rows(barely, _level)}
+    return {"quick": quick, "seconds": TICK_S * sum(counts[MACHINE, JUDGED].ticks.values())} | found
+
+
+def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
+    """All rows by what they tell."""
+    return {name: data[name] for name in TABLES}
+
+
+def _rows(
+    counts: Mapping[tuple[str, float], _Count], way: Callable[[_Count], Iterator[dict[str, Any]]]
+) -> list[dict[str, Any]]:
+    return [{"method": m, "noise": n} | row for (m, n), count in counts.items() for row in way(count)]
+
+
+def _level(count: _Count) -> Iterator[dict[str, Any]]:
+    yield {
+        "right": sum(count.right.values()) / sum(count.ticks.values()),
+        "true_switches": count.true_switches,
+        "switches": count.switches,
+        "wrong_switches": count.wrong,
+        "longest_wrong_run": count.longest_run,
+        "contacts_within_5_ms": count.soon / count.contacts if count.contacts else None,
+        "contacts_while_the_loop_stood_still": count.stood_still,
+        "invented_taps": count.invented_taps,
+    }
+
+
+def _scenes(count: _Count) -> Iterator[dict[str, Any]]:
+    for kind, ticks in count.ticks.items():
+        yield {"scene": kind, "seconds": ticks * TICK_S, "right": count.right[kind] / ticks}
+
+
+def _latencies(count: _Count) -> Iterator[dict[str, Any]]:
+    for name, late_s in sorted(count.late_s.items()):
+        p5, p50, p95, p99 = np.quantile(late_s, (0.05, 0.5, 0.95, 0.99)).tolist()
+        spread = {"p5_s": p5, "p50_s": p50, "p95_s": p95, "p99_s": p99, "most_s": max(late_s)}
+        yield {"switch": name, "count": len(late_s), "never": count.never[name]} | spread
+
+
+def _taps(count: _Count) -> Iterator[dict[str, Any]]:
+    true, told = np.array(count.taps).T
+    for low, high in pairwise(SPEEDS_M_S):
+        mine = (true >= low) & (true < high)
+        if mine.any():
+            error = told[mine] / true[mine] - 1.0
+            yield {
+                "from_m_s": low,
+                "to_m_s": high,
+                "count": int(mine.sum()),
+                "bias": float(error.mean()),
+                "rms": float(np.sqrt((error**2).mean())),
+                "p95": float(np.quantile(np.abs(error), 0.95)),
+            }
+
+
+def _confusion(count: _Count) -> Iterator[dict[str, Any]]:
+    total = sum(count.ticks.values())
+    for true in ExplorationMode:
+        shares = {told.name.lower(): count.confusion[true, told] / total for told in ExplorationMode}
+        yield {"true": true.name.lower()} | shares

@@ -1,0 +1,86 @@
+"""Panels of the study of exploration modes: time right against noise, how late switches are told, speed of taps."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from matplotlib.axes import Axes
+
+from studies.exploration_modes import JUDGED, MACHINE, PLAIN
+from teletaction.figure_style import BLUE, GREY, PALE, RED, plain_ticks
+
+_COLOURS = {MACHINE: BLUE, PLAIN: RED}
+_SWITCHES = ("contact", "end of the tap", "stroke begins", "stroke ends", "release")
+
+
+def draw_time_right(axes: Axes, data: Mapping[str, Any]) -> None:
+    """Share of the time with the right mode, and switches that were wrong, against the noise."""
+    for method, colour in _COLOURS.items():
+        rows = [row for row in data["levels"] if row["method"] == method]
+        axes.plot(
+            [row["noise"] for row in rows], [100 * row["right"] for row in rows], color=colour, marker="o", label=method
+        )
+        for row in rows:
+            axes.annotate(
+                f"{100 * row['wrong_switches'] / row['switches']:.1f} % wrong",
+                (row["noise"], 100 * row["right"]),
+                (0, 6),
+                textcoords="offset points",
+                ha="center",
+                fontsize=7,
+                color=colour,
+            )
+    axes.axhline(98.0, color=GREY, linestyle=":")
+    axes.axvspan(0.9, JUDGED, color=PALE, zorder=0)
+    axes.set_xscale("log")
+    plain_ticks(axes.xaxis, sorted({row["noise"] for row in data["levels"]}))
+    axes.set_xlim(0.9, 12.0)
+    axes.set_ylim(None, 101.5)
+    axes.set_xlabel("noise / nominal")
+    axes.set_ylabel("time in the right mode (%)")
+    axes.set_title("Modes; numbers: switches that were wrong", loc="left")
+    axes.legend(loc="lower left")
+
+
+def draw_latencies(axes: Axes, data: Mapping[str, Any]) -> None:
+    """How much later than true a switch was told, at three times the noise: median, 5 to 95 %."""
+    for method, shift in ((MACHINE, -0.15), (PLAIN, 0.15)):
+        for place, name in enumerate(_SWITCHES):
+            row = next((r for r in _judged(data["latencies"], method) if r["switch"] == name), None)
+            if row is not None:
+                low, middle, high = (1e3 * row[at] for at in ("p5_s", "p50_s", "p95_s"))
+                axes.plot([low, high], [place + shift] * 2, color=_COLOURS[method], linewidth=2.0)
+                axes.plot(middle, place + shift, "o", color=_COLOURS[method], label=None if place else method)
+    axes.axvline(5.0, color=GREY, linestyle=":")
+    axes.set_xscale("symlog", linthresh=10.0)
+    plain_ticks(axes.xaxis, (-100, -10, -5, 0, 5, 10, 100, 400))
+    axes.set_yticks(range(len(_SWITCHES)), _SWITCHES)
+    axes.invert_yaxis()
+    axes.set_xlabel("told after it was true (ms)")
+    axes.set_title("Latency; dots: median, lines: 5 to 95 %", loc="left")
+    axes.legend(loc="lower right")
+
+
+def draw_tap_speeds(axes: Axes, data: Mapping[str, Any]) -> None:
+    """Error of the approach speed of taps against the speed."""
+    for method, colour in _COLOURS.items():
+        for noise, line in ((1.0, "--"), (JUDGED, "-")):
+            rows = [row for row in data["taps"] if (row["method"], row["noise"]) == (method, noise)]
+            axes.plot(
+                [1e3 * (row["from_m_s"] * row["to_m_s"]) ** 0.5 for row in rows],
+                [100 * row["rms"] for row in rows],
+                color=colour,
+                linestyle=line,
+                marker="o",
+                label=f"{method}, noise x {noise:g}",
+            )
+    axes.set_xscale("log")
+    plain_ticks(axes.xaxis, (20, 50, 100, 200))
+    axes.set_ylim(0.0, None)
+    axes.set_xlabel("approach speed (mm/s)")
+    axes.set_ylabel("rms error of the approach speed (%)")
+    axes.set_title("Taps: speed before the impact", loc="left")
+    axes.legend()
+
+
+def _judged(rows: list[dict[str, Any]], method: str) -> list[dict[str, Any]]:
+    return [row for row in rows if row["method"] == method and row["noise"] == JUDGED]

@@ -1,0 +1,84 @@
+"""Speeds and whereabouts of a finger from noisy, quantised positions at uneven times."""
+
+import math
+
+import numpy as np
+import pytest
+
+from common.descent import Descent
+from common.motion_estimate import MotionEstimate
+from common.whereabouts import EVERY_S, LATELY_S, Whereabouts
+
+TICK_S = 0.002
+
+
+@pytest.mark.parametrize("step_m", [20e-6, 60e-6])
+def test_stroke_speed_survives_quantisation(step_m: float) -> None:
+    motion, speeds = MotionEstimate(), []
+    for tick in range(100):
+        time_s = TICK_S * tick
+        motion.step(time_s, round(0.03 * time_s / step_m) * step_m, round(-0.04 * time_s / step_m) * step_m)
+        speeds.append(motion.speed_m_s)
+    assert max(abs(v - 0.05) for v in speeds[15:]) < 0.1 * step_m / 2e-3 + 0.001
+
+
+def test_a_still_hand_is_slow_with_three_times_the_noise() -> None:
+    draw, motion, speeds = np.random.default_rng(0), MotionEstimate(), []
+    for tick in range(5000):
+        x_m, y_m = np.round(30e-6 * draw.standard_normal(2) / 60e-6) * 60e-6
+        motion.step(TICK_S * tick, x_m, y_m)
+        speeds.append(motion.speed_m_s)
+    assert np.quantile(speeds[15:], 0.999) < 0.007
+
+
+@pytest.mark.parametrize("speed_m_s", [0.02, 0.1, 0.3])
+def test_descent_follows_a_finger_that_slows_down(speed_m_s: float) -> None:
+    """It is the present speed, where the mean over the window would be half a window old."""
+    draw, descent, z_m, time_s = np.random.default_rng(1), Descent(), 0.0, 0.0
+    slowing_m_s2 = speed_m_s / 0.04
+    errors = []
+    for tick in range(15):
+        true_m_s = speed_m_s - slowing_m_s2 * TICK_S * tick
+        descent.step(time_s + draw.uniform(0.0, 0.0002), round(z_m / 5e-6) * 5e-6)
+        z_m -= TICK_S * (true_m_s - 0.5 * slowing_m_s2 * TICK_S)
+        time_s += TICK_S
+        errors.append(abs(descent.speed_m_s - true_m_s))
+    assert max(errors[8:]) < 0.12 * speed_m_s + 0.001
+
+
+def test_late_ticks_and_a_clock_set_back() -> None:
+    motion, descent = MotionEstimate(), Descent()
+    for time_s in (0.0, 0.002, 0.004, 0.060):
+        motion.step(time_s, 0.05 * time_s, 0.0)
+        descent.step(time_s, -0.05 * time_s)
+    assert motion.speed_m_s == pytest.approx(0.05)
+    assert descent.speed_m_s == pytest.approx(0.05)
+    for time_s in (0.5, 0.4, 0.4):
+        motion.step(time_s, 1.0, 0.0)
+        descent.step(time_s, 1.0)
+    assert (motion.speed_m_s, descent.speed_m_s) == (0.0, 0.0)
+
+
+def test_whereabouts_tell_a_shaking_finger_from_one_that_goes_somewhere() -> None:
+    shaking, going = Whereabouts(), Whereabouts()
+    for tick in range(500):
+        time_s = TICK_S * tick
+        shaking.step(time_s, 0.5e-3 * math.sin(2.0 * math.pi * 8.0 * time_s), 0.0)
+        going.step(time_s, 0.010 * time_s, 0.0)
+    assert 0.4e-3 < shaking.reach_m < 0.6e-3
+    assert going.reach_m == pytest.approx(0.5 * 0.010 * LATELY_S, rel=0.1)
+    assert going.away_m(0.010 * 0.998, 0.0) == pytest.approx(going.reach_m, rel=0.15)
+
+
+def test_whereabouts_need_time_and_forget() -> None:
+    lately = Whereabouts()
+    for tick in range(round(LATELY_S / TICK_S) - 10):
+        lately.step(TICK_S * tick, 0.01 * (tick < 50), 0.0)
+    assert lately.reach_m == math.inf
+    assert lately.away_m(0.0, 0.0) > 1e-3
+    lately.forget(TICK_S * 60)
+    assert lately.away_m(0.0, 0.0) == 0.0
+    lately.step(0.0, 0.02, 0.0)
+    assert lately.away_m(0.02, 0.0) == 0.0, "a clock set back starts over"
+    lately.forget(EVERY_S)
+    assert lately.away_m(0.02, 0.0) == 0.0, "the newest place is kept"
