@@ -10,27 +10,28 @@ class Descent:
 
     It is the slope, at the newest sample, of the parabola through the means of the window's thirds: a finger may slow
     down by half within the window.
-
-    Attributes:
-        speed_m_s: downwards, m/s; negative upwards.
     """
 
-    __slots__ = ("_recent", "speed_m_s")
+    __slots__ = ("_enough", "_recent")
 
     def __init__(self) -> None:
         self._recent = RecentSamples(1, WINDOW_S)
-        self.speed_m_s = 0.0
+        self._enough = False
 
     def step(self, t_s: float, z_m: float) -> None:
         """Take the height at `t_s`; a time that does not advance starts over."""
-        if not self._recent.take(t_s, z_m):
-            self.speed_m_s = 0.0
-            return
+        self._enough = self._recent.take(t_s, z_m)
+
+    @property
+    def speed_m_s(self) -> float:
+        """Downwards, m/s; negative upwards."""
+        if not self._enough:
+            return 0.0
         (first_s, middle_s, last_s), (first_m, middle_m, last_m) = map(_thirds, self._recent.tracks)
         early_m_s = (first_m - middle_m) / (middle_s - first_s)
         late_m_s = (middle_m - last_m) / (last_s - middle_s)
         change_m_s2 = 2.0 * (late_m_s - early_m_s) / (last_s - first_s)
-        self.speed_m_s = late_m_s + change_m_s2 * (t_s - 0.5 * (middle_s + last_s))
+        return late_m_s + change_m_s2 * (self._recent.tracks[0][-1] - 0.5 * (middle_s + last_s))
 
 
 def _thirds(track: list[float]) -> tuple[float, float, float]:

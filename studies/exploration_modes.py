@@ -16,7 +16,7 @@ from common.messages import ExplorationMode
 from sim_sensors.simulated_exploration import Explored, sense
 from sim_sensors.told_hand import TICK_S
 from studies.exploration_scenes import BARELY, SCENES, scene
-from studies.mode_judge import Machine, Told, latencies, longest_run, tap_speeds, tell, wrong_switches
+from studies.mode_judge import Machine, Told, latencies, listen, longest_run, tap_speeds, wrong_switches
 from studies.plain_thresholds import PlainThresholds
 from studies.registry import Tell
 
@@ -67,20 +67,20 @@ class _Count:
         self.invented_taps += max(0, len(told.taps) - len(speeds))
 
 
-def run(quick: bool, seed: int, tell_progress: Tell) -> dict[str, Any]:
+def run(quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
     """Explore, sense and judge: rows of TABLES; all but `barely` are of SCENES alone."""
     counts = {(method, noise): _Count() for method in METHODS for noise in NOISES}
     barely = {each: _Count() for each in counts}
     seeds = QUICK_SEEDS if quick else SEEDS
     for number in range(seeds):
-        tell_progress(number / seeds)
+        tell(number / seeds)
         for kind in (*SCENES, BARELY):
             explored = scene(kind, 1000 * seed + number)
             for noise in NOISES:
                 sensed = sense(explored, noise, np.random.default_rng([seed, number, round(noise)]))
                 for method, make in METHODS.items():
                     (barely if kind == BARELY else counts)[method, noise].take(
-                        kind, explored, tell(make, explored, sensed)
+                        kind, explored, listen(make, explored, sensed)
                     )
     ways = {"levels": _level, "scenes": _scenes, "latencies": _latencies, "taps": _taps, "confusion": _confusion}
     found = {name: _rows(counts, way) for name, way in ways.items()} | {"barely": _rows(barely, _level)}

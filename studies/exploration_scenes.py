@@ -10,13 +10,16 @@ from sim_sensors.simulated_exploration import Explored, explore
 from sim_sensors.told_hand import UP_M, ToldHand
 
 STIFFNESS_N_M = (400.0, 6000.0)
+"""Of the object: foam to more than PVC."""
 APPROACH_M_S = (0.02, 0.3)
-PRESS_N = (0.6, 3.0)
-STROKE_M_S = (0.02, 0.15)
-STROKE_M = (0.015, 0.08)
+"""Fastest on the way down; where it lands the finger has another speed, and that is the true one of a tap."""
+PRESS_N, GRAZE_N, BARELY_N = (0.6, 3.0), (0.33, 0.45), (0.20, 0.30)
+STROKE_M_S, STROKE_M = (0.02, 0.15), (0.015, 0.08)
+TURN_S = 0.2
+"""From one way to the other without a stop."""
 SLIP_M, SLIP_S = (0.0025, 0.006), (0.06, 0.15)
-GRAZE_N, BARELY_N = (0.33, 0.45), (0.20, 0.30)
 SHAKE_M, SHAKE_HZ = (0.2e-3, 0.5e-3), (6.0, 12.0)
+"""Along the bench only; what shakes up and down changes the force, and then contact may truly end."""
 
 
 class _Hand:
@@ -71,7 +74,7 @@ def _strokes(hand: _Hand) -> None:
         hand.told.change_speed(0.0, math.copysign(speed, way))
         for _ in range(hand.draw.integers(1, 4)):
             hand.told.go(math.copysign(speed, way), abs(way) / speed)
-            hand.told.change_speed(math.copysign(speed, way), -math.copysign(speed, way), 0.2)
+            hand.told.change_speed(math.copysign(speed, way), -math.copysign(speed, way), TURN_S)
             way = -way
         hand.told.go(math.copysign(speed, way), 0.5 * abs(way) / speed)
         hand.told.change_speed(math.copysign(speed, way), 0.0)

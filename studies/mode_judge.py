@@ -50,7 +50,7 @@ class Told:
     late: NDArray[np.bool_]
 
 
-def tell(make: Callable[[], Machine], explored: Explored, sensed: Sensed) -> Told:
+def listen(make: Callable[[], Machine], explored: Explored, sensed: Sensed) -> Told:
     """Let a new machine go through what was sensed of a scene."""
     machine, modes, taps = make(), [], []
     columns = (sensed.time_s, sensed.force_n, sensed.x_m, sensed.y_m, sensed.z_m)

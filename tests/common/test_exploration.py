@@ -41,8 +41,9 @@ class Finger:
                 self.step(force_n, self.x_m)
         return self
 
-    def shake(self, seconds: float, amplitude_m: float, hz: float) -> "Finger":
+    def shake(self, seconds: float, amplitude_m: float, hz: float, speed_m_s: float = 0.0) -> "Finger":
         for tick in range(round(seconds / TICK_S)):
+            self.x_m += speed_m_s * TICK_S
             self.step(DOWN, self.x_m + amplitude_m * math.sin(2.0 * math.pi * hz * tick * TICK_S))
         return self
 
@@ -88,6 +89,11 @@ def test_an_arm_that_shakes_does_not_stroke() -> None:
     stroked.shake(1.5, 0.5e-3, 8.0)
     assert order(stroked.modes[before:]) == [STROKING, QUIESCENT]
     assert stroked.modes[before:].count(STROKING) * TICK_S < 0.3
+
+
+def test_an_arm_that_shakes_still_strokes_where_it_goes_somewhere() -> None:
+    finger = Finger().go((0.5, DOWN, 0.0)).shake(2.0, 0.5e-3, 8.0, speed_m_s=0.02)
+    assert finger.order() == [TAPPING, QUIESCENT, STROKING]
 
 
 def test_a_slip_is_a_stroke_as_long_as_it_lasts() -> None:

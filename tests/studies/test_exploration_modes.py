@@ -13,7 +13,7 @@ from sim_sensors.simulated_exploration import sense
 from studies.exploration_modes import JUDGED, MACHINE, PLAIN, run, tables
 from studies.exploration_modes_figure import draw_latencies, draw_tap_speeds, draw_time_right
 from studies.exploration_scenes import SCENES, scene
-from studies.mode_judge import latencies, longest_run, tell, wrong_switches
+from studies.mode_judge import latencies, listen, longest_run, wrong_switches
 from studies.registry import write_table
 
 SEEDS = range(90_000, 90_008)
@@ -21,7 +21,7 @@ SEEDS = range(90_000, 90_008)
 
 @cache
 def data() -> dict[str, Any]:
-    return run(True, 7, lambda _: None)
+    return run(quick=True, seed=7, tell=lambda _: None)
 
 
 def level(method: str, noise: float = JUDGED) -> dict[str, Any]:
@@ -33,7 +33,7 @@ def test_each_kind_of_scene_gets_the_right_modes(kind: str) -> None:
     right = ticks = 0
     for seed in SEEDS:
         explored = scene(kind, seed)
-        told = tell(Exploration, explored, sense(explored, JUDGED, np.random.default_rng(seed)))
+        told = listen(Exploration, explored, sense(explored, JUDGED, np.random.default_rng(seed)))
         right += int(np.count_nonzero(told.mode == explored.mode))
         ticks += len(explored.mode)
         assert longest_run(wrong_switches(explored.mode, told.mode)) <= 1
@@ -61,7 +61,7 @@ def test_the_speed_of_a_tap_is_that_before_the_impact() -> None:
 
 def test_the_judge_knows_wrong_from_late() -> None:
     explored = scene("strokes", 90_100)
-    told = tell(Exploration, explored, sense(explored, 1.0, np.random.default_rng(0)))
+    told = listen(Exploration, explored, sense(explored, 1.0, np.random.default_rng(0)))
     assert wrong_switches(explored.mode, explored.mode) == [False] * int(np.count_nonzero(np.diff(explored.mode)))
     late = np.roll(explored.mode, 10)
     late[:10] = explored.mode[0]
