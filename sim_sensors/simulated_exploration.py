@@ -22,11 +22,12 @@ PLACE_STEP_M, PLACE_NOISE_M = 20e-6, 10e-6
 HEIGHT_STEP_M, HEIGHT_NOISE_M = 5e-6, 2.5e-6
 """Nominal sensors: the steps of the telemanipulator's frames, and white noise of half a step rms in places and
 heights; the force's noise is that of the simulated world, and its steps are as they are, from 0 up."""
-TICK_LATE_S = 0.0005
-"""A tick is up to this late as a rule ..."""
+TICK_LATE_S = 0.001
+"""A tick is up to this late as a rule. Devices and loop each keep their own time: a late tick gets a newer reading, and
+the next one may get the same again."""
 TICK_LOST = 0.002
 LOST_TICKS = (5, 15)
-"""... and this share of the ticks comes that many ticks after the one before."""
+"""This share of the ticks comes that many ticks after the one before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,20 +88,22 @@ def explore(told: ToldHand, stiffness_n_m: float, rng: np.random.Generator) -> E
 
 def sense(explored: Explored, noise: float, rng: np.random.Generator) -> Sensed:
     """What the site gets with sensors `noise` (> 0) times as noisy and coarse as nominal, and ticks that are late."""
-    ticks, tick = [], 0
+    phase, ticks, tick = rng.uniform(), [], 0
     while tick < len(explored.time_s):
         ticks.append(tick)
         tick += int(rng.integers(*LOST_TICKS)) if rng.random() < TICK_LOST else 1
-    at = np.array(ticks)
+    time_s = explored.time_s[ticks] + phase * TICK_S + rng.uniform(0.0, TICK_LATE_S, len(ticks))
+    at = np.minimum(np.searchsorted(explored.time_s, time_s, side="right"), len(explored.time_s)) - 1
+    readings, again = np.unique(at, return_inverse=True)
 
     def measured(true: Array, white_m: float, step_m: float) -> Array:
-        steps = (true[at] / noise + white_m * rng.standard_normal(len(at))) / step_m
+        steps = (true[at] / noise + white_m * rng.standard_normal(len(readings))[again]) / step_m
         rounded: Array = noise * step_m * np.round(steps)
         return rounded
 
-    force_n = np.maximum(explored.force_n[at] + noise * FORCE_NOISE_N * rng.standard_normal(len(at)), 0.0)
+    force_n = np.maximum(explored.force_n[at] + noise * FORCE_NOISE_N * rng.standard_normal(len(readings))[again], 0.0)
     return Sensed(
-        explored.time_s[at] + rng.uniform(0.0, TICK_LATE_S, len(at)),
+        time_s,
         measured(explored.x_m, PLACE_NOISE_M, PLACE_STEP_M),
         measured(explored.y_m, PLACE_NOISE_M, PLACE_STEP_M),
         measured(explored.z_m, HEIGHT_NOISE_M, HEIGHT_STEP_M),

@@ -60,7 +60,7 @@ def listen(make: Callable[[], Machine], explored: Explored, sensed: Sensed) -> T
             taps.append((tick, machine.approach_m_s))
     ticks = np.arange(len(explored.mode))
     newest = np.searchsorted(sensed.tick, ticks, side="right") - 1
-    late = np.isin(ticks, sensed.tick[1:][np.diff(sensed.tick) > 1])
+    late = np.isin(ticks, sensed.tick[1:][np.diff(sensed.tick) > 2])
     return Told(np.array(modes)[newest], tuple(taps), late)
 
 

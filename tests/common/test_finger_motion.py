@@ -31,19 +31,18 @@ def test_a_still_hand_is_slow_with_three_times_the_noise() -> None:
     assert np.quantile(speeds[15:], 0.999) < 0.007
 
 
-@pytest.mark.parametrize("speed_m_s", [0.02, 0.1, 0.3])
-def test_descent_follows_a_finger_that_slows_down(speed_m_s: float) -> None:
-    """It is the present speed, where the mean over the window would be half a window old."""
-    draw, descent, z_m, time_s = np.random.default_rng(1), Descent(), 0.0, 0.0
-    slowing_m_s2 = speed_m_s / 0.04
-    errors = []
-    for tick in range(15):
-        true_m_s = speed_m_s - slowing_m_s2 * TICK_S * tick
-        descent.step(time_s + draw.uniform(0.0, 0.0002), round(z_m / 5e-6) * 5e-6)
-        z_m -= TICK_S * (true_m_s - 0.5 * slowing_m_s2 * TICK_S)
-        time_s += TICK_S
-        errors.append(abs(descent.speed_m_s - true_m_s))
-    assert max(errors[8:]) < 0.12 * speed_m_s + 0.001
+@pytest.mark.parametrize("speed_m_s", [0.02, 0.05, 0.1, 0.3])
+def test_descent_stands_readings_that_come_twice_or_late(speed_m_s: float) -> None:
+    """Devices and loop keep their own time: a tick may get the last reading again, and the next one two at once."""
+    draw, told = np.random.default_rng(1), []
+    for _ in range(200):
+        descent, phase = Descent(), draw.uniform()
+        for tick in range(12):
+            time_s = TICK_S * (tick + phase) + draw.uniform(0.0, 0.001)
+            descent.step(time_s, round(-speed_m_s * TICK_S * (time_s // TICK_S) / 5e-6) * 5e-6)
+        told.append(descent.speed_m_s / speed_m_s)
+    assert abs(np.mean(told) - 1.0) < 0.03
+    assert np.quantile(np.abs(np.array(told) - 1.0), 0.95) < 0.15
 
 
 def test_late_ticks_and_a_clock_set_back() -> None:
