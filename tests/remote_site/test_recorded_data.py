@@ -37,18 +37,20 @@ def test_every_touch_is_read_and_answered() -> None:
         assert {line["status"] for line in lines} <= STATUSES
 
 
-def test_periods_of_grooved_boards() -> None:
-    """Period against the boards' own (twice the nominal width) on all 16 strokes."""
-    errors = []
-    for stroke in recordings("groove_boards"):
+@pytest.mark.parametrize("signal", ["best", "mean"])
+def test_periods_of_grooved_boards(signal: str) -> None:
+    """Within 1 % of the boards' own (twice the nominal width) on every stroke, and within what the deviation says.
+
+    The 20 mm line that both boards show is larger than the 4 mm pattern.
+    """
+    strokes = recordings("groove_boards")
+    assert len(strokes) >= 16
+    for stroke in strokes:
         named = re.match(r"board(\d+)mm_force\d+_speed(\d+)mmps", stroke.stem)
         assert named is not None
-        true_mm, speed_mm_s = 2.0 * float(named[1]), float(named[2])
-        (line,) = identify_texture([stroke], signal="best", speed_mm_s=speed_mm_s)
-        period_mm = line["period_mm"]
-        errors.append(abs(period_mm - true_mm) / true_mm if period_mm is not None else 1.0)
-    assert len(errors) == 16
-    assert sum(error < 0.05 for error in errors) >= 14, errors
+        (line,) = identify_texture([stroke], signal=signal, speed_mm_s=float(named[2]))
+        assert line["period_mm"] == pytest.approx(2.0 * float(named[1]), rel=0.01), stroke.stem
+        assert abs(line["period_mm"] - 2.0 * float(named[1])) < 3.0 * line["period_sd_mm"], stroke.stem
 
 
 def test_every_fabric_stroke_is_read_and_answered() -> None:
