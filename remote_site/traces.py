@@ -6,6 +6,7 @@ Every error names file, line and column, so that a person can go and mend the fi
 import csv
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -87,6 +88,10 @@ class TraceFile:
         for number, row in self.rows:
             if len(row) != len(self.names):
                 raise ValueError(f"{path}: line {number}: {len(row)} values under {len(self.names)} columns")
+        if "time_s" in self.names:
+            # some recorders write their last sample twice: a line that repeats the one before word for word
+            repeated = {line for (_, before), (line, row) in pairwise(self.rows) if row == before}
+            self.rows = [(number, row) for number, row in self.rows if number not in repeated]
 
     def texts(self, name: str) -> list[tuple[int, str]]:
         """Line number and text of every cell of a column.

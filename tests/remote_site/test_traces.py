@@ -38,6 +38,13 @@ def test_errors_name_file_line_and_column(tmp_path, old, new, message):
     assert str(error.value).startswith(str(path))
 
 
+def test_a_line_written_twice_is_one_sample(tmp_path):
+    read = read_thermal(trace(tmp_path, GOOD + "0.06,29.9,0.5,c\n"))
+    assert read.time_s.tolist() == [0.0, 0.01, 0.06]
+    with pytest.raises(ValueError, match="line 5: column time_s does not ascend"):
+        read_thermal(trace(tmp_path, GOOD + "0.06,29.8,0.5,c\n"))
+
+
 def test_a_short_touch_is_no_contact(tmp_path):
     text = "time_s,sensor_c,force_n\n" + "".join(f"{0.01 * k:.2f},30,{0.5 if 3 <= k < 6 else 0}\n" for k in range(20))
     assert read_thermal(trace(tmp_path, text)).contact() is None
