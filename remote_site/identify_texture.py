@@ -1,24 +1,39 @@
 """Off-line texture identification of recorded strokes: one JSON line per segment."""
 
+import json
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from common.messages import ExplorationMode
+from remote_site.spectrum_table import Recognised, SpectrumTable
 from remote_site.stroke_segment import Segment
-from remote_site.stroke_segments import segments
+from remote_site.stroke_segments import FAST_HZ, segments
 from remote_site.surface_class import SurfaceTable, recognise, stroke_constants
-from remote_site.traces import read_stroke
+from remote_site.traces import StrokeTrace, read_stroke
 
 RPM_PER_MM_S = 60.0 / (2.0 * math.pi) / 1000.0
 """(rad/s)/(m/s) to rpm/(mm/s)."""
 RPM = 60.0 / (2.0 * math.pi)
 
 
+def load_surfaces(path: Path) -> SurfaceTable | SpectrumTable:
+    """Read a table of surfaces of either kind: of a texture sensor, or of slow strokes.
+
+    Raises:
+        ValueError: it is neither, or was changed.
+    """
+    try:
+        kind = json.loads(path.read_text("utf-8")).get("kind")
+    except (OSError, ValueError, AttributeError):
+        kind = None
+    return SpectrumTable.load(path) if kind == "surface_spectra" else SurfaceTable.load(path)
+
+
 def identify_texture(
     strokes: Sequence[Path],
-    table: SurfaceTable | None = None,
+    table: SurfaceTable | SpectrumTable | None = None,
     signal: str | None = None,
     speed_mm_s: float | None = None,
 ) -> Iterator[dict[str, Any]]:
@@ -26,7 +41,8 @@ def identify_texture(
 
     Args:
         strokes: trace files.
-        table: calibrated surfaces; without one neither a surface nor constants are stated.
+        table: calibrated surfaces; without one neither a surface nor constants are stated. One of slow strokes
+            states a surface, or `unknown`, with its probability among the calibrated, and no constants.
         signal: column, `best` or `mean`; see `read_stroke`.
         speed_mm_s: speed of recordings without a speed column, mm/s.
 
@@ -37,8 +53,21 @@ def identify_texture(
         raise ValueError(f"--speed: must be positive, mm/s, not {speed_mm_s}")
     for path in strokes:
         trace = read_stroke(path, signal)
-        for part in segments(trace, None if speed_mm_s is None else speed_mm_s / 1000.0):
-            yield _line(path, part, table)
+        speed_m_s = None if speed_mm_s is None else speed_mm_s / 1000.0
+        for part in segments(trace, speed_m_s):
+            line = _line(path, part, table if isinstance(table, SurfaceTable) else None)
+            if isinstance(table, SpectrumTable):
+                whole = read_stroke(path, "best") if signal == "mean" else trace
+                found = _recognised(path, whole, table, speed_m_s)
+                line["surface"] = None if found is None else found.surface
+                line["surface_probability"] = None if found is None else round(found.probability, 4)
+            yield line
+
+
+def _recognised(path: Path, trace: StrokeTrace, table: SpectrumTable, speed_m_s: float | None) -> Recognised | None:
+    if trace.rate_hz >= FAST_HZ:
+        raise ValueError(f"{path}: {trace.rate_hz:.0f} samples/s; the table is of strokes below {FAST_HZ:.0f}")
+    return table.recognise(trace, speed_m_s)
 
 
 def _line(path: Path, part: Segment, table: SurfaceTable | None) -> dict[str, Any]:

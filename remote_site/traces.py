@@ -166,6 +166,11 @@ def read_stroke(path: Path, signal: str | None = None) -> StrokeTrace:
         ValueError: naming file, line and column.
     """
     file = TraceFile(path)
+    if signal is None and "pressure_v" not in file.names:
+        raise ValueError(
+            f"{path}: line 1: column pressure_v is missing; --signal names another of {', '.join(file.names)}, "
+            "or best, or mean"
+        )
     names: tuple[str, ...] = (signal or "pressure_v",)
     if signal in ("best", "mean"):
         names = tuple(name for name in file.names if name not in NOT_SIGNALS)

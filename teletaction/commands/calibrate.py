@@ -28,12 +28,24 @@ def calibrate_thermal_command(
 
 @app.command("texture")
 def calibrate_texture_command(
-    strokes: Annotated[Path, typer.Option(help="Folder with strokes and labels.csv (file,surface).")],
+    strokes: Annotated[Path, typer.Option(help="Folder with strokes and labels.csv (file,surface[,speed_mm_s]).")],
     out: Annotated[Path, typer.Option(help="Table to write.")],
+    signal: Annotated[str | None, typer.Option(help="Signal column, or `best` or `mean` of all.")] = None,
+    speed: Annotated[float | None, typer.Option(help="Stroke speed in mm/s where no file has one.")] = None,
     serial: Annotated[str, typer.Option(help="Serial number of the calibrated sensor.")] = "unknown",
+    report: Annotated[Path | None, typer.Option(help="Folder for report.txt: how well it tells them apart.")] = None,
 ) -> None:
     """Surface look-up table from labelled strokes."""
+    from remote_site.spectrum_calibration import calibrate_spectra, of_slow_strokes, read_labelled
     from remote_site.texture_calibration import calibrate_texture
+    from teletaction.spectrum_report import spectrum_text, write_spectrum_report
 
-    calibrate_texture(strokes, out, sensor_serial=serial, made_on=f"{date.today()}")
-    typer.echo(f"wrote {out}", err=True)
+    if not of_slow_strokes(strokes, signal):
+        calibrate_texture(strokes, out, sensor_serial=serial, made_on=f"{date.today()}")
+        typer.echo(f"wrote {out}", err=True)
+        return
+    fit = calibrate_spectra(read_labelled(strokes, signal, speed), sensor_serial=serial, made_on=f"{date.today()}")
+    fit.table.save(out)
+    typer.echo(spectrum_text(fit), err=True)
+    written = [out] if report is None else [out, write_spectrum_report(fit, report)]
+    typer.echo(f"wrote {', '.join(str(path) for path in written)}", err=True)

@@ -35,10 +35,9 @@ def identify_texture_command(
     speed: Annotated[float | None, typer.Option(help="Stroke speed in mm/s where the file has none.")] = None,
 ) -> None:
     """Mode, surface, grooves and rendering constants of recorded strokes."""
-    from remote_site.identify_texture import identify_texture
-    from remote_site.surface_class import SurfaceTable
+    from remote_site.identify_texture import identify_texture, load_surfaces
 
-    surfaces = None if table is None else SurfaceTable.load(table)
+    surfaces = None if table is None else load_surfaces(table)
     _print_lines(identify_texture(strokes, surfaces, signal, speed))
 
 
