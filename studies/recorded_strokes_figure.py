@@ -1,0 +1,63 @@
+"""Panels of the recorded strokes: errors of the boards' periods, and fabrics told at a pressure never learned from."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from teletaction.figure_style import BLUE, GREEN, GREY, ORANGE, label_once
+
+_SIGNALS = {"best": (BLUE, "o", "taxel that shows it best"), "mean": (ORANGE, "s", "mean of the taxels")}
+_SPLITS = {
+    "setting left out": (BLUE, "o"),
+    "other half": (GREEN, "s"),
+    "at random": (GREY, "x"),
+}
+
+
+def draw_boards(axes: Axes, data: Mapping[str, Any]) -> None:
+    """Error of each stroke's period with its standard deviation, in percent; strokes in the order of their names."""
+    for signal, (colour, marker, label) in _SIGNALS.items():
+        rows = [row for row in data["boards"] if row["signal"] == signal]
+        found = [(place, row) for place, row in enumerate(rows) if row["period_mm"] is not None]
+        axes.errorbar(
+            [place + (0.15 if signal == "mean" else -0.15) for place, _ in found],
+            [row["error_percent"] for _, row in found],
+            [100.0 * row["period_sd_mm"] / row["true_mm"] for _, row in found],
+            color=colour,
+            marker=marker,
+            markersize=4,
+            linestyle="none",
+            label=label,
+        )
+    true_mm = [row["true_mm"] for row in data["boards"] if row["signal"] == "best"]
+    for period in dict.fromkeys(true_mm):
+        middle = float(np.mean([place for place, own in enumerate(true_mm) if own == period]))
+        axes.text(middle, 1.25, f"{period:g} mm", ha="center")
+    axes.axhspan(-1.0, 1.0, color=GREY, alpha=0.12, linewidth=0)
+    axes.set(ylim=(-1.5, 1.5), xticks=[], xlabel="strokes", ylabel="error of the period (%)")
+    axes.set_title("Grooved boards: spatial period")
+    label_once(axes, loc="lower right")
+
+
+def draw_fabrics(axes: Axes, data: Mapping[str, Any]) -> None:
+    """Share of fabrics told right by each method, each setting and split a point."""
+    rows: Sequence[Mapping[str, Any]] = data["accuracy"]
+    methods = list(dict.fromkeys(row["method"] for row in rows))
+    for shift, (split, (colour, marker)) in zip((-0.2, 0.0, 0.2), _SPLITS.items(), strict=True):
+        for place, method in enumerate(methods):
+            shares = [100.0 * row["share"] for row in rows if row["method"] == method and row["split"] == split]
+            axes.plot(
+                shares,
+                np.full(len(shares), place + shift),
+                color=colour,
+                marker=marker,
+                markersize=4,
+                linewidth=0.8,
+                label=split,
+            )
+    axes.set_yticks(range(len(methods)), methods)
+    axes.invert_yaxis()
+    axes.set(xlim=(0.0, 102.0), xlabel="right (%)", title="Fabrics: a pressure setting left out")
+    label_once(axes, loc="lower left")
