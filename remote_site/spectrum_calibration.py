@@ -37,9 +37,9 @@ class SpectrumFit:
 
     Attributes:
         table: what was learned.
-        left_out: label and answer of each stroke, by a table made without all strokes of its load; an answer is the
-            nearest surface. None where there are not two loads, or two strokes of a surface.
-        by_load: whether strokes of one load were left out together, or single ones.
+        left_out: label and answer (the nearest surface) of each stroke, by a table made without all strokes of its
+            load; of a surface stroked with one load only, without that stroke. Not of a surface's only stroke.
+        by_load: whether any surface was stroked with several loads.
     """
 
     table: SpectrumTable
@@ -128,19 +128,25 @@ def _tried(strokes: Sequence[LabelledStroke], along: Along) -> _Tried | None:
     noise = sensor_noise(whole, strokes[0].trace.signals.shape[1])
     spectra = [spectrum(one, edges, noise) for one in whole]
     labels = np.array([stroke.surface for stroke in strokes])
-    groups, by_load = _groups(whole)
+    loads = _loads(whole)
     left_out, distances, sureties = [], [], []
-    for group in np.unique(groups):
-        others = [k for k in range(len(strokes)) if groups[k] != group]
-        model = learned([spectra[k] for k in others], labels[others], along, edges, noise)
-        known = list(dict.fromkeys(labels[others]))
-        for k in np.flatnonzero(groups == group):
-            found = model.distances(spectra[k]) if model is not None and labels[k] in known else None
-            if found is not None:
-                left_out.append((str(labels[k]), str(known[int(np.argmin(found[0]))])))
-                own = found[0][known.index(labels[k])]
-                distances.append(own / found[1])
-                sureties.append(-0.5 * own - np.logaddexp.reduce(-0.5 * found[0]))
+    by_load = False
+    for k, label in enumerate(labels):
+        others = np.flatnonzero(loads != loads[k])
+        if label in labels[others]:
+            by_load = True
+        else:
+            others = np.flatnonzero(np.arange(len(labels)) != k)
+        if label not in labels[others]:
+            continue
+        model = learned([spectra[other] for other in others], labels[others], along, edges, noise)
+        found = None if model is None else model.distances(spectra[k])
+        if found is not None:
+            known = list(dict.fromkeys(labels[others]))
+            left_out.append((str(label), str(known[int(np.argmin(found[0]))])))
+            own = found[0][known.index(label)]
+            distances.append(own / found[1])
+            sureties.append(-0.5 * own - np.logaddexp.reduce(-0.5 * found[0]))
     model = learned(spectra, labels, along, edges, noise)
     assert model is not None
     misfit = max(1.0, float(np.mean(distances))) if distances else 1.0
@@ -148,13 +154,13 @@ def _tried(strokes: Sequence[LabelledStroke], along: Along) -> _Tried | None:
     return _Tried(model.model_copy(update={"misfit": misfit}), left_out, by_load, surety)
 
 
-def _groups(strokes: Sequence[Unevenness]) -> tuple[NDArray[np.intp], bool]:
-    """Number of the pressure setting of each stroke, by its load; each stroke its own where all are alike."""
+def _loads(strokes: Sequence[Unevenness]) -> NDArray[np.intp]:
+    """Number of the pressure setting of each stroke, by its load."""
     load = np.log([stroke.loads.mean() for stroke in strokes])
     order = np.argsort(load)
     numbers = np.empty(len(strokes), dtype=np.intp)
     numbers[order] = np.concatenate(([0], np.cumsum(np.diff(load[order]) > SAME_LOAD)))
-    return (numbers, True) if numbers.any() else (np.arange(len(strokes)), False)
+    return numbers
 
 
 def learned(

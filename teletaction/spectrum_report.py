@@ -23,7 +23,7 @@ def spectrum_text(fit: SpectrumFit) -> str:
             [*lines, "warning: no stroke could be left out: how well these surfaces are told is not known"]
         )
     right = sum(label == said for label, said in fit.left_out)
-    what = "all strokes of its load" if fit.by_load else "only itself"
+    what = "all strokes of its load (or itself, of a surface with one load)" if fit.by_load else "itself"
     lines += [
         "",
         f"each stroke told by a table made without {what}: {right} of {len(fit.left_out)} right",
@@ -33,7 +33,7 @@ def spectrum_text(fit: SpectrumFit) -> str:
         said = [answer for truth, answer in fit.left_out if truth == label]
         lines.append(f"{shown_name(label, 15):<16}" + "".join(f"{said.count(name):>12}" for name in table.surfaces))
     if not fit.by_load:
-        lines.append("warning: all loads are alike: what another pressure does is not known; stroke with two or more")
+        lines.append("warning: no surface has two loads: what another pressure does is not known")
     if len(table.models) < 2:
         lines.append("speeds are not known: all strokes are taken to go the same way (labels.csv: speed_mm_s)")
     return "\n".join(lines)
