@@ -32,8 +32,8 @@ FINEST_M = 2e-3
 """Slope over less than a soft fingertip's contact counts as height: else the edges of wide grooves outweigh them."""
 HARMONIC_PROMINENCE = 8.0
 """At a known place, noise is this prominent once in 2^8 times."""
-HARMONIC_AMPLITUDE = 0.7
-"""Of the line's amplitude: what lies below it in one pattern is not weaker than this."""
+HARMONIC_AMPLITUDE = 0.9
+"""Of the line's amplitude: the harmonics below it in one pattern are not weaker, but for noise."""
 MOST_HARMONICS = 6
 SAME_LINE = 0.25
 """A harmonic lies at a multiple of its fundamental, to this part of the spectral resolution."""

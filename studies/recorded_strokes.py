@@ -82,6 +82,7 @@ def run(
             accuracy += [{"method": name, "split": split, **row} for row in rows]
             if name == SHIPPED and split == "setting left out":
                 confusion = wrong
+        accuracy += [{"method": name, "split": "one setting learned", **row} for row in _one_setting(fabrics, method)]
         accuracy += [{"method": name, "split": "other half", **row} for row in _other_half(fabrics, method)]
         tell(0.1 + 0.9 * (number + 1) / len(methods))
     return {
@@ -228,26 +229,41 @@ def _methods(quick: bool, seed: int) -> dict[str, Method]:
 
 
 def splits(strokes: Sequence[Stroke], seed: int) -> dict[str, NDArray[np.intp]]:
-    """Numbers of the strokes that are left out together."""
+    """By split, a number for each stroke: those of one number are left out together."""
     settings = np.array([stroke.setting for stroke in strokes])
     folds = np.random.default_rng(seed).permutation(len(strokes)) % _FOLDS
     return {"setting left out": settings, "at random": folds}
 
 
 def judged(strokes: Sequence[Stroke], groups: NDArray[np.intp], method: Method) -> tuple[list[Row], list[Row]]:
-    """Strokes of each group by what was learned from the others: how many are right, and which are wrong."""
+    """Strokes of each group by what was learned from the others: how many are right, and which are wrong.
+
+    Args:
+        strokes: all.
+        groups: number of the group of each.
+        method: to be judged.
+    """
     rows, wrong = [], []
     for group in np.unique(groups):
         learn = [s for s, own in zip(strokes, groups, strict=True) if own != group]
         judge = [s for s, own in zip(strokes, groups, strict=True) if own == group]
         said = method(learn, judge)
-        rows.append({"left_out": int(group), **_counted(judge, said)})
+        rows.append({"group": int(group), **_counted(judge, said)})
         wrong += [
             {"stroke": s.trace.name, "surface": s.surface, "said": str(name)}
             for s, name in zip(judge, said, strict=True)
             if name != s.surface
         ]
     return rows, wrong
+
+
+def _one_setting(strokes: Sequence[Stroke], method: Method) -> Iterator[Row]:
+    """Learned at one setting, judged at each of the others that has the same surfaces."""
+    for setting in sorted({stroke.setting for stroke in strokes}):
+        learn = [stroke for stroke in strokes if stroke.setting == setting]
+        known = {stroke.surface for stroke in learn}
+        judge = [stroke for stroke in strokes if stroke.setting != setting and stroke.surface in known]
+        yield {"group": setting, **_counted(judge, method(learn, judge))}
 
 
 def _other_half(strokes: Sequence[Stroke], method: Method) -> Iterator[Row]:
@@ -260,7 +276,7 @@ def _other_half(strokes: Sequence[Stroke], method: Method) -> Iterator[Row]:
             judge = [_half(stroke, not first) for stroke in strokes if stroke.setting == setting]
             judged += judge
             said += list(method(learn, judge))
-        yield {"left_out": setting, **_counted(judged, said)}
+        yield {"group": setting, **_counted(judged, said)}
 
 
 def _half(stroke: Stroke, first: bool) -> Stroke:

@@ -11,6 +11,7 @@ from teletaction.figure_style import BLUE, GREEN, GREY, ORANGE, label_once
 _SIGNALS = {"best": (BLUE, "o", "taxel that shows it best"), "mean": (ORANGE, "s", "mean of the taxels")}
 _SPLITS = {
     "setting left out": (BLUE, "o"),
+    "one setting learned": (ORANGE, "^"),
     "other half": (GREEN, "s"),
     "at random": (GREY, "x"),
 }
@@ -45,7 +46,7 @@ def draw_fabrics(axes: Axes, data: Mapping[str, Any]) -> None:
     """Share of fabrics told right by each method, each setting and split a point."""
     rows: Sequence[Mapping[str, Any]] = data["accuracy"]
     methods = list(dict.fromkeys(row["method"] for row in rows))
-    for shift, (split, (colour, marker)) in zip((-0.2, 0.0, 0.2), _SPLITS.items(), strict=True):
+    for shift, (split, (colour, marker)) in zip((-0.3, -0.1, 0.1, 0.3), _SPLITS.items(), strict=True):
         for place, method in enumerate(methods):
             shares = [100.0 * row["share"] for row in rows if row["method"] == method and row["split"] == split]
             axes.plot(
