@@ -131,6 +131,7 @@ def _tried(strokes: Sequence[LabelledStroke], along: Along) -> _Tried | None:
     loads = _loads(whole)
     left_out, distances, sureties = [], [], []
     by_load = False
+    models: dict[bytes, SpectrumModel] = {}
     for k, label in enumerate(labels):
         others = np.flatnonzero(loads != loads[k])
         if label in labels[others]:
@@ -139,8 +140,10 @@ def _tried(strokes: Sequence[LabelledStroke], along: Along) -> _Tried | None:
             others = np.flatnonzero(np.arange(len(labels)) != k)
         if label not in labels[others]:
             continue
-        model = learned([spectra[other] for other in others], labels[others], along, edges, noise)
-        found = None if model is None else model.distances(spectra[k])
+        if others.tobytes() not in models:
+            rest = [spectra[other] for other in others]
+            models[others.tobytes()] = learned(rest, labels[others], along, edges, noise)
+        found = models[others.tobytes()].distances(spectra[k])
         if found is not None:
             known = list(dict.fromkeys(labels[others]))
             left_out.append((str(label), str(known[int(np.argmin(found[0]))])))
@@ -148,7 +151,6 @@ def _tried(strokes: Sequence[LabelledStroke], along: Along) -> _Tried | None:
             distances.append(own / found[1])
             sureties.append(-0.5 * own - np.logaddexp.reduce(-0.5 * found[0]))
     model = learned(spectra, labels, along, edges, noise)
-    assert model is not None
     misfit = max(1.0, float(np.mean(distances))) if distances else 1.0
     surety = float(np.mean(sureties)) if sureties else -np.inf
     return _Tried(model.model_copy(update={"misfit": misfit}), left_out, by_load, surety)
@@ -165,18 +167,16 @@ def _loads(strokes: Sequence[Unevenness]) -> NDArray[np.intp]:
 
 def learned(
     spectra: Sequence[Array], labels: NDArray[np.str_], along: Along, edges: Array, noise: Array
-) -> SpectrumModel | None:
-    """A model of labelled spectra; None without any, or without a band that all surfaces show.
+) -> SpectrumModel:
+    """A model of labelled spectra.
 
     Args:
-        spectra: ln power of each stroke, pieces x bands.
+        spectra: ln power of each stroke, pieces x bands; one stroke at least.
         labels: of the strokes.
         along: what the path was measured in.
         edges: of the bands.
         noise: of each signal, as taken off.
     """
-    if not spectra:
-        return None
     names = list(dict.fromkeys(labels))
     strokes = np.array([pieces.mean(axis=0) for pieces in spectra])
     means = np.array([strokes[labels == name].mean(axis=0) for name in names])

@@ -187,7 +187,7 @@ def varied(
 
         model = learned(spectra(first), labels, along, edges, noise)
         names = list(dict.fromkeys(labels))
-        found = [None if model is None else model.distances(pieces) for pieces in spectra(seen(judge))]
+        found = [model.distances(pieces) for pieces in spectra(seen(judge))]
         return np.array(["" if one is None else names[int(np.argmin(one[0]))] for one in found])
 
     return method

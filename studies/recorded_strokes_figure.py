@@ -60,5 +60,5 @@ def draw_fabrics(axes: Axes, data: Mapping[str, Any]) -> None:
             )
     axes.set_yticks(range(len(methods)), methods)
     axes.invert_yaxis()
-    axes.set(xlim=(0.0, 102.0), xlabel="right (%)", title="Fabrics: a pressure setting left out")
-    label_once(axes, loc="lower left")
+    axes.set(xlim=(0.0, 102.0), xlabel="right (%)", title="Fabrics: each group that was judged a point")
+    label_once(axes, loc="upper center", bbox_to_anchor=(0.4, -0.13), ncols=2)
