@@ -3,6 +3,9 @@
 Joins the parts; numbers and a time in, numbers out. Texture comes at its own rate, None in between.
 """
 
+import numpy as np
+from numpy.typing import NDArray
+
 from common.exploration import Exploration
 from common.limits import GAP_S
 from common.messages import ExplorationMode
@@ -11,7 +14,6 @@ from remote_site.finger_touch import FingerSample, FingerTouch, TouchEvent
 from remote_site.groove_period import GroovePeriod
 from remote_site.heater_control import OFFSETS_K
 from remote_site.rendered_material import rendered_constants
-from remote_site.roughness import Roughness
 from remote_site.stiffness import Stiffness
 from remote_site.surface_class import (
     GROOVE_DECAY_PER_S,
@@ -22,6 +24,8 @@ from remote_site.surface_class import (
     SurfaceTable,
     stroke_constants,
 )
+from remote_site.texture_identification import TextureIdentification
+from remote_site.texture_law import ln_roughness
 from remote_site.thermal_answer import ThermalAnswer
 from remote_site.thermal_identification import ThermalKnowledge
 
@@ -45,12 +49,11 @@ class FingerIdentification:
         self.finger = finger
         self._surfaces = surfaces
         self._exploration = Exploration()
-        self._roughness = Roughness()
+        self._texture = TextureIdentification(surfaces)
         self._period = GroovePeriod()
         self._stiffness = Stiffness()
         self.heat = FingerHeat(finger, knowledge, preheat_k)
         self._texture_s = -1.0
-        self._before_s: float | None = None
         self._roughness_v = 0.0
         self._stroke = stroke_constants(surfaces, surfaces.surfaces[0].ln_roughness)
         self._shown: tuple[ThermalAnswer | None, tuple[float, float, float]] = (None, (0.0, 0.0, 0.0))
@@ -71,10 +74,11 @@ class FingerIdentification:
         if exploration.began:
             events.append(TouchEvent("tap", exploration.approach_m_s))
             self._period = GroovePeriod()
-        self._follow_grooves(t_s, mode, speed_m_s)
+        if mode is not ExplorationMode.STROKING:
+            self._period.interrupt()
         if sample.texture_v is not None and len(sample.texture_v):
             self._texture_s = t_s
-            self._texture(sample, mode, speed_m_s, events)
+            events += self._feel(sample, sample.texture_v, mode, speed_m_s)
         # A texture that is no longer measured is no texture: the finger feels the object, but nothing of its surface.
         stroke = self._stroke if t_s - self._texture_s <= GAP_S else SMOOTH
         if (named := self.heat.step(sample, exploration)) is not None:
@@ -103,25 +107,20 @@ class FingerIdentification:
             events=tuple(events),
         )
 
-    def _follow_grooves(self, t_s: float, mode: ExplorationMode, speed_m_s: float) -> None:
-        """Measure the way between impulse flags."""
-        if mode is not ExplorationMode.STROKING:
-            self._period.interrupt()
-        elif self._before_s is not None:
-            self._period.move(speed_m_s * (t_s - self._before_s))
-        self._before_s = t_s
-
-    def _texture(self, sample: FingerSample, mode: ExplorationMode, speed_m_s: float, events: list[TouchEvent]) -> None:
-        """Take a chunk of the texture signal."""
-        assert sample.texture_v is not None
-        reading = self._roughness.step(sample.t_s, sample.texture_v, mode, speed_m_s, sample.force_n)
-        if reading.impulse:
-            self._period.flag()
-            events.append(TouchEvent("groove", GROOVE_RAD_S))
+    def _feel(
+        self, sample: FingerSample, texture_v: NDArray[np.float64], mode: ExplorationMode, speed_m_s: float
+    ) -> list[TouchEvent]:
+        """Take a chunk of the texture signal; return the grooves found in it."""
+        reading = self._texture.step(sample.t_s, texture_v, sample.force_n, speed_m_s, mode)
+        for impulse in reading.impulses:
+            self._period.groove(impulse.place_m)
         if reading.valid and mode is ExplorationMode.STROKING:
             self._roughness_v = reading.roughness_v
-            ln_roughness = self._surfaces.ln_normal(reading.roughness_v, sample.force_n, speed_m_s)
-            self._stroke = stroke_constants(self._surfaces, ln_roughness)
+            self._stroke = stroke_constants(self._surfaces, ln_roughness(reading.roughness_v))
+        return [
+            TouchEvent("groove", self._surfaces.groove_rad_s(impulse.strength_v), time_s=impulse.time_s)
+            for impulse in reading.impulses
+        ]
 
     def _render(self, answer: ThermalAnswer) -> tuple[float, float, float]:
         """Conductivity, density and specific heat to render: mean in logarithms over the likely materials."""

@@ -34,12 +34,14 @@ class FingerSample:
 class TouchEvent:
     """Something that happened once.
 
-    `kind` is `tap` (value: approach speed, m/s), `groove` (value: amplitude, rad/s) or `material` (name).
+    `kind` is `tap` (value: approach speed, m/s), `groove` (value: amplitude, rad/s) or `material` (name). `time_s` is
+    when; None where that is now.
     """
 
     kind: str
     value: float
     name: str = ""
+    time_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

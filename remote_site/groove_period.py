@@ -1,45 +1,54 @@
-"""Distance between the grooves of a surface, from single impulse flags."""
+"""Distance between the grooves of a surface, from the places of single impulses along the way."""
 
 import math
 from collections import deque
 from dataclasses import dataclass
 
+REGULAR = 0.15
+"""Grooves whose gaps scatter by less than this part of their distance are regular."""
+
 
 @dataclass(frozen=True, slots=True)
 class Period:
-    """Distance of grooves and its standard deviation, m, and standard deviation over mean of single gaps."""
+    """Distance of grooves and its standard deviation, m, and standard deviation over mean of single gaps.
+
+    A speed that is wrong by a factor makes the distance and its deviation wrong by the same factor; `irregularity`
+    and `irregular` it leaves as they are.
+    """
 
     period_m: float
     period_sd_m: float
     irregularity: float
 
+    @property
+    def irregular(self) -> bool:
+        """Whether the grooves have no period of which a person could speak."""
+        return self.irregularity > REGULAR
+
 
 class GroovePeriod:
-    """Distance between impulse flags along the stroke."""
+    """Distance between impulses along the way."""
 
     FEWEST = 3
     LONGEST_M = 0.030
+    MOST = 64
+    """Gaps needed, the longest that counts, and how many of the latest are kept."""
 
-    __slots__ = ("_gaps_m", "_travelled_m")
+    __slots__ = ("_gaps_m", "_last_m")
 
     def __init__(self) -> None:
-        self._travelled_m: float | None = None
-        self._gaps_m: deque[float] = deque(maxlen=64)
+        self._last_m: float | None = None
+        self._gaps_m: deque[float] = deque(maxlen=self.MOST)
 
-    def move(self, distance_m: float) -> None:
-        """The finger moved by this path length, m, without a flag."""
-        if self._travelled_m is not None:
-            self._travelled_m += distance_m
-
-    def flag(self) -> None:
-        """A groove was crossed here."""
-        if self._travelled_m is not None and self._travelled_m <= self.LONGEST_M:
-            self._gaps_m.append(self._travelled_m)
-        self._travelled_m = 0.0
+    def groove(self, place_m: float) -> None:
+        """A groove was crossed at this place of the way, m, ascending."""
+        if self._last_m is not None and place_m - self._last_m <= self.LONGEST_M:
+            self._gaps_m.append(place_m - self._last_m)
+        self._last_m = place_m
 
     def interrupt(self) -> None:
-        """The stroke ended: the next gap starts anew."""
-        self._travelled_m = None
+        """The way was interrupted: the next gap starts anew."""
+        self._last_m = None
 
     def estimate(self) -> Period | None:
         """Median distance with its standard error; None before FEWEST gaps."""

@@ -6,16 +6,19 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from common.messages import ExplorationMode
+from remote_site.felt_stroke import FAST_HZ
 from remote_site.spectrum_table import Recognised, SpectrumTable
 from remote_site.stroke_segment import Segment
-from remote_site.stroke_segments import FAST_HZ, segments
-from remote_site.surface_class import SurfaceTable, recognise, stroke_constants
+from remote_site.stroke_segments import segments
+from remote_site.surface_class import SurfaceTable, stroke_constants
+from remote_site.texture_law import ln_roughness
 from remote_site.traces import StrokeTrace, read_stroke
 
 RPM_PER_MM_S = 60.0 / (2.0 * math.pi) / 1000.0
 """(rad/s)/(m/s) to rpm/(mm/s)."""
 RPM = 60.0 / (2.0 * math.pi)
+SHIPPED = Path(__file__).parent / "tables" / "surfaces.json"
+"""What is known of the sensor where no table says it."""
 
 
 def load_surfaces(path: Path) -> SurfaceTable | SpectrumTable:
@@ -41,8 +44,9 @@ def identify_texture(
 
     Args:
         strokes: trace files.
-        table: calibrated surfaces; without one neither a surface nor constants are stated. One of slow strokes
-            states a surface, or `unknown`, with its probability among the calibrated, and no constants.
+        table: sensor and calibrated surfaces; without one neither a surface nor constants are stated, and the sensor
+            is taken to be as the shipped table has it. One of slow strokes states a surface, or `unknown`, with its
+            probability among the calibrated, and no constants.
         signal: column, `best` or `mean`; see `read_stroke`.
         speed_mm_s: speed of recordings without a speed column, mm/s.
 
@@ -51,10 +55,11 @@ def identify_texture(
     """
     if speed_mm_s is not None and not 0.0 < speed_mm_s < 10_000.0:
         raise ValueError(f"--speed: must be positive, mm/s, not {speed_mm_s}")
+    surfaces = table if isinstance(table, SurfaceTable) else SurfaceTable.load(SHIPPED)
     for path in strokes:
         trace = read_stroke(path, signal)
         speed_m_s = None if speed_mm_s is None else speed_mm_s / 1000.0
-        for part in segments(trace, speed_m_s):
+        for part in segments(trace, surfaces, speed_m_s):
             line = _line(path, part, table if isinstance(table, SurfaceTable) else None)
             if isinstance(table, SpectrumTable):
                 whole = read_stroke(path, "best") if signal == "mean" else trace
@@ -84,15 +89,16 @@ def _line(path: Path, part: Segment, table: SurfaceTable | None) -> dict[str, An
         "impulses_s": part.impulses_s,
         "period_mm": None,
         "period_sd_mm": None,
+        "irregular": None if part.period is None else part.period.irregular,
+        "changed": part.changed,
+        "fault": part.fault,
     }
-    if part.period is not None:
+    if part.period is not None and not part.period.irregular:
         line["period_mm"] = round(1000.0 * part.period.period_m, 3)
         line["period_sd_mm"] = round(1000.0 * part.period.period_sd_m, 3)
-    if table is not None and part.roughness_v is not None and part.mode is ExplorationMode.STROKING:
-        ln_roughness = table.ln_normal(part.roughness_v, part.force_n, part.speed_m_s)
-        constants = stroke_constants(table, ln_roughness)
-        irregularity = 0.0 if part.period is None else part.period.irregularity
-        line["surface"] = recognise(table, ln_roughness, line["period_mm"], irregularity).name
+    if table is not None and part.surface is not None and part.roughness_v is not None:
+        constants = stroke_constants(table, ln_roughness(part.roughness_v))
+        line["surface"] = part.surface
         line["k_speed_rpm_per_mm_s"] = round(constants.k_stroke_v * RPM_PER_MM_S, 3)
         line["k_force_rpm_per_n"] = round(constants.k_stroke_f * RPM, 2)
     return line

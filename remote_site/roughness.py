@@ -1,219 +1,120 @@
-"""Roughness and groove impulses from the texture signal (Kron & Schmidt 2003, Eq. 5-6 with the pattern hold).
+"""Roughness of a surface: the power of the curvature that a stroke feels, without grooves and without noise.
 
-The mean of the rectified signal describes the surface; a groove must not enter it. The paper holds
-the mean while the signal is much greater than it. As printed that fails in four ways, each met here:
-a single noisy sample raises a flag (so a 5 ms envelope is compared), the plain average of Eq. 6
-forgets nothing (so it forgets with TAU_S), a change to a rougher surface never ends its "pattern" (so a
-pattern is limited in time and travel, after which the mean starts again), and the sensor's leaky
-integrator answers each groove with a tail of 50 ms (so its leak is undone first).
+Eq. 5-6 of Kron & Schmidt 2003 average the rectified signal over the whole stroke and hold the mean within patterns. A
+plain average never forgets, and a hold that compares with the held mean never ends on a rougher surface. Here there
+is neither: places near an impulse are left out one by one, what was felt is forgotten with the way, and a surface
+that differs at once from what was before starts the mean anew.
 """
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from itertools import islice
+from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
+from remote_site.tip_path import CELL_M
 
-from common.messages import ExplorationMode
-
-RATE_HZ = 2000.0
-LEAK_HZ = 3.0
-"""Corner of the texture sensor's leaky integrator, Hz."""
-DRIFT_HZ = 0.02
-"""Undoing the leak would sum noise for ever; below this it is let go, Hz."""
-CLIP_V = 9.98
-TAU_S = 0.30
-SEED_CHUNKS = 10
-"""Chunks (50 ms) of stroking before the mean is one and before any flag."""
-BASELINE_CHUNKS = 20
-"""The pressure itself is the median of this many chunk means: it follows the hand, not the grooves."""
-FLAG_ON, FLAG_OFF = 3.0, 1.5
-"""A pattern begins and ends at these multiples of the mean ..."""
-SCATTERS = 7.0
-"""... begins no lower than the mean and so many standard deviations of the envelope: a slow stroke over a
-rough surface leaves the envelope nearly unaveraged, and three times the mean is then nothing special ..."""
-FLOOR_ON_V, FLOOR_OFF_V = 0.040, 0.020
-"""... and never below these (8 and 4 steps of the converter), V."""
-REARM = 0.5
-"""Within a pattern the next impulse needs the envelope to have fallen to this part of the last peak, then doubled."""
-SHORTEST_PERIOD_M = 1.0e-3
-PATTERN_S, PATTERN_M = 0.20, 5e-3
-"""Beyond both, it is no pattern but another surface."""
-CARRY_S = 1.0
-"""A rest this short within one contact continues the stroke; a longer one starts the mean again."""
+FORGET_M = 15e-3
+"""Way over which a surface is forgotten, m."""
+NEAR_M = 0.6e-3
+"""Curvature nearer than this to a groove's middle is the groove's, m."""
+_LATE = round(1.1e-3 / CELL_M)
+"""Cells kept back until it is known that no groove was there: one is found up to 0.5 mm behind it."""
+LEAST = round(2e-3 / CELL_M)
+"""Cells before the roughness is one."""
+JUMP_M = 5e-3
+JUMP = 2.0
+"""A surface changed when the power over the last JUMP_M differs from that before by this in ln: 5 sd of chance."""
+_NEW = round(JUMP_M / CELL_M)
+_WATCH = 5
+"""Cells from one look for a jump to the next."""
 
 
-@dataclass(frozen=True, slots=True)
-class RoughnessReading:
-    """What one chunk of the texture signal told.
+class Felt(NamedTuple):
+    """One cell: its place, m; power of the curvature for one newton and what noise adds to it, V^2."""
 
-    Attributes:
-        roughness_v: mean rectified signal without patterns, V.
-        impulse: whether a groove or edge begins in this chunk.
-        pattern: whether the mean is held.
-        valid: whether `roughness_v` describes the surface being touched.
-        saturated: whether the converter clipped; the chunk was not used.
-        surface_changed: whether a pattern outlasted its limits and the mean was started again.
-        envelope_v: mean rectified signal of this chunk, V.
-    """
-
-    roughness_v: float
-    impulse: bool
-    pattern: bool
-    valid: bool
-    saturated: bool
-    surface_changed: bool
-    envelope_v: float
+    place_m: float
+    power: float
+    noise: float
 
 
 class Roughness:
-    """Roughness identification of one finger."""
+    """Roughness along the way, cell by cell.
 
-    __slots__ = (
-        "_armed",
-        "_baseline",
-        "_impulse_s",
-        "_integral_v",
-        "_leak",
-        "_mean_v",
-        "_pattern",
-        "_pattern_m",
-        "_pattern_s",
-        "_peak_v",
-        "_recent",
-        "_seed",
-        "_square",
-        "_stroke_s",
-        "_valley_v",
-    )
+    Attributes:
+        changed: whether the last step started the mean anew on another surface.
+    """
 
-    def __init__(self, leak_hz: float = LEAK_HZ) -> None:
-        """Take the corner of the sensor's leaky integrator, Hz; 0 for a sensor with a true zero."""
-        self._leak = 2.0 * math.pi * leak_hz / RATE_HZ
-        self._integral_v = 0.0
-        self._baseline: deque[float] = deque(maxlen=BASELINE_CHUNKS)
-        self._recent: deque[float] = deque(maxlen=SEED_CHUNKS)
-        self._seed = 0
-        self._mean_v = 0.0
-        self._square = 0.0
-        self._pattern = False
-        self._pattern_s = 0.0
-        self._pattern_m = 0.0
-        self._armed = True
-        self._peak_v = 0.0
-        self._valley_v = 0.0
-        self._impulse_s = -math.inf
-        self._stroke_s = -math.inf
+    __slots__ = ("_count", "_felt", "_groove_m", "_new", "_noise", "_power", "changed")
 
-    def step(
-        self,
-        t_s: float,
-        chunk_v: NDArray[np.float64],
-        mode: ExplorationMode,
-        speed_m_s: float,
-        force_n: float,
-    ) -> RoughnessReading:
-        """Take one chunk of the texture signal that ends at `t_s`.
+    def __init__(self) -> None:
+        self.forget()
 
-        Args:
-            t_s: time, s.
-            chunk_v: consecutive samples at 2 kHz, V (normally 10).
-            mode: exploration mode; only a stroke is judged.
-            speed_m_s: stroke speed, m/s, >= 0.
-            force_n: contact force, N; without contact the sensor's history is dropped.
-        """
-        count = len(chunk_v)
-        dt_s = count / RATE_HZ
-        if force_n < 0.05 and mode is ExplorationMode.FREE:
-            self._integral_v = 0.0
-            self._baseline.clear()
-        summed = np.cumsum(chunk_v)
-        restored = chunk_v + self._leak * (summed + self._integral_v)
-        self._integral_v = (self._integral_v + float(summed[-1])) * (1.0 - 2.0 * math.pi * DRIFT_HZ * dt_s)
-        middle_v = float(np.add.reduce(restored)) / count
-        self._baseline.append(middle_v)
-        if mode is not ExplorationMode.STROKING:
-            self._pause(t_s, mode)
-            return RoughnessReading(self._mean_v, False, False, self._seed >= SEED_CHUNKS, False, False, 0.0)
-        level_v = sorted(self._baseline)[len(self._baseline) // 2]
-        envelope_v = float(np.add.reduce(np.abs(restored - level_v))) / count
-        self._stroke_s = t_s
-        if not max(float(chunk_v.max()), -float(chunk_v.min())) < CLIP_V:
-            valid = self._seed >= SEED_CHUNKS
-            return RoughnessReading(self._mean_v, False, self._pattern, valid, True, False, envelope_v)
-        self._recent.append(envelope_v)
-        if self._seed < SEED_CHUNKS:
-            self._seed += 1
-            self._begin_mean()
-            return RoughnessReading(self._mean_v, False, False, self._seed >= SEED_CHUNKS, False, False, envelope_v)
-        impulse = self._watch_impulse(t_s, envelope_v, speed_m_s)
-        changed = self._hold_or_average(envelope_v, speed_m_s, dt_s)
-        return RoughnessReading(self._mean_v, impulse, self._pattern, True, False, changed, envelope_v)
+    def forget(self) -> None:
+        """Another surface."""
+        self.changed = False
+        self._count = 0
+        self._power = self._noise = 0.0
+        self._new: deque[Felt] = deque()
+        self.interrupt()
 
-    def _pause(self, t_s: float, mode: ExplorationMode) -> None:
-        """Freeze the mean between strokes; forget it with the contact or after CARRY_S."""
-        if mode is ExplorationMode.FREE or t_s - self._stroke_s > CARRY_S:
-            self._seed = 0
-            self._mean_v = 0.0
-            self._recent.clear()
-        self._pattern = False
-        self._armed = True
+    def interrupt(self) -> None:
+        """The way is interrupted."""
+        self._felt: deque[Felt] = deque()
+        self._groove_m: float | None = None
 
-    def _begin_mean(self) -> None:
-        """Start from the last 50 ms, by ranks: one groove in them changes little."""
-        ranked = sorted(self._recent)
-        middle = ranked[len(ranked) * 2 // 5]
-        spread = 2.0 * (middle - ranked[len(ranked) // 10])
-        self._mean_v = middle
-        self._square = spread * spread
+    @property
+    def valid(self) -> bool:
+        """Whether enough was felt."""
+        return self._count + len(self._new) >= LEAST
 
-    def _on_v(self) -> float:
-        """Envelope above which a pattern begins, V."""
-        return max(FLAG_ON * self._mean_v, self._mean_v + SCATTERS * math.sqrt(self._square), FLOOR_ON_V)
+    @property
+    def roughness_v(self) -> float:
+        """Rms curvature for one newton without noise, V; what noise hides is a third of it at most."""
+        power, noise = self._power, self._noise
+        if self._new:  # what is too new to be old is as much of the mean as its way
+            part = 1.0 - math.exp(-len(self._new) * CELL_M / FORGET_M) if self._count else 1.0
+            power += part * (_mean(self._new, 1) - power)
+            noise += part * (_mean(self._new, 2) - noise)
+        return math.sqrt(max(power - noise, 0.1 * noise))
 
-    def _watch_impulse(self, t_s: float, envelope_v: float, speed_m_s: float) -> bool:
-        """Whether an impulse begins: over the threshold and, within a pattern, out of a valley."""
-        on_v = self._on_v()
-        if not self._armed:
-            self._peak_v = max(self._peak_v, envelope_v)
-            if envelope_v < max(REARM * self._peak_v, FLAG_OFF * self._mean_v):
-                self._armed = True
-                self._valley_v = envelope_v
-            return False
-        self._valley_v = min(self._valley_v, envelope_v)
-        refractory_s = 0.5 * SHORTEST_PERIOD_M / max(speed_m_s, 1e-3)
-        risen = not self._pattern or envelope_v > 2.0 * self._valley_v
-        if envelope_v > on_v and risen and t_s - self._impulse_s > refractory_s:
-            self._armed = False
-            self._peak_v = envelope_v
-            self._impulse_s = t_s
-            return True
-        return False
+    def groove(self, place_m: float) -> None:
+        """A groove was found here: what was felt near it is its own."""
+        self._groove_m = place_m
+        self._felt = deque(felt for felt in self._felt if abs(felt.place_m - place_m) > NEAR_M)
 
-    def _hold_or_average(self, envelope_v: float, speed_m_s: float, dt_s: float) -> bool:
-        """Eq. 6 with forgetting outside patterns; returns whether the surface changed."""
-        if not self._pattern:
-            if envelope_v > self._on_v():
-                self._pattern = True
-                self._pattern_s = self._pattern_m = 0.0
-            else:
-                part = 1.0 - math.exp(-dt_s / TAU_S)
-                error_v = envelope_v - self._mean_v
-                self._mean_v += part * error_v
-                self._square += part * (error_v * error_v - self._square)
-                if self._square > self._mean_v * self._mean_v:
-                    # A homogeneous surface scatters by a quarter of its mean. This one by all of it: impulses have
-                    # got in, and a threshold made of them would let them in for ever.
-                    self._begin_mean()
-            return False
-        self._pattern_s += dt_s
-        self._pattern_m += speed_m_s * dt_s
-        if envelope_v < max(FLAG_OFF * self._mean_v, FLOOR_OFF_V):
-            self._pattern = False
-        elif self._pattern_s > PATTERN_S and self._pattern_m > PATTERN_M:
-            self._begin_mean()
-            self._pattern = False
-            self._armed = True
-            return True
-        return False
+    def step(self, felt: Felt) -> Felt | None:
+        """Take the next cell; return the one that is now known to be of the surface itself."""
+        self.changed = False
+        if self._groove_m is None:
+            self._groove_m = felt.place_m  # for all that is known there was one just before
+        if felt.place_m - self._groove_m > NEAR_M:
+            self._felt.append(felt)
+        if not self._felt or felt.place_m - self._felt[0].place_m < _LATE * CELL_M:
+            return None
+        settled = self._felt.popleft()
+        self._new.append(settled)
+        if len(self._new) > _NEW:
+            self._average(self._new.popleft())
+            self._watch_for_a_jump()
+        return settled
+
+    def _average(self, felt: Felt) -> None:
+        """Mean with forgetting; a plain one before there is anything to forget."""
+        self._count += 1
+        part = max(1.0 / self._count, 1.0 - math.exp(-CELL_M / FORGET_M))
+        self._power += part * (felt.power - self._power)
+        self._noise += part * (felt.noise - self._noise)
+
+    def _watch_for_a_jump(self) -> None:
+        if self._count < LEAST or self._count % _WATCH:
+            return
+        if abs(math.log(max(_mean(self._new, 1), 1e-12) / max(self._power, 1e-12))) > JUMP:
+            self.changed = True
+            # the way on which the power changed is of both surfaces: only its end is the new one's
+            self._new = deque(islice(self._new, _NEW - _WATCH, None))
+            self._count = 0
+            self._power = self._noise = 0.0
+
+
+def _mean(cells: deque[Felt], field: int) -> float:
+    return sum(cell[field] for cell in cells) / len(cells)

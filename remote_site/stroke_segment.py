@@ -8,17 +8,22 @@ from remote_site.groove_period import Period
 
 @dataclass(slots=True)
 class Segment:
-    """Part of a stroke in one mode.
+    """Part of a stroke in one mode on one surface.
 
     Attributes:
         mode: exploration mode.
         start_s: begin, s.
         end_s: end, s.
-        roughness_v: mean rectified signal without patterns, V (or the signal's own unit); None if unknown.
+        roughness_v: roughness without grooves, V (or the signal's own unit); None if unknown.
         force_n: mean force, N; None where not recorded.
         speed_m_s: mean speed, m/s; None where unknown.
         impulses_s: times of grooves and edges, s.
+        strengths_v: their curvatures for one newton, V.
         period: spatial period; None where there is none, or no speed is known.
+        surface: name of the likeliest surface; None without a table or where it was not stroked.
+        probability: of that surface, at the end.
+        changed: whether it begins where the stroke came to another surface.
+        fault: what is wrong with the sensor; None when nothing is.
     """
 
     mode: ExplorationMode
@@ -28,4 +33,9 @@ class Segment:
     force_n: float | None = None
     speed_m_s: float | None = None
     impulses_s: list[float] = field(default_factory=list)
+    strengths_v: list[float] = field(default_factory=list)
     period: Period | None = None
+    surface: str | None = None
+    probability: float | None = None
+    changed: bool = False
+    fault: str | None = None

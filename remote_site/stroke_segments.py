@@ -1,83 +1,78 @@
-"""A recorded stroke cut into exploration modes, each with roughness, impulses and period."""
+"""A recorded stroke cut where the mode changes, and where the surface does: each part with what was felt in it."""
+
+from collections import Counter
+from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from common.exploration import Exploration
 from common.messages import ExplorationMode
+from remote_site.felt_stroke import FAST_HZ, EvenStroke, FeltBlock, even_stroke, felt
 from remote_site.groove_period import GroovePeriod
-from remote_site.roughness import LEAK_HZ, RATE_HZ, Roughness
 from remote_site.slow_stroke import slow_stroke
 from remote_site.stroke_segment import Segment
-from remote_site.surface_class import NOMINAL_FORCE_N, NOMINAL_SPEED_M_S
+from remote_site.surface_class import SurfaceTable
 from remote_site.traces import StrokeTrace
 
-CHUNK = 10
-FAST_HZ = 1000.0
-"""Recordings from this rate on go through the online identification; slower ones cannot show single grooves."""
 
-
-def segments(trace: StrokeTrace, speed_m_s: float | None = None) -> list[Segment]:
+def segments(trace: StrokeTrace, surfaces: SurfaceTable, speed_m_s: float | None = None) -> list[Segment]:
     """Cut a stroke into its segments in contact.
 
     A recording without force counts as in contact throughout, one without speed as stroking.
 
     Args:
         trace: the recording; of several signals the one with the clearest period is used.
+        surfaces: what is known of sensor and surfaces.
         speed_m_s: speed where the recording has none, m/s.
     """
     if trace.rate_hz < FAST_HZ:
         return [slow_stroke(trace, speed_m_s)]
-    return _fast(trace, speed_m_s)
+    found = even_segments(even_stroke(trace, speed_m_s), surfaces)
+    for segment in found:
+        if trace.force_n is None:
+            segment.force_n = None
+        if trace.speed_m_s is None and speed_m_s is None:
+            segment.speed_m_s = segment.period = None
+    return found
 
 
-def _fast(trace: StrokeTrace, speed_m_s: float | None) -> list[Segment]:
-    """Segments by the online identification, chunk by chunk."""
-    time_s = np.arange(trace.time_s[0], trace.time_s[-1], 1.0 / RATE_HZ)
-
-    def even(values: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.interp(time_s, trace.time_s, values)
-
-    signals = [even(column) for column in trace.signals.T]
-    signal = max(signals, key=lambda s: float(np.abs(s - np.median(s)).mean()))
-    force = None if trace.force_n is None else even(trace.force_n)
-    given = trace.speed_m_s is not None or speed_m_s is not None
-    constant = np.full(len(time_s), speed_m_s if speed_m_s is not None else NOMINAL_SPEED_M_S)
-    speed = even(trace.speed_m_s) if trace.speed_m_s is not None else constant
-    exploration, found = Exploration(), list[Segment]()
-    # without a force channel nothing tells when the leaky integrator started
-    roughness, period = Roughness(LEAK_HZ if force is not None else 0.0), GroovePeriod()
-    x_m, readings = 0.0, list[float]()
-    for first in range(0, len(time_s) - CHUNK + 1, CHUNK):
-        last = first + CHUNK - 1
-        t_s, v = float(time_s[last]), float(speed[last])
-        f = NOMINAL_FORCE_N if force is None else float(force[last])
-        x_m += v * CHUNK / RATE_HZ
-        mode = exploration.step(t_s, f, x_m, 0.0, 0.0)
-        reading = roughness.step(t_s, signal[first : last + 1], mode, v, f)
-        if not found or found[-1].mode is not mode:
-            _finish(found, readings, period, given)
-            found.append(Segment(mode, float(time_s[first]), t_s))
-            readings, period = [], GroovePeriod()
-        part = found[-1]
-        part.end_s = t_s
-        period.move(v * CHUNK / RATE_HZ)
-        if reading.impulse:
-            part.impulses_s.append(round(t_s, 4))
-            period.flag()
-        if mode is ExplorationMode.STROKING and reading.valid:
-            readings.append(reading.roughness_v)
-    _finish(found, readings, period, given)
-    for part in found:
-        inside = (time_s >= part.start_s) & (time_s <= part.end_s)
-        part.force_n = None if force is None else float(force[inside].mean())
-        part.speed_m_s = float(speed[inside].mean()) if given else None
-    return [part for part in found if part.mode is not ExplorationMode.FREE]
+def even_segments(stroke: EvenStroke, surfaces: SurfaceTable) -> list[Segment]:
+    """Segments in contact of a stroke at the sensor's rate."""
+    found = [_segment(part) for part in _parts(stroke, surfaces) if part[0].mode is not ExplorationMode.FREE]
+    for segment in found:
+        inside = (stroke.time_s >= segment.start_s) & (stroke.time_s <= segment.end_s)
+        segment.force_n = float(stroke.force_n[inside].mean())
+        segment.speed_m_s = float(stroke.speed_m_s[inside].mean())
+    return found
 
 
-def _finish(found: list[Segment], readings: list[float], period: GroovePeriod, given: bool) -> None:
-    """Close the last segment; its later readings have settled."""
-    if found:
-        settled = readings[len(readings) // 3 :]
-        found[-1].roughness_v = float(np.mean(settled)) if settled else None
-        found[-1].period = period.estimate() if given else None
+def _parts(stroke: EvenStroke, surfaces: SurfaceTable) -> list[list[FeltBlock]]:
+    """Consecutive blocks of one mode and one surface."""
+    blocks = list(felt(stroke, surfaces))
+    cuts = [0]
+    for number, (before, block) in enumerate(pairwise(blocks), start=1):
+        stroking = block.mode is ExplorationMode.STROKING
+        if block.mode is not before.mode or (stroking and block.texture.changed_s is not None):
+            cuts.append(number)
+    return [blocks[first:last] for first, last in pairwise([*cuts, len(blocks)])]
+
+
+def _segment(part: list[FeltBlock]) -> Segment:
+    """What was felt in consecutive blocks of one mode; the later two thirds have settled."""
+    segment = Segment(part[0].mode, part[0].begin_s, part[-1].end_s)
+    if segment.mode is not ExplorationMode.STROKING:
+        return segment
+    segment.changed = part[0].texture.changed_s is not None
+    impulses = [impulse for block in part for impulse in block.texture.impulses]
+    segment.impulses_s = [round(impulse.time_s, 4) for impulse in impulses]
+    segment.strengths_v = [impulse.strength_v for impulse in impulses]
+    settled = [block.texture for block in part[len(part) // 3 :] if block.texture.valid]
+    if settled:
+        segment.roughness_v = float(np.sqrt(np.mean([texture.roughness_v**2 for texture in settled])))
+        ((segment.surface, _),) = Counter(texture.best for texture in settled).most_common(1)
+        likeliest = [texture.probability for texture in settled if texture.best == segment.surface]
+        segment.probability = likeliest[-1]
+    period = GroovePeriod()
+    for impulse in impulses:
+        period.groove(impulse.place_m)
+    segment.period = period.estimate()
+    return segment

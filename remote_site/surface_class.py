@@ -1,7 +1,7 @@
-"""From roughness to the constants of vibration rendering (Kron & Schmidt 2003, section 4.1).
+"""The calibrated surfaces, and what vibration rendering needs of them (Kron & Schmidt 2003, section 4.1).
 
-The paper puts hard intervals on the mean rectified signal. Here the signal is first freed from force and
-speed, and the constants are interpolated between calibrated surfaces, so that nothing jumps at a border.
+The paper puts hard intervals on the mean rectified signal. Here roughness is what the surface has, not what force and
+speed make of it, and the constants are interpolated between calibrated surfaces, so that nothing jumps at a border.
 """
 
 import math
@@ -12,22 +12,19 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from common.surfaces import surface_kind
 from remote_site.stored_table import StoredTable
+from remote_site.texture_law import TextureLaw
 
-NOMINAL_FORCE_N = 1.0
-NOMINAL_SPEED_M_S = 0.050
-"""Roughness is stated for this force and speed."""
 ONE_ROUGHNESS = 0.25
 """Surfaces within this distance in ln(roughness) are equally rough: a quarter is below what a finger tells apart."""
-SAME_PERIOD = 0.15
-"""One standard deviation of ln(period) between a patterned surface and its calibration."""
-SAME_IRREGULARITY = 0.12
 _ORDINARY = surface_kind("plain_pvc")
 TAP_SPEED_PER_M_S, TAP_DECAY_PER_S = _ORDINARY.k_tap, _ORDINARY.b_tap_per_s
 """k_tap and b_tap of Eq. 1: a tap is too short to identify anything, the paper holds them constant."""
 _GROOVED = surface_kind("closely_grooved_pvc").grooves
 assert _GROOVED is not None
 GROOVE_RAD_S, GROOVE_DECAY_PER_S = _GROOVED.impulse_rad_s, _GROOVED.decay_per_s
-"""Amplitude and decay of one damped impulse J(t), whatever the grooves are like."""
+"""Amplitude and decay of one damped impulse J(t) of a groove as deep as the calibrated ones."""
+FAINTEST, STRONGEST = 0.25, 1.5
+"""An impulse's amplitude follows the groove's strength between these parts of GROOVE_RAD_S."""
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 
@@ -37,7 +34,7 @@ class Surface(BaseModel):
 
     Attributes:
         name: label given in calibration.
-        ln_roughness: mean of ln(roughness in V) at the nominal force and speed.
+        ln_roughness: mean of ln(roughness in V); roughness is the rms curvature for one newton.
         ln_roughness_sd: its standard deviation.
         period_mm: mean distance of grooves; None for a surface without.
         irregularity: standard deviation of that distance over its mean.
@@ -57,22 +54,24 @@ class Surface(BaseModel):
 
 
 class SurfaceTable(StoredTable):
-    """Calibrated surfaces of one texture sensor: roughness_v = r * force^a * speed^b at nominal units."""
+    """Calibrated surfaces of one texture sensor.
+
+    Attributes:
+        law: what the sensor makes of a surface.
+        groove_v: curvature for one newton of the calibrated grooves, V; None when none was calibrated.
+        surfaces: the surfaces.
+    """
 
     kind: Literal["texture_surfaces"] = "texture_surfaces"
-    schema_version: Literal[1] = 1
-    force_exponent: Annotated[float, Field(ge=0.0, le=2.0)] = 0.5
-    speed_exponent: Annotated[float, Field(ge=0.0, le=2.0)] = 0.5
+    schema_version: Literal[2] = 2
+    law: TextureLaw = TextureLaw()
+    groove_v: Positive | None = None
     surfaces: list[Surface] = Field(min_length=1)
 
-    def ln_normal(self, roughness_v: float, force_n: float | None, speed_m_s: float | None) -> float:
-        """Logarithm of a roughness brought to nominal force and speed; an unknown one counts as nominal."""
-        value = math.log(max(roughness_v, 1e-4))
-        if force_n is not None:
-            value -= self.force_exponent * math.log(max(force_n, 0.1) / NOMINAL_FORCE_N)
-        if speed_m_s is not None:
-            value -= self.speed_exponent * math.log(max(speed_m_s, 2e-3) / NOMINAL_SPEED_M_S)
-        return value
+    def groove_rad_s(self, strength_v: float) -> float:
+        """Amplitude of a groove's impulse, rad/s, from its curvature for one newton, V."""
+        part = 1.0 if self.groove_v is None else strength_v / self.groove_v
+        return GROOVE_RAD_S * min(max(part, FAINTEST), STRONGEST)
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,18 +118,3 @@ def _centre(group: list[Surface]) -> tuple[float, float, float]:
         sum(math.log(surface.k_stroke_v) for surface in group) / n,
         sum(math.log(surface.k_stroke_f) for surface in group) / n,
     )
-
-
-def recognise(table: SurfaceTable, ln_roughness: float, period_mm: float | None, irregularity: float) -> Surface:
-    """The calibrated surface nearest to a roughness and, for patterned ones, to period and irregularity."""
-
-    def distance(surface: Surface) -> float:
-        own = ((ln_roughness - surface.ln_roughness) / surface.ln_roughness_sd) ** 2
-        own += 2.0 * math.log(surface.ln_roughness_sd)
-        if period_mm is None or surface.period_mm is None:
-            # a pattern seen or missed outweighs any roughness
-            return own + (0.0 if period_mm is surface.period_mm else 100.0)
-        own += (math.log(period_mm / surface.period_mm) / SAME_PERIOD) ** 2
-        return own + ((irregularity - surface.irregularity) / SAME_IRREGULARITY) ** 2
-
-    return min(table.surfaces, key=distance)

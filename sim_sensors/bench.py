@@ -10,7 +10,7 @@ from common.fingers import FINGERS
 from common.materials import Material
 from common.scene import Scene, SceneObject
 from sim_sensors.object_column import ObjectColumn, object_column
-from sim_sensors.surface import make_profile, relief_of
+from sim_sensors.surface import GROOVE_DEPTH_M, make_profile, relief_of
 from sim_sensors.texture_touch import RELIEF_PER_M, compliance_share
 from sim_sensors.thermal_touch import STAGE_S, full_conductance_w_m2k
 
@@ -63,7 +63,7 @@ class Specimen:
 class Bench:
     """All objects of a session, and the bank of height tracks below the five fingers."""
 
-    def __init__(self, scene: Scene, rng: np.random.Generator) -> None:
+    def __init__(self, scene: Scene, rng: np.random.Generator, groove_depth_m: float = GROOVE_DEPTH_M) -> None:
         bodies: dict[str, tuple[Specimen, float]] = {}
         objects = []
         heights: list[NDArray[np.float32]] = []
@@ -73,7 +73,7 @@ class Bench:
             body = thing.body or thing.name
             piece = Specimen.draw(scene.material(thing.material), rng, block=scene.knows_piece(thing.material))
             specimen, offset = bodies.setdefault(body, (piece, rng.uniform(*thing.offset_c)))
-            profile = make_profile(relief_of(thing.surface), thing.length_m, rng)
+            profile = make_profile(relief_of(thing.surface), thing.length_m, rng, groove_depth_m)
             samples = profile.height_m.shape[1]
             tracks = tuple(start + finger * samples for finger in range(len(FINGERS)))
             start += profile.height_m.size

@@ -19,7 +19,8 @@ from sim_sensors.bench import Bench, BenchObject
 from sim_sensors.fingertip import HIGH_Z_M, Fingertip
 from sim_sensors.fresh_ground import FreshGround
 from sim_sensors.hand_servo import follow
-from sim_sensors.texture_touch import TextureTouch
+from sim_sensors.surface import GROOVE_DEPTH_M
+from sim_sensors.texture_touch import NOISE_V, TextureTouch
 from sim_sensors.thermal_touch import STEP_S, SensorSpread, ThermalTouch, draw_touch_factor
 from sim_sensors.true_mode import TrueMode
 
@@ -55,13 +56,23 @@ class RemoteWorld:
     nothing), `plate_c`.
     """
 
-    def __init__(self, scene: Scene, seed: int, fingers: tuple[str, ...] = FINGERS) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        seed: int,
+        fingers: tuple[str, ...] = FINGERS,
+        *,
+        texture_noise_v: float = NOISE_V,
+        groove_depth_m: float = GROOVE_DEPTH_M,
+    ) -> None:
         """Draw a session.
 
         Args:
             scene: what lies on the bench.
             seed: all randomness; the same seed gives the same world whatever the hand does to it.
             fingers: the fingers that take part; the others stay up and touch nothing.
+            texture_noise_v: noise of the texture sensors, rms, V.
+            groove_depth_m: depth of all grooves, m.
 
         Raises:
             ValueError: a name that is not in FINGERS.
@@ -74,10 +85,10 @@ class RemoteWorld:
         )
         count = len(FINGERS)
         self.scene = scene
-        self.bench = Bench(scene, bench_rng)
+        self.bench = Bench(scene, bench_rng, groove_depth_m)
         self._present = tuple(name in fingers for name in FINGERS)
         self._thermal = ThermalTouch(SensorSpread.draw(count, sensor_rng), scene.ambient_c, thermal_rng)
-        self._texture = TextureTouch(count, self.bench.heights_m, self.bench.slopes, texture_rng)
+        self._texture = TextureTouch(count, self.bench.heights_m, self.bench.slopes, texture_rng, texture_noise_v)
         self._tips = [Fingertip(HOVER_M if here else HIGH_Z_M) for here in self._present]
         self._truth = [TrueMode() for _ in FINGERS]
         self._below = [_FREE] * count

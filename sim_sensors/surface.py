@@ -79,11 +79,13 @@ def relief_of(name: str) -> Relief:
     return Relief(*ROUGHNESS_M[name], grooves)
 
 
-def make_profile(relief: Relief, length_m: float, rng: np.random.Generator) -> SurfaceProfile:
+def make_profile(
+    relief: Relief, length_m: float, rng: np.random.Generator, groove_depth_m: float = GROOVE_DEPTH_M
+) -> SurfaceProfile:
     """Draw one realisation of a surface of `length_m` metres for all five fingers."""
     samples = math.ceil(length_m / GRID_M) + 1
     grooves = [] if relief.grooves is None else relief.grooves.draw(length_m, rng)
-    height = _roughness(relief, samples, rng) + _grooves(grooves, samples)
+    height = _roughness(relief, samples, rng) + _grooves(grooves, samples, groove_depth_m)
     path = _roll_tip(height)
     path -= np.median(path, axis=1, keepdims=True)  # rolling over a rough surface lifts the tip; only changes matter
     slope = np.gradient(path, GRID_M, axis=1)
@@ -99,13 +101,13 @@ def _roughness(relief: Relief, samples: int, rng: np.random.Generator) -> NDArra
     return smooth * (gain * relief.rms_m)
 
 
-def _grooves(centres: list[float], samples: int) -> NDArray[np.float64]:
-    """V notches, height 0 outside and -GROOVE_DEPTH_M at their centres."""
+def _grooves(centres: list[float], samples: int, depth_m: float) -> NDArray[np.float64]:
+    """V notches, height 0 outside and -`depth_m` at their centres."""
     x = np.arange(samples) * GRID_M
     notch = np.zeros(samples)
     for centre in centres:
         rise = np.abs(x - centre) / (0.5 * GROOVE_WIDTH_M)
-        np.minimum(notch, GROOVE_DEPTH_M * (np.minimum(rise, 1.0) - 1.0), out=notch)
+        np.minimum(notch, depth_m * (np.minimum(rise, 1.0) - 1.0), out=notch)
     return notch
 
 

@@ -45,9 +45,15 @@ class TextureTouch:
     """
 
     def __init__(
-        self, count: int, heights_m: NDArray[np.float32], slopes: NDArray[np.float32], rng: np.random.Generator
+        self,
+        count: int,
+        heights_m: NDArray[np.float32],
+        slopes: NDArray[np.float32],
+        rng: np.random.Generator,
+        noise_v: float = NOISE_V,
     ) -> None:
         self._rng = rng
+        self._noise_v = noise_v
         self._heights = heights_m
         self._slopes = slopes
         self._sections = np.vstack(
@@ -114,7 +120,7 @@ class TextureTouch:
         raw = force * (1.0 + self._relief(segment, x, travel / span))
         volts, self._state = sosfilt(self._sections, raw, axis=1, zi=self._state)
         volts = volts[:, OVERSAMPLING - 1 :: OVERSAMPLING]
-        volts += NOISE_V * self._rng.standard_normal(volts.shape)
+        volts += self._noise_v * self._rng.standard_normal(volts.shape)
         self._forget(at[-1])
         counts = np.rint(volts * (1.0 / VOLTS_PER_COUNT))
         clipped: NDArray[np.int16] = np.minimum(np.maximum(counts, -2048), 2047).astype(np.int16)

@@ -30,7 +30,7 @@ STROKED = (
     "arbitrarily_grooved_pvc",
 )
 """The reference surfaces."""
-STROKES = ((30.0, 1.2), (50.0, 1.2), (80.0, 1.2), (50.0, 2.5))
+STROKES = ((25.0, 1.2), (50.0, 1.2), (100.0, 1.2), (50.0, 0.6), (80.0, 2.5), (140.0, 3.5))
 """Speeds, mm/s, and forces, N, of the calibration strokes."""
 
 
@@ -58,7 +58,7 @@ def make_tables(out: Path, *, made_on: str = "") -> list[Path]:
             for variant, (speed_mm_s, force_n) in enumerate(STROKES):
                 simulate_stroke_set(
                     surface,
-                    strokes=3,
+                    strokes=2,
                     speed_mm_s=speed_mm_s,
                     force_n=force_n,
                     seed=13_000 + 10 * number + variant,

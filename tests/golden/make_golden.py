@@ -2,7 +2,9 @@
 
 Look at the difference of identification.jsonl before keeping it. The recorded inputs stay as they are; with
 `--record` they too are made anew: a short session with simulated devices is run, and the part around the contact is cut
-out of its recording. The recording holds the exact inputs of both sites and, at 20 Hz, what they compute from them.
+out of its recording. With
+`--surfaces` the table of surfaces that ships now takes the place of the recorded one, whose version may be no more. The
+recording holds the exact inputs of both sites and, at 20 Hz, what they compute from them.
 That is computed from the cut inputs alone, since the sites of the session knew what came before.
 """
 
@@ -13,12 +15,13 @@ import tempfile
 import tomllib
 from pathlib import Path
 
+from mcap.reader import make_reader
 from mcap.records import Channel, Schema
 from mcap.writer import CompressionType, Writer
 
 from common.messages import TOUCH_COLUMN, Touch
 from teletaction.demo import run_demo
-from teletaction.demo_files import DemoOptions
+from teletaction.demo_files import SURFACES, DemoOptions
 from teletaction.recorded_session import RecordedSession
 from teletaction.replay import open_operator, open_remote, replay
 
@@ -31,11 +34,13 @@ STREAMS = ("remote/sensed", "remote/touch", "operator/touch", "operator/input", 
 Message = tuple[str, str, int, bytes]
 
 
-def make_golden(record: bool) -> None:
+def make_golden(record: bool, surfaces: bool) -> None:
     """Write recording and identification beside this file."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder)
         source = record_session(out) if record else FOLDER / "session.mcap"
+        if surfaces:
+            source = with_shipped_surfaces(source, out / "surfaces.mcap")
         with source.open("rb") as file:
             session = RecordedSession(source, file)
             messages = messages_around_contact(session) if record else list(session.messages(STREAMS))
@@ -56,6 +61,28 @@ def record_session(out: Path) -> Path:
         if site["first_difference"] is not None:
             sys.exit(f"the replay differs from the recording: {site['first_difference']}")
     return out / "session.mcap"
+
+
+def with_shipped_surfaces(source: Path, out: Path) -> Path:
+    """A copy of a recording with the shipped table of surfaces in place of its own."""
+    table = json.loads(SURFACES.read_text("utf-8"))
+    with source.open("rb") as file, out.open("wb") as copy:
+        reader, writer = make_reader(file), Writer(copy, chunk_size=2**30, compression=CompressionType.ZSTD)
+        writer.start(profile="teletaction", library="teletaction")
+        for entry in reader.iter_metadata():
+            known = {"surfaces": table["content_hash"]} if "surfaces" in entry.metadata else {}
+            writer.add_metadata(entry.name, {**entry.metadata, **known})
+        for entry in reader.iter_attachments():
+            data = SURFACES.read_bytes() if entry.name == f"remote/{SURFACES.name}" else entry.data
+            writer.add_attachment(0, 0, entry.name, entry.media_type, data)
+        channels: dict[int, int] = {}
+        for schema, channel, message in reader.iter_messages():
+            assert schema is not None
+            if channel.id not in channels:
+                channels[channel.id] = registered(writer, schema, channel)
+            writer.add_message(channels[channel.id], message.log_time, message.data, message.publish_time)
+        writer.finish()  # type: ignore[no-untyped-call]  # the library leaves it untyped
+    return out
 
 
 def write(session: RecordedSession, messages: list[Message], out: Path) -> None:
@@ -143,4 +170,4 @@ def without_addresses(configuration: str) -> str:
 
 
 if __name__ == "__main__":
-    make_golden(record="--record" in sys.argv[1:])
+    make_golden(record="--record" in sys.argv[1:], surfaces="--surfaces" in sys.argv[1:])

@@ -6,52 +6,87 @@ import pytest
 from remote_site.identify_texture import identify_texture
 from remote_site.surface_class import SurfaceTable, stroke_constants
 from remote_site.texture_calibration import calibrate_texture
+from sim_sensors.simulate import simulate_stroke, simulate_stroke_set, write_stroke_csv
 
-
-def write_stroke(path, sd, period_mm=None, seed=0, speed=50.0):
-    rng = np.random.default_rng(seed)
-    t = np.arange(0.0, 2.5, 0.0005)
-    signal = sd * rng.normal(size=len(t))
-    force = np.where(t < 0.1, 0.0, 1.2)
-    v = np.where((t > 0.6) & (t < 2.2), speed, 0.0)
-    if period_mm:
-        for edge in np.arange(0.7, 2.15, period_mm / speed):
-            signal[round(2000 * edge) : round(2000 * edge) + 10] -= 0.9
-    rows = (f"{a:.4f},{b:.5f},{c},{d}" for a, b, c, d in zip(t, signal, force, v, strict=True))
-    path.write_text("time_s,pressure_v,force_n,speed_mm_s\n" + "\n".join(rows) + "\n")
+STROKED = {"plain_pvc": None, "sandpaper": None, "widely_grooved_pvc": 8.0}
+"""Surfaces and the distance of their grooves, mm."""
+WAYS = ((30.0, 1.2), (60.0, 0.7), (120.0, 2.5))
 
 
 @pytest.fixture(scope="module")
 def calibrated(tmp_path_factory):
     folder = tmp_path_factory.mktemp("strokes")
-    labels = ["file,surface"]
-    for name, sd, period in (("smooth", 0.012, None), ("rough", 0.3, None), ("ribbed", 0.012, 4.0)):
-        for k in range(2):
-            write_stroke(folder / f"{name}{k}.csv", sd, period, seed=k)
-            labels.append(f"{name}{k}.csv,{name}")
-    (folder / "labels.csv").write_text("\n".join(labels) + "\n")
-    return calibrate_texture(folder, folder / "surfaces.json", constants={"smooth": (2000.0, 60.0)}), folder
+    for number, name in enumerate(STROKED):
+        for way, (speed_mm_s, force_n) in enumerate(WAYS):
+            simulate_stroke_set(
+                name, 1, speed_mm_s=speed_mm_s, force_n=force_n, seed=100 + 10 * number + way, out=folder
+            )
+    return calibrate_texture(folder, folder / "surfaces.json", constants={"plain_pvc": (2000.0, 60.0)}), folder
 
 
-@pytest.mark.parametrize(
-    ("name", "sd", "period"), [("smooth", 0.012, None), ("rough", 0.3, None), ("ribbed", 0.012, 4.0)]
-)
-def test_surfaces_are_recognised(calibrated, tmp_path, name, sd, period):
-    table, folder = calibrated
-    assert SurfaceTable.load(folder / "surfaces.json").surfaces == table.surfaces
-    write_stroke(tmp_path / "new.csv", sd, period, seed=7)
-    lines = list(identify_texture([tmp_path / "new.csv"], table))
+@pytest.mark.parametrize(("name", "period_mm"), STROKED.items())
+def test_surfaces_are_recognised(calibrated, tmp_path, name, period_mm):
+    fit, folder = calibrated
+    assert SurfaceTable.load(folder / "surfaces.json").surfaces == fit.table.surfaces
+    write_stroke_csv(tmp_path / "new.csv", simulate_stroke(name, 7, 80.0, 1.0))
+    lines = list(identify_texture([tmp_path / "new.csv"], fit.table))
     assert [line["mode"] for line in lines] == ["tapping", "quiescent", "stroking", "quiescent"]
     stroke = lines[2]
     assert stroke["surface"] == name
+    assert stroke["fault"] is None
     assert lines[0]["surface"] is None
-    assert (stroke["period_mm"] is None) == (period is None)
-    if period is not None:
-        assert stroke["period_mm"] == pytest.approx(period, abs=0.15)
+    assert (stroke["period_mm"] is None) == (period_mm is None)
+    if period_mm is not None:
+        assert stroke["period_mm"] == pytest.approx(period_mm, rel=0.01)
+        assert stroke["irregular"] is False
+
+
+def test_a_stroke_that_comes_to_another_surface_is_two_segments(calibrated, tmp_path):
+    fit, _ = calibrated
+    trace = simulate_stroke("plain_pvc", 8, 60.0, 1.5, length_m=0.14, then="sandpaper")
+    write_stroke_csv(tmp_path / "two.csv", trace)
+    parts = [line for line in identify_texture([tmp_path / "two.csv"], fit.table) if line["mode"] == "stroking"]
+    assert [(part["surface"], part["changed"]) for part in parts] == [("plain_pvc", False), ("sandpaper", True)]
+    assert parts[1]["start_s"] == pytest.approx(trace.border_s, abs=0.3)
+
+
+def test_grooves_at_any_distance_are_called_irregular(tmp_path):
+    write_stroke_csv(tmp_path / "any.csv", simulate_stroke("arbitrarily_grooved_pvc", 9, 60.0, 1.5, length_m=0.14))
+    (part,) = (line for line in identify_texture([tmp_path / "any.csv"]) if line["mode"] == "stroking")
+    assert part["irregular"] is True
+    assert part["period_mm"] is None
+    assert len(part["impulses_s"]) > 15
+    assert part["surface"] is None
+
+
+def test_a_calibration_says_what_it_found_and_what_it_lacks(calibrated, tmp_path):
+    fit, _ = calibrated
+    assert fit.law.law.viscous_s == pytest.approx(1e-3, rel=0.5)
+    assert fit.law.law.force_exponent == pytest.approx(1.0, abs=0.1)
+    assert fit.taken_for == {name: {name: len(WAYS)} for name in STROKED}
+    assert max(fit.scatter.values()) < 0.15
+    assert fit.warnings == []
+    for seed, name in enumerate(("plain_pvc", "aluminium")):
+        simulate_stroke_set(name, 2, speed_mm_s=50.0, force_n=1.2, seed=seed, out=tmp_path)
+    poor = calibrate_texture(tmp_path, tmp_path / "surfaces.json")
+    assert [warning.partition(" ")[0] for warning in poor.warnings[:2]] == ["force", "speed"]
+
+
+def test_two_surfaces_that_are_one_cannot_be_told_apart(tmp_path):
+    for number, (speed_mm_s, force_n) in enumerate((*WAYS, (80.0, 1.0))):
+        simulate_stroke_set("plain_pvc", 1, speed_mm_s=speed_mm_s, force_n=force_n, seed=number, out=tmp_path)
+        simulate_stroke_set("widely_grooved_pvc", 1, speed_mm_s=speed_mm_s, force_n=force_n, seed=number, out=tmp_path)
+    rows = (tmp_path / "labels.csv").read_text().splitlines()
+    plain = [row for row in rows if row.endswith(",plain_pvc")]
+    renamed = [row.replace(",plain_pvc", ",smooth") for row in plain[::2]]
+    kept = [row for row in rows if row not in plain] + plain[1::2] + renamed
+    (tmp_path / "labels.csv").write_text("\n".join(kept) + "\n")
+    warnings = calibrate_texture(tmp_path, tmp_path / "surfaces.json").warnings
+    assert "plain_pvc and smooth cannot be told apart by this sensor" in warnings
 
 
 def test_constants_lie_between_the_calibrated_ones(calibrated):
-    table, _ = calibrated
+    table = calibrated[0].table
     speeds = [stroke_constants(table, x).k_stroke_v for x in np.linspace(-5.0, -1.0, 50)]
     ends = [surface.k_stroke_v for surface in table.surfaces]
     assert min(ends) * 0.999 <= min(speeds)

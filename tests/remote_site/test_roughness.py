@@ -1,113 +1,142 @@
-"""Roughness with pattern hold: grooves are flagged once and stay out of the mean."""
+"""Roughness, impulses and periods along the way."""
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from common.messages import ExplorationMode
 from remote_site.groove_period import GroovePeriod
-from remote_site.roughness import Roughness
-
-SPEED = 0.05
-STROKING, QUIESCENT = ExplorationMode.STROKING, ExplorationMode.QUIESCENT
-
-
-def play(signal, modes=None, roughness=None):
-    roughness = roughness or Roughness(leak_hz=0.0)
-    readings = []
-    for k in range(len(signal) // 10):
-        mode = STROKING if modes is None else modes[k]
-        readings.append(roughness.step(0.005 * (k + 1), signal[10 * k : 10 * k + 10], mode, SPEED, 1.0))
-    return readings
+from remote_site.impulses import Impulses
+from remote_site.roughness import Felt, Roughness
+from remote_site.tip_path import CELL_M, Curve
 
 
-def noise(seconds, sd, seed=0):
-    return np.random.default_rng(seed).normal(0.0, sd, round(2000 * seconds))
+def cells(seed, count, rms):
+    """Curvature of a homogeneous surface: neighbours are alike."""
+    white = np.random.default_rng(seed).normal(0.0, 1.0, count + 2)
+    return rms * (white[:-2] + 2.0 * white[1:-1] + white[2:]) / np.sqrt(6.0)
 
 
-def grooves(signal, period_mm, start_s=0.2):
-    times = np.arange(start_s, len(signal) / 2000 - 0.05, period_mm / 1000 / SPEED)
-    for t in times:
-        signal[round(2000 * t) : round(2000 * t) + 12] -= 0.8
-    return times
+def groove(values, at, depth):
+    for offset, part in (
+        (-4, 0.4),
+        (-3, 0.5),
+        (-2, 0.2),
+        (-1, -0.8),
+        (0, -1.0),
+        (1, -0.8),
+        (2, 0.2),
+        (3, 0.5),
+        (4, 0.4),
+    ):
+        if 0 <= at + offset < len(values):
+            values[at + offset] += depth * part
 
 
-@pytest.mark.parametrize("period_mm", [2.0, 8.0])
-def test_regular_grooves_are_neither_missed_nor_invented(period_mm):
-    signal = noise(4.0, 0.012)
-    times = grooves(signal, period_mm)
-    readings = play(signal)
-    flags = [0.005 * (k + 1) for k, r in enumerate(readings) if r.impulse]
-    assert len(flags) == len(times)
-    assert max(abs(a - b) for a, b in zip(flags, times, strict=True)) < 0.011
-    assert readings[-1].roughness_v == pytest.approx(0.012 * 0.8, rel=0.2)
+def found(values, least_v=0.001):
+    impulses, places = Impulses(least_v), []
+    for k, value in enumerate(values):
+        impulse = impulses.step(Curve(0.001 * k, k * CELL_M, value, 4.0), float(value))
+        places += [] if impulse is None else [impulse.place_m / CELL_M]
+    return places
 
 
-def test_nothing_is_flagged_on_a_rough_surface():
-    assert not any(r.impulse for seed in range(5) for r in play(noise(4.0, 0.3, seed)))
+@pytest.mark.parametrize("apart", [20, 80])
+def test_every_groove_is_one_impulse_at_its_place(apart):
+    values = cells(0, 2000, 0.007)
+    true = list(range(50, 1990, apart))
+    for at in true:
+        groove(values, at, 0.4)
+    assert found(values) == pytest.approx(true, abs=1.0)
 
 
-@pytest.mark.parametrize("period_mm", [2.0, 8.0])
-def test_a_jolt_at_the_start_does_not_hide_the_grooves(period_mm):
-    signal = noise(4.0, 0.012)
-    times = grooves(signal, period_mm, start_s=0.0)
-    for begin, level in ((0.0, 0.5), (0.05, 1.8), (0.10, 0.6)):
-        signal[round(2000 * begin) : round(2000 * (begin + 0.05))] += level * np.sin(np.arange(100))
-    readings = play(signal)
-    flags = [0.005 * (k + 1) for k, r in enumerate(readings) if r.impulse and 0.005 * (k + 1) > 1.0]
-    assert len(flags) == pytest.approx(sum(times > 0.995), abs=1)
+@pytest.mark.parametrize("seed", range(5))
+def test_a_rough_surface_has_no_impulses(seed):
+    assert found(cells(seed, 3000, 0.17)) == []
 
 
-def test_a_rougher_surface_does_not_latch():
-    signal = np.concatenate((noise(1.0, 0.01), noise(1.0, 0.3, 1)))
-    readings = play(signal)
-    assert sum(r.surface_changed for r in readings) >= 1
-    assert readings[-1].roughness_v == pytest.approx(0.24, rel=0.25)
-    assert not readings[-1].pattern
+def test_a_surface_that_becomes_rougher_is_an_edge_and_nothing_latches():
+    values = np.concatenate((cells(1, 1000, 0.007), cells(2, 2000, 0.17)))
+    groove(values, 2900, 3.0)
+    places = found(values)
+    assert len([p for p in places if p < 1000]) == 0
+    assert len([p for p in places if 1000 <= p < 1050]) <= 4
+    assert [p for p in places if p >= 1050] == pytest.approx([2900], abs=1.0)
 
 
-def test_a_smoother_surface_is_learned_within_a_second():
-    readings = play(np.concatenate((noise(1.0, 0.3), noise(1.2, 0.02, 1))))
-    assert readings[-1].roughness_v < 0.05
+@pytest.mark.parametrize("step_v", [-0.5, 0.5])
+def test_an_edge_is_one_impulse_whichever_way_it_goes(step_v):
+    values = cells(4, 600, 0.007)
+    values[296:300] += 0.5 * step_v
+    values[300:304] -= 0.5 * step_v
+    assert len(found(values)) == 1
 
 
-def test_the_mean_is_frozen_at_rest_and_forgotten_with_the_contact():
-    signal = noise(0.6, 0.1)
-    modes = [STROKING] * 60 + [QUIESCENT] * 60
-    readings = play(signal, modes)
-    assert readings[-1].roughness_v == readings[59].roughness_v
-    roughness = Roughness()
-    play(signal, [STROKING] * 60 + [ExplorationMode.FREE] * 60, roughness)
-    assert not roughness.step(1.0, signal[:10], STROKING, SPEED, 1.0).valid
+def roughness_of(values, grooves=()):
+    roughness, jumps = Roughness(), 0
+    for k, value in enumerate(values):
+        if k - 4 in grooves:
+            roughness.groove((k - 4) * CELL_M)
+        roughness.step(Felt(k * CELL_M, float(value) ** 2, 0.0))
+        jumps += roughness.changed
+    return roughness, jumps
 
 
-def test_a_clipped_chunk_is_no_data():
-    roughness = Roughness(leak_hz=0.0)
-    before = play(noise(0.5, 0.1), roughness=roughness)[-1].roughness_v
-    reading = roughness.step(0.6, np.full(10, -10.0), STROKING, SPEED, 1.0)
-    assert reading.saturated
-    assert reading.roughness_v == before
+def test_grooves_stay_out_of_the_roughness():
+    values = cells(5, 2000, 0.007)
+    at = range(50, 1990, 20)
+    for place in at:
+        groove(values, place, 0.4)
+    roughness, jumps = roughness_of(values, set(at))
+    assert roughness.roughness_v == pytest.approx(0.007, rel=0.15)
+    assert jumps == 0
 
 
-def test_the_leak_of_the_integrator_is_undone():
-    true = noise(2.0, 0.01) + 1.0
-    times = grooves(true, 8.0)
-    leak = 2 * np.pi * 3.0 / 2000
-    leaky, state = np.empty_like(true), 0.0
-    for k, value in enumerate(true):
-        leaky[k] = (value - state) / (1.0 + leak)
-        state += leak * leaky[k]
-    readings = play(leaky, roughness=Roughness())
-    assert sum(r.impulse for r in readings) == len(times)
-    assert readings[-1].roughness_v < 0.012
+@pytest.mark.parametrize(("before", "after"), [(0.007, 0.17), (0.17, 0.007)])
+def test_another_surface_is_seen_and_learned_within_a_centimetre(before, after):
+    roughness, jumps = roughness_of(np.concatenate((cells(6, 1000, before), cells(7, 150, after))))
+    assert jumps == 1
+    assert roughness.roughness_v == pytest.approx(after, rel=0.35)
+
+
+def test_what_was_felt_is_forgotten_with_the_way():
+    roughness, jumps = roughness_of(np.concatenate((cells(6, 1000, 0.010), cells(7, 600, 0.016))))
+    assert jumps == 0
+    assert roughness.roughness_v == pytest.approx(0.016, rel=0.2)
+
+
+@given(st.lists(st.floats(-5.0, 5.0), min_size=1, max_size=400), st.integers(0, 50))
+def test_memory_is_bounded_and_numbers_stay_finite(values, seed):
+    values = np.concatenate((cells(seed, 300, 0.01), values))
+    roughness, _ = roughness_of(values)
+    assert np.isfinite(roughness.roughness_v)
+    assert len(roughness._felt) <= 12
+    assert len(roughness._new) <= 51
+    found(values)
+
+
+def period_of(places_m):
+    period = GroovePeriod()
+    for place_m in places_m:
+        period.groove(place_m)
+    return period.estimate()
 
 
 def test_period_is_the_middle_gap():
+    estimate = period_of(np.cumsum([0.0, 0.004, 0.0041, 0.008, 0.0039, 0.004]))
+    assert estimate.period_m == pytest.approx(0.004, abs=1e-4)
+    assert not estimate.irregular
+
+
+def test_grooves_without_a_period_are_irregular():
+    assert period_of(np.cumsum(np.random.default_rng(0).uniform(0.002, 0.008, 30))).irregular
+
+
+def test_an_interruption_makes_no_gap():
     period = GroovePeriod()
-    period.flag()
-    for gap in (0.004, 0.0041, 0.008, 0.0039, 0.004):
-        period.move(gap)
-        period.flag()
-    assert period.estimate().period_m == pytest.approx(0.004, abs=1e-4)
+    for place_m in (0.000, 0.004, 0.008):
+        period.groove(place_m)
     period.interrupt()
-    period.flag()
-    assert period.estimate().period_m == pytest.approx(0.004, abs=1e-4)
+    for place_m in (0.015, 0.019):
+        period.groove(place_m)
+    assert period.estimate().period_sd_m == pytest.approx(0.0, abs=1e-9)

@@ -45,7 +45,7 @@ def test_the_tip_rests_on_the_surface_and_touches_it_somewhere():
 
 def test_a_groove_takes_the_ball_in_only_as_far_as_it_fits():
     samples = 401
-    notch = surface._grooves([0.002], samples)[None, :]
+    notch = surface._grooves([0.002], samples, surface.GROOVE_DEPTH_M)[None, :]
     path = surface._roll_tip(notch)
     half = 0.5 * surface.GROOVE_WIDTH_M
     fits = surface.TIP_RADIUS_M - np.sqrt(surface.TIP_RADIUS_M**2 - half**2)

@@ -1,0 +1,223 @@
+"""One finger's texture: roughness, grooves and the surface, from samples, force, speed and mode.
+
+Joins the parts. However the samples arrive, one by one or many at once, they are worked off in blocks of BLOCK, so
+that the answer does not depend on it.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from common.messages import ExplorationMode
+from remote_site.curvature_noise import CurvatureNoise
+from remote_site.impulses import Impulse, Impulses
+from remote_site.roughness import Felt, Roughness
+from remote_site.surface_class import FAINTEST, Surface, SurfaceTable
+from remote_site.surface_filter import SurfaceFilter
+from remote_site.texture_law import ln_roughness
+from remote_site.tip_path import CELL_M, RATE_HZ, Curve, TipPath
+
+BLOCK = 10
+FAINTEST_GROOVE_V = 0.010
+"""Curvature for one newton below which nothing is a groove, V, where none was calibrated: 1 um of depth."""
+LISTEN_M = 1e-3
+"""The surface is judged anew after this way, m."""
+BEHIND_M = 0.6e-3
+"""A groove is found this far behind at most, m: the way without one is known up to here."""
+SETTLE_M = 15e-3
+"""What leaps and what is recognised on so much way is one change, m; so much is needed to know the first surface."""
+DIFFERENT = 0.25
+"""Roughness of two surfaces without grooves differs by this in ln at least, where one is said to follow the other."""
+_LISTEN = round(LISTEN_M / CELL_M)
+_GAP_S = 2.0 * BLOCK / RATE_HZ
+"""Samples that come this much later than the last ones are another piece of the way."""
+
+
+@dataclass(frozen=True, slots=True)
+class TextureReading:
+    """What the texture signal has told so far, and what happened in the samples just taken.
+
+    Attributes:
+        roughness_v: rms curvature for one newton without grooves and noise, V.
+        valid: whether `roughness_v` describes the surface being touched.
+        surface: name of the surface; None while none is sure.
+        best: name of the likeliest surface.
+        probability: of the likeliest.
+        impulses: grooves and edges found in these samples, oldest first.
+        changed_s: when it was seen, in these samples, that the stroke came to another surface, s; None else.
+    """
+
+    roughness_v: float
+    valid: bool
+    surface: str | None
+    best: str
+    probability: float
+    impulses: tuple[Impulse, ...]
+    changed_s: float | None
+
+
+class TextureIdentification:
+    """Texture identification of one finger."""
+
+    def __init__(self, surfaces: SurfaceTable) -> None:
+        """Identify with what is known of sensor and surfaces."""
+        self._law = surfaces.law
+        self._noise = CurvatureNoise(self._law.viscous_s)
+        self._path = TipPath(self._law.viscous_s, self._law.leak_hz)
+        faintest_v = FAINTEST_GROOVE_V if surfaces.groove_v is None else 0.2 * FAINTEST * surfaces.groove_v
+        self._impulses = Impulses(faintest_v)
+        self._roughness = Roughness()
+        self._filter = SurfaceFilter(surfaces)
+        self._waiting: list[tuple[float, float, float, float, ExplorationMode]] = []
+        self._mode = ExplorationMode.FREE
+        self._time_s = -np.inf
+        self._forget()
+
+    def _forget(self) -> None:
+        """Contact was lost: anything may be touched next."""
+        self._path.forget()
+        self._impulses.forget()
+        self._roughness.forget()
+        self._filter.forget()
+        self._surface: Surface | None = None
+        self._felt = 0.0
+        self._changed_m = 0.0
+        self._begin_way()
+
+    def _begin_way(self) -> None:
+        """The way was interrupted."""
+        self._path.interrupt()
+        self._impulses.interrupt()
+        self._roughness.interrupt()
+        self._filter.interrupt()
+        self._moved_m: float | None = None
+        self._heard: list[Felt] = []
+
+    def step(
+        self,
+        t_s: float,
+        signal_v: ArrayLike,
+        force_n: ArrayLike,
+        speed_m_s: ArrayLike,
+        mode: ExplorationMode | list[ExplorationMode],
+    ) -> TextureReading:
+        """Take consecutive samples at 2 kHz, the last at `t_s`.
+
+        Args:
+            t_s: time, s.
+            signal_v: samples, V.
+            force_n: contact force, N, at each or one for all; so also
+            speed_m_s: stroke speed, m/s, >= 0, and
+            mode: exploration mode.
+        """
+        samples = np.atleast_1d(np.asarray(signal_v, dtype=float))
+        count = len(samples)
+        forces = np.broadcast_to(np.asarray(force_n, dtype=float), count).tolist()
+        speeds = np.broadcast_to(np.asarray(speed_m_s, dtype=float), count).tolist()
+        modes = mode if isinstance(mode, list) else [mode] * count
+        impulses: list[Impulse] = []
+        changed_s = None
+        for k, sample_v in enumerate(samples.tolist()):
+            # to 0.1 us, so that the time of a sample does not depend on how many came with it
+            time_s = round(t_s - (count - 1 - k) / RATE_HZ, 7)
+            self._waiting.append((time_s, sample_v, forces[k], speeds[k], modes[k]))
+            if len(self._waiting) == BLOCK:
+                found, changed = self._block()
+                impulses += found
+                changed_s = time_s if changed else changed_s
+        sure = self._filter.sure
+        return TextureReading(
+            self._roughness.roughness_v,
+            self._roughness.valid,
+            None if sure is None else sure.name,
+            self._filter.best.name,
+            float(self._filter.probabilities.max()),
+            tuple(impulses),
+            changed_s,
+        )
+
+    def _block(self) -> tuple[list[Impulse], bool]:
+        """Work off a block; return its impulses, and whether the surface changed."""
+        block, self._waiting = self._waiting, []
+        mode, before = block[-1][4], self._mode
+        self._mode = mode
+        force_n = sum(row[2] for row in block) / BLOCK
+        speed_m_s = sum(row[3] for row in block) / BLOCK
+        late = block[0][0] - self._time_s > _GAP_S
+        self._time_s = block[-1][0]
+        if mode is ExplorationMode.FREE:
+            if before is not ExplorationMode.FREE:
+                self._forget()
+            self._path.forget()
+            return [], False
+        if mode is ExplorationMode.TAPPING or late:
+            # the signal of a tap is the tap's: what the surface is like is heard in what follows
+            self._begin_way()
+        moved = 0.0 if mode is ExplorationMode.TAPPING else speed_m_s
+        curves = self._path.step([row[1] for row in block], block[-1][0], moved)
+        impulses: list[Impulse] = []
+        changed = False
+        if curves:
+            gain = self._law.gain(force_n, speed_m_s)
+            for curve in curves:
+                impulse, jumped = self._hear(curve, gain)
+                if impulse is not None and mode is ExplorationMode.STROKING:
+                    impulses.append(impulse)
+                changed = changed or jumped
+        return impulses, changed
+
+    def _hear(self, curve: Curve, gain: float) -> tuple[Impulse | None, bool]:
+        """Take one curvature."""
+        curvature_v = curve.curvature_v / gain
+        noise = self._noise.power(curve.samples) * (self._law.noise_v / gain) ** 2
+        impulse = self._impulses.step(curve, curvature_v)
+        if impulse is not None:
+            self._roughness.groove(impulse.place_m)
+        # before it is known what stands out, what is felt may be a groove
+        known = self._impulses.threshold_v < math.inf
+        if not known:
+            return impulse, False
+        settled = self._roughness.step(Felt(curve.place_m, curvature_v * curvature_v, noise))
+        self._recognise(curve.place_m, settled, impulse)
+        return impulse, self._change(curve.place_m)
+
+    def _change(self, place_m: float) -> bool:
+        """Whether another surface has begun: the power of the curvature leaped, or the filter is sure of another."""
+        changed = self._roughness.changed
+        sure, before = self._filter.sure, self._surface
+        felt = ln_roughness(self._roughness.roughness_v)
+        if sure is not None and sure is not before:
+            # a surface that was not calibrated lies between two that were: that is no change of it
+            patterned = before is not None and (sure.period_mm or before.period_mm) is not None
+            if before is None or patterned or abs(felt - self._felt) > DIFFERENT:
+                changed = changed or before is not None
+                self._surface = sure
+        if self._roughness.changed:
+            self._surface = None  # whatever it is recognised as is part of the same change
+        if sure is not None and sure is self._surface:
+            self._felt = felt
+        if not changed or place_m - self._changed_m < SETTLE_M:
+            return False
+        self._changed_m = place_m
+        return True
+
+    def _recognise(self, place_m: float, settled: Felt | None, impulse: Impulse | None) -> None:
+        """Tell the filter what was felt, and the way without grooves every LISTEN_M."""
+        if self._moved_m is None:
+            self._moved_m = place_m
+        if impulse is not None:
+            self._filter.groove(impulse.place_m - self._moved_m)
+            self._moved_m = max(self._moved_m, impulse.place_m)
+        elif place_m - BEHIND_M - self._moved_m >= LISTEN_M:
+            way_m = place_m - BEHIND_M - self._moved_m
+            self._filter.move(way_m)
+            self._moved_m += way_m
+        if settled is not None:
+            self._heard.append(settled)
+            if len(self._heard) == _LISTEN:
+                power = sum(felt.power for felt in self._heard) / _LISTEN
+                noise = sum(felt.noise for felt in self._heard) / _LISTEN
+                self._filter.roughness(power, noise, LISTEN_M)
+                self._heard = []
