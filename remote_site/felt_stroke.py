@@ -73,5 +73,7 @@ def felt(stroke: EvenStroke, surfaces: SurfaceTable) -> Iterator[FeltBlock]:
         x_m += speed_m_s * BLOCK / RATE_HZ
         mode = exploration.step(t_s, force_n, x_m, 0.0, 0.0)
         part = slice(first, last + 1)
-        texture = identification.step(t_s, stroke.signal_v[part], stroke.force_n[part], stroke.speed_m_s[part], mode)
+        texture = identification.step(
+            t_s, stroke.signal_v[part], stroke.force_n[part].tolist(), stroke.speed_m_s[part].tolist(), mode
+        )
         yield FeltBlock(float(stroke.time_s[first]), t_s, mode, speed_m_s, force_n, exploration.began, texture)

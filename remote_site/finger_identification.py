@@ -55,6 +55,7 @@ class FingerIdentification:
         self.heat = FingerHeat(finger, knowledge, preheat_k)
         self._texture_s = -1.0
         self._roughness_v = 0.0
+        self._texture_fault: str | None = None
         self._stroke = stroke_constants(surfaces, surfaces.surfaces[0].ln_roughness)
         self._shown: tuple[ThermalAnswer | None, tuple[float, float, float]] = (None, (0.0, 0.0, 0.0))
 
@@ -80,7 +81,8 @@ class FingerIdentification:
             self._texture_s = t_s
             events += self._feel(sample, sample.texture_v, mode, speed_m_s)
         # A texture that is no longer measured is no texture: the finger feels the object, but nothing of its surface.
-        stroke = self._stroke if t_s - self._texture_s <= GAP_S else SMOOTH
+        measured = t_s - self._texture_s <= GAP_S and self._texture_fault is None
+        stroke = self._stroke if measured else SMOOTH
         if (named := self.heat.step(sample, exploration)) is not None:
             events.append(named)
         answer = self.heat.answer
@@ -105,6 +107,7 @@ class FingerIdentification:
             speed_m_s=speed_m_s,
             roughness_v=self._roughness_v,
             events=tuple(events),
+            texture_fault=self._texture_fault,
         )
 
     def _feel(
@@ -112,6 +115,7 @@ class FingerIdentification:
     ) -> list[TouchEvent]:
         """Take a chunk of the texture signal; return the grooves found in it."""
         reading = self._texture.step(sample.t_s, texture_v, sample.force_n, speed_m_s, mode)
+        self._texture_fault = reading.fault
         for impulse in reading.impulses:
             self._period.groove(impulse.place_m)
         if reading.valid and mode is ExplorationMode.STROKING:

@@ -71,3 +71,5 @@ class FingerTouch:
     speed_m_s: float
     roughness_v: float
     events: tuple[TouchEvent, ...]
+    texture_fault: str | None = None
+    """What is wrong with the texture sensor; None when nothing is."""

@@ -85,9 +85,14 @@ class Impulses:
         self._sides_v: list[float] = []
 
     @property
+    def known(self) -> bool:
+        """Whether enough was felt to say what stands out."""
+        return len(self._ranks[0]) * CELL_M >= LEAST_M
+
+    @property
     def threshold_v(self) -> float:
         """Hollow that stands out, V for one newton; infinite before anything is known of the surface."""
-        if len(self._ranks[0]) * CELL_M < LEAST_M:
+        if not self.known:
             return math.inf
         return max(STANDS_OUT * RMS_OF_RANK * max(rank.value_v for rank in self._ranks), self._least_v)
 

@@ -44,7 +44,7 @@ class Roughness:
         changed: whether the last step started the mean anew on another surface.
     """
 
-    __slots__ = ("_count", "_felt", "_groove_m", "_new", "_noise", "_power", "changed")
+    __slots__ = ("_count", "_felt", "_groove_m", "_new", "_new_noise", "_new_power", "_noise", "_power", "changed")
 
     def __init__(self) -> None:
         self.forget()
@@ -55,6 +55,7 @@ class Roughness:
         self._count = 0
         self._power = self._noise = 0.0
         self._new: deque[Felt] = deque()
+        self._new_power = self._new_noise = 0.0
         self.interrupt()
 
     def interrupt(self) -> None:
@@ -72,9 +73,10 @@ class Roughness:
         """Rms curvature for one newton without noise, V; what noise hides is a third of it at most."""
         power, noise = self._power, self._noise
         if self._new:  # what is too new to be old is as much of the mean as its way
-            part = 1.0 - math.exp(-len(self._new) * CELL_M / FORGET_M) if self._count else 1.0
-            power += part * (_mean(self._new, 1) - power)
-            noise += part * (_mean(self._new, 2) - noise)
+            cells = len(self._new)
+            part = 1.0 - math.exp(-cells * CELL_M / FORGET_M) if self._count else 1.0
+            power += part * (self._new_power / cells - power)
+            noise += part * (self._new_noise / cells - noise)
         return math.sqrt(max(power - noise, 0.1 * noise))
 
     def groove(self, place_m: float) -> None:
@@ -93,9 +95,15 @@ class Roughness:
             return None
         settled = self._felt.popleft()
         self._new.append(settled)
+        self._new_power += settled.power
+        self._new_noise += settled.noise
         if len(self._new) > _NEW:
-            self._average(self._new.popleft())
-            self._watch_for_a_jump()
+            old = self._new.popleft()
+            self._new_power -= old.power
+            self._new_noise -= old.noise
+            self._average(old)
+            if self._count >= LEAST and self._count % _WATCH == 0:
+                self._watch_for_a_jump()
         return settled
 
     def _average(self, felt: Felt) -> None:
@@ -106,15 +114,13 @@ class Roughness:
         self._noise += part * (felt.noise - self._noise)
 
     def _watch_for_a_jump(self) -> None:
-        if self._count < LEAST or self._count % _WATCH:
-            return
-        if abs(math.log(max(_mean(self._new, 1), 1e-12) / max(self._power, 1e-12))) > JUMP:
-            self.changed = True
+        self._new_power = sum(felt.power for felt in self._new)  # what rounding has left behind is gone
+        self._new_noise = sum(felt.noise for felt in self._new)
+        if abs(math.log(max(self._new_power / _NEW, 1e-12) / max(self._power, 1e-12))) > JUMP:
             # the way on which the power changed is of both surfaces: only its end is the new one's
+            self.changed = True
             self._new = deque(islice(self._new, _NEW - _WATCH, None))
+            self._new_power = sum(felt.power for felt in self._new)
+            self._new_noise = sum(felt.noise for felt in self._new)
             self._count = 0
             self._power = self._noise = 0.0
-
-
-def _mean(cells: deque[Felt], field: int) -> float:
-    return sum(cell[field] for cell in cells) / len(cells)

@@ -101,8 +101,11 @@ class RemoteSite:
         server = self.server
         limited = [limit_names(bits) for bits in self._limited]
         sent = {"touch": self.touches_sent}
+        touches = self.perception.touches
+        faults = {FINGERS[finger]: touch.texture_fault for finger, touch in touches.items() if touch.texture_fault}
         return {
             **site_figures(server, self._devices, self._recorder, limited, sent=sent, acts_on="motion"),
+            "texture_faults": faults,
             "observers": len(server.observers),
             "handshakes": dict(self._link.handshakes),
         }

@@ -59,6 +59,7 @@ def _parts(stroke: EvenStroke, surfaces: SurfaceTable) -> list[list[FeltBlock]]:
 def _segment(part: list[FeltBlock]) -> Segment:
     """What was felt in consecutive blocks of one mode; the later two thirds have settled."""
     segment = Segment(part[0].mode, part[0].begin_s, part[-1].end_s)
+    segment.fault = next((block.texture.fault for block in part if block.texture.fault is not None), None)
     if segment.mode is not ExplorationMode.STROKING:
         return segment
     segment.changed = part[0].texture.changed_s is not None
@@ -66,7 +67,7 @@ def _segment(part: list[FeltBlock]) -> Segment:
     segment.impulses_s = [round(impulse.time_s, 4) for impulse in impulses]
     segment.strengths_v = [impulse.strength_v for impulse in impulses]
     settled = [block.texture for block in part[len(part) // 3 :] if block.texture.valid]
-    if settled:
+    if settled and segment.fault is None:
         segment.roughness_v = float(np.sqrt(np.mean([texture.roughness_v**2 for texture in settled])))
         ((segment.surface, _),) = Counter(texture.best for texture in settled).most_common(1)
         likeliest = [texture.probability for texture in settled if texture.best == segment.surface]

@@ -4,8 +4,10 @@ Joins the parts. However the samples arrive, one by one or many at once, they ar
 that the answer does not depend on it.
 """
 
-import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import repeat
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,9 +18,11 @@ from remote_site.impulses import Impulse, Impulses
 from remote_site.roughness import Felt, Roughness
 from remote_site.surface_class import FAINTEST, Surface, SurfaceTable
 from remote_site.surface_filter import SurfaceFilter
+from remote_site.texture_fault import TextureFault
 from remote_site.texture_law import ln_roughness
 from remote_site.tip_path import CELL_M, RATE_HZ, Curve, TipPath
 
+_Value = TypeVar("_Value")
 BLOCK = 10
 FAINTEST_GROOVE_V = 0.010
 """Curvature for one newton below which nothing is a groove, V, where none was calibrated: 1 um of depth."""
@@ -31,8 +35,10 @@ SETTLE_M = 15e-3
 DIFFERENT = 0.25
 """Roughness of two surfaces without grooves differs by this in ln at least, where one is said to follow the other."""
 _LISTEN = round(LISTEN_M / CELL_M)
-_GAP_S = 2.0 * BLOCK / RATE_HZ
-"""Samples that come this much later than the last ones are another piece of the way."""
+STROKING_M_S = 10e-3
+"""Slower than this the surface hardly moves the signal, m/s."""
+_GAP_S = 3.0 * BLOCK / RATE_HZ
+"""A block that ends this much later than the last one is another piece of the way."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +52,7 @@ class TextureReading:
         best: name of the likeliest surface.
         probability: of the likeliest.
         impulses: grooves and edges found in these samples, oldest first.
+        fault: what is wrong with the sensor, None when nothing is; while there is a fault, nothing else is told.
         changed_s: when it was seen, in these samples, that the stroke came to another surface, s; None else.
     """
 
@@ -56,6 +63,7 @@ class TextureReading:
     probability: float
     impulses: tuple[Impulse, ...]
     changed_s: float | None
+    fault: str | None = None
 
 
 class TextureIdentification:
@@ -70,7 +78,8 @@ class TextureIdentification:
         self._impulses = Impulses(faintest_v)
         self._roughness = Roughness()
         self._filter = SurfaceFilter(surfaces)
-        self._waiting: list[tuple[float, float, float, float, ExplorationMode]] = []
+        self._watch = TextureFault(BLOCK / RATE_HZ)
+        self._waiting: list[tuple[float, float, float, ExplorationMode]] = []
         self._mode = ExplorationMode.FREE
         self._time_s = -np.inf
         self._forget()
@@ -99,9 +108,9 @@ class TextureIdentification:
         self,
         t_s: float,
         signal_v: ArrayLike,
-        force_n: ArrayLike,
-        speed_m_s: ArrayLike,
-        mode: ExplorationMode | list[ExplorationMode],
+        force_n: float | Sequence[float],
+        speed_m_s: float | Sequence[float],
+        mode: ExplorationMode | Sequence[ExplorationMode],
     ) -> TextureReading:
         """Take consecutive samples at 2 kHz, the last at `t_s`.
 
@@ -112,41 +121,43 @@ class TextureIdentification:
             speed_m_s: stroke speed, m/s, >= 0, and
             mode: exploration mode.
         """
-        samples = np.atleast_1d(np.asarray(signal_v, dtype=float))
+        samples = np.atleast_1d(np.asarray(signal_v, dtype=float)).tolist()
         count = len(samples)
-        forces = np.broadcast_to(np.asarray(force_n, dtype=float), count).tolist()
-        speeds = np.broadcast_to(np.asarray(speed_m_s, dtype=float), count).tolist()
-        modes = mode if isinstance(mode, list) else [mode] * count
+        rows = zip(samples, _each(force_n, count), _each(speed_m_s, count), _each(mode, count), strict=True)
         impulses: list[Impulse] = []
         changed_s = None
-        for k, sample_v in enumerate(samples.tolist()):
-            # to 0.1 us, so that the time of a sample does not depend on how many came with it
-            time_s = round(t_s - (count - 1 - k) / RATE_HZ, 7)
-            self._waiting.append((time_s, sample_v, forces[k], speeds[k], modes[k]))
+        for left, row in zip(range(count - 1, -1, -1), rows, strict=True):
+            self._waiting.append(row)
             if len(self._waiting) == BLOCK:
-                found, changed = self._block()
+                # to 0.1 us, so that the time of a sample does not depend on how many came with it
+                time_s = round(t_s - left / RATE_HZ, 7)
+                found, changed = self._block(time_s)
                 impulses += found
                 changed_s = time_s if changed else changed_s
-        sure = self._filter.sure
+        sure, fault = self._filter.sure, self._watch.fault
         return TextureReading(
-            self._roughness.roughness_v,
-            self._roughness.valid,
+            0.0 if fault else self._roughness.roughness_v,
+            self._roughness.valid and not fault,
             None if sure is None else sure.name,
             self._filter.best.name,
             float(self._filter.probabilities.max()),
             tuple(impulses),
             changed_s,
+            fault,
         )
 
-    def _block(self) -> tuple[list[Impulse], bool]:
-        """Work off a block; return its impulses, and whether the surface changed."""
-        block, self._waiting = self._waiting, []
-        mode, before = block[-1][4], self._mode
-        self._mode = mode
-        force_n = sum(row[2] for row in block) / BLOCK
-        speed_m_s = sum(row[3] for row in block) / BLOCK
-        late = block[0][0] - self._time_s > _GAP_S
-        self._time_s = block[-1][0]
+    def _block(self, end_s: float) -> tuple[list[Impulse], bool]:
+        """Work off a block that ends at `end_s`; return its impulses, and whether the surface changed."""
+        samples_v, forces_n, speeds_m_s, modes = zip(*self._waiting, strict=True)
+        self._waiting = []
+        mode, before = modes[-1], self._mode
+        force_n, speed_m_s = sum(forces_n) / BLOCK, sum(speeds_m_s) / BLOCK
+        late = end_s - self._time_s > _GAP_S
+        self._mode, self._time_s = mode, end_s
+        resting = mode is not ExplorationMode.STROKING and speed_m_s < STROKING_M_S
+        if self._watch.step(samples_v, force_n, resting) is not None:
+            self._forget()
+            return [], False
         if mode is ExplorationMode.FREE:
             if before is not ExplorationMode.FREE:
                 self._forget()
@@ -156,7 +167,7 @@ class TextureIdentification:
             # the signal of a tap is the tap's: what the surface is like is heard in what follows
             self._begin_way()
         moved = 0.0 if mode is ExplorationMode.TAPPING else speed_m_s
-        curves = self._path.step([row[1] for row in block], block[-1][0], moved)
+        curves = self._path.step(samples_v, end_s, moved)
         impulses: list[Impulse] = []
         changed = False
         if curves:
@@ -176,7 +187,7 @@ class TextureIdentification:
         if impulse is not None:
             self._roughness.groove(impulse.place_m)
         # before it is known what stands out, what is felt may be a groove
-        known = self._impulses.threshold_v < math.inf
+        known = self._impulses.known
         if not known:
             return impulse, False
         settled = self._roughness.step(Felt(curve.place_m, curvature_v * curvature_v, noise))
@@ -221,3 +232,8 @@ class TextureIdentification:
                 noise = sum(felt.noise for felt in self._heard) / _LISTEN
                 self._filter.roughness(power, noise, LISTEN_M)
                 self._heard = []
+
+
+def _each(value: _Value | Sequence[_Value], count: int) -> Iterable[_Value]:
+    """A value for each of `count` samples."""
+    return value if isinstance(value, Sequence) else repeat(value, count)

@@ -39,9 +39,11 @@ def calibrate_texture_command(
     from remote_site.spectrum_calibration import calibrate_spectra, of_slow_strokes, read_labelled
     from remote_site.texture_calibration import calibrate_texture
     from teletaction.spectrum_report import spectrum_text, write_spectrum_report
+    from teletaction.texture_report import texture_text
 
     if not of_slow_strokes(strokes, signal):
-        calibrate_texture(strokes, out, sensor_serial=serial, made_on=f"{date.today()}")
+        made = calibrate_texture(strokes, out, sensor_serial=serial, made_on=f"{date.today()}")
+        typer.echo(texture_text(made), err=True)
         typer.echo(f"wrote {out}", err=True)
         return
     fit = calibrate_spectra(read_labelled(strokes, signal, speed), sensor_serial=serial, made_on=f"{date.today()}")

@@ -73,8 +73,8 @@ def test_pieces_of_any_size_give_the_same():
             reading = identification.step(
                 float(trace.time_s[part][-1]),
                 trace.pressure_v[part],
-                trace.force_n[part],
-                1e-3 * trace.speed_mm_s[part],
+                trace.force_n[part].tolist(),
+                (1e-3 * trace.speed_mm_s[part]).tolist(),
                 modes[part],
             )
             told += list(reading.impulses)
@@ -119,7 +119,8 @@ def test_a_wrong_speed_makes_the_period_wrong_by_its_factor_and_the_grooves_no_l
 
 def test_a_swing_of_the_arm_larger_than_the_pattern_is_not_taken_for_it():
     stroke = even(simulate_stroke("widely_grooved_pvc", 79_000, 50.0, 1.2, length_m=0.12))
-    stroke.signal_v[:] += 3.0 * np.sin(2.0 * np.pi * 2.5 * stroke.time_s)  # 20 mm at this speed; grooves have 1 V
+    way_m = np.cumsum(stroke.speed_m_s) / 2000.0
+    stroke.signal_v[:] += 3.0 * np.sin(2.0 * np.pi * way_m / 0.020)  # grooves have 1 V
     assert period_of(stroke).period_m == pytest.approx(0.008, rel=0.01)
 
 
@@ -144,7 +145,7 @@ def test_a_turn_of_the_hand_is_no_groove():
             (first + 10) / 2000.0,
             both[first : first + 10],
             1.5,
-            turn[first : first + 10],
+            turn[first : first + 10].tolist(),
             ExplorationMode.STROKING,
         )
         told += list(reading.impulses)

@@ -1,0 +1,120 @@
+"""What is wrong with a texture sensor, from its signal and the force alone: a fault has a name, and ends by itself.
+
+    saturated       every sample is at one end of the range
+    clipped         now and again samples are: it is pressed or shaken beyond its range
+    disconnected    no sample differs from the next: a sensor that is there has noise
+    noise only      it does not follow the force when the finger comes down, or lifts: loose, or the wrong one
+
+The last needs a change of force by a finger that does not stroke: it is told at the next contact, and ended by one.
+Units do not matter to it: the signal is compared in shape with what a leaky integrator makes of the force.
+"""
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from itertools import islice
+from typing import NamedTuple
+
+import numpy as np
+
+from remote_site.tip_path import LEAK_HZ, RATE_HZ
+
+SATURATED = "saturated: stuck at the end of its range"
+CLIPPED = "clipped: beyond its range again and again"
+DISCONNECTED = "disconnected: no noise at all"
+NOISE_ONLY = "noise only: does not follow the force"
+RAIL_V = 9.98
+"""The ends of the converter's range are beyond this, V."""
+STILL_V = 1e-3
+"""A signal that stays within this, less than a converter's step, has no noise, V."""
+SATURATED_S, FLAT_S, CLIPPED_S, FOLLOWS_S = 0.05, 0.10, 0.50, 0.15
+"""How long each is watched, s."""
+CLIPPED_PART = 0.01
+"""Part of the samples at the ends of the range that is no accident."""
+PRESSED_N = 0.25
+"""Force, behind the integrator, that has to change before it is judged whether the signal follows, N."""
+ALIKE = 0.5
+"""Correlation of signal and force from which on it does: pure noise has 0 +- 0.2."""
+
+
+class _Block(NamedTuple):
+    low_v: float
+    high_v: float
+    railed: int
+    samples: int
+    mean_v: float
+    pressed_n: float
+    resting: bool
+
+
+class TextureFault:
+    """Watches one sensor, block by block.
+
+    Attributes:
+        fault: its name; None while the sensor is sound.
+    """
+
+    __slots__ = ("_blocks", "_deaf", "_force_n", "_pressed_n", "_railed", "fault")
+
+    def __init__(self, block_s: float) -> None:
+        """Take the length of a block, s."""
+        self.fault: str | None = None
+        self._blocks: deque[_Block] = deque(maxlen=math.ceil(CLIPPED_S / block_s))
+        self._deaf = False
+        self._force_n: float | None = None
+        self._pressed_n = 0.0
+        self._railed = 0
+
+    def step(self, samples_v: Sequence[float], force_n: float, resting: bool) -> str | None:
+        """Take the next block; return the fault there is now.
+
+        Args:
+            samples_v: samples, V.
+            force_n: contact force, N.
+            resting: whether the finger does not stroke: then force is all that can move the signal.
+        """
+        count = len(samples_v)
+        before_n, self._force_n = self._force_n, force_n
+        if before_n is not None:
+            keep = math.exp(-2.0 * math.pi * LEAK_HZ * count / RATE_HZ)
+            self._pressed_n = keep * (self._pressed_n + force_n - before_n)
+        low_v, high_v = min(samples_v), max(samples_v)
+        railed = sum(not -RAIL_V < v < RAIL_V for v in samples_v) if high_v >= RAIL_V or low_v <= -RAIL_V else 0
+        mean_v = sum(samples_v) / count
+        self._blocks.append(_Block(low_v, high_v, railed, count, mean_v, self._pressed_n, resting))
+        self._railed = sum(block.railed for block in self._blocks) if self._railed or railed else 0
+        if resting:
+            self._watch_force(count / RATE_HZ)
+        self.fault = self._name(count / RATE_HZ)
+        return self.fault
+
+    def _name(self, block_s: float) -> str | None:
+        block = self._blocks[-1]
+        if block.railed == block.samples and all(b.railed == b.samples for b in self._lately(SATURATED_S, block_s)):
+            return SATURATED
+        if self._railed > CLIPPED_PART * CLIPPED_S * RATE_HZ:
+            return CLIPPED
+        if block.high_v - block.low_v < STILL_V:
+            flat = self._lately(FLAT_S, block_s)
+            if max(b.high_v for b in flat) - min(b.low_v for b in flat) < STILL_V:
+                return DISCONNECTED
+        return NOISE_ONLY if self._deaf else None
+
+    def _lately(self, seconds: float, block_s: float) -> list[_Block]:
+        """The last blocks, as many as there are."""
+        wanted = round(seconds / block_s)
+        return list(islice(self._blocks, max(0, len(self._blocks) - wanted), None))
+
+    def _watch_force(self, block_s: float) -> None:
+        """Whether the signal went with the force, where the force went anywhere."""
+        blocks = self._lately(FOLLOWS_S, block_s)
+        pressed = [block.pressed_n for block in blocks]
+        if len(blocks) < round(FOLLOWS_S / block_s) or not all(block.resting for block in blocks):
+            return
+        if max(pressed) - min(pressed) < PRESSED_N:
+            return
+        signal = [block.mean_v for block in blocks]
+        if max(signal) - min(signal) < STILL_V:
+            self._deaf = True
+            return
+        self._deaf = float(np.corrcoef(pressed, signal)[0, 1]) < ALIKE

@@ -1,0 +1,64 @@
+"""Faults of the texture sensor have names, make nothing felt, and end by themselves."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from common.messages import ExplorationMode
+from remote_site.texture_fault import CLIPPED, DISCONNECTED, NOISE_ONLY, SATURATED
+from sim_sensors.simulated_stroke import simulate_stroke
+from tests.remote_site.felt_strokes import SIX, drawn, played
+
+VOLTS_PER_COUNT = 10.0 / 2048.0
+
+
+def noise(count):
+    return np.rint(np.random.default_rng(1).normal(0.0, 0.008, count) / VOLTS_PER_COUNT) * VOLTS_PER_COUNT
+
+
+FAULTS = {
+    SATURATED: lambda v: np.full_like(v, 2047 * VOLTS_PER_COUNT),
+    DISCONNECTED: np.zeros_like,
+    NOISE_ONLY: lambda v: noise(len(v)),
+    CLIPPED: lambda v: np.clip(v + 11.0 * np.sin(np.arange(len(v)) / 20.0), -10.0, 2047 * VOLTS_PER_COUNT),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_is_named_and_nothing_is_felt(fault):
+    sound = simulate_stroke("closely_grooved_pvc", 81_000, 60.0, 1.5)
+    blocks = played(dataclasses.replace(sound, pressure_v=FAULTS[fault](sound.pressure_v)))
+    stroking = [block for block in blocks if block.mode is ExplorationMode.STROKING]
+    assert {block.texture.fault for block in stroking} == {fault}
+    assert not any(block.texture.valid or block.texture.impulses or block.texture.surface for block in stroking)
+
+
+@pytest.mark.parametrize("fault", [SATURATED, DISCONNECTED, CLIPPED])
+def test_a_fault_within_a_stroke_ends_with_its_cause(fault):
+    trace = simulate_stroke("widely_grooved_pvc", 82_000, 60.0, 1.5, length_m=0.2)
+    broken = (trace.time_s > trace.stroke_s[0] + 0.8) & (trace.time_s < trace.stroke_s[0] + 1.3)
+    signal = trace.pressure_v.copy()
+    signal[broken] = FAULTS[fault](signal[broken])
+    blocks = played(dataclasses.replace(trace, pressure_v=signal))
+    found = {block.texture.fault for block in blocks}
+    assert fault in found
+    assert blocks[-1].texture.fault is None
+    last = [block for block in blocks if block.mode is ExplorationMode.STROKING][-1]
+    assert last.texture.valid
+    assert last.texture.best == "widely_grooved_pvc"
+
+
+@pytest.mark.parametrize("noise_v", [0.008, 0.05, 0.5])
+def test_noise_of_any_size_is_no_signal(noise_v):
+    trace = simulate_stroke("sandpaper", 83_000, 60.0, 1.5)
+    signal = np.random.default_rng(2).normal(0.0, noise_v, len(trace.time_s))
+    blocks = played(dataclasses.replace(trace, pressure_v=signal))
+    stroking = [block for block in blocks if block.mode is ExplorationMode.STROKING]
+    assert {block.texture.fault for block in stroking} == {NOISE_ONLY}
+
+
+@pytest.mark.parametrize("surface", SIX)
+def test_a_sound_sensor_has_no_fault(surface):
+    for seed in range(84_000, 84_005):
+        assert {block.texture.fault for block in played(drawn(surface, seed))} == {None}
