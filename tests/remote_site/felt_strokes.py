@@ -65,4 +65,4 @@ def modes_of(trace: StrokeTrace) -> list[ExplorationMode]:
     exploration = Exploration()
     x_m = np.cumsum(1e-3 * trace.speed_mm_s) / 2000.0
     rows = zip(trace.time_s, trace.force_n, x_m, 1e-3 * trace.speed_mm_s, strict=True)
-    return [exploration.step(float(t), float(f), float(x), 0.0, float(v)) for t, f, x, v in rows]
+    return [exploration.step(float(t), float(f), float(x), 0.0, 0.0) for t, f, x, v in rows]
