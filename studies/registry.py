@@ -22,6 +22,7 @@ STUDIES = {
     "thermal-identification": "studies.thermal_identification",
     "recorded-touches": "studies.recorded_touches",
     "thermal-rendering": "studies.thermal_rendering",
+    "texture": "studies.texture",
     "vibration": "studies.vibration",
     "observer": "studies.observer",
     "paper-figures": "studies.paper_figures",
