@@ -6,7 +6,7 @@ learns from the same strokes, and is judged by others.
 
 from collections.abc import Mapping, Sequence
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -35,20 +35,36 @@ BASELINE = "one numpy.fft.rfft of 200 samples"
 BASELINE_RUNS = 2000
 
 
+class Sizes(NamedTuple):
+    """Strokes over each surface to learn from and to be judged by; changes; strokes for each case of grooves."""
+
+    learn: int
+    judge: int
+    changes: int
+    grooves: int
+
+
+FULL, QUICK = Sizes(16, 100, 300, 6), Sizes(2, 4, 8, 1)
+
+
 def run(quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
     """All parts; `quick` takes fewer strokes of each."""
+    return {"quick": quick, **measure(QUICK if quick else FULL, seed, tell)}
+
+
+def measure(sizes: Sizes, seed: int, tell: Tell) -> dict[str, Any]:
+    """All parts with so many strokes of each."""
     tell("learning")
-    learned = learn(list(strokes(3 if quick else 16, TIMES_S[-1], 1000 + seed)), TIMES_S)
+    learned = learn(list(strokes(sizes.learn, TIMES_S[-1], 1000 + seed)), TIMES_S)
     table = learned.fit.table
     tell("telling surfaces apart")
-    accuracy, roughness, cost = _judge(list(strokes(4 if quick else 100, TIMES_S[-1], 2000 + seed)), learned)
+    accuracy, roughness, cost = _judge(list(strokes(sizes.judge, TIMES_S[-1], 2000 + seed)), learned)
     tell("changes of surface")
-    seen = _changes(list(changes(8 if quick else 300, 3000 + seed)), table)
+    seen = _changes(list(changes(sizes.changes, 3000 + seed)), table)
     tell("grooves")
-    grooves = _grooves(table, 1 if quick else 6, 4000 + seed)
+    grooves = _grooves(table, sizes.grooves, 4000 + seed)
     tell("latch-up and drift")
     return {
-        "quick": quick,
         "law": learned.fit.law.law.model_dump(),
         "accuracy": accuracy,
         "roughness": roughness,

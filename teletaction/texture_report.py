@@ -1,6 +1,7 @@
 """What a texture calibration found, and how well its surfaces are told apart: a page of text."""
 
 from math import exp
+from pathlib import Path
 
 from remote_site.texture_calibration import TextureFit
 
@@ -29,3 +30,11 @@ def texture_text(fit: TextureFit) -> str:
         )
         lines += [f"    {times} taken for {other}" for other, times in sorted(taken.items()) if other != surface.name]
     return "\n".join([*lines, *(f"warning: {warning}" for warning in fit.warnings)])
+
+
+def write_texture_report(fit: TextureFit, folder: Path) -> Path:
+    """Write report.txt into `folder`, which is made when it is not there; raises OSError when it cannot."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "report.txt"
+    path.write_text(texture_text(fit) + "\n", "utf-8")
+    return path

@@ -39,12 +39,13 @@ def calibrate_texture_command(
     from remote_site.spectrum_calibration import calibrate_spectra, of_slow_strokes, read_labelled
     from remote_site.texture_calibration import calibrate_texture
     from teletaction.spectrum_report import spectrum_text, write_spectrum_report
-    from teletaction.texture_report import texture_text
+    from teletaction.texture_report import texture_text, write_texture_report
 
     if not of_slow_strokes(strokes, signal):
         made = calibrate_texture(strokes, out, sensor_serial=serial, made_on=f"{date.today()}")
         typer.echo(texture_text(made), err=True)
-        typer.echo(f"wrote {out}", err=True)
+        written = [out] if report is None else [out, write_texture_report(made, report)]
+        typer.echo(f"wrote {', '.join(str(path) for path in written)}", err=True)
         return
     fit = calibrate_spectra(read_labelled(strokes, signal, speed), sensor_serial=serial, made_on=f"{date.today()}")
     fit.table.save(out)

@@ -7,6 +7,7 @@ from remote_site.identify_texture import identify_texture
 from remote_site.surface_class import SurfaceTable, stroke_constants
 from remote_site.texture_calibration import calibrate_texture
 from sim_sensors.simulate import simulate_stroke, simulate_stroke_set, write_stroke_csv
+from teletaction.texture_report import write_texture_report
 
 STROKED = {"plain_pvc": None, "sandpaper": None, "widely_grooved_pvc": 8.0}
 """Surfaces and the distance of their grooves, mm."""
@@ -66,6 +67,8 @@ def test_a_calibration_says_what_it_found_and_what_it_lacks(calibrated, tmp_path
     assert fit.taken_for == {name: {name: len(WAYS)} for name in STROKED}
     assert max(fit.scatter.values()) < 0.15
     assert fit.warnings == []
+    written = write_texture_report(fit, tmp_path / "report").read_text()
+    assert all(f"{name} " in written for name in STROKED)
     for seed, name in enumerate(("plain_pvc", "aluminium")):
         simulate_stroke_set(name, 2, speed_mm_s=50.0, force_n=1.2, seed=seed, out=tmp_path)
     poor = calibrate_texture(tmp_path, tmp_path / "surfaces.json")
