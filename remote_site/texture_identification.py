@@ -4,6 +4,7 @@ Joins the parts. However the samples arrive, one by one or many at once, they ar
 that the answer does not depend on it.
 """
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import repeat
@@ -34,6 +35,8 @@ SETTLE_M = 15e-3
 """What leaps and what is recognised on so much way is one change, m; so much is needed to know the first surface."""
 DIFFERENT = 0.25
 """Roughness of two surfaces without grooves differs by this in ln at least, where one is said to follow the other."""
+CARRY_S = 0.3
+"""A contact lost for no longer goes on: a finger that comes to something softer may lose it for a moment, s."""
 _LISTEN = round(LISTEN_M / CELL_M)
 STROKING_M_S = 10e-3
 """Slower than this the surface hardly moves the signal, m/s."""
@@ -81,6 +84,7 @@ class TextureIdentification:
         self._watch = TextureFault(BLOCK / RATE_HZ)
         self._waiting: list[tuple[float, float, float, ExplorationMode]] = []
         self._mode = ExplorationMode.FREE
+        self._lost_s = -math.inf
         self._time_s = -np.inf
         self._forget()
 
@@ -94,6 +98,14 @@ class TextureIdentification:
         self._felt = 0.0
         self._changed_m = 0.0
         self._begin_way()
+
+    def _lose(self, t_s: float) -> None:
+        """Contact was lost: where it is back soon the finger jumped, and may have jumped to another surface."""
+        surface = self._surface
+        self._forget()
+        if surface is not None:
+            self._surface, self._changed_m = surface, -math.inf
+        self._lost_s = t_s
 
     def _begin_way(self) -> None:
         """The way was interrupted."""
@@ -160,9 +172,11 @@ class TextureIdentification:
             return [], False
         if mode is ExplorationMode.FREE:
             if before is not ExplorationMode.FREE:
-                self._forget()
+                self._lose(end_s)
             self._path.forget()
             return [], False
+        if before is ExplorationMode.FREE and end_s - self._lost_s > CARRY_S:
+            self._surface = None
         if mode is ExplorationMode.TAPPING or late:
             # the signal of a tap is the tap's: what the surface is like is heard in what follows
             self._begin_way()
@@ -187,12 +201,11 @@ class TextureIdentification:
         if impulse is not None:
             self._roughness.groove(impulse.place_m)
         # before it is known what stands out, what is felt may be a groove
-        known = self._impulses.known
-        if not known:
+        if not self._impulses.known:
             return impulse, False
         settled = self._roughness.step(Felt(curve.place_m, curvature_v * curvature_v, noise))
-        self._recognise(curve.place_m, settled, impulse)
-        return impulse, self._change(curve.place_m)
+        told = self._recognise(curve.place_m, settled, impulse)
+        return impulse, (told or self._roughness.changed) and self._change(curve.place_m)
 
     def _change(self, place_m: float) -> bool:
         """Whether another surface has begun: the power of the curvature leaped, or the filter is sure of another."""
@@ -214,8 +227,9 @@ class TextureIdentification:
         self._changed_m = place_m
         return True
 
-    def _recognise(self, place_m: float, settled: Felt | None, impulse: Impulse | None) -> None:
-        """Tell the filter what was felt, and the way without grooves every LISTEN_M."""
+    def _recognise(self, place_m: float, settled: Felt | None, impulse: Impulse | None) -> bool:
+        """Tell the filter what was felt, and the way without grooves every LISTEN_M; whether there was anything."""
+        told = impulse is not None
         if self._moved_m is None:
             self._moved_m = place_m
         if impulse is not None:
@@ -225,6 +239,7 @@ class TextureIdentification:
             way_m = place_m - BEHIND_M - self._moved_m
             self._filter.move(way_m)
             self._moved_m += way_m
+            told = True
         if settled is not None:
             self._heard.append(settled)
             if len(self._heard) == _LISTEN:
@@ -232,6 +247,8 @@ class TextureIdentification:
                 noise = sum(felt.noise for felt in self._heard) / _LISTEN
                 self._filter.roughness(power, noise, LISTEN_M)
                 self._heard = []
+                told = True
+        return told
 
 
 def _each(value: _Value | Sequence[_Value], count: int) -> Iterable[_Value]:

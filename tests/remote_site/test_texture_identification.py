@@ -150,3 +150,13 @@ def test_a_turn_of_the_hand_is_no_groove():
         )
         told += list(reading.impulses)
     assert told == []
+
+
+def test_a_finger_that_jumps_over_the_border_has_come_to_another_surface():
+    """It presses so lightly on plain PVC that it loses contact for a moment where the soft foam begins."""
+    trace = simulate_stroke("plain_pvc", 91_000, 100.0, 1.0, length_m=0.14, then="foam")
+    blocks = played(trace)
+    seen = [block.texture.changed_s for block in blocks if block.texture.changed_s is not None]
+    assert any(block.mode is ExplorationMode.FREE for block in blocks if 1.2 < block.end_s < 2.2)
+    assert len(seen) == 1
+    assert 0.0 < seen[0] - trace.border_s < 0.5
