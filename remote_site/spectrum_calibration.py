@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from remote_site.felt_stroke import FAST_HZ
 from remote_site.spectrum_table import SpectrumModel, SpectrumTable
-from remote_site.stroke_segments import FAST_HZ
 from remote_site.surface_spectrum import Along, Unevenness, bands, sensor_noise, spectrum, unevenness
 from remote_site.traces import StrokeTrace, read_labels, read_stroke
 
