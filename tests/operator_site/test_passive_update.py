@@ -1,0 +1,115 @@
+"""New models enter a contact without energy of their own, and never push a finger out."""
+
+import itertools
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from common.limits import FINGER_FORCE_N, FORCE_RAMP_UP_N_S
+from operator_site.passive_update import ACCOUNT_J, PassiveContact, passive_stiffness_n_m
+
+T = 0.001
+CAP = 1000.0
+ROUNDING_J = 1e-9
+
+
+def test_bound_of_the_sampled_wall():
+    assert passive_stiffness_n_m(0.5, 0.001) == pytest.approx(1000.0)
+    assert passive_stiffness_n_m(0.5, 0.001, law_damping_n_s_m=-0.2) == pytest.approx(600.0)
+    assert passive_stiffness_n_m(3.0, 0.002, loop_delay_s=0.005) == pytest.approx(500.0)
+    assert passive_stiffness_n_m(0.5, 0.001, law_damping_n_s_m=1.0) == 0.0
+    for wrong in ((-1.0, 0.001), (0.5, 0.0), (math.nan, 0.001), (0.5, math.inf)):
+        with pytest.raises(ValueError, match="period above 0"):
+            passive_stiffness_n_m(*wrong)
+
+
+def test_a_model_known_before_contact_is_a_spring():
+    contact = PassiveContact(CAP)
+    contact.step(0.0, 0.001, 0.0, 400.0)
+    assert [contact.step(T * i, -0.001 * i, 0.0, 400.0) for i in (1, 2, 1)] == pytest.approx([0.4, 0.8, 0.0])
+
+
+def pressed(stiffness: float = 400.0, depth_m: float = 0.002) -> tuple[PassiveContact, float]:
+    """A finger that came down slowly."""
+    contact, t_s = PassiveContact(CAP), 0.0
+    for i in range(201):
+        t_s = T * i
+        contact.step(t_s, 0.001 - (0.001 + depth_m) * i / 200, 0.0, stiffness)
+    return contact, t_s
+
+
+@pytest.mark.parametrize(("surface_m", "stiffness"), [(0.003, 400.0), (0.0, 3000.0), (0.003, 3000.0), (0.01, 50.0)])
+def test_a_still_finger_is_never_pressed_harder_than_it_pressed_but_for_its_account(surface_m, stiffness):
+    contact, t_s = pressed()
+    account_j, before = contact.account_j, contact.step(t_s + T, -0.002, 0.0, 400.0)
+    stored = before**2 / 2 / 400.0
+    for i in range(2, 500):
+        force = contact.step(t_s + T * i, -0.002, surface_m, stiffness)
+        assert force - before <= FORCE_RAMP_UP_N_S * T + 1e-9
+        before = force
+    assert force**2 / 2 / contact.stiffness_n_m <= stored + max(0.0, account_j) + ROUNDING_J
+
+
+def test_a_surface_first_known_around_the_finger_pushes_nothing_and_is_there_when_it_presses_on():
+    contact = PassiveContact(CAP)
+    assert [contact.step(T * i, -0.005, 0.0, 400.0 if i > 5 else 0.0) for i in range(50)] == [0.0] * 50
+    assert contact.step(50 * T, -0.007, 0.0, 400.0) == pytest.approx(0.8)
+    for i in range(1, 101):  # lifted, it takes the true surface along
+        contact.step((50 + i) * T, -0.007 + 1e-4 * i, 0.0, 400.0)
+    assert contact.surface_m == pytest.approx(0.0, abs=1e-4)
+
+
+def test_a_surface_that_sinks_pays_for_rising_again():
+    contact, t_s = pressed(depth_m=0.004)
+    heights = []
+    for i in range(1, 6001):  # breathes 1 mm, and the finger goes along
+        breath = -0.001 * (0.5 - 0.5 * math.cos(2.0 * math.pi * i / 3000))
+        contact.step(t_s + T * i, breath - 0.004, breath, 400.0)
+        heights.append(contact.surface_m)
+    assert max(heights[3000:]) - min(heights[3000:]) == pytest.approx(0.001, rel=0.1)
+    assert contact.account_j <= ACCOUNT_J
+
+
+def test_nothing_known_or_time_that_stood_still_releases():
+    contact, t_s = pressed()
+    forces = [contact.step(t_s + T * i, -0.002, math.nan, 400.0) for i in range(1, 20)]
+    assert forces[-1] == 0.0
+    assert all(after <= before for before, after in itertools.pairwise(forces))
+    contact, t_s = pressed()
+    assert contact.step(t_s + 1.0, -0.002, 0.0, 400.0) == 0.0
+    assert contact.step(t_s + 1.001, math.nan, 0.0, 400.0) == 0.0
+
+
+models = st.tuples(st.floats(-0.02, 0.02), st.floats(-100.0, 5000.0), st.integers(1, 30))
+
+
+@given(st.lists(models, min_size=1, max_size=12), st.lists(st.floats(-0.01, 0.01), min_size=1, max_size=12))
+def test_updates_never_give_a_finger_more_than_it_put_in(models, places):
+    """Whatever the models, the finger and their order: no net energy comes out beyond what sampling itself makes."""
+    contact, t_s, z_m, force, energy_j, sampled_j = PassiveContact(CAP), 0.0, 0.01, 0.0, 0.0, 0.0
+    for (surface_m, stiffness, ticks), target in zip(models, itertools.cycle(places), strict=False):
+        for _ in range(ticks):
+            descent = min(2e-4, max(-2e-4, z_m - target))
+            z_m -= descent
+            energy_j += force * descent  # put in by the finger, at the force held
+            sampled_j += 0.5 * CAP * descent**2  # what holding the force of a spring can make: the device's part
+            t_s += T
+            force = contact.step(t_s, z_m, surface_m, stiffness)
+            assert 0.0 <= force <= FINGER_FORCE_N
+            assert energy_j >= -sampled_j - ROUNDING_J
+
+
+@given(st.lists(models, min_size=1, max_size=12))
+def test_a_finger_pressed_by_a_steady_hand_is_never_kicked_out(models):
+    """A light finger (0.1 kg, held by 1 N only) that came to rest inside stays inside whatever the model says."""
+    contact, t_s, z_m, speed = PassiveContact(CAP, 0.5), 0.0, -0.002, 0.0
+    contact.step(0.0, z_m, 0.0, 0.0)
+    for surface_m, stiffness, ticks in models:
+        for _ in range(10 * ticks):
+            t_s += T
+            force = contact.step(t_s, z_m, surface_m, stiffness)
+            speed += T * (force - 1.0 - 20.0 * speed) / 0.1  # upwards
+            z_m += T * speed
+            assert z_m <= -0.002 + 1e-3
