@@ -36,7 +36,8 @@ def passive_stiffness_n_m(
     given = (device_damping_n_s_m, period_s, loop_delay_s)
     if not (all(0.0 <= value < math.inf for value in given) and period_s > 0.0 and math.isfinite(law_damping_n_s_m)):
         raise ValueError(
-            f"damping and delay must be finite and not negative and the period above 0, not {given}, {law_damping_n_s_m}"
+            "dampings and delay must be finite and not negative and the period above 0, "
+            f"not {device_damping_n_s_m}, {law_damping_n_s_m}, {loop_delay_s} and {period_s}"
         )
     return max(0.0, device_damping_n_s_m - abs(law_damping_n_s_m)) / (0.5 * period_s + loop_delay_s)
 

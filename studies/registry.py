@@ -24,6 +24,7 @@ STUDIES = {
     "thermal-rendering": "studies.thermal_rendering",
     "texture": "studies.texture",
     "vibration": "studies.vibration",
+    "teleoperation-stability": "studies.teleoperation_stability",
     "observer": "studies.observer",
     "paper-figures": "studies.paper_figures",
 }

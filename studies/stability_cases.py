@@ -1,0 +1,57 @@
+"""What couples an operator to a wall: hand, exoskeleton and wall, one array entry a run."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+DEVICE_KG, DEVICE_NS_M = 0.09, 0.5
+"""Exoskeleton at one finger: inertia and its own damping."""
+WALL_NS_M = 1.0
+"""Damping of the wall."""
+
+
+@dataclass(frozen=True, slots=True)
+class Hand:
+    """Impedance of what moves the exoskeleton: mass, kg, damping, Ns/m, stiffness, N/m."""
+
+    kg: float
+    ns_m: float
+    n_m: float
+
+
+HANDS = {"light": Hand(0.006, 2.0, 200.0), "firm": Hand(0.010, 3.0, 800.0), "arm": Hand(1.4, 7.5, 400.0)}
+"""A finger held lightly and firmly (Hajian & Howe 1997), and a stiff finger on a moving arm."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cases:
+    """Runs, each an entry of the arrays (N,).
+
+    Attributes:
+        hand_kg, hand_ns_m, hand_n_m: the operator's impedance.
+        wall_n_m: stiffness of the wall.
+        breath_m: how far the wall rises and sinks, from crest to trough.
+    """
+
+    hand_kg: Floats
+    hand_ns_m: Floats
+    hand_n_m: Floats
+    wall_n_m: Floats
+    breath_m: Floats
+
+    def __len__(self) -> int:
+        return len(self.wall_n_m)
+
+    def with_walls(self, wall_n_m: Floats) -> "Cases":
+        """The same runs at other walls."""
+        return Cases(self.hand_kg, self.hand_ns_m, self.hand_n_m, wall_n_m, self.breath_m)
+
+
+def cases(runs: Iterable[tuple[Hand, float, float]]) -> Cases:
+    """Runs of (hand, stiffness of the wall in N/m, breath in m)."""
+    rows = [(hand.kg, hand.ns_m, hand.n_m, wall_n_m, breath_m) for hand, wall_n_m, breath_m in runs]
+    return Cases(*np.array(rows, dtype=float).T)

@@ -1,0 +1,65 @@
+"""The local model: surface and stiffness are identified at the remote site, and force is made where the finger is."""
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+
+from operator_site.contact_force import LocalContact
+from operator_site.passive_update import PassiveContact
+from remote_site.stiffness import Stiffness
+from studies.stability_cases import DEVICE_NS_M, Floats
+
+WALL_Z_M = 0.003
+"""The wall stands higher than where a surface is taken to be before the first contact: the finger dives in unaware."""
+
+
+class Contact(Protocol):
+    """What makes force of a model and the finger's own height."""
+
+    def step(self, t_s: float, z_m: float, surface_m: float, stiffness_n_m: float) -> float:
+        """Force, N."""
+
+
+def today() -> Contact:
+    """The contact of the running site."""
+    return LocalContact()
+
+
+def corrected(cap_n_m: float) -> Callable[[], Contact]:
+    """The contact whose models enter passively, below a cap."""
+    return lambda: PassiveContact(cap_n_m, DEVICE_NS_M)
+
+
+class LocalModel:
+    """One contact and one identification a run; heights z are negative depths."""
+
+    packet_rows = 2
+
+    def __init__(self, start_m: Floats, period_s: float, contact: Callable[[], Contact]) -> None:
+        self._start_m, self._period_s, self._tick = start_m, period_s, 0
+        self._contacts = [contact() for _ in start_m]
+        self._identified = [Stiffness() for _ in start_m]
+
+    def operator(self, depth_m: Floats, packet: Floats) -> tuple[Floats, Floats]:
+        """Show the force of the newest model; send the place."""
+        t_s = self._tick * self._period_s
+        self._tick += 1
+        heights = (WALL_Z_M - depth_m).tolist()
+        force = [
+            contact.step(t_s, z_m, surface_m, stiffness)
+            for contact, z_m, surface_m, stiffness in zip(self._contacts, heights, *packet.tolist(), strict=True)
+        ]
+        return np.array(force), (depth_m - self._start_m)[None].repeat(2, axis=0)
+
+    def remote(
+        self, depth_m: Floats, force_n: Floats, servo_n: Floats, packet: Floats
+    ) -> tuple[Floats, Floats, Floats]:
+        """Go to the newest place; identify, and send the model."""
+        del servo_n
+        for identified, newton, z_m in zip(
+            self._identified, force_n.tolist(), (WALL_Z_M - depth_m).tolist(), strict=True
+        ):
+            identified.step(newton, z_m)
+        model = np.array([(each.surface_z_m, each.stiffness_n_m) for each in self._identified]).T
+        return self._start_m + packet[0], 0.0 * force_n, model

@@ -1,0 +1,121 @@
+"""The matrix: every architecture at every hand, wall, delay, kind of link and period; a row for each run."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from operator_site.passive_update import passive_stiffness_n_m
+from studies.stability_cases import DEVICE_NS_M, HANDS, Floats, cases
+from studies.stability_direct import DirectForce
+from studies.stability_local_model import LocalModel, corrected, today
+from studies.stability_measures import SECONDS, START_M, PressTwice, measure
+from studies.stability_network import way
+from studies.stability_passivity import PassivityControl
+from studies.stability_plant import Architecture, simulate
+from studies.stability_waves import WaveVariables
+
+DIRECT, WAVES, PASSIVITY = "direct position-force", "wave variables", "time-domain passivity"
+LOCAL, TODAY = "local model", "local model today"
+ARCHITECTURES: dict[str, Callable[[Floats, float], Architecture]] = {
+    DIRECT: lambda start_m, _: DirectForce(start_m),
+    WAVES: WaveVariables,
+    PASSIVITY: PassivityControl,
+    TODAY: lambda start_m, period_s: LocalModel(start_m, period_s, today),
+    LOCAL: lambda start_m, period_s: LocalModel(
+        start_m, period_s, corrected(passive_stiffness_n_m(DEVICE_NS_M, period_s))
+    ),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """What a link does beside its delay, and whether the wall breathes: mean lateness, s, share lost, and breath, m."""
+
+    jitter_s: float = 0.0
+    loss: float = 0.0
+    breath_m: float = 0.0
+
+
+LINKS = {
+    "steady": Link(),
+    "jitter 10 ms": Link(jitter_s=0.010),
+    "loss 5 %": Link(loss=0.05),
+    "loss 20 %, jitter 10 ms": Link(jitter_s=0.010, loss=0.20),
+    "breathing wall": Link(breath_m=0.002),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Matrix:
+    """What is varied: periods, s, round trips, s, walls, N/m, links and hands by name."""
+
+    periods_s: tuple[float, ...]
+    round_trips_s: tuple[float, ...]
+    walls_n_m: tuple[float, ...]
+    links: tuple[str, ...]
+    hands: tuple[str, ...] = tuple(HANDS)
+
+
+FULL = Matrix(
+    (0.001, 0.002, 0.005),
+    (0.0, 0.010, 0.020, 0.050, 0.100, 0.200, 0.400),
+    (50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0, 5000.0),
+    tuple(LINKS),
+)
+QUICK = Matrix(
+    (0.002,),
+    (0.0, 0.020, 0.100, 0.400),
+    (100.0, 500.0, 5000.0),
+    ("steady", "loss 20 %, jitter 10 ms", "breathing wall"),
+    ("light", "arm"),
+)
+
+
+def matrix_rows(
+    matrix: Matrix, seed: int, architectures: Mapping[str, Any] = ARCHITECTURES
+) -> Iterator[dict[str, Any]]:
+    """A row for each run; the links of a hand and period are the same for all architectures."""
+    for (number, period_s), (place, hand) in product(enumerate(matrix.periods_s), enumerate(matrix.hands)):
+        varied = list(product(matrix.links, matrix.round_trips_s, matrix.walls_n_m))
+        links = [LINKS[name] for name, _, _ in varied]
+        runs = cases((HANDS[hand], wall, link.breath_m) for (_, _, wall), link in zip(varied, links, strict=True))
+        rng = np.random.default_rng([seed, number, place])
+        jitter_s, loss = np.array([link.jitter_s for link in links]), np.array([link.loss for link in links])
+        round_trip_s = np.array([each for _, each, _ in varied])
+        ticks = round(SECONDS / period_s)
+        forward, backward = (way(ticks, period_s, round_trip_s, jitter_s, loss, rng) for _ in range(2))
+        for name, make in architectures.items():
+            sites = make(np.full(len(runs), START_M), period_s)
+            noise = np.random.default_rng([seed, number, place, 1])
+            course = simulate(runs, sites, PressTwice(runs), forward, backward, period_s=period_s, rng=noise)
+            for (link_name, trip_s, wall), measured in zip(varied, measure(course, runs), strict=True):
+                yield {
+                    "architecture": name,
+                    "hand": hand,
+                    "period_ms": 1e3 * period_s,
+                    "link": link_name,
+                    "round_trip_ms": 1e3 * trip_s,
+                    "wall_n_m": wall,
+                    **measured,
+                }
+
+
+def summary(rows: list[dict[str, Any]], most_mj: float, most_n: float) -> Iterator[dict[str, Any]]:
+    """Each architecture and kind of link: how many runs swing, produce energy or push too hard, and the worst."""
+    for name, link in product(dict.fromkeys(r["architecture"] for r in rows), dict.fromkeys(r["link"] for r in rows)):
+        mine = [row for row in rows if row["architecture"] == name and row["link"] == link]
+        yield {
+            "architecture": name,
+            "link": link,
+            "runs": len(mine),
+            "swing": sum(not row["stable"] for row in mine),
+            "produce_energy": sum(row["produced_mj"] > most_mj for row in mine),
+            "push_too_hard": sum(row["peak_n"] > most_n for row in mine),
+            "most_produced_mj": max(row["produced_mj"] for row in mine),
+            "largest_swing_mm": max(row["swing_mm"] for row in mine),
+            "peak_n": max(row["peak_n"] for row in mine),
+            "remote_peak_n": max(row["remote_peak_n"] for row in mine),
+        }

@@ -1,0 +1,122 @@
+"""Recorded round trips and recorded hands as runs: energy and peak force of each architecture.
+
+A round trip is taken in halves for the two ways, around its worst moment, and holds until the next was measured. A real
+session would have gone to its safe state in the longest of them; here nothing stops. A recorded leader is what the hand
+means to do, at the end of a lever of 30 mm; in contact its wall begins where the middle of its path was.
+"""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path as File
+from typing import Any
+
+import numpy as np
+
+from studies.stability_cases import HANDS, Floats, cases
+from studies.stability_matrix import ARCHITECTURES
+from studies.stability_measures import SECONDS, START_M, PressTwice, produced_j
+from studies.stability_network import newest, way
+from studies.stability_plant import Course, Path, simulate
+
+PERIOD_S = 0.001
+WALLS_N_M = (200.0, 1000.0, 5000.0)
+LEVER_M = 0.030
+TOUCHED_N_M = {"foam": 300.0, "spring": 1000.0, "rigid": 5000.0, "free": 0.0}
+ROUND_TRIPS_S = (0.020, 0.100, 0.400)
+_WINDOW_S = 2.0
+
+
+def folder() -> File:
+    """Where the recordings are: the folder that TELETACTION_DATA names, or the shared one beside the checkout."""
+    return File(os.environ.get("TELETACTION_DATA", File(__file__).parents[2] / "shared" / "data"))
+
+
+def recorded_rows(quick: bool, seed: int) -> Iterator[dict[str, Any]]:
+    """A row for each architecture, recording, hand and wall (or delay); quick: over one link only.
+
+    Nothing where there are no recordings.
+    """
+    links = sorted((folder() / "network_rtt").glob("*.csv"))
+    motions = sorted((folder() / "bilateral_1dof").glob("*.csv"))
+    if quick:
+        links, motions = links[3:4], []
+    if links:
+        yield from _over_links(links, seed)
+    if motions:
+        yield from _by_hands(motions, seed)
+
+
+def round_trip_s(file: File, ticks: int) -> Floats:
+    """Round trip of a packet sent at each tick around the worst moment of a recording, s."""
+    sent_s, rtt_ms = np.loadtxt(file, delimiter=",", skiprows=1).T
+    worst_s = sent_s[int(np.argmax(rtt_ms))]
+    begins_s = max(sent_s[0], min(worst_s - _WINDOW_S, sent_s[-1] - ticks * PERIOD_S))
+    last = np.searchsorted(sent_s, begins_s + PERIOD_S * np.arange(ticks), side="right") - 1
+    return np.asarray(1e-3 * rtt_ms[np.maximum(0, last)])
+
+
+def _over_links(files: list[File], seed: int) -> Iterator[dict[str, Any]]:
+    ticks = round(SECONDS / PERIOD_S)
+    varied = [(file, hand, wall) for file in files for hand in HANDS for wall in WALLS_N_M]
+    trips = {file: round_trip_s(file, ticks) for file in files}
+    half_s = 0.5 * np.stack([trips[file] for file, _, _ in varied], axis=1)
+    one_way = newest(half_s, np.zeros(half_s.shape, bool), PERIOD_S)
+    runs = cases((HANDS[hand], wall, 0.0) for _, hand, wall in varied)
+    for name, make in ARCHITECTURES.items():
+        sites, rng = make(np.full(len(runs), START_M), PERIOD_S), np.random.default_rng(seed)
+        course = simulate(runs, sites, PressTwice(runs), one_way, one_way, period_s=PERIOD_S, rng=rng)
+        for (file, hand, wall), worth in zip(varied, _judged(course), strict=True):
+            longest_ms = 1e3 * float(trips[file].max())
+            yield _row(name, "round trips", file.stem, hand, longest_ms, wall) | worth
+
+
+def _by_hands(files: list[File], seed: int) -> Iterator[dict[str, Any]]:
+    paths = [_leader_m(file) for file in files]
+    ticks = min(len(path) for path in paths)
+    varied = [(n, hand, trip_s) for n in range(len(files)) for hand in HANDS for trip_s in ROUND_TRIPS_S]
+    walls = [next(wall for word, wall in TOUCHED_N_M.items() if word in files[n].stem) for n, _, _ in varied]
+    meant = np.stack([paths[n][:ticks] for n, _, _ in varied], axis=1)
+    pace = np.gradient(meant, PERIOD_S, axis=0)
+    runs = cases((HANDS[hand], wall, 0.0) for (_, hand, _), wall in zip(varied, walls, strict=True))
+    rng = np.random.default_rng(seed)
+    trips_s, none = np.array([trip_s for _, _, trip_s in varied]), np.zeros(len(varied))
+    forward, backward = (way(ticks, PERIOD_S, trips_s, none + 0.005, none + 0.01, rng) for _ in range(2))
+
+    def path(t_s: float) -> tuple[Floats, Floats]:
+        tick = min(ticks - 1, round(t_s / PERIOD_S))
+        return meant[tick], pace[tick]
+
+    follow: Path = path
+    for name, make in ARCHITECTURES.items():
+        sites = make(meant[0].copy(), PERIOD_S)
+        course = simulate(runs, sites, follow, forward, backward, period_s=PERIOD_S, rng=np.random.default_rng(seed))
+        for (n, hand, trip_s), wall, worth in zip(varied, walls, _judged(course), strict=True):
+            yield _row(name, "hands", files[n].stem, hand, 1e3 * trip_s, wall) | worth
+
+
+def _leader_m(file: File) -> Floats:
+    """Depth of a recorded leader at each period, m: 0 in the middle of its path, positive where the hand strains."""
+    _, leader_rad, _, hand_nm, _ = np.loadtxt(file, delimiter=",", skiprows=1).T
+    away_rad = leader_rad - np.median(leader_rad)
+    strains = -1.0 if float(np.sum(away_rad * np.abs(hand_nm))) < 0.0 else 1.0
+    depth_m = strains * LEVER_M * away_rad
+    # The hand comes from outside: half a second down from where every run starts.
+    ramp = np.linspace(0.0, 1.0, 500)
+    return np.concatenate((START_M + ramp * (depth_m[0] - START_M), depth_m))
+
+
+def _row(name: str, kind: str, recording: str, hand: str, round_trip_ms: float, wall_n_m: float) -> dict[str, Any]:
+    return {
+        "architecture": name,
+        "recorded": kind,
+        "recording": recording,
+        "hand": hand,
+        "round_trip_ms": round_trip_ms,
+        "wall_n_m": wall_n_m,
+    }
+
+
+def _judged(course: Course) -> Iterator[dict[str, Any]]:
+    peaks = np.abs(course.shown_n).max(axis=0)
+    for produced, peak_n in zip(produced_j(course).tolist(), peaks.tolist(), strict=True):
+        yield {"produced_mj": 1e3 * produced, "peak_n": peak_n}
