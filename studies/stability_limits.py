@@ -128,9 +128,9 @@ def _rest(loops: list[Loop], walls_n_m: Floats, seed: int) -> NDArray[np.bool_]:
     return np.asarray(amplitude_m == 0.0).reshape(walls_n_m.shape)
 
 
-def simulated_wall_n_m(periods_s: list[float], hand: Hand = FREE) -> list[float]:
-    """Largest virtual wall on the device itself that dies out in simulation, N/m: exact steps between the ticks."""
-    return [largest(lambda wall, period=period_s: _wall_rests(wall, period, hand)) or np.nan for period_s in periods_s]
+def simulated_wall_n_m(period_s: float, hand: Hand = FREE) -> float | None:
+    """Largest virtual wall on the device itself that dies out in simulation, N/m; as `largest`."""
+    return largest(lambda wall_n_m: _wall_rests(wall_n_m, period_s, hand))
 
 
 def _wall_rests(wall_n_m: float, period_s: float, hand: Hand) -> bool:

@@ -76,12 +76,12 @@ def _borders(trips_s: tuple[float, ...], seed: int) -> Iterator[dict[str, Any]]:
 
 def _walls(periods_s: tuple[float, ...]) -> Iterator[dict[str, Any]]:
     """The device alone on its own virtual wall."""
-    for period_s, simulated in zip(periods_s, simulated_wall_n_m(list(periods_s)), strict=True):
+    for period_s in periods_s:
         yield {
             "period_ms": 1e3 * period_s,
             "bound_n_m": 2.0 * DEVICE_NS_M / period_s,
             "worked_out_n_m": sampled_wall_n_m(FREE, period_s),
-            "simulated_n_m": simulated,
+            "simulated_n_m": simulated_wall_n_m(period_s),
         }
 
 

@@ -43,7 +43,7 @@ def of(name: str, link: str = "steady") -> list[dict[str, Any]]:
 @pytest.mark.parametrize("period_s", [0.001, 0.004])
 def test_the_simulated_wall_of_the_device_alone_is_stable_to_colgates_bound(period_s):
     bound = 2.0 * 0.5 / period_s
-    assert simulated_wall_n_m([period_s])[0] == pytest.approx(bound, rel=0.05)
+    assert simulated_wall_n_m(period_s) == pytest.approx(bound, rel=0.05)
     assert sampled_wall_n_m(FREE, period_s) == pytest.approx(bound, rel=0.05)
     assert (sampled_wall_n_m(HANDS["firm"], period_s) or np.inf) > bound
 
