@@ -15,16 +15,27 @@ from common.exploration import Exploration
 from common.messages import ExplorationMode
 from sim_sensors.simulated_exploration import Explored, sense
 from sim_sensors.told_hand import TICK_S
+from studies.exploration_modes_figure import plot
 from studies.exploration_scenes import BARELY, SCENES, scene
-from studies.mode_judge import Machine, Told, latencies, listen, longest_run, tap_speeds, wrong_switches
+from studies.mode_judge import (
+    JUDGED,
+    MACHINE,
+    PLAIN,
+    Machine,
+    Told,
+    latencies,
+    listen,
+    longest_run,
+    tap_speeds,
+    wrong_switches,
+)
 from studies.plain_thresholds import PlainThresholds
 from studies.registry import Tell
 
-MACHINE, PLAIN = "mode machine", "plain thresholds"
+__all__ = ["plot", "run", "tables"]
+
 METHODS: dict[str, Callable[[], Machine]] = {MACHINE: Exploration, PLAIN: PlainThresholds}
 NOISES = (1.0, 3.0, 5.0, 10.0)
-JUDGED = 3.0
-"""The noise at which the modes must hold, times nominal."""
 SEEDS, QUICK_SEEDS = 100, 8
 SPEEDS_M_S = (0.015, 0.03, 0.06, 0.12, 0.4)
 SOON_S = 0.005

@@ -1,15 +1,30 @@
 """Panels of the study of exploration modes: time right against noise, how late switches are told, speed of taps."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
+import matplotlib as mpl
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
-from studies.exploration_modes import JUDGED, MACHINE, PLAIN
-from teletaction.figure_style import BLUE, GREY, PALE, RED, plain_ticks
+from studies.mode_judge import JUDGED, MACHINE, PLAIN
+from teletaction.figure_style import BLUE, GREY, PALE, RED, STYLE, plain_ticks
 
 _COLOURS = {MACHINE: BLUE, PLAIN: RED}
 _SWITCHES = ("contact", "end of the tap", "stroke begins", "stroke ends", "release")
+
+
+def plot(data: Mapping[str, Any], path: Path) -> None:
+    """Write the figure of what the study returned as PNG."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(13.0, 4.5), layout="constrained")
+        FigureCanvasAgg(figure)
+        panels = figure.subplots(1, 3)
+        for axes, draw in zip(panels, (draw_time_right, draw_latencies, draw_tap_speeds), strict=True):
+            draw(axes, data)
+        figure.savefig(path, dpi=150)
 
 
 def draw_time_right(axes: Axes, data: Mapping[str, Any]) -> None:

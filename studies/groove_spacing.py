@@ -5,17 +5,23 @@ in the chunk of 5 ms in which it crosses it. Packets of either direction jitter,
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
+from pathlib import Path
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from common.messages import Event, EventKind
 from operator_site.groove_timing import GrooveTiming
 from operator_site.vibration import PlayedEvents
 from remote_site.followed_hand import FollowedHand, HandPlace
+from studies.registry import Tell
+from teletaction.figure_style import BLUE, RED, STYLE
 
 Floats = NDArray[np.float64]
 
@@ -28,18 +34,58 @@ SECONDS, SETTLED_S = 30.0, 3.0
 HISTORY_S = 0.25
 JITTERS_S = (0.0, 0.002, 0.005, 0.010, 0.015, 0.020, 0.030)
 LOSSES = (0.0, 0.2)
+AS_THEY_COME, AT_THEIR_TIME = "as they come", "at their time"
+WAYS = {AS_THEY_COME: RED, AT_THEIR_TIME: BLUE}
 
 
-def spacing(quick: bool, seed: int) -> list[dict[str, Any]]:
+def run(quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
     """A row for each network: standard deviation of the spacing, and how far behind the hand, in both ways."""
-    return [row for loss in LOSSES for jitter in JITTERS_S[:: 2 if quick else 1] for row in _rows(jitter, loss, seed)]
+    rows, jitters = list[dict[str, Any]](), JITTERS_S[:: 3 if quick else 1]
+    for number, (loss, jitter) in enumerate(product(LOSSES, jitters)):
+        tell(number / (len(LOSSES) * len(jitters)))
+        rows += _rows(jitter, loss, seed)
+    return {"quick": quick, "grooves_mm": 1e3 * GROOVES_M, "stroke_mm_s": 1e3 * STROKE_M_S, "spacing": rows}
+
+
+def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
+    """The rows."""
+    return {"spacing": data["spacing"]}
+
+
+def plot(data: Mapping[str, Any], path: Path) -> None:
+    """Spacing's standard deviation against jitter, with how far behind the hand each way is at the worst, as PNG."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.0, 4.5), layout="constrained")
+        FigureCanvasAgg(figure)
+        axes = figure.subplots()
+        for way, colour in WAYS.items():
+            for loss, marker in zip(LOSSES, "os", strict=True):
+                own = [row for row in data["spacing"] if row["way"] == way and row["loss"] == loss]
+                axes.plot(
+                    [row["jitter_ms"] for row in own],
+                    [row["spacing_sd_mm"] for row in own],
+                    color=colour,
+                    marker=marker,
+                    label=f"{way}, {100 * loss:.0f} % lost: {own[0]['behind_ms']:.0f} to {own[-1]['behind_ms']:.0f} ms "
+                    "behind",
+                )
+        axes.set(
+            xlabel="jitter of either direction (\u00b1 ms)",
+            ylabel="standard deviation of spacing (mm)",
+            ylim=(0.0, None),
+        )
+        axes.set_title(
+            f"Grooves {data['grooves_mm']:g} mm apart, stroked at {data['stroke_mm_s']:g} mm/s over a network"
+        )
+        axes.legend()
+        figure.savefig(path, dpi=150)
 
 
 def _rows(jitter_s: float, loss: float, seed: int) -> Iterator[dict[str, Any]]:
     rng = np.random.default_rng([seed, round(1e4 * jitter_s), round(100 * loss)])
     events, ready_s = _crossed(jitter_s, loss, rng)
     told_s = _arrivals(np.arange(0.0, SECONDS, TICK_S), jitter_s, loss, rng)
-    for way, timing in (("as they come", None), ("at their time", GrooveTiming())):
+    for way, timing in ((AS_THEY_COME, None), (AT_THEIR_TIME, GrooveTiming())):
         felt = _felt(events, ready_s, told_s, timing)
         hand_s = np.array([event.ident * GROOVES_M / STROKE_M_S for event in events])
         settled = [n for n, event in enumerate(events) if hand_s[n] > SETTLED_S and event.ident in felt]
@@ -103,20 +149,3 @@ def _felt(
         for event in fresh if timing is None else timing.step(float(now_s), fresh):
             felt[event.ident] = float(now_s)
     return felt
-
-
-def draw_spacing(axes: Axes, rows: Sequence[dict[str, Any]]) -> None:
-    """Spacing's standard deviation against jitter, with how far behind the hand each way is at the worst."""
-    for way in ("as they come", "at their time"):
-        for loss in LOSSES:
-            own = [row for row in rows if row["way"] == way and row["loss"] == loss]
-            axes.plot(
-                [row["jitter_ms"] for row in own],
-                [row["spacing_sd_mm"] for row in own],
-                "o-" if way == "at their time" else "s--",
-                label=f"{way}, {100 * loss:.0f} % lost: {own[-1]['behind_ms']:.0f} ms behind",
-            )
-    axes.set_xlabel("jitter of either direction, +- ms")
-    axes.set_ylabel("standard deviation of spacing, mm")
-    axes.set_title(f"Grooves {1e3 * GROOVES_M:.0f} mm apart at {1e3 * STROKE_M_S:.0f} mm/s over a network")
-    axes.legend()

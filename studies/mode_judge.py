@@ -12,6 +12,10 @@ from common.messages import ExplorationMode
 from sim_sensors.simulated_exploration import Explored, Modes, Sensed
 from sim_sensors.told_hand import TICK_S
 
+MACHINE, PLAIN = "mode machine", "plain thresholds"
+"""The methods that are judged."""
+JUDGED = 3.0
+"""The noise at which the modes must hold, times nominal."""
 FREE, TAPPING, QUIESCENT, STROKING = ExplorationMode
 SLACK_S = 0.050
 """A switch to a mode that is true within so long, before or after, is no wrong one."""

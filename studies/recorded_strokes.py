@@ -25,8 +25,11 @@ from remote_site.spectrum_calibration import LabelledStroke, calibrate_spectra, 
 from remote_site.surface_spectrum import MOTIONS, Along, bands, sensor_noise, spectrum, unevenness
 from remote_site.traces import StrokeTrace, read_stroke
 from studies.binomial_interval import clopper_pearson
+from studies.recorded_strokes_figure import plot
 from studies.registry import Unavailable
 from studies.texture_baselines import band_powers, classifiers, moments
+
+__all__ = ["plot", "run", "tables"]
 
 Array = NDArray[np.float64]
 Row = dict[str, Any]

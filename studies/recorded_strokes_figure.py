@@ -1,12 +1,16 @@
 """Panels of the recorded strokes: errors of the boards' periods, and fabrics told at a pressure never learned from."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
-from teletaction.figure_style import BLUE, GREEN, GREY, ORANGE, label_once
+from teletaction.figure_style import BLUE, GREEN, GREY, ORANGE, STYLE, label_once
 
 _SIGNALS = {"best": (BLUE, "o", "taxel that shows it best"), "mean": (ORANGE, "s", "mean of the taxels")}
 _SPLITS = {
@@ -15,6 +19,17 @@ _SPLITS = {
     "other half": (GREEN, "s"),
     "at random": (GREY, "x"),
 }
+
+
+def plot(data: Mapping[str, Any], path: Path) -> None:
+    """Write the figure of what the study returned as PNG."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(12.0, 4.8), layout="constrained")
+        FigureCanvasAgg(figure)
+        panels = figure.subplots(1, 2)
+        for axes, draw in zip(panels, (draw_boards, draw_fabrics), strict=True):
+            draw(axes, data)
+        figure.savefig(path, dpi=150)
 
 
 def draw_boards(axes: Axes, data: Mapping[str, Any]) -> None:

@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 
 from common.exploration import Exploration
 from sim_sensors.simulated_exploration import sense
-from studies.exploration_modes import JUDGED, MACHINE, PLAIN, run, tables
+from studies.exploration_modes import run, tables
 from studies.exploration_modes_figure import draw_latencies, draw_tap_speeds, draw_time_right
 from studies.exploration_scenes import SCENES, scene
-from studies.mode_judge import latencies, listen, longest_run, wrong_switches
+from studies.mode_judge import JUDGED, MACHINE, PLAIN, latencies, listen, longest_run, wrong_switches
 from studies.registry import write_table
 
 SEEDS = range(90_000, 90_008)
