@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from common.fingers import FINGERS
 from common.serial_messages import DRIVE_FULL
-from sim_sensors.faulty_parts import DRIFT_M_S, Babble, Hang, Servos, Thermistor
+from sim_sensors.faulty_parts import DRIFT_M_S, Babble, Hang, Piezo, Servos, Thermistor
 from sim_sensors.finger_plate import FingerPlates
 from sim_sensors.serial_server import Finger, SerialServer
 from sim_sensors.socketcand import SocketcandBus
@@ -150,6 +150,12 @@ def servo_faults(servos: Servos) -> dict[str, Fault[Any]]:
     return {"disobey": Fault("[drift]", {"": servos}, _disobey)}
 
 
+def piezo_faults(piezos: Mapping[Finger, Piezo]) -> dict[str, Fault[Any]]:
+    """The faults of the texture sensors' own elements."""
+    targets = {str(finger): piezo for finger, piezo in piezos.items()}
+    return {"piezo": Fault("FINGER saturated|clipped|cut|loose", targets, _break_piezo)}
+
+
 def plate_faults(plates: FingerPlates, fingers: Sequence[Finger]) -> dict[str, Fault[Any]]:
     """The faults of the operator's plates: cooling water that does not come, Peltiers wired in reverse."""
     places = {str(finger): FINGERS.index(finger) for finger in fingers}
@@ -195,6 +201,15 @@ def _break_thermistor(thermistor: Thermistor, text: str) -> End:
             return partial(setattr, thermistor, "fault", None)
         case _:
             raise ValueError(f"{text!r} is neither open, short nor frozen")
+
+
+def _break_piezo(piezo: Piezo, text: str) -> End:
+    match text:
+        case "saturated" | "clipped" | "cut" | "loose":
+            piezo.fault = text
+            return partial(setattr, piezo, "fault", None)
+        case _:
+            raise ValueError(f"{text!r} is neither saturated, clipped, cut nor loose")
 
 
 def _mark(broken: NDArray[np.bool_], place: int, text: str) -> End:

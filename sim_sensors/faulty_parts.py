@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 from common.thermometry import COUNT_MAX
 
 ThermistorFault = Literal["open", "short", "frozen"]
+PiezoFault = Literal["saturated", "clipped", "cut", "loose"]
 Place = tuple[float, float, NDArray[np.float64]]
 """Hand's x and y, m, and the heights of the fingertips (5,), m."""
 
 DRIFT_M_S = 0.02
 _BAUD_PER_BYTE = 10.0
+_PIEZO_MAX, _OVERDRIVEN, _NOISE_COUNTS = 2047, 30, 1.6
 _LONGEST_BURST_S = 0.05
 
 
@@ -38,6 +40,33 @@ class Thermistor:
         if self.fault is None:
             self._last = counts
         return self._last
+
+
+class Piezo:
+    """A texture sensor's piezo element and amplifier, as their converter sees them.
+
+    Attributes:
+        fault: `saturated` stays at the top of the scale, `clipped` is amplified so that pressing overdrives it, `cut`
+            gives nothing at all, `loose` only the amplifier's noise; None: it is sound.
+    """
+
+    def __init__(self) -> None:
+        self.fault: PiezoFault | None = None
+        self._random = np.random.default_rng(0)
+
+    def read(self, counts: NDArray[np.int16]) -> NDArray[np.int16]:
+        """What the converter reads where a sound element would give `counts`, -2048..2047."""
+        match self.fault:
+            case "saturated":
+                return np.full_like(counts, _PIEZO_MAX)
+            case "clipped":
+                return np.clip(_OVERDRIVEN * counts.astype(np.int32), -_PIEZO_MAX - 1, _PIEZO_MAX).astype(np.int16)
+            case "cut":
+                return np.zeros_like(counts)
+            case "loose":
+                return np.rint(_NOISE_COUNTS * self._random.standard_normal(counts.shape)).astype(np.int16)
+            case None:
+                return counts
 
 
 class Servos:

@@ -10,8 +10,8 @@ from common.fingers import FINGERS
 from common.scene import load_scene
 from sim_sensors.announce import announce
 from sim_sensors.fault_port import FaultPort
-from sim_sensors.faults import Faults, device_faults, servo_faults
-from sim_sensors.faulty_parts import Hang, Servos, Thermistor
+from sim_sensors.faults import Faults, device_faults, piezo_faults, servo_faults
+from sim_sensors.faulty_parts import Hang, Piezo, Servos, Thermistor
 from sim_sensors.remote_world import RemoteWorld
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.serial_server import serve_fingers
@@ -40,6 +40,7 @@ class RemoteDevices:
         start_s = sockets.now()
         numbers = {finger: FINGERS.index(finger) for finger in config.fingers}
         self.texture = {finger: TextureSensor(number, start_s) for finger, number in numbers.items()}
+        self.piezos = {finger: Piezo() for finger in numbers}
         self.thermal = {finger: ThermalSensor(number, start_s) for finger, number in numbers.items()}
         self.thermistors = {finger: Thermistor() for finger in config.fingers}
         self.servos = Servos()
@@ -77,8 +78,8 @@ class RemoteDevices:
         self._measure_robot()
         self.bus.pump(now_s)
         counts = world.take_texture_counts()
-        for sensor in self.texture.values():
-            sensor.add_samples(counts[sensor.identity.finger])
+        for finger, sensor in self.texture.items():
+            sensor.add_samples(self.piezos[finger].read(counts[sensor.identity.finger]))
         if self._steps % _MEASURE_EVERY == 0:
             self._measure_plates()
         for server in self._servers:
@@ -103,7 +104,7 @@ class RemoteDevices:
         texture = {f"{finger} texture": server for finger, server in self.texture_servers.items()}
         thermal = {f"{finger} thermal": server for finger, server in self.thermal_servers.items()}
         kinds = device_faults({**texture, **thermal}, self.bus, self.thermal, self.thermistors, self.hang)
-        return Faults({**kinds, **servo_faults(self.servos)})
+        return Faults({**kinds, **servo_faults(self.servos), **piezo_faults(self.piezos)})
 
     def _measure_robot(self) -> None:
         world = self.world

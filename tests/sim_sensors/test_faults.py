@@ -104,6 +104,7 @@ NONSENSE = [
     "reverse",
     "reverse thumb",
     "reverse index -1",
+    "piezo index cut",
 ]
 
 
@@ -121,6 +122,8 @@ def test_an_error_says_what_there_is_to_say(remote: RemoteDevices) -> None:
         remote.faults.apply("help")
     with pytest.raises(ValueError, match="unplug DEVICE: there is index texture, index thermal, can, not 'index nose'"):
         remote.faults.apply("unplug index nose")
+    with pytest.raises(ValueError, match="'wet' is neither saturated, clipped, cut nor loose"):
+        remote.faults.apply("piezo index wet")
     with pytest.raises(ValueError, match="no fault 'water'"):
         remote.faults.apply("water index")
     with pytest.raises(ValueError, match="in force: nothing"):
@@ -134,6 +137,10 @@ def test_faults_are_told_ended_by_name_or_all_at_once(remote: RemoteDevices) -> 
     assert remote.faults.apply("unplug can") == "disobey, thermistor index, unplug can"
     assert remote.figures()["faults"] == ["disobey", "thermistor index", "unplug can"]
     assert remote.faults.apply("mend thermistor index") == "disobey, unplug can"
+    assert remote.faults.apply("piezo index loose") == "disobey, unplug can, piezo index"
+    assert remote.piezos["index"].fault == "loose"
+    assert remote.faults.apply("mend piezo index") == "disobey, unplug can"
+    assert remote.piezos["index"].fault is None
     assert remote.faults.apply("plug can") == "disobey"
     assert remote.faults.apply("mend") == ""
     assert remote.faults.apply("mend") == ""

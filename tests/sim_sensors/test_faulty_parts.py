@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from common.framing import FrameReader, encode_frame
 from common.thermometry import COUNT_MAX
-from sim_sensors.faulty_parts import Babble, Hang, Place, Servos, Thermistor
+from sim_sensors.faulty_parts import Babble, Hang, Piezo, Place, Servos, Thermistor
 
 BAUD = 921_600
 STEP_S = 0.002
@@ -22,6 +22,23 @@ def test_a_thermistor_reads_what_its_fault_makes_it_read_and_is_sound_again_afte
     assert [thermistor.read(counts) for counts in (1300, 1400)] == [1000, 1000]
     thermistor.fault = None
     assert thermistor.read(1500) == 1500
+
+
+def test_a_piezo_gives_what_its_fault_makes_it_give_and_is_sound_again_afterwards() -> None:
+    piezo, counts = Piezo(), np.array([-300, 0, 5, 2000], np.int16)
+    assert piezo.read(counts).tolist() == counts.tolist()
+    piezo.fault = "saturated"
+    assert piezo.read(counts).tolist() == [2047] * 4
+    piezo.fault = "clipped"
+    assert piezo.read(counts).tolist() == [-2048, 0, 150, 2047]
+    piezo.fault = "cut"
+    assert piezo.read(counts).tolist() == [0] * 4
+    piezo.fault = "loose"
+    noise = piezo.read(np.full(1000, 500, np.int16))
+    assert abs(noise.mean()) < 0.5
+    assert 1.0 < noise.std() < 2.5
+    piezo.fault = None
+    assert piezo.read(counts).tolist() == counts.tolist()
 
 
 def place(x_m: float, z_m: float) -> Place:
