@@ -93,7 +93,7 @@ def _for_a_while(
 ) -> Fault:
     """A fault of a device that is mended after 2 s."""
     mend = begin.replace("unplug", "plug") if begin.startswith("unplug") else f"mend {begin}"
-    for text in (" open", " short"):
+    for text in (" open", " short", " cut", " saturated"):
         mend = mend.removesuffix(text)
     return Fault(name, where, begin, expected, neutral, finger=finger, mend=mend, noticed_s=noticed_s)
 
@@ -147,6 +147,16 @@ DEVICE_FAULTS = (
     _for_a_while("TactTip sends rubbish", _OPERATOR, f"babble {STROKING} tacttip", _CONTINUES),
     _for_a_while(
         "texture sensor silent", _REMOTE, f"silence {STROKING} texture", _CONTINUES, frozenset({Actuator.MOTOR})
+    ),
+    *(
+        _for_a_while(
+            f"texture sensor's element {fault}",
+            _REMOTE,
+            f"piezo {STROKING} {fault}",
+            _CONTINUES,
+            frozenset({Actuator.MOTOR}),
+        )
+        for fault in ("cut", "saturated")
     ),
     _for_a_while(
         "TactTip silent and deaf", _OPERATOR, f"silence {STROKING} tacttip", _CONTINUES, _ON_MODULE, finger=STROKING

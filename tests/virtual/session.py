@@ -4,7 +4,7 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from typing import NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
 import pytest
 
@@ -130,8 +130,8 @@ class VirtualSession:
         with pytest.MonkeyPatch.context() as patch:
             read = site._devices.read
 
-            def read_and_sleep(t_s: float) -> object:
-                found = read(t_s)
+            def read_and_sleep(*given: Any) -> object:
+                found = read(*given)
                 patch.undo()
                 sleep()
                 return found
