@@ -61,6 +61,9 @@ class EventKind(IntEnum):
     MATERIAL = 2
 
 
+STIFFNESS_KNOWN_LN_SD = 0.06
+"""A stiffness told with this standard deviation of its logarithm, or a larger one, is not yet known."""
+
 MOTION_BLOCK = FingerBlock({"x_m": (-0.66, 0.66), "y_m": (-0.66, 0.66), "z_m": (-0.0103, 0.0103)})
 MOTION_FIELDS = MOTION_BLOCK.names
 
@@ -70,6 +73,10 @@ TOUCH_RANGES = {
     "contact_force_n": (0, 10.5),
     "surface_z_m": (-0.011, 0.011),
     "stiffness_n_m": (0, 20_000),
+    "stiffness_ln_sd": (0, 10),
+    "damping_n_s_m": (0, 100),
+    "slope_x": (-1, 1),
+    "slope_y": (-1, 1),
     "k_tap": (0, 20_000),
     "b_tap_per_s": (0, 1000),
     "k_stroke_v": (0, 50_000),
@@ -87,7 +94,9 @@ TOUCH_RANGES = {
 }
 """Columns of the touch block in order, each with the range that decoding enforces.
 
-effusivity_ln_sd is the standard deviation of the logarithm of the effusivity that the three thermal constants make.
+stiffness_ln_sd is the standard deviation of the logarithm of the stiffness, STIFFNESS_KNOWN_LN_SD or more where it is not
+yet known; damping_n_s_m is the object's at the present force and slope_x, slope_y dz/dx, dz/dy of its surface, 0 where
+not known. effusivity_ln_sd is the standard deviation of the logarithm of the effusivity that the three thermal constants make.
 k_tap and k_stroke_v in (rad/s)/(m/s), k_stroke_f in (rad/s)/N (Kron & Schmidt 2003, Eq. 1-2); a
 conductivity of 0 W/mK says that the object's thermal constants are not known.
 """
@@ -169,7 +178,7 @@ class Touch(NamedTuple):
 
     @property
     def block(self) -> Floats:
-        """(5, 19) of `TOUCH_FIELDS`; read only."""
+        """(5, 23) of `TOUCH_FIELDS`; read only."""
         return TOUCH_BLOCK.array(self.floats)
 
 

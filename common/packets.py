@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from common.fingers import FINGERS
 
-SCHEMA_VERSION = 4
+SCHEMA_VERSION = 5
 MAX_PACKET = 4096
 """No packet of this link is larger, bytes."""
 MAX_INTEGER = 2**63 - 1

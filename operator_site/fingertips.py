@@ -110,7 +110,7 @@ class Fingertips:
         Args:
             t_s: time on a steady clock, s.
             engaged: whether outputs act; while not, plate loops rest and events pass unplayed.
-            touch: last accepted block (5, 19) of `common.messages.TOUCH_FIELDS`; hand over the same array until there
+            touch: last accepted block (5, 23) of `common.messages.TOUCH_FIELDS`; hand over the same array until there
                 is a new one, it is unpacked once only.
             events: events of the last packet, played or not.
             speed_m_s: the hand's own stroke speed along x.

@@ -158,6 +158,10 @@ def _piece(scene: Scene, thing: SceneObject, offsets_c: dict[str, float], rng: n
     touch = {
         "surface_z_m": thing.height_m,
         "stiffness_n_m": stiffness_n_m,
+        "stiffness_ln_sd": 0.0,
+        "damping_n_s_m": 0.0,
+        "slope_x": 0.0,
+        "slope_y": 0.0,
         "k_tap": surface.k_tap,
         "b_tap_per_s": surface.b_tap_per_s,
         "k_stroke_v": surface.k_stroke_v,

@@ -1,4 +1,4 @@
-"""One remote finger's identification: mode, texture, stiffness, and the material that its thermal sensor finds.
+"""One remote finger's identification: mode, texture, surface, and the material that its thermal sensor finds.
 
 Joins the parts; numbers and a time in, numbers out. Texture comes at its own rate, None in between.
 """
@@ -14,7 +14,6 @@ from remote_site.finger_touch import FingerSample, FingerTouch, TouchEvent
 from remote_site.groove_period import GroovePeriod
 from remote_site.heater_control import OFFSETS_K
 from remote_site.rendered_material import rendered_constants
-from remote_site.stiffness import Stiffness
 from remote_site.surface_class import (
     GROOVE_DECAY_PER_S,
     GROOVE_RAD_S,
@@ -28,6 +27,7 @@ from remote_site.texture_identification import TextureIdentification
 from remote_site.texture_law import ln_roughness
 from remote_site.thermal_answer import ThermalAnswer
 from remote_site.thermal_identification import ThermalKnowledge
+from remote_site.touched_surface import TouchedSurface
 
 
 class FingerIdentification:
@@ -51,7 +51,7 @@ class FingerIdentification:
         self._exploration = Exploration()
         self._texture = TextureIdentification(surfaces)
         self._period = GroovePeriod()
-        self._stiffness = Stiffness()
+        self._surface = TouchedSurface()
         self.heat = FingerHeat(finger, knowledge, preheat_k)
         self._texture_s = -1.0
         self._roughness_v = 0.0
@@ -70,7 +70,7 @@ class FingerIdentification:
         exploration = self._exploration
         mode = exploration.step(t_s, force_n, sample.x_m, sample.y_m, sample.z_m)
         speed_m_s = exploration.speed_m_s
-        self._stiffness.step(force_n, sample.z_m)
+        self._surface.step(t_s, force_n, sample.x_m, sample.y_m, sample.z_m)
         events: list[TouchEvent] = []
         if exploration.began:
             events.append(TouchEvent("tap", exploration.approach_m_s))
@@ -91,8 +91,12 @@ class FingerIdentification:
             mode=mode,
             contact=exploration.contact,
             contact_force_n=force_n,
-            surface_z_m=self._stiffness.surface_z_m,
-            stiffness_n_m=self._stiffness.stiffness_n_m,
+            surface_z_m=self._surface.surface_z_m,
+            stiffness_n_m=self._surface.stiffness_n_m,
+            stiffness_ln_sd=self._surface.stiffness_ln_sd,
+            damping_n_s_m=self._surface.damping_n_s_m,
+            slope_x=self._surface.slope_x,
+            slope_y=self._surface.slope_y,
             k_tap=TAP_SPEED_PER_M_S,
             b_tap_per_s=TAP_DECAY_PER_S,
             k_stroke_v=stroke.k_stroke_v,

@@ -48,7 +48,7 @@ class TouchEvent:
 class FingerTouch:
     """One tick's output: what the operator site renders, and the heater's drive, -1..1.
 
-    A conductivity of 0 says that the material is unknown. Units: N, m, N/m, (rad/s)/(m/s), 1/s,
+    A conductivity of 0 says that the material is unknown. Units: N, m, N/m, 1, N s/m, 1, 1, (rad/s)/(m/s), 1/s,
     (rad/s)/(m/s), (rad/s)/N, rad/s, 1/s, W/mK, kg/m3, J/kgK.
     """
 
@@ -57,6 +57,10 @@ class FingerTouch:
     contact_force_n: float
     surface_z_m: float
     stiffness_n_m: float
+    stiffness_ln_sd: float
+    damping_n_s_m: float
+    slope_x: float
+    slope_y: float
     k_tap: float
     b_tap_per_s: float
     k_stroke_v: float

@@ -43,7 +43,7 @@ HISTORY_S = 0.25
 FOUND_S = 0.1
 """A groove is found this long after it was crossed at most: by a stroke of 7 mm/s, 0.6 mm behind it."""
 _THERMAL_UNKNOWN_SD_K = 50.0
-_EFFUSIVITY_UNKNOWN_LN_SD = 10.0
+_EFFUSIVITY_UNKNOWN_LN_SD = _STIFFNESS_UNKNOWN_LN_SD = 10.0
 _FREE = (0.0,) * len(TOUCH_FIELDS)
 
 
@@ -164,6 +164,10 @@ def _row(touch: FingerTouch) -> tuple[float, ...]:
         touch.surface_z_m,
         # A finger that has left the object has no surface: none is rendered where nothing may be.
         touch.stiffness_n_m if touch.contact else 0.0,
+        touch.stiffness_ln_sd if touch.contact else _STIFFNESS_UNKNOWN_LN_SD,
+        touch.damping_n_s_m if touch.contact else 0.0,
+        touch.slope_x if touch.contact else 0.0,
+        touch.slope_y if touch.contact else 0.0,
         touch.k_tap,
         touch.b_tap_per_s,
         touch.k_stroke_v,

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 import msgpack
 
 from common.config import RemoteConfig
-from common.messages import Event, Motion
+from common.messages import STIFFNESS_KNOWN_LN_SD, Event, Motion
 from common.recording import PACKET_SCHEMA, SESSION_SCHEMA, Recorder
 from common.session import Happening
 from common.streams import STREAMS
@@ -29,7 +29,7 @@ SCHEMAS: dict[str, dict[str, object]] = {
     "remote/thermal": {
         "type": "array",
         "description": "[finger, status, best, probability, object_c, object_c_sd, rate_per_s, exponential_object_c, "
-        "exponential_material, reason, roughness_v, stiffness_n_m]",
+        "exponential_material, reason, roughness_v, stiffness_n_m or null while it is not yet known]",
     },
 }
 _THERMAL_EVERY = 50
@@ -126,5 +126,5 @@ def _thermal(touch: FingerTouch) -> list[object]:
         answer.exponential_material,
         answer.reason,
         touch.roughness_v,
-        touch.stiffness_n_m,
+        touch.stiffness_n_m if touch.stiffness_ln_sd < STIFFNESS_KNOWN_LN_SD else None,
     ]

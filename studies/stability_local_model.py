@@ -7,7 +7,7 @@ import numpy as np
 
 from operator_site.contact_force import LocalContact
 from operator_site.passive_update import PassiveContact
-from remote_site.stiffness import Stiffness
+from remote_site.touched_surface import TouchedSurface
 from studies.stability_cases import DEVICE_NS_M, Floats
 
 WALL_Z_M = 0.003
@@ -39,7 +39,7 @@ class LocalModel:
     def __init__(self, start_m: Floats, period_s: float, contact: Callable[[], Contact]) -> None:
         self._start_m, self._period_s, self._tick = start_m, period_s, 0
         self._contacts = [contact() for _ in start_m]
-        self._identified = [Stiffness() for _ in start_m]
+        self._identified = [TouchedSurface() for _ in start_m]
 
     def operator(self, depth_m: Floats, packet: Floats) -> tuple[Floats, Floats]:
         """Show the force of the newest model; send the place."""
@@ -57,9 +57,10 @@ class LocalModel:
     ) -> tuple[Floats, Floats, Floats]:
         """Go to the newest place; identify, and send the model."""
         del servo_n
+        t_s = self._tick * self._period_s
         for identified, newton, z_m in zip(
             self._identified, force_n.tolist(), (WALL_Z_M - depth_m).tolist(), strict=True
         ):
-            identified.step(newton, z_m)
+            identified.step(t_s, newton, 0.0, 0.0, z_m)
         model = np.array([(each.surface_z_m, each.stiffness_n_m) for each in self._identified]).T
         return self._start_m + packet[0], 0.0 * force_n, model

@@ -88,6 +88,10 @@ INDEX_TOUCH = {
     "contact_force_n": 0.75,
     "surface_z_m": -0.0005,
     "stiffness_n_m": 850,
+    "stiffness_ln_sd": 0.03125,
+    "damping_n_s_m": 1.25,
+    "slope_x": -0.0625,
+    "slope_y": 0.125,
     "k_tap": 1500,
     "b_tap_per_s": 60,
     "k_stroke_v": 4000,
@@ -103,7 +107,12 @@ INDEX_TOUCH = {
     "probability": 0.9375,
     "thermal_status": ThermalStatus.IDENTIFIED,
 }
-UNTOUCHED = {"effusivity_ln_sd": 10, "object_c_sd": 50, "thermal_status": ThermalStatus.NO_CONTACT}
+UNTOUCHED = {
+    "stiffness_ln_sd": 10,
+    "effusivity_ln_sd": 10,
+    "object_c_sd": 50,
+    "thermal_status": ThermalStatus.NO_CONTACT,
+}
 TOUCH_BLOCK = np.array(
     [[(INDEX_TOUCH if f == "index" else UNTOUCHED).get(name, 0) for name in TOUCH_FIELDS] for f in FINGERS], np.float32
 )

@@ -1,34 +1,8 @@
-"""Stiffness from the first milliseconds, and a heater that holds its offset and stops in doubt."""
+"""A heater that holds its offset and stops in doubt."""
 
-import numpy as np
 import pytest
 
 from remote_site.heater_control import HeaterControl, next_offset_k
-from remote_site.stiffness import Stiffness
-
-
-@pytest.mark.parametrize("k", [400.0, 1800.0, 5000.0])
-def test_stiffness_and_surface_are_found(k):
-    rng = np.random.default_rng(0)
-    finger = Stiffness()
-    surface = 1e-3
-    for n in range(200):
-        z = surface + 2e-4 - min(0.05 * 0.002 * n, 2e-4 + 1.2 / k)
-        force = max(k * (surface - z), 0.0) + 0.01 * rng.normal()
-        finger.step(force, round(z / 5e-6) * 5e-6)
-    assert finger.known
-    assert finger.stiffness_n_m == pytest.approx(k, rel=0.15)
-    assert finger.surface_z_m == pytest.approx(surface, abs=5e-5)
-
-
-def test_a_new_contact_starts_from_the_prior():
-    finger = Stiffness()
-    for n in range(50):
-        finger.step(0.4 + 0.04 * n, -1e-4 * n)
-    assert finger.stiffness_n_m < 600
-    finger.step(0.0, 0.0)
-    finger.step(1.0, 0.0)
-    assert (finger.stiffness_n_m, finger.known) == (2000.0, False)
 
 
 def plate(control, seconds, lag_s=0.3):

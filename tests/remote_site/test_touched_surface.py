@@ -1,0 +1,182 @@
+"""What a contact tells of the surface: on presses that chose no constant, and where it moves and changes."""
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from common.messages import STIFFNESS_KNOWN_LN_SD
+from remote_site.touched_surface import UNKNOWN_LN_SD, TouchedSurface
+from studies.felt_surface import STEPS, TICK_S, Felt, sense
+from studies.surface_scenes import HAND_STEP_M, STROKE_M_S, Told, pressed, rested, stroked, tell
+
+SEEDS = {100.0: 70_001, 200.0: 70_002, 500.0: 70_003, 1000.0: 70_004, 2000.0: 70_005, 3000.0: 70_006}
+PRESSES = 8
+
+
+def told(felt: Felt, seed: int, steps: str = "12 bits") -> list[Told]:
+    force_n, z_m = sense(felt, np.random.default_rng(seed), STEPS[steps])
+    x_m = np.round(felt.x_m / HAND_STEP_M) * HAND_STEP_M
+    return [tell(*columns) for columns in zip(force_n.T, z_m.T, x_m.T, strict=True)]
+
+
+@cache
+def presses(stiffness_n_m: float) -> Felt:
+    return pressed(np.full(PRESSES, stiffness_n_m), np.random.default_rng(SEEDS[stiffness_n_m]))[0]
+
+
+@pytest.mark.parametrize("steps", STEPS)
+@pytest.mark.parametrize("stiffness_n_m", SEEDS)
+def test_one_press_tells_the_stiffness_and_only_when_it_is_known(stiffness_n_m: float, steps: str) -> None:
+    felt = presses(stiffness_n_m)
+    for finger, each in enumerate(told(felt, 1, steps)):
+        pressing = felt.force_n[:, finger] > 1.0
+        last = np.flatnonzero(pressing)[-1]
+        assert each.known[last], "it is known before the finger leaves"
+        assert each.stiffness_n_m[last] == pytest.approx(stiffness_n_m, rel=0.15)
+        assert each.stiffness_n_m[each.known] == pytest.approx(stiffness_n_m, rel=0.15)
+        assert not each.known[felt.force_n[:, finger] < 0.1][0]
+
+
+@pytest.mark.parametrize("stiffness_n_m", SEEDS)
+def test_before_it_is_known_no_place_is_pressed_harder_than_by_the_object(stiffness_n_m: float) -> None:
+    felt = presses(stiffness_n_m)
+    for finger, each in enumerate(told(felt, 2)):
+        until = np.argmax(each.known)
+        for below_m in (0.0, 0.5e-3, 2e-3, 10e-3):
+            z_m = felt.z_m[:until, finger] - below_m
+            shown_n = each.stiffness_n_m[:until] * np.maximum(0.0, each.surface_m[:until] - z_m)
+            object_n = stiffness_n_m * np.maximum(0.0, -z_m)
+            assert np.all(shown_n <= object_n + 0.02), "but for two standard deviations of the force's noise"
+
+
+def test_damping_is_told_where_a_press_was_fast_enough() -> None:
+    shares = []
+    for stiffness_n_m in (200.0, 500.0):
+        felt = presses(stiffness_n_m)
+        for finger, each in enumerate(told(felt, 3)):
+            tells = each.damping_n_s_m > 0.0
+            shares += (each.damping_n_s_m / np.maximum(0.1, felt.force_n[:, finger]))[tells].tolist()
+    assert np.median(shares) == pytest.approx(1.5, rel=0.2), "Hunt and Crossley's constant"
+    assert not any(each.damping_n_s_m.any() for each in told(rested(np.array([3000.0]), 0.5, 1.0), 3))
+
+
+@pytest.mark.parametrize("stiffness_n_m", [50.0, 200.0, 1000.0, 3000.0])
+def test_the_told_surface_does_not_shake(stiffness_n_m: float) -> None:
+    felt = rested(np.array([stiffness_n_m]), 1.0, 5.0)
+    force_n, z_m = sense(felt, np.random.default_rng(4), STEPS["12 bits"])
+    late = felt.time_s > 1.5
+    raw_m = (z_m + force_n / stiffness_n_m)[late, 0]
+    surface_m = told(felt, 4)[0].surface_m[late]
+    assert surface_m.std() < 0.03e-3
+    assert surface_m.std() < 0.6 * raw_m.std()
+    if stiffness_n_m == 50.0:
+        assert raw_m.std() > 0.15e-3, "raw, it does"
+
+
+@pytest.mark.parametrize(("stiffness_n_m", "late_s"), [(150.0, 0.05), (500.0, 0.03), (1000.0, 0.03)])
+@pytest.mark.parametrize(("amplitude_m", "frequency_hz"), [(1e-3, 0.25), (3.8e-3, 0.5)], ids=["breath", "12 mm/s"])
+def test_a_moving_surface_is_followed(
+    stiffness_n_m: float, late_s: float, amplitude_m: float, frequency_hz: float
+) -> None:
+    felt = rested(np.array([stiffness_n_m]), 4.0, 6.0, amplitude_m=amplitude_m, frequency_hz=frequency_hz)
+    (each,) = told(felt, 5)
+    late = felt.time_s > 1.5
+    shown_n = each.stiffness_n_m * (each.surface_m - felt.z_m[:, 0])
+    fastest_m_s = 2.0 * math.pi * frequency_hz * amplitude_m
+    assert np.abs(shown_n - felt.force_n[:, 0])[late].max() < 0.05 + stiffness_n_m * fastest_m_s * late_s
+    assert each.stiffness_n_m[late] == pytest.approx(stiffness_n_m, rel=0.25)
+    assert np.ptp(each.stiffness_n_m[late]) < 0.1 * stiffness_n_m, "it is the surface that moves"
+
+
+def test_a_surface_that_comes_up_to_a_finger_tells_no_stiffness() -> None:
+    felt = rested(np.array([1000.0]), 0.0, 4.0, amplitude_m=-2e-3, frequency_hz=0.5)
+    (each,) = told(felt, 6)
+    assert felt.force_n.max() > 0.5
+    assert not each.known.any()
+    assert np.all(each.stiffness_n_m * np.maximum(0.0, each.surface_m - felt.z_m[:, 0]) <= felt.force_n[:, 0] + 0.03)
+
+
+@pytest.mark.parametrize("edge_m", [1e-5, 2e-3, 5e-3])
+def test_a_stroke_onto_a_nodule_finds_it_stiffer_and_not_higher(edge_m: float) -> None:
+    def tissue_n_m(x_m: np.ndarray) -> np.ndarray:
+        return 150.0 + 450.0 * np.clip((x_m - 0.03) / edge_m, 0.0, 1.0)
+
+    felt = stroked(tissue_n_m, np.array([150.0]), 1.0, 3.0)
+    (each,) = told(felt, 7)
+    ln_error = np.log(each.stiffness_n_m[500:] / felt.stiffness_n_m[500:, 0])
+    upon = felt.x_m[500:, 0] > 0.03 + edge_m + 0.05 * STROKE_M_S
+    before = felt.x_m[500:, 0] < 0.03 - 0.001
+    assert np.abs(ln_error[upon]).max() < 0.15, "within 50 ms"
+    assert np.abs(ln_error[before]).max() < 0.05
+    assert np.abs(each.surface_m[500:]).max() < 0.8e-3
+    assert each.known[-1]
+
+
+@pytest.mark.parametrize("stiffness_n_m", [150.0, 1000.0, 3000.0])
+def test_a_stroke_tells_the_slope_and_rest_does_not(stiffness_n_m: float) -> None:
+    wall = np.array([stiffness_n_m])
+    felt = stroked(lambda _: wall, wall, 4.0, 2.0, slope=-0.08)
+    (each,) = told(felt, 8)
+    assert not each.slope[felt.time_s < 1.0].any()
+    assert each.slope[felt.time_s > 1.5] == pytest.approx(-0.08, abs=0.04)
+    assert each.surface_m[felt.time_s > 1.5] == pytest.approx(
+        felt.surface_m[felt.time_s > 1.5, 0], abs=0.05e-3 + 0.02 * 4.0 / stiffness_n_m
+    )
+
+
+def test_each_contact_begins_anew_and_none_is_nothing() -> None:
+    surface = TouchedSurface()
+
+    def neutral() -> bool:
+        told = (surface.stiffness_n_m, surface.surface_z_m, surface.damping_n_s_m, surface.slope_x, surface.slope_y)
+        return told == (0.0,) * 5 and surface.stiffness_ln_sd == UNKNOWN_LN_SD and not surface.known
+
+    def press() -> None:
+        for _ in range(400):
+            deep_m = 0.004 * (1.0 - math.cos(0.02 * len(ticks)))
+            ticks.append(0)
+            surface.step(TICK_S * len(ticks), 500.0 * deep_m, 0.0, 0.0, -deep_m)
+
+    ticks: list[int] = []
+    assert neutral()
+    press()
+    assert surface.known
+    assert surface.stiffness_n_m == pytest.approx(500.0, rel=0.05)
+    surface.step(TICK_S * len(ticks) + 0.001, math.nan, 0.0, 0.0, 0.0)
+    assert surface.known, "what is not a number is left out"
+    surface.step(TICK_S * len(ticks) + 0.2, 2.0, 0.0, 0.0, -0.004)
+    assert not surface.known, "after a gap it is another contact"
+    surface.step(TICK_S * len(ticks) + 0.202, 0.0, 0.0, 0.0, 0.0)
+    assert neutral()
+    surface.step(0.0, 1.0, 0.0, 0.0, -0.002)
+    assert surface.stiffness_ln_sd >= STIFFNESS_KNOWN_LN_SD, "the clock was set back"
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.floats(0.0, 10.23),
+            st.floats(-0.011, 0.011),
+            st.floats(-0.66, 0.66),
+            st.floats(-0.66, 0.66),
+            st.sampled_from((0.002, 0.002, 0.002, 0.01, 0.2)),
+        ),
+        max_size=60,
+    )
+)
+def test_whatever_is_felt_what_is_told_can_be_sent(samples: list[tuple[float, float, float, float, float]]) -> None:
+    surface, t_s, ever = TouchedSurface(), 0.0, False
+    for force_n, z_m, x_m, y_m, dt_s in samples:
+        t_s += dt_s
+        surface.step(t_s, force_n, x_m, y_m, z_m)
+        assert surface.stiffness_n_m == 0.0 or 50.0 * (1 - 1e-9) <= surface.stiffness_n_m <= 20_000.0 * (1 + 1e-9)
+        assert 0.0 <= surface.stiffness_ln_sd <= UNKNOWN_LN_SD
+        assert surface.damping_n_s_m >= 0.0
+        assert math.isfinite(surface.surface_z_m + surface.slope_x + surface.slope_y)
+        ever = surface.stiffness_n_m > 0.0 and (surface.known or (ever and dt_s < 0.1))
+        if not ever:
+            assert surface.stiffness_n_m * max(0.0, surface.surface_z_m - z_m) <= force_n + 1e-9
