@@ -16,6 +16,7 @@ from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from remote_site.tip_path import LEAK_HZ, RATE_HZ
@@ -122,12 +123,15 @@ class TextureFault:
         if float(np.ptp(pressed[third:-third])) < PRESSED_N:
             return
         signal = np.array([block.mean_v for block in blocks])
-        pairs = ((pressed[max(-k, 0) : len(pressed) - max(k, 0)], signal[max(k, 0) :]) for k in range(-late, late + 1))
-        self._deaf = max(_alike(force, felt[: len(force)]) for force, felt in pairs) < ALIKE
+        middle = pressed[late:-late]
+        self._deaf = _most_alike(middle, sliding_window_view(signal, len(middle))) < ALIKE
 
 
-def _alike(one: Array, other: Array) -> float:
-    """Correlation; none where either stands still."""
-    if np.ptp(one) < STILL_V or np.ptp(other) < STILL_V:
-        return 0.0
-    return float(np.corrcoef(one, other)[0, 1])
+def _most_alike(one: Array, others: Array) -> float:
+    """Largest correlation of one course (n,) with others (m, n); 0 with those that stand still."""
+    one = one - one.mean()
+    others = others - others.mean(axis=1, keepdims=True)
+    norm = np.sqrt((one @ one) * np.einsum("ij,ij->i", others, others))
+    moving = np.ptp(others, axis=1) >= STILL_V
+    alike = np.divide(others @ one, norm, out=np.zeros(len(others)), where=moving & (norm > 0.0))
+    return float(alike.max())
