@@ -133,8 +133,11 @@ class RenderingConfig(_Section):
     air_c: float = Field(default=25.0, ge=0.0, le=45.0)
     deep_c: float = Field(default=34.0, ge=25.0, le=38.0)
     """Temperature below the finger's skin, C: the one personal constant of the thermal model."""
-    max_stiffness_n_m: float = Field(default=400.0, gt=0.0, le=5000.0)
-    """Stiffest contact rendered: what stays stable over the loop's own delay to the exoskeleton."""
+    exoskeleton_damping_n_s_m: float = Field(default=2.0, ge=0.0, le=50.0)
+    """The exoskeleton's own damping at a finger, without any hand in it: with the loop's period and the delay below it
+    bounds the stiffness that can be shown."""
+    exoskeleton_delay_s: float = Field(default=0.004, ge=0.0, le=0.1)
+    """From measuring a height to the force that answers it, beyond the loop's period."""
     vibration: VibrationScale = "speed"
     """Whether strokes and taps are matched in motor speed (Kron & Schmidt 2003) or in felt intensity."""
 

@@ -16,12 +16,14 @@ from common.fingers import FINGERS
 from common.limits import COMFORT, GAP_S, PlateRange
 from common.materials import materials
 from common.messages import TOUCH_COLUMN, Event, EventKind
-from operator_site.approach import LEAD_S, contact_c, contact_in_s
-from operator_site.contact_force import ContactLaw, LocalContact
+from operator_site.approach import LEAD_S, ApproachSpeed, contact_c, contact_in_s
+from operator_site.gate import Limit
 from operator_site.groove_timing import GrooveTiming
 from operator_site.model_choice import RUNGS
+from operator_site.passive_update import PassiveContact
 from operator_site.plate_display import PlateDisplay
 from operator_site.plate_loop import PlateLoop
+from operator_site.sampled_wall import SampledWall
 from operator_site.scene_skin import SceneSkin, SkinState, prepare, touched_object
 from operator_site.skin import STEP_S, SkinModel
 from operator_site.tissue import Body
@@ -38,6 +40,7 @@ _CONTACT = TOUCH_COLUMN["contact"]
 _FORCE = TOUCH_COLUMN["contact_force_n"]
 _SURFACE = TOUCH_COLUMN["surface_z_m"]
 _STIFFNESS = TOUCH_COLUMN["stiffness_n_m"]
+_DAMPING = TOUCH_COLUMN["damping_n_s_m"]
 _VIBRATION = [TOUCH_COLUMN[name] for name in ("k_tap", "b_tap_per_s", "k_stroke_v", "k_stroke_f", "b_groove_per_s")]
 _THERMAL = [TOUCH_COLUMN[name] for name in ("conductivity_w_mk", "density_kg_m3", "specific_heat_j_kgk")]
 _OBJECT_C = TOUCH_COLUMN["object_c"]
@@ -52,7 +55,7 @@ class Requested:
     plate_set_c: list[float]
     peltier_drive: list[float]
     limited: list[int]
-    """`Limit` bits where the plate cannot show what the model wants."""
+    """`Limit` bits where a plate or the exoskeleton cannot show what the model wants."""
 
 
 class Fingertips:
@@ -60,14 +63,16 @@ class Fingertips:
 
     def __init__(
         self,
+        wall: SampledWall,
         profile: PlateRange = COMFORT,
-        law: ContactLaw | None = None,
         model: SkinModel | None = None,
         body: Body | None = None,
         vibration: VibrationScale = "speed",
     ) -> None:
+        """Render with walls that the exoskeleton can show."""
         n = len(FINGERS)
-        self._contacts = [LocalContact(law) for _ in range(n)]
+        self._contacts = [PassiveContact(wall) for _ in range(n)]
+        self._approaches = [ApproachSpeed() for _ in range(n)]
         self._vibrations = [FingerVibration(vibration) for _ in range(n)]
         self._surfaces = [Surface()] * n
         self._played = PlayedEvents()
@@ -102,6 +107,7 @@ class Fingertips:
         events: Sequence[Event],
         speed_m_s: float,
         z_m: Sequence[float],
+        pushed_n: Sequence[float],
         plate_c: Sequence[float],
         plate_age_s: Sequence[float],
     ) -> Requested:
@@ -115,6 +121,7 @@ class Fingertips:
             events: events of the last packet, played or not.
             speed_m_s: the hand's own stroke speed along x.
             z_m: height of each fingertip.
+            pushed_n: force that was let through to each since the last step.
             plate_c: last reading of each plate, C; NaN without one.
             plate_age_s: age of each reading, s.
         """
@@ -131,12 +138,14 @@ class Fingertips:
         self.impulses_played = []
         force, rpm = [], []
         for finger, row in enumerate(self._rows):
+            approach_m_s = self._approaches[finger].step(t_s, z_m[finger])
             contact = self._contacts[finger]
-            newton = contact.step(t_s, z_m[finger], row[_SURFACE], row[_STIFFNESS])
+            contact.let_through(pushed_n[finger])
+            newton = contact.step(t_s, z_m[finger], row[_SURFACE], row[_STIFFNESS], row[_DAMPING], approach_m_s)
             force.append(newton)
             ahead_s = math.inf
             if row[_STIFFNESS] > 0.0:
-                ahead_s = contact_in_s(z_m[finger] - row[_SURFACE], contact.approach_m_s)
+                ahead_s = contact_in_s(z_m[finger] - row[_SURFACE], approach_m_s)
             self._contact_in_s[finger] = ahead_s
             mine = [event for event in fresh if event.finger == finger] if engaged and fresh else ()
             # The finger's own force says how hard it strokes; before a surface is known, the remote finger's.
@@ -149,7 +158,7 @@ class Fingertips:
                 surface=self._surfaces[finger],
                 events=mine,
                 contact_in_s=ahead_s,
-                approach_m_s=contact.approach_m_s,
+                approach_m_s=approach_m_s,
             )
             if mine and speed > 0.0:
                 self.impulses_played += [e.ident for e in mine if e.kind is not EventKind.MATERIAL]
@@ -169,7 +178,11 @@ class Fingertips:
             for finger, loop in enumerate(self._loops):
                 fresh_c = plate_c[finger] if self._driven[finger] else math.nan
                 self._drive[finger] = loop.step(t_s, set_c[finger], fresh_c, load_w_m2[finger])
-        return Requested(force, rpm, set_c, list(self._drive), self._display.limited.tolist())
+        limited = [
+            bits | Limit.STIFFNESS.value if contact.capped else bits
+            for bits, contact in zip(self._display.limited.tolist(), self._contacts, strict=True)
+        ]
+        return Requested(force, rpm, set_c, list(self._drive), limited)
 
     def _unpack(self, touch: NDArray[np.float32]) -> None:
         rows: list[list[float]] = touch.tolist()

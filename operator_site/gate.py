@@ -64,6 +64,8 @@ class Limit(IntFlag):
     PLATE_UNKNOWN = 256
     """No fresh reading of the plate: drive off."""
     DRIVE_RANGE = 512
+    STIFFNESS = 1024
+    """The surface is stiffer than the exoskeleton may show, and is shown softer; found by the renderer."""
 
 
 @dataclass(frozen=True, slots=True)

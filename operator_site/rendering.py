@@ -9,10 +9,10 @@ from common.fingers import FINGERS
 from common.limits import GAP_S, PLATE_PROFILES
 from common.messages import TOUCH_FIELDS
 from common.packets import Floats
-from operator_site.contact_force import ContactLaw
 from operator_site.fingertips import Fingertips
 from operator_site.gate import GatedOutput, OperatorGate
 from operator_site.rendering_input import RenderingInput
+from operator_site.sampled_wall import SampledWall
 from operator_site.stroke_speed import StrokeSpeed
 from operator_site.tissue import Body
 
@@ -25,26 +25,29 @@ _NEUTRAL: Floats = np.zeros((len(FINGERS), len(TOUCH_FIELDS)), dtype=np.float32)
 class Rendering:
     """Renderer and gate of all fingers. Pure: one tick's input in, gated output out."""
 
-    def __init__(self, config: RenderingConfig, gap_s: float):
+    def __init__(self, config: RenderingConfig, period_s: float, gap_s: float):
         """Render as configured.
 
         Args:
-            config: plate profile, stiffest contact, temperatures of body and air.
+            config: plate profile, damping and delay of the exoskeleton, temperatures of body and air.
+            period_s: of the loop.
             gap_s: without an accepted touch packet for longer, nothing is touched.
         """
         self._config = config
+        self.wall = SampledWall(config.exoskeleton_damping_n_s_m, period_s, config.exoskeleton_delay_s)
         self._gate = OperatorGate(PLATE_PROFILES[config.profile])
         self._gap_ns = round(gap_s * 1e9)
         self._session = 0
         self._time_s = -math.inf
+        self._pushed_n = [0.0] * len(FINGERS)
         self._begin_anew()
 
     def _begin_anew(self) -> None:
         """A renderer that has felt nothing yet; the gate with its doses and faults stays."""
         config = self._config
         self.fingertips = Fingertips(
-            profile=PLATE_PROFILES[config.profile],
-            law=ContactLaw(stiffness_cap_n_m=config.max_stiffness_n_m),
+            self.wall,
+            PLATE_PROFILES[config.profile],
             body=Body(deep_c=config.deep_c, arterial_c=config.deep_c + 1.0, air_c=config.air_c),
             vibration=config.vibration,
         )
@@ -80,10 +83,11 @@ class Rendering:
             events=() if touch is None else touch.events,
             speed_m_s=self._speed.step(now.pose_s, now.x_m, now.y_m) if located else 0.0,
             z_m=now.z_m,
+            pushed_n=self._pushed_n,
             plate_c=now.plate_c,
             plate_age_s=now.plate_age_s,
         )
-        return self._gate.step(
+        output = self._gate.step(
             now.time_s,
             now.engaged and located,
             _NO_INPUT_S if now.gap_ns is None else now.gap_ns * 1e-9,
@@ -94,3 +98,6 @@ class Rendering:
             plate_measured_c=now.plate_c,
             measurement_age_s=now.plate_age_s,
         )
+        self._pushed_n = output.force_n
+        output.limited[:] = [ours | theirs for ours, theirs in zip(output.limited, requested.limited, strict=True)]
+        return output

@@ -63,7 +63,7 @@ class OperatorSite:
         self._recorder = recorder
         self._recording = None if recorder is None else SiteRecording(recorder)
         self._desk = desk
-        self.rendering = Rendering(config.rendering, config.link.gap_s)
+        self.rendering = Rendering(config.rendering, 1.0 / config.rate_hz, config.link.gap_s)
         self._now_ns = 0
         self._limited: list[int] = []
         self.motions_sent = 0
@@ -99,6 +99,7 @@ class OperatorSite:
         sent = {"motion": self.motions_sent}
         return {
             **site_figures(client, self._devices, self._recorder, limited, sent=sent, acts_on="touch"),
+            "stiffest_n_m": self.rendering.wall.stiffest_n_m,
             "remote_fault": client.remote_fault,
             "refusal": client.refusal,
             "clock": {

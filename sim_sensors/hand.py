@@ -1,10 +1,10 @@
 """A scripted hand in the exoskeleton: it follows a scene's script as a person's arm and fingers would.
 
 Along the bench the arm carries the hand where it wants to be. Each fingertip is a mass on the finger's own
-spring and damper, pulled to the wanted height and pushed up by the exoskeleton (Hajian & Howe 1997 for the
-finger; the mass includes the exoskeleton's link):
+spring and damper, pulled to the wanted height and pushed up by the exoskeleton, which is heavy and has friction of its
+own (Hajian & Howe 1997 for the finger):
 
-    m z'' = k (z_wanted - z) + b (z_wanted' - z') + F_exoskeleton
+    m z'' = k (z_wanted - z) + b (z_wanted' - z') - b_exoskeleton z' + F_exoskeleton
 """
 
 import math
@@ -18,8 +18,10 @@ from common.fingers import FINGERS
 from common.scene import Scene
 from sim_sensors.hand_plan import FREE, HOVER_M, LIFT_S, HandPlan, Segment, Wanted, minimum_jerk
 
-FINGER_MASS_KG = 0.1
-FINGER_DAMPING_N_S_M = 3.0
+MASS_KG = 0.1
+"""Of the finger and the exoskeleton's link."""
+FINGER_DAMPING_N_S_M = 2.0
+EXOSKELETON_DAMPING_N_S_M = 2.0
 FINGER_STIFFNESS_N_M = 400.0
 HIGHEST_M = 0.0100
 LOWEST_M = -0.0100
@@ -147,10 +149,10 @@ class ScriptedHand:
 
     def _prepare(self, dt_s: float) -> None:
         """Exact solution of the finger's equation over one step of constant pull (van Loan 1978)."""
-        stiffness = FINGER_STIFFNESS_N_M / FINGER_MASS_KG
-        damping = FINGER_DAMPING_N_S_M / FINGER_MASS_KG
+        stiffness, damping = FINGER_STIFFNESS_N_M / MASS_KG, FINGER_DAMPING_N_S_M / MASS_KG
+        friction = EXOSKELETON_DAMPING_N_S_M / MASS_KG
         augmented = np.zeros((5, 5))
         augmented[0, 1] = 1.0
-        augmented[1] = (-stiffness, -damping, stiffness, damping, 1.0 / FINGER_MASS_KG)
+        augmented[1] = (-stiffness, -damping - friction, stiffness, damping, 1.0 / MASS_KG)
         solved = expm(augmented * dt_s)
         self._advance, self._push, self._advance_dt_s = solved[:2, :2], solved[:2, 2:], dt_s

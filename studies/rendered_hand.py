@@ -57,7 +57,7 @@ class RenderedHand:
             noise_k: standard deviation of a plate's reading, beside that of its own sensor.
             delay_s: how late a reading is.
         """
-        self._rendering = Rendering(config or RenderingConfig(), GAP_S)
+        self._rendering = Rendering(config or RenderingConfig(), tick_s, GAP_S)
         self.plates, self.motors = FingerPlates(len(FINGERS), seed), VibrationMotors(len(FINGERS))
         self.time_s = 0.0
         self.output: GatedOutput | None = None
@@ -109,6 +109,11 @@ class RenderedHand:
         self.time_s += self._tick_s
         self.output = output
         return output
+
+    @property
+    def stiffest_n_m(self) -> float:
+        """Stiffest wall that is shown, N/m."""
+        return self._rendering.wall.stiffest_n_m
 
     def _tell(self, output: GatedOutput) -> None:
         """Command the modules."""

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from common.config import RenderingConfig
 from studies.lowering import UP_M, height_m
 from studies.rendered_hand import TICK_S, RenderedHand
 from studies.simulated_finger import STEP_S, Array
@@ -29,8 +28,8 @@ def rendered_touches(
         seed: of the plates' sensors.
         known_ahead: whether rendering knows the objects before they are touched, as those of a virtual world may be.
     """
-    hand, stiffness = RenderedHand(seed), RenderingConfig().max_stiffness_n_m
-    objects = {finger: resting_on(name, object_c, stiffness) for finger, name in enumerate(names)}
+    hand = RenderedHand(seed)
+    objects = {finger: resting_on(name, object_c, hand.stiffest_n_m) for finger, name in enumerate(names)}
     untouched = {finger: known | {"mode": 0.0, "contact": 0.0} for finger, known in objects.items()}
     free, touching = touch_packet(1, untouched if known_ahead else {}), touch_packet(2, objects)
     for _ in range(round(REST_S / TICK_S)):

@@ -19,7 +19,7 @@ WAYS = {
     "direct position-force": (RED, "o"),
     "wave variables": (BLUE, "s"),
     "time-domain passivity": (ORANGE, "^"),
-    "local model today": (GREY, "v"),
+    "local model, blended": (GREY, "v"),
     "local model": (GREEN, "D"),
 }
 HAND, LINK = "light", "steady"

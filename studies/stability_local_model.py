@@ -5,9 +5,11 @@ from typing import Protocol
 
 import numpy as np
 
-from operator_site.contact_force import LocalContact
+from operator_site.approach import ApproachSpeed
 from operator_site.passive_update import PassiveContact
+from operator_site.sampled_wall import SampledWall
 from remote_site.touched_surface import TouchedSurface
+from studies.blended_contact import BlendedContact
 from studies.stability_cases import DEVICE_NS_M, Floats
 
 WALL_Z_M = 0.003
@@ -17,28 +19,37 @@ WALL_Z_M = 0.003
 class Contact(Protocol):
     """What makes force of a model and the finger's own height."""
 
-    def step(self, t_s: float, z_m: float, surface_m: float, stiffness_n_m: float) -> float:
+    def step(
+        self,
+        t_s: float,
+        z_m: float,
+        surface_m: float,
+        stiffness_n_m: float,
+        damping_n_s_m: float = 0.0,
+        approach_m_s: float = 0.0,
+    ) -> float:
         """Force, N."""
 
 
-def today() -> Contact:
-    """The contact of the running site."""
-    return LocalContact()
+def blended() -> Contact:
+    """A contact that blends its models."""
+    return BlendedContact()
 
 
-def corrected(cap_n_m: float) -> Callable[[], Contact]:
-    """The contact whose models enter passively, below a cap."""
-    return lambda: PassiveContact(cap_n_m, DEVICE_NS_M)
+def passive(period_s: float) -> Callable[[], Contact]:
+    """The contact of the operator site: models enter passively, within what the device can show."""
+    return lambda: PassiveContact(SampledWall(DEVICE_NS_M, period_s))
 
 
 class LocalModel:
     """One contact and one identification a run; heights z are negative depths."""
 
-    packet_rows = 2
+    packet_rows = 3
 
     def __init__(self, start_m: Floats, period_s: float, contact: Callable[[], Contact]) -> None:
         self._start_m, self._period_s, self._tick = start_m, period_s, 0
         self._contacts = [contact() for _ in start_m]
+        self._approaches = [ApproachSpeed() for _ in start_m]
         self._identified = [TouchedSurface() for _ in start_m]
 
     def operator(self, depth_m: Floats, packet: Floats) -> tuple[Floats, Floats]:
@@ -47,10 +58,12 @@ class LocalModel:
         self._tick += 1
         heights = (WALL_Z_M - depth_m).tolist()
         force = [
-            contact.step(t_s, z_m, surface_m, stiffness)
-            for contact, z_m, surface_m, stiffness in zip(self._contacts, heights, *packet.tolist(), strict=True)
+            contact.step(t_s, z_m, *model, approach.step(t_s, z_m))
+            for contact, approach, z_m, model in zip(
+                self._contacts, self._approaches, heights, packet.T.tolist(), strict=True
+            )
         ]
-        return np.array(force), (depth_m - self._start_m)[None].repeat(2, axis=0)
+        return np.array(force), (depth_m - self._start_m)[None].repeat(self.packet_rows, axis=0)
 
     def remote(
         self, depth_m: Floats, force_n: Floats, servo_n: Floats, packet: Floats
@@ -62,5 +75,5 @@ class LocalModel:
             self._identified, force_n.tolist(), (WALL_Z_M - depth_m).tolist(), strict=True
         ):
             identified.step(t_s, newton, 0.0, 0.0, z_m)
-        model = np.array([(each.surface_z_m, each.stiffness_n_m) for each in self._identified]).T
+        model = np.array([(each.surface_z_m, each.stiffness_n_m, each.damping_n_s_m) for each in self._identified]).T
         return self._start_m + packet[0], 0.0 * force_n, model

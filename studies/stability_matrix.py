@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from operator_site.passive_update import passive_stiffness_n_m
-from studies.stability_cases import DEVICE_NS_M, HANDS, Floats, cases
+from studies.stability_cases import HANDS, Floats, cases
 from studies.stability_direct import DirectForce
-from studies.stability_local_model import LocalModel, corrected, today
+from studies.stability_local_model import LocalModel, blended, passive
 from studies.stability_measures import SECONDS, START_M, PressTwice, measure
 from studies.stability_network import way
 from studies.stability_passivity import PassivityControl
@@ -18,15 +17,13 @@ from studies.stability_plant import Architecture, simulate
 from studies.stability_waves import WaveVariables
 
 DIRECT, WAVES, PASSIVITY = "direct position-force", "wave variables", "time-domain passivity"
-LOCAL, TODAY = "local model", "local model today"
+LOCAL, BLENDED = "local model", "local model, blended"
 ARCHITECTURES: dict[str, Callable[[Floats, float], Architecture]] = {
     DIRECT: lambda start_m, _: DirectForce(start_m),
     WAVES: WaveVariables,
     PASSIVITY: PassivityControl,
-    TODAY: lambda start_m, period_s: LocalModel(start_m, period_s, today),
-    LOCAL: lambda start_m, period_s: LocalModel(
-        start_m, period_s, corrected(passive_stiffness_n_m(DEVICE_NS_M, period_s))
-    ),
+    BLENDED: lambda start_m, period_s: LocalModel(start_m, period_s, blended),
+    LOCAL: lambda start_m, period_s: LocalModel(start_m, period_s, passive(period_s)),
 }
 
 

@@ -11,7 +11,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import IO, Any
 
-from common.config import RenderingConfig
+from common.config import OperatorConfig, RenderingConfig
 from common.fingers import FINGERS
 from common.limits import GAP_S
 from operator_site.gate import GatedOutput
@@ -143,7 +143,8 @@ def open_operator(session: RecordedSession, origin: str) -> OperatorReplay:
     """The operator site as it was configured; raises ValueError when the recording does not say."""
     configuration = session.configuration(origin)
     rendering = RenderingConfig.model_validate(configuration.get("rendering", {}))
-    return OperatorReplay(rendering, float(configuration.get("link", {}).get("gap_s", GAP_S)))
+    period_s = 1.0 / float(configuration.get("rate_hz", OperatorConfig.model_fields["rate_hz"].default))
+    return OperatorReplay(rendering, period_s, float(configuration.get("link", {}).get("gap_s", GAP_S)))
 
 
 def _fingers(session: RecordedSession, origin: str) -> list[str]:

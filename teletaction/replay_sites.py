@@ -64,13 +64,13 @@ class RemoteReplay:
 class OperatorReplay:
     """Rendering and the operator's gate again."""
 
-    def __init__(self, config: RenderingConfig, gap_s: float):
+    def __init__(self, config: RenderingConfig, period_s: float, gap_s: float):
         """Render as was configured."""
         self.ticks = 0
         self.rows = Comparison(rendered_fields)
         self.missing_touches: set[int] = set()
         """Sequence numbers of touch packets that were rendered and are not in the recording."""
-        self._rendering = Rendering(config, gap_s)
+        self._rendering = Rendering(config, period_s, gap_s)
         self._newest: Touch | None = None
         self._output: GatedOutput | None = None
 

@@ -74,7 +74,7 @@ def write(folder: Path, text: str) -> Path:
         ('fingers = ["thumb", "index"]', "fingers = []", 1, "fingers: .*at least 1"),
         ('fingers = ["thumb", "index"]', 'fingers = ["thumb"]', None, "tacttip: has addresses for index, thumb"),
         ('index = "socket://sim:7001"', 'index = "/dev/ttyUSB0"', None, "/dev/ttyUSB0 is given to two devices"),
-        ('profile = "comfort"', "max_stiffness_n_m = inf", 17, r"rendering\.max_stiffness_n_m"),
+        ('profile = "comfort"', "exoskeleton_damping_n_s_m = inf", 17, r"rendering\.exoskeleton_damping_n_s_m"),
     ],
 )
 def test_each_kind_of_wrong_input_gives_one_line_with_file_line_and_field(

@@ -4,8 +4,18 @@ import math
 
 import pytest
 
-from operator_site.approach import contact_c, contact_in_s
+from operator_site.approach import SPEED_LAG_S, ApproachSpeed, contact_c, contact_in_s
 from operator_site.skin import Touched
+
+
+def test_speed_downwards_follows_within_its_lag_and_begins_anew_after_a_pause() -> None:
+    approach = ApproachSpeed()
+    speeds = [approach.step(0.002 * i, -0.05 * 0.002 * i) for i in range(100)]
+    assert speeds[0] == 0.0
+    assert speeds[round(SPEED_LAG_S / 0.002)] == pytest.approx(0.05 * (1.0 - math.exp(-1.0)), rel=0.15)
+    assert speeds[-1] == pytest.approx(0.05, rel=1e-3)
+    for t_s, z_m in ((0.198, -0.5), (1.0, -0.6), (0.5, -0.7), (0.502, math.nan), (0.504, -0.7)):
+        assert approach.step(t_s, z_m) == 0.0, "time stood still, jumped, or the place was not known"
 
 
 def test_time_to_contact_is_height_over_speed() -> None:

@@ -8,10 +8,12 @@ import pytest
 from common.limits import COMFORT
 from common.materials import material
 from common.messages import TOUCH_COLUMN, Event, EventKind, ExplorationMode
-from operator_site.fingertips import Fingertips
+from operator_site.fingertips import Fingertips, Requested
 from operator_site.gate import Limit, OperatorGate
+from operator_site.sampled_wall import SampledWall
 
 DT = 0.002
+WALL = SampledWall(2.0, DT, 0.004)
 UP, DOWN = [0.006] * 5, [-0.002] * 5
 
 
@@ -34,22 +36,25 @@ def constants(name: str, object_c: float) -> dict[str, float]:
 
 class Rig:
     def __init__(self) -> None:
-        self.tips = Fingertips()
+        self.tips = Fingertips(WALL)
         self.t_s = 3.0
         self.plate_c = [33.0] * 5
+        self.out: Requested | None = None
 
     def step(self, touch, z_m, events=(), speed=0.0, engaged=True, age=0.005):
         self.t_s += DT
-        return self.tips.step(
+        self.out = self.tips.step(
             self.t_s,
             engaged,
             touch=touch,
             events=events,
             speed_m_s=speed,
             z_m=z_m,
+            pushed_n=self.out.force_n if self.out else [0.0] * 5,
             plate_c=self.plate_c,
             plate_age_s=[age] * 5,
         )
+        return self.out
 
     def run(self, seconds, touch, z_m, **more):
         return [self.step(touch, z_m, **more) for _ in range(round(seconds / DT))]
@@ -119,9 +124,20 @@ def test_events_reach_their_own_finger_once_and_only_while_engaged():
     assert idle.step(touch, DOWN, events=taps).motor_rpm[1] > 0.0
 
 
+def test_a_surface_stiffer_than_the_exoskeleton_may_show_is_said_to_be():
+    rig = Rig()
+    hard, soft = block([1], stiffness_n_m=3000.0), block([1], stiffness_n_m=300.0)
+    rig.run(0.02, hard, UP)
+    shown = rig.step(hard, DOWN)
+    assert shown.force_n[1] == pytest.approx(0.002 * WALL.stiffest_n_m)
+    assert [bool(bits & Limit.STIFFNESS) for bits in shown.limited] == [False, True, False, False, False]
+    assert not rig.step(soft, DOWN).limited[1] & Limit.STIFFNESS
+
+
 def test_stroke_uses_the_hands_own_speed_and_force():
     rig = Rig()
     touch = block(mode=ExplorationMode.STROKING, contact=1, k_stroke_v=5000.0, k_stroke_f=120.0, stiffness_n_m=400.0)
+    rig.run(0.02, touch, UP, speed=0.1)
     rig.run(0.2, touch, DOWN, speed=0.1)
     out = rig.step(touch, DOWN, speed=-0.1)
     assert out.motor_rpm[0] == pytest.approx((5000.0 * 0.1 + 120.0 * 0.8) * 30.0 / math.pi)
@@ -198,7 +214,7 @@ def test_without_a_known_surface_or_material_no_plate_starts_early(changes):
 @pytest.mark.parametrize("tick_s", [0.002, 0.01, 0.025, 0.05])
 def test_the_skin_keeps_time_at_any_tick(tick_s):
     """A tick that is late, or always slow, must not slow the skin down."""
-    tips, touch = Fingertips(), block([1], contact=1, **constants("aluminium", 23.0))
+    tips, touch = Fingertips(WALL), block([1], contact=1, **constants("aluminium", 23.0))
     for tick in range(round(3.0 / tick_s) + 1):
         tips.step(
             tick * tick_s,
@@ -207,6 +223,7 @@ def test_the_skin_keeps_time_at_any_tick(tick_s):
             events=(),
             speed_m_s=0.0,
             z_m=UP,
+            pushed_n=[0.0] * 5,
             plate_c=[33.0] * 5,
             plate_age_s=[0.0] * 5,
         )

@@ -8,32 +8,49 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.limits import FINGER_FORCE_N, FORCE_RAMP_UP_N_S
-from operator_site.passive_update import ACCOUNT_J, PassiveContact, passive_stiffness_n_m
+from operator_site.passive_update import ACCOUNT_J, PassiveContact
+from operator_site.sampled_wall import SampledWall
 
 T = 0.001
-CAP = 1000.0
+DEVICE_NS_M = 0.5
+WALL = SampledWall(DEVICE_NS_M, T)
+"""1000 N/m."""
 ROUNDING_J = 1e-9
 
 
-def test_bound_of_the_sampled_wall():
-    assert passive_stiffness_n_m(0.5, 0.001) == pytest.approx(1000.0)
-    assert passive_stiffness_n_m(0.5, 0.001, law_damping_n_s_m=-0.2) == pytest.approx(600.0)
-    assert passive_stiffness_n_m(3.0, 0.002, loop_delay_s=0.005) == pytest.approx(500.0)
-    assert passive_stiffness_n_m(0.5, 0.001, law_damping_n_s_m=1.0) == 0.0
-    for wrong in ((-1.0, 0.001), (0.5, 0.0), (math.nan, 0.001), (0.5, math.inf)):
-        with pytest.raises(ValueError, match="period above 0"):
-            passive_stiffness_n_m(*wrong)
-
-
 def test_a_model_known_before_contact_is_a_spring():
-    contact = PassiveContact(CAP)
+    contact = PassiveContact(WALL)
     contact.step(0.0, 0.001, 0.0, 400.0)
     assert [contact.step(T * i, -0.001 * i, 0.0, 400.0) for i in (1, 2, 1)] == pytest.approx([0.4, 0.8, 0.0])
 
 
+def test_a_wall_is_shown_no_stiffer_than_the_device_can_and_says_so():
+    contact = PassiveContact(WALL)
+    contact.step(0.0, 0.001, 0.0, 5000.0)
+    assert contact.step(T, -0.001, 0.0, 5000.0) == pytest.approx(WALL.stiffest_n_m * 0.001)
+    assert contact.capped
+    contact.step(2 * T, -0.001, 0.0, 900.0)
+    assert not contact.capped
+
+
+@pytest.mark.parametrize(("stiffness", "left"), [(100.0, 0.45), (600.0, 0.2), (5000.0, 0.0)])
+def test_damping_is_shown_as_far_as_the_stiffness_leaves_room_and_never_pulls(stiffness, left):
+    assert WALL.damping_left_n_s_m(min(stiffness, WALL.stiffest_n_m)) == pytest.approx(left)
+    forces = []
+    for damping, speed in ((0.0, 0.0), (10.0, 0.1), (10.0, -0.1)):
+        contact = PassiveContact(WALL)
+        contact.step(0.0, 0.001, 0.0, stiffness)
+        forces.append(contact.step(T, -0.0005, 0.0, stiffness, damping, speed))
+    assert forces[1] - forces[0] == pytest.approx(0.1 * left)
+    assert forces[2] == pytest.approx(max(0.0, forces[0] - 0.1 * left))
+    contact = PassiveContact(WALL)
+    contact.step(0.0, 0.001, 0.0, stiffness)
+    assert contact.step(T, 0.0005, 0.0, stiffness, 10.0, 0.1) == 0.0, "above the surface nothing damps"
+
+
 def pressed(stiffness: float = 400.0, depth_m: float = 0.002) -> tuple[PassiveContact, float]:
     """A finger that came down slowly."""
-    contact, t_s = PassiveContact(CAP), 0.0
+    contact, t_s = PassiveContact(WALL), 0.0
     for i in range(201):
         t_s = T * i
         contact.step(t_s, 0.001 - (0.001 + depth_m) * i / 200, 0.0, stiffness)
@@ -53,9 +70,10 @@ def test_a_still_finger_is_never_pressed_harder_than_it_pressed_but_for_its_acco
 
 
 def test_a_surface_first_known_around_the_finger_pushes_nothing_and_is_there_when_it_presses_on():
-    contact = PassiveContact(CAP)
+    contact = PassiveContact(WALL)
     assert [contact.step(T * i, -0.005, 0.0, 400.0 if i > 5 else 0.0) for i in range(50)] == [0.0] * 50
-    assert contact.step(50 * T, -0.007, 0.0, 400.0) == pytest.approx(0.8)
+    paid_n = math.sqrt(0.8**2 + 2.0 * 400.0 * DEVICE_NS_M * 0.002**2 / T)  # what the device took from this movement
+    assert 0.8 < contact.step(50 * T, -0.007, 0.0, 400.0) <= min(0.8 + FORCE_RAMP_UP_N_S * T, paid_n)
     for i in range(1, 101):  # lifted, it takes the true surface along
         contact.step((50 + i) * T, -0.007 + 1e-4 * i, 0.0, 400.0)
     assert contact.surface_m == pytest.approx(0.0, abs=1e-4)
@@ -82,29 +100,50 @@ def test_nothing_known_or_time_that_stood_still_releases():
     assert contact.step(t_s + 1.001, math.nan, 0.0, 400.0) == 0.0
 
 
+def test_what_was_not_let_through_is_not_given_back():
+    """A finger that pressed unfelt, as before engaging, finds the surface where it is."""
+    contact, t_s = pressed()
+    assert contact.step(t_s + T, -0.002, 0.0, 400.0) == pytest.approx(0.8)
+    contact.let_through(0.3)
+    assert contact.step(t_s + 2 * T, -0.002, -0.01, 400.0) <= 0.3
+    contact.let_through(0.0)
+    contact.account_j = 0.0
+    assert [contact.step(t_s + (3 + i) * T, -0.002, 0.0, 400.0) for i in range(100)] == [0.0] * 100
+    contact.let_through(0.0)
+    assert contact.step(t_s + 0.11, -0.0025, 0.0, 400.0) > 0.0, "pressing on, it is felt again"
+
+
 models = st.tuples(st.floats(-0.02, 0.02), st.floats(-100.0, 5000.0), st.integers(1, 30))
 
 
-@given(st.lists(models, min_size=1, max_size=12), st.lists(st.floats(-0.01, 0.01), min_size=1, max_size=12))
-def test_updates_never_give_a_finger_more_than_it_put_in(models, places):
-    """Whatever the models, the finger and their order: no net energy comes out beyond what sampling itself makes."""
-    contact, t_s, z_m, force, energy_j, sampled_j = PassiveContact(CAP), 0.0, 0.01, 0.0, 0.0, 0.0
-    for (surface_m, stiffness, ticks), target in zip(models, itertools.cycle(places), strict=False):
+@given(
+    st.lists(models, min_size=1, max_size=12),
+    st.lists(st.floats(-0.01, 0.01), min_size=1, max_size=12),
+    st.floats(0.0, 20.0),
+    st.lists(st.floats(0.0, 10.0), min_size=1, max_size=12),
+)
+def test_updates_never_give_a_finger_more_than_it_put_in(models, places, damping, ceilings):
+    """Whatever models, finger and gate do, and in what order: no net energy beyond what sampling itself makes."""
+    contact, t_s, z_m, force, energy_j, sampled_j = PassiveContact(WALL), 0.0, 0.01, 0.0, 0.0, 0.0
+    turns = zip(models, itertools.cycle(places), itertools.cycle(ceilings), strict=False)
+    for (surface_m, stiffness, ticks), target, ceiling in turns:
         for _ in range(ticks):
             descent = min(2e-4, max(-2e-4, z_m - target))
             z_m -= descent
             energy_j += force * descent  # put in by the finger, at the force held
-            sampled_j += 0.5 * CAP * descent**2  # what holding the force of a spring can make: the device's part
+            sampled_j += DEVICE_NS_M * descent**2 / T  # at least what holding a force makes: the device takes it
             t_s += T
-            force = contact.step(t_s, z_m, surface_m, stiffness)
-            assert 0.0 <= force <= FINGER_FORCE_N
+            contact.let_through(force)
+            wanted = contact.step(t_s, z_m, surface_m, stiffness, damping, descent / T)
+            assert 0.0 <= wanted <= FINGER_FORCE_N
+            force = min(ceiling, wanted)
             assert energy_j >= -sampled_j - ROUNDING_J
 
 
 @given(st.lists(models, min_size=1, max_size=12))
 def test_a_finger_pressed_by_a_steady_hand_is_never_kicked_out(models):
     """A light finger (0.1 kg, held by 1 N only) that came to rest inside stays inside whatever the model says."""
-    contact, t_s, z_m, speed = PassiveContact(CAP, 0.5), 0.0, -0.002, 0.0
+    contact, t_s, z_m, speed = PassiveContact(WALL), 0.0, -0.002, 0.0
     contact.step(0.0, z_m, 0.0, 0.0)
     for surface_m, stiffness, ticks in models:
         for _ in range(10 * ticks):

@@ -1,5 +1,6 @@
 """The operator site's tick with devices and link in the test's hands."""
 
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
@@ -183,7 +184,8 @@ def test_a_replay_of_what_was_just_recorded_is_identical_to_the_last_bit(tmp_pat
             if tick > 110 and not 400 < tick < 500 and tick % 3:
                 client.accept(pressed(tick, rng), now_ns)
             hand = devices.hand
-            hand.x_m, hand.z_m = 1e-4 * tick + 1e-6 * float(rng.normal()), (-0.004,) * len(FINGERS)
+            height_m = -0.004 * math.sin(2.0 * math.pi * tick / 250)
+            hand.x_m, hand.z_m = 1e-4 * tick + 1e-6 * float(rng.normal()), (height_m,) * len(FINGERS)
             operator.tick(now_ns)
     assert recorder.lost == 0
     result = replay(tmp_path / "operator.mcap", tmp_path / "out")

@@ -49,7 +49,8 @@ def touch(material: str, *, pressed: bool) -> Touch:
 @pytest.mark.parametrize("profile", ["comfort", "wide"])
 @pytest.mark.parametrize("dwell_s", [0.4, 3.0, 10.0])
 def test_no_touch_makes_a_sound_plate_faulty(profile: str, material: str, dwell_s: float) -> None:
-    rendering, plates = Rendering(RenderingConfig(profile=profile), GAP_S), FingerPlates(N, 0, NOISE_K)  # type: ignore[arg-type]
+    rendering = Rendering(RenderingConfig(profile=profile), 0.002, GAP_S)  # type: ignore[arg-type]
+    plates = FingerPlates(N, 0, NOISE_K)
     sensors = [PlateSensor() for _ in range(N)]
     on_its_way = deque([np.zeros(N)] * round(LATE_S / TICK_S))
     free, pressed = touch(material, pressed=False), touch(material, pressed=True)

@@ -1,0 +1,31 @@
+"""What a device can show of a wall."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from operator_site.sampled_wall import SampledWall
+
+
+def test_stiffest_wall_without_delay_is_that_of_the_publication() -> None:
+    assert SampledWall(0.5, 0.001).stiffest_n_m == pytest.approx(2.0 * 0.5 / 0.001)
+
+
+def test_a_delay_costs_stiffness() -> None:
+    assert SampledWall(2.0, 0.002, 0.004).stiffest_n_m == pytest.approx(400.0)
+
+
+@given(st.floats(0.0, 50.0), st.floats(1e-4, 0.1), st.floats(0.0, 0.1), st.floats(0.0, 1.0))
+def test_stiffness_and_damping_share_what_the_device_has(damping: float, period_s: float, delay_s: float, share: float):
+    wall = SampledWall(damping, period_s, delay_s)
+    left = wall.damping_left_n_s_m(share * wall.stiffest_n_m)
+    assert left == pytest.approx((1.0 - share) * damping, abs=1e-9)
+    assert wall.damping_left_n_s_m(2.0 * wall.stiffest_n_m + 1.0) == 0.0
+
+
+@pytest.mark.parametrize("wrong", [(-1.0, 0.001, 0.0), (0.5, 0.0, 0.0), (math.nan, 0.001, 0.0), (0.5, 0.001, math.inf)])
+def test_what_is_no_device_is_refused(wrong: tuple[float, float, float]) -> None:
+    with pytest.raises(ValueError, match="period above 0"):
+        SampledWall(*wrong)
