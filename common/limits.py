@@ -37,6 +37,14 @@ FORCE_RAMP_UP_N_S = 50.0
 FORCE_RAMP_DOWN_N_S = 200.0
 """Ramps on engaging, disengaging and model updates, N/s. Never inside the contact law."""
 
+PRODUCED_J = 0.0005
+"""So much energy may come out at an operator's finger beyond what it put in, before force is let go, J."""
+SWING_N = 0.4
+SWING_CYCLES, SWING_S = 6, 0.5
+"""A force that swings by so much is a fault when it does so in so many cycles within this time: no hand can."""
+SWING_SLOW_HZ, SWING_SLOW_CYCLES = 3.0, 3
+"""Slower than that, a hand can: a fault when the energy limit has to act in each of so many cycles."""
+
 MOTOR_MAX_RPM = 10_000.0
 MOTOR_FLOOR_RPM = 2740.0
 """Below this a vibration of the motor's fixed amplitude is not felt: command it or zero, nothing between."""
@@ -45,6 +53,10 @@ SENSOR_PLATE_C = 42.0
 """A thermal sensor's plate touches a patient: never above this, C."""
 CONTACT_FORCE_N = 5.0
 """Default largest force of a remote finger on the patient, N."""
+LEFT_J, LEFT_W = 0.050, 0.100
+"""Work that a remote finger may leave in the patient beyond what comes back: at once, J, and lastingly, W."""
+APPROACH_PLANE_M_S, APPROACH_DOWN_M_S = 0.15, 0.020
+"""Until the remote hand has met the operator's hand: its speed along the bench, and of its fingers downwards."""
 
 GAP_S = 0.100
 """No accepted packet for this long means safe state."""

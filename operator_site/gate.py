@@ -13,10 +13,6 @@ from enum import IntFlag
 from common.fingers import FINGERS
 from common.ladder import TICK_AGE_S
 from common.limits import (
-    FINGER_FORCE_N,
-    FORCE_RAMP_DOWN_N_S,
-    FORCE_RAMP_UP_N_S,
-    FORCE_SAFE_S,
     GAP_S,
     MOTOR_FLOOR_RPM,
     MOTOR_MAX_RPM,
@@ -27,11 +23,10 @@ from common.limits import (
     PlateRange,
 )
 from common.skin_dose import SkinDose
+from operator_site.force_limits import ForceLimits
 from operator_site.plate_follow import CHECK_S, PlateFollow
+from operator_site.sampled_wall import SampledWall
 
-FORCE_MARGIN_S = 0.010
-"""Forces reach zero this much before the deadline: time for the tick that sends it and the bus."""
-FORCE_FALL_N_S = max(FORCE_RAMP_DOWN_N_S, FINGER_FORCE_N / (FORCE_SAFE_S - GAP_S - FORCE_MARGIN_S))
 PLATE_MARGIN_K = PLATE_FAULT_C - WIDE.high_c
 """A plate this far outside its profile is driven back only, never further out."""
 LOOK_AHEAD_S = 0.25
@@ -66,6 +61,8 @@ class Limit(IntFlag):
     DRIVE_RANGE = 512
     STIFFNESS = 1024
     """The surface is stiffer than the exoskeleton may show, and is shown softer; found by the renderer."""
+    PASSIVITY = 2048
+    """The finger has not put in the energy that the force could give out: force let go."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,8 +81,12 @@ class GatedOutput:
 class OperatorGate:
     """Keeps the state that the limits need: ramps, doses, and how each plate follows."""
 
-    def __init__(self, profile: PlateRange) -> None:
-        """A gate for plates in the given profile, which must lie within the wide one.
+    def __init__(self, profile: PlateRange, wall: SampledWall) -> None:
+        """A gate for plates and an exoskeleton.
+
+        Args:
+            profile: of the plates, within the wide one.
+            wall: what the exoskeleton can show.
 
         Raises:
             ValueError: the profile reaches outside the wide one.
@@ -96,8 +97,7 @@ class OperatorGate:
         self._profile = profile
         self._t_s = math.nan
         self._fault: str | None = None
-        self._ceiling_n = [0.0] * n
-        self._force_n = [0.0] * n
+        self._force = [ForceLimits(wall) for _ in range(n)]
         self._set_c = [min(profile.high_c, max(profile.low_c, SKIN_NEUTRAL_C))] * n
         self._drive = [0.0] * n
         self._driven = [False] * n
@@ -111,6 +111,17 @@ class OperatorGate:
         """The latched fault, if any."""
         return self._fault
 
+    @property
+    def produced_mj(self) -> list[dict[str, float]]:
+        """Energy that came out at each finger beyond what it put in, mJ: `now`, and the `most` in this session."""
+        energies = (force.energy for force in self._force)
+        return [{"now": 1e3 * energy.produced_j, "most": 1e3 * energy.most_produced_j} for energy in energies]
+
+    def begin_session(self) -> None:
+        """What was produced before is forgotten; neither faults nor doses are."""
+        for force in self._force:
+            force.energy.most_produced_j = 0.0
+
     def trip(self, reason: str) -> None:
         """Latch a fault found elsewhere; the first reason is kept."""
         self._fault = self._fault or reason
@@ -119,6 +130,8 @@ class OperatorGate:
         """End a latched fault: a deliberate act of a person. Doses are not forgotten."""
         self._fault = None
         self._follow = [PlateFollow() for _ in FINGERS]
+        for force in self._force:
+            force.believe_again()
 
     def step(
         self,
@@ -132,6 +145,8 @@ class OperatorGate:
         peltier_drive: Sequence[float],
         plate_measured_c: Sequence[float],
         measurement_age_s: Sequence[float],
+        z_m: Sequence[float],
+        height_age_s: float,
     ) -> GatedOutput:
         """Pass requests for all five fingers through every limit.
 
@@ -145,12 +160,15 @@ class OperatorGate:
             peltier_drive: wanted Peltier drive, -1..1, positive heats.
             plate_measured_c: last reading of each plate, C; NaN where the sensor is not to be believed.
             measurement_age_s: age of each reading, s; infinite where there never was one.
+            z_m: last measured height of each finger, m.
+            height_age_s: age of the heights, s.
         """
         dt_s = self._elapsed(t_s)
         self._inspect(force_n, motor_rpm, plate_set_c, peltier_drive, last_input_age_s)
         known = [0.0 <= age <= TEMPERATURE_AGE_S for age in measurement_age_s]
         if dt_s < math.inf:
             self._watch_plates(t_s, dt_s, known, plate_measured_c)
+        self._watch_forces(t_s, z_m, height_age_s)
         if dt_s > TICK_AGE_S:
             self._begin_from_neutral()
             dt_s = 0.0  # nothing has risen meanwhile
@@ -158,7 +176,7 @@ class OperatorGate:
         live = engaged and fresh and self._fault is None
         limited = [0 if live else Limit.RELEASED.value] * len(FINGERS)
         out = GatedOutput(
-            self._forces(dt_s, live, last_input_age_s, force_n, limited),
+            self._forces(t_s, dt_s, live, last_input_age_s, force_n, limited),
             _motors(live, motor_rpm, limited),
             [0.0] * len(FINGERS),
             [0.0] * len(FINGERS),
@@ -186,7 +204,8 @@ class OperatorGate:
 
     def _begin_from_neutral(self) -> None:
         """After a standstill: the devices have gone to safe by themselves, or were about to."""
-        self._ceiling_n = [0.0] * len(FINGERS)
+        for force in self._force:
+            force.begin_from_neutral()
         self._driven = [False] * len(FINGERS)
 
     def _inspect(
@@ -226,29 +245,25 @@ class OperatorGate:
         if check:
             self._checked_s = t_s
 
+    def _watch_forces(self, t_s: float, z_m: Sequence[float], age_s: float) -> None:
+        known = 0.0 <= age_s <= GAP_S
+        for finger, force in enumerate(self._force):
+            wrong = force.observe(t_s, t_s - age_s, z_m[finger] if known else math.nan)
+            if wrong:
+                self.trip(f"{FINGERS[finger]}: {wrong}")
+
     def _forces(
-        self, dt_s: float, live: bool, age_s: float, force_n: Sequence[float], limited: list[int]
+        self, t_s: float, dt_s: float, live: bool, age_s: float, wanted_n: Sequence[float], limited: list[int]
     ) -> list[float]:
-        """Ceilings that rise from zero while live and fall otherwise; below them the contact law is untouched."""
-        latest = math.inf
-        if age_s > GAP_S:
-            latest = max(0.0, FORCE_FALL_N_S * (FORCE_SAFE_S - FORCE_MARGIN_S - age_s))
         out = []
-        for finger, wanted in enumerate(force_n):
-            if live:
-                ceiling = min(FINGER_FORCE_N, self._ceiling_n[finger] + FORCE_RAMP_UP_N_S * dt_s)
-            else:
-                shown = min(self._ceiling_n[finger], self._force_n[finger])
-                ceiling = min(latest, max(0.0, shown - FORCE_FALL_N_S * dt_s))
-            self._ceiling_n[finger] = ceiling
-            allowed = min(FINGER_FORCE_N, wanted) if wanted > 0.0 else 0.0
-            if live and allowed != wanted:
+        for finger, force in enumerate(self._force):
+            out.append(force.step(t_s, dt_s, live, age_s, wanted_n[finger]))
+            if live and force.out_of_range:
                 limited[finger] |= Limit.FORCE_RANGE.value
-            if allowed > ceiling:
-                allowed = ceiling
+            if force.overdrawn:
+                limited[finger] |= Limit.PASSIVITY.value
+            if force.ramped:
                 limited[finger] |= Limit.FORCE_RAMP.value
-            out.append(allowed)
-        self._force_n = out
         return out
 
     def _plate_set(

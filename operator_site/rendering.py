@@ -35,7 +35,7 @@ class Rendering:
         """
         self._config = config
         self.wall = SampledWall(config.exoskeleton_damping_n_s_m, period_s, config.exoskeleton_delay_s)
-        self._gate = OperatorGate(PLATE_PROFILES[config.profile])
+        self._gate = OperatorGate(PLATE_PROFILES[config.profile], self.wall)
         self._gap_ns = round(gap_s * 1e9)
         self._session = 0
         self._time_s = -math.inf
@@ -58,6 +58,11 @@ class Rendering:
         """The fault that the gate has latched, if any."""
         return self._gate.fault
 
+    @property
+    def produced_mj(self) -> dict[str, dict[str, float]]:
+        """Energy that came out at each finger beyond what it put in, mJ: `now`, and the `most` in this session."""
+        return dict(zip(FINGERS, self._gate.produced_mj, strict=True))
+
     def step(self, now: RenderingInput) -> GatedOutput:
         """What may reach the devices in this tick."""
         if (
@@ -70,6 +75,7 @@ class Rendering:
         if now.session != self._session:
             self._session = now.session
             self.fingertips.begin_session()
+            self._gate.begin_session()
         for fault in now.device_faults:
             self._gate.trip(fault)
         fresh = now.gap_ns is not None and now.gap_ns <= self._gap_ns
@@ -97,6 +103,8 @@ class Rendering:
             peltier_drive=requested.peltier_drive,
             plate_measured_c=now.plate_c,
             measurement_age_s=now.plate_age_s,
+            z_m=now.z_m,
+            height_age_s=now.time_s - now.heights_s,
         )
         self._pushed_n = output.force_n
         output.limited[:] = [ours | theirs for ours, theirs in zip(output.limited, requested.limited, strict=True)]

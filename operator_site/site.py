@@ -100,6 +100,7 @@ class OperatorSite:
         return {
             **site_figures(client, self._devices, self._recorder, limited, sent=sent, acts_on="touch"),
             "stiffest_n_m": self.rendering.wall.stiffest_n_m,
+            "produced_mj": self.rendering.produced_mj,
             "remote_fault": client.remote_fault,
             "refusal": client.refusal,
             "clock": {

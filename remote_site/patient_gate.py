@@ -9,54 +9,19 @@ telemanipulator that does not obey is a fault. Pure: numbers and a time in, numb
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import IntFlag
 
 from common.fingers import FINGERS
 from common.ladder import TICK_AGE_S
-from common.limits import CONTACT_FORCE_N, GAP_S, SENSOR_PLATE_C
+from common.limits import APPROACH_PLANE_M_S, CONTACT_FORCE_N, GAP_S, SENSOR_PLATE_C
+from remote_site.approach import Approach
+from remote_site.finger_height import ROUNDING_M, TOUCHING_N, FingerHeight
 from remote_site.heater_limits import SENSOR_HIGH_C, HeaterLimits
-from remote_site.telemanipulator_follow import LONGEST_TICK_S, SERVO_N_M, TelemanipulatorFollow
+from remote_site.patient_limit import Limit
+from remote_site.telemanipulator_follow import LONGEST_TICK_S, TelemanipulatorFollow
 
 PLANE_RANGE_M = 0.655
-HEIGHT_LOW_M = -0.0100
-HEIGHT_HIGH_M = 0.01046
 """What the telemanipulator's frames can say."""
 PLANE_SPEED_M_S = 0.30
-HEIGHT_SPEED_M_S = 0.10
-RETREAT_SPEED_M_S = 0.020
-CLEAR_HEIGHT_M = 0.006
-"""A retreating finger stops here: hovering height."""
-STOP_S = 0.100
-"""Between stopping and retreating: a short gap of the network only pauses the hand."""
-REACTION_S = 0.030
-"""Measurement, tick, bus and servo: what a finger still does after it is told otherwise."""
-BRAKE_SHARE = 0.9
-"""At this share of the force limit a set-point goes no deeper; approaching it, ever slower."""
-TOUCHING_N = 0.15
-"""More force than this is contact for the heater, whatever the mode says."""
-ROUNDING_M = 1e-9
-"""A set-point that misses by rounding only is not reported as limited."""
-
-
-class Limit(IntFlag):
-    """Which limits acted on a finger (PLANE on all)."""
-
-    RELEASED = 1
-    """Not engaged, motion or measurements missing, or a fault: stop, then retreat."""
-    PLANE_RANGE = 2
-    PLANE_SPEED = 4
-    HEIGHT_RANGE = 8
-    HEIGHT_SPEED = 16
-    FORCE = 32
-    """Not lowered further, or taken back, because of the contact force."""
-    FORCE_UNKNOWN = 64
-    """No fresh measurement of the telemanipulator: it is not moved blindly."""
-    HEATER_CONTACT = 128
-    SENSOR_UNKNOWN = 256
-    """No fresh, plausible or moving sensor reading: heater off."""
-    SENSOR_TEMPERATURE = 512
-    DOSE = 1024
-    HEATER_RANGE = 2048
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,14 +52,14 @@ class PatientGate:
         """
         if not 0.0 < contact_force_n <= CONTACT_FORCE_N:
             raise ValueError(f"contact_force_n must be above 0 and at most {CONTACT_FORCE_N} N, not {contact_force_n}")
-        self._force_limit_n = contact_force_n
         self._t_s = math.nan
         self._fault: str | None = None
         self._ready = False
         self._live = False
         self._follow = TelemanipulatorFollow()
+        self._approach = Approach(APPROACH_PLANE_M_S, PLANE_SPEED_M_S)
         self._plane = (0.0, 0.0)
-        self._z_m: list[float] = [CLEAR_HEIGHT_M] * len(FINGERS)
+        self._fingers = [FingerHeight(contact_force_n) for _ in FINGERS]
         self._stopped_s = 0.0
         self._drive = [0.0] * len(FINGERS)
         self._heaters = [HeaterLimits() for _ in FINGERS]
@@ -104,6 +69,11 @@ class PatientGate:
         """The latched fault, if any."""
         return self._fault
 
+    @property
+    def left_mj(self) -> list[float]:
+        """Work that each finger has left in what it touches, beyond what may be left lastingly, mJ."""
+        return [1e3 * finger.left.left_j for finger in self._fingers]
+
     def trip(self, reason: str) -> None:
         """Latch a fault found elsewhere; the first reason is kept."""
         self._fault = self._fault or reason
@@ -112,6 +82,8 @@ class PatientGate:
         """End a latched fault: a deliberate act of a person. Doses are not forgotten."""
         self._fault = None
         self._follow = TelemanipulatorFollow()
+        for finger in self._fingers:
+            finger.believe_again()
         for heater in self._heaters:
             heater.believe_again()
 
@@ -154,6 +126,7 @@ class PatientGate:
         measured = (measured_x_m, measured_y_m, *measured_z_m)
         taking_part = [age_s != math.inf for age_s in sensor_age_s]
         known = self._inspect_measured(dt_s, force_age_s, measured, force_n, taking_part)
+        self._watch_forces(dt_s, known, measured_z_m, force_n)
         for finger, plate_c in enumerate(sensor_c):
             if SENSOR_PLATE_C < plate_c <= SENSOR_HIGH_C:
                 self.trip(f"{FINGERS[finger]}: sensor plate at {plate_c:.1f} C, above {SENSOR_PLATE_C:.1f} C")
@@ -170,27 +143,21 @@ class PatientGate:
             self._move_plane(tick_s, wanted_x_m, wanted_y_m, limited)
         for finger in range(len(FINGERS)):
             pressed_n = force_n[finger] if known else math.nan
-            if not live:
-                self._z_m[finger] = self._retreated(finger, tick_s, pressed_n)
-            else:
-                self._z_m[finger] = self._lowered(
-                    finger,
-                    tick_s,
-                    wanted_m=wanted_z_m[finger],
-                    measured_m=measured_z_m[finger],
-                    pressed_n=pressed_n,
-                    limited=limited,
+            if live:
+                limited[finger] |= self._fingers[finger].follow(
+                    tick_s, wanted_z_m[finger], measured_z_m[finger], pressed_n, self._approach.met
                 )
+            else:
+                self._fingers[finger].retreat(tick_s, pressed_n, self._stopped_s)
             self._heaters[finger].step(self._t_s, dt_s, self._drive[finger], sensor_c[finger], sensor_age_s[finger])
             touching = in_contact[finger] or not pressed_n <= TOUCHING_N
             self._drive[finger] = self._heat(finger, live and not touching, heater_drive[finger], limited)
             if touching:
                 limited[finger] |= Limit.HEATER_CONTACT.value
+        heights_m = [finger.z_m for finger in self._fingers]
         if known:
-            self._follow.told(self._t_s, (*self._plane, *self._z_m), not live)
-        return GatedCommand(
-            self._ready, not live, *self._plane, list(self._z_m), list(self._drive), limited, self._fault
-        )
+            self._follow.told(self._t_s, (*self._plane, *heights_m), not live)
+        return GatedCommand(self._ready, not live, *self._plane, heights_m, list(self._drive), limited, self._fault)
 
     def _elapsed(self, t_s: float) -> float:
         if not math.isfinite(t_s):
@@ -225,57 +192,36 @@ class PatientGate:
         self._follow = TelemanipulatorFollow()  # what was out of sight may stand anywhere
         return False
 
+    def _watch_forces(self, dt_s: float, known: bool, z_m: Sequence[float], force_n: Sequence[float]) -> None:
+        for name, finger, measured_m, pressed_n in zip(FINGERS, self._fingers, z_m, force_n, strict=True):
+            wrong = finger.observe(self._t_s, dt_s, measured_m if known else math.nan, pressed_n, self._live)
+            if wrong:
+                self.trip(f"{name}: {wrong}")
+
     def _start_from(self, measured: tuple[float, ...]) -> None:
         """Set-points begin where the hand is, not where it was last sent: it may have stopped by itself meanwhile."""
         self._ready = True
         x_m, y_m, *heights_m = measured
         self._plane = (_within(x_m, PLANE_RANGE_M), _within(y_m, PLANE_RANGE_M))
-        self._z_m = [min(HEIGHT_HIGH_M, max(HEIGHT_LOW_M, z_m)) for z_m in heights_m]
+        self._approach.let_go()
+        for finger, z_m in zip(self._fingers, heights_m, strict=True):
+            finger.let_go(z_m)
 
     def _move_plane(self, tick_s: float, wanted_x_m: float, wanted_y_m: float, limited: list[int]) -> None:
         """Follow the hand along the bench in range and at limited speed."""
         target = (_within(wanted_x_m, PLANE_RANGE_M), _within(wanted_y_m, PLANE_RANGE_M))
-        reach = PLANE_SPEED_M_S * tick_s
+        reach = self._approach.limit_m_s * tick_s
         x_m, y_m = (old + _within(new - old, reach) for old, new in zip(self._plane, target, strict=True))
-        acted = 0
+        left_m = max(abs(target[0] - x_m), abs(target[1] - y_m))
+        self._approach.step(tick_s, left_m)
+        acted = 0 if self._approach.met else Limit.APPROACH.value
         if target != (wanted_x_m, wanted_y_m):
             acted |= Limit.PLANE_RANGE.value
-        if max(abs(target[0] - x_m), abs(target[1] - y_m)) > ROUNDING_M:
+        if left_m > ROUNDING_M:
             acted |= Limit.PLANE_SPEED.value
         if acted:
             limited[:] = [bits | acted for bits in limited]
         self._plane = (x_m, y_m)
-
-    def _retreated(self, finger: int, tick_s: float, pressed_n: float) -> float:
-        """Stop where the finger is told to be; then, or at once when it presses too hard, up until it is clear."""
-        z_m = self._z_m[finger]
-        if z_m >= CLEAR_HEIGHT_M or (self._stopped_s < STOP_S and not pressed_n > self._force_limit_n):
-            return z_m
-        return min(CLEAR_HEIGHT_M, z_m + RETREAT_SPEED_M_S * tick_s)
-
-    def _lowered(
-        self, finger: int, tick_s: float, *, wanted_m: float, measured_m: float, pressed_n: float, limited: list[int]
-    ) -> float:
-        """Follow the operator's finger, slower the harder it presses, and back up beyond the limit."""
-        before = self._z_m[finger]
-        target = min(HEIGHT_HIGH_M, max(HEIGHT_LOW_M, wanted_m))
-        if target != wanted_m:
-            limited[finger] |= Limit.HEIGHT_RANGE.value
-        up = HEIGHT_SPEED_M_S * tick_s
-        if pressed_n > self._force_limit_n:
-            limited[finger] |= Limit.FORCE.value
-            return min(HEIGHT_HIGH_M, before + up)
-        room_n = max(0.0, BRAKE_SHARE * self._force_limit_n - pressed_n)
-        down = min(HEIGHT_SPEED_M_S, room_n / (SERVO_N_M * REACTION_S)) * tick_s
-        z_m = before + min(up, max(-down, target - before))
-        if abs(z_m - target) > ROUNDING_M:
-            braked = z_m > target and down < up
-            limited[finger] |= (Limit.FORCE if braked else Limit.HEIGHT_SPEED).value
-        deepest = measured_m - self._force_limit_n / SERVO_N_M
-        if z_m < deepest:
-            limited[finger] |= Limit.FORCE.value
-            z_m = min(deepest, before + up)
-        return min(HEIGHT_HIGH_M, z_m)
 
     def _heat(self, finger: int, allowed: bool, wanted: float, limited: list[int]) -> float:
         heater = self._heaters[finger]
@@ -295,8 +241,3 @@ class PatientGate:
 
 def _within(value: float, reach: float) -> float:
     return min(reach, max(-reach, value))
-
-
-def limit_names(bits: int) -> tuple[str, ...]:
-    """Names of the limits in one finger's `limited`, for people to read."""
-    return tuple(str(limit.name).lower() for limit in Limit if bits & limit)

@@ -22,7 +22,8 @@ from remote_site.calibrated_tables import load_tables
 from remote_site.desk_requests import answer_desk
 from remote_site.devices import RemoteDevices
 from remote_site.followed_hand import HandPlace
-from remote_site.patient_gate import GatedCommand, PatientGate, limit_names
+from remote_site.patient_gate import GatedCommand, PatientGate
+from remote_site.patient_limit import limit_names
 from remote_site.perception import Perception
 from remote_site.sensed import Sensed
 from remote_site.session_server import SessionServer
@@ -106,6 +107,7 @@ class RemoteSite:
         return {
             **site_figures(server, self._devices, self._recorder, limited, sent=sent, acts_on="motion"),
             "texture_faults": faults,
+            "left_mj": dict(zip(FINGERS, self.gate.left_mj, strict=True)),
             "observers": len(server.observers),
             "handshakes": dict(self._link.handshakes),
         }

@@ -11,8 +11,8 @@ from sim_sensors.can_node import CanNode
 
 RELEASE_S = 0.050
 """A force that is no longer commanded goes to 0 within this time."""
-DRIVEN_S = 0.5
-"""Enabled without a gap for this long: a session is engaged."""
+DRIVEN_S = 1.5
+"""Enabled without a gap for this long: a session is engaged, and the remote hand has come to the operator's."""
 
 
 class Exoskeleton(CanNode):
@@ -47,7 +47,7 @@ class Exoskeleton(CanNode):
         return self._applied_n
 
     def driven(self, now_s: float) -> bool:
-        """Whether it has been enabled without a gap for half a second: the hand can work."""
+        """Whether it has been enabled without a gap for long enough: the hand can work."""
         return self._driven_since_s is not None and now_s - self._driven_since_s >= DRIVEN_S
 
     def _measured(self) -> list[can.Message]:

@@ -30,7 +30,7 @@ _MEASURE_EVERY = 5
 class OperatorDevices:
     """Devices and physics of the operator's side.
 
-    The hand starts its script once the exoskeleton has been driven for half a second, and ends
+    The hand starts its script once the exoskeleton has been driven for `DRIVEN_S`, and ends
     `config.seconds` later.
     """
 

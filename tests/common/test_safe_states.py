@@ -14,6 +14,7 @@ from common.limits import COMFORT
 from common.safe_states import SAFE_STATES, TICK_S, SafeState
 from common.serial_messages import HeaterCommand, MessageId, TactTipCommand
 from operator_site.gate import OperatorGate
+from operator_site.sampled_wall import SampledWall
 from remote_site.patient_gate import PatientGate
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.tacttip import TactTip
@@ -32,7 +33,7 @@ def row(actuator: str) -> SafeState:
 
 def operator_outputs(tick_s: float, age: Callable[[float], float], fault_s: float) -> list[tuple[float, Any]]:
     """Half a second of the operator's gate in full work, with an input age over time and a fault at a time."""
-    gate = OperatorGate(COMFORT)
+    gate = OperatorGate(COMFORT, SampledWall(1e9, tick_s))
     found = []
     t_s = -1.0
     while t_s < 0.5:
@@ -48,6 +49,8 @@ def operator_outputs(tick_s: float, age: Callable[[float], float], fault_s: floa
             peltier_drive=[0.1] * FIVE,
             plate_measured_c=[33.0 + 0.05 * math.sin(10.0 * t_s)] * FIVE,
             measurement_age_s=[0.0] * FIVE,
+            z_m=[0.0] * FIVE,
+            height_age_s=0.0,
         )
         found.append((t_s, output))
         t_s += tick_s

@@ -154,12 +154,13 @@ def test_plate_without_a_fresh_reading_or_engagement_is_not_driven():
 
 
 def test_whole_chain_shows_an_object_and_the_gate_has_nothing_to_correct():
-    rig, gate = Rig(), OperatorGate(COMFORT)
+    rig, gate = Rig(), OperatorGate(COMFORT, WALL)
     touch = block(stiffness_n_m=400.0, contact=1, mode=ExplorationMode.QUIESCENT, **constants("ceramic_tile", 23.0))
     plate, acted = np.full(5, 33.0), 0
     for tick in range(5000):
         near = tick > 500
-        wanted = rig.step(touch if near else block(), DOWN if near else UP)
+        z_m = [max(-0.002, 0.006 - 0.05 * DT * max(0, tick - 500))] * 5
+        wanted = rig.step(touch if near else block(), z_m)
         out = gate.step(
             rig.t_s,
             True,
@@ -170,6 +171,8 @@ def test_whole_chain_shows_an_object_and_the_gate_has_nothing_to_correct():
             peltier_drive=wanted.peltier_drive,
             plate_measured_c=rig.plate_c,
             measurement_age_s=[0.005] * 5,
+            z_m=z_m,
+            height_age_s=0.0,
         )
         drive = np.array(out.peltier_drive)
         plate += DT * (drive * np.where(drive > 0.0, 4.0, 2.5) - 0.05 * (plate - 31.0))

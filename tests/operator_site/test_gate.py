@@ -29,6 +29,7 @@ from common.limits import (
 )
 from operator_site.gate import Limit, OperatorGate, limit_names
 from operator_site.plate_loop import PlateLoop
+from operator_site.sampled_wall import SampledWall
 
 DT = 0.002
 NOT_FINITE = (math.nan, math.inf, -math.inf)
@@ -38,11 +39,15 @@ def dense(*edges: float, step: float) -> list[float]:
     return sorted({round(edge + k * step, 9) for edge in edges for k in range(-4, 5)})
 
 
+ANY_WALL = SampledWall(1e9, DT)
+"""What an exoskeleton would have to be that a force is never held back for the energy it could give out."""
+
+
 class Rig:
     """A gate with a clock; every request has a harmless default."""
 
-    def __init__(self, profile: PlateRange = COMFORT) -> None:
-        self.gate = OperatorGate(profile)
+    def __init__(self, profile: PlateRange = COMFORT, wall: SampledWall = ANY_WALL) -> None:
+        self.gate = OperatorGate(profile, wall)
         self.t_s = 10.0
 
     def step(self, engaged=True, age=0.0, dt=DT, **changes):
@@ -54,10 +59,12 @@ class Rig:
             "peltier_drive": 0.0,
             "plate_measured_c": 33.0,
             "measurement_age_s": 0.01,
+            "z_m": 0.0,
         } | changes
+        height_age_s = request.pop("height_age_s", 0.0)
         # One number stands for all five fingers.
         request = {name: [v] * 5 if isinstance(v, float) else v for name, v in request.items()}
-        return self.gate.step(self.t_s, engaged, age, **request)
+        return self.gate.step(self.t_s, engaged, age, height_age_s=height_age_s, **request)
 
     def warm_up(self, **changes):
         """Engaged for long enough that no ramp is left."""
@@ -76,7 +83,7 @@ def test_limits_have_the_right_order():
 def test_refuses_a_profile_outside_the_wide_one():
     for low, high in ((14.9, 30.0), (20.0, 41.6), (30.0, 30.0), (math.nan, 30.0)):
         with pytest.raises(ValueError, match="profile"):
-            OperatorGate(PlateRange(low, high))
+            OperatorGate(PlateRange(low, high), ANY_WALL)
 
 
 def test_force_range():
@@ -396,6 +403,8 @@ ticks = st.fixed_dictionaries(
         "peltier_drive": st.one_of(five, st.just([0.7] * 5)),
         "plate_measured_c": st.one_of(calm, calm, five),
         "measurement_age_s": st.one_of(st.just([0.01] * 5), st.lists(ages, min_size=5, max_size=5)),
+        "z_m": st.one_of(st.lists(st.floats(-0.01, 0.01), min_size=5, max_size=5), five),
+        "height_age_s": ages,
         "clear": st.booleans(),
     }
 )

@@ -9,22 +9,32 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from common.ladder import TICK_AGE_S
-from common.limits import CONTACT_FORCE_N, DOSE_ABOVE_C, DOSE_LIMIT_K_S, GAP_S, SENSOR_PLATE_C
-from remote_site.patient_gate import (
+from common.limits import (
+    APPROACH_DOWN_M_S,
+    APPROACH_PLANE_M_S,
+    CONTACT_FORCE_N,
+    DOSE_ABOVE_C,
+    DOSE_LIMIT_K_S,
+    GAP_S,
+    LEFT_J,
+    LEFT_W,
+    SENSOR_PLATE_C,
+    SWING_N,
+    SWING_S,
+)
+from remote_site.approach import WIDEN_M_S2
+from remote_site.finger_height import (
     BRAKE_SHARE,
     CLEAR_HEIGHT_M,
     HEIGHT_HIGH_M,
     HEIGHT_LOW_M,
     HEIGHT_SPEED_M_S,
-    PLANE_RANGE_M,
-    PLANE_SPEED_M_S,
     RETREAT_SPEED_M_S,
     STOP_S,
     TOUCHING_N,
-    Limit,
-    PatientGate,
-    limit_names,
 )
+from remote_site.patient_gate import PLANE_RANGE_M, PLANE_SPEED_M_S, PatientGate
+from remote_site.patient_limit import Limit, limit_names
 from remote_site.telemanipulator_follow import (
     HEIGHT_MARGIN_M,
     LONGEST_TICK_S,
@@ -79,6 +89,12 @@ class Rig:
             self.x_m, self.y_m, self.z_m = out.x_m, out.y_m, list(out.z_m)
         return out
 
+    def met(self):
+        """A hand that has met the operator's, and follows at full speed."""
+        for _ in range(100):
+            self.step()
+        return self
+
 
 def test_refuses_a_force_limit_above_the_table():
     for limit in (0.0, -1.0, CONTACT_FORCE_N + 0.01, math.nan):
@@ -132,9 +148,8 @@ def test_height_range_and_speed():
 
 
 def test_a_stalled_loop_does_not_jump():
-    rig = Rig()
-    rig.step()
-    out = rig.step(dt=0.09, wanted_x_m=0.5, wanted_z_m=-0.01)
+    rig = Rig().met()
+    out = rig.step(dt=0.06, wanted_x_m=0.5, wanted_z_m=-0.01)
     assert out.x_m == pytest.approx(PLANE_SPEED_M_S * LONGEST_TICK_S)
     assert out.z_m[0] == pytest.approx(0.006 - HEIGHT_SPEED_M_S * LONGEST_TICK_S)
 
@@ -144,8 +159,7 @@ def test_force_decides_how_fast_a_finger_goes_deeper(limit):
     lowered = []
     forces = dense(0.0, limit * BRAKE_SHARE, limit, step=0.01)
     for force in forces:
-        rig = Rig(z_m=0.0, contact_force_n=limit)
-        rig.step()
+        rig = Rig(z_m=0.0, contact_force_n=limit).met()
         out = rig.step(wanted_z_m=-0.004, force_n=force)
         lowered.append(-out.z_m[0] / DT)
         if force > limit:
@@ -212,8 +226,9 @@ def test_gap_stops_then_retreats_until_clear_then_goes_on():
     assert heights[-1] == CLEAR_HEIGHT_M
     out = rig.step(wanted_x_m=0.1, wanted_z_m=0.0)
     assert not out.released
-    assert out.x_m == pytest.approx(PLANE_SPEED_M_S * DT)
-    assert out.z_m[0] == pytest.approx(CLEAR_HEIGHT_M - HEIGHT_SPEED_M_S * DT)
+    assert out.x_m == pytest.approx(APPROACH_PLANE_M_S * DT)
+    assert out.z_m == [CLEAR_HEIGHT_M] * 5  # not lowered before the hand is where it should be
+    assert out.limited[0] & Limit.APPROACH
 
 
 def test_stopped_finger_that_presses_too_hard_leaves_at_once():
@@ -379,7 +394,7 @@ def test_set_points_begin_where_the_hand_is_whenever_it_is_let_go():
     rig.step(age=1.0)
     swung = {"measured_x_m": 0.003, "measured_y_m": -9.0, "measured_z_m": [-0.003, 0.02, 0.0, 0.001, 0.002]}
     out = rig.step(wanted_x_m=1.0, wanted_y_m=-1.0, wanted_z_m=1.0, **swung)
-    assert out.x_m == pytest.approx(0.003 + PLANE_SPEED_M_S * DT)
+    assert out.x_m == pytest.approx(0.003 + APPROACH_PLANE_M_S * DT)
     assert out.y_m == -PLANE_RANGE_M
     rise = HEIGHT_SPEED_M_S * DT
     assert out.z_m == pytest.approx([-0.003 + rise, HEIGHT_HIGH_M, rise, 0.001 + rise, 0.002 + rise])
@@ -388,13 +403,151 @@ def test_set_points_begin_where_the_hand_is_whenever_it_is_let_go():
 def test_after_a_standstill_set_points_begin_where_the_hand_is():
     """The telemanipulator has stopped by itself meanwhile, and may have raised its fingers."""
     for stood_s in (TICK_AGE_S - 0.001, TICK_AGE_S + 0.001, 1.0):
-        rig = Rig(z_m=-0.002)
-        rig.step()
-        old = rig.x_m
+        rig = Rig(z_m=-0.002).met()
         out = rig.step(dt=stood_s, measured_x_m=0.01, measured_z_m=0.002, wanted_x_m=1.0, wanted_z_m=-0.002)
-        begin_x_m, begin_z_m = (0.01, 0.002) if stood_s > TICK_AGE_S else (old, -0.002)
-        assert out.x_m == pytest.approx(begin_x_m + PLANE_SPEED_M_S * LONGEST_TICK_S)
-        assert out.z_m[0] == pytest.approx(max(-0.002, begin_z_m - HEIGHT_SPEED_M_S * LONGEST_TICK_S))
+        begin_x_m, speed_m_s, begin_z_m = 0.0, PLANE_SPEED_M_S, -0.002
+        if stood_s > TICK_AGE_S:
+            begin_x_m, speed_m_s, begin_z_m = 0.01, APPROACH_PLANE_M_S, 0.002
+        assert out.x_m == pytest.approx(begin_x_m + speed_m_s * LONGEST_TICK_S)
+        assert out.z_m[0] == begin_z_m
+
+
+def come_back(rig: Rig, ticks: int, **wanted) -> list:
+    """Engaged after a release, with a hand that went elsewhere meanwhile."""
+    rig.met()
+    for _ in range(30):
+        rig.step(engaged=False)
+    return [rig.step(**wanted) for _ in range(ticks)]
+
+
+def test_a_hand_that_went_elsewhere_meanwhile_is_approached_without_a_jump():
+    rig = Rig()
+    places = [(0.0, 0.0, 0.006)]
+    outs = come_back(rig, 1000, wanted_x_m=0.08, wanted_y_m=-0.03, wanted_z_m=-0.002)
+    for out in outs:
+        places.append((out.x_m, out.y_m, out.z_m[1]))
+        (x_m, y_m, z_m), (old_x_m, old_y_m, old_z_m) = places[-1], places[-2]
+        assert max(abs(x_m - old_x_m), abs(y_m - old_y_m)) <= APPROACH_PLANE_M_S * DT + 1e-12
+        assert 0.0 <= old_z_m - z_m <= APPROACH_DOWN_M_S * DT + 1e-12
+        assert z_m == 0.006 or (x_m, y_m) == pytest.approx((0.08, -0.03))  # lowered only where it is meant
+        there = z_m == pytest.approx(-0.002)
+        assert bool(out.limited[1] & Limit.APPROACH) != there
+    assert places[-1] == pytest.approx((0.08, -0.03, -0.002))
+    took_s = next(tick for tick, place in enumerate(places) if place == pytest.approx(places[-1])) * DT
+    assert took_s == pytest.approx(0.08 / APPROACH_PLANE_M_S + 0.008 / APPROACH_DOWN_M_S, abs=4 * DT)
+    assert "approach" in limit_names(outs[0].limited[0])
+
+
+def test_once_met_the_hand_is_followed_ever_faster_and_without_a_jerk():
+    rig = Rig()
+    come_back(rig, 1, wanted_x_m=0.08)
+    while rig.step(wanted_x_m=0.08).limited[0] & Limit.APPROACH:
+        pass
+    before, speeds = 0.08, []
+    for _ in range(200):  # the hand runs off in the very moment
+        out = rig.step(wanted_x_m=-0.5)
+        assert not out.limited[0] & Limit.APPROACH
+        speeds.append((before - out.x_m) / DT)
+        before = out.x_m
+    assert speeds[0] <= APPROACH_PLANE_M_S + WIDEN_M_S2 * DT + 1e-9
+    assert all(after - now <= WIDEN_M_S2 * DT + 1e-9 for now, after in itertools.pairwise(speeds))
+    assert speeds[-1] == pytest.approx(PLANE_SPEED_M_S)
+
+
+def test_a_finger_is_raised_at_once_while_the_hand_still_comes():
+    rig = Rig(z_m=0.001)
+    rig.met()
+    rig.step(engaged=False)
+    out = rig.step(wanted_x_m=0.08, wanted_z_m=0.006)
+    assert out.z_m[0] == pytest.approx(0.001 + HEIGHT_SPEED_M_S * DT)
+
+
+def lowered_on(rig: Rig, stiffness: float, face_m: float = 0.002) -> tuple[float, float, float]:
+    """Lowered as deep as it goes: largest force, fastest rise of it, and force in the end; it is known 10 ms late."""
+    servo_m = z_m = rig.z_m[0]
+    forces = [0.0] * 6
+    for _ in range(3000):
+        out = rig.step(wanted_z_m=-0.01, measured_z_m=z_m, force_n=forces[-6])
+        assert out.fault is None
+        servo_m += (out.z_m[0] - servo_m) * DT / 0.01
+        z_m = servo_m if servo_m > face_m else (SERVO_N_M * servo_m + stiffness * face_m) / (SERVO_N_M + stiffness)
+        forces.append(max(0.0, stiffness * (face_m - z_m)))
+    rises = [(after - before) / DT for before, after in itertools.pairwise(forces)]
+    return max(forces), max(rises), forces[-1]
+
+
+@pytest.mark.parametrize("stiffness", [600.0, 6000.0])
+def test_contact_in_the_approach_is_soft_and_stays_below_the_limit(stiffness):
+    """What has risen meanwhile is met at the approach speed, by a servo of 1000 N/m."""
+    rig = Rig()
+    come_back(rig, 1, wanted_z_m=-0.01)
+    most_n, rise_n_s, end_n = lowered_on(rig, stiffness)
+    assert most_n <= CONTACT_FORCE_N
+    assert rise_n_s <= SERVO_N_M * APPROACH_DOWN_M_S
+    assert rise_n_s < 0.3 * lowered_on(Rig().met(), stiffness)[1]
+    assert end_n > 0.7 * CONTACT_FORCE_N
+
+
+def test_stale_motion_stops_and_raises_the_fingers_and_then_it_is_as_after_an_engagement():
+    rig = Rig(z_m=-0.001).met()
+    for tick in range(round((STOP_S + 0.1) / DT)):
+        out = rig.step(age=GAP_S + tick * DT + 1e-6, wanted_x_m=0.05)
+    assert (out.x_m, out.released) == (0.0, True)
+    assert out.z_m[0] > -0.001
+    out = rig.step(wanted_x_m=0.05, wanted_z_m=-0.001)
+    assert out.x_m == pytest.approx(APPROACH_PLANE_M_S * DT)
+    assert out.limited[0] & Limit.APPROACH
+
+
+def pumped(rig: Rig, hz: float, low_n: float, high_n: float, seconds: float, *, lag: float, reach_m: float = 0.002):
+    """A finger whose set-point is swung, on an object that loses `sin(lag)` of what is put in: outs, and forces."""
+    middle_n, reach_n = 0.5 * (low_n + high_n), 0.5 * (high_n - low_n)
+    forces, outs = [], []
+    for tick in range(round(seconds / DT)):
+        turn = 2.0 * math.pi * hz * tick * DT
+        forces.append(middle_n + reach_n * math.sin(turn))
+        place = -0.003 - reach_m * math.sin(turn - lag)
+        outs.append(rig.step(wanted_z_m=place, measured_z_m=one(place, rig.z_m[0]), force_n=one(forces[-1], 0.0)))
+    return outs, forces
+
+
+def test_work_left_in_the_object_slows_the_finger_and_three_such_cycles_are_a_fault():
+    rig = Rig(z_m=-0.003).met()
+    outs, _ = pumped(rig, 8.0, 0.1, 4.3, 4.0, lag=1.5, reach_m=0.003)
+    first = next(tick for tick, out in enumerate(outs) if out.limited[1] & Limit.ENERGY)
+    assert not any(out.limited[0] & Limit.ENERGY for out in outs)
+    left = math.pi * 0.003 * 2.1 * math.sin(1.5) * 8.0
+    assert left > LEFT_W
+    assert first * DT == pytest.approx(LEFT_J / (left - LEFT_W), rel=0.5)
+    fault = next(tick for tick, out in enumerate(outs) if out.fault)
+    assert outs[fault].fault == "index: force swings at 8 Hz by 4.2 N"
+    assert 2.0 / 8.0 <= (fault - first) * DT <= 4.5 / 8.0
+    assert outs[fault].released
+    for _ in range(600):
+        out = rig.step(wanted_z_m=-0.003)
+    assert out.z_m == [CLEAR_HEIGHT_M] * 5  # latched: it has retreated
+    assert rig.gate.left_mj[0] == 0.0 < rig.gate.left_mj[1]
+    rig.gate.clear_fault()
+    assert rig.step().fault is None
+
+
+@pytest.mark.parametrize("hz", [14.0, 25.0, 60.0])
+def test_a_force_that_swings_faster_than_a_hand_is_a_fault_in_half_a_second(hz):
+    rig = Rig(z_m=-0.003).met()
+    outs, _ = pumped(rig, hz, 1.0, 1.2 + SWING_N, 1.0, lag=0.0)
+    fault = next(tick for tick, out in enumerate(outs) if out.fault)
+    assert outs[fault].fault == f"index: force swings at {hz:.0f} Hz by 0.6 N"
+    assert fault * DT <= SWING_S + 2.0 / hz
+    rig.gate.clear_fault()
+    for _ in range(100):
+        assert rig.step().fault is None
+
+
+def test_tapping_and_pressing_in_rhythm_is_neither_limited_nor_a_fault():
+    for hz, low_n, high_n in ((8.0, 0.0, 4.4), (5.0, 1.0, 4.4), (2.0, 0.0, 4.4)):
+        outs, _ = pumped(Rig(z_m=-0.003).met(), hz, low_n, high_n, 4.0, lag=0.25)
+        assert not any(out.limited[1] & Limit.ENERGY for out in outs)
+        assert outs[-1].fault is None
 
 
 DISOBEYED_S = MEMORY_S + PERSIST_S
@@ -446,7 +599,7 @@ def test_a_hand_that_goes_on_after_its_release_is_a_fault_once_it_had_time_to_st
 
 def test_a_finger_that_does_not_rise_or_not_sink_is_a_fault():
     down = {"wanted_z_m": -0.003, "measured_z_m": 0.006}
-    took_s, why = until_fault(Rig(), 1.0, force_n=one(0.0, 4.9), **down)
+    took_s, why = until_fault(Rig().met(), 1.0, force_n=one(0.0, 4.9), **down)
     assert took_s == pytest.approx(DISOBEYED_S + 0.05, abs=0.05)
     assert "index" in why
     up = {"wanted_z_m": 0.006, "measured_z_m": one(-0.003, 0.006, 4), "force_n": 1.0}
@@ -601,6 +754,8 @@ def test_every_output_of_every_sequence_keeps_the_limits(sequence):
             if before is not None and before.ready:
                 rise = out.z_m[i] - before.z_m[i]
                 reach = min(LONGEST_TICK_S, tick["dt"])
+                if out.limited[i] & Limit.APPROACH and tick["force_n"][i] <= CONTACT_FORCE_N:
+                    assert rise >= -APPROACH_DOWN_M_S * reach - 1e-9
                 assert abs(rise) <= HEIGHT_SPEED_M_S * reach + 1e-9
                 if not live:
                     assert -1e-12 <= rise <= RETREAT_SPEED_M_S * reach + 1e-9

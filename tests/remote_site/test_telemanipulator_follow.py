@@ -100,12 +100,13 @@ def test_hard_work_is_no_fault(move: Callable[[float], Wanted], delay: int) -> N
     assert loop.largest_n > 1.0  # it did touch
 
 
-@pytest.mark.parametrize("scene", ["materials", "phantom"])
-def test_gaps_and_new_engagements_are_no_fault(scene: str) -> None:
+@pytest.mark.parametrize(("scene", "over_m"), [("materials", 0.0), ("phantom", 0.2)])
+def test_gaps_and_new_engagements_are_no_fault(scene: str, over_m: float) -> None:
     loop = Loop(2, scene)
     for tick in range(4000):
-        engaged, age_s = tick % 1000 < 800, 0.2 if tick % 300 < 100 else 0.0
-        assert loop.tick(pressing(tick * DT), engaged, age_s).fault is None
+        engaged, age_s = tick % 1000 < 800, 0.2 if tick % 700 < 100 else 0.0
+        x_m, y_m, z_m = pressing(tick * DT)
+        assert loop.tick((x_m + over_m, y_m, z_m), engaged, age_s).fault is None
     assert loop.largest_n > 0.5
 
 

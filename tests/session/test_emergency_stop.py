@@ -21,7 +21,7 @@ from common.limits import (
     MOTOR_STILL_S,
     THERMAL_SAFE_S,
 )
-from remote_site.patient_gate import CLEAR_HEIGHT_M, HEIGHT_LOW_M, RETREAT_SPEED_M_S
+from remote_site.finger_height import CLEAR_HEIGHT_M, HEIGHT_LOW_M, RETREAT_SPEED_M_S
 from studies.fault_session import FaultSession
 from studies.fault_table import FREE, STROKING
 from tests.commands import Told, command

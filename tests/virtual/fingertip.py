@@ -12,6 +12,7 @@ from common.limits import AGE_DEFAULT_S, PLATE_FAULT_C, WIDE, PlateRange
 from operator_site.devices import OperatorDevices
 from operator_site.gate import OperatorGate
 from operator_site.plate_loop import PlateLoop
+from operator_site.sampled_wall import SampledWall
 from sim_sensors.select_loop import SelectLoop
 from tests.virtual import configurations
 from tests.virtual.configurations import FINGER
@@ -40,7 +41,7 @@ class Fingertip:
             configurations.sim_operator(seed), SelectLoop(lambda: self.time_s)
         )
         self.devices = OperatorDevices(configurations.operator(AGE_DEFAULT_S), lambda: self.time_s)
-        self.gate = OperatorGate(profile)
+        self.gate = OperatorGate(profile, SampledWall(2.0, TICK_S))
         self.fault: tuple[float, str] | None = None
         self.driven_s = 0.0
         self.watch()
@@ -88,6 +89,8 @@ class Fingertip:
             peltier_drive=[self._drive] * five,
             plate_measured_c=plate_c,
             measurement_age_s=age_s,
+            z_m=[0.0] * five,
+            height_age_s=0.0,
         )
         self._set_c = output.plate_set_c[_INDEX]
         self.devices.write(now_s, output, True)

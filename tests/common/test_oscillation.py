@@ -1,0 +1,194 @@
+"""What swings by itself is found; hands that tap, press, tremble, stroke and feel a breath are not."""
+
+import math
+import random
+from collections import deque
+from collections.abc import Callable, Iterable
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from common.limits import PRODUCED_J, SWING_CYCLES, SWING_N, SWING_S, SWING_SLOW_CYCLES, SWING_SLOW_HZ
+from common.oscillation import Oscillation
+from common.port_energy import PortEnergy
+
+T = 0.002
+
+
+def found(forces: Iterable[float], fed: Callable[[int], bool] = lambda tick: False) -> tuple[float, str]:
+    """When a swinging force is told, s, and the words; infinite when it is not."""
+    watch = Oscillation()
+    for tick, force_n in enumerate(forces):
+        told = watch.step(T * tick, force_n, fed(tick))
+        if told is not None:
+            return T * tick, told
+    return math.inf, ""
+
+
+def sine(hz: float, swing_n: float, seconds: float = 2.0, mean_n: float = 3.0) -> list[float]:
+    return [mean_n + 0.5 * swing_n * math.sin(2.0 * math.pi * hz * T * tick) for tick in range(round(seconds / T))]
+
+
+@pytest.mark.parametrize("hz", [12.5, 23.0, 60.0, 125.0])
+def test_a_force_that_swings_faster_than_a_hand_is_told_within_half_a_second(hz: float) -> None:
+    took_s, told = found(sine(hz, 1.2))
+    assert took_s <= SWING_S + 1.5 / hz
+    assert told.startswith("force swings at ")
+    assert float(told.split()[3]) == pytest.approx(hz, rel=0.05, abs=0.5)
+    assert float(told.split()[6]) == pytest.approx(1.2, abs=0.35 if hz > 60.0 else 0.1)
+
+
+@pytest.mark.parametrize("hz", [3.2, 6.0, 11.0])
+def test_a_slower_one_is_told_where_the_limit_on_energy_acts_in_every_cycle(hz: float) -> None:
+    force = sine(hz, 1.2, 4.0)
+    each, second = (lambda tick: math.sin(2.0 * math.pi * hz * T * tick) > 0.9), round(2.0 / hz / T)
+    assert found(force, each)[0] <= (SWING_SLOW_CYCLES + 2.5) / hz
+    assert found(force, lambda tick: each(tick) and tick % second < second // 2)[0] == math.inf  # in every other one
+    assert found(force)[0] == math.inf
+
+
+def test_what_is_slower_than_slow_or_smaller_than_a_swing_is_not_told() -> None:
+    assert found(sine(0.9 * SWING_SLOW_HZ, 5.0, 6.0), lambda tick: True)[0] == math.inf
+    assert found(sine(23.0, 0.95 * SWING_N), lambda tick: True)[0] == math.inf
+
+
+def test_what_rings_after_an_impact_dies_down_and_is_not_told() -> None:
+    """Taps of a stiff remote finger on a hard object, each with its bounces."""
+
+    def tap(since_s: float) -> float:
+        rings = 3.0 * math.exp(-since_s / 0.02) * math.sin(2.0 * math.pi * 45.0 * since_s)
+        return max(0.0, (2.0 + rings) if since_s < 0.06 else 0.0)
+
+    assert found(tap(math.fmod(T * tick, 0.125)) for tick in range(3000))[0] == math.inf
+
+
+def test_a_clock_that_was_set_back_only_delays_it() -> None:
+    watch, told = Oscillation(), []
+    for tick, force_n in enumerate(sine(25.0, 2.0, 4.0)):
+        told.append(watch.step(T * tick - (500.0 if tick >= 100 else 0.0), force_n, False))
+    assert told[99] is None
+    assert next(tick for tick, words in enumerate(told) if words) <= 100 + (SWING_S + 0.1) / T
+
+
+taps = st.lists(
+    st.tuples(st.floats(0.03, 0.12), st.floats(0.0, 0.3), st.floats(0.2, 5.0), st.floats(1.0, 4.0)),
+    min_size=8,
+    max_size=30,
+)
+
+
+@given(taps, st.booleans())
+def test_no_tapping_hand_is_told(course: list[tuple[float, float, float, float]], noisy: bool) -> None:
+    """Up to eight taps a second, each from 0 N to 5 N and back and free in between, quick or slow, even or not."""
+    forces: list[float] = []
+    for contact_s, rest_s, peak_n, shape in course:
+        period_s = max(0.125, contact_s + rest_s)
+        for tick in range(round(period_s / T)):
+            part = T * tick / contact_s
+            forces.append(peak_n * math.sin(math.pi * part) ** shape if part < 1.0 else 0.0)
+    noise = random.Random(1)
+    if noisy:
+        forces = [max(0.0, force_n + 0.01 * noise.gauss(0.0, 1.0)) for force_n in forces]
+    assert found(forces) == (math.inf, "")
+
+
+hands = st.tuples(
+    st.floats(0.5, 4.0), st.floats(2e-5, 1e-4), st.floats(8.0, 12.0), st.floats(0.1, 0.4), st.floats(0, 2)
+)
+
+
+@given(hands)
+def test_no_tremor_stroke_or_breath_is_told(hand: tuple[float, float, float, float, float]) -> None:
+    """A hand pressed on the stiffest wall (1000 N/m), trembling, over grooves of 0.08 mm, on what breathes by 4 mm."""
+    pressed_n, tremor_m, tremor_hz, breath_hz, phase = hand
+    forces = []
+    for tick in range(1500):
+        t_s = T * tick
+        shaken_m = tremor_m * math.sin(2.0 * math.pi * tremor_hz * t_s + phase)
+        groove_m = 0.08e-3 * max(0.0, math.sin(2.0 * math.pi * 25.0 * t_s))
+        breath_m = 0.002 * math.sin(2.0 * math.pi * breath_hz * t_s)
+        forces.append(max(0.0, pressed_n + 1000.0 * (shaken_m - groove_m) + 400.0 * breath_m))
+    assert found(forces) == (math.inf, "")
+
+
+def coupled(
+    wall_n_m: float,
+    period_s: float,
+    round_trip_s: float,
+    hand: tuple[float, float, float],
+    *,
+    stiffest_n_m: float,
+    held_back: bool,
+) -> tuple[float, float, float]:
+    """A finger presses a device with 0.09 kg and 0.5 Ns/m on a wall whose force comes late, and is not made passive.
+
+    Returns:
+        when it is told that the force swings, s; what truly came out, J; how far the force swings in the end, N.
+    """
+    kg, ns_m, n_m = hand
+    port, watch = PortEnergy(stiffest_n_m, 0.005, damping_n_s_m=0.5), Oscillation()
+    late = deque([0.0] * (round(round_trip_s / period_s) + 1), maxlen=round(round_trip_s / period_s) + 1)
+    place_m, speed, given_j, most_j, step_s, told_s = -0.005, 0.0, 0.0, 0.0, 1e-4, math.inf
+    forces = []
+    for tick in range(round(3.0 / period_s)):
+        t_s = period_s * tick
+        measured_m = round(place_m / 1e-5) * 1e-5
+        port.observe(t_s, -measured_m)
+        late.append(min(10.0, max(0.0, wall_n_m * measured_m)))
+        force_n, payable_n = late[0], port.limit_n()
+        fed = force_n > payable_n
+        if held_back:
+            force_n = min(force_n, payable_n)
+        port.command(t_s, force_n)
+        if watch.step(t_s, force_n, fed) is not None:
+            told_s = min(told_s, t_s)
+        forces.append(force_n)
+        meant_m = -0.005 + (0.005 + 2.0 / wall_n_m + 2.0 / n_m) * min(1.0, t_s / 0.6)
+        for _ in range(round(period_s / step_s)):
+            speed += step_s / (kg + 0.09) * (n_m * (meant_m - place_m) - (ns_m + 0.5) * speed - force_n)
+            place_m += step_s * speed
+            given_j -= step_s * speed * (force_n + 0.5 * speed)
+            most_j = max(most_j, given_j - 0.5 * 0.09 * speed * speed)
+    last = forces[-round(1.0 / period_s) :]
+    return told_s, most_j, max(last) - min(last)
+
+
+LIGHT, FIRM, ARM = (0.006, 2.0, 200.0), (0.010, 3.0, 800.0), (1.4, 7.5, 400.0)
+UNSTABLE = [
+    pytest.param(5000.0, 0.005, 0.0, LIGHT, 200.0, id="too stiff for its period, light"),
+    pytest.param(5000.0, 0.005, 0.0, FIRM, 200.0, id="too stiff for its period, firm"),
+    pytest.param(5000.0, 0.005, 0.0, ARM, 200.0, id="too stiff for its period, arm"),
+    pytest.param(1000.0, 0.001, 0.02, LIGHT, 1000.0, id="direct force, 20 ms, light"),
+    pytest.param(1000.0, 0.001, 0.02, FIRM, 1000.0, id="direct force, 20 ms, firm"),
+    pytest.param(1000.0, 0.001, 0.1, LIGHT, 1000.0, id="direct force, 100 ms, light"),
+    pytest.param(1000.0, 0.001, 0.1, FIRM, 1000.0, id="direct force, 100 ms, firm"),
+]
+
+
+@pytest.mark.parametrize(("wall", "period_s", "round_trip_s", "hand", "stiffest"), UNSTABLE)
+def test_loops_that_are_truly_unstable_are_told_and_held_back_they_give_out_what_they_may(
+    wall: float, period_s: float, round_trip_s: float, hand: tuple[float, float, float], stiffest: float
+) -> None:
+    told_s, out_j, swing_n = coupled(wall, period_s, round_trip_s, hand, stiffest_n_m=stiffest, held_back=False)
+    assert told_s < 1.2
+    assert out_j > 0.02
+    assert swing_n > 4.0
+    told_s, out_j, swing_n = coupled(wall, period_s, round_trip_s, hand, stiffest_n_m=stiffest, held_back=True)
+    assert out_j <= 1.1 * PRODUCED_J
+    assert swing_n < 0.1
+
+
+@pytest.mark.parametrize("round_trip_s", [0.2, 0.4])
+@pytest.mark.parametrize("hand", [LIGHT, FIRM, ARM])
+def test_a_loop_too_slow_to_be_told_from_a_hand_is_held_back(
+    round_trip_s: float, hand: tuple[float, float, float]
+) -> None:
+    assert coupled(1000.0, 0.001, round_trip_s, hand, stiffest_n_m=1000.0, held_back=False)[1] > 0.04
+    _, out_j, swing_n = coupled(1000.0, 0.001, round_trip_s, hand, stiffest_n_m=1000.0, held_back=True)
+    assert out_j <= 1.1 * PRODUCED_J
+    assert swing_n < 0.1
+
+
+def test_the_numbers_leave_room_for_a_hand() -> None:
+    assert SWING_CYCLES / SWING_S >= 1.5 * 8.0
