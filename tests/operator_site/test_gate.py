@@ -24,6 +24,8 @@ from common.limits import (
     PLATE_FAULT_C,
     PLATE_HEATING_K_S,
     PLATE_PEAK_C,
+    PRODUCED_J,
+    SWING_S,
     WIDE,
     PlateRange,
 )
@@ -311,6 +313,140 @@ def test_dose_is_spent_before_it_is_exceeded_and_comes_back():
     for tick in range(300):
         rig.step(dt=0.1, plate_measured_c=33.0 + tick % 2)
     assert rig.step(peltier_drive=0.1).peltier_drive[0] == 0.1
+
+
+WALL = SampledWall(2.0, DT, 0.004)
+"""What the exoskeleton of the configuration can show: 400 N/m."""
+
+
+class Hand:
+    """A finger of 0.1 kg and 3 Ns/m, pulled by a spring to where it is meant to be, in an exoskeleton with 2 Ns/m."""
+
+    def __init__(self, n_m: float = 400.0) -> None:
+        self.rig, self.n_m = Rig(wall=WALL), n_m
+        self.z_m, self.speed_m_s, self.given_j, self.most_j = 0.005, 0.0, 0.0, 0.0
+        self.late = [0.0, 0.0]
+
+    def tick(self, meant_m: float, force_n: float, **changes):
+        """Another tick, with the force 4 ms late; `given_j` is what the hand has got, without the device's damping."""
+        out = self.rig.step(z_m=round(self.z_m, 5), force_n=force_n, **changes)
+        self.late.append(out.force_n[1])
+        pushed_n = self.late.pop(0)
+        for _ in range(20):
+            pull_n = self.n_m * (meant_m - self.z_m) - 5.0 * self.speed_m_s
+            self.speed_m_s += DT / 20 * (pull_n + pushed_n) / 0.1
+            self.z_m += DT / 20 * self.speed_m_s
+            self.given_j += DT / 20 * self.speed_m_s * (pushed_n - 2.0 * self.speed_m_s)
+        self.most_j = max(self.most_j, self.given_j - 0.5 * 0.1 * self.speed_m_s**2)
+        return out
+
+
+def pressed_then_off(t_s: float) -> float:
+    return 0.005 - 0.015 * min(1.0, 2.0 * t_s) if t_s < 2.0 else 0.005
+
+
+@pytest.mark.parametrize(
+    "meant", [pressed_then_off, lambda t_s: 0.004 - 0.016 * math.sin(math.pi * 8.0 * t_s) ** 2, lambda t_s: -0.008]
+)
+@pytest.mark.parametrize("stiffness", [50.0, 200.0, 400.0])
+def test_a_sound_contact_is_left_alone(meant, stiffness):
+    """Pressed, tapped eight times a second, or fallen into: a spring that is there from the beginning."""
+    hand = Hand()
+    for _ in range(150):
+        hand.tick(0.005, 0.0)
+    strongest_n = 0.0
+    for tick in range(1500):
+        wanted_n = min(10.0, stiffness * max(0.0, -round(hand.z_m, 5)))
+        out = hand.tick(meant(tick * DT), wanted_n)
+        assert out.force_n[1] == wanted_n
+        assert out.limited[1] == 0
+        assert out.fault is None
+        strongest_n = max(strongest_n, wanted_n)
+    assert strongest_n > 0.3
+    assert hand.rig.gate.produced_mj[1]["most"] < 0.1
+
+
+def kicks(t_s: float, _z_m: float) -> float:
+    return 10.0 if math.fmod(t_s, 0.5) > 0.25 else 0.0
+
+
+def too_stiff(_t_s: float, z_m: float) -> float:
+    return 4000.0 * max(0.0, -z_m)
+
+
+def pushes_the_wrong_way(_t_s: float, z_m: float) -> float:
+    return 3.0 + 1000.0 * max(0.0, z_m + 0.005)
+
+
+@pytest.mark.parametrize("law", [kicks, too_stiff, pushes_the_wrong_way])
+@pytest.mark.parametrize("n_m", [100.0, 400.0, 1500.0])
+def test_whatever_the_renderer_asks_for_no_more_comes_out_than_went_in(law, n_m):
+    """0.5 mJ and what the delay makes of it, with a hand that first moved freely: that alone fills the account."""
+    hand = Hand(n_m)
+    for _ in range(150):
+        hand.tick(0.005, 0.0)
+    hand.most_j = 0.0
+    acted = 0
+    for tick in range(2000):
+        t_s = tick * DT
+        meant_m = 0.005 - 0.012 * min(1.0, t_s)
+        out = hand.tick(meant_m, law(t_s, round(hand.z_m, 5)))
+        acted |= out.limited[1]
+        if out.fault:
+            break
+    assert acted & Limit.PASSIVITY
+    assert "passivity" in limit_names(acted)
+    assert hand.most_j <= 0.001
+    produced = hand.rig.gate.produced_mj[1]
+    assert produced["most"] <= 1.0
+    assert 0.0 <= produced["now"] <= produced["most"]
+    hand.rig.gate.begin_session()
+    assert hand.rig.gate.produced_mj[1]["most"] == 0.0
+
+
+def test_a_finger_that_put_nothing_in_feels_little_and_without_known_heights_it_stays_so():
+    rig = Rig(wall=WALL)
+    at_rest_n = math.sqrt(2.0 * 400.0 * PRODUCED_J)
+    for heights in ({}, {"z_m": math.nan}, {"height_age_s": GAP_S + 0.001}, {"height_age_s": math.nan}):
+        for _ in range(100):
+            out = rig.step(force_n=5.0, **heights)
+        assert out.force_n == pytest.approx([at_rest_n] * 5)
+        assert out.limited == [Limit.PASSIVITY] * 5
+        assert out.fault is None
+    z_m = 0.0
+    for _ in range(150):
+        z_m -= 1e-4
+        out = rig.step(force_n=5.0, z_m=z_m)
+    assert out.force_n == [5.0] * 5  # it has pressed
+    for _ in range(2):
+        out = rig.step(force_n=5.0, z_m=z_m, height_age_s=1.0)
+    assert out.force_n == pytest.approx([at_rest_n] * 5)
+
+
+def test_a_height_that_is_late_is_the_same_one_again():
+    rig, z_m = Rig(wall=WALL), 0.0
+    for tick in range(300):
+        z_m -= 1e-4 if tick % 2 else 0.0
+        out = rig.step(force_n=5.0, z_m=z_m, height_age_s=0.0 if tick % 2 else DT)
+    assert out.force_n == [5.0] * 5
+
+
+def test_a_force_that_swings_is_a_fault_until_it_is_cleared():
+    rig = Rig()
+    rig.warm_up(force_n=3.0)
+    took = 0
+    while rig.step(force_n=one(3.0 + 0.6 * math.sin(2.0 * math.pi * 23.0 * rig.t_s), 3.0)).fault is None:
+        took += 1
+        assert took * DT < SWING_S
+    assert rig.gate.fault == "index: force swings at 23 Hz by 1.2 N"
+    for _ in range(30):
+        out = rig.step(force_n=3.0)
+    assert out.force_n == [0.0] * 5
+    assert out.fault == rig.gate.fault
+    rig.gate.clear_fault()
+    for _ in range(200):
+        out = rig.step(force_n=3.0)
+    assert (out.fault, out.force_n) == (None, [3.0] * 5)
 
 
 class Plate:
