@@ -59,9 +59,17 @@ def _limits() -> Mapping[str, str]:
         f"{limits.DOSE_WINDOW_S:g} s stays within {limits.DOSE_LIMIT_K_S:g} K s",
         "finger force": f"{limits.FINGER_FORCE_N:g} N; ramps +{limits.FORCE_RAMP_UP_N_S:g} / "
         f"-{limits.FORCE_RAMP_DOWN_N_S:g} N/s on engaging, disengaging and model updates",
+        "energy at a finger": f"{limits.PRODUCED_J * 1e3:g} mJ more than it put in may come out; force is let go",
+        "a force that swings, both sites": f"by {limits.SWING_N:g} N: a fault after {limits.SWING_CYCLES} cycles "
+        f"within {limits.SWING_S:g} s, or after {limits.SWING_SLOW_CYCLES} at {limits.SWING_SLOW_HZ:g} Hz or more in which an "
+        "energy limit acts",
         "vibration motor": f"0, or {limits.MOTOR_FLOOR_RPM:g}-{limits.MOTOR_MAX_RPM:g} rpm",
         "patient side, sensor plate": f"{limits.SENSOR_PLATE_C:g} °C",
         "patient side, contact force": f"{limits.CONTACT_FORCE_N:g} N by default",
+        "patient side, work left in what is touched": f"{limits.LEFT_J * 1e3:g} mJ at once and "
+        f"{limits.LEFT_W * 1e3:g} mW lastingly at each finger",
+        "patient side, coming to the operator's hand": f"{limits.APPROACH_PLANE_M_S * 1e3:g} mm/s along the bench; "
+        f"then fingers are lowered at {limits.APPROACH_DOWN_M_S * 1e3:g} mm/s, until they have met",
         "gap without an accepted packet": f"{limits.GAP_S * 1e3:g} ms, then safe state",
         "age of a packet": f"{limits.AGE_DEFAULT_S * 1e3:g} ms by default, at most {limits.AGE_MAX_S * 1e3:g} ms",
         "from the last valid input": f"force 0 within {limits.FORCE_SAFE_S * 1e3:g} ms, "

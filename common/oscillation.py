@@ -1,8 +1,8 @@
 """Does a finger's force swing to and fro as only an unstable loop makes it?
 
-A cycle is a rise and a fall of the force by SWING_N each; noise, tremor on a hard wall and grooves make less. It belongs
-to the same swinging as the one before when it lasts about as long and has not died down: what rings after an impact
-does, and the next impact comes at another time. What tells a loop that has become unstable from a hand is then
+A cycle is a rise and a fall of the force by SWING_N each; noise, tremor on a hard wall and grooves make less. It
+belongs to the same swinging as the one before when it lasts about as long and has not died down: what rings after an
+impact does, and the next impact comes at another time. What tells a loop that has become unstable from a hand is then
 
 - how fast it is: no hand taps more than eight times a second, and SWING_CYCLES within SWING_S are twelve;
 - or else energy: whether it taps or presses in rhythm, a hand itself puts in what the contact takes. A loop that swings
@@ -13,7 +13,6 @@ import math
 from collections import deque
 
 from common.limits import SWING_CYCLES, SWING_N, SWING_S, SWING_SLOW_CYCLES, SWING_SLOW_HZ
-
 
 SAME_PERIOD, SAME_SWING = 2.0, 0.5
 """A cycle at most so many times as long or as short as the one before, and not smaller than so much of it, goes on."""
