@@ -82,11 +82,11 @@ class TactTip:
     def drive(self, t_s: float, motor_rpm: float, peltier_drive: float) -> None:
         """Send drives within the module's rate budget: motor speed in rpm, Peltier -1..1."""
         since_s, switches = t_s - self._sent_s, (motor_rpm > 0.0) != self._turning
-        if not switches and since_s < _LEAST_INTERVAL_S:
+        if not switches and 0.0 <= since_s < _LEAST_INTERVAL_S:  # less than 0: the clock was set back
             return
         motor = self._motor_drive.step(t_s, motor_rpm)
         command = TactTipCommand(motor.hold_mv, round(peltier_drive * DRIVE_FULL), *motor[1:])
-        if switches or since_s >= COMMAND_REFRESH_S or command != self._sent:
+        if switches or not 0.0 <= since_s < COMMAND_REFRESH_S or command != self._sent:
             self.line.send(MessageId.TACTTIP_COMMAND, command.encode())
             self._sent, self._sent_s, self._turning = command, t_s, motor_rpm > 0.0
             self._motor.told(t_s, command.motor_mv)
