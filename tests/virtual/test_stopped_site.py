@@ -20,7 +20,8 @@ def test_a_site_that_was_stopped_begins_from_neutral(
     before = len(working.truth)
     working.stop_site(side, seconds, in_tick=in_tick)
     asleep, woken_s = working.truth[before:], working.time_s
-    assert asleep[-1].force_n == asleep[-1].peltier == 0.0
+    assert asleep[-1].force_n < 1e-9  # at the very end of the ramp, but for rounding
+    assert asleep[-1].peltier == 0.0
     assert site._devices.tick.held_back == in_tick
     for now in working.run(0.5):
         assert now.force_n <= FORCE_RAMP_UP_N_S * (now.time_s - woken_s + TICK_S) + QUANTUM_N, now
