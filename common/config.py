@@ -46,6 +46,8 @@ class RemoteLinkConfig(_Section):
     keys: Path
     max_age_s: float = Field(default=limits.AGE_DEFAULT_S, gt=0.0, le=limits.AGE_MAX_S)
     gap_s: float = Field(default=limits.GAP_S, gt=0.0, le=limits.GAP_S)
+    deadband: bool = True
+    """Spare packets of touch that would not be felt."""
 
 
 class OperatorLinkConfig(_Section):
@@ -60,6 +62,8 @@ class OperatorLinkConfig(_Section):
     """Hash that the remote site's table of materials must have; any, without."""
     max_age_s: float = Field(default=limits.AGE_DEFAULT_S, gt=0.0, le=limits.AGE_MAX_S)
     gap_s: float = Field(default=limits.GAP_S, gt=0.0, le=limits.GAP_S)
+    deadband: bool = True
+    """Spare packets of motion that would not be felt."""
 
 
 class SiteConfig(_Section):

@@ -8,6 +8,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from common.deadband import REFRESH_S
 from common.limits import (
     FINGER_FORCE_N,
     FORCE_RAMP_DOWN_N_S,
@@ -76,13 +77,14 @@ def ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: float | None
         rate_hz: this site's loop.
         gap_s: without an accepted packet for longer, outputs go to safe.
         age_s: oldest source time acted on.
-        far_rate_hz: the far side's loop, which sends one packet a tick; None while it is unknown.
+        far_rate_hz: the far side's loop, which sends one packet a tick at most; None while it is unknown.
     """
     period_s = 1.0 / rate_hz
     far = () if far_rate_hz is None else (Rung("far loop", 1.0 / far_rate_hz, "far side's rate_hz", "a packet comes"),)
     return (
         Rung("loop", period_s, "rate_hz", "read, compute, pass the gate, write, send a packet"),
         *far,
+        Rung("refresh", REFRESH_S, "deadband", "a far side with no news sends a packet"),
         Rung("heartbeat", 1.0 / STREAMS["heartbeat"].rate_hz, "streams", "clocks are compared"),
         Rung("report", REPORT_S, "protocol", "a serial module says what it measures"),
         Rung("command", COMMAND_REFRESH_S + period_s, "protocol", "an unchanged command is repeated"),
@@ -99,7 +101,7 @@ def ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: float | None
             gap_s,
             "link.gap_s",
             "no accepted packet: the gate brings the outputs to safe",
-            ({"loop": 3}, {"far loop": 3}),
+            ({"loop": 3}, {"far loop": 3}, {"refresh": 3}),
         ),
         Rung(
             "reading age",

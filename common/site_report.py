@@ -75,6 +75,7 @@ def site_figures(
     limited: Sequence[tuple[str, ...]],
     *,
     sent: dict[str, int],
+    spared: dict[str, int],
     acts_on: str,
 ) -> dict[str, object]:
     """What the status file tells of session, devices, limits, packets and recording.
@@ -85,6 +86,7 @@ def site_figures(
         recorder: None when the site does not record.
         limited: for each finger, the limits that its gate applied in the last tick; empty before the first.
         sent: packets of each latest-only stream that went out.
+        spared: ticks of each that were not worth a packet.
         acts_on: the stream that `end` accepts packets of.
     """
     acceptance = end.acceptance
@@ -95,6 +97,7 @@ def site_figures(
         "age_ms": round(acceptance.age_ns * 1e-6, 3),
         "max_age_ms": round(acceptance.max_age_ns * 1e-6, 3),
         "sent": sent,
+        "spared": spared,
         "held_back": devices.tick.held_back,
         "received": {acts_on: acceptance.received},
         "superseded": {acts_on: acceptance.lost},

@@ -39,11 +39,15 @@ class OperatorSession(SessionEnd, Protocol):
     def refusal(self) -> str:
         """Why the other end will not; empty when it does."""
 
+    @property
+    def spared(self) -> int:
+        """Motions that were not sent because nothing of them would have been felt."""
+
     def step(self, now_ns: int, ready: str, unconfirmed: Callable[[float], str]) -> None:
         """Go on by one tick; see `SessionClient.step`."""
 
     def send_motion(self, now_ns: int, block: Floats) -> bytes | None:
-        """Say where the fingertips are, (5, 3), m; returns the packet, or None while there is no session."""
+        """Say where the fingertips are, (5, 3), m; returns the packet, None where none was sent."""
 
     def stop(self, now_ns: int, why: str) -> None:
         """Emergency stop: latch at once."""

@@ -9,11 +9,14 @@ from typing import Any
 from common.acceptance import Acceptance
 from common.capabilities import OBSERVER, OPERATOR, disagreement, misreading
 from common.clock import ClockOffset, ReadClock
+from common.deadband import Deadband
 from common.ladder import SESSION_SILENCE_S
 from common.limits import AGE_MAX_S, GAP_S
 from common.link import OperatorLink
 from common.messages import MOTION_BLOCK, Motion, Touch
+from common.motion_prediction import MotionPrediction
 from common.packets import BadPacket, Floats, LinkState, WrongVersion
+from common.perceptible import motion_felt
 from common.session import Session
 from common.session_messages import LONGEST_REFUSAL, Answer, Heartbeat, Request
 from common.streams import STREAMS
@@ -46,6 +49,8 @@ class SessionClient:
     role: str = OPERATOR
     gap_s: float = GAP_S
     stamp_ns: ReadClock | None = None
+    deadband: Deadband | None = None
+    """Spares motion that would not be felt; without, every call sends."""
     session: Session = field(default_factory=Session)
     clock: ClockOffset = field(default_factory=ClockOffset)
     touch: Touch | None = None
@@ -64,6 +69,9 @@ class SessionClient:
     _sequence: int = 0
     """Of requests and heartbeats: it goes on across sessions, so that no old answer is taken for a new one."""
     _motion_sequence: int = 0
+    _told: MotionPrediction = field(default_factory=MotionPrediction)
+    """Where the remote site takes the hand to be, were nothing lost."""
+    _told_state: LinkState = LinkState.DISCONNECTED
     _now_ns: int = _LONG_AGO_NS
     _asked_ns: dict[str, int] = field(default_factory=dict)
     _asked: dict[int, str] = field(default_factory=dict)
@@ -85,6 +93,11 @@ class SessionClient:
     def stopped(self) -> str:
         """What came of the last emergency stop, at this site and at the remote one; empty while it is under way."""
         return self._stop.outcome
+
+    @property
+    def spared(self) -> int:
+        """Motions that were not sent because nothing of them would have been felt."""
+        return 0 if self.deadband is None else self.deadband.spared
 
     def step(self, now_ns: int, ready: str, unconfirmed: Callable[[float], str] = lambda _: "") -> None:
         """Take what came, ask for what is missing.
@@ -154,13 +167,20 @@ class SessionClient:
         return not slow
 
     def send_motion(self, now_ns: int, block: Floats) -> bytes | None:
-        """Send the fingertips' places (5, 3), m; returns the packet, or None while there is no session."""
+        """Send the fingertips' places (5, 3), m; returns the packet, None without a session or where it was spared."""
         if not self.session.ident:
             return None
-        self._motion_sequence += 1
         state = self.session.state
         if state is LinkState.ENGAGED and not self._feels(now_ns):
             state = LinkState.CONNECTED  # who feels nothing must not move anything
+        if self.deadband is not None:
+            now_s, told_m = now_ns * 1e-9, self._told.at(now_ns * 1e-9)
+            felt = state is not self._told_state or told_m is None or motion_felt(told_m, block)
+            if not self.deadband.step(now_s, felt):
+                return None
+            self._told.take(now_s, block)
+            self._told_state = state
+        self._motion_sequence += 1
         packet = Motion(self.session.ident, self._motion_sequence, now_ns, state, MOTION_BLOCK.to_bytes(block)).encode()
         self.link.send_latest("motion", packet)
         return packet
@@ -274,6 +294,7 @@ class SessionClient:
         self.acceptance.restart()
         self.acceptance.max_age_ns = round(self.max_age_s * 1e9)
         self._motion_sequence = 0
+        self._told = MotionPrediction()
         self._heard_ns = now_ns
         return ""
 

@@ -11,6 +11,7 @@ import numpy as np
 from common.capabilities import capabilities
 from common.clock import ReadClock
 from common.config import OperatorConfig, to_toml
+from common.deadband import Deadband
 from common.desk import Desk
 from common.keys import KeyPair, fingerprint, load_keys
 from common.limits import FINGER_FORCE_N, MOTOR_FLOOR_RPM, MOTOR_MAX_RPM, PLATE_PROFILES
@@ -96,9 +97,11 @@ class OperatorSite:
         """What the status file tells."""
         client = self.client
         limited = [limit_names(bits) for bits in self._limited]
-        sent = {"motion": self.motions_sent}
+        sent, spared = {"motion": self.motions_sent}, {"motion": client.spared}
         return {
-            **site_figures(client, self._devices, self._recorder, limited, sent=sent, acts_on="touch"),
+            **site_figures(
+                client, self._devices, self._recorder, limited, sent=sent, spared=spared, acts_on="touch"
+            ),
             "stiffest_n_m": self.rendering.wall.stiffest_n_m,
             "produced_mj": self.rendering.produced_mj,
             "remote_fault": client.remote_fault,
@@ -163,6 +166,7 @@ def session_with(link: OperatorLink, config: OperatorConfig, stamp_ns: ReadClock
         config.link.calibration or "",
         gap_s=config.link.gap_s,
         stamp_ns=stamp_ns,
+        deadband=Deadband(1.0 / config.rate_hz) if config.link.deadband else None,
     )
 
 

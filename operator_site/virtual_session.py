@@ -38,6 +38,8 @@ class VirtualSession:
     """What came of the last emergency stop; empty while it is under way."""
     remote_fault: str = ""
     refusal: str = ""
+    spared: int = 0
+    """Nothing is sent anywhere: there is nothing to spare."""
     _sequence: int = 0
     _stop: EmergencyStop = field(default_factory=EmergencyStop)
 

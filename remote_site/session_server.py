@@ -7,6 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from common.acceptance import Acceptance
 from common.capabilities import OBSERVER, disagreement
 from common.clock import ReadClock
@@ -17,6 +20,7 @@ from common.ladder import SESSION_SILENCE_S
 from common.limits import AGE_MAX_S, GAP_S
 from common.link import RemoteLink
 from common.messages import Motion
+from common.motion_prediction import MotionPrediction
 from common.packets import SCHEMA_VERSION, BadPacket, LinkState, WrongVersion
 from common.session import Refused, Session, note_text
 from common.session_messages import LONGEST_REFUSAL, Answer, Heartbeat, Request
@@ -51,6 +55,7 @@ class SessionServer:
     """Keys of those who look on, and when each was last heard."""
     _refused: dict[str, str] = field(default_factory=dict)
     """What the owner of each key was refused last."""
+    _hand: MotionPrediction = field(default_factory=MotionPrediction)
     _notes: list[str] = field(default_factory=list)
     _heard_ns: int = 0
     _asked: int = -1
@@ -100,6 +105,16 @@ class SessionServer:
         """Whether both sites say that outputs may act."""
         return self.session.engaged and self.motion is not None and self.motion.state is LinkState.ENGAGED
 
+    def place_m(self, now_ns: int) -> NDArray[np.float64] | None:
+        """Where the operator's fingertips are by the newest motions, (5, 3), m; None before the first of the session.
+
+        Time counts from when the newest arrived: what it was late on the way stays late.
+        """
+        gap_ns = self.acceptance.gap_ns(now_ns)
+        if self.motion is None or gap_ns is None:
+            return None
+        return self._hand.at((self.motion.time_ns + gap_ns) * 1e-9)
+
     def stop(self, now_ns: int, why: str, *, cleared_here_only: bool = False) -> None:
         """Emergency stop: latch at once, and wait for the devices to confirm."""
         self.stopped = ""
@@ -132,6 +147,7 @@ class SessionServer:
         offset_ns = -self._offset_ns
         if self.acceptance.accept(motion, self.session.ident, now_ns, offset_ns, self._uncertainty_ns):
             self.motion = motion
+            self._hand.take(motion.time_ns * 1e-9, motion.block)
 
     def _operator_let_go(self) -> bool:
         """Whether the operator's site has said for a while that it is not engaged although this one is."""
@@ -273,6 +289,7 @@ class SessionServer:
         self.operator, self._unheard, self._asked = key, True, request.sequence
         self.session.connect(secrets.randbits(62) + 1, f"operator {fingerprint(key)}")
         self.motion = None
+        self._hand = MotionPrediction()
         self.acceptance.restart()
         self.acceptance.max_age_ns = round(self.max_age_s * 1e9)
         self._uncertainty_ns = None

@@ -9,11 +9,14 @@ from functools import partial
 from common.capabilities import capabilities
 from common.clock import ReadClock
 from common.config import RemoteConfig, to_toml
+from common.deadband import Deadband
 from common.desk import Desk
 from common.fingers import FINGERS
 from common.keys import TrustedKeys, fingerprint, load_keys
 from common.link import RemoteLink
+from common.messages import Touch
 from common.packets import LinkState
+from common.perceptible import touch_felt
 from common.recording import Recorder
 from common.site_loop import run_site_loop
 from common.site_report import site_figures
@@ -66,7 +69,8 @@ class RemoteSite:
         self.server = SessionServer(link, able, config.link.max_age_s, config.link.gap_s, stamp_ns)
         self._link = link
         self._gap_ns = round(config.link.gap_s * 1e9)
-        self._sequence = 0
+        self._deadband = Deadband(1.0 / config.rate_hz) if config.link.deadband else None
+        self._told: Touch | None = None
         self._limited: list[int] = []
         self.touches_sent = 0
 
@@ -102,10 +106,13 @@ class RemoteSite:
         server = self.server
         limited = [limit_names(bits) for bits in self._limited]
         sent = {"touch": self.touches_sent}
+        spared = {"touch": 0 if self._deadband is None else self._deadband.spared}
         touches = self.perception.touches
         faults = {FINGERS[finger]: touch.texture_fault for finger, touch in touches.items() if touch.texture_fault}
         return {
-            **site_figures(server, self._devices, self._recorder, limited, sent=sent, acts_on="motion"),
+            **site_figures(
+                server, self._devices, self._recorder, limited, sent=sent, spared=spared, acts_on="motion"
+            ),
             "texture_faults": faults,
             "left_mj": dict(zip(FINGERS, self.gate.left_mj, strict=True)),
             "observers": len(server.observers),
@@ -132,9 +139,9 @@ class RemoteSite:
         measured = devices.telemanipulator.measured
         session = server.session
         gap_ns = server.acceptance.gap_ns(now_ns) if server.both_engaged else None
-        motion = server.motion
-        fresh = gap_ns is not None and gap_ns <= self._gap_ns and motion is not None
-        wanted = motion.block.tolist() if fresh and motion is not None else []
+        place_m = server.place_m(now_ns)
+        fresh = gap_ns is not None and gap_ns <= self._gap_ns and place_m is not None
+        wanted = place_m.tolist() if fresh and place_m is not None else []
         hand_x, hand_y = (wanted[HAND][0], wanted[HAND][1]) if wanted else (now.x_m, now.y_m)
         touches = self.perception.touches
         command = self.gate.step(
@@ -159,12 +166,18 @@ class RemoteSite:
         return command
 
     def _tell(self, now_ns: int) -> bytes | None:
-        session = self.server.session
+        session, told = self.server.session, self._told
+        if told is not None and told.session != session.ident:
+            told = self._told = None
         if not session.ident:
-            self._sequence = 0
             return None
-        self._sequence += 1
-        packet = self.perception.packet(session.ident, self._sequence, now_ns, session.state).encode()
+        sequence = 1 if told is None else told.sequence + 1
+        touch = self.perception.packet(session.ident, sequence, now_ns, session.state)
+        if self._deadband is not None:
+            felt = told is None or touch_felt(told, touch)
+            if not self._deadband.step(now_ns * 1e-9, felt):
+                return None
+        self._told, packet = touch, touch.encode()
         self._link.send_latest("touch", packet)
         if self.server.observers:
             self._link.send_latest("observed", packet)

@@ -28,6 +28,7 @@ STUDIES = {
     "groove-spacing": "studies.groove_spacing",
     "vibration": "studies.vibration",
     "teleoperation-stability": "studies.teleoperation_stability",
+    "deadband": "studies.deadband",
     "observer": "studies.observer",
     "paper-figures": "studies.paper_figures",
 }

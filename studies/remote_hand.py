@@ -1,8 +1,12 @@
-"""One simulated remote finger, and what the remote site makes of it as packets, on virtual time."""
+"""Simulated remote fingers, and what the remote site makes of them as packets, on virtual time."""
+
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from common.fingers import FINGERS
+from common.messages import Touch
 from common.packets import LinkState
 from common.scene import Scene
 from common.serial_messages import DRIVE_FULL
@@ -23,35 +27,42 @@ INDEX = FINGERS.index("index")
 
 
 class RemoteHand:
-    """The index finger over a scene.
+    """Fingers over a scene: the index finger alone, or several.
 
     Attributes:
-        world: where it is.
-        plate_c: last reading of the thermal sensor, C; None before the first.
+        world: where they are.
+        plate_c: last reading of the index finger's thermal sensor, C; None before the first.
     """
 
-    def __init__(self, scene: Scene, seed: int) -> None:
+    def __init__(self, scene: Scene, seed: int, fingers: Sequence[str] = (FINGERS[INDEX],)) -> None:
         """Draw a world of the scene; it is identified with the tables calibrated for a scene of its name."""
         materials, surfaces = calibrated_tables(scene.name)
-        self.world = RemoteWorld(scene, seed, (FINGERS[INDEX],))
-        self._perception = Perception((FINGERS[INDEX],), MaterialTable.load(materials), SurfaceTable.load(surfaces))
+        self.world = RemoteWorld(scene, seed, tuple(fingers))
+        self._used = [FINGERS.index(finger) for finger in fingers]
+        self._perception = Perception(fingers, MaterialTable.load(materials), SurfaceTable.load(surfaces))
         self.plate_c: float | None = None
         self._drive = np.zeros(len(FINGERS))
         self._ticks = 0
 
     @property
     def touch(self) -> FingerTouch:
-        """What the finger feels now, as the remote site has it."""
+        """What the index finger feels now, as the remote site has it."""
         return self._perception.touches[INDEX]
 
     def step(self, x_m: float, z_m: float) -> bytes:
         """Let a tick pass with the hand told to be at x and the finger at z; returns the touch packet."""
-        self.world.step(TICK_S, x_m, 0.0, np.full(len(FINGERS), z_m), self._drive)
+        return self.move(x_m, 0.0, np.full(len(FINGERS), z_m)).encode()
+
+    def move(self, x_m: float, y_m: float, z_m: NDArray[np.float64]) -> Touch:
+        """Let a tick pass with the hand told to be at (x, y) and the fingers at z, (5,); returns what would be sent."""
+        self.world.step(TICK_S, x_m, y_m, z_m, self._drive)
         self._perception.step(self._sensed())
-        self._drive[INDEX] = round(self.touch.heater_drive * DRIVE_FULL) / DRIVE_FULL
+        for finger in self._used:
+            drive = self._perception.touches[finger].heater_drive
+            self._drive[finger] = round(drive * DRIVE_FULL) / DRIVE_FULL
         self._ticks += 1
         time_ns = round(self.world.time_s * 1e9)
-        return self._perception.packet(SESSION, self._ticks, time_ns, LinkState.ENGAGED).encode()
+        return self._perception.packet(SESSION, self._ticks, time_ns, LinkState.ENGAGED)
 
     def _sensed(self) -> Sensed:
         """This tick's readings; texture comes in chunks of ten samples, which is what 5 ms bring."""
@@ -59,15 +70,18 @@ class RemoteHand:
         plates: list[PlateReading | None] = [None] * len(FINGERS)
         if self._ticks % READ_EVERY == 0:
             sensor_c, ambient_c = (
-                float(celsius_of(counts)[INDEX]) for counts in (world.ssr_counts(), world.ambient_counts())
+                celsius_of(counts).tolist() for counts in (world.ssr_counts(), world.ambient_counts())
             )
-            self.plate_c = sensor_c
-            heater_permille = round(DRIVE_FULL * self._drive[INDEX])
-            plates[INDEX] = PlateReading(sensor_c, ambient_c, "", round(world.time_s * 1e6), heater_permille)
-        counts = world.take_texture_counts()[INDEX]
+            self.plate_c = sensor_c[INDEX]
+            for finger in self._used:
+                heater_permille = round(DRIVE_FULL * self._drive[finger])
+                time_us = round(world.time_s * 1e6)
+                plates[finger] = PlateReading(sensor_c[finger], ambient_c[finger], "", time_us, heater_permille)
+        counts = world.take_texture_counts()
         texture: list[bytes | None] = [None] * len(FINGERS)
         if counts.size:
-            texture[INDEX] = counts.astype("<i2").tobytes()
+            for finger in self._used:
+                texture[finger] = counts[finger].astype("<i2").tobytes()
         return Sensed(
             world.time_s,
             world.x_m,

@@ -33,6 +33,7 @@ METRICS: dict[str, tuple[str, str]] = {
     "fault": ("gauge", "Whether a fault is latched."),
     "devices_missing": ("gauge", "Whether a device is missing."),
     "packets_sent": ("counter", "Packets sent."),
+    "packets_spared": ("counter", "Ticks that were not worth a packet: the far side would have felt no difference."),
     "packets_received": ("counter", "Packets accepted."),
     "packets_superseded": ("counter", "Packets that never came: superseded on the way, or lost."),
     "packets_refused": ("counter", "Packets refused, by reason."),
@@ -132,7 +133,7 @@ def _of_process(told: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, str
 
 
 def _of_link(told: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, str], Any]]:
-    for field in ("sent", "received", "superseded"):
+    for field in ("sent", "spared", "received", "superseded"):
         for stream, count in _table(told, field).items():
             yield f"packets_{field}", {"stream": stream}, count
     refused = _table(told, "refused")

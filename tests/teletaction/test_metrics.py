@@ -55,6 +55,7 @@ STATUS: dict[str, Any] = {
         "thumb tacttip": {"serial": None},
     },
     "sent": {"motion": 990},
+    "spared": {"motion": 4010},
     "received": {"touch": 980},
     "superseded": {"touch": 8},
     "refused": {"touch": {"age": 9, "sequence": 10}, "damaged": {"control": 11}},
@@ -124,6 +125,7 @@ def test_what_a_site_tells_is_served(tmp_path: Path) -> None:
     assert states == {"disconnected": 0.0, "connected": 0.0, "engaged": 0.0, "fault": 1.0}
     assert (value("fault"), value("devices_missing")) == (1.0, 0.0)
     assert value("packets_sent_total", stream="motion") == 990.0
+    assert value("packets_spared_total", stream="motion") == 4010.0
     assert value("packets_received_total", stream="touch") == 980.0
     assert value("packets_superseded_total", stream="touch") == 8.0
     assert value("packets_refused_total", stream="touch", reason="age") == 9.0

@@ -1,0 +1,155 @@
+"""Perceptual deadband: packets against error, what a lost packet leaves behind, and how often a refresh has to come.
+
+Motion: eight recorded hands at a handle, at the 1 kHz of the recordings and at a site's 500 Hz, and the scripted hand
+over the scene. Touch: the recordings' forces, and five simulated fingers' packets. What the receiver takes for true
+between packets is what it was told last, or goes on as it went.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from common.deadband import REFRESH_S, REPEATS
+from common.limits import GAP_S
+from common.perceptible import HEIGHT_M, PLANE_M
+from studies.deadband_channel import RECKONINGS, error_m, sent
+from studies.deadband_courses import RECORDED_HZ, Course, recorded, recorded_forces_n, scripted
+from studies.deadband_figure import plot
+from studies.deadband_loss import LIMIT_M, LOSSES, after_loss_rows, lossy_rows
+from studies.deadband_touch import force_rows, touch_rows
+from studies.registry import Tell
+
+__all__ = ["plot", "run", "tables"]
+
+Row = dict[str, Any]
+RATES_HZ = (RECORDED_HZ, 500.0)
+STEPS_MM = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0)
+SITE_M = np.array([PLANE_M, PLANE_M, HEIGHT_M])
+"""The steps of the sites themselves, for places of fingers."""
+SPARED = 0.85
+"""Goal: share of the packets on the recorded motions that is not sent."""
+MOST_GAPS_IN_AN_HOUR = 1.0
+REFRESHES_S = (0.004, 0.006, 0.008, 0.010, 0.012, 0.014, 0.016, 0.020, 0.025, 0.033, 0.050)
+GAP_LOSSES = (0.01, 0.05, 0.10, 0.20)
+TABLES = ("sweep", "recordings", "loss", "after_loss", "gaps", "forces", "touch")
+
+
+def run(quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
+    """Send everything through deadbands: rows of TABLES. Where there are no recordings, `skipped` says so.
+
+    Args:
+        quick: two recordings, one draw, a short piece of work.
+        seed: of hands and losses.
+        tell: is told the share done, 0..1.
+    """
+    hands = recorded()
+    skipped = [] if hands else ["recorded motions: no bilateral_1dof in the folder that TELETACTION_DATA names"]
+    hands = hands[::4] if quick else hands
+    seconds, draws = (3.0, 1) if quick else (30.0, 5)
+    hand = scripted(RECORDED_HZ, seconds, seed)
+    found: dict[str, list[Row]] = {name: [] for name in TABLES}
+    for number, rate_hz in enumerate(RATES_HZ):
+        at_rate = [course.thinned(rate_hz) for course in hands]
+        found["sweep"] += _sweep("recorded", at_rate) if hands else []
+        found["sweep"] += _sweep("scripted", [hand.thinned(rate_hz)])
+        found["recordings"] += _recordings(at_rate)
+        found["forces"] += force_rows([n[:: number + 1] for n in recorded_forces_n()[: len(hands)]], rate_hz)
+        tell(0.1 + 0.1 * number)
+        if hands:
+            found["loss"] += [{"rate_hz": rate_hz, **row} for row in lossy_rows(at_rate, draws, seed)]
+        tell(0.3 + 0.2 * number)
+    found["after_loss"] += after_loss_rows(hands, draws, seed) if hands else []
+    found["gaps"] += _gaps(seed)
+    tell(0.6)
+    found["touch"] += touch_rows(2.0 if quick else 20.0, seed)
+    return {
+        "quick": quick,
+        "skipped": skipped,
+        "recorded_seconds": sum(len(course.place_m) for course in hands) / RECORDED_HZ,
+        "limit_mm": 1e3 * LIMIT_M,
+        "refresh_ms": 1e3 * REFRESH_S,
+        "repeats": REPEATS,
+        "problems": _problems(found),
+        **found,
+    }
+
+
+def tables(data: Mapping[str, Any]) -> dict[str, list[Row]]:
+    """All rows by what they tell."""
+    return {name.replace("_", "-"): data[name] for name in TABLES if data[name]}
+
+
+def _sweep(motion: str, courses: Sequence[Course]) -> Iterator[Row]:
+    """Packets and errors for each largest difference that is not sent; nothing is lost."""
+    for reckoning in RECKONINGS:
+        for step_mm in STEPS_MM:
+            sent_at = [sent(course, reckoning, 1e-3 * step_mm) for course in courses]
+            pairs = zip(courses, sent_at, strict=True)
+            error = np.concatenate([error_m(course, reckoning, ticks) for course, ticks in pairs])
+            yield {
+                "motion": motion,
+                "rate_hz": courses[0].rate_hz,
+                "reckoning": reckoning,
+                "step_mm": step_mm,
+                "sent_share": float(np.concatenate(sent_at).mean()),
+                "p95_mm": 1e3 * float(np.quantile(error, 0.95)),
+                "largest_mm": 1e3 * float(error.max()),
+            }
+
+
+def _recordings(courses: Sequence[Course]) -> Iterator[Row]:
+    """Each recording by itself, as a site sends the height of a finger."""
+    for course in courses:
+        ticks = sent(course, "go on", HEIGHT_M)
+        largest_mm = 1e3 * float(error_m(course, "go on", ticks).max())
+        yield {
+            "recording": course.name,
+            "rate_hz": course.rate_hz,
+            "ticks": len(ticks),
+            "sent": int(ticks.sum()),
+            "sent_share": float(ticks.mean()),
+            "largest_mm": largest_mm,
+        }
+
+
+def _gaps(seed: int) -> Iterator[Row]:
+    """How often chance alone silences a resting hand for a gap: worked out, and drawn where it is often enough."""
+    rng = np.random.default_rng(seed)
+    for loss in GAP_LOSSES:
+        for refresh_s in REFRESHES_S:
+            within = math.floor(GAP_S / refresh_s + 1e-9)
+            lost = rng.random(1_000_000) < loss
+            came = np.flatnonzero(~lost)
+            gaps, hours = int((np.diff(came) > within).sum()), len(lost) * refresh_s / 3600.0
+            yield {
+                "loss": loss,
+                "refresh_ms": 1e3 * refresh_s,
+                "lost_in_a_row": within,
+                "in_an_hour": 3600.0 / refresh_s * (1.0 - loss) * loss**within,
+                "drawn_in_an_hour": gaps / hours if gaps >= 20 else None,
+            }
+
+
+def _problems(found: Mapping[str, list[Row]]) -> list[str]:
+    problems = []
+    at_recorded = [row for row in found["recordings"] if row["rate_hz"] == RECORDED_HZ]
+    total = sum(row["ticks"] for row in at_recorded)
+    if at_recorded and (spared := 1.0 - sum(row["sent"] for row in at_recorded) / total) < SPARED:
+        problems.append(f"recorded motions: {spared:.1%} of the packets are spared, the goal is {SPARED:.0%}")
+    for row in found["recordings"]:
+        if row["largest_mm"] > 1e3 * LIMIT_M:
+            problems.append(f"{row['recording']}: {row['largest_mm']:.2f} mm off without any loss")
+    for row in found["loss"]:
+        mine = row["reckoning"] == "go on" and row["repeats"] == REPEATS and row["loss"] == LOSSES[-1]
+        if mine and row["right_again_ms"] > 1e3 * REFRESH_S:
+            problems.append(
+                f"{row['rate_hz']:g} Hz: {row['right_again_ms']:.0f} ms after a loss of {row['loss']:.0%} until the "
+                f"error is below {1e3 * LIMIT_M:g} mm, a refresh is {1e3 * REFRESH_S:g} ms"
+            )
+    for row in found["gaps"]:
+        mine = row["loss"] == GAP_LOSSES[-1] and row["refresh_ms"] == 1e3 * REFRESH_S
+        if mine and row["in_an_hour"] > MOST_GAPS_IN_AN_HOUR:
+            problems.append(f"a resting hand is taken for gone {row['in_an_hour']:.1f} times in an hour")
+    return problems

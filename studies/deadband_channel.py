@@ -1,0 +1,94 @@
+"""One sender with a deadband, a link that loses packets, and a receiver that reckons what it is not told."""
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.deadband import REPEATS, Deadband
+from common.motion_prediction import MotionPrediction
+from studies.deadband_courses import Course
+
+Floats = NDArray[np.float64]
+Ticks = NDArray[np.bool_]
+
+
+class Reckoning(Protocol):
+    """What one end takes for true between packets."""
+
+    def take(self, t_s: float, place_m: NDArray[np.float32]) -> None:
+        """Take a packet."""
+
+    def at(self, t_s: float) -> Floats | None:
+        """What is taken for true at a time."""
+
+
+class Hold:
+    """What was told last, until something else is."""
+
+    def __init__(self) -> None:
+        self._last: Floats | None = None
+
+    def take(self, t_s: float, place_m: NDArray[np.float32]) -> None:
+        """Take a packet."""
+        self._last = place_m.astype(np.float64)
+
+    def at(self, t_s: float) -> Floats | None:
+        """What was told last."""
+        return self._last
+
+
+RECKONINGS: dict[str, Callable[[], Reckoning]] = {"hold": Hold, "go on": MotionPrediction}
+
+
+def sent(course: Course, reckoning: str, step_m: NDArray[np.float64] | float, repeats: int = REPEATS) -> Ticks:
+    """The ticks at which the sender sends, (ticks,); what is lost on the way it does not know.
+
+    Args:
+        course: what the hand does.
+        reckoning: what the receiver makes of it, a name in RECKONINGS.
+        step_m: the largest difference that is not sent, for all or for each direction.
+        repeats: how often a change is told again.
+    """
+    period_s = 1.0 / course.rate_hz
+    deadband, told = Deadband(period_s, repeats), RECKONINGS[reckoning]()
+    found = np.zeros(len(course.place_m), dtype=np.bool_)
+    for tick, place_m in enumerate(course.place_m):
+        t_s = tick * period_s
+        believed = told.at(t_s)
+        felt = believed is None or bool((np.abs(place_m - believed) > step_m).any())
+        if deadband.step(t_s, felt):
+            told.take(t_s, place_m)
+            found[tick] = True
+    return found
+
+
+def received_m(course: Course, reckoning: str, arrives: Ticks) -> Floats:
+    """What the receiver takes for true at each tick, shaped as the course, m; a link without delay.
+
+    Args:
+        course: what the hand does.
+        reckoning: a name in RECKONINGS.
+        arrives: the ticks whose packets arrive, (ticks,); the first must.
+    """
+    believed, period_s = RECKONINGS[reckoning](), 1.0 / course.rate_hz
+    found = np.empty(course.place_m.shape)
+    for tick, place_m in enumerate(course.place_m):
+        if arrives[tick]:
+            believed.take(tick * period_s, place_m)
+        found[tick] = believed.at(tick * period_s)
+    return found
+
+
+def error_m(course: Course, reckoning: str, arrives: Ticks) -> Floats:
+    """The largest error of any finger in any direction at each tick, (ticks,), m."""
+    off = np.abs(received_m(course, reckoning, arrives) - course.place_m)
+    return np.asarray(off.reshape(len(off), -1).max(axis=1))
+
+
+def kept(sent_at: Ticks, loss: float, rng: np.random.Generator) -> Ticks:
+    """Which of the sent packets arrive, each lost by itself with a chance; the first always does."""
+    arrives = sent_at & (rng.random(len(sent_at)) >= loss)
+    arrives[0] = sent_at[0]
+    return arrives

@@ -1,0 +1,167 @@
+"""The figure of the study of deadbands: packets against error, errors after a loss, false gaps, and touch."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from common.perceptible import FORCE_WEBER, HEIGHT_M
+from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, RED, STYLE, absent, plain_ticks
+
+Data = Mapping[str, Any]
+_RECKONINGS = {"hold": (RED, "o"), "go on": (BLUE, "s")}
+_SHARES = (1, 2, 5, 10, 20, 50, 100)
+_NO_RECORDINGS = "no recordings (TELETACTION_DATA)"
+
+
+def plot(data: Data, path: Path) -> None:
+    """Write the figure of what the study returned as PNG."""
+    draws: tuple[Callable[[Axes, Data], None], ...] = (
+        _draw_recorded,
+        _draw_scripted,
+        _draw_touch,
+        _draw_after_loss,
+        _draw_above,
+        _draw_gaps,
+    )
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(14.0, 8.5), layout="constrained")
+        FigureCanvasAgg(figure)
+        for axes, draw in zip(figure.subplots(2, 3).flat, draws, strict=True):
+            draw(axes, data)
+        figure.savefig(path, dpi=150)
+
+
+def _draw_recorded(axes: Axes, data: Data) -> None:
+    axes.set_title(f"Recorded hands ({data['recorded_seconds']:.0f} s), nothing lost", loc="left")
+    _draw_sweep(axes, data, "recorded")
+
+
+def _draw_scripted(axes: Axes, data: Data) -> None:
+    axes.set_title("Scripted hand over the scene, nothing lost", loc="left")
+    _draw_sweep(axes, data, "scripted")
+
+
+def _draw_sweep(axes: Axes, data: Data, motion: str) -> None:
+    rows = [row for row in data["sweep"] if row["motion"] == motion]
+    if not rows:
+        absent(axes, _NO_RECORDINGS)
+        return
+    for reckoning, (colour, mark) in _RECKONINGS.items():
+        for rate_hz, line in ((1000.0, "-"), (500.0, "--")):
+            mine = [row for row in rows if (row["reckoning"], row["rate_hz"]) == (reckoning, rate_hz)]
+            axes.plot(
+                [row["largest_mm"] for row in mine],
+                [100.0 * row["sent_share"] for row in mine],
+                color=colour,
+                marker=mark,
+                ms=5,
+                linestyle=line,
+                label=f"{reckoning}, {rate_hz:g} Hz",
+            )
+    axes.axhspan(1.0, 15.0, color=PALE, zorder=0)
+    axes.axvline(1e3 * HEIGHT_M, color=GREEN, linestyle=":", label="step of a height: 7 % of 1.4 N")
+    axes.axvline(data["limit_mm"], color=BLACK, linestyle=":", label=f"limit: {data['limit_mm']:g} mm, 1 degree")
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    plain_ticks(axes.xaxis, (0.02, 0.05, 0.1, 0.2, 0.5, 1))
+    plain_ticks(axes.yaxis, _SHARES)
+    axes.set_ylim(5.0, 100.0)
+    axes.set_xlabel("largest error (mm)")
+    axes.set_ylabel("packets sent (% of the ticks); grey: goal")
+    axes.legend()
+
+
+def _draw_touch(axes: Axes, data: Data) -> None:
+    axes.set_title("Touch: recorded forces; dots: packets of five fingers", loc="left")
+    for rate_hz, line in ((1000.0, "-"), (500.0, "--")):
+        mine = [row for row in data["forces"] if row["rate_hz"] == rate_hz]
+        axes.plot(
+            [100.0 * row["weber"] for row in mine],
+            [100.0 * row["sent_share"] for row in mine],
+            color=ORANGE,
+            marker="o",
+            ms=5,
+            linestyle=line,
+            label=f"forces, {rate_hz:g} Hz",
+        )
+    whole = next(row for row in data["touch"] if row["act"] == "all")
+    seconds = whole["ticks"] / 500.0
+    label = f"whole packets, 500 Hz ({seconds:.0f} s of work)"
+    axes.plot([100.0 * FORCE_WEBER], [100.0 * whole["sent_share"]], color=BLUE, marker="D", linestyle="", label=label)
+    axes.axvline(100.0 * FORCE_WEBER, color=BLACK, linestyle=":", label="7 %: least that is told apart")
+    axes.set_yscale("log")
+    plain_ticks(axes.yaxis, _SHARES)
+    axes.set_ylim(5.0, 100.0)
+    axes.set_xlabel("step, share of the force (%)")
+    axes.set_ylabel("packets sent (% of the ticks)")
+    axes.legend()
+
+
+def _draw_after_loss(axes: Axes, data: Data) -> None:
+    axes.set_title("After a lost packet, a fifth of all lost (1 kHz)", loc="left")
+    if not data["after_loss"]:
+        absent(axes, _NO_RECORDINGS)
+        return
+    for reckoning, (colour, _) in _RECKONINGS.items():
+        for repeats, line in ((0, "--"), (1, "-")):
+            mine = [row for row in data["after_loss"] if (row["reckoning"], row["repeats"]) == (reckoning, repeats)]
+            told = "told again" if repeats else "told once"
+            axes.plot(
+                [row["after_ms"] for row in mine],
+                [row["p95_mm"] for row in mine],
+                color=colour,
+                linestyle=line,
+                label=f"{reckoning}, {told}",
+            )
+    axes.axhline(data["limit_mm"], color=BLACK, linestyle=":")
+    axes.axvline(data["refresh_ms"], color=GREY, linestyle=":", label="a refresh later")
+    axes.set_ylim(0.0)
+    axes.set_xlabel("time since the loss (ms)")
+    axes.set_ylabel("error, 95 of 100 losses below (mm)")
+    axes.legend()
+
+
+def _draw_above(axes: Axes, data: Data) -> None:
+    axes.set_title(f"Longest time above {data['limit_mm']:g} mm while a fifth is lost", loc="left")
+    if not data["loss"]:
+        absent(axes, _NO_RECORDINGS)
+        return
+    rows = [row for row in data["loss"] if row["loss"] == 0.20]
+    for reckoning, (colour, mark) in _RECKONINGS.items():
+        for rate_hz, line in ((1000.0, "-"), (500.0, "--")):
+            mine = [row for row in rows if (row["reckoning"], row["rate_hz"]) == (reckoning, rate_hz)]
+            repeats = [row["repeats"] for row in mine]
+            label = f"{reckoning}, {rate_hz:g} Hz"
+            longest = [row["longest_above_ms"] for row in mine]
+            axes.plot(repeats, longest, color=colour, marker=mark, linestyle=line, label=label)
+            again = [row["right_again_ms"] for row in mine]
+            axes.plot(repeats, again, color=colour, marker="*", ms=8, linestyle="")
+    axes.axhline(data["refresh_ms"], color=GREY, linestyle=":", label="a refresh")
+    axes.plot([], [], color=GREY, marker="*", ms=8, linestyle="", label="right again after the loss has ended")
+    axes.set_xticks([0, 1, 2])
+    axes.set_ylim(0.0)
+    axes.set_xlabel("times that a change is told again")
+    axes.set_ylabel("time (ms)")
+    axes.legend()
+
+
+def _draw_gaps(axes: Axes, data: Data) -> None:
+    axes.set_title("A resting hand taken for gone (gap of 100 ms)", loc="left")
+    for loss, colour in ((0.20, RED), (0.10, ORANGE), (0.05, BLUE), (0.01, GREEN)):
+        mine = [row for row in data["gaps"] if row["loss"] == loss]
+        refreshes = [row["refresh_ms"] for row in mine]
+        axes.plot(refreshes, [row["in_an_hour"] for row in mine], color=colour, label=f"{loss:.0%} lost")
+        drawn = [(row["refresh_ms"], row["drawn_in_an_hour"]) for row in mine if row["drawn_in_an_hour"]]
+        axes.plot(*zip(*drawn, strict=True) if drawn else ([], []), color=colour, marker="o", ms=4, linestyle="")
+    axes.axhline(1.0, color=BLACK, linestyle=":", label="once in an hour")
+    axes.axvline(data["refresh_ms"], color=GREY, linestyle=":", label="the refresh")
+    axes.set_yscale("log")
+    axes.set_ylim(1e-4, 1e5)
+    axes.set_xlabel("refresh (ms); dots: drawn")
+    axes.set_ylabel("times in an hour")
+    axes.legend()

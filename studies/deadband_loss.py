@@ -1,0 +1,113 @@
+"""What a lost packet does to a receiver that reckons on: how far off it is, for how long, and when it is right again."""
+
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.deadband import REFRESH_S
+from common.perceptible import HEIGHT_M
+from studies.deadband_channel import Floats, Ticks, error_m, kept, sent
+from studies.deadband_courses import Course
+
+LIMIT_M = 0.5e-3
+"""Less than a hand can tell: 1 degree at the recordings' lever, where finger joints tell 2.5 apart, a wrist 2.0, and a
+shoulder, the best of all joints, 0.8 (Tan et al. 1994)."""
+LOSSES = (0.0, 0.05, 0.20)
+REPEATS_TRIED = (0, 1, 2)
+SHOWN_S = 0.050
+_CUT_EVERY_S = 0.5
+_BEFORE_S, _AFTER_S = 0.2, 0.1
+_ROUNDING_S = 1e-9
+
+
+def lossy_rows(courses: Sequence[Course], draws: int, seed: int) -> Iterator[dict[str, Any]]:
+    """A row for each way to reckon, number of repeats and loss; the step is that of a finger's height."""
+    for reckoning in ("hold", "go on"):
+        for repeats in REPEATS_TRIED:
+            sent_at = [sent(course, reckoning, HEIGHT_M, repeats) for course in courses]
+            for loss in LOSSES:
+                rng = np.random.default_rng([seed, repeats])
+                errors = [
+                    error_m(course, reckoning, kept(ticks, loss, rng))
+                    for _ in range(draws if loss else 1)
+                    for course, ticks in zip(courses, sent_at, strict=True)
+                ]
+                period_s = 1.0 / courses[0].rate_hz
+                above_s = [period_s * ticks for error in errors for ticks in _runs(error > LIMIT_M)]
+                yield {
+                    "reckoning": reckoning,
+                    "repeats": repeats,
+                    "loss": loss,
+                    "sent_share": _share(sent_at),
+                    "largest_mm": 1e3 * max(float(error.max()) for error in errors),
+                    "above_share": sum(above_s) / (period_s * sum(map(len, errors))),
+                    "times_above": len(above_s),
+                    "above_longer_than_a_refresh": sum(time_s > REFRESH_S + _ROUNDING_S for time_s in above_s),
+                    "longest_above_ms": 1e3 * max(above_s, default=0.0),
+                    "right_again_ms": 1e3 * _right_again_s(courses, sent_at, reckoning, loss, rng),
+                }
+
+
+def after_loss_rows(courses: Sequence[Course], draws: int, seed: int) -> Iterator[dict[str, Any]]:
+    """Error in the time after a packet was lost that followed one that came, with a fifth of all lost."""
+    for reckoning in ("hold", "go on"):
+        for repeats in REPEATS_TRIED[:2]:
+            rng, found = np.random.default_rng([seed, repeats]), []
+            for course in courses:
+                ticks = sent(course, reckoning, HEIGHT_M, repeats)
+                for _ in range(draws):
+                    arrives = kept(ticks, LOSSES[-1], rng)
+                    found.append(_after_losses(course, ticks, arrives, error_m(course, reckoning, arrives)))
+            times = np.concatenate(found)
+            for after, error in enumerate(times.T):
+                p50, p95, p99 = np.quantile(error, (0.5, 0.95, 0.99)).tolist()
+                yield {
+                    "reckoning": reckoning,
+                    "repeats": repeats,
+                    "losses": len(times),
+                    "after_ms": 1e3 * after / courses[0].rate_hz,
+                    "p50_mm": 1e3 * p50,
+                    "p95_mm": 1e3 * p95,
+                    "p99_mm": 1e3 * p99,
+                }
+
+
+def _after_losses(course: Course, ticks: Ticks, arrives: Ticks, error: Floats) -> Floats:
+    """Errors from each lost packet on that followed one that came, (losses, time)."""
+    numbers = np.flatnonzero(ticks)
+    lost = ~arrives[numbers]
+    first = numbers[1:][lost[1:] & ~lost[:-1]]
+    length = round(SHOWN_S * course.rate_hz)
+    whole = first[first + length <= len(error)]
+    return np.asarray(error[whole[:, None] + np.arange(length)])
+
+
+def _right_again_s(
+    courses: Sequence[Course], sent_at: Sequence[Ticks], reckoning: str, loss: float, rng: np.random.Generator
+) -> float:
+    """Longest time from when a loss ends until the error is below the limit for good, s."""
+    longest_s = 0.0
+    for course, ticks in zip(courses, sent_at, strict=True):
+        rate_hz, seconds = course.rate_hz, len(ticks) / course.rate_hz
+        for cut_s in np.arange(_CUT_EVERY_S, seconds - _AFTER_S, _CUT_EVERY_S).tolist():
+            part = slice(round((cut_s - _BEFORE_S) * rate_hz), round((cut_s + _AFTER_S) * rate_hz))
+            before = round(_BEFORE_S * rate_hz)
+            arrives = ticks[part].copy()
+            arrives[:before] = kept(arrives[:before], loss, rng)
+            arrives[0] = True
+            shown = Course(course.name, rate_hz, course.place_m[part])
+            off = np.flatnonzero(error_m(shown, reckoning, arrives)[before:] > LIMIT_M)
+            longest_s = max(longest_s, (off[-1] + 1) / rate_hz if off.size else 0.0)
+    return longest_s
+
+
+def _runs(above: NDArray[np.bool_]) -> list[int]:
+    """How long each stretch of True is."""
+    return [sum(1 for _ in run) for is_above, run in groupby(above.tolist()) if is_above]
+
+
+def _share(sent_at: Sequence[Ticks]) -> float:
+    return float(sum(map(np.count_nonzero, sent_at)) / sum(map(len, sent_at)))

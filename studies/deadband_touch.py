@@ -1,0 +1,67 @@
+"""Touch through a deadband: recorded forces by Weber fractions, and five simulated fingers' whole touch packets."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.deadband import Deadband
+from common.fingers import FINGERS
+from common.messages import Touch
+from common.perceptible import TOUCH_STEPS, touch_felt
+from common.scene import load_scene
+from sim_sensors.hand import ScriptedHand
+from studies.remote_hand import RemoteHand
+from studies.rendered_hand import TICK_S
+from studies.teleoperation import SCENE
+
+WEBER = (0.02, 0.05, 0.07, 0.10, 0.15, 0.20, 0.27)
+"""Up to the largest with which people still work as well as without a deadband (Chaudhari et al. 2011)."""
+
+
+def force_rows(forces_n: Sequence[NDArray[np.float64]], rate_hz: float) -> Iterator[dict[str, Any]]:
+    """A row for each Weber fraction: packets, and errors beyond the least force that is told."""
+    least_n = TOUCH_STEPS["contact_force_n"].least
+    for weber in WEBER:
+        sent, off = 0, list[NDArray[np.float64]]()
+        for force_n in forces_n:
+            deadband, told_n, held_n = Deadband(1.0 / rate_hz), np.inf, np.empty(len(force_n))
+            for tick, newton in enumerate(force_n.tolist()):
+                if deadband.step(tick / rate_hz, not abs(newton - told_n) <= max(least_n, weber * told_n)):
+                    told_n, sent = newton, sent + 1
+                held_n[tick] = told_n
+            off.append(np.abs(held_n - force_n) / np.maximum(np.abs(held_n), least_n / weber))
+        share = sent / sum(map(len, forces_n))
+        yield {
+            "rate_hz": rate_hz,
+            "weber": weber,
+            "sent_share": share,
+            "largest_error": max(float(error.max()) for error in off),
+        }
+
+
+def touch_rows(seconds: float, seed: int) -> list[dict[str, Any]]:
+    """Ticks and packets of five fingers at work on the scene, by what the hand is doing, and of all together."""
+    scene = load_scene(SCENE)
+    hand, remote = ScriptedHand(scene, seed=seed), RemoteHand(scene, seed, FINGERS)
+    hand.start()
+    deadband, told = Deadband(TICK_S), None
+    ticks, sent, news = Counter[str](), Counter[str](), Counter[str]()
+    for tick in range(round(seconds / TICK_S)):
+        hand.step(TICK_S, np.zeros(len(FINGERS)))
+        touch = remote.move(hand.x_m, hand.y_m, hand.z_m)
+        felt = told is None or touch_felt(told, touch)
+        act = hand.segment.act
+        ticks[act] += 1
+        news[act] += felt
+        if deadband.step(tick * TICK_S, felt):
+            sent[act] += 1
+            told = touch
+    every = {"all": sum(ticks.values())} | ticks
+    sent["all"], news["all"] = sent.total(), news.total()
+    return [
+        {"act": act, "ticks": count, "news": news[act], "sent": sent[act], "sent_share": sent[act] / count}
+        for act, count in every.items()
+    ]

@@ -1,0 +1,72 @@
+"""When a packet is sent: at every change, again after it, and within the refresh; and what that costs."""
+
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from common.deadband import REFRESH_S, REPEATS, Deadband
+from common.ladder import FASTEST_RATE_HZ, SLOWEST_RATE_HZ
+from common.limits import GAP_S
+
+RATES = st.sampled_from((SLOWEST_RATE_HZ, 250.0, 300.0, 500.0, 700.0, FASTEST_RATE_HZ))
+FELT = st.lists(st.booleans(), min_size=1, max_size=400)
+
+
+def sent_at(rate_hz: float, felt: list[bool], start_s: float = 1000.0) -> list[int]:
+    """Ticks at which it sends."""
+    deadband = Deadband(1.0 / rate_hz)
+    return [tick for tick, each in enumerate(felt) if deadband.step(start_s + tick / rate_hz, each)]
+
+
+@given(RATES, FELT)
+def test_whatever_happens_every_change_is_sent_at_once_and_repeated_and_nothing_is_older_than_the_refresh(
+    rate_hz: float, felt: list[bool]
+) -> None:
+    sent = sent_at(rate_hz, felt)
+    assert sent[0] == 0
+    for tick, each in enumerate(felt):
+        if each:
+            assert set(range(tick, min(tick + REPEATS + 1, len(felt)))) <= set(sent)
+    for one, next_one in pairwise([*sent, len(felt)]):
+        assert (next_one - one) / rate_hz <= max(REFRESH_S, 1.0 / rate_hz) + 0.25 / rate_hz + 1e-9
+
+
+@given(RATES, FELT)
+def test_what_was_not_sent_is_counted(rate_hz: float, felt: list[bool]) -> None:
+    deadband = Deadband(1.0 / rate_hz)
+    sent = sum(deadband.step(tick / rate_hz, each) for tick, each in enumerate(felt))
+    assert deadband.spared == len(felt) - sent
+
+
+@pytest.mark.parametrize(("rate_hz", "every"), [(100.0, 1), (250.0, 3), (500.0, 6), (1000.0, 12)])
+def test_a_resting_hand_sends_only_refreshes(rate_hz: float, every: int) -> None:
+    rest = [True, *[False] * 600]
+    sent = sent_at(rate_hz, rest)
+    assert sent[: 1 + REPEATS] == list(range(1 + REPEATS))
+    assert {after - before for before, after in pairwise(sent[REPEATS:])} == {every}
+
+
+def test_ticks_that_are_a_little_early_or_late_do_not_change_the_pace() -> None:
+    deadband = Deadband(0.002)
+    jitter_s = (0.0, 0.0004, -0.0004, 0.0002)
+    sent = [tick for tick in range(300) if deadband.step(0.002 * tick + jitter_s[tick % 4], tick == 0)]
+    assert {after - before for before, after in pairwise(sent[REPEATS:])} == {6}
+
+
+def test_a_clock_that_is_set_back_or_forward_sends_at_once() -> None:
+    for step_s in (-10.0, 10.0):
+        deadband = Deadband(0.002)
+        assert deadband.step(100.0, False)
+        assert not deadband.step(100.002, False)
+        assert deadband.step(100.004 + step_s, False)
+        assert not deadband.step(100.006 + step_s, False)
+
+
+def test_a_fifth_lost_is_taken_for_a_gap_less_than_once_in_an_hour() -> None:
+    """A gap begins with a packet that comes and as many lost as would have come within it."""
+    within = math.floor(GAP_S / REFRESH_S)
+    in_an_hour = 3600.0 / REFRESH_S * 0.8 * 0.2**within
+    assert 0.1 < in_an_hour < 1.0

@@ -1,0 +1,85 @@
+"""Places between two packets: as the hand went, bounded, and never further from the truth than what is sent allows."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from common.deadband import REFRESH_S, Deadband
+from common.motion_prediction import ONWARDS_S, TOGETHER_S, MotionPrediction
+from common.perceptible import HEIGHT_M, PLANE_M, motion_felt
+
+TICK_S = 0.002
+HALF_RANGE_M = np.array([0.66, 0.66, 0.0103])
+Places = NDArray[np.float32]
+
+
+def block(x_m: float, z_m: float = 0.0) -> Places:
+    """All fingers at one place."""
+    return np.tile(np.array([x_m, 0.0, z_m], np.float32), (5, 1))
+
+
+def after(*packets: tuple[float, float]) -> MotionPrediction:
+    """A prediction that was told x at some times."""
+    prediction = MotionPrediction()
+    for t_s, x_m in packets:
+        prediction.take(t_s, block(x_m))
+    return prediction
+
+
+def x_at(prediction: MotionPrediction, t_s: float) -> float:
+    """Where it takes x to be."""
+    place = prediction.at(t_s)
+    assert place is not None
+    return float(place[0, 0])
+
+
+def test_before_the_first_packet_nothing_is_known_and_after_it_the_hand_stands_there() -> None:
+    assert MotionPrediction().at(1.0) is None
+    assert x_at(after((1.0, 0.1)), 1.01) == pytest.approx(0.1)
+
+
+def test_it_goes_on_at_the_speed_between_the_last_packets_and_stands_after_two_refreshes() -> None:
+    prediction = after((1.0, 0.1), (1.012, 0.1012))
+    assert x_at(prediction, 1.012) == pytest.approx(0.1012)
+    assert x_at(prediction, 1.020) == pytest.approx(0.1020, abs=1e-7)
+    assert x_at(prediction, 1.012 + ONWARDS_S) == x_at(prediction, 2.0) == pytest.approx(0.1012 + 0.1 * ONWARDS_S)
+    assert x_at(prediction, 1.0) == pytest.approx(0.1012), "never back beyond what was told"
+
+
+def test_two_packets_in_one_moment_tell_no_speed_and_the_one_before_them_does() -> None:
+    assert x_at(after((1.0, 0.1), (1.002, 0.1002)), 1.01) == pytest.approx(0.1002)
+    assert x_at(after((1.0, 0.1), (1.012, 0.1012), (1.014, 0.1014)), 1.02) == pytest.approx(0.1020, abs=1e-7)
+
+
+def test_across_a_pause_there_is_no_movement_and_a_clock_set_back_begins_anew() -> None:
+    assert x_at(after((1.0, 0.1), (1.0 + TOGETHER_S + 0.01, 0.2)), 1.1) == pytest.approx(0.2)
+    assert x_at(after((9.0, 0.1), (9.012, 0.2), (1.0, 0.3)), 1.01) == pytest.approx(0.3)
+
+
+Walk = st.lists(
+    st.tuples(*[st.floats(-1.0, 1.0)] * 15, st.sampled_from((0.0, 1e-4, 1e-3, 1.0))), min_size=2, max_size=60
+)
+
+
+@given(Walk, st.sampled_from((0.001, TICK_S, 0.010)))
+def test_without_loss_no_receiver_is_ever_further_off_than_what_may_be_felt(
+    walk: list[tuple[float, ...]], tick_s: float
+) -> None:
+    """Whatever the hand does, jumps through its whole range included; times are those of a session of weeks."""
+    deadband, sender, receiver = Deadband(tick_s), MotionPrediction(), MotionPrediction()
+    place, sent_s = np.zeros((5, 3)), 0.0
+    for tick, (*steps, size) in enumerate(walk):
+        t_s = 1e6 + tick_s * tick
+        place = np.clip(place + size * np.reshape(steps, (5, 3)) * HALF_RANGE_M, -HALF_RANGE_M, HALF_RANGE_M)
+        true = place.astype(np.float32)
+        told = sender.at(t_s)
+        if deadband.step(t_s, told is None or motion_felt(told, true)):
+            sender.take(t_s, true)
+            receiver.take(t_s, true)
+            sent_s = t_s
+        there = receiver.at(t_s)
+        assert there is not None
+        assert (np.abs(there - true) <= np.array([PLANE_M, PLANE_M, HEIGHT_M]) + 1e-7).all()
+        assert t_s - sent_s <= REFRESH_S + 0.25 * tick_s

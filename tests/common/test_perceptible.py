@@ -1,0 +1,73 @@
+"""What is news in a touch, and what is not: each column by its own step, and words, events and states at once."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, TOUCH_FIELDS, TOUCH_RANGES, Event, EventKind, Touch
+from common.packets import LinkState
+from common.perceptible import HEIGHT_M, PLANE_M, TOUCH_STEPS, motion_felt, touch_felt
+
+INDEX = 1
+TAP = Event(7, EventKind.TAP, INDEX, 10, 5, 0.1)
+
+
+def touch(
+    state: LinkState = LinkState.ENGAGED,
+    materials: tuple[str, ...] = ("",) * 5,
+    events: tuple[Event, ...] = (),
+    **values: float,
+) -> Touch:
+    """A touch of the index finger."""
+    block = np.zeros((5, len(TOUCH_FIELDS)), np.float32)
+    for name, value in values.items():
+        block[INDEX, TOUCH_COLUMN[name]] = value
+    return Touch(1, 1, 1, state, TOUCH_BLOCK.to_bytes(block), materials, events)
+
+
+def test_every_column_has_its_step() -> None:
+    assert tuple(TOUCH_STEPS) == TOUCH_FIELDS
+
+
+def test_the_same_again_is_no_news_and_old_events_that_end_are_none() -> None:
+    assert not touch_felt(touch(), touch())
+    assert not touch_felt(touch(events=(TAP,)), touch())
+    assert not touch_felt(touch(events=(TAP,)), touch(events=(TAP,)))
+
+
+def test_state_names_and_new_events_are_news_at_once() -> None:
+    assert touch_felt(touch(), touch(state=LinkState.FAULT))
+    assert touch_felt(touch(), touch(materials=("", "pvc", "", "", "")))
+    assert touch_felt(touch(), touch(events=(TAP,)))
+    assert touch_felt(touch(events=(TAP,)), touch(events=(TAP, TAP._replace(ident=8))))
+    assert touch_felt(touch(events=(TAP,)), touch(events=(TAP._replace(ident=8),)))
+
+
+@pytest.mark.parametrize("name", ["mode", "contact", "thermal_status"])
+def test_words_change_at_once(name: str) -> None:
+    assert touch_felt(touch(), touch(**{name: 1.0}))
+    assert touch_felt(touch(**{name: 1.0}), touch())
+
+
+@given(st.sampled_from(sorted(TOUCH_STEPS)), st.floats(1e-3, 1.0), st.floats(-2.0, 2.0))
+def test_a_number_is_news_exactly_when_it_differs_by_more_than_its_step(name: str, at: float, times: float) -> None:
+    low, high = TOUCH_RANGES[name]
+    share, least = TOUCH_STEPS[name]
+    was = low + at * (high - low)
+    step = max(least, share * abs(was))
+    now = was + times * step
+    if low <= now <= high and step > 0.0 and abs(abs(times) - 1.0) > 0.01:
+        assert touch_felt(touch(**{name: was}), touch(**{name: now})) is (abs(times) > 1.0)
+
+
+@pytest.mark.parametrize(("column", "step_m"), [(0, PLANE_M), (1, PLANE_M), (2, HEIGHT_M)])
+@pytest.mark.parametrize("finger", range(5))
+def test_motion_is_felt_in_any_direction_of_any_finger(finger: int, column: int, step_m: float) -> None:
+    told = np.zeros((5, 3))
+    for sign in (-1.0, 1.0):
+        true = np.zeros((5, 3), np.float32)
+        true[finger, column] = sign * 0.99 * step_m
+        assert not motion_felt(told, true)
+        true[finger, column] = sign * 1.01 * step_m
+        assert motion_felt(told, true)
