@@ -22,7 +22,7 @@ class Stream:
     Attributes:
         name: its name in configuration, recordings and counters.
         direction: who sends it.
-        rate_hz: how often it is sent while a session runs; 0 for events.
+        rate_hz: how often it is sent at most while a session runs (common/deadband.py spares some); 0 for events.
         latest_only: an unread packet is replaced by a newer one instead of queueing behind it.
         port: its TCP port, counted from the link's first port.
         recorded: whether its sender records every packet of it.

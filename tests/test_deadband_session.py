@@ -93,14 +93,14 @@ def test_a_resting_hand_sends_only_refreshes_and_stays_engaged() -> None:
     assert pair.server.both_engaged
 
 
-def test_a_hand_at_work_is_followed_within_what_is_felt_and_for_less_than_half_of_the_packets() -> None:
+def test_a_hand_at_work_is_followed_within_what_is_felt_and_for_a_fifth_of_the_packets() -> None:
     pair, dense = Pair(at_work), Pair(at_work, deadband=False)
     before, all_before = len(pair.sent), len(dense.sent)
     off = pair.run(3.0)
     dense.run(3.0)
     assert off.max() * FELT_M <= STEP_M.max() + 1e-7
     assert len(dense.sent) - all_before == 1500, "every tick without a deadband"
-    assert len(pair.sent) - before < 0.5 * 1500
+    assert len(pair.sent) - before < 0.2 * 1500
 
 
 @pytest.mark.parametrize("draw", range(5))
