@@ -1,8 +1,8 @@
 """Whether this tick is worth a packet: when the far side would feel the difference, and often enough to be believed.
 
-A quiet finger costs a refresh every 12 ms and nothing else. Of a link that loses a fifth of its packets, each by chance,
-eight refreshes must get lost in a row before the far side takes it for dead (a gap of more than 0.1 s): 0.6 times in an
-hour. What has changed is told again in the next tick, so that one lost packet leaves no error behind.
+A quiet finger costs a refresh every 12 ms and nothing else. Where a fifth of all packets is lost, each by chance, eight
+refreshes in a row must be before the far side takes it for dead (a gap of more than 0.1 s): 0.6 times in an hour. What
+has changed is told again in the next tick, so that one lost packet leaves no error behind.
 """
 
 import math

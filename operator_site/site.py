@@ -99,9 +99,7 @@ class OperatorSite:
         limited = [limit_names(bits) for bits in self._limited]
         sent, spared = {"motion": self.motions_sent}, {"motion": client.spared}
         return {
-            **site_figures(
-                client, self._devices, self._recorder, limited, sent=sent, spared=spared, acts_on="touch"
-            ),
+            **site_figures(client, self._devices, self._recorder, limited, sent=sent, spared=spared, acts_on="touch"),
             "stiffest_n_m": self.rendering.wall.stiffest_n_m,
             "produced_mj": self.rendering.produced_mj,
             "remote_fault": client.remote_fault,

@@ -110,9 +110,7 @@ class RemoteSite:
         touches = self.perception.touches
         faults = {FINGERS[finger]: touch.texture_fault for finger, touch in touches.items() if touch.texture_fault}
         return {
-            **site_figures(
-                server, self._devices, self._recorder, limited, sent=sent, spared=spared, acts_on="motion"
-            ),
+            **site_figures(server, self._devices, self._recorder, limited, sent=sent, spared=spared, acts_on="motion"),
             "texture_faults": faults,
             "left_mj": dict(zip(FINGERS, self.gate.left_mj, strict=True)),
             "observers": len(server.observers),

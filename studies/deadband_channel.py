@@ -39,7 +39,7 @@ class Hold:
         return self._last
 
 
-RECKONINGS: dict[str, Callable[[], Reckoning]] = {"hold": Hold, "go on": MotionPrediction}
+RECKONINGS: dict[str, Callable[[], Reckoning]] = {"hold": Hold, "linear": MotionPrediction}
 
 
 def sent(course: Course, reckoning: str, step_m: NDArray[np.float64] | float, repeats: int = REPEATS) -> Ticks:

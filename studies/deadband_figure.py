@@ -13,8 +13,10 @@ from common.perceptible import FORCE_WEBER, HEIGHT_M
 from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, RED, STYLE, absent, plain_ticks
 
 Data = Mapping[str, Any]
-_RECKONINGS = {"hold": (RED, "o"), "go on": (BLUE, "s")}
-_SHARES = (1, 2, 5, 10, 20, 50, 100)
+_RECKONINGS = {"hold": (RED, "o"), "linear": (BLUE, "s")}
+_SHARES = (5, 10, 20, 50, 100)
+_HEADROOM = 500.0
+"""Of an axis of shares, for the legend above the lines, %."""
 _NO_RECORDINGS = "no recordings (TELETACTION_DATA)"
 
 
@@ -70,10 +72,10 @@ def _draw_sweep(axes: Axes, data: Data, motion: str) -> None:
     axes.set_yscale("log")
     plain_ticks(axes.xaxis, (0.02, 0.05, 0.1, 0.2, 0.5, 1))
     plain_ticks(axes.yaxis, _SHARES)
-    axes.set_ylim(5.0, 100.0)
+    axes.set_ylim(5.0, _HEADROOM)
     axes.set_xlabel("largest error (mm)")
     axes.set_ylabel("packets sent (% of the ticks); grey: goal")
-    axes.legend()
+    axes.legend(loc="upper right")
 
 
 def _draw_touch(axes: Axes, data: Data) -> None:
@@ -96,7 +98,7 @@ def _draw_touch(axes: Axes, data: Data) -> None:
     axes.axvline(100.0 * FORCE_WEBER, color=BLACK, linestyle=":", label="7 %: least that is told apart")
     axes.set_yscale("log")
     plain_ticks(axes.yaxis, _SHARES)
-    axes.set_ylim(5.0, 100.0)
+    axes.set_ylim(5.0, _HEADROOM)
     axes.set_xlabel("step, share of the force (%)")
     axes.set_ylabel("packets sent (% of the ticks)")
     axes.legend()
@@ -120,33 +122,34 @@ def _draw_after_loss(axes: Axes, data: Data) -> None:
             )
     axes.axhline(data["limit_mm"], color=BLACK, linestyle=":")
     axes.axvline(data["refresh_ms"], color=GREY, linestyle=":", label="a refresh later")
-    axes.set_ylim(0.0)
+    axes.set_ylim(0.0, 1.5 * data["limit_mm"])
     axes.set_xlabel("time since the loss (ms)")
     axes.set_ylabel("error, 95 of 100 losses below (mm)")
     axes.legend()
 
 
 def _draw_above(axes: Axes, data: Data) -> None:
-    axes.set_title(f"Longest time above {data['limit_mm']:g} mm while a fifth is lost", loc="left")
+    axes.set_title(f"Above {data['limit_mm']:g} mm while a fifth is lost, and the longest time", loc="left")
     if not data["loss"]:
         absent(axes, _NO_RECORDINGS)
         return
     rows = [row for row in data["loss"] if row["loss"] == 0.20]
     for reckoning, (colour, mark) in _RECKONINGS.items():
-        for rate_hz, line in ((1000.0, "-"), (500.0, "--")):
+        for rate_hz, line, aside, side in ((1000.0, "-", -6, "right"), (500.0, "--", 6, "left")):
             mine = [row for row in rows if (row["reckoning"], row["rate_hz"]) == (reckoning, rate_hz)]
-            repeats = [row["repeats"] for row in mine]
+            repeats, above = [row["repeats"] for row in mine], [100.0 * row["above_share"] for row in mine]
             label = f"{reckoning}, {rate_hz:g} Hz"
-            longest = [row["longest_above_ms"] for row in mine]
-            axes.plot(repeats, longest, color=colour, marker=mark, linestyle=line, label=label)
-            again = [row["right_again_ms"] for row in mine]
-            axes.plot(repeats, again, color=colour, marker="*", ms=8, linestyle="")
-    axes.axhline(data["refresh_ms"], color=GREY, linestyle=":", label="a refresh")
-    axes.plot([], [], color=GREY, marker="*", ms=8, linestyle="", label="right again after the loss has ended")
+            axes.plot(repeats, above, color=colour, marker=mark, ms=5, linestyle=line, label=label)
+            for at, share, row in zip(repeats, above, mine, strict=True):
+                told = f"{row['longest_above_ms']:.0f} ms"
+                axes.annotate(
+                    told, (at, share), (aside, 3), textcoords="offset points", ha=side, color=colour, fontsize=8
+                )
     axes.set_xticks([0, 1, 2])
-    axes.set_ylim(0.0)
+    axes.set_xlim(-0.3, 2.3)
+    axes.set_ylim(-0.1)
     axes.set_xlabel("times that a change is told again")
-    axes.set_ylabel("time (ms)")
+    axes.set_ylabel("share of the time (%)")
     axes.legend()
 
 
@@ -161,7 +164,8 @@ def _draw_gaps(axes: Axes, data: Data) -> None:
     axes.axhline(1.0, color=BLACK, linestyle=":", label="once in an hour")
     axes.axvline(data["refresh_ms"], color=GREY, linestyle=":", label="the refresh")
     axes.set_yscale("log")
-    axes.set_ylim(1e-4, 1e5)
+    plain_ticks(axes.yaxis, (0.001, 0.01, 0.1, 1, 10, 100, 1000))
+    axes.set_ylim(1e-4, 1e4)
     axes.set_xlabel("refresh (ms); dots: drawn")
     axes.set_ylabel("times in an hour")
     axes.legend()

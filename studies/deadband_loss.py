@@ -1,4 +1,4 @@
-"""What a lost packet does to a receiver that reckons on: how far off it is, for how long, and when it is right again."""
+"""What a lost packet does to a receiver that reckons on: how far off it is, how long, and when it is right again."""
 
 from collections.abc import Iterator, Sequence
 from itertools import groupby
@@ -25,16 +25,17 @@ _ROUNDING_S = 1e-9
 
 def lossy_rows(courses: Sequence[Course], draws: int, seed: int) -> Iterator[dict[str, Any]]:
     """A row for each way to reckon, number of repeats and loss; the step is that of a finger's height."""
-    for reckoning in ("hold", "go on"):
+    for reckoning in ("hold", "linear"):
         for repeats in REPEATS_TRIED:
             sent_at = [sent(course, reckoning, HEIGHT_M, repeats) for course in courses]
             for loss in LOSSES:
                 rng = np.random.default_rng([seed, repeats])
-                errors = [
-                    error_m(course, reckoning, kept(ticks, loss, rng))
-                    for _ in range(draws if loss else 1)
-                    for course, ticks in zip(courses, sent_at, strict=True)
-                ]
+                errors, mended = list[Floats](), list[float]()
+                for course, ticks in zip(courses, sent_at, strict=True):
+                    for _ in range(draws if loss else 1):
+                        arrives = kept(ticks, loss, rng)
+                        errors.append(error_m(course, reckoning, arrives))
+                        mended += _mended_m(ticks, arrives, errors[-1])
                 period_s = 1.0 / courses[0].rate_hz
                 above_s = [period_s * ticks for error in errors for ticks in _runs(error > LIMIT_M)]
                 yield {
@@ -47,13 +48,16 @@ def lossy_rows(courses: Sequence[Course], draws: int, seed: int) -> Iterator[dic
                     "times_above": len(above_s),
                     "above_longer_than_a_refresh": sum(time_s > REFRESH_S + _ROUNDING_S for time_s in above_s),
                     "longest_above_ms": 1e3 * max(above_s, default=0.0),
+                    "mended": len(mended),
+                    "mended_p99_mm": 1e3 * float(np.quantile(mended, 0.99)) if mended else 0.0,
+                    "mended_largest_mm": 1e3 * max(mended, default=0.0),
                     "right_again_ms": 1e3 * _right_again_s(courses, sent_at, reckoning, loss, rng),
                 }
 
 
 def after_loss_rows(courses: Sequence[Course], draws: int, seed: int) -> Iterator[dict[str, Any]]:
     """Error in the time after a packet was lost that followed one that came, with a fifth of all lost."""
-    for reckoning in ("hold", "go on"):
+    for reckoning in ("hold", "linear"):
         for repeats in REPEATS_TRIED[:2]:
             rng, found = np.random.default_rng([seed, repeats]), []
             for course in courses:
@@ -73,6 +77,16 @@ def after_loss_rows(courses: Sequence[Course], draws: int, seed: int) -> Iterato
                     "p95_mm": 1e3 * p95,
                     "p99_mm": 1e3 * p99,
                 }
+
+
+def _mended_m(ticks: Ticks, arrives: Ticks, error: Floats) -> list[float]:
+    """Largest error from each packet that came after a lost one until the next is sent, m."""
+    numbers = np.flatnonzero(ticks).tolist()
+    return [
+        float(error[at:until].max())
+        for before, at, until in zip(numbers, numbers[1:], numbers[2:], strict=False)
+        if arrives[at] and not arrives[before]
+    ]
 
 
 def _after_losses(course: Course, ticks: Ticks, arrives: Ticks, error: Floats) -> Floats:

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from common.deadband import Deadband
 from common.fingers import FINGERS
-from common.messages import Touch
 from common.perceptible import TOUCH_STEPS, touch_felt
 from common.scene import load_scene
 from sim_sensors.hand import ScriptedHand
@@ -27,7 +26,7 @@ def force_rows(forces_n: Sequence[NDArray[np.float64]], rate_hz: float) -> Itera
     for weber in WEBER:
         sent, off = 0, list[NDArray[np.float64]]()
         for force_n in forces_n:
-            deadband, told_n, held_n = Deadband(1.0 / rate_hz), np.inf, np.empty(len(force_n))
+            deadband, told_n, held_n = Deadband(1.0 / rate_hz), np.nan, np.empty(len(force_n))
             for tick, newton in enumerate(force_n.tolist()):
                 if deadband.step(tick / rate_hz, not abs(newton - told_n) <= max(least_n, weber * told_n)):
                     told_n, sent = newton, sent + 1
