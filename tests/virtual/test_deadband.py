@@ -1,0 +1,50 @@
+"""Both sites with their deadbands: little is sent, and the remote hand follows as it does without."""
+
+import numpy as np
+import pytest
+
+from common.deadband import REFRESH_S
+from tests.virtual.network import TO_OPERATOR, TO_REMOTE
+from tests.virtual.session import TICK_S, VirtualSession
+
+LAG_S = 0.036
+"""Of the telemanipulator behind the hand, with one tick on the way each."""
+WAYS = (("motion", TO_REMOTE), ("touch", TO_OPERATOR))
+
+
+def sent(session: VirtualSession) -> tuple[int, int]:
+    """Motions and touches so far."""
+    return session.operator.motions_sent, session.remote.touches_sent
+
+
+def test_a_hand_that_waits_sends_only_refreshes_and_every_tick_is_counted(session: VirtualSession) -> None:
+    session.operator.client.want_engaged = False
+    session.run(1.0)
+    before, arrived = sent(session), [session.network.ways[way].arrived for way in WAYS]
+    session.run(3.0)
+    for stream, was in enumerate(before):
+        assert sent(session)[stream] - was == pytest.approx(3.0 / REFRESH_S, rel=0.05)
+    for way, was in zip(WAYS, arrived, strict=True):
+        assert session.network.ways[way].arrived - was == pytest.approx(3.0 / REFRESH_S, rel=0.05)
+    for figures, stream in ((session.operator.figures(), "motion"), (session.remote.figures(), "touch")):
+        counts = [figures[count][stream] for count in ("sent", "spared")]  # type: ignore[index]
+        assert sum(counts) == pytest.approx(4.0 / TICK_S, abs=100), "less the ticks before there was a session"
+
+
+def test_a_stroke_is_followed_smoothly_for_a_fifth_of_the_packets(session: VirtualSession) -> None:
+    session.work()
+    before = sent(session)
+    truth, hand_x, told = list[float](), list[float](), list[float]()
+    for _ in range(round(3.0 / TICK_S)):
+        session.tick()
+        truth.append(session.now.x_m)
+        hand_x.append(session.sim_operator.hand.x_m)
+        told.append(session.remote.gate._plane[0])
+    for stream, was in enumerate(before):
+        assert sent(session)[stream] - was < 0.2 * len(truth)
+    lag = round(LAG_S / TICK_S)
+    assert np.abs(np.array(truth[lag:]) - hand_x[:-lag]).max() < 1e-3
+    assert np.abs(np.diff(told)).max() < 2.0 * np.abs(np.diff(hand_x)).max() + 2e-5, (
+        "no jumps that the hand did not make"
+    )
+    assert session.both_engaged
