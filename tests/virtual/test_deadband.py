@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from common.deadband import REFRESH_S
+from common.fingers import FINGERS
 from tests.virtual.network import TO_OPERATOR, TO_REMOTE
 from tests.virtual.session import TICK_S, VirtualSession
 
+INDEX = FINGERS.index("index")
 LAG_S = 0.036
 """Of the telemanipulator behind the hand, with one tick on the way each."""
 WAYS = (("motion", TO_REMOTE), ("touch", TO_OPERATOR))
@@ -48,3 +50,22 @@ def test_a_stroke_is_followed_smoothly_for_a_fifth_of_the_packets(session: Virtu
         "no jumps that the hand did not make"
     )
     assert session.both_engaged
+
+
+def test_contact_is_told_in_the_tick_in_which_it_is_found_and_again_in_the_next(session: VirtualSession) -> None:
+    def in_contact() -> bool:
+        touch = session.remote.perception.touches.get(INDEX)
+        return touch is not None and touch.contact
+
+    def told() -> int:
+        return session.remote.touches_sent
+
+    session.until(lambda s: s.both_engaged and not in_contact(), 20.0)
+    before = told()
+    while not in_contact():
+        before = told()
+        session.tick()
+        assert session.time_s < 20.0
+    assert told() == before + 1
+    session.tick()
+    assert told() == before + 2
