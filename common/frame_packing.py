@@ -1,0 +1,83 @@
+"""Where each value of one kind of CAN frame lies in its eight bytes, worked out once from the `.dbc` description.
+
+Packing a frame this way takes a third of what reading the description anew for each frame takes; a test holds it
+against cantools.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from cantools.database.can import Message
+
+BYTES = 8
+
+
+class _Signal(NamedTuple):
+    name: str
+    start: int
+    mask: int
+    sign: int
+    """The bit that says that a value is negative; 0 where none can be."""
+    scale: float
+    low: float
+    high: float
+
+
+class FramePacking:
+    """Packs and unpacks one kind of frame.
+
+    Attributes:
+        frame_id: its identifier.
+        has_crc: whether its last byte is a CRC, which is left 0 here.
+    """
+
+    def __init__(self, message: Message) -> None:
+        """Take a message's description: eight bytes, integers in Intel byte order without offset, with a `counter`.
+
+        Raises:
+            ValueError: a signal is something else.
+        """
+        self.frame_id = int(message.frame_id)
+        self._signals = []
+        self.has_crc = False
+        for signal in message.signals:
+            if signal.byte_order != "little_endian" or signal.is_float or signal.offset:
+                raise ValueError(
+                    f"{message.name}.{signal.name}: an integer in Intel byte order without offset is needed"
+                )
+            if signal.name == "crc":
+                self.has_crc = True
+            elif signal.name == "counter":
+                self._counter_at = int(signal.start)
+            else:
+                sign = 1 << signal.length - 1 if signal.is_signed else 0
+                low, high = float(signal.minimum or 0.0), float(signal.maximum or 0.0)
+                mask = (1 << signal.length) - 1
+                self._signals.append(_Signal(signal.name, signal.start, mask, sign, float(signal.scale), low, high))
+
+    def pack(self, values: Mapping[str, float], counter: int) -> bytes:
+        """The frame's bytes; what lies beyond a value's range is clipped to it.
+
+        Raises:
+            ValueError: a value is missing or not a finite number; the message names it.
+        """
+        packed = counter << self._counter_at
+        for name, start, mask, _, scale, low, high in self._signals:
+            value = values.get(name, math.nan)
+            if low <= value <= high:
+                packed |= (round(value / scale) & mask) << start
+            elif math.isfinite(value):
+                packed |= (round((low if value < low else high) / scale) & mask) << start
+            else:
+                raise ValueError(f"{name}: {value} is no value to send")
+        return packed.to_bytes(BYTES, "little")
+
+    def unpack(self, data: bytes) -> tuple[dict[str, float], int]:
+        """The values and the counter of eight bytes."""
+        packed = int.from_bytes(data, "little")
+        values = {
+            name: (((packed >> start & mask) ^ sign) - sign) * scale
+            for name, start, mask, sign, scale, _, _ in self._signals
+        }
+        return values, packed >> self._counter_at & 0xF
