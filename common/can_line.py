@@ -10,12 +10,15 @@ from pydantic import BaseModel, ConfigDict, Field
 from common.background import BackgroundOpener
 from common.can_frames import BadFrame, FrameReceiver
 from common.can_gateway import GatewayBus
+from common.frame_damage import FrameDamage
 from common.serial_line import DeviceAbsent
 
 log = logging.getLogger(__name__)
 
 _MOST_FRAMES = 200
 """Frames read in one poll: a babbling bus must not hold the loop."""
+BUS_OFF, RESTARTED = 0x040, 0x100
+"""Bits of an error frame's identifier (Linux, can/error.h): the controller has left the bus, and is on it again."""
 
 
 class CanAddress(BaseModel):
@@ -57,14 +60,21 @@ class CanLine:
     receivers: tuple[FrameReceiver, ...]
     times_lost: int = 0
     unknown: int = 0
+    errors: int = 0
+    """Errors that the bus's controller has reported."""
     unsent: int = 0
     """Frames dropped because the gateway took none."""
+    off: bool = False
+    """Whether the controller has left the bus, as it does after too many errors: a short circuit, a wrong bit rate."""
+    sent_s: dict[str, float] = field(default_factory=dict)
+    """When the newest good frame of each name was on the bus, by the bus's own clock, s."""
     _bus: can.BusABC | None = None
     _opener: BackgroundOpener[can.BusABC] = field(init=False)
-    _by_id: dict[int, FrameReceiver] = field(init=False)
+    _by_id: dict[int, tuple[FrameReceiver, FrameDamage]] = field(init=False)
+    _lost: DeviceAbsent | None = None
 
     def __post_init__(self) -> None:
-        self._by_id = {receiver.frame_id: receiver for receiver in self.receivers}
+        self._forget()
         self._opener = BackgroundOpener(self.address.open)
         self._opener.discard = _shut_down
         self._opener.start()
@@ -76,16 +86,28 @@ class CanLine:
 
     @property
     def problem(self) -> Exception | None:
-        """Why the bus is not open; None while it is, or while it is being tried."""
-        return None if self.connected else self._opener.problem
+        """Why the bus is not open; None while it is, or while it is being tried for the first time."""
+        return None if self.connected else self._opener.problem or self._lost
+
+    @property
+    def fault(self) -> str:
+        """What is wrong on the open bus; empty when nothing is."""
+        if self._bus is None:
+            return ""
+        if self.off:
+            return f"CAN bus is off: the controller of {self.address} has left it after too many errors"
+        return next((damage.fault for _, damage in self._by_id.values() if damage.fault), "")
 
     def figures(self) -> dict[str, object]:
         """What the status file tells of this bus."""
         return {
             "connected": self.connected,
             "times_lost": self.times_lost,
+            "off": self.off,
             "refused": {receiver.name: receiver.refused for receiver in self.receivers},
+            "skipped": {receiver.name: receiver.skipped for receiver in self.receivers},
             "unknown": self.unknown,
+            "errors": self.errors,
             "unsent": self.unsent,
         }
 
@@ -95,20 +117,16 @@ class CanLine:
             self._bus = self._opener.take()
             if self._bus is None:
                 return {}
+            self._forget()
         newest: dict[str, dict[str, float]] = {}
         try:
             for _ in range(_MOST_FRAMES):
                 message = self._bus.recv(0)
                 if message is None:
                     break
-                receiver = self._by_id.get(message.arbitration_id)
-                if receiver is None or message.is_error_frame:
-                    self.unknown += 1
-                    continue
-                try:
-                    newest[receiver.name] = receiver.decode(bytes(message.data))
-                except BadFrame as error:
-                    log.debug("%s", error)
+                values = self._take(message)
+                if values is not None:
+                    newest[self._by_id[message.arbitration_id][0].name] = values
         except (can.CanError, OSError) as error:
             self._lose(error)
         return newest
@@ -131,8 +149,42 @@ class CanLine:
             _shut_down(self._bus)
             self._bus = None
 
+    def _take(self, message: can.Message) -> dict[str, float] | None:
+        """The values of one frame; None where it is no good one."""
+        if message.is_error_frame:
+            self._report(message.arbitration_id)
+            return None
+        receiver, damage = self._by_id.get(message.arbitration_id, (None, None))
+        if receiver is None or damage is None:
+            self.unknown += 1
+            return None
+        try:
+            values = receiver.decode(bytes(message.data))
+        except BadFrame as error:
+            log.debug("%s", error)
+            damage.step(message.timestamp, damaged=True)
+            return None
+        damage.step(message.timestamp, damaged=False)
+        self.sent_s[receiver.name] = message.timestamp
+        self.off = False  # who is heard through it is no more off than it is
+        return values
+
+    def _report(self, error: int) -> None:
+        """Take an error frame's class."""
+        self.errors += 1
+        was, self.off = self.off, (self.off or bool(error & BUS_OFF)) and not error & RESTARTED
+        if self.off != was:
+            log.warning("CAN %s: bus %s", self.address, "off" if self.off else "on again")
+
+    def _forget(self) -> None:
+        """A new connection: counters and damage begin anew. A bus that was off is so until it is heard."""
+        for receiver in self.receivers:
+            receiver.begin()
+        self._by_id = {receiver.frame_id: (receiver, FrameDamage(receiver.name)) for receiver in self.receivers}
+
     def _lose(self, error: Exception) -> None:
         log.warning("CAN %s lost: %s", self.address, error)
+        self._lost = DeviceAbsent(f"CAN {self.address} lost: {error}")
         assert self._bus is not None
         _shut_down(self._bus)
         self._bus = None

@@ -19,7 +19,7 @@ class OperatorDevices:
 
     def __init__(self, config: OperatorConfig, clock_s: Callable[[], float] = time.monotonic):
         """Open them; `clock_s` is the clock that `read` is given times of."""
-        self.exoskeleton = Exoskeleton(config.exoskeleton)
+        self.exoskeleton = Exoskeleton(config.exoskeleton, config.fingers)
         self.tick = TickAge(clock_s)
         self.tacttips = {FINGERS.index(f): TactTip(f, address) for f, address in config.tacttip.items()}
 
@@ -77,8 +77,8 @@ class OperatorDevices:
         return "; ".join(f"{device}: {why}" for device, why in found.items() if why)
 
     def faults(self) -> list[str]:
-        """What modules do that they must not, and what of them is broken; empty when all is well."""
-        found = []
+        """What devices do that they must not, and what of them is broken; empty when all is well."""
+        found = [f"exoskeleton: {fault}" for fault in self.exoskeleton.faults(self.tick.began_s)]
         for finger, module in self.tacttips.items():
             if self.tick.began_s - module.measured_s > GAP_S:
                 continue

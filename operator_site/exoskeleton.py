@@ -1,10 +1,13 @@
 """Driver of the hand-force exoskeleton on CAN: the hand's pose and fingertips' heights in, finger forces out."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from common.can_frames import FrameReceiver, FrameSender, by_finger
 from common.can_line import CanAddress, CanLine
 from common.fingers import FINGERS
+from common.limits import GAP_S
+from operator_site.hand_encoders import HandEncoders
 
 _MM = 1000.0
 _NEVER = float("-inf")
@@ -38,26 +41,35 @@ class Pushing:
 class Exoskeleton:
     """The hand-force exoskeleton."""
 
-    def __init__(self, address: CanAddress):
-        """Open the bus at `address` in the background."""
+    def __init__(self, address: CanAddress, fingers: Sequence[str] = FINGERS):
+        """Open the bus at `address` in the background; `fingers` are in the exoskeleton."""
         self.receivers = tuple(FrameReceiver(name) for name in ("HandPose", "FingerHeights", "ExoskeletonState"))
         self.line = CanLine(address, self.receivers)
         self.hand = Hand()
         self.pushing = Pushing()
+        self._encoders = HandEncoders([finger in fingers for finger in FINGERS])
         self._forces = FrameSender("FingerForces")
 
     def read(self, t_s: float) -> Hand:
         """Take what came since the last call, stamped with `t_s`."""
-        frames = self.line.poll()
-        hand = self.hand
+        frames, sent_s = self.line.poll(), self.line.sent_s
+        hand, encoders = self.hand, self._encoders
         if (pose := frames.get("HandPose")) is not None:
-            hand.x_m, hand.y_m, hand.pose_s = pose["x"] / _MM, pose["y"] / _MM, t_s
+            hand.x_m, hand.y_m = encoders.pose(sent_s["HandPose"], pose["x"] / _MM, pose["y"] / _MM)
+            hand.pose_s = t_s
         if (heights := frames.get("FingerHeights")) is not None:
-            hand.z_m = tuple(height / _MM for height in by_finger(heights))
+            z_m = [height / _MM for height in by_finger(heights)]
+            hand.z_m = encoders.heights(sent_s["FingerHeights"], z_m, self.pushing.force_n)
             hand.heights_s = t_s
         if (state := frames.get("ExoskeletonState")) is not None:
             self.pushing = Pushing(by_finger(state), state["enabled"] > 0.0, t_s)
         return hand
+
+    def faults(self, t_s: float) -> list[str]:
+        """What is wrong on its bus and with its encoders, as of `t_s`; empty when all is well, or when it is away."""
+        found = [self.line.fault] if self.line.fault else []
+        here = self.line.connected and t_s - self.hand.oldest_s <= GAP_S
+        return found + (self._encoders.faults if here else [])
 
     def unconfirmed(self, since_s: float) -> str:
         """Why it is not certain that no finger is pushed; empty when the last report, after `since_s`, says so."""

@@ -24,7 +24,7 @@ class RemoteDevices:
 
     def __init__(self, config: RemoteConfig, clock_s: Callable[[], float] = time.monotonic):
         """Open them; `clock_s` is the clock that `read` is given times of."""
-        self.telemanipulator = Telemanipulator(config.telemanipulator)
+        self.telemanipulator = Telemanipulator(config.telemanipulator, config.fingers)
         self.texture = {FINGERS.index(f): TextureSensor(f, address) for f, address in config.texture.items()}
         self.thermal = {FINGERS.index(f): ThermalSensor(f, address) for f, address in config.thermal_sensors.items()}
         self.sensor_c = [math.nan] * len(FINGERS)
@@ -80,7 +80,7 @@ class RemoteDevices:
         Nothing of it is sent once the tick that has read the devices is too old.
         """
         if command.ready and self.tick.in_time():
-            self.telemanipulator.move(command.x_m, command.y_m, command.z_m, released=command.released)
+            self.telemanipulator.move(sensed.time_s, command.x_m, command.y_m, command.z_m, released=command.released)
         for finger, sensor in self.thermal.items():
             if sensed.plates[finger] is not None and self.tick.in_time():
                 sensor.heat(sensed.time_s, command.heater_drive[finger])
@@ -93,8 +93,8 @@ class RemoteDevices:
         return "; ".join(f"{device}: {why}" for device, why in found.items() if why)
 
     def faults(self) -> list[str]:
-        """What devices do that they must not; empty when all is well."""
-        found = []
+        """What devices do that they must not, and what of them is broken; empty when all is well."""
+        found = [f"telemanipulator: {fault}" for fault in self.telemanipulator.faults(self.tick.began_s)]
         for finger, sensor in self.thermal.items():
             if self.tick.began_s - sensor.measured_s > GAP_S:
                 continue

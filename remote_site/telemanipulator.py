@@ -1,10 +1,13 @@
 """Driver of the telemanipulator on CAN: set-points out, positions and contact forces in."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from common.can_frames import FrameReceiver, FrameSender, by_finger
 from common.can_line import CanAddress, CanLine
 from common.fingers import FINGERS
+from common.limits import GAP_S
+from remote_site.measured_hand import MeasuredHand
 
 _MM = 1000.0
 _NEVER = float("-inf")
@@ -43,27 +46,31 @@ class Following:
 class Telemanipulator:
     """The remote hand."""
 
-    def __init__(self, address: CanAddress):
-        """Open the bus at `address` in the background."""
+    def __init__(self, address: CanAddress, fingers: Sequence[str] = FINGERS):
+        """Open the bus at `address` in the background; `fingers` take part."""
         frames = ("HandPoseMeasured", "FingerHeightsMeasured", "ContactForces", "TelemanipulatorState")
         self.receivers = tuple(FrameReceiver(name) for name in frames)
         self.line = CanLine(address, self.receivers)
         self.measured = Measured()
         self.following = Following()
+        self._watched = MeasuredHand(fingers)
         self._hand = FrameSender("HandSetpoint")
         self._heights = FrameSender("HeightSetpoint")
 
     def read(self, t_s: float) -> Measured:
         """Take what came since the last call, stamped with `t_s`."""
-        frames = self.line.poll()
-        measured = self.measured
+        frames, sent_s = self.line.poll(), self.line.sent_s
+        measured, watched = self.measured, self._watched
         if (pose := frames.get("HandPoseMeasured")) is not None:
-            measured.x_m, measured.y_m, measured.pose_s = pose["x"] / _MM, pose["y"] / _MM, t_s
+            measured.x_m, measured.y_m = watched.pose(sent_s["HandPoseMeasured"], pose["x"] / _MM, pose["y"] / _MM)
+            measured.pose_s = t_s
         if (heights := frames.get("FingerHeightsMeasured")) is not None:
-            measured.z_m = tuple(height / _MM for height in by_finger(heights))
+            z_m = [height / _MM for height in by_finger(heights)]
+            measured.z_m = watched.heights(sent_s["FingerHeightsMeasured"], z_m)
             measured.heights_s = t_s
         if (forces := frames.get("ContactForces")) is not None:
             measured.force_n, measured.force_s = by_finger(forces), t_s
+            watched.forces(sent_s["ContactForces"], measured.force_n)
         if (state := frames.get("TelemanipulatorState")) is not None:
             self.following = Following(
                 released=state["released"] > 0.0,
@@ -73,6 +80,12 @@ class Telemanipulator:
             )
         return measured
 
+    def faults(self, t_s: float) -> list[str]:
+        """What is wrong on its bus and with its sensors, as of `t_s`; empty when all is well, or when it is away."""
+        found = [self.line.fault] if self.line.fault else []
+        here = self.line.connected and t_s - self.measured.oldest_s <= GAP_S
+        return found + (self._watched.faults if here else [])
+
     def unconfirmed(self, since_s: float) -> str:
         """Why it is not certain that it is released; empty when the last report, after `since_s`, says so."""
         if not self.line.connected:
@@ -81,10 +94,11 @@ class Telemanipulator:
             return "no report"
         return "" if self.following.released else "not released"
 
-    def move(self, x_m: float, y_m: float, z_m: list[float], *, released: bool) -> None:
+    def move(self, t_s: float, x_m: float, y_m: float, z_m: list[float], *, released: bool) -> None:
         """Send set-points of the hand and its five fingertips, m; released, the hand stays and fingers only rise."""
         heights_mm = {finger: height * _MM for finger, height in zip(FINGERS, z_m, strict=True)}
         hand = self._hand.encode({"x": x_m * _MM, "y": y_m * _MM})
         heights = self._heights.encode({"released": float(released), **heights_mm})
+        self._watched.told(t_s, z_m, released)
         self.line.send(hand)
         self.line.send(heights)

@@ -5,15 +5,13 @@ on the way there and back. So the measured place lies within their range, or abo
 servo. No model of the servo is needed, only how long it remembers.
 """
 
-from collections import deque
 from collections.abc import Sequence
 
 from common.fingers import FINGERS
+from remote_site.lately import Lately
 
 SERVO_N_M = 1000.0
 """Stiffness of the finger's position servo: a set-point this far below the finger pushes with its product."""
-MEMORY_S = 0.25
-"""A set-point older than this moves nothing any more: servo (settled after 0.1 s), bus, and a process that stalls."""
 PLANE_MARGIN_M = 0.004
 HEIGHT_MARGIN_M = 0.0020
 """Rounding of the frames, and how far a hand that is stopped on its way swings on."""
@@ -30,18 +28,6 @@ _NAMES = ("hand's x", "hand's y", *FINGERS)
 _MARGIN_M = (PLANE_MARGIN_M, PLANE_MARGIN_M, *(HEIGHT_MARGIN_M,) * len(FINGERS))
 
 
-_Falling = deque[tuple[float, float]]
-"""Times and values of the last MEMORY_S, without those that a later value exceeds: the first is the highest."""
-
-
-def _add(falling: _Falling, t_s: float, value: float) -> None:
-    while falling and falling[-1][1] <= value:
-        falling.pop()
-    falling.append((t_s, value))
-    while t_s - falling[0][0] > MEMORY_S:
-        falling.popleft()
-
-
 class TelemanipulatorFollow:
     """Watches the hand's x and y and the fingers' heights: `step` for what it measured, then `told` what is sent.
 
@@ -49,8 +35,7 @@ class TelemanipulatorFollow:
     """
 
     def __init__(self) -> None:
-        self._high: list[_Falling] = [deque() for _ in _NAMES]
-        self._depth: list[_Falling] = [deque() for _ in _NAMES]  # of negatives: their highest is the lowest
+        self._lately = [Lately() for _ in _NAMES]
         self._told = False
         self._doubt_s = 0.0
         self._servo_m: list[float] = []
@@ -97,16 +82,15 @@ class TelemanipulatorFollow:
                 self._rest_m = self._servo_m
             x_m, y_m, *z_m = self._rest_m
             place_m = [x_m, y_m, *map(max, z_m, place_m[2:])]
-        for value, high, depth in zip(place_m, self._high, self._depth, strict=True):
-            _add(high, t_s, value)
-            _add(depth, t_s, -value)
+        for value, lately in zip(place_m, self._lately, strict=True):
+            lately.add(t_s, value)
         self._told = True
 
     def _outside(self, place_m: Sequence[float], bent_m: Sequence[float], watched: Sequence[bool]) -> str | None:
-        for name, margin_m, is_m, bent, looked_at, high, depth in zip(
-            _NAMES, _MARGIN_M, place_m, bent_m, watched, self._high, self._depth, strict=True
+        for name, margin_m, is_m, bent, looked_at, lately in zip(
+            _NAMES, _MARGIN_M, place_m, bent_m, watched, self._lately, strict=True
         ):
-            highest_m, lowest_m = high[0][1] + bent, -depth[0][1]
+            highest_m, lowest_m = lately.highest + bent, lately.lowest
             if looked_at and not lowest_m - margin_m <= is_m <= highest_m + margin_m:
                 away_m = max(lowest_m - is_m, is_m - highest_m)
                 return f"the telemanipulator does not obey: {name} is {away_m * 1e3:.1f} mm off its set-points"

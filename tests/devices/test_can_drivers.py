@@ -68,7 +68,7 @@ class CanContract:
         if isinstance(driver, ExoskeletonDriver):
             driver.push([0.0] * 5, enabled=True)
         else:
-            driver.move(0.0, 0.0, [0.0] * 5, released=False)
+            driver.move(time.monotonic(), 0.0, 0.0, [0.0] * 5, released=False)
         return newest_s
 
     @pytest.fixture
@@ -184,7 +184,7 @@ class TestTelemanipulator(CanContract):
 
         def drive() -> None:
             driver.read(time.monotonic())
-            driver.move(-0.3, 0.05, wanted, released=False)
+            driver.move(time.monotonic(), -0.3, 0.05, wanted, released=False)
 
         def followed() -> bool:
             x_m, y_m, z_m = node.setpoint_m(rig.loop.now())
@@ -197,7 +197,7 @@ class TestTelemanipulator(CanContract):
     def test_its_release_is_confirmed_by_its_own_reports_only(self, rig: Rig, driver: TelemanipulatorDriver) -> None:
         def drive(released: bool) -> None:
             driver.read(time.monotonic())
-            driver.move(0.0, 0.0, [0.0] * 5, released=released)
+            driver.move(time.monotonic(), 0.0, 0.0, [0.0] * 5, released=released)
 
         rig.until(lambda: drive(False), lambda: driver.unconfirmed(0.0) == "not released")
         assert (driver.following.hand_alive, driver.following.heights_alive) == (True, True)
@@ -213,5 +213,5 @@ class TestTelemanipulator(CanContract):
 def test_a_set_point_for_another_number_of_fingers_is_refused() -> None:
     driver = TelemanipulatorDriver(CanAddress(interface="virtual", channel="nobody"))
     with pytest.raises(ValueError, match="zip"):
-        driver.move(0.0, 0.0, [0.0] * (len(FINGERS) - 1), released=False)
+        driver.move(0.0, 0.0, 0.0, [0.0] * (len(FINGERS) - 1), released=False)
     driver.line.close()

@@ -33,12 +33,12 @@ from remote_site.finger_height import (
     STOP_S,
     TOUCHING_N,
 )
+from remote_site.lately import MEMORY_S
 from remote_site.patient_gate import PLANE_RANGE_M, PLANE_SPEED_M_S, PatientGate
 from remote_site.patient_limit import Limit, limit_names
 from remote_site.telemanipulator_follow import (
     HEIGHT_MARGIN_M,
     LONGEST_TICK_S,
-    MEMORY_S,
     PERSIST_S,
     PLANE_MARGIN_M,
     SERVO_N_M,

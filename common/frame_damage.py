@@ -1,0 +1,48 @@
+"""How many of the last frames of one kind were damaged. Single ones are refused; many are a fault of their sender.
+
+CAN's own checksum finds what happens on the wire. What still comes with a wrong CRC or a counter that stands still was
+wrong before it was sent.
+"""
+
+from common.limits import GAP_S
+
+WINDOW = 50
+"""Frames looked back at: 0.1 s at 500 Hz."""
+MOST = 10
+"""More of them are no accident."""
+
+
+class FrameDamage:
+    """Watches one kind of frame.
+
+    Attributes:
+        fault: what is wrong as of the last frame; empty when nothing is.
+    """
+
+    __slots__ = ("_good_s", "_history", "_name", "_seen", "fault")
+
+    def __init__(self, name: str) -> None:
+        """A new connection; `name` is the frame's, for people."""
+        self.fault = ""
+        self._name = name
+        self._history = self._seen = 0
+        self._good_s: float | None = None
+
+    def step(self, sent_s: float, damaged: bool) -> None:
+        """A frame came, damaged or not.
+
+        Args:
+            sent_s: when it was on the bus, by the bus's clock, s.
+            damaged: whether it was refused.
+        """
+        self._seen = min(WINDOW, self._seen + 1)
+        self._history = (self._history << 1 | damaged) & ((1 << WINDOW) - 1)
+        if self._good_s is None or not damaged:
+            self._good_s = sent_s
+        count = self._history.bit_count()
+        if count > MOST:
+            self.fault = f"{count} of the last {self._seen} {self._name} frames damaged"
+        elif sent_s - self._good_s > GAP_S:
+            self.fault = f"no good {self._name} frame for {(sent_s - self._good_s) * 1e3:.0f} ms, only damaged ones"
+        else:
+            self.fault = ""

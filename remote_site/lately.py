@@ -1,0 +1,42 @@
+"""The highest and the lowest of what was told lately: a servo that does not overshoot is somewhere between them."""
+
+from collections import deque
+
+MEMORY_S = 0.25
+"""A set-point older than this moves nothing any more: servo (settled after 0.1 s), bus, and a process that stalls."""
+
+_Falling = deque[tuple[float, float]]
+"""Times and values of the last MEMORY_S, without those that a later value exceeds: the first is the highest."""
+
+
+def _add(falling: _Falling, t_s: float, value: float) -> None:
+    while falling and falling[-1][1] <= value:
+        falling.pop()
+    falling.append((t_s, value))
+    while t_s - falling[0][0] > MEMORY_S:
+        falling.popleft()
+
+
+class Lately:
+    """Values of the last MEMORY_S; `add` one before anything is asked."""
+
+    __slots__ = ("_depth", "_high")
+
+    def __init__(self) -> None:
+        self._high: _Falling = deque()
+        self._depth: _Falling = deque()  # of negatives: their highest is the lowest
+
+    def add(self, t_s: float, value: float) -> None:
+        """Take a value of the time `t_s`, s, which does not go back."""
+        _add(self._high, t_s, value)
+        _add(self._depth, t_s, -value)
+
+    @property
+    def highest(self) -> float:
+        """The highest of them."""
+        return self._high[0][1]
+
+    @property
+    def lowest(self) -> float:
+        """The lowest of them."""
+        return -self._depth[0][1]

@@ -1,0 +1,57 @@
+"""Is what the telemanipulator measures to be believed? Encoders that jump or are stuck, and force sensors that lie."""
+
+from collections.abc import Sequence
+
+from common.encoder_jumps import FINGER_M_S, HAND_M_S, Encoders
+from common.fingers import FINGERS
+from remote_site.force_sensor_fault import ForceSensorFault
+from remote_site.held_encoder import HeldEncoder
+
+_POSE = ("telemanipulator's x", "telemanipulator's y")
+
+
+class MeasuredHand:
+    """Takes each frame's readings and each set-point, and gives the places to act on."""
+
+    def __init__(self, fingers: Sequence[str] = FINGERS) -> None:
+        """Watch all encoders for jumps, and the rest of the fingers that take part."""
+        self._pose, self._heights = Encoders(_POSE, HAND_M_S), Encoders(FINGERS, FINGER_M_S)
+        taking_part = [FINGERS.index(finger) for finger in fingers]
+        self._held = {finger: HeldEncoder() for finger in taking_part}
+        self._sensors = {finger: ForceSensorFault() for finger in taking_part}
+        self._z_m: Sequence[float] = ()
+        self._force_n: Sequence[float] = (0.0,) * len(FINGERS)
+        self._force_sent_s = 0.0
+        self._set_m: Sequence[float] | None = None
+
+    def pose(self, sent_s: float, x_m: float, y_m: float) -> tuple[float, float]:
+        """The pose to act on, m, for one that was on the bus at `sent_s`, s."""
+        _, (x_m, y_m) = self._pose.step(sent_s, (x_m, y_m))
+        return x_m, y_m
+
+    def heights(self, sent_s: float, z_m: Sequence[float]) -> tuple[float, ...]:
+        """The heights to act on, (5,), m, for those that were on the bus at `sent_s`, s."""
+        dt_s, believed_m = self._heights.step(sent_s, z_m)
+        self._z_m = believed_m
+        for finger, held in self._held.items():
+            held.step(dt_s, z_m[finger], self._force_n[finger], None if self._set_m is None else self._set_m[finger])
+        return tuple(believed_m)
+
+    def forces(self, sent_s: float, force_n: Sequence[float]) -> None:
+        """Contact forces (5,), N, that were on the bus at `sent_s`, s; heights come before them."""
+        dt_s, self._force_sent_s, self._force_n = sent_s - self._force_sent_s, sent_s, force_n
+        for finger, sensor in self._sensors.items() if self._z_m else ():
+            sensor.step(dt_s, force_n[finger], self._z_m[finger])
+
+    def told(self, t_s: float, z_m: Sequence[float], released: bool) -> None:
+        """Set-points (5,), m, are sent at `t_s`, s; released, the fingers go by themselves."""
+        self._set_m = None if released else z_m
+        for finger, sensor in self._sensors.items():
+            sensor.told(t_s, z_m[finger], released)
+
+    @property
+    def faults(self) -> list[str]:
+        """What is wrong with which; empty when all is well."""
+        found = [f"{FINGERS[finger]}: {held.fault}" for finger, held in self._held.items() if held.fault]
+        found += [f"{FINGERS[finger]}: {sensor.fault}" for finger, sensor in self._sensors.items() if sensor.fault]
+        return [*self._pose.faults, *self._heights.faults, *found]

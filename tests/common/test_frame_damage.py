@@ -1,0 +1,51 @@
+"""A damaged frame now and then is nothing; too many of a kind, or none that is good, is a named fault."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from common.frame_damage import MOST, WINDOW, FrameDamage
+from common.limits import GAP_S
+
+FRAME_S = 0.002
+
+
+@given(st.lists(st.booleans(), max_size=300))
+def test_a_fault_is_there_while_more_than_the_share_of_the_window_is_damaged(frames: list[bool]) -> None:
+    watched = FrameDamage("HandPose")
+    for n, damaged in enumerate(frames):
+        watched.step(n * FRAME_S, damaged)
+        lately = frames[max(0, n + 1 - WINDOW) : n + 1]
+        expected = f"{sum(lately)} of the last {len(lately)} HandPose frames damaged"
+        assert watched.fault == (expected if sum(lately) > MOST else "")
+
+
+def test_a_few_damaged_frames_without_a_good_one_for_the_gap_are_a_fault_of_a_slow_sender() -> None:
+    watched, period_s = FrameDamage("ExoskeletonState"), 0.030
+    for n in range(10):
+        watched.step(n * period_s, damaged=False)
+    assert watched.fault == ""
+    found = []
+    for n in range(10, 15):
+        watched.step(n * period_s, damaged=True)
+        found.append(watched.fault)
+    late = next(n for n, fault in enumerate(found) if fault)
+    assert (late + 1) * period_s > GAP_S >= late * period_s
+    assert found[late] == "no good ExoskeletonState frame for 120 ms, only damaged ones"
+    watched.step(15 * period_s, damaged=False)
+    assert watched.fault == ""
+
+
+def test_all_damaged_is_found_within_25_ms_and_30_percent_within_the_gap() -> None:
+    for every, within_s in ((1, 0.025), (3, GAP_S)):
+        watched, n = FrameDamage("FingerHeights"), 0
+        while not watched.fault:
+            n += 1
+            watched.step(n * FRAME_S, damaged=n % every == 0)
+        assert n * FRAME_S <= within_s
+
+
+def test_a_bus_that_was_away_for_long_and_comes_back_sound_is_sound() -> None:
+    watched = FrameDamage("HandPose")
+    watched.step(0.0, damaged=False)
+    watched.step(100.0, damaged=False)
+    assert watched.fault == ""
