@@ -6,6 +6,7 @@ import can
 
 from common.can_frames import BadFrame, FrameReceiver, FrameSender
 from common.limits import MODULE_TIMEOUT_S
+from sim_sensors.faulty_parts import Transmitter
 
 STATE_EVERY = 5
 """Turns between two reports of what the node does: 100 Hz where it measures at 500 Hz, for the sake of the bus."""
@@ -16,11 +17,13 @@ class CanNode(ABC):
 
     Attributes:
         refused: frames that were damaged or repeated.
+        transmitter: what its frames go through.
     """
 
     def __init__(self, receivers: tuple[FrameReceiver, ...], state: FrameSender) -> None:
         self._receivers = {receiver.frame_id: receiver for receiver in receivers}
         self._heard_s: dict[str, float] = {}
+        self.transmitter = Transmitter()
         self._state = state
         self._turns = 0
 
@@ -55,7 +58,7 @@ class CanNode(ABC):
         if self._turns % STATE_EVERY == 0:
             frames.append(self._state.encode(self._applied()))
         self._turns += 1
-        return frames
+        return [self.transmitter.send(frame) for frame in frames]
 
     @abstractmethod
     def _obey(self, name: str, values: dict[str, float], now_s: float) -> None:

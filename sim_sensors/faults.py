@@ -133,10 +133,10 @@ def device_faults(
     lines: dict[str, SerialServer | SocketcandBus] = {**serial, "can": bus}
     return {
         "unplug": Fault("DEVICE", lines, _unplug),
-        "silence": Fault("DEVICE", serial, partial(_switch, "silent")),
+        "silence": Fault("DEVICE", lines, partial(_switch, "silent")),
         "deafen": Fault("DEVICE", lines, partial(_switch, "deaf")),
         "babble": Fault("DEVICE", serial, _babble),
-        "bus_off": Fault("", {"": bus}, partial(_switch, "silent")),
+        "bus_off": Fault("", {"": bus}, _turn_off),
         "stuck": Fault("FINGER PERMILLE", {str(finger): each for finger, each in drives.items()}, _stick),
         "thermistor": Fault(
             "FINGER open|short|frozen", {str(finger): each for finger, each in thermistors.items()}, _break_thermistor
@@ -146,8 +146,9 @@ def device_faults(
 
 
 def servo_faults(servos: Servos) -> dict[str, Fault[Any]]:
-    """The faults of the telemanipulator's drives."""
-    return {"disobey": Fault("[drift]", {"": servos}, _disobey)}
+    """The faults of the telemanipulator's drives: of one finger's, or of all."""
+    targets: dict[str, tuple[Servos, int | None]] = {name: (servos, index) for index, name in enumerate(FINGERS)}
+    return {"disobey": Fault("[FINGER|drift]", {**targets, "": (servos, None)}, _disobey)}
 
 
 def piezo_faults(piezos: Mapping[Finger, Piezo]) -> dict[str, Fault[Any]]:
@@ -218,7 +219,18 @@ def _mark(broken: NDArray[np.bool_], place: int, text: str) -> End:
     return partial(broken.__setitem__, place, False)
 
 
-def _disobey(servos: Servos, text: str) -> End:
+def _turn_off(bus: SocketcandBus, text: str) -> End:
+    _nothing(text)
+    bus.turn_off()
+    return bus.turn_on
+
+
+def _disobey(target: tuple[Servos, int | None], text: str) -> End:
+    servos, finger = target
+    if finger is not None:
+        _nothing(text)
+        servos.jammed.add(finger)
+        return partial(servos.jammed.discard, finger)
     if text not in ("", "drift"):
         raise ValueError(f"{text!r} is not drift")
     servos.disobey(DRIFT_M_S if text else 0.0)

@@ -4,13 +4,18 @@ import time
 from collections.abc import Callable
 from typing import Literal
 
+import can
 import numpy as np
 from numpy.typing import NDArray
 
+from common.can_frames import database
 from common.thermometry import COUNT_MAX
 
 ThermistorFault = Literal["open", "short", "frozen"]
 PiezoFault = Literal["saturated", "clipped", "cut", "loose"]
+EncoderFault = Literal["glitch", "stuck"]
+ForceFault = Literal["frozen", "biased"]
+FrameFault = Literal["counter", "crc"]
 Place = tuple[float, float, NDArray[np.float64]]
 """Hand's x and y, m, and the heights of the fingertips (5,), m."""
 
@@ -18,6 +23,9 @@ DRIFT_M_S = 0.02
 _BAUD_PER_BYTE = 10.0
 _PIEZO_MAX, _OVERDRIVEN, _NOISE_COUNTS = 2047, 30, 1.6
 _LONGEST_BURST_S = 0.05
+_GLITCH_M, _GLITCHES = 0.006, 0.02
+"""How far a reading jumps, and how many of them do: 10 a second at 500 Hz."""
+_BIAS_N = 1.0
 
 
 class Thermistor:
@@ -69,10 +77,81 @@ class Piezo:
                 return counts
 
 
-class Servos:
-    """The telemanipulator's drives. Broken, they hold or move by themselves, and the set-points are nothing to them."""
+class Encoder:
+    """A finger's encoder.
+
+    Attributes:
+        fault: `glitch`: single readings are far off, `stuck`: it reads what it read last; None: it is sound.
+    """
 
     def __init__(self) -> None:
+        self.fault: EncoderFault | None = None
+        self._random = np.random.default_rng(0)
+        self._last_m = 0.0
+
+    def read(self, place_m: float) -> float:
+        """What it reads where a sound one would read `place_m`, m."""
+        if self.fault != "stuck":
+            self._last_m = place_m
+        if self.fault == "glitch" and self._random.random() < _GLITCHES:
+            return place_m - _GLITCH_M if place_m > 0.0 else place_m + _GLITCH_M
+        return self._last_m
+
+
+class ForceSensor:
+    """A fingertip's force sensor.
+
+    Attributes:
+        fault: `frozen`: it reads what it read last, `biased`: 1 N too much; None: it is sound.
+    """
+
+    def __init__(self) -> None:
+        self.fault: ForceFault | None = None
+        self._last_n = 0.0
+
+    def read(self, force_n: float) -> float:
+        """What it reads where a sound one would read `force_n`, N."""
+        if self.fault != "frozen":
+            self._last_n = force_n
+        return self._last_n + _BIAS_N if self.fault == "biased" else self._last_n
+
+
+class Transmitter:
+    """What a CAN node sends with.
+
+    Attributes:
+        damage: `counter`: a frame's bytes are those of the one before, `crc`: its CRC is wrong, where it has one; and
+            the share of the frames that this befalls. None: it is sound.
+    """
+
+    def __init__(self) -> None:
+        self.damage: tuple[FrameFault, float] | None = None
+        self._random = np.random.default_rng(0)
+        self._last: dict[int, bytearray] = {}
+        self._with_crc = {m.frame_id for m in database().messages if any(s.name == "crc" for s in m.signals)}
+
+    def send(self, frame: can.Message) -> can.Message:
+        """The frame as it reaches the bus."""
+        sound, before = frame.data, self._last.get(frame.arbitration_id, frame.data)
+        self._last[frame.arbitration_id] = sound
+        if self.damage is None or self._random.random() >= self.damage[1]:
+            return frame
+        if self.damage[0] == "counter":
+            frame.data = self._last[frame.arbitration_id] = before
+        elif frame.arbitration_id in self._with_crc:
+            frame.data = sound[:7] + bytes((sound[7] ^ 0xFF,))
+        return frame
+
+
+class Servos:
+    """The telemanipulator's drives. Broken, they hold or move by themselves, and the set-points are nothing to them.
+
+    Attributes:
+        jammed: fingers that hold, by number, whatever becomes of the others.
+    """
+
+    def __init__(self) -> None:
+        self.jammed: set[int] = set()
         self._drift_m_s: float | None = None
         self._last_s = 0.0
         self._last: Place | None = None
@@ -92,6 +171,9 @@ class Servos:
         else:
             x_m, y_m, z_m = self._last
             going = x_m + self._drift_m_s * (now_s - self._last_s), y_m, z_m
+        if self._last is not None:
+            for finger in self.jammed:
+                going[2][finger] = self._last[2][finger]
         self._last_s, self._last = now_s, going
         return going
 

@@ -9,10 +9,11 @@ from common.config import SimOperatorConfig, to_toml
 from common.fingers import FINGERS
 from common.scene import load_scene
 from sim_sensors.announce import announce
+from sim_sensors.can_faults import encoder_faults, transmitter_faults
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.fault_port import FaultPort
 from sim_sensors.faults import Faults, device_faults, plate_faults
-from sim_sensors.faulty_parts import Hang, Thermistor
+from sim_sensors.faulty_parts import Encoder, Hang, Thermistor
 from sim_sensors.finger_plate import FingerPlates
 from sim_sensors.hand import ScriptedHand
 from sim_sensors.motor import VibrationMotors
@@ -47,6 +48,7 @@ class OperatorDevices:
         start_s = sockets.now()
         self.modules = {finger: TactTip(FINGERS.index(finger), start_s) for finger in config.fingers}
         self.thermistors = {finger: Thermistor() for finger in config.fingers}
+        self.encoders = {finger: Encoder() for finger in config.fingers}
         self.hang = Hang()
         self._seconds = config.seconds
         self._started_s: float | None = None
@@ -62,7 +64,8 @@ class OperatorDevices:
             opened.callback(self.bus.close)
             lines = {f"{finger} tacttip": server for finger, server in self.servers.items()}
             kinds = device_faults(lines, self.bus, self.modules, self.thermistors, self.hang)
-            self.faults = Faults({**kinds, **plate_faults(self.plates, config.fingers)})
+            on_can = {**encoder_faults(self.encoders), **transmitter_faults(self.exoskeleton)}
+            self.faults = Faults({**kinds, **on_can, **plate_faults(self.plates, config.fingers)})
             if config.fault_port is not None:
                 port = FaultPort(sockets, "127.0.0.1", config.fault_port, self.faults.apply)
                 opened.callback(port.close)
@@ -77,7 +80,7 @@ class OperatorDevices:
         self._work(now_s)
         force_n = self.exoskeleton.force_n(now_s)
         self.hand.step(STEP_S, force_n)
-        self.exoskeleton.measure(self.hand.x_m, self.hand.y_m, self.hand.z_m)
+        self._measure_hand()
         self.bus.pump(now_s)
         for finger, module in self.modules.items():
             index = module.identity.finger
@@ -117,6 +120,13 @@ class OperatorDevices:
                 self.hand.start()
         elif self._seconds is not None and now_s - self._started_s >= self._seconds:
             self.hand.finish()
+
+    def _measure_hand(self) -> None:
+        z_m = self.hand.z_m
+        for finger, encoder in self.encoders.items():
+            index = FINGERS.index(finger)
+            z_m[index] = encoder.read(float(z_m[index]))
+        self.exoskeleton.measure(self.hand.x_m, self.hand.y_m, z_m)
 
     def _measure(self) -> None:
         plate_c, hot_side_c = self.plates.ntc_c.tolist(), self.plates.hot_side_c.tolist()

@@ -9,9 +9,10 @@ from common.config import SimRemoteConfig, to_toml
 from common.fingers import FINGERS
 from common.scene import load_scene
 from sim_sensors.announce import announce
+from sim_sensors.can_faults import encoder_faults, force_faults, transmitter_faults
 from sim_sensors.fault_port import FaultPort
 from sim_sensors.faults import Faults, device_faults, piezo_faults, servo_faults
-from sim_sensors.faulty_parts import Hang, Piezo, Servos, Thermistor
+from sim_sensors.faulty_parts import Encoder, ForceSensor, Hang, Piezo, Servos, Thermistor
 from sim_sensors.remote_world import RemoteWorld
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.serial_server import serve_fingers
@@ -43,6 +44,8 @@ class RemoteDevices:
         self.piezos = {finger: Piezo() for finger in numbers}
         self.thermal = {finger: ThermalSensor(number, start_s) for finger, number in numbers.items()}
         self.thermistors = {finger: Thermistor() for finger in config.fingers}
+        self.encoders = {finger: Encoder() for finger in config.fingers}
+        self.force_sensors = {finger: ForceSensor() for finger in config.fingers}
         self.servos = Servos()
         self.hang = Hang()
         self._drive = np.zeros(len(FINGERS))
@@ -104,11 +107,17 @@ class RemoteDevices:
         texture = {f"{finger} texture": server for finger, server in self.texture_servers.items()}
         thermal = {f"{finger} thermal": server for finger, server in self.thermal_servers.items()}
         kinds = device_faults({**texture, **thermal}, self.bus, self.thermal, self.thermistors, self.hang)
-        return Faults({**kinds, **servo_faults(self.servos), **piezo_faults(self.piezos)})
+        sensors = {**encoder_faults(self.encoders), **force_faults(self.force_sensors), **piezo_faults(self.piezos)}
+        return Faults({**kinds, **transmitter_faults(self.robot), **servo_faults(self.servos), **sensors})
 
     def _measure_robot(self) -> None:
         world = self.world
-        self.robot.measure(world.x_m, world.y_m, world.z_m, world.measured_force_n)
+        z_m, force_n = world.z_m.copy(), world.measured_force_n.copy()
+        for finger, encoder in self.encoders.items():
+            index = FINGERS.index(finger)
+            z_m[index] = encoder.read(float(z_m[index]))
+            force_n[index] = self.force_sensors[finger].read(float(force_n[index]))
+        self.robot.measure(world.x_m, world.y_m, z_m, force_n)
 
     def _measure_plates(self) -> None:
         plates, ambient = self.world.ssr_counts().tolist(), self.world.ambient_counts().tolist()

@@ -6,8 +6,8 @@ What is said, all in ASCII:
     client: < rawmode >  server: < ok >
     client: < send 110 8 1 2 3 4 5 6 7 8 >           server: < frame 100 12.345678 0102030405060708 >
 
-Every frame of one client or node goes to all other clients and nodes. Bit rate, arbitration and errors of a
-real bus are not modelled.
+Every frame of one client or node goes to all other clients and nodes. Bit rate and arbitration are not modelled, and of
+a real bus's errors one: the gateway's controller leaves the bus (`< error 040 12.345678 >`) and comes back (`100`).
 """
 
 import socket
@@ -16,6 +16,7 @@ from typing import Protocol
 
 import can
 
+from common.can_line import BUS_OFF, RESTARTED
 from sim_sensors.backlog import Backlog
 from sim_sensors.listener import receive_tcp
 from sim_sensors.select_loop import SelectLoop
@@ -58,6 +59,7 @@ class SocketcandBus:
         not_understood: commands of clients that were no command or not in place.
         silent: the nodes have fallen off the bus and neither say nor hear anything; their own time-outs act.
         deaf: the nodes hear nothing.
+        off: the gateway's controller has left the bus: no frame gets through.
     """
 
     def __init__(self, loop: SelectLoop, host: str, port: int, nodes: Sequence[Node] = ()) -> None:
@@ -74,6 +76,7 @@ class SocketcandBus:
         self.not_understood = 0
         self.silent = False
         self.deaf = False
+        self.off = False
 
     @property
     def clients(self) -> int:
@@ -82,7 +85,7 @@ class SocketcandBus:
 
     def pump(self, now_s: float) -> None:
         """Put what the nodes have to send now on the bus."""
-        if self.silent:
+        if self.silent or self.off:
             return
         for node in self._nodes:
             text = ""
@@ -101,6 +104,16 @@ class SocketcandBus:
     def plug(self) -> None:
         """Serve the bus at the same port again."""
         self._port.plug()
+
+    def turn_off(self) -> None:
+        """Let the gateway's controller leave the bus, as after too many errors; it says so to whoever is connected."""
+        self.off = True
+        self._tell_error(BUS_OFF)
+
+    def turn_on(self) -> None:
+        """Start it again."""
+        self.off = False
+        self._tell_error(RESTARTED)
 
     def close(self) -> None:
         """Hang up on everybody and give the port back."""
@@ -155,9 +168,15 @@ class SocketcandBus:
             self.not_understood += 1
             return
         client.raw_from_s = min(client.raw_from_s, now_s)  # who sends has read the handshake to its end
+        if self.off:
+            return
         for node in () if self.silent or self.deaf else self._nodes:
             node.feed(frame_id, payload, now_s)
         self._tell_others(client, _frame_text(frame_id, extended, payload, now_s).encode("ascii"), now_s)
+
+    def _tell_error(self, error: int) -> None:
+        now_s = self._loop.now()
+        self._tell_others(None, f"< error {error:03X} {now_s:.6f} >".encode("ascii"), now_s)
 
     def _tell_others(self, sender: _Client | None, text: bytes, now_s: float) -> None:
         for client in list(self._clients.values()):

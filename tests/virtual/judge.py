@@ -114,10 +114,12 @@ class Latches:
                 self._since_s.setdefault(side, now.time_s)
             else:
                 self._since_s.pop(side, None)
-        # A fault needs no gap to be noticed: the ramps begin at once.
+        # A fault needs no gap to be noticed: the ramps begin at once, unless the device cannot be told.
         if "operator" in self._since_s:
-            check_operator_safe(now, GAP_S + now.time_s - self._since_s["operator"])
-        remote_s = GAP_S + now.time_s - self._since_s["remote"] if "remote" in self._since_s else 0.0
+            noticed_s = GAP_S if session.sim_operator.bus.hears else 0.0
+            check_operator_safe(now, noticed_s + now.time_s - self._since_s["operator"])
+        noticed_s = GAP_S if session.sim_remote.bus.hears else 0.0
+        remote_s = noticed_s + now.time_s - self._since_s["remote"] if "remote" in self._since_s else 0.0
         self._remote.check(now, remote_s, session.disobeyed)
 
 

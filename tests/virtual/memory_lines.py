@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import can
 import serial
 
+from common.can_line import BUS_OFF, RESTARTED
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.serial_server import Device, SerialServer
 from sim_sensors.socketcand import Node
@@ -108,6 +109,7 @@ class MemoryBus:
         plugged: whether the gateway is there; without, open connections fail and none can be opened.
         silent: whether the nodes neither say nor hear anything.
         deaf: whether they hear nothing.
+        off: whether the gateway's controller has left the bus.
         connections: drivers that are connected.
     """
 
@@ -115,6 +117,7 @@ class MemoryBus:
         self.plugged = True
         self.silent = False
         self.deaf = False
+        self.off = False
         self.connections: list[MemoryCan] = []
         self._loop = loop
         self._nodes = nodes
@@ -122,7 +125,7 @@ class MemoryBus:
     @property
     def hears(self) -> bool:
         """Whether what a driver sends reaches the nodes."""
-        return self.plugged and not (self.silent or self.deaf)
+        return self.plugged and not (self.silent or self.deaf or self.off)
 
     @property
     def clients(self) -> int:
@@ -131,9 +134,11 @@ class MemoryBus:
 
     def pump(self, now_s: float) -> None:
         """Hand what the nodes have to send now to the drivers."""
-        if not self.silent:
+        if not (self.silent or self.off):
             for node in self._nodes:
                 frames = node.take_frames()
+                for frame in frames:
+                    frame.timestamp = now_s
                 for connection in self.connections:
                     connection.unread.extend(frames)
 
@@ -142,6 +147,20 @@ class MemoryBus:
         if self.hears:
             for node in self._nodes:
                 node.feed(message.arbitration_id, bytes(message.data), self._loop.now())
+
+    def turn_off(self) -> None:
+        """Let the gateway's controller leave the bus."""
+        self.off = True
+        self._tell_error(BUS_OFF)
+
+    def turn_on(self) -> None:
+        """Start it again."""
+        self.off = False
+        self._tell_error(RESTARTED)
+
+    def _tell_error(self, error: int) -> None:
+        for connection in self.connections:
+            connection.unread.append(can.Message(arbitration_id=error, is_error_frame=True))
 
     def unplug(self) -> None:
         """Take the gateway away."""

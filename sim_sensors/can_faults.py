@@ -1,0 +1,54 @@
+"""The faults of what a CAN node measures with and sends with; the words are those of `sim_sensors.faults`."""
+
+import math
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any, TypeVar
+
+from sim_sensors.can_node import CanNode
+from sim_sensors.faults import Fault
+from sim_sensors.faulty_parts import Encoder, ForceSensor, Transmitter
+from sim_sensors.serial_server import Finger
+
+T = TypeVar("T", Encoder, ForceSensor)
+
+
+def encoder_faults(encoders: Mapping[Finger, Encoder]) -> dict[str, Fault[Any]]:
+    """The faults of the fingers' encoders."""
+    return {"encoder": _of_fingers(encoders, "glitch", "stuck")}
+
+
+def force_faults(sensors: Mapping[Finger, ForceSensor]) -> dict[str, Fault[Any]]:
+    """The faults of the fingertips' force sensors."""
+    return {"force": _of_fingers(sensors, "frozen", "biased")}
+
+
+def transmitter_faults(node: CanNode) -> dict[str, Fault[Any]]:
+    """The fault of what a node sends with: a share of its frames is damaged."""
+    return {"damage": Fault("can counter|crc SHARE", {"can": node.transmitter}, _damage)}
+
+
+def _of_fingers(parts: Mapping[Finger, T], *words: str) -> Fault[T]:
+    def begin(part: T, text: str) -> Callable[[], object]:
+        if text not in words:
+            raise ValueError(f"{text!r} is neither {' nor '.join(words)}")
+        setattr(part, "fault", text)  # noqa: B010  each part's own words
+        return partial(setattr, part, "fault", None)
+
+    return Fault(f"FINGER {'|'.join(words)}", {str(finger): part for finger, part in parts.items()}, begin)
+
+
+def _damage(transmitter: Transmitter, text: str) -> Callable[[], object]:
+    what, _, number = text.partition(" ")
+    try:
+        share = float(number)
+    except ValueError:
+        share = math.nan
+    if not 0.0 < share <= 1.0:
+        raise ValueError(f"{number!r} is not a share above 0 and at most 1")
+    match what:
+        case "counter" | "crc":
+            transmitter.damage = (what, share)
+        case _:
+            raise ValueError(f"{what!r} is neither counter nor crc")
+    return partial(setattr, transmitter, "damage", None)
