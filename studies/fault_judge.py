@@ -23,6 +23,8 @@ Floats = NDArray[np.float64]
 
 LOG_S = 0.010
 """Truth is written down this often."""
+TICK_S = 0.010
+"""What a site notes in a tick bears the time of its beginning: this much before a fault that it read of, at most."""
 GRANTED_S = 2.0 * LOG_S
 """What writing down adds: an entry before, and one after. Beyond it a time is longer by the machine's pause only."""
 HAND_STOP_S = 2.0 * GAP_S
@@ -120,10 +122,10 @@ class Finding:
 def judge(done: Done, truth: Truth) -> Finding:
     """What a fault came to, and whether that is what the table says."""
     fault = done.fault
-    latch = next(((t, words) for t, words in truth.faults if done.begin_s <= t < done.next_s), None)
+    latch = next(((t, words) for t, words in truth.faults if done.begin_s - TICK_S <= t < done.next_s), None)
     finding = Finding(fault, None)
     if latch is not None:
-        finding.latched_s, finding.latched_by = latch[0] - done.begin_s, latch[1]
+        finding.latched_s, finding.latched_by = max(0.0, latch[0] - done.begin_s), latch[1]
     finding.paused_s = truth.pause_s(done.begin_s - 0.1, done.end_s + 0.1, fault.where)
     since_s = done.begin_s + fault.noticed_s
     if latch is not None and fault.expected is Outcome.LATCHED:

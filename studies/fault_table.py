@@ -93,7 +93,7 @@ def _for_a_while(
 ) -> Fault:
     """A fault of a device that is mended after 2 s."""
     mend = begin.replace("unplug", "plug") if begin.startswith("unplug") else f"mend {begin}"
-    for text in (" open", " short", " cut", " saturated"):
+    for text in (" open", " short", " cut", " saturated", " crc 0.01"):
         mend = mend.removesuffix(text)
     return Fault(name, where, begin, expected, neutral, finger=finger, mend=mend, noticed_s=noticed_s)
 
@@ -141,8 +141,22 @@ DEVICE_FAULTS = (
     ),
     _for_a_while("telemanipulator's CAN cable pulled", _REMOTE, "unplug can", _RESUMES, _WITHOUT_PLACE),
     _for_a_while("exoskeleton's CAN cable pulled", _OPERATOR, "unplug can", _RESUMES, ALL),
-    _for_a_while("telemanipulator off the bus", _REMOTE, "bus_off", _RESUMES, _WITHOUT_PLACE),
-    _for_a_while("exoskeleton off the bus", _OPERATOR, "bus_off", _RESUMES, ALL),
+    _for_a_while("telemanipulator silent", _REMOTE, "silence can", _RESUMES, _WITHOUT_PLACE),
+    _for_a_while("exoskeleton silent", _OPERATOR, "silence can", _RESUMES, ALL),
+    _found("telemanipulator's bus off", _REMOTE, "bus_off", "bus_off", 0.1),
+    _found("exoskeleton's bus off", _OPERATOR, "bus_off", "bus_off", 0.1),
+    *(
+        _found(f"{device}: {words} damaged", where, f"damage can {damage}", "damage can", 0.2)
+        for device, where in (("telemanipulator", _REMOTE), ("exoskeleton", _OPERATOR))
+        for words, damage in (("every second counter", "counter 0.5"), ("every CRC", "crc 1"))
+    ),
+    _for_a_while("exoskeleton: one CRC in a hundred damaged", _OPERATOR, "damage can crc 0.01", _CONTINUES),
+    _found("exoskeleton's encoder jumps", _OPERATOR, f"encoder {STROKING} glitch", f"encoder {STROKING}", 2.0),
+    _found("exoskeleton's encoder or joint stuck", _OPERATOR, f"encoder {STROKING} stuck", f"encoder {STROKING}", 2.0),
+    _found("telemanipulator's encoder jumps", _REMOTE, f"encoder {STROKING} glitch", f"encoder {STROKING}", 2.0),
+    _found("telemanipulator's encoder stuck", _REMOTE, f"encoder {FREE} stuck", f"encoder {FREE}", 8.0),
+    _found("telemanipulator's force sensor frozen", _REMOTE, f"force {STROKING} frozen", f"force {STROKING}", 1.0),
+    _found("telemanipulator's force sensor biased", _REMOTE, f"force {STROKING} biased", f"force {STROKING}", 1.0),
     _for_a_while("texture sensor sends rubbish", _REMOTE, f"babble {STROKING} texture", _CONTINUES),
     _for_a_while("TactTip sends rubbish", _OPERATOR, f"babble {STROKING} tacttip", _CONTINUES),
     _for_a_while(

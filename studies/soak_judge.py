@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from common.limits import CONTACT_FORCE_N, FINGER_FORCE_N, MOTOR_MAX_RPM, PLATE_PEAK_C, SENSOR_PLATE_C
+from studies.fault_judge import TICK_S
 from studies.fault_table import Fault, Outcome
 from studies.soak_plan import TO_PROCESS, Turn
 from studies.soak_watch import Sample
@@ -64,7 +65,7 @@ def account(
         recorded_faults: when the sites latched, and why, by their recordings.
     """
     begin_s, next_s = episode.begin_s, episode.next_s
-    recorded = {text for time_s, text in recorded_faults if begin_s <= time_s < next_s}
+    recorded = {text for time_s, text in recorded_faults if begin_s - TICK_S <= time_s < next_s}
     for site, reason in episode.latched:
         if reason not in recorded and not _dead(site, episode.turn.faults):
             episode.wrong.append(f"{site} latched ({reason}), and its recording does not say so")
@@ -124,7 +125,7 @@ def _noticed(fault: Fault, told: Mapping[str, Any], before: Mapping[str, Any]) -
     if told["fault"]:
         return True
     named = [each for each in target if each not in _VALUES and not each.isdigit()]
-    on_can = word in ("bus_off", "disobey") or named == ["can"]
+    on_can = word in ("bus_off", "disobey") or named[:1] == ["can"]
     device = _ON_CAN[fault.where] if on_can else " ".join(named)
     if told["missing"].startswith(device):
         return True
@@ -139,7 +140,8 @@ def _counts(told: Mapping[str, Any], device: str) -> dict[str, int]:
     figures: Mapping[str, Any] = next(
         (each for name, each in told.get("devices", {}).items() if name.startswith(device)), {}
     )
-    return {name: int(figures.get(name, 0)) for name in ("times_lost", "damaged", "missed")}
+    refused = sum(figures.get("refused", {}).values())
+    return {"refused": refused, **{name: int(figures.get(name, 0)) for name in ("times_lost", "damaged", "missed")}}
 
 
 @dataclass(slots=True)

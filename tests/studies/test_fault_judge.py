@@ -8,7 +8,7 @@ import pytest
 
 from common.fingers import FINGERS
 from common.limits import FORCE_SAFE_S, PLATE_PEAK_C, SENSOR_PLATE_C
-from studies.fault_judge import HAND_STOP_S, LOG_S, STILL_M_S, Done, Finding, Floats, Truth, judge
+from studies.fault_judge import HAND_STOP_S, LOG_S, STILL_M_S, TICK_S, Done, Finding, Floats, Truth, judge
 from studies.fault_table import ALL, STROKING, Actuator, Fault, Outcome
 
 FINGER = FINGERS.index(STROKING)
@@ -128,6 +128,8 @@ def test_a_latched_fault_is_neutral_until_it_is_cleared() -> None:
     assert (finding.outcome, finding.wrong, finding.latched_by) == (Outcome.LATCHED, [], "stuck")
     assert judge(done, replace(truth, faults=[(BEGIN_S + 2.1, "stuck")])).wrong[0] == "latched after 2.10 s only"
     assert judge(done, replace(truth, faults=[])).outcome is Outcome.RESUMES
+    at_once = judge(done, replace(truth, faults=[(BEGIN_S - 0.5 * TICK_S, "noted in a tick that began before")]))
+    assert (at_once.outcome, at_once.latched_s) == (Outcome.LATCHED, 0.0)
     slipped = replace(truth, force_n=with_entry(truth.force_n, END_S + FORCE_SAFE_S + 0.5, 0.2))
     assert judge(done, slipped).wrong
 
