@@ -29,6 +29,7 @@ STUDIES = {
     "vibration": "studies.vibration",
     "teleoperation-stability": "studies.teleoperation_stability",
     "deadband": "studies.deadband",
+    "kinesthetic-loop": "studies.kinesthetic_loop",
     "observer": "studies.observer",
     "paper-figures": "studies.paper_figures",
 }

@@ -1,0 +1,162 @@
+"""The device ends of the kinesthetic loop's bus, each telling by the device's own clock when forces reached it.
+
+One is the emulated exoskeleton in a thread of this process, on python-can's virtual bus; the other the simulator's real
+process behind its socketcand gateway, where a second connection to the bus listens to what arrives.
+"""
+
+import math
+import socket
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import count
+from pathlib import Path
+from subprocess import DEVNULL, Popen
+from tempfile import TemporaryDirectory
+from typing import Protocol
+
+import can
+import numpy as np
+
+from common.can_frames import database
+from common.can_line import CanAddress
+from common.config import SimOperatorConfig, to_toml
+from sim_sensors.exoskeleton import Exoskeleton
+from teletaction.demo_files import HOST, free_port_block
+
+FORCES = int(database().get_message_by_name("FingerForces").frame_id)
+FRAME_S = 0.002
+_OPEN_S = 20.0
+_names = count()
+
+
+class DeviceEnd(Protocol):
+    """What the loop needs of the other end of its bus."""
+
+    address: CanAddress
+
+    def keep_up(self) -> None:
+        """Take note of what happened; called now and then from the loop."""
+
+    def arrivals_s(self) -> list[float]:
+        """When each frame of forces reached the device so far, by its own clock, s."""
+
+
+class VirtualEnd:
+    """The emulated exoskeleton in a thread, with fingers that press 2 mm deep twice a second."""
+
+    def __init__(self) -> None:
+        channel = f"kinesthetic-{next(_names)}"
+        self.address = CanAddress(interface="virtual", channel=channel)
+        self._bus = can.Bus(interface="virtual", channel=channel)
+        self._arrivals_s: list[float] = []
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def keep_up(self) -> None:
+        """The thread does."""
+
+    def arrivals_s(self) -> list[float]:
+        """When each frame of forces reached the node."""
+        return self._arrivals_s
+
+    def close(self) -> None:
+        """End the thread and the bus."""
+        self._ended.set()
+        self._thread.join()
+        self._bus.shutdown()
+
+    def _run(self) -> None:
+        node, fingers = Exoskeleton(), np.arange(5)
+        due_s = time.time()  # the clock that the virtual bus stamps with
+        while not self._ended.is_set():
+            now_s = time.time()
+            if now_s >= due_s:
+                due_s = max(due_s + FRAME_S, now_s)
+                node.measure(0.0, 0.0, 0.002 * np.sin(4.0 * math.pi * now_s + fingers))
+                for frame in node.take_frames():
+                    self._bus.send(frame)
+            message = self._bus.recv(max(0.0, due_s - time.time()))
+            if message is not None:
+                node.feed(message.arbitration_id, bytes(message.data), time.time())
+                if message.arbitration_id == FORCES:
+                    self._arrivals_s.append(time.time())
+
+
+class GatewayEnd:
+    """The simulator's process with a hand that works on a scene; a listener is told every frame on its bus."""
+
+    def __init__(self, folder: Path) -> None:
+        first = free_port_block(6)
+        self.address = CanAddress(interface="socketcand", host=HOST, port=first)
+        tacttips = {finger: f"tcp:{HOST}:{first + 1 + n}" for n, finger in enumerate(("index",))}
+        config = SimOperatorConfig.model_validate({"fingers": ("index",), "tacttip": tacttips, "can_port": first})
+        path = folder / "sim-operator.toml"
+        path.write_text(to_toml(config), "utf-8")
+        command = [sys.executable, "-m", "sim_sensors", "operator", "--config", str(path)]
+        self._process = Popen(command, stdin=DEVNULL, stdout=DEVNULL, stderr=DEVNULL)
+        self._heard: list[bytes] = []
+        self._listener = self._listen(first)
+
+    def keep_up(self) -> None:
+        """Take what the bus has told since the last call."""
+        try:
+            self._heard.append(self._listener.recv(1 << 20))
+        except BlockingIOError:
+            return
+
+    def arrivals_s(self) -> list[float]:
+        """When each frame of forces reached the gateway that the simulator itself serves."""
+        self.keep_up()
+        frames = (frame.split() for frame in b"".join(self._heard).split(b">"))
+        forces = [words for words in frames if len(words) == 5 and int(words[2], 16) == FORCES]
+        if any(int(words[4][12:14], 16) >> 4 != number & 0xF for number, words in enumerate(forces)):
+            raise RuntimeError("frames of forces were lost: which answers which is not known")
+        return [float(words[3]) for words in forces]
+
+    def close(self) -> None:
+        """End the process."""
+        self._listener.close()
+        self._process.terminate()
+        self._process.wait()
+
+    def _listen(self, port: int) -> socket.socket:
+        deadline_s = time.monotonic() + _OPEN_S
+        while True:
+            try:
+                connection = socket.create_connection((HOST, port), timeout=_OPEN_S)
+                break
+            except ConnectionRefusedError:
+                if time.monotonic() > deadline_s or self._process.poll() is not None:
+                    self._process.kill()
+                    raise
+                time.sleep(0.05)
+        for request in (b"", b"< open can0 >", b"< rawmode >"):
+            connection.sendall(request)
+            connection.recv(64)
+        connection.setblocking(False)
+        return connection
+
+
+@contextmanager
+def virtual_end() -> Iterator[DeviceEnd]:
+    """The emulated exoskeleton on a virtual bus."""
+    end = VirtualEnd()
+    try:
+        yield end
+    finally:
+        end.close()
+
+
+@contextmanager
+def gateway_end() -> Iterator[DeviceEnd]:
+    """The exoskeleton of the simulator's process."""
+    with TemporaryDirectory(prefix="kinesthetic-") as folder:
+        end = GatewayEnd(Path(folder))
+        try:
+            yield end
+        finally:
+            end.close()

@@ -1,0 +1,66 @@
+"""The figure of the study of the kinesthetic loop: how late, how dear, and how long from height to force."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, STYLE
+
+_COLOURS = {"bare loop": BLACK, "virtual": BLUE, "socketcand": RED}
+_PARTS = {"decode": BLUE, "contacts": GREEN, "gate": ORANGE, "encode": PURPLE, "bus": GREY}
+_SHARES = np.linspace(0.0, 1.0, 201)
+
+
+def plot(data: Mapping[str, Any], path: Path) -> None:
+    """Write the figure of what the study returned as PNG."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(11.5, 4.2), layout="constrained")
+        FigureCanvasAgg(figure)
+        late, step, answers = figure.subplots(1, 3)
+        _draw_late(late, data["loops"])
+        _draw_step(step, data["loops"], data["budget"])
+        _draw_answers(answers, data["answers"])
+        figure.savefig(path, dpi=150)
+
+
+def _style(row: Mapping[str, Any]) -> dict[str, Any]:
+    rate_hz = row["rate_hz"]
+    return {
+        "color": _COLOURS[row["bus"]],
+        "linestyle": "-" if rate_hz == 1000.0 else ":",
+        "label": f"{row['bus']}, {rate_hz:g} Hz",
+    }
+
+
+def _draw_late(axes: Axes, rows: list[dict[str, Any]]) -> None:
+    for row in rows:
+        axes.plot(row["late_us"], _SHARES, **_style(row))
+    axes.set(xscale="log", xlabel="tick is late by, µs", ylabel="share of ticks", title="Lateness")
+    axes.legend()
+
+
+def _draw_step(axes: Axes, loops: list[dict[str, Any]], budget: float) -> None:
+    rows, bare = [row for row in loops if "bus_us" in row], [row for row in loops if "bus_us" not in row]
+    names = [f"{row['bus']}\n{row['rate_hz']:g} Hz" for row in rows]
+    bottom = np.zeros(len(rows))
+    for part, colour in _PARTS.items():
+        costs = np.array([row[f"{part}_us"] for row in rows])
+        axes.bar(names, costs, bottom=bottom, color=colour, label=part)
+        bottom += costs
+    axes.axhline(budget * 1e3, color=RED, linestyle="--", label=f"{budget:.0%} of 1 ms")
+    axes.axhline(bare[0]["step_us"], color=BLACK, linestyle=":", label="bare springs")
+    axes.set(ylabel="median cost, µs", title="One step of five fingers")
+    axes.legend()
+
+
+def _draw_answers(axes: Axes, rows: list[dict[str, Any]]) -> None:
+    for row in rows:
+        axes.plot(row["took_ms"], _SHARES, **_style(row))
+    axes.set(xlabel="ms", ylabel="share of forces", title="From height measured to force there", xscale="log")
+    axes.legend()

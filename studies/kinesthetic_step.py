@@ -1,0 +1,200 @@
+"""One kinesthetic step as the operator site makes it: heights from the bus, five contacts, the gate, forces to the bus.
+
+What python-can takes for the bus is kept apart. Beside it the least that Python can do instead: five bare springs.
+"""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import cast
+
+import can
+
+from common.can_frames import FrameReceiver, FrameSender, database
+from common.can_line import CanAddress
+from common.fingers import FINGERS
+from common.limits import COMFORT, FINGER_FORCE_N
+from operator_site.contact_force import ContactLaw
+from operator_site.exoskeleton import Exoskeleton
+from operator_site.gate import GatedOutput, OperatorGate
+from operator_site.passive_update import PassiveContact
+
+SURFACE_M, STIFFNESS_N_M = 0.0, ContactLaw().stiffness_cap_n_m
+"""The bench, and as stiff as the site shows it."""
+PARTS = ("bus", "decode", "contacts", "gate", "encode")
+"""What a step is made of: python-can's receiving and sending; checked heights; forces wanted; forces let through; and
+their frame."""
+_NOTHING, _SKIN_C = (0.0,) * len(FINGERS), (33.0,) * len(FINGERS)
+_UNKNOWN_C, _NEVER_S = (math.nan,) * len(FINGERS), (math.inf,) * len(FINGERS)
+
+
+class TimedBus:
+    """A python-can bus that counts the time spent in it."""
+
+    def __init__(self, bus: can.BusABC) -> None:
+        self.spent_s = 0.0
+        self._bus = bus
+
+    def recv(self, timeout: float) -> can.Message | None:
+        """The next frame."""
+        began_s = time.perf_counter()
+        message = self._bus.recv(timeout)
+        self.spent_s += time.perf_counter() - began_s
+        return message
+
+    def send(self, message: can.Message) -> None:
+        """Send a frame."""
+        began_s = time.perf_counter()
+        self._bus.send(message)
+        self.spent_s += time.perf_counter() - began_s
+
+    def shutdown(self) -> None:
+        """Close it."""
+        self._bus.shutdown()
+
+    def take_s(self) -> float:
+        """The time spent since the last call, s."""
+        spent_s, self.spent_s = self.spent_s, 0.0
+        return spent_s
+
+
+@dataclass(slots=True)
+class KinestheticStep:
+    """The force loop of the operator site, alone.
+
+    Attributes:
+        spent_s: what each part of each step has cost, s, in the order of PARTS.
+        answered_s: by the device's clock, s, when the heights were measured that each sent force answers.
+    """
+
+    address: CanAddress
+    exoskeleton: Exoskeleton = field(init=False)
+    spent_s: list[tuple[float, ...]] = field(default_factory=list)
+    answered_s: list[float] = field(default_factory=list)
+    _contacts: list[PassiveContact] = field(init=False)
+    _gate: OperatorGate = field(init=False)
+    _bus: TimedBus | None = None
+
+    def __post_init__(self) -> None:
+        self.exoskeleton = Exoskeleton(self.address)
+        self._contacts = [PassiveContact(STIFFNESS_N_M) for _ in FINGERS]
+        self._gate = OperatorGate(COMFORT)
+
+    def connect(self, t_s: float) -> bool:
+        """Whether the exoskeleton has been heard; call it until it has."""
+        line = self.exoskeleton.line
+        heard = not math.isinf(self.exoskeleton.read(t_s).oldest_s)
+        if heard and self._bus is None and line._bus is not None:
+            self._bus = TimedBus(line._bus)
+            line._bus = cast(can.BusABC, self._bus)
+        return heard
+
+    def tick(self, t_s: float) -> None:
+        """Read, push back, pass the gate, write; at the time `t_s`."""
+        assert self._bus
+        began_s = time.perf_counter()
+        hand = self.exoskeleton.read(t_s)
+        for fault in self.exoskeleton.faults(t_s):
+            self._gate.trip(fault)
+        read_s = time.perf_counter()
+        receiving_s = self._bus.take_s()
+        force_n = [
+            contact.step(t_s, z_m, SURFACE_M, STIFFNESS_N_M)
+            for contact, z_m in zip(self._contacts, hand.z_m, strict=True)
+        ]
+        rendered_s = time.perf_counter()
+        output = pass_gate(self._gate, t_s, t_s - hand.oldest_s, force_n)
+        gated_s = time.perf_counter()
+        self.exoskeleton.push(output.force_n, enabled=True)
+        ended_s = time.perf_counter()
+        self.answered_s.append(self.exoskeleton.line.sent_s.get("FingerHeights", math.nan))
+        sending_s = self._bus.take_s()
+        decoding_s, encoding_s = read_s - began_s - receiving_s, ended_s - gated_s - sending_s
+        pushing_s, gating_s = rendered_s - read_s, gated_s - rendered_s
+        self.spent_s.append((receiving_s + sending_s, decoding_s, pushing_s, gating_s, encoding_s))
+
+    @property
+    def fault(self) -> str | None:
+        """What the gate has latched."""
+        return self._gate.fault
+
+
+def pass_gate(gate: OperatorGate, t_s: float, age_s: float, force_n: list[float]) -> GatedOutput:
+    """Let forces through the gate, N; there are no modules with motors and plates."""
+    return gate.step(
+        t_s,
+        True,
+        age_s,
+        force_n=force_n,
+        motor_rpm=_NOTHING,
+        plate_set_c=_SKIN_C,
+        peltier_drive=_NOTHING,
+        plate_measured_c=_UNKNOWN_C,
+        measurement_age_s=_NEVER_S,
+    )
+
+
+def bare_springs(data: bytes) -> bytes:
+    """The bare baseline: five springs from a frame of heights to a frame of forces, without any check or bus."""
+    heights, forces = int.from_bytes(data, "little"), 0
+    for finger in range(5):
+        counts = (heights >> 12 * finger & 0xFFF ^ 0x800) - 0x800
+        force_n = min(FINGER_FORCE_N, max(0.0, -STIFFNESS_N_M * counts * 5e-6))
+        forces |= round(force_n * 100.0) << 10 * finger
+    return (forces | 1 << 50).to_bytes(8, "little")
+
+
+class BareStep:
+    """What the bare loop does in a tick: five bare springs.
+
+    Attributes:
+        spent_s: what each step has cost, s.
+    """
+
+    def __init__(self) -> None:
+        self.spent_s: list[tuple[float, ...]] = []
+        self._frame = FrameSender("FingerHeights").encode(dict.fromkeys(FINGERS, -1.234)).data
+
+    def tick(self, _t_s: float) -> None:
+        """Make the step."""
+        began_s = time.perf_counter()
+        bare_springs(bytes(self._frame))
+        self.spent_s.append((time.perf_counter() - began_s,))
+
+
+def part_costs_us(repeat: int) -> dict[str, float]:
+    """What parts of a step cost in a loop of nothing else, the best of five times `repeat` calls, us."""
+    heights, receiver = FrameSender("FingerHeights"), FrameReceiver("FingerHeights")
+    forces = FrameSender("FingerForces")
+    frames = [bytes(heights.encode(dict.fromkeys(FINGERS, -1.234)).data) for _ in range(16)]
+    values = {"enabled": 1.0, **dict.fromkeys(FINGERS, 0.49)}
+    described, signed = database(), {**values, "counter": 1, "crc": 0}
+    measured, pushed = (described.get_message_by_name(name) for name in ("FingerHeights", "FingerForces"))
+    turn = iter(range(10**9))
+    contacts, gate = [PassiveContact(STIFFNESS_N_M) for _ in FINGERS], OperatorGate(COMFORT)
+
+    def push() -> None:
+        t_s = 1e-3 * next(turn)
+        for contact in contacts:
+            contact.step(t_s, -0.001, SURFACE_M, STIFFNESS_N_M)
+
+    return {
+        "bare springs": _best_us(lambda: bare_springs(frames[0]), repeat),
+        "cantools decode": _best_us(lambda: measured.decode(frames[0]), repeat),
+        "cantools encode": _best_us(lambda: pushed.encode(signed, strict=False), repeat),
+        "decode": _best_us(lambda: receiver.decode(frames[next(turn) % 16]), repeat),
+        "encode": _best_us(lambda: forces.encode(values), repeat),
+        "contacts": _best_us(push, repeat),
+        "gate": _best_us(lambda: pass_gate(gate, 1e-3 * next(turn), 0.0, [0.49] * len(FINGERS)), repeat),
+    }
+
+
+def _best_us(call: Callable[[], object], repeat: int) -> float:
+    best_s = math.inf
+    for _ in range(5):
+        began_s = time.perf_counter()
+        for _ in range(repeat):
+            call()
+        best_s = min(best_s, time.perf_counter() - began_s)
+    return best_s / repeat * 1e6
