@@ -7,14 +7,15 @@ it does where a frame is lost. Glitches again and again, or a place that does no
 import math
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 FINGER_M_S = 2.0
-"""No finger in the exoskeleton is faster: 10 N of it and 10 N of the finger's own on 0.1 kg, over half of its 20 mm."""
+"""No finger in the exoskeleton is faster: 10 N of it and 10 N of the finger's own on 0.1 kg over half of its 20 mm."""
 HAND_M_S = 3.0
 """No hand that explores is faster."""
 FRAME_S = 0.002
 """Encoders are read at 500 Hz; two readings are at least this far apart."""
-RETURN_S = 0.006
+RETURN_S = 0.005
 """A reading that is not back by then does not come back."""
 GLITCHES, WINDOW_S = 3, 1.0
 """More of them in this time are a fault."""
@@ -22,64 +23,31 @@ UNSEEN_S = 0.100
 """After a longer gap a place may be anywhere."""
 
 
+@dataclass(slots=True)
+class _Suspect:
+    """An encoder that has jumped lately: when, s, and for how long it has been away, s; 0 when it is back."""
+
+    glitches_s: deque[float] = field(default_factory=lambda: deque(maxlen=GLITCHES + 1))
+    away_s: float = 0.0
+
+
 class EncoderJumps:
-    """One encoder: `step` gives the place to act on.
+    """Encoders that are read together, in one frame.
 
     Attributes:
-        fault: what is wrong as of the last reading; empty when nothing is.
+        faults: what is wrong with which as of the last frame; empty when all is well.
         refused: readings that were not acted on.
     """
 
-    __slots__ = ("_away_s", "_fastest_m_s", "_glitches_s", "_place_m", "_t_s", "fault", "refused")
-
-    def __init__(self, fastest_m_s: float) -> None:
-        """What it measures moves at most this fast, m/s."""
-        self.fault = ""
-        self.refused = 0
-        self._fastest_m_s = fastest_m_s
-        self._place_m = math.nan
-        self._t_s = self._away_s = 0.0
-        self._glitches_s: deque[float] = deque(maxlen=GLITCHES + 1)
-
-    def step(self, dt_s: float, read_m: float) -> float:
-        """Take a reading, m; returns the place to act on, m.
-
-        Args:
-            dt_s: time since the reading before, s; not above 0 where that is not known.
-            read_m: the reading, finite.
-        """
-        if not 0.0 < dt_s <= UNSEEN_S or math.isnan(self._place_m):
-            self._place_m, self._away_s, self.fault = read_m, 0.0, ""
-            self._glitches_s.clear()
-            return read_m
-        self._t_s += dt_s
-        jump_m = abs(read_m - self._place_m)
-        if jump_m <= self._fastest_m_s * max(dt_s, FRAME_S):
-            self._place_m, self._away_s = read_m, 0.0
-        elif self._away_s == 0.0 and dt_s < RETURN_S:
-            self._away_s = FRAME_S
-            self._glitches_s.append(self._t_s)
-            self.refused += 1
-        elif self._away_s + dt_s < RETURN_S:
-            self._away_s += dt_s
-            self.refused += 1
-        else:
-            self._place_m, self._away_s = read_m, 0.0
-            self.fault = f"encoder jumped by {jump_m * 1e3:.1f} mm"
-            return read_m
-        often = len(self._glitches_s) > GLITCHES and self._t_s - self._glitches_s[0] <= WINDOW_S
-        self.fault = f"encoder jumps: {len(self._glitches_s)} times in {WINDOW_S:g} s" if often else ""
-        return self._place_m
-
-
-class Encoders:
-    """Encoders that are read together, in one frame."""
-
     def __init__(self, names: Sequence[str], fastest_m_s: float) -> None:
         """What each measures, for people, and how fast it can move, m/s."""
+        self.faults: list[str] = []
+        self.refused = 0
         self._names = names
-        self._encoders = [EncoderJumps(fastest_m_s) for _ in names]
+        self._fastest_m_s = fastest_m_s
+        self._place_m: list[float] = []
         self._sent_s = math.nan
+        self._suspects: dict[int, _Suspect] = {}
 
     def step(self, sent_s: float, read_m: Sequence[float]) -> tuple[float, list[float]]:
         """Take a frame's readings, m; returns the time since the frame before, s, and the places to act on, m.
@@ -90,9 +58,42 @@ class Encoders:
             read_m: what each encoder reads, finite.
         """
         dt_s, self._sent_s = sent_s - self._sent_s, sent_s
-        return dt_s, [encoder.step(dt_s, read) for encoder, read in zip(self._encoders, read_m, strict=True)]
+        self.faults = []
+        if not 0.0 < dt_s <= UNSEEN_S:  # the first frame, the first for long, or the first of another gateway
+            self._place_m = list(read_m)
+            self._suspects.clear()
+            return dt_s, self._place_m
+        reach_m = self._fastest_m_s * max(dt_s, FRAME_S)
+        near = [abs(read - place) <= reach_m for read, place in zip(read_m, self._place_m, strict=True)]
+        if all(near) and not self._suspects:
+            self._place_m = list(read_m)
+        else:
+            self._place_m = [self._judge(n, dt_s, read_m[n], near=near[n]) for n in range(len(near))]
+        return dt_s, self._place_m
 
-    @property
-    def faults(self) -> list[str]:
-        """What is wrong with which; empty when all is well."""
-        return [f"{name}: {each.fault}" for name, each in zip(self._names, self._encoders, strict=True) if each.fault]
+    def _judge(self, number: int, dt_s: float, read_m: float, *, near: bool) -> float:
+        """The place to act on, of one encoder."""
+        suspect = self._suspects.get(number)
+        if suspect is None:
+            if near:
+                return read_m
+            suspect = self._suspects[number] = _Suspect()
+        place_m = self._place_m[number]
+        if near:
+            suspect.away_s = 0.0
+            place_m = read_m
+        elif suspect.away_s + dt_s < RETURN_S:
+            if suspect.away_s == 0.0:
+                suspect.glitches_s.append(self._sent_s)
+            suspect.away_s += dt_s
+            self.refused += 1
+        else:
+            del self._suspects[number]  # it begins anew from there: the fault is told
+            self.faults.append(f"{self._names[number]}: encoder jumped by {abs(read_m - place_m) * 1e3:.1f} mm")
+            return read_m
+        lately = [t_s for t_s in suspect.glitches_s if self._sent_s - t_s <= WINDOW_S]
+        if len(lately) > GLITCHES:
+            self.faults.append(f"{self._names[number]}: encoder jumps: {len(lately)} times in {WINDOW_S:g} s")
+        elif not lately:
+            del self._suspects[number]
+        return place_m

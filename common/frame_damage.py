@@ -10,6 +10,7 @@ WINDOW = 50
 """Frames looked back at: 0.1 s at 500 Hz."""
 MOST = 10
 """More of them are no accident."""
+_LATELY = (1 << WINDOW) - 1
 
 
 class FrameDamage:
@@ -35,10 +36,14 @@ class FrameDamage:
             sent_s: when it was on the bus, by the bus's clock, s.
             damaged: whether it was refused.
         """
-        self._seen = min(WINDOW, self._seen + 1)
-        self._history = (self._history << 1 | damaged) & ((1 << WINDOW) - 1)
+        if self._seen < WINDOW:
+            self._seen += 1
+        self._history = (self._history << 1 | damaged) & _LATELY
         if self._good_s is None or not damaged:
             self._good_s = sent_s
+        if not self._history:
+            self.fault = ""
+            return
         count = self._history.bit_count()
         if count > MOST:
             self.fault = f"{count} of the last {self._seen} {self._name} frames damaged"

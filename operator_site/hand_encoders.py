@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from common.encoder_jumps import FINGER_M_S, HAND_M_S, Encoders
+from common.encoder_jumps import FINGER_M_S, HAND_M_S, EncoderJumps
 from common.fingers import FINGERS
 from operator_site.still_finger import StillFingers
 
@@ -14,7 +14,7 @@ class HandEncoders:
 
     def __init__(self, taking_part: Sequence[bool] = (True,) * len(FINGERS)) -> None:
         """Watch the fingers that are in the exoskeleton for standing still, and all encoders for jumps."""
-        self._pose, self._heights = Encoders(_POSE, HAND_M_S), Encoders(FINGERS, FINGER_M_S)
+        self._pose, self._heights = EncoderJumps(_POSE, HAND_M_S), EncoderJumps(FINGERS, FINGER_M_S)
         self._still = StillFingers(taking_part)
         self._pose_m: tuple[float, float] = (0.0, 0.0)
 

@@ -48,18 +48,17 @@ class StillFingers:
             pushed_n: what the exoskeleton pushes each finger with, (5,), N.
         """
         passed_s = min(LONGEST_S, max(0.0, dt_s))
-        before = self._z_m or z_m
+        before_m, self._z_m = self._z_m or z_m, z_m
         self._hand_s = 0.0 if pose_m != (self._pose_m or pose_m) else self._hand_s + passed_s
-        self._z_m, self._pose_m = z_m, pose_m
-        moved = [now != then for now, then in zip(z_m, before, strict=True)]
-        for finger, moves in enumerate(moved):
-            self._since_s[finger] = 0.0 if moves else self._since_s[finger] + passed_s
-        lively = [since_s < LIVELY_S for since_s in self._since_s]
-        hand = self._hand_s < LIVELY_S
-        for finger, moves in enumerate(moved):
-            if moves or not self._taking_part[finger] or abs(z_m[finger]) >= STOP_M:
+        self._pose_m = pose_m
+        since_s = self._since_s
+        for finger, height_m in enumerate(z_m):
+            since_s[finger] = 0.0 if height_m != before_m[finger] else since_s[finger] + passed_s
+        hand, lively = self._hand_s < LIVELY_S, sum(since < LIVELY_S for since in since_s)
+        for finger, since in enumerate(since_s):
+            if since == 0.0 or not self._taking_part[finger] or abs(z_m[finger]) >= STOP_M:
                 self.stuck_s[finger] = 0.0
-            elif hand or pushed_n[finger] >= PUSHED_N or sum(lively) > lively[finger]:
+            elif hand or pushed_n[finger] >= PUSHED_N or lively > (since < LIVELY_S):
                 self.stuck_s[finger] += passed_s
 
     @property

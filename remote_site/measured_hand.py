@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from common.encoder_jumps import FINGER_M_S, HAND_M_S, Encoders
+from common.encoder_jumps import FINGER_M_S, HAND_M_S, EncoderJumps
 from common.fingers import FINGERS
 from remote_site.force_sensor_fault import ForceSensorFault
 from remote_site.held_encoder import HeldEncoder
@@ -15,7 +15,7 @@ class MeasuredHand:
 
     def __init__(self, fingers: Sequence[str] = FINGERS) -> None:
         """Watch all encoders for jumps, and the rest of the fingers that take part."""
-        self._pose, self._heights = Encoders(_POSE, HAND_M_S), Encoders(FINGERS, FINGER_M_S)
+        self._pose, self._heights = EncoderJumps(_POSE, HAND_M_S), EncoderJumps(FINGERS, FINGER_M_S)
         taking_part = [FINGERS.index(finger) for finger in fingers]
         self._held = {finger: HeldEncoder() for finger in taking_part}
         self._sensors = {finger: ForceSensorFault() for finger in taking_part}

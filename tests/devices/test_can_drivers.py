@@ -112,6 +112,31 @@ class CanContract:
         rig.come_back(port)
         rig.until(lambda: None, lambda: self.newest_s(driver) > last_s, seconds=15.0)
 
+    def test_a_bus_that_is_off_is_named_until_it_is_on_again_and_neither_start_nor_loss_is_a_fault(
+        self, rig: Rig, driver: ExoskeletonDriver | TelemanipulatorDriver
+    ) -> None:
+        def faults() -> list[str]:
+            self.newest_s(driver)
+            return driver.faults(time.monotonic())
+
+        assert faults() == []
+        rig.bus.turn_off()
+        rig.until(lambda: None, faults)
+        assert faults() == [
+            f"CAN bus is off: the controller of {rig.address} has left it after too many errors",
+        ]
+        rig.bus.turn_on()
+        rig.until(lambda: None, lambda: faults() == [])
+        rig.go_away()
+        rig.until(lambda: None, lambda: faults() == [] and not driver.line.connected)
+
+    def test_frames_that_are_all_damaged_are_a_fault(
+        self, rig: Rig, driver: ExoskeletonDriver | TelemanipulatorDriver
+    ) -> None:
+        rig.node.transmitter.damage = ("counter", 1.0)
+        rig.until(lambda: self.newest_s(driver), lambda: driver.faults(time.monotonic()))
+        assert "frames damaged" in driver.faults(time.monotonic())[0]
+
 
 class TestExoskeleton(CanContract):
     Driver = ExoskeletonDriver

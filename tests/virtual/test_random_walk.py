@@ -21,23 +21,7 @@ FAULTS = [
         for side, device in (("remote", "index texture"), ("remote", "index thermal"), ("operator", "index tacttip"))
         for fault in ("unplug", "silence", "deafen", "babble")
     ),
-    *(
-        f"{side}: {fault}"
-        for side in ("remote", "operator")
-        for fault in (
-            "unplug can",
-            "deafen can",
-            "silence can",
-            "bus_off",
-            "damage can counter 0.5",
-            "damage can crc 1",
-            "encoder index glitch",
-            "encoder index stuck",
-        )
-    ),
-    "remote: force index frozen",
-    "remote: force index biased",
-    "remote: disobey index",
+    *(f"{side}: {fault}" for side in ("remote", "operator") for fault in ("unplug can", "deafen can", "bus_off")),
     *(f"{side}: thermistor index {how}" for side in ("remote", "operator") for how in ("open", "short", "frozen")),
     "remote: disobey",
     "remote: disobey drift",

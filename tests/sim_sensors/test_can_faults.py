@@ -1,0 +1,140 @@
+"""What the simulated devices on the CAN buses do when they are told to lie."""
+
+from collections.abc import Iterator
+
+import can
+import numpy as np
+import pytest
+
+from common.can_frames import BadFrame, FrameReceiver, FrameSender
+from common.config import SimOperatorConfig, SimRemoteConfig
+from common.fingers import FINGERS
+from sim_sensors.faulty_parts import Encoder, ForceSensor, Transmitter
+from sim_sensors.select_loop import SelectLoop
+from sim_sensors.sim_operator import OperatorDevices
+from sim_sensors.sim_remote import RemoteDevices
+from sim_sensors.simulation_loop import STEP_S
+from tests.sim_sensors.test_faults import START_S, advance, free_port, send_hand
+
+INDEX = FINGERS.index("index")
+
+
+@pytest.fixture
+def loop() -> SelectLoop:
+    return SelectLoop(lambda: START_S)
+
+
+@pytest.fixture
+def remote(loop: SelectLoop) -> Iterator[RemoteDevices]:
+    lines = {"index": "tcp:127.0.0.1:0"}
+    config = SimRemoteConfig(fingers=("index",), texture=lines, thermal_sensors=lines, can_port=free_port())
+    devices = RemoteDevices(config, loop)
+    yield devices
+    devices.close()
+
+
+@pytest.fixture
+def operator(loop: SelectLoop) -> Iterator[OperatorDevices]:
+    config = SimOperatorConfig(fingers=("index",), tacttip={"index": "tcp:127.0.0.1:0"}, can_port=free_port())
+    devices = OperatorDevices(config, loop)
+    yield devices
+    devices.close()
+
+
+def test_an_encoder_that_glitches_is_far_off_now_and_then_and_right_between() -> None:
+    encoder = Encoder()
+    encoder.fault = "glitch"
+    read_m = np.array([encoder.read(0.002) for _ in range(5000)])
+    off = np.abs(read_m - 0.002) > 0.0
+    assert set(np.round(np.abs(read_m[off] - 0.002), 9)) == {0.006}
+    assert 50 <= off.sum() <= 150  # 10 a second
+    encoder.fault = None
+    assert encoder.read(0.001) == 0.001
+
+
+def test_an_encoder_that_is_stuck_reads_what_it_read_last() -> None:
+    encoder = Encoder()
+    encoder.read(0.003)
+    encoder.fault = "stuck"
+    assert [encoder.read(place_m) for place_m in (0.0, -0.004)] == [0.003, 0.003]
+
+
+def test_a_force_sensor_freezes_or_says_one_newton_more() -> None:
+    sensor = ForceSensor()
+    sensor.read(0.7)
+    sensor.fault = "frozen"
+    assert sensor.read(2.0) == 0.7
+    sensor.fault = "biased"
+    assert sensor.read(2.0) == 3.0
+
+
+def sent(transmitter: Transmitter, name: str, frames: int) -> list[can.Message]:
+    sender = FrameSender(name)
+    values = dict.fromkeys((*FINGERS, "x", "y", "enabled"), 0.0)
+    return [transmitter.send(sender.encode(values)) for _ in range(frames)]
+
+
+@pytest.mark.parametrize(
+    ("damage", "name"), [("counter", "FingerHeights"), ("counter", "HandPose"), ("crc", "HandPose")]
+)
+@pytest.mark.parametrize("share", [0.3, 1.0])
+def test_as_many_frames_are_refused_as_were_damaged(damage: str, name: str, share: float) -> None:
+    transmitter, receiver = Transmitter(), FrameReceiver(name)
+    transmitter.damage = (damage, share)  # type: ignore[assignment]
+    refused = 0
+    for frame in sent(transmitter, name, 400):
+        try:
+            receiver.decode(bytes(frame.data))
+        except BadFrame:
+            refused += 1
+    assert refused == pytest.approx(400 * share, abs=40)
+
+
+def test_a_frame_without_a_crc_has_none_that_could_be_wrong() -> None:
+    transmitter, receiver = Transmitter(), FrameReceiver("FingerHeights")
+    transmitter.damage = ("crc", 1.0)
+    for frame in sent(transmitter, "FingerHeights", 50):
+        receiver.decode(bytes(frame.data))
+    assert receiver.refused == 0
+
+
+def test_at_both_sites_the_hand_goes_on_and_only_what_is_told_of_it_is_wrong(
+    remote: RemoteDevices, operator: OperatorDevices
+) -> None:
+    send_hand(remote, range(1, 100), x_m=0.0)
+    advance(operator, range(1, 100))
+    for devices in (remote, operator):
+        devices.faults.apply("encoder index stuck")
+    told_m = remote.robot._z_m[INDEX], operator.exoskeleton._z_m[INDEX]
+    before_m = operator.hand.z_m[INDEX]
+    advance(operator, range(100, 200))
+    send_hand(remote, range(100, 200), x_m=0.0)
+    assert (remote.robot._z_m[INDEX], operator.exoskeleton._z_m[INDEX]) == told_m
+    assert operator.hand.z_m[INDEX] != before_m
+    operator.faults.apply("mend encoder index")
+    advance(operator, range(200, 202))
+    assert operator.exoskeleton._z_m[INDEX] == operator.hand.z_m[INDEX]
+
+
+def test_a_force_sensor_lies_to_the_robot_and_not_to_the_world(remote: RemoteDevices) -> None:
+    remote.faults.apply("force index biased")
+    advance(remote, range(1, 3))
+    assert remote.robot._measured_force_n[INDEX] == pytest.approx(1.0, abs=0.1)
+    assert remote.world.force_n[INDEX] == 0.0
+    assert remote.robot._measured_force_n[INDEX + 1] == pytest.approx(0.0, abs=0.1)
+
+
+def test_one_joint_of_the_robot_is_stuck_and_the_others_go_where_they_are_sent(remote: RemoteDevices) -> None:
+    send_hand(remote, range(1, 200), x_m=0.0)
+    remote.faults.apply("disobey index")
+    before_m = remote.world.z_m.copy()
+    wanted = {"released": 0.0, **dict.fromkeys(FINGERS, 3.0)}
+    pose, heights = FrameSender("HandSetpoint"), FrameSender("HeightSetpoint")
+    for step in range(200, 500):
+        for frame in (pose.encode({"x": 20.0, "y": 0.0}), heights.encode(wanted)):
+            remote.robot.feed(frame.arbitration_id, bytes(frame.data), START_S + step * STEP_S)
+        remote.step(START_S + step * STEP_S)
+    assert remote.world.z_m[INDEX] == pytest.approx(before_m[INDEX], abs=1e-4)
+    assert remote.world.x_m == pytest.approx(0.02, abs=1e-4)
+    remote.faults.apply("mend disobey index")
+    assert remote.servos.jammed == set()

@@ -1,0 +1,43 @@
+"""The study of the kinesthetic loop, briefly on the virtual bus: it runs, and its step costs some bare springs only."""
+
+from pathlib import Path
+
+import pytest
+
+from common.can_frames import FrameReceiver, FrameSender
+from common.fingers import FINGERS
+from studies.kinesthetic_loop import measure, plot, tables
+from studies.kinesthetic_step import STIFFNESS_N_M, bare_springs
+from tests.undisturbed import undisturbed
+
+MOST_SPRINGS = 30.0
+"""A checked, gated and signed step costs 7 to 12 of the bare ones, which know neither counter nor gate nor energy."""
+
+
+def test_five_bare_springs_push_as_hard_as_their_depth() -> None:
+    heights = dict(zip(FINGERS, (1.0, 0.0, -0.5, -2.0, -10.24), strict=True))
+    pushed = bare_springs(bytes(FrameSender("FingerHeights").encode(heights).data))
+    forces = FrameReceiver("FingerForces")
+    told = forces._packing.unpack(pushed)[0]
+    wanted = [min(10.0, max(0.0, -1e-3 * STIFFNESS_N_M * height)) for height in heights.values()]
+    assert [told[finger] for finger in FINGERS] == pytest.approx(wanted, abs=0.006)
+    assert told["enabled"] == 1.0
+
+
+def test_it_runs_at_1_khz_and_a_step_costs_some_bare_springs_only(tmp_path: Path) -> None:
+    def dear(data: dict[str, list[dict[str, float]]]) -> float:
+        bare, step = (row["step_us"] for row in data["loops"] if row["rate_hz"] == 1000.0)
+        return step / bare
+
+    data = undisturbed(lambda: measure(0.4, 2, ("virtual",)), fine=lambda data: dear(data) < MOST_SPRINGS)
+    assert dear(data) < MOST_SPRINGS
+    bare, virtual, site = data["loops"]
+    assert (bare["bus"], virtual["bus"], virtual["rate_hz"], site["rate_hz"]) == ("bare loop", "virtual", 1000.0, 500.0)
+    assert virtual["ticks"] == 800
+    assert virtual["unsent"] == 0
+    assert not [problem for problem in data["problems"] if "a step costs" not in problem]
+    for answers in data["answers"]:
+        assert 0.0 < answers["p50_ms"] < answers["max_ms"]
+    assert set(tables(data)) == {"loops", "answers", "parts"}
+    plot(data, tmp_path / "figure.png")
+    assert (tmp_path / "figure.png").stat().st_size > 10_000
