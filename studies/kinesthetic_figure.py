@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, STYLE
+from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, STYLE, plain_ticks
 
 _COLOURS = {"bare loop": BLACK, "virtual": BLUE, "socketcand": RED}
-_PARTS = {"decode": BLUE, "contacts": GREEN, "gate": ORANGE, "encode": PURPLE, "bus": GREY}
+_PARTS = {"contacts": GREEN, "gate": ORANGE, "decode": BLUE, "encode": PURPLE, "bus": GREY}
 _SHARES = np.linspace(0.0, 1.0, 201)
 
 
@@ -42,12 +42,13 @@ def _draw_late(axes: Axes, rows: list[dict[str, Any]]) -> None:
     for row in rows:
         axes.plot(row["late_us"], _SHARES, **_style(row))
     axes.set(xscale="log", xlabel="tick is late by, µs", ylabel="share of ticks", title="Lateness")
+    plain_ticks(axes.xaxis, (1, 10, 100, 1000, 10_000))
     axes.legend()
 
 
 def _draw_step(axes: Axes, loops: list[dict[str, Any]], budget: float) -> None:
     rows, bare = [row for row in loops if "bus_us" in row], [row for row in loops if "bus_us" not in row]
-    names = [f"{row['bus']}\n{row['rate_hz']:g} Hz" for row in rows]
+    names = [f"{row['bus']}\n{row['rate_hz']:g}" for row in rows]
     bottom = np.zeros(len(rows))
     for part, colour in _PARTS.items():
         costs = np.array([row[f"{part}_us"] for row in rows])
@@ -55,12 +56,13 @@ def _draw_step(axes: Axes, loops: list[dict[str, Any]], budget: float) -> None:
         bottom += costs
     axes.axhline(budget * 1e3, color=RED, linestyle="--", label=f"{budget:.0%} of 1 ms")
     axes.axhline(bare[0]["step_us"], color=BLACK, linestyle=":", label="bare springs")
-    axes.set(ylabel="median cost, µs", title="One step of five fingers")
-    axes.legend()
+    axes.set(ylabel="median cost, µs", title="One tick of five fingers", ylim=(0.0, 1.7 * float(bottom.max())))
+    axes.legend(ncols=2)
 
 
 def _draw_answers(axes: Axes, rows: list[dict[str, Any]]) -> None:
     for row in rows:
         axes.plot(row["took_ms"], _SHARES, **_style(row))
     axes.set(xlabel="ms", ylabel="share of forces", title="From height measured to force there", xscale="log")
+    plain_ticks(axes.xaxis, (0.1, 0.3, 1, 3, 10, 30))
     axes.legend()

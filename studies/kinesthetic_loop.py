@@ -23,7 +23,7 @@ __all__ = ["measure", "plot", "run", "tables"]
 
 RATE_HZ, SITE_HZ = 1000.0, 500.0
 BUDGET = 0.05
-"""Share of a 1 ms period that a step may cost."""
+"""Share of a 1 ms period that five contacts and the gate may cost."""
 BARE = "bare loop"
 _SETTLE_S = 0.3
 _KEEP_UP_EVERY = 20
@@ -108,7 +108,10 @@ def measure(
         answers = [_answers(lane, step, end) for lane, step, end in ways]
         faults = [f"{lane.name}: {step.fault}" for lane, step, _ in ways if step.fault]
     dear = [row for row in rows if row["rate_hz"] == RATE_HZ and row["step_us"] > BUDGET * 1e6 / RATE_HZ]
-    problems = [f"{row['bus']}: a step costs {row['step_us']:.0f} us, more than {BUDGET:.0%} of 1 ms" for row in dear]
+    problems = [
+        f"{row['bus']}: five contacts and the gate cost {row['step_us']:.0f} us, more than {BUDGET:.0%} of 1 ms"
+        for row in dear
+    ]
     return {
         "stiffness_n_m": STIFFNESS_N_M,
         "budget": BUDGET,
@@ -157,7 +160,8 @@ def _row(lane: Lane) -> dict[str, Any]:
     spent_us = 1e6 * np.concatenate([lane.step.spent_s[first:last] for first, last in lane.measured])
     if isinstance(lane.step, BareStep):
         return {**row, "step_us": float(np.median(spent_us))}
-    row["step_us"] = float(np.median(spent_us[:, 1:].sum(axis=1)))
+    step_us = spent_us[:, PARTS.index("contacts")] + spent_us[:, PARTS.index("gate")]
+    row["step_us"] = float(np.median(step_us))
     row |= {f"{part}_us": float(each) for part, each in zip(PARTS, np.median(spent_us, axis=0), strict=True)}
     return {**row, "unsent": lane.step.exoskeleton.line.unsent}
 

@@ -23,8 +23,8 @@ from operator_site.passive_update import PassiveContact
 SURFACE_M, STIFFNESS_N_M = 0.0, ContactLaw().stiffness_cap_n_m
 """The bench, and as stiff as the site shows it."""
 PARTS = ("bus", "decode", "contacts", "gate", "encode")
-"""What a step is made of: python-can's receiving and sending; checked heights; forces wanted; forces let through; and
-their frame."""
+"""What a tick is made of: python-can's receiving and sending; heights checked and watched; forces wanted; forces let
+through; their frame. The third and the fourth are the kinesthetic step itself."""
 _NOTHING, _SKIN_C = (0.0,) * len(FINGERS), (33.0,) * len(FINGERS)
 _UNKNOWN_C, _NEVER_S = (math.nan,) * len(FINGERS), (math.inf,) * len(FINGERS)
 

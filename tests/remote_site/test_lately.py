@@ -1,0 +1,17 @@
+"""The highest and lowest of the last set-points, against looking through all of them."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from remote_site.lately import MEMORY_S, Lately
+
+
+@given(st.lists(st.tuples(st.floats(0.0, 0.3), st.floats(-1.0, 1.0)), min_size=1, max_size=60))
+def test_it_knows_the_extremes_of_what_was_told_lately(told: list[tuple[float, float]]) -> None:
+    lately, t_s, values = Lately(), 0.0, []
+    for after_s, value in told:
+        t_s += after_s
+        lately.add(t_s, value)
+        values.append((t_s, value))
+        fresh = [value for then_s, value in values if t_s - then_s <= MEMORY_S]
+        assert (lately.lowest, lately.highest) == (min(fresh), max(fresh))
