@@ -5,7 +5,7 @@ What python-can takes for the bus is kept apart. Beside it the least that Python
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import cast
 
@@ -13,14 +13,17 @@ import can
 
 from common.can_frames import FrameReceiver, FrameSender, database
 from common.can_line import CanAddress
+from common.config import RenderingConfig
 from common.fingers import FINGERS
 from common.limits import COMFORT, FINGER_FORCE_N
-from operator_site.contact_force import ContactLaw
 from operator_site.exoskeleton import Exoskeleton
 from operator_site.gate import GatedOutput, OperatorGate
 from operator_site.passive_update import PassiveContact
+from operator_site.sampled_wall import SampledWall
 
-SURFACE_M, STIFFNESS_N_M = 0.0, ContactLaw().stiffness_cap_n_m
+_SITE = RenderingConfig()
+WALL = SampledWall(_SITE.exoskeleton_damping_n_s_m, 0.001, _SITE.exoskeleton_delay_s)
+SURFACE_M, STIFFNESS_N_M = 0.0, WALL.stiffest_n_m
 """The bench, and as stiff as the site shows it."""
 PARTS = ("bus", "decode", "contacts", "gate", "encode")
 """What a tick is made of: python-can's receiving and sending; heights checked and watched; forces wanted; forces let
@@ -74,12 +77,13 @@ class KinestheticStep:
     answered_s: list[float] = field(default_factory=list)
     _contacts: list[PassiveContact] = field(init=False)
     _gate: OperatorGate = field(init=False)
+    _pushed_n: Sequence[float] = _NOTHING
     _bus: TimedBus | None = None
 
     def __post_init__(self) -> None:
         self.exoskeleton = Exoskeleton(self.address)
-        self._contacts = [PassiveContact(STIFFNESS_N_M) for _ in FINGERS]
-        self._gate = OperatorGate(COMFORT)
+        self._contacts = [PassiveContact(WALL) for _ in FINGERS]
+        self._gate = OperatorGate(COMFORT, WALL)
 
     def connect(self, t_s: float) -> bool:
         """Whether the exoskeleton has been heard; call it until it has."""
@@ -99,12 +103,13 @@ class KinestheticStep:
             self._gate.trip(fault)
         read_s = time.perf_counter()
         receiving_s = self._bus.take_s()
-        force_n = [
-            contact.step(t_s, z_m, SURFACE_M, STIFFNESS_N_M)
-            for contact, z_m in zip(self._contacts, hand.z_m, strict=True)
-        ]
+        force_n = []
+        for contact, z_m, pushed_n in zip(self._contacts, hand.z_m, self._pushed_n, strict=True):
+            contact.let_through(pushed_n)
+            force_n.append(contact.step(t_s, z_m, SURFACE_M, STIFFNESS_N_M))
         rendered_s = time.perf_counter()
-        output = pass_gate(self._gate, t_s, t_s - hand.oldest_s, force_n)
+        output = pass_gate(self._gate, t_s, t_s - hand.oldest_s, force_n, hand.z_m)
+        self._pushed_n = output.force_n
         gated_s = time.perf_counter()
         self.exoskeleton.push(output.force_n, enabled=True)
         ended_s = time.perf_counter()
@@ -120,7 +125,9 @@ class KinestheticStep:
         return self._gate.fault
 
 
-def pass_gate(gate: OperatorGate, t_s: float, age_s: float, force_n: list[float]) -> GatedOutput:
+def pass_gate(
+    gate: OperatorGate, t_s: float, age_s: float, force_n: list[float], z_m: Sequence[float]
+) -> GatedOutput:
     """Let forces through the gate, N; there are no modules with motors and plates."""
     return gate.step(
         t_s,
@@ -132,6 +139,8 @@ def pass_gate(gate: OperatorGate, t_s: float, age_s: float, force_n: list[float]
         peltier_drive=_NOTHING,
         plate_measured_c=_UNKNOWN_C,
         measurement_age_s=_NEVER_S,
+        z_m=z_m,
+        height_age_s=age_s,
     )
 
 
@@ -172,7 +181,7 @@ def part_costs_us(repeat: int) -> dict[str, float]:
     described, signed = database(), {**values, "counter": 1, "crc": 0}
     measured, pushed = (described.get_message_by_name(name) for name in ("FingerHeights", "FingerForces"))
     turn = iter(range(10**9))
-    contacts, gate = [PassiveContact(STIFFNESS_N_M) for _ in FINGERS], OperatorGate(COMFORT)
+    contacts, gate = [PassiveContact(WALL) for _ in FINGERS], OperatorGate(COMFORT, WALL)
 
     def push() -> None:
         t_s = 1e-3 * next(turn)
@@ -186,7 +195,7 @@ def part_costs_us(repeat: int) -> dict[str, float]:
         "decode": _best_us(lambda: receiver.decode(frames[next(turn) % 16]), repeat),
         "encode": _best_us(lambda: forces.encode(values), repeat),
         "contacts": _best_us(push, repeat),
-        "gate": _best_us(lambda: pass_gate(gate, 1e-3 * next(turn), 0.0, [0.49] * len(FINGERS)), repeat),
+        "gate": _best_us(lambda: pass_gate(gate, 1e-3 * next(turn), 0.0, [0.49] * len(FINGERS), [-0.001] * len(FINGERS)), repeat),
     }
 
 

@@ -58,8 +58,8 @@ class LocalModel:
         self._tick += 1
         heights = (WALL_Z_M - depth_m).tolist()
         force = [
-            contact.step(t_s, z_m, *model, approach.step(t_s, z_m))
-            for contact, approach, z_m, model in zip(
+            contact.step(t_s, z_m, surface_m, stiffness_n_m, damping_n_s_m, approach.step(t_s, z_m))
+            for contact, approach, z_m, (surface_m, stiffness_n_m, damping_n_s_m) in zip(
                 self._contacts, self._approaches, heights, packet.T.tolist(), strict=True
             )
         ]
