@@ -94,9 +94,10 @@ TOUCH_RANGES = {
 }
 """Columns of the touch block in order, each with the range that decoding enforces.
 
-stiffness_ln_sd is the standard deviation of the logarithm of the stiffness, STIFFNESS_KNOWN_LN_SD or more where it is not
-yet known; damping_n_s_m is the object's at the present force and slope_x, slope_y dz/dx, dz/dy of its surface, 0 where
-not known. effusivity_ln_sd is the standard deviation of the logarithm of the effusivity that the three thermal constants make.
+stiffness_ln_sd is the standard deviation of the logarithm of the stiffness, STIFFNESS_KNOWN_LN_SD or more where it is
+not yet known; damping_n_s_m is the object's at the present force, slope_x and slope_y are dz/dx and dz/dy of its
+surface, 0 where not known. effusivity_ln_sd is the standard deviation of the logarithm of the effusivity that the three
+thermal constants make.
 k_tap and k_stroke_v in (rad/s)/(m/s), k_stroke_f in (rad/s)/N (Kron & Schmidt 2003, Eq. 1-2); a
 conductivity of 0 W/mK says that the object's thermal constants are not known.
 """

@@ -5,7 +5,7 @@
 is the contact of Hunt & Crossley (1975), F = k d (1 + a v) at depth d = s - z, solved for the height z of the
 fingertip: s is the height of the undeformed surface, c = 1/k its compliance, a its damping and v the speed downwards.
 Noise of the force is then noise of the height, the wider the softer the object. An extended Kalman filter solves it,
-sample by sample. A sample is the mean of 8 ms, and counts when the force has changed since the last one that did: a
+sample by sample. A sample is a mean over 8 ms, and counts when the force has changed since the last one that did: a
 finger at rest tells nothing of c, and the noise of its force would be taken for pressing.
 
 Force and height alone cannot tell an object that gives way from a surface that moves or slopes. Under a press the
@@ -17,8 +17,6 @@ import math
 
 FORCE_SD_N, PLACE_SD_M, SPEED_SD_M_S = 0.011, 10e-6, 1.8e-3
 """Noise and steps of one sample's force and height, and of the speed over a window."""
-WINDOW = 5
-"""Samples whose mean is fitted: 8 ms at 500 Hz."""
 LAW_SHARE, DAMPED_SHARE = 0.01, 0.1
 """No object keeps closer to the law than to these shares of its depth, and of what damping makes of it."""
 SOFTEST_N_M, HARDEST_N_M = 50.0, 20_000.0
@@ -74,7 +72,7 @@ class PressFit:
     )
 
     def __init__(self, t_s: float, force_n: float, z_m: float) -> None:
-        """Begin with the first window of a contact: its time, s, mean force, N, and mean height, m."""
+        """Begin with the first sample of a contact: time, s, force, N, and height, m."""
         c = self.compliance_m_n = 0.5 / SOFTEST_N_M
         self.surface_m = z_m + c * force_n
         self.damping_s_m = DAMPING_S_M
@@ -103,12 +101,11 @@ class PressFit:
         """How far a surface that stands still may drift, m per root of a second."""
         return min(DRIFT_M_S05, DRIFT_N_S05 * self.compliance_m_n)
 
-    def measured(self, force_n: float, z_m: float, speed_m_s: float, samples: int = 1) -> tuple[float, float]:
-        """Height of the surface by the mean of some samples and what is known of the object; its variance, m2."""
+    def measured(self, force_n: float, z_m: float, speed_m_s: float) -> tuple[float, float]:
+        """Height of the surface by a sample and what is known of the object, m; and its variance, m2."""
         c, a = self.compliance_m_n, self.damping_s_m
         depth_m = c * force_n / max(LEAST_SHARE, 1.0 + a * speed_m_s)
-        noise_m2 = (PLACE_SD_M**2 + (c * FORCE_SD_N) ** 2) / samples
-        return z_m + depth_m, noise_m2 + (a * SPEED_SD_M_S * depth_m) ** 2
+        return z_m + depth_m, PLACE_SD_M**2 + (c * FORCE_SD_N) ** 2 + (a * SPEED_SD_M_S * depth_m) ** 2
 
     def stroked_on(self, t_s: float) -> bool:
         """Whether the finger has stroked for REST_S without a sample that counts."""
@@ -122,15 +119,16 @@ class PressFit:
         cov[0] = [variance_m2 + own_m * own_m + force_n * shared, shared, force_n * cov[1][2]]
         cov[1][0], cov[2][0] = cov[0][1:]
 
-    def step(self, t_s: float, force_n: float, z_m: float, speed_m_s: float, way_m: float) -> None:
-        """Take the newest window of samples.
+    def step(self, t_s: float, force_n: float, z_m: float, speed_m_s: float, way_m: float, samples: int) -> None:
+        """Take the mean of the newest samples.
 
         Args:
-            t_s: its time, s.
-            force_n: its mean contact force, N.
-            z_m: its mean height of the fingertip, m.
+            t_s: time, s.
+            force_n: contact force, N.
+            z_m: height of the fingertip, m.
             speed_m_s: speed downwards, m/s.
             way_m: way along the surface since the last call, m; 0 for a finger that does not stroke.
+            samples: of how many it is the mean.
         """
         self._way_m += way_m
         self.met_other = False
@@ -143,9 +141,9 @@ class PressFit:
         self._passing_m = max(0.0, self._passing_m - way_m) if way_m else 0.0
         cov[0][0] += self.drift_m_s05**2 * seconds + (STEEPNESS * way_m) ** 2
 
-        height_m, noise_m2 = self.measured(force_n, z_m, speed_m_s, WINDOW)
+        height_m, noise_m2 = self.measured(force_n, z_m, speed_m_s)
         depth_m, innovation_m = height_m - z_m, height_m - self.surface_m
-        noise_m2 += ((LAW_SHARE + DAMPED_SHARE * self.damping_s_m * abs(speed_m_s)) * depth_m) ** 2
+        noise_m2 = noise_m2 / samples + ((LAW_SHARE + DAMPED_SHARE * self.damping_s_m * abs(speed_m_s)) * depth_m) ** 2
         by_c = -depth_m / self.compliance_m_n
         by_a = depth_m * depth_m * speed_m_s / (self.compliance_m_n * force_n)
         cross = [row[0] + by_c * row[1] + by_a * row[2] for row in cov]
@@ -194,9 +192,11 @@ class PressFit:
         """Learn some of s, c and a; what is not known of the others is minded all the same."""
         gain = [each / variance * innovation_m if number in learned else 0.0 for number, each in enumerate(cross)]
         self.surface_m += gain[0]
-        self.compliance_m_n = min(max(self.compliance_m_n + gain[1], 1.0 / HARDEST_N_M), 1.0 / SOFTEST_N_M)
+        wanted = self.compliance_m_n + gain[1]
+        self.compliance_m_n = min(max(wanted, 1.0 / HARDEST_N_M), 1.0 / SOFTEST_N_M)
         self.damping_s_m = min(max(self.damping_s_m + gain[2], 0.0), MOST_DAMPING_S_M)
         for i, row in enumerate(self._cov):
             for j in range(3):
                 if i in learned or j in learned:
                     row[j] -= cross[i] * cross[j] / variance
+        self._cov[1][1] += (wanted - self.compliance_m_n) ** 2  # what cannot be is not believed

@@ -10,9 +10,11 @@ import math
 from collections import deque
 
 from common.messages import STIFFNESS_KNOWN_LN_SD, TOUCH_RANGES
-from remote_site.press_fit import SOFTEST_N_M, WINDOW, PressFit
+from remote_site.press_fit import SOFTEST_N_M, PressFit
 from remote_site.surface_height import SurfaceHeight
 
+WINDOW = 5
+"""Samples, 8 ms at 500 Hz, whose mean is fitted, and over which speeds are measured."""
 ONSET_N, OFF_N = 0.05, 0.02
 """A contact begins at the first and ends below the second: five and two times the noise of the force."""
 LONGEST_GAP_S = 0.1
@@ -39,7 +41,7 @@ class TouchedSurface:
     __slots__ = (
         "_fit",
         "_height",
-        "_onset",
+        "_onset_z_m",
         "_recent",
         "damping_n_s_m",
         "slope_x",
@@ -50,7 +52,7 @@ class TouchedSurface:
     )
 
     def __init__(self) -> None:
-        self._onset: tuple[float, float] | None
+        self._onset_z_m: float | None
         self._fit: PressFit | None
         self._height: SurfaceHeight | None
         self._recent: deque[tuple[float, float, float, float, float]] = deque(maxlen=WINDOW)
@@ -70,44 +72,43 @@ class TouchedSurface:
             recent.clear()
             self._release()
         recent.append((t_s, force_n, x_m, y_m, z_m))
-        if self._onset is None:
+        if self._onset_z_m is None:
             if force_n < ONSET_N:
                 return
-            self._onset = t_s, z_m
+            self._onset_z_m = z_m
+            while len(recent) > 1:
+                recent.popleft()
         elif force_n < OFF_N:
             self._release()
             return
-        onset_s, onset_z_m = self._onset
-        if recent[0][0] >= onset_s and len(recent) == WINDOW:
+        else:
             self._feel()
         if self._height is None:
-            self._tell_too_little(onset_z_m, force_n, z_m)
+            self._tell_too_little(self._onset_z_m, force_n, z_m)
 
     def _release(self) -> None:
         """Nothing is touched, and so nothing is known."""
-        self._onset = self._fit = self._height = None
+        self._onset_z_m = self._fit = self._height = None
         self.stiffness_n_m = self.surface_z_m = self.damping_n_s_m = self.slope_x = self.slope_y = 0.0
         self.stiffness_ln_sd = UNKNOWN_LN_SD
 
     def _feel(self) -> None:
-        """Take the newest window of a contact's samples."""
-        (from_s, _, from_x_m, from_y_m, from_z_m), (last_s, _, last_x_m, last_y_m, _) = (
-            self._recent[0],
-            self._recent[-2],
-        )
-        t_s, force_n, x_m, y_m, z_m = self._recent[-1]
-        _, forces_n, _, _, heights_m = zip(*self._recent, strict=True)
-        mean_n, mean_m = sum(forces_n) / WINDOW, sum(heights_m) / WINDOW
+        """Take the newest samples of a contact, two or more."""
+        recent, samples = self._recent, len(self._recent)
+        from_s, _, from_x_m, from_y_m, from_z_m = recent[0]
+        last_s, _, last_x_m, last_y_m, _ = recent[-2]
+        t_s, force_n, x_m, y_m, z_m = recent[-1]
+        mean_n, mean_m = sum(sample[1] for sample in recent) / samples, sum(sample[4] for sample in recent) / samples
         if self._fit is None:
-            self._fit = PressFit(t_s, mean_n, mean_m)
+            self._fit = PressFit(last_s, recent[0][1], from_z_m)
         fit, height = self._fit, self._height
         sinks_m_s = (from_z_m - z_m) / (t_s - from_s)
         dx_m, dy_m = x_m - last_x_m, y_m - last_y_m
-        if math.hypot(x_m - from_x_m, y_m - from_y_m) < STROKE_M_S * (t_s - from_s):
+        if samples < WINDOW or math.hypot(x_m - from_x_m, y_m - from_y_m) < STROKE_M_S * (t_s - from_s):
             dx_m = dy_m = 0.0
         if height is not None and fit.stroked_on(t_s):
             fit.see(height.height_m, height.variance_m2, force_n)
-        fit.step(t_s, mean_n, mean_m, sinks_m_s, math.hypot(dx_m, dy_m))
+        fit.step(t_s, mean_n, mean_m, sinks_m_s, math.hypot(dx_m, dy_m), samples)
         self.stiffness_ln_sd = min(fit.ln_sd, UNKNOWN_LN_SD)
         if height is None and not self.known:
             return

@@ -27,6 +27,7 @@ STUDIES = {
     "exploration-modes": "studies.exploration_modes",
     "groove-spacing": "studies.groove_spacing",
     "vibration": "studies.vibration",
+    "surface-identification": "studies.surface_identification",
     "teleoperation-stability": "studies.teleoperation_stability",
     "deadband": "studies.deadband",
     "kinesthetic-loop": "studies.kinesthetic_loop",

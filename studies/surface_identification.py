@@ -1,0 +1,299 @@
+"""What one press tells of an object: stiffness, how soon it is known, and a surface that moves, slopes and changes.
+
+The physics is that of studies/felt_surface.py; forces have 0.01 N of noise in 12 bits, or the CAN frames' wider steps.
+"""
+
+import math
+import time
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from remote_site.touched_surface import TouchedSurface
+from studies.felt_surface import STEPS, TICK_S, Felt, Floats, sense
+from studies.registry import Tell
+from studies.surface_identification_figure import plot
+from studies.surface_scenes import HAND_STEP_M, STROKE_FROM_S, Told, pressed, rested, stroked, tell
+
+__all__ = ["plot", "run", "tables"]
+
+STIFFNESSES_N_M = (100.0, 200.0, 500.0, 1000.0, 2000.0, 3000.0)
+PRESSES, QUICK_PRESSES = 100, 8
+FORCES_N = ((2.0, 3.0), (3.0, 4.0), (4.0, 5.0))
+WITHIN = 0.15
+DAMPINGS_S_M = (0.0, 0.5, 3.0)
+"""Hunt and Crossley's constant of other objects than the simulated world's, which has 1.5."""
+RESTED_N_M = (50.0, 150.0, 500.0, 1000.0, 3000.0)
+MOVES = {"2 mm, 0.25 Hz": (1e-3, 0.25), "12 mm/s, 0.5 Hz": (12e-3 / math.pi, 0.5)}
+"""Amplitude, m, and frequency, Hz."""
+MOVED_N_M, MOVED_N = (150.0, 500.0, 1000.0, 3000.0), 4.0
+SETTLED_S = 1.5
+TISSUE_N_M, NODULE_N_M, NODULE_FROM_M, NODULE_TO_M = 150.0, 600.0, 0.03, 0.05
+EDGES_M = (0.0, 2e-3, 5e-3)
+SLOPE = 0.1
+MOST_LAG_TICKS = 100
+TABLES = ("presses", "known", "dampings", "jitter", "moving", "nodule", "slope", "cost")
+
+
+def run(quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
+    """Press, rest, breathe and stroke: rows of TABLES, and three courses for the figure."""
+    rng = np.random.default_rng([seed, 20])
+    count = QUICK_PRESSES if quick else PRESSES
+    presses, known = [], []
+    for number, stiffness_n_m in enumerate(STIFFNESSES_N_M):
+        tell(0.8 * number / len(STIFFNESSES_N_M))
+        felt, force_n = pressed(np.full(count, stiffness_n_m), rng)
+        for steps in STEPS:
+            judged = [_judge(felt, finger, each) for finger, each in enumerate(_told(felt, rng, steps))]
+            kind = {"steps": steps, "stiffness_n_m": stiffness_n_m}
+            presses += [kind | row for row in _by_force(judged, force_n)]
+            known.append(kind | _known(judged))
+    tell(0.8)
+    dampings = list(_dampings(count, rng))
+    jitter = list(_jitter(rng))
+    moving, breath = _moving(rng)
+    nodule, lump = _nodule(rng)
+    tell(0.95)
+    return {
+        "quick": quick,
+        "presses": presses,
+        "known": known,
+        "dampings": dampings,
+        "jitter": jitter,
+        "moving": moving,
+        "nodule": nodule,
+        "slope": list(_slope(rng)),
+        "cost": _cost(rng),
+        "courses": {"breath": breath, "nodule": lump},
+    }
+
+
+def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
+    """All rows by what they tell."""
+    return {name: data[name] for name in TABLES}
+
+
+def _told(felt: Felt, rng: np.random.Generator, steps: str = "12 bits") -> list[Told]:
+    force_n, z_m = sense(felt, rng, STEPS[steps])
+    x_m = np.round(felt.x_m / HAND_STEP_M) * HAND_STEP_M
+    return [tell(*columns) for columns in zip(force_n.T, z_m.T, x_m.T, strict=True)]
+
+
+def _judge(felt: Felt, finger: int, told: Told) -> dict[str, Any]:
+    """One press: its error at the end, what was told as known, when, and how much harder than the object before."""
+    force_n, z_m = felt.force_n[:, finger], felt.z_m[:, finger]
+    error = told.stiffness_n_m / felt.stiffness_n_m[:, finger] - 1.0
+    first = int(np.flatnonzero(force_n > 0.0)[0])
+    last = int(np.flatnonzero(force_n > 1.0)[-1])
+    until = int(np.argmax(told.known)) if told.known.any() else len(force_n)
+    shown_n = told.stiffness_n_m * np.maximum(0.0, told.surface_m - z_m)
+    return {
+        "known": bool(told.known[last]),
+        "error": float(abs(error[last])),
+        "known_at_peak": bool(told.known[int(np.argmax(force_n))]),
+        "known_ticks": int(told.known.sum()),
+        "right_ticks": int((np.abs(error[told.known]) <= WITHIN).sum()),
+        "seconds": TICK_S * (until - first) if told.known.any() else None,
+        "force_when_known_n": float(force_n[until]) if told.known.any() else None,
+        "harder_n": float((shown_n - force_n)[:until].max()),
+    }
+
+
+def _by_force(judged: list[dict[str, Any]], force_n: Floats) -> Iterator[dict[str, Any]]:
+    """Errors at the end of the presses that told the stiffness, by their largest force."""
+    for low, high in FORCES_N:
+        mine = [each for each, newton in zip(judged, force_n.tolist(), strict=True) if low <= newton < high]
+        errors = [each["error"] for each in mine if each["known"]]
+        if errors:
+            yield {"from_n": low, "to_n": high, "count": len(mine), "known": len(errors)} | _quantiles("error", errors)
+
+
+def _known(judged: list[dict[str, Any]]) -> dict[str, Any]:
+    seconds = [each["seconds"] for each in judged if each["seconds"] is not None]
+    return {
+        "count": len(judged),
+        "unknown_at_peak": sum(not each["known_at_peak"] for each in judged),
+        "unknown_at_end": sum(not each["known"] for each in judged),
+        "ever_told_wrong": sum(each["right_ticks"] < each["known_ticks"] for each in judged),
+        "share_right_when_known": sum(e["right_ticks"] for e in judged) / max(1, sum(e["known_ticks"] for e in judged)),
+        "harder_n": max(each["harder_n"] for each in judged),
+        "median_force_n": float(np.median([e["force_when_known_n"] for e in judged if e["seconds"] is not None])),
+    } | _quantiles("seconds", seconds)
+
+
+def _quantiles(name: str, values: list[float]) -> dict[str, float]:
+    p50, p95, most = np.quantile(values, (0.5, 0.95, 1.0)).tolist()
+    return {f"{name}_p50": p50, f"{name}_p95": p95, f"{name}_most": most}
+
+
+def _dampings(count: int, rng: np.random.Generator) -> Iterator[dict[str, Any]]:
+    """Presses of all stiffnesses on objects of other damping."""
+    for damping_s_m in DAMPINGS_S_M:
+        felt, force_n = pressed(np.repeat(STIFFNESSES_N_M, max(2, count // 5)), rng, damping_s_m)
+        told = _told(felt, rng)
+        judged = [_judge(felt, finger, each) for finger, each in enumerate(told)]
+        constants = [
+            each.damping_n_s_m[last] / felt.force_n[last, finger]
+            for finger, each in enumerate(told)
+            if each.damping_n_s_m[last := int(np.flatnonzero(felt.force_n[:, finger] > 1.0)[-1])] > 0.0
+        ]
+        yield (
+            {
+                "damping_s_m": damping_s_m,
+                "count": len(force_n),
+                "unknown_at_end": sum(not each["known"] for each in judged),
+                "ever_told_wrong": sum(each["right_ticks"] < each["known_ticks"] for each in judged),
+                "damping_told": len(constants),
+                "told_p50_s_m": float(np.median(constants)) if constants else None,
+            }
+            | _quantiles("error", [each["error"] for each in judged if each["known"]])
+        )
+
+
+def _jitter(rng: np.random.Generator) -> Iterator[dict[str, Any]]:
+    """Standard deviation of the surface of a finger that rests with 1 N, told and raw, z + F/k."""
+    stiffness_n_m = np.array(RESTED_N_M)
+    felt = rested(stiffness_n_m, 1.0, 6.0)
+    late = felt.time_s > SETTLED_S
+    force_n, z_m = sense(felt, rng, STEPS["12 bits"])
+    raw_m = (z_m + force_n / stiffness_n_m)[late].std(axis=0)
+    for finger, wall_n_m in enumerate(RESTED_N_M):
+        told_m = tell(force_n[:, finger], z_m[:, finger], felt.x_m[:, finger]).surface_m[late]
+        yield {
+            "stiffness_n_m": wall_n_m,
+            "raw_mm": 1e3 * float(raw_m[finger]),
+            "told_mm": 1e3 * float(told_m.std()),
+            "told_in_10_ms_mm": 1e3 * float((told_m[5:] - told_m[:-5]).std()),
+        }
+
+
+def _moving(rng: np.random.Generator) -> tuple[list[dict[str, Any]], dict[str, list[float]]]:
+    """Surfaces that breathe below a resting finger: how late they are told; and one's course."""
+    rows, course = [], {}
+    for name, (amplitude_m, frequency_hz) in MOVES.items():
+        felt = rested(np.array(MOVED_N_M), MOVED_N, 8.0, amplitude_m=amplitude_m, frequency_hz=frequency_hz)
+        late = felt.time_s > SETTLED_S
+        for finger, told in enumerate(_told(felt, rng)):
+            true_m = felt.surface_m[:, finger]
+            shown_n = told.stiffness_n_m * np.maximum(0.0, told.surface_m - felt.z_m[:, finger])
+            rows.append(
+                {
+                    "moves": name,
+                    "stiffness_n_m": MOVED_N_M[finger],
+                    "lag_ms": 1e3 * TICK_S * _lag_ticks(told.surface_m, true_m, late),
+                    "offset_mm": 1e3 * float((told.surface_m - true_m)[late].mean()),
+                    "off_beside_mm": 1e3 * float((told.surface_m - true_m)[late].std()),
+                    "force_off_rms_n": float(np.sqrt(((shown_n - felt.force_n[:, finger])[late] ** 2).mean())),
+                    "stiffness_error": float(np.median(told.stiffness_n_m[late]) / MOVED_N_M[finger] - 1.0),
+                    "share_known": float(told.known[late].mean()),
+                }
+            )
+            if not course and MOVED_N_M[finger] == 500.0:
+                course = _course(felt.time_s, true_mm=1e3 * true_m, told_mm=1e3 * told.surface_m)
+    return rows, course
+
+
+def _lag_ticks(told_m: Floats, true_m: Floats, late: Any) -> int:
+    """The delay that explains what is told best, whatever its constant offset."""
+    ticks = np.flatnonzero(late)
+    return min(range(MOST_LAG_TICKS), key=lambda lag: float((told_m[ticks] - true_m[ticks - lag]).std()))
+
+
+def _nodule(rng: np.random.Generator) -> tuple[list[dict[str, Any]], dict[str, list[float]]]:
+    """A stroke from tissue over a nodule with soft and hard edges, and one's course."""
+    rows, course = [], {}
+    for edge_m in EDGES_M:
+
+        def stiffness_n_m(x_m: Floats, edge_m: float = max(edge_m, 1e-6)) -> Floats:
+            upon = np.clip((x_m - NODULE_FROM_M) / edge_m, 0.0, 1.0) - np.clip((x_m - NODULE_TO_M) / edge_m, 0.0, 1.0)
+            return TISSUE_N_M + (NODULE_N_M - TISSUE_N_M) * upon
+
+        felt = stroked(stiffness_n_m, np.array([TISSUE_N_M] * 4), 1.0, STROKE_FROM_S + 2.4)
+        for told in _told(felt, rng):
+            ratio = told.stiffness_n_m / felt.stiffness_n_m[:, 0]
+            x_m, stroking = felt.x_m[:, 0], felt.time_s > STROKE_FROM_S
+            rows.append(
+                {
+                    "edge_mm": 1e3 * edge_m,
+                    "onto_ms": _settles_ms(ratio, x_m, NODULE_FROM_M + edge_m, NODULE_TO_M),
+                    "off_ms": _settles_ms(ratio, x_m, NODULE_TO_M + edge_m, math.inf),
+                    "nodule_error": float(ratio[x_m < NODULE_TO_M][-1] - 1.0),
+                    "after_error": float(ratio[-1] - 1.0),
+                    "surface_off_most_mm": 1e3 * float(np.abs(told.surface_m[stroking]).max()),
+                }
+            )
+            if not course and edge_m == EDGES_M[1]:
+                course = _course(
+                    1e3 * x_m[stroking], true_n_m=felt.stiffness_n_m[stroking, 0], told_n_m=told.stiffness_n_m[stroking]
+                )
+    return rows, course
+
+
+def _settles_ms(ratio: Floats, x_m: Floats, from_m: float, to_m: float) -> float | None:
+    """Time from where the finger is fully on something until what is told stays within 15 %; None: it does not."""
+    here = np.abs(ratio[(x_m >= from_m) & (x_m < to_m)] - 1.0) <= WITHIN
+    if not here[-1]:
+        return None
+    wrong = np.flatnonzero(~here)
+    return 1e3 * TICK_S * (int(wrong[-1]) + 1 if len(wrong) else 0)
+
+
+def _slope(rng: np.random.Generator) -> Iterator[dict[str, Any]]:
+    """A stroke up a slope: when it is told, and how well."""
+    wall = np.array(RESTED_N_M[1:])
+    felt = stroked(lambda _: wall, wall, 1.5, STROKE_FROM_S + 1.5, slope=SLOPE)
+    for finger, told in enumerate(_told(felt, rng)):
+        tells = told.slope != 0.0
+        late = tells & (felt.time_s > STROKE_FROM_S + 0.5)
+        yield {
+            "stiffness_n_m": RESTED_N_M[1:][finger],
+            "after_ms": 1e3 * TICK_S * float(np.argmax(tells)) - 1e3 * STROKE_FROM_S,
+            "mean": float(told.slope[late].mean()),
+            "sd": float(told.slope[late].std()),
+        }
+
+
+def _cost(rng: np.random.Generator) -> list[dict[str, Any]]:
+    """Processor time of one finger's tick while pressed, resting and stroking, beside a call that does nothing."""
+    wall = np.array([500.0])
+    pressing = pressed(wall, rng)[0]
+    cases = {"pressing": pressing, "stroking": stroked(lambda _: wall, wall, 2.0, STROKE_FROM_S + 1.5, slope=0.02)}
+    rows = []
+    for name, felt in cases.items():
+        force_n, z_m = sense(felt, rng, STEPS["12 bits"])
+        samples = [
+            (TICK_S * tick, force, x, 0.0, z)
+            for tick, (force, x, z) in enumerate(zip(force_n[:, 0], felt.x_m[:, 0], z_m[:, 0], strict=True))
+            if force > 0.1
+        ]
+        plain = [tuple(map(float, sample)) for sample in samples]
+        own, bare = zip(*((_seconds(TouchedSurface(), plain), _seconds(_Bare(), plain)) for _ in range(7)), strict=True)
+        rows.append(
+            {
+                "while": name,
+                "us_a_tick": 1e6 * min(own) / len(plain),
+                "bare_call_us": 1e6 * min(bare) / len(plain),
+                "times_a_bare_call": min(own) / min(bare),
+            }
+        )
+    return rows
+
+
+class _Bare:
+    """The same call, and nothing in it."""
+
+    def step(self, t_s: float, force_n: float, x_m: float, y_m: float, z_m: float) -> None:
+        """Do nothing."""
+
+
+def _seconds(finger: TouchedSurface | _Bare, samples: list[tuple[float, ...]]) -> float:
+    start = time.process_time()
+    for sample in samples:
+        finger.step(*sample)
+    return time.process_time() - start
+
+
+def _course(along: Floats, **columns: Floats) -> dict[str, list[float]]:
+    """Every fifth value, for the figure; `along` is a time, s, or a way, mm."""
+    return {name: values[::5].round(4).tolist() for name, values in ({"along": along} | columns).items()}

@@ -1,0 +1,95 @@
+"""Panels of the study of surfaces: error and time of one press, jitter, a breathing surface, and a nodule."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from teletaction.figure_style import BLUE, GREY, ORANGE, RED, STYLE, plain_ticks
+
+_COLOURS = {"12 bits": BLUE, "CAN frames": ORANGE}
+_JND = 0.23
+
+
+def plot(data: Mapping[str, Any], path: Path) -> None:
+    """Write the figure of what the study returned as PNG."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(12.0, 7.5), layout="constrained")
+        FigureCanvasAgg(figure)
+        panels = figure.subplots(2, 2).ravel()
+        for axes, draw in zip(panels, (draw_errors, draw_jitter, draw_breath, draw_nodule), strict=True):
+            draw(axes, data)
+        figure.savefig(path, dpi=150)
+
+
+def draw_errors(axes: Axes, data: Mapping[str, Any]) -> None:
+    """Error of the stiffness at the end of one press, by stiffness: worst of each force, and all medians."""
+    for steps, colour in _COLOURS.items():
+        rows = [row for row in data["presses"] if row["steps"] == steps]
+        shift = 0.97 if steps == "12 bits" else 1.03
+        for name, marker, label in (("error_most", "v", "worst"), ("error_p50", "o", "median")):
+            axes.plot(
+                [shift * row["stiffness_n_m"] for row in rows],
+                [100 * row[name] for row in rows],
+                marker,
+                color=colour,
+                markersize=5,
+                label=f"{label}, {steps}",
+            )
+    for percent, name, line in ((15.0, "wanted", ":"), (100 * _JND, "just noticed", "--")):
+        axes.axhline(percent, color=GREY, linestyle=line)
+        axes.text(100.0, 1.04 * percent, name, color=GREY, fontsize=8)
+    axes.set_xscale("log")
+    plain_ticks(axes.xaxis, sorted({row["stiffness_n_m"] for row in data["presses"]}))
+    axes.set_yscale("log")
+    plain_ticks(axes.yaxis, (0.1, 0.3, 1, 3, 10, 30))
+    axes.set_ylim(0.05, 35.0)
+    axes.set_xlabel("stiffness (N/m)")
+    axes.set_ylabel("error after one press (%)")
+    axes.set_title("One press of 2 to 5 N; a mark for each 1 N of force", loc="left")
+    axes.legend(ncols=2, loc="lower right", bbox_to_anchor=(1.0, -0.02))
+
+
+def draw_jitter(axes: Axes, data: Mapping[str, Any]) -> None:
+    """Jitter of the surface under a resting finger, raw and told, against the stiffness of the wall."""
+    wall_n_m = [row["stiffness_n_m"] for row in data["jitter"]]
+    for name, label, colour in (("raw_mm", "z + F/k", RED), ("told_mm", "told", BLUE)):
+        axes.plot(wall_n_m, [row[name] for row in data["jitter"]], color=colour, marker="o", label=label)
+    axes.axhline(0.05, color=GREY, linestyle=":")
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    plain_ticks(axes.xaxis, wall_n_m)
+    plain_ticks(axes.yaxis, (0.001, 0.003, 0.01, 0.03, 0.1, 0.3))
+    axes.set_xlabel("stiffness of the wall (N/m)")
+    axes.set_ylabel("standard deviation (mm)")
+    axes.set_title("Surface under a finger at rest", loc="left")
+    axes.legend()
+
+
+def draw_breath(axes: Axes, data: Mapping[str, Any]) -> None:
+    """A breathing surface, true and told, over time."""
+    course = data["courses"]["breath"]
+    axes.plot(course["along"], course["true_mm"], color=GREY, linewidth=2.5, label="true")
+    axes.plot(course["along"], course["told_mm"], color=BLUE, label="told")
+    row = next(row for row in data["moving"] if row["stiffness_n_m"] == 500.0)
+    axes.set_ylim(-1.6, 1.6)
+    axes.set_xlabel("time (s)")
+    axes.set_ylabel("height of the surface (mm)")
+    axes.set_title(f"500 N/m, breathing by {row['moves']}; told {row['lag_ms']:.0f} ms late", loc="left")
+    axes.legend(loc="upper right")
+
+
+def draw_nodule(axes: Axes, data: Mapping[str, Any]) -> None:
+    """Stiffness along a stroke over a nodule, true and told."""
+    course = data["courses"]["nodule"]
+    axes.plot(course["along"], course["true_n_m"], color=GREY, linewidth=2.5, label="true")
+    axes.plot(course["along"], course["told_n_m"], color=BLUE, label="told")
+    axes.set_ylim(0.0, None)
+    axes.set_xlabel("way along the stroke (mm), at 30 mm/s")
+    axes.set_ylabel("stiffness (N/m)")
+    axes.set_title("From tissue over a nodule with edges of 2 mm", loc="left")
+    axes.legend(loc="upper right")
