@@ -125,9 +125,7 @@ class KinestheticStep:
         return self._gate.fault
 
 
-def pass_gate(
-    gate: OperatorGate, t_s: float, age_s: float, force_n: list[float], z_m: Sequence[float]
-) -> GatedOutput:
+def pass_gate(gate: OperatorGate, t_s: float, age_s: float, force_n: list[float], z_m: Sequence[float]) -> GatedOutput:
     """Let forces through the gate, N; there are no modules with motors and plates."""
     return gate.step(
         t_s,
@@ -195,7 +193,9 @@ def part_costs_us(repeat: int) -> dict[str, float]:
         "decode": _best_us(lambda: receiver.decode(frames[next(turn) % 16]), repeat),
         "encode": _best_us(lambda: forces.encode(values), repeat),
         "contacts": _best_us(push, repeat),
-        "gate": _best_us(lambda: pass_gate(gate, 1e-3 * next(turn), 0.0, [0.49] * len(FINGERS), [-0.001] * len(FINGERS)), repeat),
+        "gate": _best_us(
+            lambda: pass_gate(gate, 1e-3 * next(turn), 0.0, [0.49] * len(FINGERS), [-0.001] * len(FINGERS)), repeat
+        ),
     }
 
 
