@@ -71,6 +71,8 @@ TOUCH_RANGES = {
     "mode": (0, 3),
     "contact": (0, 1),
     "contact_force_n": (0, 10.5),
+    "x_m": (-0.66, 0.66),
+    "y_m": (-0.66, 0.66),
     "surface_z_m": (-0.011, 0.011),
     "stiffness_n_m": (0, 20_000),
     "stiffness_ln_sd": (0, 10),
@@ -94,12 +96,12 @@ TOUCH_RANGES = {
 }
 """Columns of the touch block in order, each with the range that decoding enforces.
 
-stiffness_ln_sd is the standard deviation of the logarithm of the stiffness, STIFFNESS_KNOWN_LN_SD or more where it is
-not yet known; damping_n_s_m is the object's at the present force, slope_x and slope_y are dz/dx and dz/dy of its
-surface, 0 where not known. effusivity_ln_sd is the standard deviation of the logarithm of the effusivity that the three
-thermal constants make.
-k_tap and k_stroke_v in (rad/s)/(m/s), k_stroke_f in (rad/s)/N (Kron & Schmidt 2003, Eq. 1-2); a
-conductivity of 0 W/mK says that the object's thermal constants are not known.
+The surface is a plane through the height surface_z_m where the remote hand is over (x_m, y_m); slope_x and slope_y are
+its dz/dx and dz/dy, 0 where not known. stiffness_ln_sd is the standard deviation of the logarithm of the stiffness,
+STIFFNESS_KNOWN_LN_SD or more where it is not yet known; damping_n_s_m is the object's at the present force.
+effusivity_ln_sd is the standard deviation of the logarithm of the effusivity that the three thermal constants make.
+k_tap and k_stroke_v in (rad/s)/(m/s), k_stroke_f in (rad/s)/N (Kron & Schmidt 2003, Eq. 1-2); a conductivity of 0 W/mK
+says that the object's thermal constants are not known.
 """
 TOUCH_FIELDS = tuple(TOUCH_RANGES)
 TOUCH_COLUMN = {name: column for column, name in enumerate(TOUCH_FIELDS)}
@@ -179,7 +181,7 @@ class Touch(NamedTuple):
 
     @property
     def block(self) -> Floats:
-        """(5, 23) of `TOUCH_FIELDS`; read only."""
+        """(5, 25) of `TOUCH_FIELDS`; read only."""
         return TOUCH_BLOCK.array(self.floats)
 
 

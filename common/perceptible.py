@@ -3,6 +3,7 @@
 Each number is compared by itself: a norm over several would hide one that is old (Hinterseer et al. 2008).
 """
 
+import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -19,6 +20,10 @@ _MOTION_M = np.array([PLANE_M, PLANE_M, HEIGHT_M])
 
 FORCE_WEBER = 0.07
 """Of a force, and of a stiffness, which is felt by its force (Jones 1989: 7 to 10 %)."""
+_DAMPING_WEBER = 0.15
+"""Half of what is told apart (Jones & Hunter 1993: 34 %)."""
+_SLOPE = 0.02
+"""Over 5 mm, 50 ms of a stroke of 100 mm/s, that is the height of a finger that is told."""
 _RATE_WEBER = 0.10
 """Of vibrations and of their decay: a third of what is told apart (Israr & Tan 2006)."""
 _HEAT_WEBER = 0.05
@@ -33,12 +38,20 @@ class Step(NamedTuple):
 
 
 _AT_ONCE = Step(0.0, 0.0)
+_BY_ITSELF_NEVER = Step(0.0, math.inf)
+"""Only says where the others were true."""
 TOUCH_STEPS: Mapping[str, Step] = {
     "mode": _AT_ONCE,
     "contact": _AT_ONCE,
     "contact_force_n": Step(FORCE_WEBER, 0.05),
+    "x_m": _BY_ITSELF_NEVER,
+    "y_m": _BY_ITSELF_NEVER,
     "surface_z_m": Step(0.0, HEIGHT_M),
     "stiffness_n_m": Step(FORCE_WEBER, 0.0),
+    "stiffness_ln_sd": Step(0.10, 0.02),
+    "damping_n_s_m": Step(_DAMPING_WEBER, 0.1),
+    "slope_x": Step(0.0, _SLOPE),
+    "slope_y": Step(0.0, _SLOPE),
     "k_tap": Step(_RATE_WEBER, 0.0),
     "b_tap_per_s": Step(_RATE_WEBER, 0.0),
     "k_stroke_v": Step(_RATE_WEBER, 0.0),

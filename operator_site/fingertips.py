@@ -32,13 +32,16 @@ from operator_site.vibration import FingerVibration, PlayedEvents, Surface
 NEAR_SURFACE_M = 0.3e-3
 """A finger this close above the remote surface counts as touching for heat: heights of two sites differ a little."""
 
+PLANE_REACHES_M = 1e-3
+"""A sloping surface is taken to rise or fall by no more than this away from where it was felt: surfaces bend."""
+
 MOST_STEPS = 10
 """Of skin in one tick, 0.1 s: after a longer standstill outputs have gone to neutral, and time goes on from there."""
 
 _MODE = TOUCH_COLUMN["mode"]
 _CONTACT = TOUCH_COLUMN["contact"]
 _FORCE = TOUCH_COLUMN["contact_force_n"]
-_SURFACE = TOUCH_COLUMN["surface_z_m"]
+_PLANE = [TOUCH_COLUMN[name] for name in ("surface_z_m", "x_m", "y_m", "slope_x", "slope_y")]
 _STIFFNESS = TOUCH_COLUMN["stiffness_n_m"]
 _DAMPING = TOUCH_COLUMN["damping_n_s_m"]
 _VIBRATION = [TOUCH_COLUMN[name] for name in ("k_tap", "b_tap_per_s", "k_stroke_v", "k_stroke_f", "b_groove_per_s")]
@@ -90,6 +93,7 @@ class Fingertips:
         self._t_s = math.nan
         self._heat_t_s = math.nan
         self._block: NDArray[np.float32] | None = None
+        self._surface_m = [0.0] * n
         self._rows: list[list[float]] = [[0.0] * len(TOUCH_COLUMN)] * n
         self.impulses_played: list[int] = []
         """Idents of the taps and grooves begun in the last step."""
@@ -106,6 +110,8 @@ class Fingertips:
         touch: NDArray[np.float32],
         events: Sequence[Event],
         speed_m_s: float,
+        x_m: float,
+        y_m: float,
         z_m: Sequence[float],
         pushed_n: Sequence[float],
         plate_c: Sequence[float],
@@ -116,10 +122,11 @@ class Fingertips:
         Args:
             t_s: time on a steady clock, s.
             engaged: whether outputs act; while not, plate loops rest and events pass unplayed.
-            touch: last accepted block (5, 23) of `common.messages.TOUCH_FIELDS`; hand over the same array until there
+            touch: last accepted block (5, 25) of `common.messages.TOUCH_FIELDS`; hand over the same array until there
                 is a new one, it is unpacked once only.
             events: events of the last packet, played or not.
             speed_m_s: the hand's own stroke speed along x.
+            x_m, y_m: where the hand is.
             z_m: height of each fingertip.
             pushed_n: force that was let through to each since the last step.
             plate_c: last reading of each plate, C; NaN without one.
@@ -141,11 +148,12 @@ class Fingertips:
             approach_m_s = self._approaches[finger].step(t_s, z_m[finger])
             contact = self._contacts[finger]
             contact.let_through(pushed_n[finger])
-            newton = contact.step(t_s, z_m[finger], row[_SURFACE], row[_STIFFNESS], row[_DAMPING], approach_m_s)
+            surface_m = self._surface_m[finger] = _surface_below(row, x_m, y_m)
+            newton = contact.step(t_s, z_m[finger], surface_m, row[_STIFFNESS], row[_DAMPING], approach_m_s)
             force.append(newton)
             ahead_s = math.inf
             if row[_STIFFNESS] > 0.0:
-                ahead_s = contact_in_s(z_m[finger] - row[_SURFACE], approach_m_s)
+                ahead_s = contact_in_s(z_m[finger] - surface_m, approach_m_s)
             self._contact_in_s[finger] = ahead_s
             mine = [event for event in fresh if event.finger == finger] if engaged and fresh else ()
             # The finger's own force says how hard it strokes; before a surface is known, the remote finger's.
@@ -206,7 +214,7 @@ class Fingertips:
     def _heat(self, z_m: Sequence[float], steps: int) -> None:
         """Some steps of 10 ms of all fingers' skin in the scene."""
         for finger, row in enumerate(self._rows):
-            near = row[_STIFFNESS] > 0.0 and z_m[finger] < row[_SURFACE] + NEAR_SURFACE_M
+            near = row[_STIFFNESS] > 0.0 and z_m[finger] < self._surface_m[finger] + NEAR_SURFACE_M
             touched = None
             if near or row[_CONTACT] > 0.0:
                 touched = touched_object(*(row[column] for column in _THERMAL))
@@ -229,3 +237,10 @@ class Fingertips:
                 if contact_s <= self._display.needs_s(finger, goal_c):
                     found[finger] = goal_c
         return found
+
+
+def _surface_below(row: Sequence[float], x_m: float, y_m: float) -> float:
+    """Height of the surface, m, with the hand here: the remote hand, which felt it, is somewhat behind."""
+    surface_m, felt_x_m, felt_y_m, slope_x, slope_y = (row[column] for column in _PLANE)
+    rise_m = slope_x * (x_m - felt_x_m) + slope_y * (y_m - felt_y_m)
+    return surface_m + min(PLANE_REACHES_M, max(-PLANE_REACHES_M, rise_m))

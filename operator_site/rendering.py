@@ -88,6 +88,8 @@ class Rendering:
             touch=_NEUTRAL if touch is None else touch.block,
             events=() if touch is None else touch.events,
             speed_m_s=self._speed.step(now.pose_s, now.x_m, now.y_m) if located else 0.0,
+            x_m=now.x_m,
+            y_m=now.y_m,
             z_m=now.z_m,
             pushed_n=self._pushed_n,
             plate_c=now.plate_c,

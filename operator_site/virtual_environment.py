@@ -128,7 +128,7 @@ def _move(
     if piece is None:
         finger.row, finger.material = _NOTHING, ""
         return
-    finger.row = (float(mode), float(exploration.contact), min(force_n, _MOST_N), *piece.columns)
+    finger.row = (float(mode), float(exploration.contact), min(force_n, _MOST_N), x_m, y_m, *piece.columns)
     finger.material = piece.thing.material
     if exploration.began:
         yield EventKind.TAP, time_s, exploration.approach_m_s
@@ -177,7 +177,7 @@ def _piece(scene: Scene, thing: SceneObject, offsets_c: dict[str, float], rng: n
         "probability": 1.0,
         "thermal_status": float(ThermalStatus.IDENTIFIED),
     }
-    assert tuple(touch) == TOUCH_FIELDS[3:]
+    assert tuple(touch) == TOUCH_FIELDS[5:]
     places = grooves.draw(thing.length_m, rng) if grooves else []
     return _Piece(
         thing, stiffness_n_m, tuple(thing.x_m + place for place in places), touch["groove_rad_s"], tuple(touch.values())

@@ -54,7 +54,7 @@ class Perception:
         """Identify with the calibrated tables."""
         self._numbers = [FINGERS.index(finger) for finger in fingers]
         self._knowledge, self._surfaces = ThermalKnowledge.of(table, TRUST_S, AT_ONCE, FOREIGN_SHARE), surfaces
-        self._time_s = -math.inf
+        self._time_s, self._place_m = -math.inf, (0.0, 0.0)
         self.touches: dict[int, FingerTouch] = {}
         """Newest result of each finger in use, by finger number."""
         self._begin_anew()
@@ -76,7 +76,7 @@ class Perception:
         if sensed.time_s < self._time_s:  # the clock was set back: what was timed by it is identified anew
             self._begin_anew()
             self._events.clear()
-        self._time_s = sensed.time_s
+        self._time_s, self._place_m = sensed.time_s, (sensed.x_m, sensed.y_m)
         self._hand.step(sensed.hand)
         self._places.take(sensed.time_s, sensed.x_m, sensed.y_m)
         happened = []
@@ -142,7 +142,10 @@ class Perception:
 
     def packet(self, session: int, sequence: int, time_ns: int, state: LinkState) -> Touch:
         """The newest touches as a packet."""
-        rows = [_FREE if (touch := self.touches.get(finger)) is None else _row(touch) for finger in range(len(FINGERS))]
+        rows = [
+            _FREE if (touch := self.touches.get(finger)) is None else _row(touch, *self._place_m)
+            for finger in range(len(FINGERS))
+        ]
         names = tuple(
             "" if (touch := self.touches.get(finger)) is None else touch.thermal.best or ""
             for finger in range(len(FINGERS))
@@ -152,8 +155,8 @@ class Perception:
         return Touch(session, sequence, time_ns, state, TOUCH_BLOCK.to_bytes(block), names, tuple(self._events))
 
 
-def _row(touch: FingerTouch) -> tuple[float, ...]:
-    """One finger's line of the touch block, in the order of `TOUCH_FIELDS`."""
+def _row(touch: FingerTouch, x_m: float, y_m: float) -> tuple[float, ...]:
+    """One finger's line of the touch block, in the order of `TOUCH_FIELDS`, with the hand over (x, y)."""
     thermal = touch.thermal
     known = thermal.object_c is not None
     conducts = known and touch.conductivity_w_mk > 0.0
@@ -161,6 +164,8 @@ def _row(touch: FingerTouch) -> tuple[float, ...]:
         float(touch.mode),
         float(touch.contact),
         touch.contact_force_n,
+        x_m,
+        y_m,
         touch.surface_z_m,
         # A finger that has left the object has no surface: none is rendered where nothing may be.
         touch.stiffness_n_m if touch.contact else 0.0,

@@ -29,6 +29,8 @@ _IN_CONTACT = {
     "mode": ExplorationMode.STROKING,
     "contact": 1,
     "contact_force_n": 1.23,
+    "x_m": -0.0504,
+    "y_m": 0.0012,
     "surface_z_m": -0.002,
     "stiffness_n_m": 1234.5,
     "stiffness_ln_sd": 0.03,

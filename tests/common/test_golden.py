@@ -86,6 +86,8 @@ INDEX_TOUCH = {
     "mode": 3,
     "contact": 1,
     "contact_force_n": 0.75,
+    "x_m": -0.1625,
+    "y_m": 0.0078125,
     "surface_z_m": -0.0005,
     "stiffness_n_m": 850,
     "stiffness_ln_sd": 0.03125,

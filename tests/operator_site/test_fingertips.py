@@ -41,7 +41,7 @@ class Rig:
         self.plate_c = [33.0] * 5
         self.out: Requested | None = None
 
-    def step(self, touch, z_m, events=(), speed=0.0, engaged=True, age=0.005):
+    def step(self, touch, z_m, events=(), speed=0.0, engaged=True, age=0.005, x_m=0.0, y_m=0.0):
         self.t_s += DT
         self.out = self.tips.step(
             self.t_s,
@@ -49,6 +49,8 @@ class Rig:
             touch=touch,
             events=events,
             speed_m_s=speed,
+            x_m=x_m,
+            y_m=y_m,
             z_m=z_m,
             pushed_n=self.out.force_n if self.out else [0.0] * 5,
             plate_c=self.plate_c,
@@ -122,6 +124,15 @@ def test_events_reach_their_own_finger_once_and_only_while_engaged():
     assert idle.step(touch, DOWN, events=taps).motor_rpm == [0.0] * 5  # what passed is not made up for
     idle.tips.begin_session()
     assert idle.step(touch, DOWN, events=taps).motor_rpm[1] > 0.0
+
+
+def test_a_slope_goes_on_below_a_hand_that_is_ahead_of_the_remote_one():
+    plane = {"surface_z_m": 0.0, "x_m": 0.1, "y_m": -0.1, "slope_x": 0.1, "slope_y": -0.2, "stiffness_n_m": 300.0}
+    for x_m, y_m, height_m in ((0.1, -0.1, 0.0), (0.103, -0.1, 0.0003), (0.1, -0.101, 0.0002), (0.2, -0.1, 0.001)):
+        rig = Rig()
+        rig.run(0.02, block([1], **plane), UP, x_m=x_m, y_m=y_m)
+        felt = rig.step(block([1], **plane), DOWN, x_m=x_m, y_m=y_m)
+        assert felt.force_n[1] == pytest.approx(300.0 * (0.002 + height_m), rel=1e-4)
 
 
 def test_a_surface_stiffer_than_the_exoskeleton_may_show_is_said_to_be():
@@ -225,6 +236,8 @@ def test_the_skin_keeps_time_at_any_tick(tick_s):
             touch=touch,
             events=(),
             speed_m_s=0.0,
+            x_m=0.0,
+            y_m=0.0,
             z_m=UP,
             pushed_n=[0.0] * 5,
             plate_c=[33.0] * 5,
