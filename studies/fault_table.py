@@ -154,6 +154,7 @@ DEVICE_FAULTS = (
     _found("exoskeleton's encoder jumps", _OPERATOR, f"encoder {STROKING} glitch", f"encoder {STROKING}", 2.0),
     _found("exoskeleton's encoder or joint stuck", _OPERATOR, f"encoder {STROKING} stuck", f"encoder {STROKING}", 2.0),
     _found("telemanipulator's encoder jumps", _REMOTE, f"encoder {STROKING} glitch", f"encoder {STROKING}", 2.0),
+    _found("telemanipulator's joint stuck", _REMOTE, f"disobey {FREE}", f"disobey {FREE}", 8.0),
     _found("telemanipulator's encoder stuck", _REMOTE, f"encoder {FREE} stuck", f"encoder {FREE}", 8.0),
     _found("telemanipulator's force sensor frozen", _REMOTE, f"force {STROKING} frozen", f"force {STROKING}", 1.0),
     _found("telemanipulator's force sensor biased", _REMOTE, f"force {STROKING} biased", f"force {STROKING}", 1.0),
