@@ -61,8 +61,8 @@ def _limits() -> Mapping[str, str]:
         f"-{limits.FORCE_RAMP_DOWN_N_S:g} N/s on engaging, disengaging and model updates",
         "energy at a finger": f"{limits.PRODUCED_J * 1e3:g} mJ more than it put in may come out; force is let go",
         "a force that swings, both sites": f"by {limits.SWING_N:g} N: a fault after {limits.SWING_CYCLES} cycles "
-        f"within {limits.SWING_S:g} s, or after {limits.SWING_SLOW_CYCLES} at {limits.SWING_SLOW_HZ:g} Hz or more in "
-        "which an energy limit acts",
+        f"within {limits.SWING_S:g} s, or after {limits.SWING_SLOW_CYCLES} at {limits.SWING_SLOW_HZ:g} Hz or more "
+        "in which an energy limit acts",
         "vibration motor": f"0, or {limits.MOTOR_FLOOR_RPM:g}-{limits.MOTOR_MAX_RPM:g} rpm",
         "patient side, sensor plate": f"{limits.SENSOR_PLATE_C:g} °C",
         "patient side, contact force": f"{limits.CONTACT_FORCE_N:g} N by default",

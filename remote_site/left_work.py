@@ -3,8 +3,8 @@
 At the patient a passivity observer has nothing to find: what is touched is passive, and the work on it is the
 operator's own. But it is bounded: a finger that presses, and taps as hard and as fast as a hand can, leaves little of
 what it puts in, for the object gives it back. A coupling that swings pumps, cycle by cycle, what the object loses in
-each. The work is counted at the finger's own measured place, where servo and bus lose nothing of it, and drains at the
-power that a finger may lastingly leave.
+each. The work is counted at the finger's own measured place and not at the set-point, against which servo and bus turn
+the force by so much that even its sign is lost; and it drains at the power that a finger may lastingly leave.
 """
 
 import math

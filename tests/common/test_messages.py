@@ -151,7 +151,7 @@ def _put(fields: list[Any], index: int, value: float) -> None:
     fields[5] = fields[5][: 4 * index] + struct.pack("<f", value) + fields[5][4 * index + 4 :]
 
 
-@pytest.mark.parametrize("block", [b"", bytes(459), bytes(461), "text", None, [0.0] * 115])
+@pytest.mark.parametrize("block", [b"", bytes(499), bytes(501), "text", None, [0.0] * 125])
 def test_a_block_of_another_size_is_refused(golden: dict[str, bytes], block: object) -> None:
     fields = msgpack.unpackb(golden["touch"])
     with pytest.raises(BadPacket, match="expected 500 bytes"):

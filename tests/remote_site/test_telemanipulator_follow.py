@@ -9,8 +9,10 @@ import pytest
 
 from common.can_frames import FrameSender
 from common.fingers import FINGERS
+from common.limits import LEFT_J
 from common.scene import load_scene
 from remote_site.patient_gate import GatedCommand, PatientGate
+from remote_site.patient_limit import Limit
 from sim_sensors.remote_world import RemoteWorld
 from sim_sensors.telemanipulator import Telemanipulator
 
@@ -152,3 +154,54 @@ def test_a_bus_that_is_cut_for_a_moment_is_no_fault() -> None:
     for tick in range(3000):
         loop.bus_cut = tick % 500 < 60  # 120 ms: the telemanipulator has stopped by itself meanwhile
         assert loop.tick((0.1 * math.sin(2.0 * tick * DT), 0.0, 0.006)).fault is None
+
+
+@pytest.mark.parametrize(("scene", "over_m"), [("materials", -0.165), ("phantom", 0.0), ("phantom", 0.045)])
+@pytest.mark.parametrize("hz", [2.0, 8.0])
+def test_tapping_as_hard_and_as_fast_as_a_hand_can_is_no_fault(scene: str, over_m: float, hz: float) -> None:
+    loop, left_mj = Loop(3, scene), 0.0
+    for tick in range(3000):
+        t_s = tick * DT
+        z_m = 0.004 if t_s < 1.5 else 0.003 - 0.012 * math.sin(math.pi * hz * t_s) ** 2
+        command = loop.tick((over_m, 0.0, z_m))
+        assert command.fault is None
+        assert not any(bits & Limit.ENERGY for bits in command.limited)
+        left_mj = max(left_mj, *loop.gate.left_mj)
+    assert loop.largest_n > 2.0
+    assert left_mj < 0.5e3 * LEFT_J
+
+
+@pytest.mark.parametrize(("hz", "reach_m"), [(15.0, 0.5e-3), (25.0, 1e-3)])
+def test_set_points_that_shake_in_contact_as_no_hand_does_are_a_fault_and_the_fingers_leave(
+    hz: float, reach_m: float
+) -> None:
+    loop = Loop()
+    for tick in range(round(2.2 / DT)):
+        t_s = tick * DT
+        z_m = 0.004 if t_s < 1.5 else -0.002 + reach_m * math.sin(2.0 * math.pi * hz * t_s)
+        command = loop.tick((-0.165, 0.0, z_m))
+        if command.fault:
+            break
+    assert command.fault is not None
+    assert f": force swings at {hz:.0f} Hz by " in command.fault
+    assert t_s - 1.5 < 0.6
+    for _ in range(500):
+        loop.tick((-0.165, 0.0, -0.002))
+    assert loop.world.z_m == pytest.approx(0.006, abs=1e-4)
+
+
+def test_a_hand_that_came_back_from_elsewhere_touches_softly() -> None:
+    """80 mm away and 8 mm deeper, on a block; a hand that has been followed all the way comes down with a blow."""
+    blows = []
+    for away_m in (0.0, 0.08):
+        loop = Loop()
+        for tick in range(1000):
+            loop.tick((-0.085 - 0.08 + away_m, 0.0, 0.006), engaged=tick < 700 or not away_m)
+        loop.largest_n = 0.0
+        for _ in range(800):
+            assert loop.tick((-0.165, 0.0, -0.002)).fault is None
+        assert loop.world.x_m == pytest.approx(-0.165, abs=1e-3)
+        resting_n = max(loop.world.force_n)
+        assert resting_n > 1.0
+        blows.append(loop.largest_n / resting_n)
+    assert blows[1] < 1.02 < 1.1 < blows[0]
