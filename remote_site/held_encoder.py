@@ -43,11 +43,10 @@ class HeldEncoder:
         """
         passed_s = min(LONGEST_TICK_S, max(0.0, dt_s))
         if set_m is None or height_m != self._height_m:
-            self._height_m, self._from, self.fault = height_m, None, ""
+            # What it stood at before it was sent anywhere is no reading of a finger that follows.
+            self._height_m, self._from, self.fault = (None if set_m is None else height_m), None, ""
             self._same_s = self._wrong_s = 0.0
-            if set_m is None:
-                return ""
-            self._set_m, self._bent_m = set_m, force_n / SERVO_N_M
+            self._set_m, self._bent_m = set_m or 0.0, force_n / SERVO_N_M
             return ""
         share = passed_s / (SETTLE_S + passed_s)
         self._set_m += share * (set_m - self._set_m)
