@@ -199,4 +199,4 @@ class PressFit:
             for j in range(3):
                 if i in learned or j in learned:
                     row[j] -= cross[i] * cross[j] / variance
-        self._cov[1][1] += (wanted - self.compliance_m_n) ** 2  # what cannot be is not believed
+        self._cov[1][1] += max(0.0, 1.0 / HARDEST_N_M - wanted) ** 2  # what is harder than can be is not believed
