@@ -10,7 +10,7 @@ import math
 SLOPE_SD = 0.1
 """Slopes before a stroke has told them."""
 BEND_M05 = 0.6
-"""A slope changes so much along the root of a metre: 0.02 in a millimetre."""
+"""A slope changes by so much per root of a metre: 0.02 within a millimetre."""
 KNOWN_SLOPE_SD = 0.05
 
 

@@ -170,7 +170,8 @@ def _jitter(rng: np.random.Generator) -> Iterator[dict[str, Any]]:
 
 def _moving(rng: np.random.Generator) -> tuple[list[dict[str, Any]], dict[str, list[float]]]:
     """Surfaces that breathe below a resting finger: how late they are told; and one's course."""
-    rows, course = [], {}
+    rows: list[dict[str, Any]] = []
+    course: dict[str, list[float]] = {}
     for name, (amplitude_m, frequency_hz) in MOVES.items():
         felt = rested(np.array(MOVED_N_M), MOVED_N, 8.0, amplitude_m=amplitude_m, frequency_hz=frequency_hz)
         late = felt.time_s > SETTLED_S
@@ -202,7 +203,8 @@ def _lag_ticks(told_m: Floats, true_m: Floats, late: Any) -> int:
 
 def _nodule(rng: np.random.Generator) -> tuple[list[dict[str, Any]], dict[str, list[float]]]:
     """A stroke from tissue over a nodule with soft and hard edges, and one's course."""
-    rows, course = [], {}
+    rows: list[dict[str, Any]] = []
+    course: dict[str, list[float]] = {}
     for edge_m in EDGES_M:
 
         def stiffness_n_m(x_m: Floats, edge_m: float = max(edge_m, 1e-6)) -> Floats:

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from common.messages import TOUCH_COLUMN, ThermalStatus
+from common.messages import STIFFNESS_KNOWN_LN_SD, TOUCH_COLUMN, ThermalStatus
 from common.packets import Floats, LinkState
 from remote_site.material_table import MaterialTable
 from remote_site.perception import Perception
@@ -51,3 +51,13 @@ def test_a_free_finger_tells_nothing_of_an_object(rows: Floats) -> None:
     assert free.any()
     assert not column(rows, "conductivity_w_mk")[free].any()
     assert (column(rows, "object_c_sd")[free] == 50.0).all()
+
+
+def test_a_stiffness_comes_with_how_well_it_is_known_and_without_contact_there_is_none(rows: Floats) -> None:
+    touching = column(rows, "contact") > 0.0
+    sd = column(rows, "stiffness_ln_sd")
+    assert (sd[~touching] == 10.0).all()
+    for name in ("stiffness_n_m", "damping_n_s_m", "slope_x", "slope_y"):
+        assert not column(rows, name)[~touching].any()
+    assert (column(rows, "stiffness_n_m")[touching] > 0.0).all()
+    assert (sd[touching] < STIFFNESS_KNOWN_LN_SD).mean() > 0.5
