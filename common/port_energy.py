@@ -21,7 +21,7 @@ FADE_S = 1.0
 LONGEST_STEP_S = 0.1
 FASTEST_M_S = 1.5
 """After longer without a measured height, or with a faster one than of a finger, it is not known what happened: the
-account begins anew."""
+account begins anew, but for what the port has given out too much."""
 MOST_FORCES = 256
 """As many commands are remembered while heights are late."""
 _SAME_S = 1e-6
@@ -83,7 +83,7 @@ class PortEnergy:
             return
         # Neither holds for what is not a number.
         if not 0.0 < dt_s <= LONGEST_STEP_S or not abs(rise_m) <= FASTEST_M_S * dt_s:
-            self.account_j = 0.0
+            self.account_j = min(0.0, self.account_j)  # what it owes, it still owes
             self._top_m = z_m
         else:
             taken_j = self._damping_n_s_m * rise_m * rise_m / dt_s  # the least that the device's damping took

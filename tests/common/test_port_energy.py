@@ -132,6 +132,15 @@ def test_what_is_not_known_makes_it_begin_anew(t_s: float, z_m: float) -> None:
     assert LONGEST_STEP_S < 0.4
 
 
+def test_heights_that_jump_again_and_again_pump_nothing() -> None:
+    finger = Finger()
+    for _ in range(100):
+        finger.move(5e-5, 10.0, 20)
+        finger.z_m -= 0.01
+        finger.move(0.0, 10.0)
+    assert finger.out_j <= 1.05 * PRODUCED_J
+
+
 def test_heights_that_never_come_cost_no_memory() -> None:
     finger = Finger()
     for tick in range(1000):
