@@ -66,7 +66,7 @@ def run(quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
         found["after_loss"] += after_loss_rows(hands, draws, seed)
     found["gaps"] += _gaps(seed)
     tell(0.7)
-    found["touch"] += touch_rows(2.0 if quick else 20.0, seed)
+    found["touch"] += touch_rows(2.0 if quick else 60.0, seed)
     return {
         "quick": quick,
         "skipped": skipped,
