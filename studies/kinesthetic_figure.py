@@ -63,6 +63,6 @@ def _draw_step(axes: Axes, loops: list[dict[str, Any]], budget: float) -> None:
 def _draw_answers(axes: Axes, rows: list[dict[str, Any]]) -> None:
     for row in rows:
         axes.plot(row["took_ms"], _SHARES, **_style(row))
-    axes.set(xlabel="ms", ylabel="share of forces", title="From height measured to force there", xscale="log")
+    axes.set(xlabel="ms", ylabel="share of answers", title="From height measured to force there", xscale="log")
     plain_ticks(axes.xaxis, (0.1, 0.3, 1, 3, 10, 30))
     axes.legend()

@@ -167,15 +167,20 @@ def _row(lane: Lane) -> dict[str, Any]:
 
 
 def _answers(lane: Lane, step: KinestheticStep, end: DeviceEnd) -> dict[str, Any]:
-    """From when the heights were measured until the forces that answer them were there: the device's own clock."""
+    """From when heights were measured until the first forces that answer them were there, by the device's own clock.
+
+    Heights come at 500 Hz: a loop at 1 kHz answers each twice, and the second answer is no news.
+    """
     arrived_s, answered_s = np.array(end.arrivals_s()), np.array(step.answered_s)
     count = min(len(arrived_s), len(answered_s))
     took_ms = 1e3 * (arrived_s[:count] - answered_s[:count])
-    counted = np.concatenate([took_ms[first : min(last, count)] for first, last in lane.measured])
+    first_answer = np.diff(answered_s[:count], prepend=-np.inf) > 0.0
+    slices = [slice(first, min(last, count)) for first, last in lane.measured]
+    counted = np.concatenate([took_ms[each][first_answer[each]] for each in slices])
     return {
         "bus": lane.name,
         "rate_hz": lane.rate_hz,
-        "forces": len(counted),
+        "answers": len(counted),
         "mean_ms": float(counted.mean()),
         **{f"p{100.0 * q:g}_ms": float(np.quantile(counted, q)) for q in _QUANTILES},
         "max_ms": float(counted.max()),
