@@ -30,11 +30,21 @@ class PassiveContact:
         account_j: what the finger put in and the spring does not hold, J: all that updates may spend.
     """
 
-    __slots__ = ("_force_n", "_t_s", "_wall", "_z_m", "account_j", "capped", "stiffness_n_m", "surface_m")
+    __slots__ = (
+        "_force_n",
+        "_stiffest_n_m",
+        "_t_s",
+        "_wall",
+        "_z_m",
+        "account_j",
+        "capped",
+        "stiffness_n_m",
+        "surface_m",
+    )
 
     def __init__(self, wall: SampledWall) -> None:
         """A contact within what the device can show; its own damping, which it surely has, counts as dissipated."""
-        self._wall = wall
+        self._wall, self._stiffest_n_m = wall, wall.stiffest_n_m
         self._t_s = self._z_m = math.nan
         self._force_n = 0.0
         self.account_j = 0.0
@@ -68,7 +78,7 @@ class PassiveContact:
             self._observe(dt_s, z_m)
         self._t_s, self._z_m = t_s, z_m
         known = stiffness_n_m > 0.0 and math.isfinite(surface_m) and math.isfinite(z_m)
-        stiffest_n_m = self._wall.stiffest_n_m
+        stiffest_n_m = self._stiffest_n_m
         self.capped = known and stiffness_n_m > stiffest_n_m
         self._enter(dt_s, surface_m if known else -math.inf, min(stiffness_n_m, stiffest_n_m) if known else 0.0)
         depth_m = self._depth_m()
