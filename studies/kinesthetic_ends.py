@@ -41,7 +41,7 @@ class DeviceEnd(Protocol):
         """Take note of what happened; called now and then from the loop."""
 
     def arrivals_s(self) -> list[float]:
-        """When each frame of forces reached the device so far, by its own clock, s."""
+        """When each frame of forces reached the device so far, by its own clock, s; NaN where that is not known."""
 
 
 class VirtualEnd:
@@ -109,13 +109,16 @@ class GatewayEnd:
             return
 
     def arrivals_s(self) -> list[float]:
-        """When each frame of forces reached the gateway that the simulator itself serves."""
+        """When each frame of forces reached the simulator's gateway; NaN for one that the listener missed."""
         self.keep_up()
         frames = (frame.split() for frame in b"".join(self._heard).split(b">"))
         forces = [words for words in frames if len(words) == 5 and int(words[2], 16) == FORCES]
-        if any(int(words[4][12:14], 16) >> 4 != number & 0xF for number, words in enumerate(forces)):
-            raise RuntimeError("frames of forces were lost: which answers which is not known")
-        return [float(words[3]) for words in forces]
+        arrived_s: list[float] = []
+        for words in forces:
+            counter = int(words[4][12:14], 16) >> 4
+            arrived_s += [math.nan] * ((counter - len(arrived_s)) & 0xF)
+            arrived_s.append(float(words[3]))
+        return arrived_s
 
     def close(self) -> None:
         """End the process."""

@@ -56,25 +56,26 @@ class Lane:
     overruns: int = 0
     measured: list[tuple[int, int]] = field(default_factory=list)
 
-    def run(self, seconds: float) -> None:
-        """One slice; its beginning, while what waited is read, does not count."""
-        self._ticks(_SETTLE_S)
+    def run(self, seconds: float, ends: Sequence[DeviceEnd]) -> None:
+        """One slice; its beginning, while what waited is read, does not count. All ends are kept up with meanwhile."""
+        self._ticks(_SETTLE_S, ends)
         first = len(self.step.spent_s)
         began_s, cpu_s = time.monotonic(), time.thread_time()
-        late_s, overruns = self._ticks(seconds)
+        late_s, overruns = self._ticks(seconds, ends)
         self.wall_s += time.monotonic() - began_s
         self.cpu_s += time.thread_time() - cpu_s
         self.late_s += late_s
         self.overruns += overruns
         self.measured.append((first, len(self.step.spent_s)))
 
-    def _ticks(self, seconds: float) -> tuple[list[float], int]:
+    def _ticks(self, seconds: float, ends: Sequence[DeviceEnd]) -> tuple[list[float], int]:
         loop, late_s = PeriodicLoop(1.0 / self.rate_hz), []
         for tick in range(round(seconds * self.rate_hz)):
             late_s.append(loop.wait())
             self.step.tick(time.monotonic())
-            if self.end is not None and tick % _KEEP_UP_EVERY == 0:
-                self.end.keep_up()
+            if tick % _KEEP_UP_EVERY == 0:
+                for end in ends:
+                    end.keep_up()
         return late_s, loop.overruns
 
 
@@ -99,10 +100,11 @@ def measure(
         lanes = [Lane(BARE, RATE_HZ, BareStep())]
         for bus in buses:
             lanes += _lanes(bus, opened)
+        ends = [lane.end for lane in lanes if lane.end and lane.rate_hz == RATE_HZ]
         for number in range(rounds):
             for place, lane in enumerate(lanes):
                 tell((number + place / len(lanes)) / rounds)
-                lane.run(seconds)
+                lane.run(seconds, ends)
         rows = [_row(lane) for lane in lanes]
         ways = [(lane, lane.step, lane.end) for lane in lanes if isinstance(lane.step, KinestheticStep) and lane.end]
         answers = [_answers(lane, step, end) for lane, step, end in ways]
@@ -177,6 +179,7 @@ def _answers(lane: Lane, step: KinestheticStep, end: DeviceEnd) -> dict[str, Any
     first_answer = np.diff(answered_s[:count], prepend=-np.inf) > 0.0
     slices = [slice(first, min(last, count)) for first, last in lane.measured]
     counted = np.concatenate([took_ms[each][first_answer[each]] for each in slices])
+    counted = counted[np.isfinite(counted)]
     return {
         "bus": lane.name,
         "rate_hz": lane.rate_hz,
