@@ -140,6 +140,41 @@ def test_servos_that_die_under_way_are_a_fault() -> None:
     assert faults.index(why) * DT < 0.5
 
 
+INDEX = FINGERS.index("index")
+
+
+class OneStuck(Loop):
+    """A telemanipulator of which the index finger's joint is stuck, or only its encoder, from some tick on."""
+
+    joint: bool
+    held_m: float | None = None
+
+    def report(self) -> tuple[float, float, list[float], list[float]]:
+        x_m, y_m, z_m, force_n = super().report()
+        if self.held_m is not None:
+            z_m[INDEX] = self.held_m
+        return x_m, y_m, z_m, force_n
+
+    def obey(self, command: GatedCommand, now_s: float) -> None:
+        if self.joint and self.held_m is not None:
+            command.z_m[INDEX] = self.held_m
+        super().obey(command, now_s)
+
+
+@pytest.mark.parametrize("joint", [True, False])
+def test_one_finger_that_stands_still_while_it_is_sent_down_is_a_fault(joint: bool) -> None:
+    loop = OneStuck()
+    loop.joint = joint
+    for _ in range(500):
+        loop.tick((0.0, 0.0, 0.006))
+    loop.held_m = loop.report()[2][INDEX]
+    faults = [loop.tick((0.0, 0.0, 0.006 - 0.00002 * tick)).fault for tick in range(500)]
+    why = next(fault for fault in faults if fault is not None)
+    assert "index is" in why
+    sent_2_mm = 100
+    assert (faults.index(why) - sent_2_mm) * DT < 0.45
+
+
 def test_set_points_that_no_longer_arrive_are_a_fault() -> None:
     loop = Loop()
     for tick in range(500):
