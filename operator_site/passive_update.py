@@ -71,7 +71,7 @@ class PassiveContact:
             approach_m_s: speed of the finger into the surface, smoothed.
         """
         dt_s = t_s - self._t_s
-        if not 0.0 < dt_s <= LONGEST_STEP_S or not math.isfinite(z_m):
+        if not 0.0 <= dt_s <= LONGEST_STEP_S or not math.isfinite(z_m):
             dt_s = 0.0
             self.stiffness_n_m = self.account_j = 0.0  # what happened meanwhile is not known: begin anew
         else:
@@ -111,10 +111,9 @@ class PassiveContact:
         """Count what the finger put in since the last step, less what the spring stored of it."""
         descent_m, before_j = self._z_m - z_m, self._stored_j()
         self._z_m = z_m
-        dissipated_j = (
-            self._wall.damping_n_s_m * descent_m * descent_m / dt_s
-        )  # the least that the device's damping took
-        self.account_j += self._force_n * descent_m + dissipated_j + before_j - self._stored_j()
+        self.account_j += self._force_n * descent_m + before_j - self._stored_j()
+        if dt_s > 0.0:
+            self.account_j += self._wall.damping_n_s_m * descent_m * descent_m / dt_s  # the least that the device took
 
     def _enter(self, dt_s: float, surface_m: float, stiffness_n_m: float) -> None:
         """Take as much of the model as costs no energy, or as the account pays."""

@@ -96,6 +96,7 @@ def test_nothing_known_or_time_that_stood_still_releases():
     assert forces[-1] == 0.0
     assert all(after <= before for before, after in itertools.pairwise(forces))
     contact, t_s = pressed()
+    assert contact.step(t_s, -0.002, 0.0, 400.0) == pytest.approx(0.8), "the same moment again is no pause"
     assert contact.step(t_s + 1.0, -0.002, 0.0, 400.0) == 0.0
     assert contact.step(t_s + 1.001, math.nan, 0.0, 400.0) == 0.0
 
