@@ -124,7 +124,7 @@ def _rest(loops: list[Loop], walls_n_m: Floats, seed: int) -> NDArray[np.bool_]:
         return pressed_m + left * (START_M - pressed_m), (pressed_m - START_M) * (left > 0.0)
 
     course = simulate(runs, DirectForce(none + START_M), path, one_way, one_way, period_s=period_s, rng=rng)
-    amplitude_m = swing(course, runs, (1.0 + 0.4 * watch_s, 1.0 + watch_s))[0]
+    amplitude_m = swing(course, (1.0 + 0.4 * watch_s, 1.0 + watch_s))[0]
     return np.asarray(amplitude_m == 0.0).reshape(walls_n_m.shape)
 
 

@@ -88,7 +88,7 @@ def matrix_rows(
             sites = make(np.full(len(runs), START_M), period_s)
             noise = np.random.default_rng([seed, number, place, 1])
             course = simulate(runs, sites, PressTwice(runs), forward, backward, period_s=period_s, rng=noise)
-            for (link_name, trip_s, wall), measured in zip(varied, measure(course, runs), strict=True):
+            for (link_name, trip_s, wall), measured in zip(varied, measure(course), strict=True):
                 yield {
                     "architecture": name,
                     "hand": hand,

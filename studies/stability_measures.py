@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 
 from studies.stability_cases import Cases, Floats
-from studies.stability_plant import BREATH_HZ, Course
+from studies.stability_plant import Course
 
 START_M = -0.005
 LIGHT_N, FIRM_N = 1.0, 2.0
 """The hand means to press so hard, then harder, and lets go."""
 SECONDS = 6.0
-FIRST_HOLD, SECOND_HOLD, QUIET = (1.6, 2.0), (4.0, 5.0), (3.0, 5.0)
-"""Times over which places and forces are averaged, and over which nothing should swing, s."""
+FIRST_HOLD, SECOND_HOLD, QUIET = (1.6, 2.0), (4.0, 5.0), (3.4, 5.0)
+"""Over these times, s, places and forces are averaged, and nothing should swing; no wall breathes any more."""
 PRODUCED_J = 0.001
 """A run that produces more is not passive."""
 SWING_M = 1e-4
@@ -42,15 +42,12 @@ class PressTwice:
         return place, pace
 
 
-def swing(course: Course, runs: Cases, between_s: tuple[float, float] = QUIET) -> tuple[Floats, Floats]:
+def swing(course: Course, between_s: tuple[float, float] = QUIET) -> tuple[Floats, Floats]:
     """Amplitude, m, and frequency, Hz, of what swings and does not die out; 0 where nothing does, (N,)."""
     first, last = (round(t_s / course.period_s) for t_s in between_s)
     depth = course.depth_m[first:last]
     t_s = course.period_s * np.arange(first, last)
-    known = [np.ones_like(t_s), t_s]
-    if (runs.breath_m > 0.0).any():  # what the wall does itself is no oscillation
-        known += [wave(2.0 * math.pi * BREATH_HZ * n * t_s) for n in (1, 2) for wave in (np.sin, np.cos)]
-    columns = np.stack(known, axis=1)
+    columns = np.stack((np.ones_like(t_s), t_s), axis=1)
     rest = depth - columns @ np.linalg.lstsq(columns, depth, rcond=None)[0]
     half = len(rest) // 2
     before, after = (0.5 * np.ptp(part, axis=0) for part in (rest[:half], rest[half:]))
@@ -65,14 +62,14 @@ def produced_j(course: Course) -> Floats:
     return np.asarray(np.max(course.given_j - np.maximum(0.0, course.wall_j), axis=0))
 
 
-def measure(course: Course, runs: Cases) -> list[dict[str, Any]]:
+def measure(course: Course) -> list[dict[str, Any]]:
     """A row for each run that pressed twice."""
 
     def mean(values: Floats, span: tuple[float, float]) -> Floats:
         first, last = (round(t_s / course.period_s) for t_s in span)
         return np.asarray(values[first:last].mean(axis=0))
 
-    amplitude_m, frequency_hz = swing(course, runs)
+    amplitude_m, frequency_hz = swing(course)
     produced = produced_j(course)
     pressed_m = mean(course.depth_m, SECOND_HOLD) - mean(course.depth_m, FIRST_HOLD)
     pressed_n = mean(course.shown_n, SECOND_HOLD) - mean(course.shown_n, FIRST_HOLD)

@@ -25,6 +25,7 @@ FORCE_STEP_N, FORCE_NOISE_N = 10.0 / 4096.0, 0.01
 DEVICE_N = 12.0
 """The exoskeleton gives no more."""
 BREATH_HZ = 0.3
+"""A wall that breathes does so once: what still swings then swings by itself."""
 
 Path = Callable[[float], tuple[Floats, Floats]]
 """Where the hand means to be at a time, s, and how fast: (N,), m and m/s."""
@@ -112,7 +113,7 @@ def simulate(
         pull = runs.hand_n_m * meant + runs.hand_ns_m * meant_pace - force
         drag = runs.hand_ns_m + DEVICE_NS_M
         for step in range(steps):
-            breath = 2.0 * math.pi * BREATH_HZ * (t_s + step * STEP_S)
+            breath = 2.0 * math.pi * min(1.0, BREATH_HZ * (t_s + step * STEP_S))
             face = -0.5 * (1.0 - math.cos(breath)) * runs.breath_m
             rise = math.pi * BREATH_HZ * math.sin(breath) * runs.breath_m
             v = (v + STEP_S / mass_kg * (pull - runs.hand_n_m * x)) / (1.0 + STEP_S * drag / mass_kg)

@@ -22,7 +22,7 @@ from studies.stability_matrix import (
     matrix_rows,
     summary,
 )
-from studies.stability_measures import START_M, PressTwice, measure, produced_j, swing
+from studies.stability_measures import QUIET, START_M, PressTwice, produced_j, swing
 from studies.stability_network import newest, way
 from studies.stability_plant import Course, simulate
 from studies.stability_waves import WaveVariables
@@ -131,17 +131,34 @@ def made(depth_m: np.ndarray) -> Course:
 def test_what_swings_is_told_from_what_dies_out(hz, dies_per_s, swings):
     t_s = 0.001 * np.arange(6000)
     depth = 1e-3 * np.exp(-dies_per_s * (t_s - 4.0)) * np.sin(2.0 * np.pi * hz * t_s) + 0.001 * t_s
-    amplitude_m, frequency_hz = swing(made(depth), cases([(HANDS["light"], 100.0, 0.0)]))
+    amplitude_m, frequency_hz = swing(made(depth))
     assert (amplitude_m[0] > 0.0) == swings
     assert frequency_hz[0] == (pytest.approx(hz, rel=0.1) if swings else 0.0)
 
 
-def test_a_breath_is_no_oscillation():
-    t_s = 0.001 * np.arange(6000)
-    runs = cases([(HANDS["light"], 100.0, 0.002)])
-    depth = 1e-3 * np.cos(2.0 * np.pi * 0.3 * t_s)
-    assert measure(made(depth), runs)[0]["stable"]
-    assert not measure(made(depth + 5e-4 * np.sin(2.0 * np.pi * 5.0 * t_s)), runs)[0]["stable"]
+class Still:
+    """Nobody moves, and the remote finger rests in the wall."""
+
+    packet_rows = 1
+
+    def operator(self, depth_m, packet):
+        return 0.0 * depth_m, packet
+
+    def remote(self, depth_m, force_n, servo_n, packet):
+        return 0.0 * depth_m + 0.003, 0.0 * depth_m, packet
+
+
+def test_a_wall_breathes_once_and_stands():
+    runs = cases([(HANDS["light"], 500.0, 0.002)])
+    none = np.zeros(1)
+    one_way = way(5000, 0.001, none, none, none, np.random.default_rng(0))
+    course = simulate(
+        runs, Still(), lambda _: (none, none), one_way, one_way, period_s=0.001, rng=np.random.default_rng(0)
+    )
+    breathing, standing = course.remote_m[500:3333, 0], course.remote_m[round(1000 * QUIET[0]) : 5000, 0]
+    assert np.ptp(breathing) > 0.0005
+    assert np.ptp(standing) < 1e-5
+    assert course.wall_j[-1, 0] == pytest.approx(course.wall_j[3400, 0], abs=1e-7)
 
 
 def test_tables_and_figure_are_written(tmp_path: Path):
