@@ -15,6 +15,7 @@ from common.config import SimOperatorConfig, SimRemoteConfig
 from common.fingers import FINGERS
 from common.framing import encode_frame
 from common.serial_messages import HeaterCommand, MessageId, TactTipCommand
+from sim_sensors.exoskeleton import DRIVEN_S
 from sim_sensors.hand_plan import HOVER_M
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.sim_operator import OperatorDevices
@@ -64,16 +65,17 @@ def drive_operator(devices: OperatorDevices, steps: range, motor_mv: int = 0, ne
         devices.step(now_s)
 
 
-def test_the_hand_works_from_half_a_second_of_force_frames_for_the_seconds_asked(operator: OperatorDevices) -> None:
+def test_the_hand_works_once_its_exoskeleton_was_driven_and_for_the_seconds_asked(operator: OperatorDevices) -> None:
     for step in range(1, 500):
         operator.step(START_S + step * STEP_S)
     assert operator.hand.script_s == 0.0
-    drive_operator(operator, range(500, 752))
+    driven = 500 + round(DRIVEN_S / STEP_S)
+    drive_operator(operator, range(500, driven + 2))
     assert operator.hand.script_s == pytest.approx(0.0, abs=2 * STEP_S)
-    drive_operator(operator, range(752, 1900))
+    drive_operator(operator, range(driven + 2, driven + 1150))
     assert operator.hand.script_s == pytest.approx(2.296, abs=3 * STEP_S)
     assert not operator.hand.finished
-    drive_operator(operator, range(1900, 2900))
+    drive_operator(operator, range(driven + 1150, driven + 2150))
     assert operator.hand.finished
     assert np.all(np.abs(operator.hand.z_m - HOVER_M) < 0.5e-3)
 
