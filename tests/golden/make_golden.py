@@ -144,6 +144,7 @@ def computed_anew(session: RecordedSession, messages: list[Message]) -> list[Mes
     """The inputs, and at 20 Hz what both sites compute from these inputs alone."""
     remote, operator = open_remote(session, "remote"), open_operator(session, "operator")
     kept: list[Message] = []
+    due = 0
     for stream, origin, time_ns, payload in messages:
         match stream:
             case "remote/sensed":
@@ -155,7 +156,8 @@ def computed_anew(session: RecordedSession, messages: list[Message]) -> list[Mes
             case "operator/input":
                 operator.input(payload)
                 kept.append((stream, origin, time_ns, payload))
-            case "remote/touch" if remote.ticks % OUTPUT_EVERY == 0:
+            case "remote/touch" if remote.ticks >= due:  # not each tick has a packet
+                due = remote.ticks + OUTPUT_EVERY
                 kept.append((stream, origin, time_ns, remote.touch(0.0, payload)))
             case "operator/rendered" if operator.ticks % OUTPUT_EVERY == 0:
                 kept.append((stream, origin, time_ns, operator.rendered(0.0, payload)))

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from common.messages import TOUCH_BLOCK, Touch
+from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, Touch
 from teletaction.recorded_session import RecordedSession
 from teletaction.replay import open_operator, open_remote, replay
 from teletaction.replay_sites import rendered_fields, touch_fields
@@ -86,7 +86,7 @@ def test_a_change_of_behaviour_would_be_found() -> None:
         packet = next(p for _, _, _, p in RecordedSession(RECORDING, file).messages(("remote/touch",)))
     touch = Touch.decode(packet)
     block = touch.block.copy()
-    block[1, 4] += 0.01
+    block[1, TOUCH_COLUMN["stiffness_n_m"]] += 0.01
     changed = Touch(
         touch.session,
         touch.sequence,
