@@ -32,6 +32,7 @@ class PassiveContact:
 
     __slots__ = (
         "_force_n",
+        "_held_j",
         "_stiffest_n_m",
         "_t_s",
         "_wall",
@@ -46,7 +47,7 @@ class PassiveContact:
         """A contact within what the device can show; its own damping, which it surely has, counts as dissipated."""
         self._wall, self._stiffest_n_m = wall, wall.stiffest_n_m
         self._t_s = self._z_m = math.nan
-        self._force_n = 0.0
+        self._force_n = self._held_j = 0.0
         self.account_j = 0.0
         self.surface_m = self.stiffness_n_m = 0.0
         self.capped = False
@@ -71,18 +72,21 @@ class PassiveContact:
             approach_m_s: speed of the finger into the surface, smoothed.
         """
         dt_s = t_s - self._t_s
-        if not 0.0 <= dt_s <= LONGEST_STEP_S or not math.isfinite(z_m):
-            dt_s = 0.0
-            self.stiffness_n_m = self.account_j = 0.0  # what happened meanwhile is not known: begin anew
-        else:
-            self._observe(dt_s, z_m)
-        self._t_s, self._z_m = t_s, z_m
-        known = stiffness_n_m > 0.0 and math.isfinite(surface_m) and math.isfinite(z_m)
-        stiffest_n_m = self._stiffest_n_m
-        self.capped = known and stiffness_n_m > stiffest_n_m
-        self._enter(dt_s, surface_m if known else -math.inf, min(stiffness_n_m, stiffest_n_m) if known else 0.0)
-        depth_m = self._depth_m()
-        damper_n_s_m = min(damping_n_s_m, self._wall.damping_left_n_s_m(self.stiffness_n_m)) if depth_m > 0.0 else 0.0
+        self._t_s = t_s
+        if 0.0 <= dt_s <= LONGEST_STEP_S and math.isfinite(z_m):
+            depth_m = self._observe(dt_s, z_m)
+        else:  # what happened meanwhile is not known: begin anew
+            dt_s = depth_m = self._held_j = self.stiffness_n_m = self.account_j = 0.0
+            self._z_m = z_m
+        # Neither holds for what is not a number.
+        known = stiffness_n_m > 0.0 and abs(surface_m - z_m) < math.inf
+        self.capped = known and stiffness_n_m > self._stiffest_n_m
+        shown_n_m = min(stiffness_n_m, self._stiffest_n_m) if known else 0.0
+        depth_m = self._enter(dt_s, depth_m, surface_m if known else -math.inf, shown_n_m)
+        if depth_m == 0.0:
+            self._force_n = 0.0
+            return 0.0
+        damper_n_s_m = min(damping_n_s_m, self._wall.damping_left_n_s_m(self.stiffness_n_m)) if damping_n_s_m else 0.0
         self._force_n = min(FINGER_FORCE_N, max(0.0, self.stiffness_n_m * depth_m + damper_n_s_m * approach_m_s))
         return self._force_n
 
@@ -94,50 +98,65 @@ class PassiveContact:
         lacking_n = self._force_n - force_n
         if lacking_n > 0.0:
             self._force_n = force_n
-            if self.stiffness_n_m > 0.0:
-                self.surface_m = self._z_m + max(0.0, self._depth_m() - lacking_n / self.stiffness_n_m)
+            depth_m = max(0.0, self.surface_m - self._z_m - lacking_n / self.stiffness_n_m)
+            self.surface_m = self._z_m + depth_m
+            self._held_j = _stored_j(self.stiffness_n_m, depth_m)
 
-    def _depth_m(self) -> float:
-        return max(0.0, self.surface_m - self._z_m) if self.stiffness_n_m > 0.0 else 0.0
-
-    def _stored_j(self) -> float:
-        """Energy of the spring that can come back, N m: above the force limit it is a constant force."""
-        force_n = self.stiffness_n_m * self._depth_m()
-        if force_n <= FINGER_FORCE_N:
-            return 0.5 * force_n * self._depth_m()
-        return FINGER_FORCE_N * (self._depth_m() - 0.5 * FINGER_FORCE_N / self.stiffness_n_m)
-
-    def _observe(self, dt_s: float, z_m: float) -> None:
-        """Count what the finger put in since the last step, less what the spring stored of it."""
-        descent_m, before_j = self._z_m - z_m, self._stored_j()
+    def _observe(self, dt_s: float, z_m: float) -> float:
+        """Count what the finger put in since the last step, less what the spring stored of it; the present depth, m."""
+        descent_m = self._z_m - z_m
         self._z_m = z_m
-        self.account_j += self._force_n * descent_m + before_j - self._stored_j()
+        depth_m, before_j = 0.0, self._held_j
+        if self.stiffness_n_m > 0.0 and self.surface_m > z_m:
+            depth_m = self.surface_m - z_m
+            self._held_j = _stored_j(self.stiffness_n_m, depth_m)
+        else:
+            self._held_j = 0.0
+        put_in_j = self._force_n * descent_m
         if dt_s > 0.0:
-            self.account_j += self._wall.damping_n_s_m * descent_m * descent_m / dt_s  # the least that the device took
+            put_in_j += self._wall.damping_n_s_m * descent_m * descent_m / dt_s  # the least that the device took
+        self.account_j = min(ACCOUNT_J, self.account_j + put_in_j + before_j - self._held_j)
+        return depth_m
 
-    def _enter(self, dt_s: float, surface_m: float, stiffness_n_m: float) -> None:
-        """Take as much of the model as costs no energy, or as the account pays."""
-        depth_m = self._depth_m()
+    def _enter(self, dt_s: float, depth_m: float, surface_m: float, stiffness_n_m: float) -> float:
+        """Take as much of the model as costs no energy, or as the account pays; the depth that is shown, m.
+
+        Args:
+            dt_s: since the last step, s.
+            depth_m: of the finger in the surface that is shown, m.
+            surface_m: height of the model's surface, m; -inf where nothing is known.
+            stiffness_n_m: of the model; 0 where nothing is known.
+        """
+        force_n, wanted_m = self.stiffness_n_m * depth_m, max(0.0, surface_m - self._z_m)
         if depth_m == 0.0:
-            self.stiffness_n_m = stiffness_n_m
-            self.surface_m = min(surface_m, self._z_m)  # up to the finger, not beyond it: that costs nothing
-        before_j, force_n = self._stored_j(), self.stiffness_n_m * depth_m
-        if depth_m > 0.0 and stiffness_n_m > 0.0:
+            self.stiffness_n_m = stiffness_n_m  # that costs nothing
+        elif 0.0 < stiffness_n_m != self.stiffness_n_m:
             # As hard as before at most, and with no more energy than before.
             ratio = self.stiffness_n_m / stiffness_n_m
             depth_m *= min(ratio, math.sqrt(ratio))
             self.stiffness_n_m = stiffness_n_m
-            self.surface_m = self._z_m + depth_m
-        self.account_j = min(ACCOUNT_J, self.account_j + before_j - self._stored_j())
-        wanted_m = max(0.0, surface_m - self._z_m)
-        if self.stiffness_n_m <= 0.0 or wanted_m == depth_m:
-            return
-        before_j = self._stored_j()
-        if wanted_m < depth_m:
-            lowest_n = force_n - FORCE_RAMP_DOWN_N_S * dt_s
-            depth_m = min(depth_m, max(wanted_m, lowest_n / self.stiffness_n_m))
-        else:
-            payable_m = math.sqrt(depth_m * depth_m + 2.0 * max(0.0, self.account_j) / self.stiffness_n_m)
-            depth_m = min(wanted_m, payable_m, depth_m + FORCE_RAMP_UP_N_S * dt_s / self.stiffness_n_m)
-        self.surface_m = self._z_m + max(0.0, depth_m)
-        self.account_j = min(ACCOUNT_J, self.account_j + before_j - self._stored_j())
+            self._hold(depth_m)
+        if self.stiffness_n_m > 0.0 and wanted_m != depth_m:
+            if wanted_m < depth_m:
+                lowest_n = force_n - FORCE_RAMP_DOWN_N_S * dt_s
+                depth_m = min(depth_m, max(wanted_m, lowest_n / self.stiffness_n_m))
+            else:
+                payable_m = math.sqrt(depth_m * depth_m + 2.0 * max(0.0, self.account_j) / self.stiffness_n_m)
+                depth_m = min(wanted_m, payable_m, depth_m + FORCE_RAMP_UP_N_S * dt_s / self.stiffness_n_m)
+            self._hold(depth_m)
+        # A finger above the surface meets it where it is.
+        self.surface_m = self._z_m + depth_m if wanted_m > 0.0 or depth_m > 0.0 else surface_m
+        return depth_m
+
+    def _hold(self, depth_m: float) -> None:
+        """Let the spring hold this depth; what it held before comes into the account, what it takes is paid from it."""
+        before_j, self._held_j = self._held_j, _stored_j(self.stiffness_n_m, depth_m)
+        self.account_j = min(ACCOUNT_J, self.account_j + before_j - self._held_j)
+
+
+def _stored_j(stiffness_n_m: float, depth_m: float) -> float:
+    """Energy of the spring that can come back, J: above the force limit it is a constant force."""
+    force_n = stiffness_n_m * depth_m
+    if force_n <= FINGER_FORCE_N:
+        return 0.5 * force_n * depth_m
+    return FINGER_FORCE_N * (depth_m - 0.5 * FINGER_FORCE_N / stiffness_n_m)

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, STYLE, plain_ticks
 
 _COLOURS = {"bare loop": BLACK, "virtual": BLUE, "socketcand": RED}
-_PARTS = {"contacts": GREEN, "gate": ORANGE, "decode": BLUE, "encode": PURPLE, "bus": GREY}
+_PARTS = {"contacts": GREEN, "limits": ORANGE, "decode": BLUE, "encode": PURPLE, "bus": GREY}
 _SHARES = np.linspace(0.0, 1.0, 201)
 
 

@@ -1,4 +1,4 @@
-"""One kinesthetic step as the operator site makes it: heights from the bus, five contacts, the gate, forces to the bus.
+"""One kinesthetic step as the operator site makes it: heights from the bus, contacts, the gate's limits, forces to it.
 
 What python-can takes for the bus is kept apart. Beside it the least that Python can do instead: five bare springs.
 """
@@ -15,9 +15,9 @@ from common.can_frames import FrameReceiver, FrameSender, database
 from common.can_line import CanAddress
 from common.config import RenderingConfig
 from common.fingers import FINGERS
-from common.limits import COMFORT, FINGER_FORCE_N
+from common.limits import FINGER_FORCE_N
 from operator_site.exoskeleton import Exoskeleton
-from operator_site.gate import GatedOutput, OperatorGate
+from operator_site.force_limits import ForceLimits
 from operator_site.passive_update import PassiveContact
 from operator_site.sampled_wall import SampledWall
 
@@ -25,11 +25,11 @@ _SITE = RenderingConfig()
 WALL = SampledWall(_SITE.exoskeleton_damping_n_s_m, 0.001, _SITE.exoskeleton_delay_s)
 SURFACE_M, STIFFNESS_N_M = 0.0, WALL.stiffest_n_m
 """The bench, and as stiff as the site shows it."""
-PARTS = ("bus", "decode", "contacts", "gate", "encode")
-"""What a tick is made of: python-can's receiving and sending; heights checked and watched; forces wanted; forces let
-through; their frame. The third and the fourth are the kinesthetic step itself."""
-_NOTHING, _SKIN_C = (0.0,) * len(FINGERS), (33.0,) * len(FINGERS)
-_UNKNOWN_C, _NEVER_S = (math.nan,) * len(FINGERS), (math.inf,) * len(FINGERS)
+PARTS = ("bus", "decode", "contacts", "limits", "encode")
+"""What a tick is made of: python-can's receiving and sending; heights checked and watched; forces wanted; what the
+gate lets through of them; their frame. The third and the fourth are the kinesthetic step itself; the gate's plates and
+motors are not."""
+_NOTHING = (0.0,) * len(FINGERS)
 
 
 class TimedBus:
@@ -76,14 +76,16 @@ class KinestheticStep:
     spent_s: list[tuple[float, ...]] = field(default_factory=list)
     answered_s: list[float] = field(default_factory=list)
     _contacts: list[PassiveContact] = field(init=False)
-    _gate: OperatorGate = field(init=False)
+    fault: str | None = None
+    _limits: list[ForceLimits] = field(init=False)
+    _t_s: float = math.nan
     _pushed_n: Sequence[float] = _NOTHING
     _bus: TimedBus | None = None
 
     def __post_init__(self) -> None:
         self.exoskeleton = Exoskeleton(self.address)
         self._contacts = [PassiveContact(WALL) for _ in FINGERS]
-        self._gate = OperatorGate(COMFORT, WALL)
+        self._limits = [ForceLimits(WALL) for _ in FINGERS]
 
     def connect(self, t_s: float) -> bool:
         """Whether the exoskeleton has been heard; call it until it has."""
@@ -94,13 +96,18 @@ class KinestheticStep:
             line._bus = cast(can.BusABC, self._bus)
         return heard
 
+    def catch_up(self) -> None:
+        """Let pass what came while this step waited for its turn: old places, one after the other, are no motion."""
+        while self.exoskeleton.line.poll():
+            pass
+
     def tick(self, t_s: float) -> None:
-        """Read, push back, pass the gate, write; at the time `t_s`."""
+        """Read, push back, limit, write; at the time `t_s`."""
         assert self._bus
         began_s = time.perf_counter()
         hand = self.exoskeleton.read(t_s)
         for fault in self.exoskeleton.faults(t_s):
-            self._gate.trip(fault)
+            self.fault = self.fault or fault
         read_s = time.perf_counter()
         receiving_s = self._bus.take_s()
         force_n = []
@@ -108,38 +115,27 @@ class KinestheticStep:
             contact.let_through(pushed_n)
             force_n.append(contact.step(t_s, z_m, SURFACE_M, STIFFNESS_N_M))
         rendered_s = time.perf_counter()
-        output = pass_gate(self._gate, t_s, t_s - hand.oldest_s, force_n, hand.z_m)
-        self._pushed_n = output.force_n
-        gated_s = time.perf_counter()
-        self.exoskeleton.push(output.force_n, enabled=True)
+        dt_s, self._t_s = max(0.0, t_s - self._t_s), t_s
+        self._pushed_n, wrong = let_through(self._limits, t_s, dt_s, t_s - hand.oldest_s, force_n, hand.z_m)
+        self.fault = self.fault or wrong
+        limited_s = time.perf_counter()
+        self.exoskeleton.push(self._pushed_n, enabled=True)
         ended_s = time.perf_counter()
         self.answered_s.append(self.exoskeleton.line.sent_s.get("FingerHeights", math.nan))
         sending_s = self._bus.take_s()
-        decoding_s, encoding_s = read_s - began_s - receiving_s, ended_s - gated_s - sending_s
-        pushing_s, gating_s = rendered_s - read_s, gated_s - rendered_s
-        self.spent_s.append((receiving_s + sending_s, decoding_s, pushing_s, gating_s, encoding_s))
-
-    @property
-    def fault(self) -> str | None:
-        """What the gate has latched."""
-        return self._gate.fault
+        decoding_s, encoding_s = read_s - began_s - receiving_s, ended_s - limited_s - sending_s
+        pushing_s, limiting_s = rendered_s - read_s, limited_s - rendered_s
+        self.spent_s.append((receiving_s + sending_s, decoding_s, pushing_s, limiting_s, encoding_s))
 
 
-def pass_gate(gate: OperatorGate, t_s: float, age_s: float, force_n: list[float], z_m: Sequence[float]) -> GatedOutput:
-    """Let forces through the gate, N; there are no modules with motors and plates."""
-    return gate.step(
-        t_s,
-        True,
-        age_s,
-        force_n=force_n,
-        motor_rpm=_NOTHING,
-        plate_set_c=_SKIN_C,
-        peltier_drive=_NOTHING,
-        plate_measured_c=_UNKNOWN_C,
-        measurement_age_s=_NEVER_S,
-        z_m=z_m,
-        height_age_s=age_s,
-    )
+def let_through(
+    limits: Sequence[ForceLimits], t_s: float, dt_s: float, age_s: float, force_n: Sequence[float], z_m: Sequence[float]
+) -> tuple[list[float], str | None]:
+    """What the gate lets through of five forces, N, and what it finds wrong."""
+    wrong = None
+    for finger, height_m in zip(limits, z_m, strict=True):
+        wrong = finger.observe(t_s, t_s - age_s, height_m) or wrong
+    return [finger.step(t_s, dt_s, True, age_s, wanted) for finger, wanted in zip(limits, force_n, strict=True)], wrong
 
 
 def bare_springs(data: bytes) -> bytes:
@@ -163,6 +159,9 @@ class BareStep:
         self.spent_s: list[tuple[float, ...]] = []
         self._frame = FrameSender("FingerHeights").encode(dict.fromkeys(FINGERS, -1.234)).data
 
+    def catch_up(self) -> None:
+        """Nothing comes."""
+
     def tick(self, _t_s: float) -> None:
         """Make the step."""
         began_s = time.perf_counter()
@@ -179,12 +178,15 @@ def part_costs_us(repeat: int) -> dict[str, float]:
     described, signed = database(), {**values, "counter": 1, "crc": 0}
     measured, pushed = (described.get_message_by_name(name) for name in ("FingerHeights", "FingerForces"))
     turn = iter(range(10**9))
-    contacts, gate = [PassiveContact(WALL) for _ in FINGERS], OperatorGate(COMFORT, WALL)
+    contacts, limits = [PassiveContact(WALL) for _ in FINGERS], [ForceLimits(WALL) for _ in FINGERS]
 
     def push() -> None:
         t_s = 1e-3 * next(turn)
         for contact in contacts:
             contact.step(t_s, -0.001, SURFACE_M, STIFFNESS_N_M)
+
+    def limit() -> None:
+        let_through(limits, 1e-3 * next(turn), 1e-3, 0.0, [0.49] * len(FINGERS), [-0.001] * len(FINGERS))
 
     return {
         "bare springs": _best_us(lambda: bare_springs(frames[0]), repeat),
@@ -193,9 +195,7 @@ def part_costs_us(repeat: int) -> dict[str, float]:
         "decode": _best_us(lambda: receiver.decode(frames[next(turn) % 16]), repeat),
         "encode": _best_us(lambda: forces.encode(values), repeat),
         "contacts": _best_us(push, repeat),
-        "gate": _best_us(
-            lambda: pass_gate(gate, 1e-3 * next(turn), 0.0, [0.49] * len(FINGERS), [-0.001] * len(FINGERS)), repeat
-        ),
+        "limits": _best_us(limit, repeat),
     }
 
 

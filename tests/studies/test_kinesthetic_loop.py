@@ -11,7 +11,7 @@ from studies.kinesthetic_step import STIFFNESS_N_M, bare_springs
 from tests.undisturbed import undisturbed
 
 MOST_SPRINGS = 10.0
-"""Contacts that count energy and a gate cost 4 to 6 times the bare springs."""
+"""Contacts that count energy and the limits of their forces cost 4 to 6 times the bare springs."""
 
 
 def test_five_bare_springs_push_as_hard_as_their_depth() -> None:
@@ -35,7 +35,7 @@ def test_it_runs_at_1_khz_and_a_step_costs_some_bare_springs_only(tmp_path: Path
     assert (bare["bus"], virtual["bus"], virtual["rate_hz"], site["rate_hz"]) == ("bare loop", "virtual", 1000.0, 500.0)
     assert virtual["ticks"] == 800
     assert virtual["unsent"] == 0
-    assert not [problem for problem in data["problems"] if "the gate cost" not in problem]
+    assert not [problem for problem in data["problems"] if "their limits cost" not in problem]
     for answers in data["answers"]:
         assert 0.0 < answers["p50_ms"] < answers["max_ms"]
     assert set(tables(data)) == {"loops", "answers", "parts"}
