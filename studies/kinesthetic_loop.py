@@ -1,8 +1,8 @@
 """The kinesthetic loop at 1 kHz through python-can: lateness beside a bare loop, its cost, and from height to force.
 
 The loop is the operator site's force path alone: read the exoskeleton, push back with five contacts, limit the forces
-as the gate does, write. It runs on python-can's virtual bus and over socketcand to the simulator's process, in turn with a loop that only
-makes five bare springs, so that what the machine does to one it does to all.
+as the gate does, write. It runs on python-can's virtual bus and over socketcand to the simulator's process, in turn
+with a loop that only makes five bare springs, so that what the machine does to one it does to all.
 """
 
 import logging
