@@ -93,17 +93,18 @@ class PassiveContact:
     def let_through(self, force_n: float) -> None:
         """Only this much of the force of the last step was let through to the finger, N.
 
-        What did not push took nothing from the finger: the surface sinks until its spring holds no more than that.
+        What does not push takes nothing from the finger: the surface sinks until its spring holds no more than that, and
+        what it held beyond is in the account again.
         """
         lacking_n = self._force_n - force_n
         if lacking_n > 0.0:
             self._force_n = force_n
             depth_m = max(0.0, self.surface_m - self._z_m - lacking_n / self.stiffness_n_m)
             self.surface_m = self._z_m + depth_m
-            self._held_j = _stored_j(self.stiffness_n_m, depth_m)
+            self._hold(depth_m)
 
     def _observe(self, dt_s: float, z_m: float) -> float:
-        """Count what the finger put in since the last step, less what the spring stored of it; the present depth, m."""
+        """Count what the finger put in since the last step, less what the spring stored of it; the depth now, m."""
         descent_m = self._z_m - z_m
         self._z_m = z_m
         depth_m, before_j = 0.0, self._held_j

@@ -115,6 +115,19 @@ def test_what_was_not_let_through_is_not_given_back():
     assert contact.step(t_s + 0.11, -0.0025, 0.0, 400.0) > 0.0, "pressing on, it is felt again"
 
 
+def test_a_surface_that_may_not_push_costs_nothing():
+    """A finger that waits in a surface for the session is felt as soon as it goes on: its account was not spent."""
+    contact, t_s = pressed()
+    contact.let_through(0.0)
+    before_j = contact.account_j
+    for i in range(1, 1000):
+        assert contact.step(t_s + T * i, -0.002, 0.0, 400.0) <= FORCE_RAMP_UP_N_S * T + 1e-9
+        contact.let_through(0.0)
+    assert contact.account_j == pytest.approx(before_j)
+    forces = [contact.step(t_s + 1.0 + T * i, -0.002, 0.0, 400.0) for i in range(100)]
+    assert 0.5 < forces[-1] <= 0.8 + 1e-9
+
+
 models = st.tuples(st.floats(-0.02, 0.02), st.floats(-100.0, 5000.0), st.integers(1, 30))
 
 
