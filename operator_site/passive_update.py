@@ -93,8 +93,8 @@ class PassiveContact:
     def let_through(self, force_n: float) -> None:
         """Only this much of the force of the last step was let through to the finger, N.
 
-        What does not push takes nothing from the finger: the surface sinks until its spring holds no more than that, and
-        what it held beyond is in the account again.
+        What does not push takes nothing from the finger: the surface sinks until its spring holds no more than that.
+        What it held beyond is in the account again.
         """
         lacking_n = self._force_n - force_n
         if lacking_n > 0.0:
