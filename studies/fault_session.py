@@ -155,7 +155,7 @@ class FaultSession:
         return said
 
     def wait_until_working(self, seconds: float = _WORKING_S) -> None:
-        """Return once both sites are engaged and the hand has worked for a while since.
+        """Return once both sites are engaged, the remote hand has come, and the hand has worked for a while since.
 
         Raises:
             NotWorking: they do not become so in time.
@@ -164,6 +164,7 @@ class FaultSession:
         while time.monotonic() < end_s:
             if (
                 all(state == "engaged" for state in self.states().values())
+                and not self._approaches()
                 and float(self.figures("sim-operator").get("script_s") or 0.0) > 2.0
             ):
                 since_s = since_s or time.monotonic()
@@ -173,6 +174,11 @@ class FaultSession:
                 since_s = None
             time.sleep(0.05)
         raise NotWorking(f"not working after {seconds:g} s: {self.states()}")
+
+    def _approaches(self) -> bool:
+        """Whether the remote hand, by its site's last word, is still on its way to the operator's."""
+        limited: dict[str, list[str]] = self.figures("remote").get("limited") or {}
+        return any("approach" in limits for limits in limited.values())
 
     def clear_and_engage(self) -> None:
         """What a person does after a latched fault, at each site that has one; again, while something is hot."""

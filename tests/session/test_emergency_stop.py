@@ -40,6 +40,10 @@ CLEAR_S = GAP_S + RETREAT_AFTER_S + (CLEAR_HEIGHT_M - HEIGHT_LOW_M) / RETREAT_SP
 """From the deepest that a finger can be, until it is clear of everything."""
 
 
+COMES_S = 4.0
+"""From engaging until the remote hand has come to the operator's and its fingers are down, with some to spare."""
+
+
 @dataclass(slots=True)
 class Stop:
     """One emergency stop, what both sites said at once and later, and what was asked by then; times in s."""
@@ -207,14 +211,14 @@ def test_a_stop_at_the_patients_side_is_not_undone_from_the_operators(story: Sto
 
 
 @pytest.mark.parametrize("name", ["operator", "remote"])
-def test_after_clearing_and_engaging_force_comes_back_along_its_ramp(name: str, story: Story) -> None:
+def test_after_clearing_and_engaging_force_comes_back_when_the_remote_hand_has_come(name: str, story: Story) -> None:
     stop, truth = story.stops[name], story.truth
     assert stop.cleared is not None
     assert stop.engaged is not None
     assert [(told.code, told.out, told.err) for told in (stop.cleared, stop.engaged)] == [(0, "", "")] * 2
     begun_s = stop.engaged.begun_s
     assert not between(truth.finger_s, truth.force_n, stop.cleared.begun_s, begun_s).any(), "clearing moves nothing"
-    assert between(truth.finger_s, truth.force_n[:, STROKES], begun_s, begun_s + 1.5).max() > FELT_N
+    assert between(truth.finger_s, truth.force_n[:, STROKES], begun_s, begun_s + COMES_S).max() > FELT_N
     # By the site's own clock: after a pause of the machine a simulation writes down when it should have worked.
     sent = story.sent
     first = int(np.flatnonzero((sent.time_s > begun_s) & sent.engaged)[0])
@@ -224,7 +228,6 @@ def test_after_clearing_and_engaging_force_comes_back_along_its_ramp(name: str, 
     ramping = since_s < FINGER_FORCE_N / FORCE_RAMP_UP_N_S
     force_n = sent.force_n[first:][ramping]
     assert (force_n <= FORCE_RAMP_UP_N_S * since_s[ramping, np.newaxis] + ROUNDING_N).all()
-    assert force_n.any(), "the ramp must be seen"
 
 
 @pytest.mark.parametrize(
