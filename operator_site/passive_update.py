@@ -2,10 +2,10 @@
 
 The contact is a spring, F = k d. What the finger has put into it and the spring does not hold has been dissipated: it
 is counted, at the force that was held over each interval, as a passivity observer does (Hannaford & Ryu 2002). A new
-surface or stiffness may raise the spring's energy only out of that account. So late, noisy or wrong models leave the
-contact passive, and a finger inside the surface is pressed outwards no further than it pressed inwards before. Where
-the force came later than the finger, as when a session is engaged, the surface is where the finger is; the true one is
-taken along when it lifts, or as fast as it pays.
+surface or stiffness may raise the spring's energy only out of that account, which may be overdrawn by LENT_J. So late,
+noisy or wrong models leave the contact passive, and a finger inside the surface is pressed outwards no further than it
+pressed inwards before. Where the force came later than the finger, as when a session is engaged, the surface is where
+the finger is; the true one is taken along when it lifts, or as fast as it pays.
 
 Spring and damper themselves are passive within the bounds of the sampled wall, and are never more.
 """
@@ -17,6 +17,9 @@ from operator_site.sampled_wall import SampledWall
 
 ACCOUNT_J = 0.005
 """No more is kept to be given back: 2 N over 2.5 mm, a breath."""
+LENT_J = 0.25e-3
+"""So much a surface may borrow: a contact that begins around the finger is felt at once, with 0.45 N on 400 N/m. It is
+lent once, until the finger has paid it back: no model can pump it."""
 LONGEST_STEP_S = 0.1
 
 
@@ -27,7 +30,7 @@ class PassiveContact:
         capped: whether the model's surface is stiffer than the device may show.
         surface_m: height of the surface that is shown, m; it may lag behind the model's.
         stiffness_n_m: stiffness that is shown; 0 where nothing is.
-        account_j: what the finger put in and the spring does not hold, J: all that updates may spend.
+        account_j: what the finger put in and the spring does not hold, J; not below -LENT_J by updates.
     """
 
     __slots__ = (
@@ -142,7 +145,7 @@ class PassiveContact:
                 lowest_n = force_n - FORCE_RAMP_DOWN_N_S * dt_s
                 depth_m = min(depth_m, max(wanted_m, lowest_n / self.stiffness_n_m))
             else:
-                payable_m = math.sqrt(depth_m * depth_m + 2.0 * max(0.0, self.account_j) / self.stiffness_n_m)
+                payable_m = math.sqrt(depth_m * depth_m + 2.0 * max(0.0, self.account_j + LENT_J) / self.stiffness_n_m)
                 depth_m = min(wanted_m, payable_m, depth_m + FORCE_RAMP_UP_N_S * dt_s / self.stiffness_n_m)
             self._hold(depth_m)
         # A finger above the surface meets it where it is.
