@@ -8,13 +8,14 @@ at the energy that is left:
     F <= sqrt(2 k (account + PRODUCED_J))
 
 Such a wall is itself passive, so the controller never chatters, adds no force, and lets every softer spring alone; one
-that pays itself from the account ends at 0 N when the port has given out PRODUCED_J more than it was given.
+that pays itself from the account ends at 0 N when the port has given out PRODUCED_J more than it was given. A debt is
+forgiven at FORGIVEN_W.
 """
 
 import math
 from collections import deque
 
-from common.limits import PRODUCED_J
+from common.limits import FORGIVEN_W, PRODUCED_J
 
 FADE_S = 1.0
 """What was put in and cannot be stored in the present contact was lost in it: the account forgets it so fast."""
@@ -89,6 +90,7 @@ class PortEnergy:
             taken_j = self._damping_n_s_m * rise_m * rise_m / dt_s  # the least that the device's damping took
             self.account_j += taken_j - self._mean_n(dt_s) * rise_m
             self._forget(dt_s, z_m)
+            self.account_j = max(self.account_j, min(0.0, self.account_j + FORGIVEN_W * dt_s))
         self.most_produced_j = max(self.most_produced_j, -self.account_j)
         self._t_s, self._z_m = t_s, z_m
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.limits import PRODUCED_J, SWING_CYCLES, SWING_N, SWING_S, SWING_SLOW_CYCLES, SWING_SLOW_HZ
+from common.limits import FORGIVEN_W, PRODUCED_J, SWING_CYCLES, SWING_N, SWING_S, SWING_SLOW_CYCLES, SWING_SLOW_HZ
 from common.oscillation import Oscillation
 from common.port_energy import PortEnergy
 
@@ -112,6 +112,9 @@ def test_no_tremor_stroke_or_breath_is_told(hand: tuple[float, float, float, flo
     assert found(forces) == (math.inf, "")
 
 
+SECONDS = 3.0
+
+
 def coupled(
     wall_n_m: float,
     period_s: float,
@@ -131,7 +134,7 @@ def coupled(
     late = deque([0.0] * (round(round_trip_s / period_s) + 1), maxlen=round(round_trip_s / period_s) + 1)
     place_m, speed, given_j, most_j, step_s, told_s = -0.005, 0.0, 0.0, 0.0, 1e-4, math.inf
     forces = []
-    for tick in range(round(3.0 / period_s)):
+    for tick in range(round(SECONDS / period_s)):
         t_s = period_s * tick
         measured_m = round(place_m / 1e-5) * 1e-5
         port.observe(t_s, -measured_m)
@@ -175,7 +178,7 @@ def test_loops_that_are_truly_unstable_are_told_and_held_back_they_give_out_what
     assert out_j > 0.02
     assert swing_n > 4.0
     told_s, out_j, swing_n = coupled(wall, period_s, round_trip_s, hand, stiffest_n_m=stiffest, held_back=True)
-    assert out_j <= 1.1 * PRODUCED_J
+    assert out_j <= 1.1 * PRODUCED_J + FORGIVEN_W * SECONDS
     assert swing_n < 0.1
 
 
@@ -186,7 +189,7 @@ def test_a_loop_too_slow_to_be_told_from_a_hand_is_held_back(
 ) -> None:
     assert coupled(1000.0, 0.001, round_trip_s, hand, stiffest_n_m=1000.0, held_back=False)[1] > 0.04
     _, out_j, swing_n = coupled(1000.0, 0.001, round_trip_s, hand, stiffest_n_m=1000.0, held_back=True)
-    assert out_j <= 1.1 * PRODUCED_J
+    assert out_j <= 1.1 * PRODUCED_J + FORGIVEN_W * SECONDS
     assert swing_n < 0.1
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.limits import FINGER_FORCE_N, FORCE_RAMP_UP_N_S
+from common.limits import FINGER_FORCE_N, FORCE_RAMP_UP_N_S, FORGIVEN_W
 from operator_site.passive_update import ACCOUNT_J, LENT_J, PassiveContact
 from operator_site.sampled_wall import SampledWall
 
@@ -66,7 +66,8 @@ def test_a_still_finger_is_never_pressed_harder_than_it_pressed_but_for_its_acco
         force = contact.step(t_s + T * i, -0.002, surface_m, stiffness)
         assert force - before <= FORCE_RAMP_UP_N_S * T + 1e-9
         before = force
-    assert force**2 / 2 / contact.stiffness_n_m <= stored + max(0.0, account_j) + LENT_J + ROUNDING_J
+    lent_j = LENT_J + FORGIVEN_W * 0.5
+    assert force**2 / 2 / contact.stiffness_n_m <= stored + max(0.0, account_j) + lent_j + ROUNDING_J
 
 
 def test_a_surface_first_known_around_the_finger_is_felt_softly_and_is_there_when_it_presses_on():
@@ -74,11 +75,21 @@ def test_a_surface_first_known_around_the_finger_is_felt_softly_and_is_there_whe
     forces = [contact.step(T * i, -0.005, 0.0, 400.0 if i > 5 else 0.0) for i in range(50)]
     assert all(after - before <= FORCE_RAMP_UP_N_S * T + 1e-9 for before, after in itertools.pairwise(forces))
     lent_n = math.sqrt(2.0 * 400.0 * LENT_J)
-    assert forces[-1] == pytest.approx(lent_n)
+    assert forces[-1] == pytest.approx(lent_n, rel=0.02)
     assert contact.step(50 * T, -0.007, 0.0, 400.0) >= lent_n + 0.8 - 1e-9
     for i in range(1, 101):  # lifted, it takes the true surface along
         contact.step((50 + i) * T, -0.007 + 1e-4 * i, 0.0, 400.0)
     assert contact.surface_m == pytest.approx(0.0, abs=1e-4)
+
+
+def test_a_still_finger_in_a_surface_feels_all_of_it_after_some_seconds_and_no_more():
+    """As when a press was interrupted: what it lacks is forgiven, slowly."""
+    contact = PassiveContact(WALL)
+    forces = [contact.step(T * i, -0.002, 0.0, 400.0) for i in range(10_000)]
+    assert forces == sorted(forces)
+    reached_s = T * next(i for i, force in enumerate(forces) if force > 0.79)
+    assert reached_s == pytest.approx((0.5 * 0.8 * 0.002 - LENT_J) / FORGIVEN_W, rel=0.05)
+    assert forces[-1] == pytest.approx(0.8)
 
 
 def test_a_surface_that_sinks_pays_for_rising_again():
@@ -112,7 +123,7 @@ def test_what_was_not_let_through_is_not_given_back():
     contact.let_through(0.0)
     contact.account_j = -LENT_J
     forces = [contact.step(t_s + (3 + i) * T, -0.002, 0.0, 400.0) for i in range(100)]
-    assert forces == pytest.approx([0.0] * 100, abs=1e-12)
+    assert forces[-1] <= math.sqrt(2.0 * 400.0 * FORGIVEN_W * 0.1) + 1e-9
     contact.let_through(0.0)
     assert contact.step(t_s + 0.11, -0.0025, 0.0, 400.0) > 0.0, "pressing on, it is felt again"
 
@@ -154,7 +165,7 @@ def test_updates_never_give_a_finger_more_than_it_put_in(models, places, damping
             wanted = contact.step(t_s, z_m, surface_m, stiffness, damping, descent / T)
             assert 0.0 <= wanted <= FINGER_FORCE_N
             force = min(ceiling, wanted)
-            assert energy_j >= -sampled_j - LENT_J - ROUNDING_J
+            assert energy_j >= -sampled_j - LENT_J - FORGIVEN_W * t_s - ROUNDING_J
 
 
 @given(st.lists(models, min_size=1, max_size=12))
