@@ -74,6 +74,7 @@ class Fingertips:
     ) -> None:
         """Render with walls that the exoskeleton can show."""
         n = len(FINGERS)
+        self._wall = wall
         self._contacts = [PassiveContact(wall) for _ in range(n)]
         self._approaches = [ApproachSpeed() for _ in range(n)]
         self._vibrations = [FingerVibration(vibration) for _ in range(n)]
@@ -101,6 +102,13 @@ class Fingertips:
     def begin_session(self) -> None:
         """Forget which events were played: a new session numbers its own."""
         self._played = PlayedEvents()
+
+    def show(self, wall: SampledWall) -> None:
+        """From now on show no surface stiffer than this."""
+        if wall is not self._wall:
+            self._wall = wall
+            for contact in self._contacts:
+                contact.show(wall)
 
     def step(
         self,

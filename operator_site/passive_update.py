@@ -48,12 +48,16 @@ class PassiveContact:
 
     def __init__(self, wall: SampledWall) -> None:
         """A contact within what the device can show; its own damping, which it surely has, counts as dissipated."""
-        self._wall, self._stiffest_n_m = wall, wall.stiffest_n_m
+        self.show(wall)
         self._t_s = self._z_m = math.nan
         self._force_n = self._held_j = 0.0
         self.account_j = 0.0
         self.surface_m = self.stiffness_n_m = 0.0
         self.capped = False
+
+    def show(self, wall: SampledWall) -> None:
+        """From now on keep within this wall."""
+        self._wall, self._stiffest_n_m = wall, wall.stiffest_n_m
 
     def step(
         self,

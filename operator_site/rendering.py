@@ -11,6 +11,7 @@ from common.messages import TOUCH_FIELDS
 from common.packets import Floats
 from operator_site.fingertips import Fingertips
 from operator_site.gate import GatedOutput, OperatorGate
+from operator_site.held_force import HeldForce
 from operator_site.rendering_input import RenderingInput
 from operator_site.sampled_wall import SampledWall
 from operator_site.stroke_speed import StrokeSpeed
@@ -34,7 +35,7 @@ class Rendering:
             gap_s: without an accepted touch packet for longer, nothing is touched.
         """
         self._config = config
-        self.wall = SampledWall(config.exoskeleton_damping_n_s_m, period_s, config.exoskeleton_delay_s)
+        self._held = HeldForce(SampledWall(config.exoskeleton_damping_n_s_m, period_s, config.exoskeleton_delay_s))
         self._gate = OperatorGate(PLATE_PROFILES[config.profile], self.wall)
         self._gap_ns = round(gap_s * 1e9)
         self._session = 0
@@ -52,6 +53,11 @@ class Rendering:
             vibration=config.vibration,
         )
         self._speed = StrokeSpeed()
+
+    @property
+    def wall(self) -> SampledWall:
+        """The stiffest that can be shown, as the loop runs now."""
+        return self._held.wall
 
     @property
     def fault(self) -> str | None:
@@ -82,6 +88,8 @@ class Rendering:
         touch = now.touch if fresh else None
         # Where a finger is not known nothing can be rendered to it: an old place is no place.
         located = now.time_s - min(now.pose_s, now.heights_s) <= GAP_S
+        self._held.step(now.time_s, now.heights_s)
+        self.fingertips.show(self.wall)
         requested = self.fingertips.step(
             now.time_s,
             now.engaged and fresh and located,

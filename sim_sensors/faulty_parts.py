@@ -25,7 +25,7 @@ _PIEZO_MAX, _OVERDRIVEN, _NOISE_COUNTS = 2047, 30, 1.6
 _LONGEST_BURST_S = 0.05
 _GLITCH_M, _GLITCHES = 0.006, 0.02
 """How far a reading jumps, and how many of them do: 10 a second at 500 Hz."""
-_BIAS_N = 1.0
+_BIAS_N = 1.5
 
 
 class Thermistor:
@@ -102,7 +102,7 @@ class ForceSensor:
     """A fingertip's force sensor.
 
     Attributes:
-        fault: `frozen`: it reads what it read last, `biased`: 1 N too much; None: it is sound.
+        fault: `frozen`: it reads what it read last, `biased`: 1.5 N too much; None: it is sound.
     """
 
     def __init__(self) -> None:

@@ -59,13 +59,13 @@ def test_an_encoder_that_is_stuck_reads_what_it_read_last() -> None:
     assert [encoder.read(place_m) for place_m in (0.0, -0.004)] == [0.003, 0.003]
 
 
-def test_a_force_sensor_freezes_or_says_one_newton_more() -> None:
+def test_a_force_sensor_freezes_or_says_too_much() -> None:
     sensor = ForceSensor()
     sensor.read(0.7)
     sensor.fault = "frozen"
     assert sensor.read(2.0) == 0.7
     sensor.fault = "biased"
-    assert sensor.read(2.0) == 3.0
+    assert sensor.read(2.0) == 3.5
 
 
 def sent(transmitter: Transmitter, name: str, frames: int) -> list[can.Message]:
@@ -119,7 +119,7 @@ def test_at_both_sites_the_hand_goes_on_and_only_what_is_told_of_it_is_wrong(
 def test_a_force_sensor_lies_to_the_robot_and_not_to_the_world(remote: RemoteDevices) -> None:
     remote.faults.apply("force index biased")
     advance(remote, range(1, 3))
-    assert remote.robot._measured_force_n[INDEX] == pytest.approx(1.0, abs=0.1)
+    assert remote.robot._measured_force_n[INDEX] == pytest.approx(1.5, abs=0.1)
     assert remote.world.force_n[INDEX] == 0.0
     assert remote.robot._measured_force_n[INDEX + 1] == pytest.approx(0.0, abs=0.1)
 
