@@ -39,9 +39,9 @@ FORCE_RAMP_DOWN_N_S = 200.0
 
 PRODUCED_J = 0.0005
 """So much energy may come out at an operator's finger beyond what it put in, before force is let go, J."""
-FORGIVEN_W = 0.00005
-"""What has come out too much is forgotten at this rate, W: a press that was interrupted is felt again within seconds
-without being lifted, and nothing is pumped by it that a finger's own damping does not take."""
+FORGIVEN_W = 0.00015
+"""What has come out too much is forgotten at this rate while no force acts, W: a press that was interrupted is felt
+again without being lifted first, and nothing is pumped by it that a finger's own damping does not take."""
 SWING_N = 0.4
 SWING_CYCLES, SWING_S = 6, 0.5
 """A force that swings by so much is a fault when it does so in so many cycles within this time: no hand can."""

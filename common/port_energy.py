@@ -9,7 +9,7 @@ at the energy that is left:
 
 Such a wall is itself passive, so the controller never chatters, adds no force, and lets every softer spring alone; one
 that pays itself from the account ends at 0 N when the port has given out PRODUCED_J more than it was given. A debt is
-forgiven at FORGIVEN_W.
+forgiven while no force acts (FORGIVEN_W).
 """
 
 import math
@@ -90,7 +90,8 @@ class PortEnergy:
             taken_j = self._damping_n_s_m * rise_m * rise_m / dt_s  # the least that the device's damping took
             self.account_j += taken_j - self._mean_n(dt_s) * rise_m
             self._forget(dt_s, z_m)
-            self.account_j = max(self.account_j, min(0.0, self.account_j + FORGIVEN_W * dt_s))
+            if self.account_j < 0.0 and self._forces[-1][1] == 0.0:
+                self.account_j = min(0.0, self.account_j + FORGIVEN_W * dt_s)
         self.most_produced_j = max(self.most_produced_j, -self.account_j)
         self._t_s, self._z_m = t_s, z_m
 

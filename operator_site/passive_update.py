@@ -5,7 +5,8 @@ is counted, at the force that was held over each interval, as a passivity observ
 surface or stiffness may raise the spring's energy only out of that account, which may be overdrawn by LENT_J. So late,
 noisy or wrong models leave the contact passive, and a finger inside the surface is pressed outwards no further than it
 pressed inwards before. Where the force came later than the finger, as when a session is engaged, the surface is near
-the finger; the true one is taken along when it lifts, as fast as it pays, or as the debt is forgiven (FORGIVEN_W).
+the finger; the true one is taken along when it lifts, or as fast as it pays. What is owed is forgiven while no force
+acts (FORGIVEN_W).
 
 Spring and damper themselves are passive within the bounds of the sampled wall, and are never more.
 """
@@ -17,9 +18,9 @@ from operator_site.sampled_wall import SampledWall
 
 ACCOUNT_J = 0.005
 """No more is kept to be given back: 2 N over 2.5 mm, a breath."""
-LENT_J = 0.25e-3
-"""So much a surface may borrow: a contact that begins around the finger is felt at once, with 0.45 N on 400 N/m. It is
-lent once, until the finger has paid it back or it is forgiven: no model can pump it."""
+LENT_J = 0.35e-3
+"""So much a surface may borrow: a contact that begins around the finger is felt at once, with 0.53 N on 400 N/m. It is
+lent once, until the finger has paid it back, or it is forgiven: no model can pump it."""
 LONGEST_STEP_S = 0.1
 
 
@@ -124,7 +125,9 @@ class PassiveContact:
         if dt_s > 0.0:
             put_in_j += self._wall.damping_n_s_m * descent_m * descent_m / dt_s  # the least that the device took
         account_j = self.account_j + put_in_j + before_j - self._held_j
-        self.account_j = min(ACCOUNT_J, max(account_j, min(0.0, account_j + FORGIVEN_W * dt_s)))
+        if account_j < 0.0 and self._force_n == 0.0:
+            account_j = min(0.0, account_j + FORGIVEN_W * dt_s)
+        self.account_j = min(ACCOUNT_J, account_j)
         return depth_m
 
     def _enter(self, dt_s: float, depth_m: float, surface_m: float, stiffness_n_m: float) -> float:
