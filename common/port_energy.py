@@ -9,7 +9,7 @@ at the energy that is left:
 
 Such a wall is itself passive, so the controller never chatters, adds no force, and lets every softer spring alone; one
 that pays itself from the account ends at 0 N when the port has given out PRODUCED_J more than it was given. A debt is
-forgiven while no force acts (FORGIVEN_W).
+forgiven while no force acts (FORGIVEN_W), and when outputs do not act at all.
 """
 
 import math
@@ -94,6 +94,10 @@ class PortEnergy:
                 self.account_j = min(0.0, self.account_j + FORGIVEN_W * dt_s)
         self.most_produced_j = max(self.most_produced_j, -self.account_j)
         self._t_s, self._z_m = t_s, z_m
+
+    def rest(self) -> None:
+        """Nothing may come out now, whatever the account says: what does later owes nothing of before."""
+        self.account_j = max(0.0, self.account_j)
 
     def limit_n(self) -> float:
         """The largest force that the account can pay for, N."""

@@ -156,6 +156,8 @@ class Fingertips:
             approach_m_s = self._approaches[finger].step(t_s, z_m[finger])
             contact = self._contacts[finger]
             contact.let_through(pushed_n[finger])
+            if not engaged:
+                contact.rest()
             surface_m = self._surface_m[finger] = _surface_below(row, x_m, y_m)
             newton = contact.step(t_s, z_m[finger], surface_m, row[_STIFFNESS], row[_DAMPING], approach_m_s)
             force.append(newton)

@@ -64,6 +64,7 @@ class ForceLimits:
         if live:
             self._ceiling_n = min(FINGER_FORCE_N, self._ceiling_n + FORCE_RAMP_UP_N_S * dt_s)
         else:
+            self.energy.rest()
             shown_n = min(self._ceiling_n, self.force_n)
             latest_n = math.inf
             if age_s > GAP_S:

@@ -21,6 +21,9 @@ ACCOUNT_J = 0.005
 LENT_J = 0.35e-3
 """So much a surface may borrow: a contact that begins around the finger is felt at once, with 0.53 N on 400 N/m. It is
 lent once, until the finger has paid it back, or it is forgiven: no model can pump it."""
+RESTED_J = 0.5e-3
+"""So much is in the account at least when outputs begin to act, which no hand and no model makes them do: a press that
+was interrupted is felt again without being lifted, 0.8 N with the half of it at least."""
 LONGEST_STEP_S = 0.1
 
 
@@ -97,6 +100,10 @@ class PassiveContact:
         damper_n_s_m = min(damping_n_s_m, self._wall.damping_left_n_s_m(self.stiffness_n_m)) if damping_n_s_m else 0.0
         self._force_n = min(FINGER_FORCE_N, max(0.0, self.stiffness_n_m * depth_m + damper_n_s_m * approach_m_s))
         return self._force_n
+
+    def rest(self) -> None:
+        """Outputs do not act: a contact that is there when they do begins with RESTED_J."""
+        self.account_j = max(self.account_j, RESTED_J)
 
     def let_through(self, force_n: float) -> None:
         """Only this much of the force of the last step was let through to the finger, N.

@@ -70,6 +70,13 @@ def test_what_is_owed_is_forgiven_slowly_and_nothing_is_given() -> None:
     assert finger.port.account_j == pytest.approx(-owed_j + FORGIVEN_W, rel=0.01)
     finger.move(0.0, 0.0, 10_000)
     assert finger.port.account_j == 0.0
+    finger.move(1e-4, 10.0, 50)
+    assert finger.port.account_j < 0.0
+    finger.port.rest()
+    assert finger.port.account_j == 0.0
+    finger.move(-1e-4, 0.5, 20)
+    finger.port.rest()
+    assert finger.port.account_j == pytest.approx(0.5 * 19e-4, rel=0.2)
 
 
 def test_what_is_spent_is_earned_again_by_pressing() -> None:

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.limits import FINGER_FORCE_N, FORCE_RAMP_UP_N_S, FORGIVEN_W
-from operator_site.passive_update import ACCOUNT_J, LENT_J, PassiveContact
+from operator_site.passive_update import ACCOUNT_J, LENT_J, RESTED_J, PassiveContact
 from operator_site.sampled_wall import SampledWall
 
 T = 0.001
@@ -94,6 +94,21 @@ def test_an_interrupted_press_is_felt_again_without_being_lifted_however_often()
         assert forces[-1] == pytest.approx(forces[100])
         felt.append(forces[-1])
     assert felt == pytest.approx([math.sqrt(2.0 * 400.0 * LENT_J)] * 10)
+
+
+def test_outputs_that_rested_begin_with_something_and_owe_nothing():
+    contact = PassiveContact(WALL)
+    for i in range(10):
+        contact.step(T * i, -0.003, 0.0, 400.0)
+    contact.let_through(0.0)
+    contact.account_j = -LENT_J
+    contact.rest()
+    assert contact.account_j == RESTED_J
+    forces = [contact.step(0.01 + T * i, -0.003, 0.0, 400.0) for i in range(100)]
+    assert forces[-1] == pytest.approx(math.sqrt(2.0 * 400.0 * (RESTED_J + LENT_J)))
+    contact.account_j = ACCOUNT_J
+    contact.rest()
+    assert contact.account_j == ACCOUNT_J
 
 
 def test_a_surface_that_sinks_pays_for_rising_again():
