@@ -1,5 +1,6 @@
 """The session with a virtual environment, and the operator site in it: states, the desk, the E-stop, a lost hand."""
 
+import math
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ from common.packets import LinkState
 from common.recording import Recorder
 from common.session import Refused
 from operator_site.gate import GatedOutput
+from operator_site.passive_update import LENT_J, RESTED_J
 from operator_site.site_recording import SCHEMAS
 from teletaction.replay import replay
 from tests.operator_site.virtual_touch import CONFIG, INDEX, Working
@@ -45,7 +47,8 @@ def test_it_engages_only_when_that_is_wished_and_its_devices_are_there() -> None
     working.ask("engage")
     assert all(map(neutral, working.go(0.2)))
     working.devices.lacking = ""
-    assert 0.0 < working.go(0.2)[-1].force_n[INDEX] < 0.8, "where it came to lie unfelt, it is pushed as it has paid"
+    begins_n = math.sqrt(2.0 * 400.0 * (RESTED_J + LENT_J))
+    assert working.go(0.2)[-1].force_n[INDEX] == pytest.approx(begins_n, rel=0.03), "where it came to lie unfelt"
     assert working.state is LinkState.ENGAGED
     assert working.press(ALUMINIUM_M)[-1].force_n[INDEX] > 1.0
     assert working.ask("disengage")["state"] == "connected"
