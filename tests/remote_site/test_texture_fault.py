@@ -7,6 +7,7 @@ import pytest
 
 from common.messages import ExplorationMode
 from remote_site.texture_fault import CLIPPED, DISCONNECTED, NOISE_ONLY, SATURATED
+from remote_site.tip_path import RATE_HZ
 from sim_sensors.simulated_stroke import simulate_stroke
 from tests.remote_site.felt_strokes import SIX, drawn, played
 
@@ -62,3 +63,10 @@ def test_noise_of_any_size_is_no_signal(noise_v):
 def test_a_sound_sensor_has_no_fault(surface):
     for seed in range(84_000, 84_005):
         assert {block.texture.fault for block in played(drawn(surface, seed))} == {None}
+
+
+@pytest.mark.parametrize("late_s", [-0.1, -0.05, 0.05, 0.1])
+def test_a_sound_sensor_has_no_fault_when_force_and_texture_come_apart(late_s):
+    trace = drawn("closely_grooved_pvc", 85_000)
+    apart = dataclasses.replace(trace, pressure_v=np.roll(trace.pressure_v, round(late_s * RATE_HZ)))
+    assert {block.texture.fault for block in played(apart)} == {None}
