@@ -24,6 +24,7 @@ from common.packets import (
     unpack,
     unpack_list,
 )
+from common.told import NOTHING_TOLD, Told, pack_told, read_told
 
 EVENT_MAX = 2000.0
 """Largest value of an event, in its own unit."""
@@ -153,7 +154,10 @@ class Motion(NamedTuple):
 
 
 class Touch(NamedTuple):
-    """What the remote fingers touch: bytes of a `TOUCH_BLOCK`, names of the likeliest materials, events."""
+    """What the remote fingers touch: bytes of a `TOUCH_BLOCK`, names of the likeliest materials, events.
+
+    `told`, of each finger, is what a person reads of it at a slow pace.
+    """
 
     session: int
     sequence: int
@@ -162,22 +166,24 @@ class Touch(NamedTuple):
     floats: bytes
     materials: tuple[str, ...]
     events: tuple[Event, ...]
+    told: tuple[Told, ...] = NOTHING_TOLD
 
     def encode(self) -> bytes:
         """Packet bytes; raises BadPacket on a value out of range."""
         floats = TOUCH_BLOCK.check(self.floats)
         header = (SCHEMA_VERSION, self.session, self.sequence, self.time_ns, self.state)
-        return pack([*header, floats, _pack_news(self.materials, self.events)])
+        return pack([*header, floats, _pack_news(self.materials, self.events), pack_told(self.told)])
 
     @classmethod
     def decode(cls, packet: bytes) -> "Touch":
         """Check and unpack; raises BadPacket."""
-        _, session, sequence, time_ns, state, floats, news = unpack(packet, 7)
-        if type(news) is not bytes:
-            raise BadPacket("news: not bytes")
+        _, session, sequence, time_ns, state, floats, news, told = unpack(packet, 8)
+        if type(news) is not bytes or type(told) is not bytes:
+            raise BadPacket("news or told: not bytes")
         checked = TOUCH_BLOCK.check(floats)
         # As `cls(...)` does, without another function that would have to be fetched into the caches.
-        return tuple.__new__(cls, (session, sequence, time_ns, read_state(state), checked, *_read_news(news)))
+        told_now = read_told(told)
+        return tuple.__new__(cls, (session, sequence, time_ns, read_state(state), checked, *_read_news(news), told_now))
 
     @property
     def block(self) -> Floats:

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from common.fingers import FINGERS
 
-SCHEMA_VERSION = 5
-MAX_PACKET = 4096
+SCHEMA_VERSION = 6
+MAX_PACKET = 6144
 """No packet of this link is larger, bytes."""
 MAX_INTEGER = 2**63 - 1
 MAX_TEXT = 40

@@ -28,6 +28,7 @@ from common.messages import (
 from common.packets import LinkState
 from common.scene import Scene, SceneObject
 from common.surfaces import surface_kind
+from common.told import NOTHING, Told
 
 _NOTHING = (0.0,) * len(TOUCH_FIELDS)
 _MOST_N = TOUCH_RANGES["contact_force_n"][1]
@@ -45,6 +46,8 @@ class _Piece:
     groove_rad_s: float
     columns: tuple[float, ...]
     """From `surface_z_m` on; known for certain."""
+    told: Told
+    """Its material; how rough it is to a sensor that is not there cannot be said."""
 
 
 @dataclass(slots=True)
@@ -56,6 +59,7 @@ class _Finger:
     x_m: float = math.nan
     row: tuple[float, ...] = _NOTHING
     material: str = ""
+    told: Told = NOTHING
 
 
 class VirtualEnvironment:
@@ -107,7 +111,8 @@ class VirtualEnvironment:
         fingers = [self._fingers.get(number) for number in range(len(FINGERS))]
         block = np.array([_NOTHING if finger is None else finger.row for finger in fingers], dtype=np.float32)
         names = tuple("" if finger is None else finger.material for finger in fingers)
-        return Touch(session, sequence, time_ns, state, TOUCH_BLOCK.to_bytes(block), names, self._events)
+        told = tuple(NOTHING if finger is None else finger.told for finger in fingers)
+        return Touch(session, sequence, time_ns, state, TOUCH_BLOCK.to_bytes(block), names, self._events, told)
 
     def _below(self, x_m: float, y_m: float) -> _Piece | None:
         for piece in self._pieces:
@@ -126,10 +131,10 @@ def _move(
     from_s, from_x_m = finger.time_s, finger.x_m
     finger.time_s, finger.x_m = time_s, x_m
     if piece is None:
-        finger.row, finger.material = _NOTHING, ""
+        finger.row, finger.material, finger.told = _NOTHING, "", NOTHING
         return
     finger.row = (float(mode), float(exploration.contact), min(force_n, _MOST_N), x_m, y_m, *piece.columns)
-    finger.material = piece.thing.material
+    finger.material, finger.told = piece.thing.material, piece.told
     if exploration.began:
         yield EventKind.TAP, time_s, exploration.approach_m_s
     if mode is ExplorationMode.STROKING:
@@ -179,6 +184,6 @@ def _piece(scene: Scene, thing: SceneObject, offsets_c: dict[str, float], rng: n
     }
     assert tuple(touch) == TOUCH_FIELDS[5:]
     places = grooves.draw(thing.length_m, rng) if grooves else []
-    return _Piece(
-        thing, stiffness_n_m, tuple(thing.x_m + place for place in places), touch["groove_rad_s"], tuple(touch.values())
-    )
+    grooves_x_m = tuple(thing.x_m + place for place in places)
+    told = Told(((thing.material, 1.0),))
+    return _Piece(thing, stiffness_n_m, grooves_x_m, touch["groove_rad_s"], tuple(touch.values()), told)

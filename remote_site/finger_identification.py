@@ -35,6 +35,7 @@ class FingerIdentification:
 
     Attributes:
         finger: number of the finger, 0..4.
+        contact: whether it touches.
         heat: its thermal sensor.
     """
 
@@ -47,6 +48,7 @@ class FingerIdentification:
     ) -> None:
         """Identify with what is known of sensors, materials and surfaces; the plate waits at ambient + `preheat_k`."""
         self.finger = finger
+        self.contact = False
         self._surfaces = surfaces
         self._exploration = Exploration()
         self._texture = TextureIdentification(surfaces)
@@ -55,6 +57,8 @@ class FingerIdentification:
         self.heat = FingerHeat(finger, knowledge, preheat_k)
         self._texture_s = -1.0
         self._roughness_v = 0.0
+        self._rough = False
+        """The roughness is of what is being touched."""
         self._texture_fault: str | None = None
         self._stroke = stroke_constants(surfaces, surfaces.surfaces[0].ln_roughness)
         self._shown: tuple[ThermalAnswer | None, tuple[float, float, float]] = (None, (0.0, 0.0, 0.0))
@@ -63,6 +67,11 @@ class FingerIdentification:
     def period(self) -> GroovePeriod:
         """Distances of the grooves crossed in this contact."""
         return self._period
+
+    @property
+    def roughness_v(self) -> tuple[float, float] | None:
+        """Roughness of what is being touched and its standard deviation, V; None before it was stroked far enough."""
+        return (self._roughness_v, self._texture.roughness_sd_v) if self._rough else None
 
     def step(self, sample: FingerSample) -> FingerTouch:
         """Advance to `sample.t_s`."""
@@ -75,6 +84,8 @@ class FingerIdentification:
         if exploration.began:
             events.append(TouchEvent("tap", exploration.approach_m_s))
             self._period = GroovePeriod()
+            self._rough = False
+        self.contact = exploration.contact
         if mode is not ExplorationMode.STROKING:
             self._period.interrupt()
         if sample.texture_v is not None and len(sample.texture_v):
@@ -122,6 +133,8 @@ class FingerIdentification:
         self._texture_fault = reading.fault
         for impulse in reading.impulses:
             self._period.groove(impulse.place_m)
+        if mode is ExplorationMode.STROKING or reading.fault is not None:
+            self._rough = reading.valid
         if reading.valid and mode is ExplorationMode.STROKING:
             self._roughness_v = reading.roughness_v
             self._stroke = stroke_constants(self._surfaces, ln_roughness(reading.roughness_v))

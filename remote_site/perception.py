@@ -28,6 +28,7 @@ from remote_site.heater_control import OFFSETS_K, STAGGER_K
 from remote_site.material_table import MaterialTable
 from remote_site.sensed import Sensed
 from remote_site.shared_object import SharedObject
+from remote_site.slow_telling import SlowTelling
 from remote_site.surface_class import SurfaceTable
 from remote_site.texture_sensor import texture_v
 from remote_site.thermal_identification import ThermalKnowledge
@@ -70,6 +71,7 @@ class Perception:
         self._shared = SharedObject(self._knowledge)
         self._hand = FollowedHand()
         self._places = RecentSamples(2, FOUND_S)
+        self._telling = SlowTelling()
 
     def step(self, sensed: Sensed) -> list[Event]:
         """Take one tick's readings; return the events that happened in it."""
@@ -113,6 +115,7 @@ class Perception:
                     )
                 )
         self._share()
+        self._telling.step(sensed.time_s, self._identifications)
         self._events.extend(happened)
         while self._events and sensed.time_s - self._events[0].time_ns * 1e-9 > HISTORY_S:
             self._events.popleft()
@@ -152,7 +155,8 @@ class Perception:
         )
         # What an estimator says beyond the packet's ranges saturates there; a site never falls silent over it.
         block: Floats = np.clip(np.array(rows, dtype=np.float32), TOUCH_LOW, TOUCH_HIGH)
-        return Touch(session, sequence, time_ns, state, TOUCH_BLOCK.to_bytes(block), names, tuple(self._events))
+        floats, events = TOUCH_BLOCK.to_bytes(block), tuple(self._events)
+        return Touch(session, sequence, time_ns, state, floats, names, events, self._telling.told)
 
 
 def _row(touch: FingerTouch, x_m: float, y_m: float) -> tuple[float, ...]:

@@ -15,6 +15,8 @@ from remote_site.tip_path import CELL_M
 
 FORGET_M = 15e-3
 """Way over which a surface is forgotten, m."""
+FREEDOMS_PER_M = 3500.0
+"""Independent values of the curvature along the way, 1/m."""
 NEAR_M = 0.6e-3
 """Curvature nearer than this to a groove's middle is the groove's, m."""
 _LATE = round(1.1e-3 / CELL_M)
@@ -71,13 +73,26 @@ class Roughness:
     @property
     def roughness_v(self) -> float:
         """Rms curvature for one newton without noise, V; what noise hides is a third of it at most."""
+        power, noise = self._mean()
+        return math.sqrt(max(power - noise, 0.1 * noise))
+
+    @property
+    def roughness_sd_v(self) -> float:
+        """Its standard deviation by the chance of what was felt, V; the sensor's own calibration is not in it."""
+        power, noise = self._mean()
+        way_m = min((self._count + len(self._new)) * CELL_M, 2.0 * FORGET_M)
+        freedoms = FREEDOMS_PER_M * max(way_m, CELL_M)
+        return 0.5 * power * math.sqrt(2.0 / freedoms) / max(math.sqrt(max(power - noise, 0.1 * noise)), 1e-6)
+
+    def _mean(self) -> tuple[float, float]:
+        """Power, and what noise adds to it, V^2."""
         power, noise = self._power, self._noise
         if self._new:  # what is too new to be old is as much of the mean as its way
             cells = len(self._new)
             part = 1.0 - math.exp(-cells * CELL_M / FORGET_M) if self._count else 1.0
             power += part * (self._new_power / cells - power)
             noise += part * (self._new_noise / cells - noise)
-        return math.sqrt(max(power - noise, 0.1 * noise))
+        return power, noise
 
     def groove(self, place_m: float) -> None:
         """A groove was found here: what was felt near it is its own."""

@@ -10,14 +10,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from remote_site.roughness import FREEDOMS_PER_M
 from remote_site.surface_class import Surface, SurfaceTable
 
 Array = NDArray[np.float64]
 
 CHANGES_PER_M = 2.0
 """How often a stroke comes to another surface, 1/m."""
-FREEDOMS_PER_M = 3500.0
-"""Independent values of the curvature along the way, 1/m."""
 INVENTED_PER_M = 1.0
 """Impulses on a surface without grooves: edges, scratches, 1/m."""
 OUTLIER = 0.05

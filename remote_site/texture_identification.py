@@ -116,6 +116,11 @@ class TextureIdentification:
         self._moved_m: float | None = None
         self._heard: list[Felt] = []
 
+    @property
+    def roughness_sd_v(self) -> float:
+        """Standard deviation of the roughness that was told last, V."""
+        return self._roughness.roughness_sd_v
+
     def step(
         self,
         t_s: float,

@@ -18,6 +18,7 @@ from common.messages import (
     Touch,
 )
 from common.packets import LinkState, N
+from common.told import NOTHING, Told
 
 SESSION = 0x1F2E_3D4C_5B6A_7988
 """Of every packet here; as long on the wire as the random number of a real session."""
@@ -80,12 +81,13 @@ def touch_parts(touching: int = N, events: int | None = None) -> Touch:
         Event(10_000 + n, EventKind.GROOVE, n % max(1, touching), _FIRST_NS + n, _FIRST_NS + n, 310.0)
         for n in range(events)
     )
-    return Touch(SESSION, 0, _FIRST_NS, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), names, happened)
+    told = tuple(Told(((name, 0.97),), 0.021, 0.002, 4.1e-3, 0.1e-3) if name else NOTHING for name in names)
+    return Touch(SESSION, 0, _FIRST_NS, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), names, happened, told)
 
 
 def next_touch(like: Touch, sequence: int, time_ns: int) -> Touch:
     """The same touch as another packet."""
-    return Touch(SESSION, sequence, time_ns, LinkState.ENGAGED, like.floats, like.materials, like.events)
+    return Touch(SESSION, sequence, time_ns, LinkState.ENGAGED, like.floats, like.materials, like.events, like.told)
 
 
 def next_motion(sequence: int, time_ns: int) -> Motion:

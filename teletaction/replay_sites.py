@@ -129,6 +129,10 @@ def touch_fields(packet: bytes) -> Fields:
     for finger, row, material in zip(FINGERS, touch.block.tolist(), touch.materials, strict=True):
         fields |= {f"{finger}.{name}": value for name, value in zip(TOUCH_FIELDS, row, strict=True)}
         fields[f"{finger}.material"] = material
+    fields |= {
+        f"{finger}.told": [list(map(list, told[0])), *told[1:]]
+        for finger, told in zip(FINGERS, touch.told, strict=True)
+    }
     for event in touch.events:
         fields[f"event {event.ident}"] = [int(event.kind), event.finger, event.time_ns, event.value, event.name]
     return fields

@@ -26,6 +26,7 @@ from common.serial_messages import (
 )
 from common.session_messages import Answer, Heartbeat, Request
 from common.thermometry import ntc_c, ssr_c
+from common.told import NOTHING, Told
 
 SESSION = 0x0123456789ABCDEF
 T = 1_000_000_000_000
@@ -122,12 +123,13 @@ EVENTS = (
     Event(1, EventKind.TAP, 1, T - 200_000_000, H - 200_000_000, 0.125),
     Event(2, EventKind.MATERIAL, 1, T, H, 0.9375, "pvc"),
 )
+TOLD = (NOTHING, Told((("pvc", 0.9375), ("acrylic", 0.03125)), 0.125, 0.0078125, None, None), *(NOTHING,) * 3)
 BEAT = (2, T, -5_000_000, 150_001)
 REMOTE_T = T - 4_900_000
 PACKETS: dict[str, Any] = {
     "motion": Motion(SESSION, 3, T, LinkState.CONNECTED, MOTION_BLOCK.tobytes()),
     "touch": Touch(
-        SESSION, 70_000, T + 4_000_000, LinkState.ENGAGED, TOUCH_BLOCK.tobytes(), ("", "pvc", "", "", ""), EVENTS
+        SESSION, 70_000, T + 4_000_000, LinkState.ENGAGED, TOUCH_BLOCK.tobytes(), ("", "pvc", "", "", ""), EVENTS, TOLD
     ),
     "heartbeat": Heartbeat(SESSION, 12, T, LinkState.ENGAGED, T, 0, -5_000_000, 150_001),
     "heartbeat_answer": Heartbeat(SESSION, 12, REMOTE_T, LinkState.ENGAGED, T, REMOTE_T, -5_000_000, 150_001),

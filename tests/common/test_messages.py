@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from common.messages import MAX_EVENTS, TOUCH_BLOCK, TOUCH_FIELDS, TOUCH_RANGES, Event, EventKind, Motion, Touch
 from common.packets import MAX_PACKET, SCHEMA_VERSION, BadPacket, LinkState, WrongVersion
 from common.session_messages import REQUESTS, Answer, Heartbeat, Request
+from common.told import MAX_CANDIDATES, NOTHING, Told
 
 KINDS: dict[str, Any] = {
     "motion": Motion,
@@ -185,7 +186,7 @@ def test_each_field_of_an_event_is_checked(golden: dict[str, bytes], position: i
     news = msgpack.unpackb(fields[6])
     news[1][1][position] = bad
     with pytest.raises(BadPacket):
-        Touch.decode(msgpack.packb([*fields[:6], msgpack.packb(news)]))
+        Touch.decode(msgpack.packb([*fields[:6], msgpack.packb(news), fields[7]]))
 
 
 def test_lists_of_names_and_events_have_their_lengths(golden: dict[str, bytes]) -> None:
@@ -206,24 +207,70 @@ def test_lists_of_names_and_events_have_their_lengths(golden: dict[str, bytes]) 
         7,
     ):
         with pytest.raises(BadPacket):
-            Touch.decode(msgpack.packb([*fields[:6], msgpack.packb(news)]))
+            Touch.decode(msgpack.packb([*fields[:6], msgpack.packb(news), fields[7]]))
     for unread in ([names, events], None, "text", b"", fields[6] + b"\0", fields[6][:-1], {}):
         with pytest.raises(BadPacket):
-            Touch.decode(msgpack.packb([*fields[:6], unread]))
+            Touch.decode(msgpack.packb([*fields[:6], unread, fields[7]]))
+
+
+@pytest.mark.parametrize(
+    "finger",
+    [
+        [],
+        [[], None, None, None],
+        [[], None, None, None, None, None],
+        [None, None, None, None, None],
+        [[["pvc", 0.5]] * (MAX_CANDIDATES + 1), None, None, None, None],
+        [[["pvc"]], None, None, None, None],
+        [[[1, 0.5]], None, None, None, None],
+        [[["x" * 41, 0.5]], None, None, None, None],
+        [[["pvc", 1]], None, None, None, None],
+        [[["pvc", 1.01]], None, None, None, None],
+        [[["pvc", math.nan]], None, None, None, None],
+        [[], -0.1, None, None, None],
+        [[], 1, None, None, None],
+        [[], None, math.inf, None, None],
+        [[], None, None, 0.11, None],
+        [[], None, None, None, "0.1"],
+        7,
+    ],
+)
+def test_what_is_told_of_a_finger_is_checked(golden: dict[str, bytes], finger: object) -> None:
+    fields = msgpack.unpackb(golden["touch"])
+    told = msgpack.unpackb(fields[7])
+    with pytest.raises(BadPacket, match="told"):
+        Touch.decode(msgpack.packb([*fields[:7], msgpack.packb([*told[:4], finger])]))
+
+
+def test_something_is_told_of_each_finger(golden: dict[str, bytes]) -> None:
+    fields = msgpack.unpackb(golden["touch"])
+    told = msgpack.unpackb(fields[7])
+    for unread in (told, None, "text", b"", fields[7] + b"\0", msgpack.packb(told[:4]), msgpack.packb(7)):
+        with pytest.raises(BadPacket):
+            Touch.decode(msgpack.packb([*fields[:7], unread]))
+
+
+def test_nothing_is_told_that_would_be_refused() -> None:
+    block = TOUCH_BLOCK.to_bytes(np.zeros((5, len(TOUCH_FIELDS)), np.float32))
+    for wrong in (Told((("pvc", 1.5),)), Told((), math.nan), Told(groove_m=1.0)):
+        with pytest.raises(BadPacket, match="told"):
+            Touch(1, 1, 1, LinkState.ENGAGED, block, ("",) * 5, (), (wrong, *(NOTHING,) * 4)).encode()
 
 
 def test_the_fullest_touch_packet_fits() -> None:
     block = np.zeros((5, len(TOUCH_FIELDS)), np.float32)
     events = tuple(Event(2**62 + n, EventKind.MATERIAL, 4, 2**62, 2**62, 0.5, "m" * 40) for n in range(MAX_EVENTS))
-    touch = Touch(2**62, 2**62, 2**62, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), ("n" * 40,) * 5, events)
-    assert Touch.decode(touch.encode()).events == events
+    told = (Told((("m" * 40, 0.25),) * MAX_CANDIDATES, 1.0, 1.0, 0.1, 0.1),) * 5
+    touch = Touch(2**62, 2**62, 2**62, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), ("n" * 40,) * 5, events, told)
+    read = Touch.decode(touch.encode())
+    assert (read.events, read.told) == (events, told)
 
 
 def test_too_long_a_packet_is_neither_sent_nor_taken() -> None:
     details = {"text": "x" * MAX_PACKET}
-    with pytest.raises(BadPacket, match="longer than 4096"):
+    with pytest.raises(BadPacket, match=f"longer than {MAX_PACKET}"):
         Request(1, 1, 1, "annotate", details).encode()
-    with pytest.raises(BadPacket, match="longer than 4096"):
+    with pytest.raises(BadPacket, match=f"longer than {MAX_PACKET}"):
         Request.decode(msgpack.packb([SCHEMA_VERSION, 1, 1, 1, "annotate", details]))
 
 

@@ -99,6 +99,21 @@ def test_another_surface_is_seen_and_learned_within_a_centimetre(before, after):
     assert roughness.roughness_v == pytest.approx(after, rel=0.35)
 
 
+def test_the_roughness_is_as_uncertain_as_it_says():
+    """Over many surfaces alike, what is told scatters by what is told of it, after 3 mm and after 30 mm."""
+    values, told = {30: [], 300: []}, {30: [], 300: []}
+    for seed in range(200):
+        roughness = Roughness()
+        for k, value in enumerate(cells(seed, 312, 0.1), 1):
+            roughness.step(Felt(k * CELL_M, value * value, 0.0))
+            if k - 11 in values:
+                values[k - 11].append(roughness.roughness_v)
+                told[k - 11].append(roughness.roughness_sd_v)
+    for count, found in values.items():
+        assert np.std(found) == pytest.approx(np.mean(told[count]), rel=0.25)
+    assert np.mean(told[300]) < 0.5 * np.mean(told[30])
+
+
 def test_what_was_felt_is_forgotten_with_the_way():
     roughness, jumps = roughness_of(np.concatenate((cells(6, 1000, 0.010), cells(7, 600, 0.016))))
     assert jumps == 0
