@@ -155,12 +155,52 @@ class OperatorConfig(SiteConfig):
     tacttip: Addresses
     exoskeleton: CanAddress
     rendering: RenderingConfig = RenderingConfig()
+    feed_port: int | None = Field(default=None, ge=1, le=65535)
+    """Loopback port where a console reads what goes on; nobody can watch without."""
+    console_required_s: float = Field(default=0.0, ge=0.0, le=60.0)
+    """Pause when the acting console was hidden, frozen or silent for so long while engaged; 0 asks for none."""
     engage: bool = False
     """Engage as soon as both sites are ready, as a demonstration does; otherwise somebody has to ask for it."""
 
     @model_validator(mode="after")
     def _between_fields(self) -> "OperatorConfig":
         self._check({"tacttip": self.tacttip}, self.link.gap_s, self.link.max_age_s)
+        return self
+
+
+class ConsoleConfig(_Section):
+    """The console: a web page at the operator site, from a process of its own on the same machine."""
+
+    keys: Path
+    """The operator site's key folder: who may read its secret key may run its console."""
+    desk_port: int = Field(default=5609, ge=1, le=65535)
+    feed_port: int = Field(default=5610, ge=1, le=65535)
+    """Of the operator site."""
+    bind: str = "127.0.0.1"
+    port: int = Field(default=8090, ge=0, le=65535)
+    """Where the page is; 0 takes a free one."""
+    tokens: Path | None = None
+    """File of those who may open the page, lines `NAME act|observe TOKEN`; on loopback anybody may, without."""
+    certificate: Path | None = None
+    certificate_key: Path | None = None
+    """TLS, both PEM."""
+    behind_proxy: bool = False
+    """A reverse proxy on the way here speaks TLS."""
+    address: str | None = None
+    """The page's address as browsers have it, where that is another than `bind`: `https://console.example`."""
+    operator: Path | None = None
+    """The operator site's configuration file, named in advice on the page."""
+    record: Path | None = None
+    """MCAP file of findings and acts; without, nothing that is found is kept."""
+    reports: Path | None = None
+    """Folder of finished reports, served as `/report/NAME.html`."""
+    status: Path | None = None
+    log: LogForm = "text"
+
+    @model_validator(mode="after")
+    def _between_fields(self) -> "ConsoleConfig":
+        if (self.certificate is None) != (self.certificate_key is None):
+            raise ValueError("certificate and certificate_key go together")
         return self
 
 

@@ -1,12 +1,15 @@
 """An emergency stop is done when the output drivers say so, not when it was asked for."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 from common.limits import THERMAL_SAFE_S
 
 PATIENCE_NS = round(1.5 * THERMAL_SAFE_S * 1e9)
 """The slowest output is off within two thirds of this; who has not confirmed by then is named."""
+
+Unconfirmed = Callable[[float], Mapping[str, str]]
+"""Says of each device why it is not certain that its outputs have been off since a time (s); empty where it is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,24 +31,41 @@ class EmergencyStop:
     """Waits for the devices of one site to confirm. Pure: time is an argument, ns."""
 
     asked_ns: int | None = None
+    """When the last stop was asked for; None where there was none, or its outputs may be on again."""
+    after_s: dict[str, float | None] = field(default_factory=dict)
+    """For each device how long after that it confirmed, s; None while it has not. One that is late is taken, too."""
+    _waiting: bool = False
 
     def ask(self, now_ns: int) -> None:
         """A stop was asked for; one that is already waited for goes on."""
-        if self.asked_ns is None:
-            self.asked_ns = now_ns
+        if not self._waiting:
+            self.asked_ns, self.after_s, self._waiting = now_ns, {}, True
 
-    def step(self, now_ns: int, unconfirmed: Callable[[float], str]) -> Confirmation | None:
+    def forget(self) -> None:
+        """The fault was cleared: outputs may be on again. A stop that is still waited for is not forgotten."""
+        if not self._waiting:
+            self.asked_ns, self.after_s = None, {}
+
+    def step(self, now_ns: int, unconfirmed: Unconfirmed) -> Confirmation | None:
         """The outcome, once, as soon as it is known.
 
         Args:
             now_ns: this site's clock.
-            unconfirmed: says which devices have not reported since a time (s) that their outputs are off.
+            unconfirmed: asked of the time of the stop.
         """
         if self.asked_ns is None or now_ns <= self.asked_ns:
             return None
-        missing = unconfirmed(self.asked_ns * 1e-9)
-        if missing and now_ns - self.asked_ns < PATIENCE_NS:
+        if not self._waiting and None not in self.after_s.values():
             return None
+        why = unconfirmed(self.asked_ns * 1e-9)
         after_s = (now_ns - self.asked_ns) * 1e-9
-        self.asked_ns = None
+        for device, reason in why.items():
+            if reason:
+                self.after_s[device] = None
+            elif self.after_s.get(device) is None:
+                self.after_s[device] = after_s
+        missing = "; ".join(f"{device}: {reason}" for device, reason in why.items() if reason)
+        if not self._waiting or (missing and now_ns - self.asked_ns < PATIENCE_NS):
+            return None
+        self._waiting = False
         return Confirmation(after_s, missing)

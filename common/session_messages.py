@@ -69,7 +69,7 @@ class Heartbeat:
         )
 
 
-REQUESTS = ("hello", "status", "engage", "disengage", "estop", "clear_fault", "annotate", "goodbye")
+REQUESTS = ("hello", "status", "engage", "disengage", "estop", "clear_fault", "annotate", "attend", "goodbye")
 
 
 @dataclass(frozen=True, slots=True)

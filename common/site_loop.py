@@ -31,6 +31,7 @@ def run_site_loop(
     *,
     status: Path | None = None,
     each_second: Callable[[], None] = lambda: None,
+    tell: Callable[[int, dict[str, object]], None] = lambda now_ns, figures: None,
     clock_ns: Callable[[], int] = time.monotonic_ns,
     sleep: Callable[[float], None] = time.sleep,
     watchdog: Callable[[Callable[[], int]], AbstractContextManager[object]] = LoopWatchdog,
@@ -45,6 +46,7 @@ def run_site_loop(
         stop: asked before each tick.
         status: file that is rewritten once a second and at the end; none without.
         each_second: called once a second before the figures are taken; what it raises ends the loop.
+        tell: is given the figures, too, with the time of their tick.
         clock_ns: monotonic clock, ns.
         sleep: waits for s on the same clock.
         watchdog: watches the count of ticks while the loop runs.
@@ -66,6 +68,7 @@ def run_site_loop(
                 each_second()
                 figures = site.figures()
                 status_file.write(now_ns * 1e-9, figures)
+                tell(now_ns, figures)
                 told.alive(in_words(figures))
         status_file.write(clock_ns() * 1e-9, site.figures())
 

@@ -33,6 +33,14 @@ class SessionEnd(Protocol):
     def stopped(self) -> str:
         """What came of the last emergency stop."""
 
+    @property
+    def stop_asked_ns(self) -> int | None:
+        """When the emergency stop that is latched was asked for; None where none is."""
+
+    @property
+    def stop_after_s(self) -> dict[str, float | None]:
+        """How long after that each device confirmed, s; None while one has not."""
+
 
 class Devices(Protocol):
     """All devices of a site."""
@@ -49,13 +57,24 @@ class Devices(Protocol):
 
 
 def in_brief(end: SessionEnd, missing: str) -> dict[str, Any]:
-    """State, fault, what is missing, and what came of the last emergency stop, each empty where there is none."""
+    """State, fault, what is missing, and what came of the last emergency stop, each empty where there is none.
+
+    While a stop is latched also when it was asked for, and after how many seconds each device confirmed.
+    """
     session = end.session
-    return {"state": session.state.name.lower(), "fault": session.fault, "missing": missing, "estop": end.stopped}
+    return {
+        "state": session.state.name.lower(),
+        "fault": session.fault,
+        "missing": missing,
+        "estop": end.stopped,
+        "stop_asked_ns": end.stop_asked_ns,
+        "stop_devices": list(end.stop_after_s),
+        "stop_after_s": list(end.stop_after_s.values()),
+    }
 
 
 def desk_answer(verb: str, end: SessionEnd, not_ready: str) -> dict[str, Any]:
-    """What a person is told at the desk once a request was carried out; all but a question is logged.
+    """What a person is told at the desk once a request was carried out; all but questions are logged.
 
     Args:
         verb: what was asked for.
@@ -63,7 +82,7 @@ def desk_answer(verb: str, end: SessionEnd, not_ready: str) -> dict[str, Any]:
         not_ready: a gate's fault, or else what is missing; empty when the site may engage.
     """
     told = in_brief(end, not_ready)
-    if verb != "status":
+    if verb not in ("status", "attend"):
         log.info("desk: %s, now %s", verb, told["state"])
     return told
 

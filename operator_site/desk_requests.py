@@ -5,16 +5,18 @@ from typing import Any
 from common.packets import LinkState
 from common.session import Refused, note_text
 from common.site_report import desk_answer
+from operator_site.attendance import Attendance
 from operator_site.operator_session import OperatorSession
 
 
 def answer_desk(
-    client: OperatorSession, now_ns: int, not_ready: str, verb: str, details: dict[str, Any]
+    client: OperatorSession, attendance: Attendance, now_ns: int, not_ready: str, verb: str, details: dict[str, Any]
 ) -> dict[str, Any]:
     """Carry out what was asked; returns how the session is then.
 
     Args:
         client: this site's end of the session.
+        attendance: is told of consoles.
         now_ns: this site's clock.
         not_ready: the gate's fault, or else what is missing; empty when the site may engage.
         verb: what is asked for.
@@ -27,6 +29,8 @@ def answer_desk(
     match verb:
         case "status":
             pass
+        case "attend":
+            attendance.told(now_ns, details.get("seen") is True)
         case "engage":
             if session.state is LinkState.FAULT or client.remote_fault:
                 raise Refused(f"a fault is latched ({session.fault or client.remote_fault}): clear it first")
@@ -44,4 +48,10 @@ def answer_desk(
         case _:
             raise Refused(f"{verb} is not for the desk to ask")
     told = desk_answer(verb, client, not_ready)
-    return {**told, "remote_fault": client.remote_fault, "refusal": client.refusal}
+    return {
+        **told,
+        "remote_fault": client.remote_fault,
+        "refusal": client.refusal,
+        "wanted": client.want_engaged,
+        "session": client.session.ident,
+    }

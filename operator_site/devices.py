@@ -29,17 +29,22 @@ class OperatorDevices:
 
     def missing(self) -> str:
         """What keeps the site from working; empty when all devices are there."""
-        if not self.exoskeleton.line.connected:
-            return f"exoskeleton: {self.exoskeleton.line.problem or 'opening'}"
-        for line in self.lines():
-            if not line.connected:
-                return f"{line.finger} {line.kind.name.lower()}: {line.problem or 'opening'}"
+        return next((f"{device}: {why}" for device, why in self._missing().items() if why), "")
+
+    def _missing(self) -> dict[str, str]:
+        """What is missing of each device; empty where it is there."""
+        exoskeleton = self.exoskeleton
+        found = {"exoskeleton": "" if exoskeleton.line.connected else str(exoskeleton.line.problem or "opening")}
+        if not found["exoskeleton"] and not self.tick.began_s - exoskeleton.hand.oldest_s <= GAP_S:
+            found["exoskeleton"] = f"CAN {exoskeleton.line.address} is open, but no positions come"
         for module in self.tacttips.values():
-            if not self.tick.began_s - module.measured_s <= GAP_S:
-                return f"{module.line.finger} {module.line.kind.name.lower()}: the line is open, but no reports come"
-        if not self.tick.began_s - self.exoskeleton.hand.oldest_s <= GAP_S:
-            return f"exoskeleton: CAN {self.exoskeleton.line.address} is open, but no positions come"
-        return ""
+            line, why = module.line, ""
+            if not line.connected:
+                why = str(line.problem or "opening")
+            elif not self.tick.began_s - module.measured_s <= GAP_S:
+                why = "the line is open, but no reports come"
+            found[f"{line.finger} {line.kind.name.lower()}"] = why
+        return found
 
     def problems(self) -> list[Exception]:
         """Why devices are not there, for those that have failed at least once."""
@@ -69,12 +74,12 @@ class OperatorDevices:
                 return
             module.drive(t_s, output.motor_rpm[finger], output.peltier_drive[finger])
 
-    def unconfirmed(self, since_s: float) -> str:
-        """Each device that has not reported, after `since_s`, that its outputs are off; empty when all have."""
+    def unconfirmed(self, since_s: float) -> dict[str, str]:
+        """Why each device is not certain to have its outputs off since `since_s`; empty where its report says so."""
         found = {"exoskeleton": self.exoskeleton.unconfirmed(since_s)}
         for module in self.tacttips.values():
             found[f"{module.line.finger} {module.line.kind.name.lower()}"] = module.unconfirmed(since_s)
-        return "; ".join(f"{device}: {why}" for device, why in found.items() if why)
+        return found
 
     def faults(self) -> list[str]:
         """What devices do that they must not, and what of them is broken; empty when all is well."""
@@ -94,8 +99,9 @@ class OperatorDevices:
 
     def figures(self) -> dict[str, object]:
         """What the status file tells of each device."""
-        found: dict[str, object] = {f"{line.finger} {line.kind.name.lower()}": line.figures() for line in self.lines()}
-        return {"exoskeleton": self.exoskeleton.line.figures(), **found}
+        lines = {"exoskeleton": self.exoskeleton.line.figures()}
+        lines |= {f"{line.finger} {line.kind.name.lower()}": line.figures() for line in self.lines()}
+        return {device: {**lines[device], "missing": why} for device, why in self._missing().items()}
 
     def close(self) -> None:
         """Close every device; their own time-outs bring them to rest."""

@@ -1,9 +1,9 @@
 """What the operator site needs of its session, whoever is at the other end of it: a remote site, or a scene."""
 
-from collections.abc import Callable
 from typing import Protocol
 
 from common.clock import ClockOffset
+from common.emergency_stop import Unconfirmed
 from common.messages import Touch
 from common.packets import Floats
 from common.site_report import SessionEnd
@@ -43,7 +43,7 @@ class OperatorSession(SessionEnd, Protocol):
     def spared(self) -> int:
         """Motions that were not sent because nothing of them would have been felt."""
 
-    def step(self, now_ns: int, ready: str, unconfirmed: Callable[[float], str]) -> None:
+    def step(self, now_ns: int, ready: str, unconfirmed: Unconfirmed) -> None:
         """Go on by one tick; see `SessionClient.step`."""
 
     def send_motion(self, now_ns: int, block: Floats) -> bytes | None:
@@ -52,7 +52,7 @@ class OperatorSession(SessionEnd, Protocol):
     def stop(self, now_ns: int, why: str) -> None:
         """Emergency stop: latch at once."""
 
-    def disengage(self, now_ns: int) -> None:
+    def disengage(self, now_ns: int, why: str = "asked for") -> None:
         """Bring everything to neutral; engaging again is asked for anew."""
 
     def clear(self, now_ns: int) -> None:

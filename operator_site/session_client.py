@@ -2,7 +2,6 @@
 
 import logging
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,6 +9,7 @@ from common.acceptance import Acceptance
 from common.capabilities import OBSERVER, OPERATOR, disagreement, misreading
 from common.clock import ClockOffset, ReadClock
 from common.deadband import Deadband
+from common.emergency_stop import Unconfirmed
 from common.ladder import SESSION_SILENCE_S
 from common.limits import AGE_MAX_S, GAP_S
 from common.link import OperatorLink
@@ -95,17 +95,27 @@ class SessionClient:
         return self._stop.outcome
 
     @property
+    def stop_asked_ns(self) -> int | None:
+        """When the emergency stop that is latched was asked for; None where none is."""
+        return self._stop.asked_ns
+
+    @property
+    def stop_after_s(self) -> dict[str, float | None]:
+        """How long after that each device confirmed, s, the remote site's as one; None while one has not."""
+        return self._stop.after_s
+
+    @property
     def spared(self) -> int:
         """Motions that were not sent because nothing of them would have been felt."""
         return 0 if self.deadband is None else self.deadband.spared
 
-    def step(self, now_ns: int, ready: str, unconfirmed: Callable[[float], str] = lambda _: "") -> None:
+    def step(self, now_ns: int, ready: str, unconfirmed: Unconfirmed = lambda _: {}) -> None:
         """Take what came, ask for what is missing.
 
         Args:
             now_ns: this site's clock.
             ready: empty when the devices allow engaging, else what is missing.
-            unconfirmed: which devices have not reported since a time (s) that their outputs are off.
+            unconfirmed: why a device is not certain to have had its outputs off since a time, s.
         """
         if now_ns < self._now_ns:  # the clock was set back: what was timed by it is timed anew
             self._asked_ns.clear()
@@ -201,10 +211,10 @@ class SessionClient:
         """Emergency stop of both sites: latch here at once, and ask the remote site until it has answered."""
         self._stop.begin(now_ns, why)
 
-    def disengage(self, now_ns: int) -> None:
+    def disengage(self, now_ns: int, why: str = "asked for") -> None:
         """Bring both sites to neutral; engaging again is asked for anew."""
         self.want_engaged = False
-        self.session.disengage("asked for")
+        self.session.disengage(why)
         self.request("disengage", now_ns, {})
 
     def clear(self, now_ns: int) -> None:

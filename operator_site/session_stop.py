@@ -1,15 +1,19 @@
 """An emergency stop of both sites: latched here at once, asked of the remote site until it answers, and its outcome."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from common.emergency_stop import PATIENCE_NS, EmergencyStop
+from common.emergency_stop import PATIENCE_NS, EmergencyStop, Unconfirmed
 from common.limits import AGE_MAX_S
+from common.packets import LinkState
 from common.session import Session
 from common.session_messages import LONGEST_REFUSAL, Answer
 
+REMOTE = "remote hand"
+"""All that the remote site moves and heats, as one device."""
 _ANSWER_NS = PATIENCE_NS + round(2e9 * AGE_MAX_S)
 """On the slowest link the remote site's word of an emergency stop takes as long."""
+_AGAIN_NS = 1_000_000_000
+"""A remote site that could not confirm is asked so much later whether it can now."""
 
 
 @dataclass(slots=True)
@@ -18,10 +22,15 @@ class SessionStop:
 
     session: Session
     """Is latched by a stop, and what comes of it is noted there."""
-    ask_remote: bool = False
-    """The remote site has not answered: it is to be asked, again and again."""
     _devices: EmergencyStop = field(default_factory=EmergencyStop)
+    _now_ns: int = 0
     _began_ns: int = 0
+    _answered_ns: int = 0
+    _asking: bool = False
+    """The remote site has not answered: it is to be asked, again and again."""
+    _remote_s: float | None = None
+    """How long after the stop the remote site was heard to confirm."""
+    _with_remote: bool = False
     _here: str = ""
     _there: str = ""
 
@@ -31,46 +40,65 @@ class SessionStop:
         done = self._here and self._there
         return f"here: {self._here}; remote site: {self._there}" if done else ""
 
+    @property
+    def ask_remote(self) -> bool:
+        """Whether the remote site has not answered, or has long ago not confirmed what is still latched."""
+        late = self._with_remote and self._remote_s is None and self.asked_ns is not None
+        return self._asking or (late and self._now_ns - self._answered_ns > _AGAIN_NS)
+
+    @property
+    def asked_ns(self) -> int | None:
+        """When the stop that is latched was asked for; None where none is."""
+        return self._devices.asked_ns
+
+    @property
+    def after_s(self) -> dict[str, float | None]:
+        """How long after that each device confirmed, s, the remote site's as REMOTE; None while one has not."""
+        here = self._devices.after_s
+        return {**here, REMOTE: self._remote_s} if self._with_remote and self.asked_ns is not None else here
+
     def begin(self, now_ns: int, why: str) -> None:
         """Latch this site; without a session there is nobody else to ask."""
         self.session.latch(why)
         self._devices.ask(now_ns)
-        self._began_ns, self.ask_remote = now_ns, bool(self.session.ident)
+        self._began_ns, self._asking = now_ns, bool(self.session.ident)
+        self._with_remote, self._remote_s = self._asking, None
         self._here = ""
-        self._there = "" if self.ask_remote else "not connected"
+        self._there = "" if self._asking else "not connected"
 
-    def step(self, now_ns: int, unconfirmed: Callable[[float], str]) -> None:
-        """Take what this site's devices say, and note when the remote site has let its time pass.
-
-        Args:
-            now_ns: this site's clock.
-            unconfirmed: which devices have not reported since a time (s) that their outputs are off.
-        """
+    def step(self, now_ns: int, unconfirmed: Unconfirmed) -> None:
+        """Take what this site's devices say, and note when the remote site has let its time pass."""
+        self._now_ns = now_ns
         confirmation = self._devices.step(now_ns, unconfirmed)
         if confirmation is not None:
             self._here = str(confirmation)
             self.session.note("estop", f"here: {confirmation}")
-        if self.ask_remote and not self._there and now_ns - self._began_ns > _ANSWER_NS:
+        if self._asking and not self._there and now_ns - self._began_ns > _ANSWER_NS:
             self._note_remote(f"not confirmed, no answer within {_ANSWER_NS * 1e-6:.0f} ms")
+        if self.session.state is not LinkState.FAULT:
+            self._devices.forget()
 
     def answered(self, answer: Answer) -> None:
-        """Take the remote site's word; what it says again, or was not asked for, counts for nothing."""
+        """Take the remote site's word; what it was not asked for counts for nothing, and no refusal is noted twice."""
         if not self.ask_remote:
             return
-        self.ask_remote = False
+        first, self._asking, self._answered_ns = self._asking, False, self._now_ns
         told = answer.details.get("unconfirmed")
         after_s = answer.details.get("after_s")
         if answer.refused or not isinstance(after_s, float):
-            self._note_remote(f"not confirmed, {answer.refused or 'it does not say how it went'}")
+            outcome = f"not confirmed, {answer.refused or 'it does not say how it went'}"
         elif told:
-            self._note_remote(f"not confirmed by {str(told)[:LONGEST_REFUSAL]} after {after_s * 1e3:.0f} ms")
+            outcome = f"not confirmed by {str(told)[:LONGEST_REFUSAL]} after {after_s * 1e3:.0f} ms"
         else:
-            self._note_remote(f"stopped, confirmed by every device after {after_s * 1e3:.0f} ms")
+            self._remote_s = (self._now_ns - self._began_ns) * 1e-9
+            outcome = f"stopped, confirmed by every device after {after_s * 1e3:.0f} ms"
+        if first or self._remote_s is not None:
+            self._note_remote(outcome)
 
     def remote_gone(self, why: str) -> None:
         """The session is over: whoever has not answered by now never will."""
-        if self.ask_remote:
-            self.ask_remote = False
+        if self._asking:
+            self._asking = False
             self._note_remote(f"not confirmed, {why}")
 
     def _note_remote(self, outcome: str) -> None:

@@ -2,7 +2,7 @@
 
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from functools import partial
 
@@ -22,9 +22,11 @@ from common.site_loop import run_site_loop
 from common.site_report import site_figures
 from common.startup import wait_for_devices
 from operator_site.admission import Admission
+from operator_site.attendance import Attendance
 from operator_site.desk_requests import answer_desk
 from operator_site.devices import OperatorDevices
 from operator_site.exoskeleton import Hand
+from operator_site.feed import Feed
 from operator_site.gate import limit_names
 from operator_site.operator_session import OperatorSession
 from operator_site.remote_key import remote_public_key
@@ -49,6 +51,7 @@ class OperatorSite:
         devices: OperatorDevices,
         recorder: Recorder | None = None,
         desk: Desk | None = None,
+        feed: Feed | None = None,
     ):
         """Work with opened devices.
 
@@ -58,11 +61,13 @@ class OperatorSite:
             devices: what is read and written.
             recorder: opened with SCHEMAS; nothing is recorded without.
             desk: nobody can ask for anything without.
+            feed: no console sees anything without.
         """
         self.client = client
         self._devices = devices
         self._recorder = recorder
-        self._recording = None if recorder is None else SiteRecording(recorder)
+        self._recording = None if recorder is None and feed is None else SiteRecording(recorder, feed)
+        self._attendance = Attendance(config.console_required_s)
         self._desk = desk
         self.rendering = Rendering(config.rendering, 1.0 / config.rate_hz, config.link.gap_s)
         self._now_ns = 0
@@ -78,8 +83,10 @@ class OperatorSite:
         missing = self._devices.missing()
         not_ready = self.rendering.fault or missing
         if self._desk is not None:
-            self._desk.serve(now_ns, partial(answer_desk, client, now_ns, not_ready))
+            self._desk.serve(now_ns, partial(answer_desk, client, self._attendance, now_ns, not_ready))
         client.session.equipped(missing)
+        if why := self._attendance.step(now_ns, client.session.engaged):
+            client.disengage(now_ns, why)
         client.step(now_ns, not_ready, self._devices.unconfirmed)
         motion = self._send_motion(now_ns, now_s, hand)
         given = self._rendering_input(now_ns, now_s, hand)
@@ -104,12 +111,19 @@ class OperatorSite:
             "produced_mj": self.rendering.produced_mj,
             "remote_fault": client.remote_fault,
             "refusal": client.refusal,
+            "wanted": client.want_engaged,
+            "session": client.session.ident,
             "clock": {
                 "offset_ns": client.clock.offset_ns,
                 "uncertainty_ns": client.clock.uncertainty_ns,
                 "steps": client.clock.steps,
             },
         }
+
+    def tell(self, now_ns: int, figures: Mapping[str, object]) -> None:
+        """Put these figures into the recording, and before consoles."""
+        if self._recording is not None:
+            self._recording.figures(now_ns, figures)
 
     def goodbye(self) -> None:
         """Leave the session, so that nobody has to wait for the silence."""
@@ -205,6 +219,7 @@ def run_operator_site(
     """
     with ExitStack() as opened:
         desk = opened.enter_context(Desk(config.desk_port, keys))
+        feed = None if config.feed_port is None else opened.enter_context(Feed(config.feed_port, keys))
         devices = OperatorDevices(config)
         opened.callback(devices.close)
         if not wait_for_devices(devices, config.wait_for_devices_s, stop):
@@ -214,6 +229,8 @@ def run_operator_site(
         if config.record is not None:
             metadata = {"configuration": to_toml(config), "key": fingerprint(keys.public), **about}
             recorder = opened.enter_context(Recorder(config.record, SCHEMAS, metadata))
-        site = OperatorSite(config, client, devices, recorder, desk)
-        run_site_loop(site, "operator", config.rate_hz, stop, status=config.status, each_second=each_second)
+        site = OperatorSite(config, client, devices, recorder, desk, feed)
+        run_site_loop(
+            site, "operator", config.rate_hz, stop, status=config.status, each_second=each_second, tell=site.tell
+        )
         site.goodbye()

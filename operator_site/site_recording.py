@@ -1,7 +1,10 @@
-"""What the operator site records: each tick's exact input and output, and at 20 Hz what changes slowly."""
+"""What the operator site records: each tick's exact input and output, and at 20 Hz what changes slowly.
+
+Consoles see some of the same: what both want is packed once.
+"""
 
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import msgpack
 
@@ -10,6 +13,7 @@ from common.recording import PACKET_SCHEMA, SESSION_SCHEMA, Recorder
 from common.session import Happening
 from common.streams import STREAMS
 from operator_site import rendering_input
+from operator_site.feed import Feed
 from operator_site.fingertips import Fingertips
 from operator_site.gate import GatedOutput
 from operator_site.operator_session import OperatorSession
@@ -28,6 +32,7 @@ SCHEMAS: dict[str, dict[str, object]] = {
     },
     "operator/skin": {"type": "array", "description": "[felt_c x 5, surface_c x 5, flux_w_m2 x 5] of the skin model"},
     "operator/played": {"type": "array", "description": "[event id, kind, finger]: impulse begun"},
+    "operator/figures": {"type": "object", "description": "what the status file tells, once a second"},
     "operator/clock": {"type": "array", "description": "[offset_ns, uncertainty_ns, round_trip_ns] to the remote site"},
 }
 _SLOW_EVERY = 25
@@ -37,16 +42,21 @@ _SLOW_EVERY = 25
 class SiteRecording:
     """Writes one tick after the other."""
 
-    def __init__(self, recorder: Recorder):
-        """Write to a recorder that was opened with SCHEMAS."""
+    def __init__(self, recorder: Recorder | None, feed: Feed | None = None):
+        """Write to a recorder that was opened with SCHEMAS, to consoles, or to both."""
         self._recorder = recorder
+        self._feed = feed
         self._ticks = 0
         self._touch: Touch | None = None
 
     def session(self, now_ns: int, happenings: Iterable[Happening]) -> None:
         """Write what happened to the session."""
         for happening in happenings:
-            self._recorder.write("operator/session", now_ns, happening.pack())
+            self._write("operator/session", now_ns, happening.pack())
+
+    def figures(self, now_ns: int, figures: Mapping[str, object]) -> None:
+        """Write what the status file tells."""
+        self._write("operator/figures", now_ns, msgpack.packb(figures))
 
     def tick(
         self,
@@ -67,12 +77,14 @@ class SiteRecording:
             motion: the packet that was sent; None when none was.
             fingertips: the renderer, as the tick left it.
         """
-        recorder = self._recorder
         touch, gap_ns = given.touch, given.gap_ns
         if touch is not None and touch is not self._touch:
-            recorder.write("operator/touch", now_ns, client.touch_packet)
+            self._write("operator/touch", now_ns, client.touch_packet)
             self._touch = touch
-        recorder.write("operator/input", now_ns, given.pack())
+        if self._recorder is not None:
+            self._recorder.write("operator/input", now_ns, given.pack())
+            if motion is not None and STREAMS["motion"].recorded:
+                self._recorder.write("operator/motion", now_ns, motion)
         rendered = [
             client.both_engaged,
             None if gap_ns is None else gap_ns * 1e-9,
@@ -89,20 +101,25 @@ class SiteRecording:
             None if touch is None else touch.sequence,
             time.monotonic(),
         ]
-        recorder.write("operator/rendered", now_ns, msgpack.packb(rendered))
-        if motion is not None and STREAMS["motion"].recorded:
-            recorder.write("operator/motion", now_ns, motion)
+        self._write("operator/rendered", now_ns, msgpack.packb(rendered))
         if fingertips.impulses_played and touch is not None:
             by_ident: dict[int, Event] = {event.ident: event for event in touch.events}
             for ident in fingertips.impulses_played:
                 event = by_ident[ident]
-                recorder.write("operator/played", now_ns, msgpack.packb([ident, int(event.kind), event.finger]))
+                self._write("operator/played", now_ns, msgpack.packb([ident, int(event.kind), event.finger]))
         if self._ticks % _SLOW_EVERY == 0:
             skin = fingertips.skin
             slow = [skin.epidermis_c.tolist(), skin.surface_c.tolist(), skin.flux_w_m2.tolist()]
-            recorder.write("operator/skin", now_ns, msgpack.packb(slow))
+            self._write("operator/skin", now_ns, msgpack.packb(slow))
             clock = client.clock
-            recorder.write(
-                "operator/clock", now_ns, msgpack.packb([clock.offset_ns, clock.uncertainty_ns, clock.round_trip_ns])
-            )
+            compared = [clock.offset_ns, clock.uncertainty_ns, clock.round_trip_ns]
+            self._write("operator/clock", now_ns, msgpack.packb(compared))
         self._ticks += 1
+        if self._feed is not None:
+            self._feed.step(now_ns)
+
+    def _write(self, stream: str, now_ns: int, payload: bytes) -> None:
+        if self._recorder is not None:
+            self._recorder.write(stream, now_ns, payload)
+        if self._feed is not None:
+            self._feed.write(stream, now_ns, payload)

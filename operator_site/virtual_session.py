@@ -1,12 +1,11 @@
 """The session with a virtual environment: nobody at the other end, and touch as soon as the hand is somewhere."""
 
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from common.acceptance import Acceptance
 from common.clock import ClockOffset
-from common.emergency_stop import EmergencyStop
+from common.emergency_stop import EmergencyStop, Unconfirmed
 from common.limits import GAP_S
 from common.messages import MOTION_BLOCK, Motion, Touch
 from common.packets import Floats, LinkState
@@ -53,13 +52,13 @@ class VirtualSession:
         """The newest touch as a remote site would have sent it."""
         return b"" if self.touch is None else self.touch.encode()
 
-    def step(self, now_ns: int, ready: str, unconfirmed: Callable[[float], str]) -> None:
+    def step(self, now_ns: int, ready: str, unconfirmed: Unconfirmed) -> None:
         """Engage when that is wished and possible, and see what came of an emergency stop.
 
         Args:
             now_ns: this site's clock.
             ready: empty when the devices allow engaging, else what is missing.
-            unconfirmed: which devices have not reported since a time (s) that their outputs are off.
+            unconfirmed: why a device is not certain to have had its outputs off since a time, s.
         """
         session = self.session
         if not session.ident:
@@ -71,7 +70,9 @@ class VirtualSession:
             session.note("estop", self.stopped)
         if session.state is LinkState.FAULT:
             self.want_engaged = False
-        elif self.want_engaged and not session.engaged and not ready:
+            return
+        self._stop.forget()
+        if self.want_engaged and not session.engaged and not ready:
             session.engage()
 
     def send_motion(self, now_ns: int, block: Floats) -> bytes | None:
@@ -86,16 +87,26 @@ class VirtualSession:
         self.acceptance.accept(self.touch, ident, now_ns, offset_ns=0, uncertainty_ns=0)
         return Motion(ident, self._sequence, now_ns, state, MOTION_BLOCK.to_bytes(block)).encode()
 
+    @property
+    def stop_asked_ns(self) -> int | None:
+        """When the emergency stop that is latched was asked for; None where none is."""
+        return self._stop.asked_ns
+
+    @property
+    def stop_after_s(self) -> dict[str, float | None]:
+        """How long after that each device confirmed, s; None while one has not."""
+        return self._stop.after_s
+
     def stop(self, now_ns: int, why: str) -> None:
         """Emergency stop: latch at once."""
         self.session.latch(why)
         self._stop.ask(now_ns)
         self.stopped = ""
 
-    def disengage(self, now_ns: int) -> None:
+    def disengage(self, now_ns: int, why: str = "asked for") -> None:
         """Bring everything to neutral; engaging again is asked for anew."""
         self.want_engaged = False
-        self.session.disengage("asked for")
+        self.session.disengage(why)
 
     def clear(self, now_ns: int) -> None:
         """Clear the latched fault; raises Refused when there is none."""

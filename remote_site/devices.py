@@ -85,12 +85,12 @@ class RemoteDevices:
             if sensed.plates[finger] is not None and self.tick.in_time():
                 sensor.heat(sensed.time_s, command.heater_drive[finger])
 
-    def unconfirmed(self, since_s: float) -> str:
-        """Each device that has not reported, after `since_s`, that its outputs are off; empty when all have."""
+    def unconfirmed(self, since_s: float) -> dict[str, str]:
+        """Why each device is not certain to have its outputs off since `since_s`; empty where its report says so."""
         found = {"telemanipulator": self.telemanipulator.unconfirmed(since_s)}
         for sensor in self.thermal.values():
             found[f"{sensor.line.finger} {sensor.line.kind.name.lower()}"] = sensor.unconfirmed(since_s)
-        return "; ".join(f"{device}: {why}" for device, why in found.items() if why)
+        return found
 
     def faults(self) -> list[str]:
         """What devices do that they must not, and what of them is broken; empty when all is well."""

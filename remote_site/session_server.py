@@ -3,7 +3,6 @@
 import logging
 import secrets
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,7 +13,7 @@ from common.acceptance import Acceptance
 from common.capabilities import OBSERVER, disagreement
 from common.clock import ReadClock
 from common.curve_sockets import Received
-from common.emergency_stop import EmergencyStop
+from common.emergency_stop import EmergencyStop, Unconfirmed
 from common.keys import fingerprint
 from common.ladder import SESSION_SILENCE_S
 from common.limits import AGE_MAX_S, GAP_S
@@ -73,13 +72,13 @@ class SessionServer:
     def __post_init__(self) -> None:
         self.acceptance = Acceptance(max_age_ns=round(self.max_age_s * 1e9))
 
-    def step(self, now_ns: int, ready: str, unconfirmed: Callable[[float], str] = lambda _: "") -> None:
+    def step(self, now_ns: int, ready: str, unconfirmed: Unconfirmed = lambda _: {}) -> None:
         """Answer what came and take the newest motion.
 
         Args:
             now_ns: this site's clock.
             ready: empty when the devices allow engaging, else what is missing.
-            unconfirmed: which devices have not reported since a time (s) that their outputs are off.
+            unconfirmed: why a device is not certain to have had its outputs off since a time, s.
         """
         if now_ns < self._now_ns:
             self._heard_ns = min(self._heard_ns, now_ns)  # the clock was set back
@@ -114,6 +113,16 @@ class SessionServer:
         if self.motion is None or gap_ns is None:
             return None
         return self._hand.at((self.motion.time_ns + gap_ns) * 1e-9)
+
+    @property
+    def stop_asked_ns(self) -> int | None:
+        """When the emergency stop that is latched was asked for; None where none is."""
+        return self._stop.asked_ns
+
+    @property
+    def stop_after_s(self) -> dict[str, float | None]:
+        """How long after that each device confirmed, s; None while one has not."""
+        return self._stop.after_s
 
     def stop(self, now_ns: int, why: str, *, cleared_here_only: bool = False) -> None:
         """Emergency stop: latch at once, and wait for the devices to confirm."""
@@ -214,8 +223,10 @@ class SessionServer:
         answer = Answer(self.session.ident, sequence, now_ns, refused[:LONGEST_REFUSAL], details or {})
         self.link.answer("control", who, answer.encode())
 
-    def _confirm_stop(self, now_ns: int, unconfirmed: Callable[[float], str]) -> None:
+    def _confirm_stop(self, now_ns: int, unconfirmed: Unconfirmed) -> None:
         confirmation = self._stop.step(now_ns, unconfirmed)
+        if self.session.state is not LinkState.FAULT:
+            self._stop.forget()
         if confirmation is None:
             return
         self.stopped = str(confirmation)
@@ -232,12 +243,7 @@ class SessionServer:
             return self._observe(key, now_ns) if observes else self._hello(request, key, now_ns)
         if request.verb == "status":
             return {"state": session.state.name.lower(), "fault": session.fault, "missing": ready}
-        if request.session != session.ident or not session.ident:
-            raise Refused("that is not the present session: say hello first")
-        if key != self.operator:
-            raise Refused("only the session's operator may ask for that: observers look on")
-        if request.sequence <= self._asked:
-            raise Refused("an old request")
+        self._check(request, key)
         self._asked = request.sequence
         details: dict[str, Any] = {}
         match request.verb:
@@ -258,6 +264,17 @@ class SessionServer:
             case "goodbye":
                 self._end("the operator said goodbye", left=True)
         return details
+
+    def _check(self, request: Request, key: str) -> None:
+        """Raise Refused where a request is not one of the session's operator."""
+        if request.session != self.session.ident or not self.session.ident:
+            raise Refused("that is not the present session: say hello first")
+        if key != self.operator:
+            raise Refused("only the session's operator may ask for that: observers look on")
+        if request.sequence <= self._asked:
+            raise Refused("an old request")
+        if request.verb == "attend":
+            raise Refused("that is for the desk of the operator's own site")
 
     def _agree_on_age(self, request: Request) -> float:
         """The stricter of both sites' limits holds for both."""

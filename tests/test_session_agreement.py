@@ -59,7 +59,7 @@ class Pair:
         return time.monotonic_ns() + self.operator_shift_ns
 
     def turn_remote(self) -> None:
-        self.server.step(self.remote_now(), self.remote_missing, lambda _: self.remote_awake)
+        self.server.step(self.remote_now(), self.remote_missing, lambda _: {"index thermal_sensor": self.remote_awake})
         session = self.server.session
         if session.ident:
             self.sequence += 1
@@ -235,7 +235,7 @@ def test_an_emergency_stop_is_answered_when_the_devices_confirm_and_names_those_
 ) -> None:
     pair = make()
     pair.until(lambda: both_engaged(pair))
-    pair.remote_awake = "index thermal_sensor"
+    pair.remote_awake = "no report"
     pair.client.stop(pair.operator_now(), "emergency stop by the operator")
     pair.until(lambda: pair.server.stopped)
     assert "not confirmed within" in pair.server.stopped

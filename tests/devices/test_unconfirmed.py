@@ -149,9 +149,9 @@ def rig(request: pytest.FixtureRequest) -> Iterator[Rig]:
     rig.close()
 
 
-def named(said: str) -> dict[str, str]:
-    """What is said of each device."""
-    return {} if not said else dict(part.split(": ", 1) for part in said.split("; "))
+def named(said: dict[str, str]) -> dict[str, str]:
+    """Who has not confirmed, and why."""
+    return {device: why for device, why in said.items() if why}
 
 
 def test_devices_that_are_not_there_have_confirmed_nothing(rig: Rig) -> None:
@@ -168,26 +168,26 @@ def test_all_are_named_until_each_has_reported_that_it_is_off(rig: Rig) -> None:
     rig.until(True, all_driven)
     stopped_s = time.monotonic()
     assert named(devices.unconfirmed(stopped_s)) == dict.fromkeys(everything, "no report")
-    rig.until(False, lambda: devices.unconfirmed(stopped_s) == "")
+    rig.until(False, lambda: named(devices.unconfirmed(stopped_s)) == {})
     assert named(devices.unconfirmed(time.monotonic())) == dict.fromkeys(everything, "no report")
     rig.until(True, all_driven)  # what was off once and is on again is not confirmed
     assert set(named(devices.unconfirmed(stopped_s))) == everything
 
 
 def test_one_drive_that_is_stuck_is_named_alone(rig: Rig) -> None:
-    rig.until(True, lambda: "drive 0.2" in rig.devices.unconfirmed(0.0))
     stuck = NAMES[type(rig)][1]
+    rig.until(True, lambda: "drive 0.2" in rig.devices.unconfirmed(0.0)[stuck])
     module = rig.modules[stuck.removesuffix("_sensor")]
     module.stuck_permille = 700
     module.measure(*COUNTS[type(rig)])
     stopped_s = time.monotonic()
     rig.until(False, lambda: set(named(rig.devices.unconfirmed(stopped_s))) == {stuck})
-    assert rig.devices.unconfirmed(stopped_s).endswith("drive 0.7")
+    assert rig.devices.unconfirmed(stopped_s)[stuck].endswith("drive 0.7")
 
 
 def test_a_device_that_was_unplugged_is_named_as_not_connected(rig: Rig) -> None:
     stopped_s = time.monotonic()
-    rig.until(False, lambda: rig.devices.unconfirmed(stopped_s) == "")
+    rig.until(False, lambda: named(rig.devices.unconfirmed(stopped_s)) == {})
     lost = NAMES[type(rig)][2]
     rig.servers.pop(lost.removesuffix("_sensor")).close()
     rig.until(False, lambda: named(rig.devices.unconfirmed(stopped_s)) == {lost: "not connected"})

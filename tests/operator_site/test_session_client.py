@@ -78,7 +78,7 @@ class Pair:
     def run(self, ms: int = 2) -> None:
         for _ in range(0, ms, 2):
             self.remote.now_ns += 2 * MS
-            self.client.step(self.remote.now_ns, "", lambda _: self.here)
+            self.client.step(self.remote.now_ns, "", lambda _: {"index tacttip": self.here, "exoskeleton": ""})
 
     def connect(self) -> None:
         self.run()
@@ -110,7 +110,7 @@ def test_an_emergency_stop_is_over_when_both_sites_have_said_how_it_went(pair: P
 
 
 def test_a_device_of_either_site_that_does_not_confirm_is_named(pair: Pair) -> None:
-    pair.here = "index tacttip: no report"
+    pair.here = "no report"
     pair.stop()
     pair.remote.answer("estop", after_s=0.3, unconfirmed="middle thermal_sensor: no report")
     pair.run()
@@ -119,6 +119,40 @@ def test_a_device_of_either_site_that_does_not_confirm_is_named(pair: Pair) -> N
     here, there = pair.client.stopped.split("; ")
     assert here == "here: stopped, but not confirmed within 300 ms by index tacttip: no report"
     assert there == "remote site: not confirmed by middle thermal_sensor: no report after 300 ms"
+
+
+def test_each_device_is_told_when_it_confirmed_and_the_remote_site_is_asked_until_all_of_it_has(pair: Pair) -> None:
+    pair.here = "no report"
+    pair.stop()
+    assert pair.client.stop_after_s == {"index tacttip": None, "exoskeleton": pytest.approx(0.002), "remote hand": None}
+    pair.remote.answer("estop", after_s=0.3, unconfirmed="middle thermal_sensor: no report")
+    pair.run(100)
+    pair.here = ""
+    asked = pair.remote.count("estop")
+    pair.run(200)
+    assert pair.remote.count("estop") == asked, "it has just said that it cannot"
+    pair.run(1000)
+    assert pair.remote.count("estop") > asked
+    assert pair.client.stop_after_s["index tacttip"] == pytest.approx(0.11, abs=0.005)
+    assert pair.client.stop_after_s["remote hand"] is None
+    pair.remote.answer("estop", after_s=0.012, unconfirmed="")
+    pair.run(4)
+    assert pair.client.stop_after_s["remote hand"] == pytest.approx(1.31, abs=0.02)
+    asked = pair.remote.count("estop")
+    pair.run(1000)
+    assert pair.remote.count("estop") == asked
+
+
+def test_a_stop_that_was_cleared_is_not_asked_for_again(pair: Pair) -> None:
+    pair.stop()
+    pair.remote.answer("estop", after_s=0.3, unconfirmed="middle thermal_sensor: no report")
+    pair.run(10)
+    pair.client.clear(pair.remote.now_ns)
+    pair.run(10)
+    asked = pair.remote.count("estop")
+    pair.run(1000)
+    assert pair.remote.count("estop") == asked
+    assert (pair.client.stop_asked_ns, pair.client.stop_after_s) == (None, {})
 
 
 def test_a_remote_site_that_does_not_answer_is_said_and_asked_on(pair: Pair) -> None:

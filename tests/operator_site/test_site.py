@@ -71,8 +71,8 @@ class Devices:
         for finger, drive in enumerate(output.peltier_drive):
             self.plate_c[finger] += 0.002 * drive * (PLATE_HEATING_K_S if drive > 0.0 else PLATE_COOLING_K_S)
 
-    def unconfirmed(self, since_s: float) -> str:
-        return ""
+    def unconfirmed(self, since_s: float) -> dict[str, str]:
+        return {}
 
     def figures(self) -> dict[str, object]:
         return {}

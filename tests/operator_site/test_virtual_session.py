@@ -59,11 +59,11 @@ def test_it_engages_only_when_that_is_wished_and_its_devices_are_there() -> None
 def test_an_emergency_stop_latches_until_it_is_cleared_and_says_what_the_devices_did() -> None:
     working = Working()
     working.press(ALUMINIUM_M)
-    working.devices.on = "index tacttip: motor on"
+    working.devices.on = {"index tacttip": "motor on"}
     assert working.ask("estop")["state"] == "fault"
     assert neutral(working.go(0.2)[-1])
     assert working.ask("status")["estop"] == ""
-    working.devices.on = ""
+    working.devices.on = {"index tacttip": ""}
     working.go(0.01)
     assert working.ask("status")["estop"].startswith("stopped, confirmed by every device after")
     with pytest.raises(Refused, match="emergency stop by the operator"):
@@ -80,7 +80,7 @@ def test_an_emergency_stop_latches_until_it_is_cleared_and_says_what_the_devices
 def test_devices_that_do_not_confirm_a_stop_are_named() -> None:
     working = Working()
     working.go(0.1)
-    working.devices.on = "exoskeleton: no report"
+    working.devices.on = {"exoskeleton": "no report"}
     working.ask("estop")
     working.go(1.0)
     assert working.ask("status")["estop"].endswith("by exoskeleton: no report")

@@ -12,6 +12,7 @@ from common.packets import LinkState
 from common.recording import Recorder
 from common.scene import load_scene
 from common.tick_age import TickAge
+from operator_site.attendance import Attendance
 from operator_site.desk_requests import answer_desk
 from operator_site.devices import OperatorDevices
 from operator_site.exoskeleton import Hand
@@ -38,7 +39,7 @@ class Devices:
     hand: Hand = field(default_factory=Hand)
     seen: bool = True
     lacking: str = ""
-    on: str = ""
+    on: dict[str, str] = field(default_factory=dict)
     written: list[GatedOutput] = field(default_factory=list)
     plate_c: float = 33.0
     tick: TickAge = field(default_factory=TickAge)
@@ -63,7 +64,7 @@ class Devices:
         self.written.append(output)
         self.plate_c += 0.002 * (4.0 * output.peltier_drive[INDEX] + 0.2 * (33.0 - self.plate_c))
 
-    def unconfirmed(self, since_s: float) -> str:
+    def unconfirmed(self, since_s: float) -> dict[str, str]:
         return self.on
 
     def figures(self) -> dict[str, object]:
@@ -102,7 +103,7 @@ class Working:
         return self.go(0.5, z_m=-0.003) + self.go(0.5)
 
     def ask(self, verb: str, **details: Any) -> dict[str, Any]:
-        return answer_desk(self.client, self.now_ns, "", verb, details)
+        return answer_desk(self.client, Attendance(0.0), self.now_ns, "", verb, details)
 
     @property
     def state(self) -> LinkState:

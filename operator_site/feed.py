@@ -1,0 +1,117 @@
+"""What consoles on this machine see of the site: its own recorded streams as they are made, some thirty times a second.
+
+On loopback, with Curve, and only for the owner of the site's own secret key, as the desk. Whoever is slow, asleep or
+gone loses messages and delays nobody: a publisher never waits.
+"""
+
+from collections.abc import Iterator
+from types import TracebackType
+from typing import NamedTuple
+
+import msgpack
+import zmq
+
+from common.curve_sockets import LinkProblem, prepare_socket, serve_curve, use_curve
+from common.desk import HOST
+from common.doorkeeper import Doorkeeper
+from common.keys import KeyPair
+
+STREAMS = frozenset(
+    f"operator/{stream}" for stream in ("touch", "rendered", "skin", "clock", "session", "played", "figures")
+)
+"""What a console sees."""
+BATCH_S = 1.0 / 30.0
+"""Between two messages."""
+_DOMAIN = "feed"
+_LARGEST = 1 << 20
+"""Bytes of a message; what a tick leaves for it is about 1.5 kB."""
+_WAITING = 8
+"""Messages for a console that does not read; further ones are lost to it."""
+
+
+class Fed(NamedTuple):
+    """One message of a stream, with its source time, ns of the site's monotonic clock."""
+
+    stream: str
+    time_ns: int
+    payload: bytes
+
+
+class Feed:
+    """The site's side; never blocks."""
+
+    def __init__(self, port: int, keys: KeyPair):
+        """Bind.
+
+        Raises:
+            LinkProblem: the port is in use.
+        """
+        self._batch: list[Fed] = []
+        self._sent_ns = 0
+        self._context = zmq.Context()
+        self._doorkeeper = Doorkeeper(self._context, lambda _, key: key == keys.public, limited=False)
+        self._socket = self._context.socket(zmq.PUB)
+        prepare_socket(self._socket)
+        self._socket.setsockopt(zmq.SNDHWM, _WAITING)
+        serve_curve(self._socket, keys, _DOMAIN)
+        try:
+            self._socket.bind(f"tcp://{HOST}:{port}")
+        except zmq.ZMQError as error:
+            self.close()
+            raise LinkProblem(f"{HOST}:{port} (feed): {error.strerror}; choose another feed_port") from None
+
+    def write(self, stream: str, time_ns: int, payload: bytes) -> None:
+        """Keep one message for the next batch; of other streams than STREAMS nothing."""
+        if stream in STREAMS:
+            self._batch.append(Fed(stream, time_ns, payload))
+
+    def step(self, now_ns: int) -> None:
+        """Send what is kept when it is time to; a clock that was set back sends at once."""
+        if 0 <= now_ns - self._sent_ns < BATCH_S * 1e9 or not self._batch:
+            return
+        self._sent_ns = now_ns
+        self._socket.send(msgpack.packb(self._batch))
+        self._batch = []
+
+    def close(self) -> None:
+        """Give the port back."""
+        self._doorkeeper.close()
+        self._context.destroy(linger=0)
+
+    def __enter__(self) -> "Feed":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class FeedReader:
+    """A console's side: takes what was fed, and finds the site again whenever it is gone."""
+
+    def __init__(self, port: int, keys: KeyPair):
+        """Connect in the background."""
+        self._context = zmq.Context()
+        self.socket = self._context.socket(zmq.SUB)
+        """To wait for; read it with `receive` only."""
+        prepare_socket(self.socket)
+        self.socket.setsockopt(zmq.MAXMSGSIZE, _LARGEST)
+        self.socket.setsockopt(zmq.RCVHWM, _WAITING)
+        use_curve(self.socket, keys, keys.public)
+        self.socket.subscribe(b"")
+        self.socket.connect(f"tcp://{HOST}:{port}")
+
+    def receive(self) -> Iterator[Fed]:
+        """What came since the last call, oldest first."""
+        for _ in range(_WAITING):
+            try:
+                packed = self.socket.recv(zmq.DONTWAIT)
+            except zmq.Again:
+                return
+            for stream, time_ns, payload in msgpack.unpackb(packed):
+                yield Fed(stream, time_ns, payload)
+
+    def close(self) -> None:
+        """Disconnect."""
+        self._context.destroy(linger=0)
