@@ -4,6 +4,13 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from common.fingers import FINGERS
+
+Reach = Annotated[float, Field(ge=-0.655, le=0.655)]
+"""A place of the hand on the bench along one axis, m."""
+Finger = Literal["thumb", "index", "middle", "ring", "little"]
+Places = Annotated[tuple[Reach, ...], Field(min_length=1, max_length=100)]
+
 
 class _Step(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
@@ -52,6 +59,29 @@ class Tap(_Step):
     times: int = Field(default=1, ge=1, le=20)
 
 
+class Presses(_Step):
+    """Touch, rest for `hold_s` and lift at each place of the hand: at all of `x_m`, in this order, for each of `y_m`.
+
+    Before each touch it hovers for `wait_s`. Only `fingers` touch, the others stay up.
+    """
+
+    act: Literal["presses"]
+    x_m: Places
+    y_m: Places
+    hold_s: float = Field(gt=0.0, le=120.0)
+    wait_s: float = Field(default=0.0, ge=0.0, le=120.0)
+    fingers: tuple[Finger, ...] = Field(default=FINGERS, min_length=1)
+
+
+class Strokes(_Step):
+    """Along each line of the hand's `y_m`: touch, slide in contact to the far end and back, lift."""
+
+    act: Literal["strokes"]
+    x_m: tuple[Reach, Reach]
+    y_m: Places
+    speed_mm_s: float = Field(default=50.0, ge=5.0, le=200.0)
+
+
 class Wait(_Step):
     """Hover for `seconds`: the thermal sensor re-heats."""
 
@@ -59,4 +89,4 @@ class Wait(_Step):
     seconds: float = Field(gt=0.0, le=120.0)
 
 
-Step = Annotated[Move | Touch | Hold | Stroke | Lift | Tap | Wait, Field(discriminator="act")]
+Step = Annotated[Move | Touch | Hold | Stroke | Lift | Tap | Presses | Strokes | Wait, Field(discriminator="act")]

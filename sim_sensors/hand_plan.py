@@ -6,13 +6,15 @@ step, seeded, as they do with a person.
 """
 
 from bisect import bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from common.fingers import FINGERS
 from common.scene import Scene
-from common.script import Hold, Lift, Move, Step, Stroke, Tap, Touch, Wait
+from common.script import Hold, Lift, Move, Presses, Step, Stroke, Strokes, Tap, Touch, Wait
 
 HOVER_M = 0.006
 DEPTH_M = 0.004
@@ -135,9 +137,8 @@ class HandPlan:
         self._z = np.full(len(used), HOVER_M)
         self._contact_s: float | None = None
         self._tap_x = 0.0
-        first = next((step for step in scene.script if isinstance(step, Move)), None)
-        self._at = first.object if first else scene.objects[0].name
-        self._x, self._y = self._place(self._at, first.u if first else 0.5) if start is None else start
+        self._at = scene.objects[0].name
+        self._x, self._y = self._beginning() if start is None else start
         for step in scene.script:
             self._lay(step)
         if self._contact_s is not None:
@@ -162,6 +163,22 @@ class HandPlan:
             z = z + (segment.to_z_m - z) * minimum_jerk((t_s - segment.start_s) / segment.duration_s)
         return Wanted(x, y, z, _mode(segment, t_s, x, speed), segment)
 
+    def _beginning(self) -> tuple[float, float]:
+        """Where the script goes first; the middle of the first object when it goes nowhere."""
+        for step in self._scene.script:
+            match step:
+                case Move(object=name, u=u):
+                    return self._place(name, u)
+                case Presses(x_m=x_m, y_m=y_m) | Strokes(x_m=x_m, y_m=y_m):
+                    return self._bench_place(x_m[0], y_m[0])
+        return self._place(self._at, 0.5)
+
+    def _bench_place(self, x_m: float, y_m: float) -> tuple[float, float]:
+        """A place of the bench, over what lies there."""
+        below = (item.name for item in self._scene.objects if item.covers(x_m, y_m))
+        self._at = next(below, self._at)
+        return x_m, y_m
+
     def _place(self, name: str, u: float) -> tuple[float, float]:
         """Where the hand is when it is at fraction `u` of an object: the middle finger over its middle in y."""
         item = self._scene.object_named(name)
@@ -184,11 +201,33 @@ class HandPlan:
                 self._add(act, seconds)
             case Lift():
                 self._lift(LIFT_S)
+            case Presses():
+                self._press(step)
+            case Strokes():
+                self._stroke(step)
             case Tap(times=times):
                 for _ in range(times):
                     self._lower("tap", TAP_DEPTH_M, TAP_DOWN_S)
                     self._lift(TAP_UP_S, "tap")
                     self._add("tap", TAP_PAUSE_S)
+
+    def _press(self, step: Presses) -> None:
+        for y_m in step.y_m:
+            for x_m in step.x_m:
+                self._travel("move", *self._bench_place(x_m, y_m), TRAVEL_M_S)
+                if step.wait_s:
+                    self._add("wait", step.wait_s)
+                self._lower("touch", DEPTH_M, TOUCH_S, step.fingers)
+                self._add("hold", step.hold_s)
+                self._lift(LIFT_S)
+
+    def _stroke(self, step: Strokes) -> None:
+        for y_m in step.y_m:
+            self._travel("move", *self._bench_place(step.x_m[0], y_m), TRAVEL_M_S)
+            self._lower("touch", DEPTH_M, TOUCH_S)
+            for x_m in reversed(step.x_m):
+                self._travel("stroke", *self._bench_place(x_m, y_m), 1e-3 * step.speed_mm_s * self._vary())
+            self._lift(LIFT_S)
 
     def _vary(self) -> float:
         return float(np.clip(1.0 + VARIATION * self._rng.standard_normal(), 0.9, 1.1))
@@ -201,9 +240,10 @@ class HandPlan:
         seconds = distance / speed_m_s + RAMP_S if distance else 2.0 * RAMP_S + abs(y_m - self._y) / speed_m_s
         self._add(act, seconds, x_m=x_m, y_m=y_m, speed_m_s=speed_m_s)
 
-    def _lower(self, act: str, depth_m: float, seconds: float) -> None:
+    def _lower(self, act: str, depth_m: float, seconds: float, fingers: Sequence[str] = FINGERS) -> None:
         deep = depth_m + DEPTH_SPREAD_M * np.clip(self._rng.standard_normal(len(self._used)), -2.0, 2.0)
-        to_z = np.where(self._used, -deep, HOVER_M)
+        touching = self._used & [finger in fingers for finger in FINGERS]
+        to_z = np.where(touching, -deep, HOVER_M)
         seconds *= self._vary()
         if self._contact_s is None:
             self._contact_s = self.seconds + seconds * _time_at(HOVER_M / (HOVER_M + depth_m))

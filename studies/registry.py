@@ -32,6 +32,7 @@ STUDIES = {
     "deadband": "studies.deadband",
     "kinesthetic-loop": "studies.kinesthetic_loop",
     "observer": "studies.observer",
+    "tactile-map": "studies.tactile_map",
     "paper-figures": "studies.paper_figures",
 }
 """Module of each study by its name."""

@@ -7,7 +7,7 @@ from common.scene import load_scene, scene_names
 from common.script import Hold, Stroke, Tap
 from common.surfaces import surface_kind
 
-SHIPPED = ("materials", "paper_iron_wood", "paper_materials", "paper_textures", "phantom")
+SHIPPED = ("materials", "paper_iron_wood", "paper_materials", "paper_textures", "phantom", "phantom_sweep")
 SCENE = """
 name = "small"
 calibrated = ["pvc"]

@@ -1,0 +1,1 @@
+"""The console: what a session shows to the people who run it, and what they found."""

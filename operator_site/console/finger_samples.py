@@ -1,0 +1,180 @@
+"""What one finger's touch packets tell of the place it touches: samples of temperature, stiffness, material, roughness.
+
+A sample stands where it was felt. A finger that rests or presses in one place gives one of each quantity, which is
+replaced while the touch goes on and the estimate gets better: a long touch is no more touches than a short one. A
+stroke gives one roughness every STROKE_STEP_M, LATE_M behind the finger: a change of the surface is told when so much
+of it has been felt.
+"""
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+from common.fingers import FINGER_Y_M
+from common.messages import STIFFNESS_KNOWN_LN_SD, TOUCH_COLUMN, ExplorationMode, ThermalStatus
+from common.told import Told
+
+STILL_M = 3e-3
+"""A finger that has not been farther than this from where it came down rests, m."""
+USEFUL_SD_K = 2.0
+"""A temperature that is known no better is not known."""
+DWELL_EVERY_S = 0.1
+"""A resting finger's samples are replaced so often."""
+STROKE_STEP_M = 1.5e-3
+LATE_M = 6e-3
+"""The remote site tells a new surface when it has felt 5 mm of it, and 1 mm more is kept back for grooves."""
+STROKE_SHARE = math.sqrt(2.0 * math.pi)
+"""Neighbouring samples of a stroke tell the same: so many of them together are worth one, by a kernel as wide as their
+step."""
+_PATH_STEP_M = 0.5e-3
+_TEMPERATURE_KNOWN = frozenset(float(status) for status in ThermalStatus if status > ThermalStatus.NO_CONTACT)
+_COLUMNS = ("mode", "contact", "x_m", "y_m", "stiffness_n_m", "stiffness_ln_sd", "object_c", "object_c_sd")
+_MODE, _CONTACT, _X, _Y, _STIFFNESS, _STIFFNESS_SD, _OBJECT, _OBJECT_SD = (TOUCH_COLUMN[name] for name in _COLUMNS)
+_STATUS, _PROBABILITY = TOUCH_COLUMN["thermal_status"], TOUCH_COLUMN["probability"]
+
+
+class Sample(NamedTuple):
+    """One quantity felt at one place.
+
+    Attributes:
+        quantity: "temperature" (C), "roughness" (ln of V), "stiffness" (ln of N/m), or "material" (probability).
+        key: a sample replaces the one of its quantity that has the same key.
+        touch: number of the contact that it comes from; unique for a finger.
+        finger: number of the finger.
+        x_m, y_m: place on the bench.
+        t_s: when it was felt.
+        value, variance: in the quantity's unit, and its square.
+        name: of the material.
+    """
+
+    quantity: str
+    key: tuple[int, int, int]
+    touch: int
+    finger: int
+    x_m: float
+    y_m: float
+    t_s: float
+    value: float
+    variance: float
+    name: str = ""
+
+
+class FingerSamples:
+    """Samples of one finger. Pure; step it with every packet."""
+
+    def __init__(self, finger: int) -> None:
+        """A finger that has touched nothing yet."""
+        self._finger = finger
+        self._touch = 0
+        self._contact = False
+        self._still = False
+        self._from_m = (0.0, 0.0)
+        self._sampled_s = -math.inf
+        self._told: float | None = None
+        self._told_m = 0.0
+        self._felt: tuple[float, float] | None = None
+        """What was told last in this stroke, as value and variance of a sample."""
+        self._path: deque[tuple[float, float, float]] = deque()
+        """Way, m, and place of the stroke so far, as far back as samples may still come from."""
+        self._painted_m = 0.0
+        self._strokes = 0
+
+    def step(self, t_s: float, row: Sequence[float], told: Told) -> list[Sample]:
+        """Take one packet.
+
+        Args:
+            t_s: time, s.
+            row: the finger's `TOUCH_FIELDS`.
+            told: what is told of it slowly.
+        """
+        if row[_CONTACT] == 0.0:
+            ended = self._paint(t_s, self._path[-1][0] - LATE_M) if self._path else []
+            self._path.clear()
+            self._contact = False
+            return ended
+        x_m, y_m = row[_X], row[_Y] + FINGER_Y_M[self._finger]
+        if not self._contact:
+            self._contact, self._still = True, True
+            self._touch += 1
+            self._from_m = x_m, y_m
+            self._sampled_s = t_s  # what a contact tells in its first moment is of the one before
+            self._begin_stroke(told)
+        if row[_MODE] == ExplorationMode.STROKING:
+            self._still = False
+            return self._stroke(t_s, x_m, y_m, told)
+        if self._path:
+            ended = self._paint(t_s, self._path[-1][0] - LATE_M)
+            self._begin_stroke(told)
+            return ended
+        self._still = self._still and math.dist(self._from_m, (x_m, y_m)) < STILL_M
+        if not self._still or t_s - self._sampled_s < DWELL_EVERY_S:
+            return []
+        self._sampled_s = t_s
+        return self._rest(t_s, row, told)
+
+    def _rest(self, t_s: float, row: Sequence[float], told: Told) -> list[Sample]:
+        """What a finger that has not moved since it came down knows of the place."""
+        samples = []
+        if row[_STATUS] in _TEMPERATURE_KNOWN and 0.0 < row[_OBJECT_SD] <= USEFUL_SD_K:
+            samples.append(self._sample("temperature", t_s, *self._from_m, row[_OBJECT], row[_OBJECT_SD] ** 2))
+        if row[_STIFFNESS] > 0.0 and row[_STIFFNESS_SD] < STIFFNESS_KNOWN_LN_SD:
+            stiffness = math.log(row[_STIFFNESS])
+            samples.append(self._sample("stiffness", t_s, *self._from_m, stiffness, row[_STIFFNESS_SD] ** 2))
+        if row[_STATUS] == ThermalStatus.IDENTIFIED and told.candidates:
+            name, probability = told.candidates[0]
+            samples.append(self._sample("material", t_s, *self._from_m, probability, 1.0)._replace(name=name))
+        return samples
+
+    def _stroke(self, t_s: float, x_m: float, y_m: float, told: Told) -> list[Sample]:
+        """What a stroke tells of the places that it has left behind."""
+        path = self._path
+        if not path:
+            path.append((0.0, x_m, y_m))
+        way_m, last_x_m, last_y_m = path[-1]
+        step_m = math.dist((last_x_m, last_y_m), (x_m, y_m))
+        if step_m >= _PATH_STEP_M:
+            path.append((way_m + step_m, x_m, y_m))
+        roughness_v = told.roughness_v
+        if roughness_v is None or roughness_v <= 0.0 or roughness_v == self._told:
+            return []
+        # It became this somewhere on the way since the last telling.
+        samples = self._paint(t_s, 0.5 * (self._told_m + path[-1][0]) - LATE_M)
+        relative_sd = 1.0 if told.roughness_sd_v is None else told.roughness_sd_v / roughness_v
+        self._told, self._told_m = roughness_v, path[-1][0]
+        self._felt = math.log(roughness_v), STROKE_SHARE * relative_sd**2
+        return samples
+
+    def _paint(self, t_s: float, until_m: float) -> list[Sample]:
+        """What was told last holds for the way up to `until_m`."""
+        samples = []
+        while self._felt is not None and self._painted_m <= until_m:
+            place = _at(self._path, self._painted_m)
+            self._painted_m += STROKE_STEP_M
+            self._strokes += 1
+            sample = self._sample("roughness", t_s, *place, *self._felt)
+            samples.append(sample._replace(key=(self._finger, self._touch, self._strokes)))
+        while len(self._path) > 2 and self._path[1][0] < self._painted_m:
+            self._path.popleft()
+        return samples
+
+    def _begin_stroke(self, told: Told) -> None:
+        """What has been told so far is of another way than the next stroke's."""
+        self._path.clear()
+        self._painted_m = self._told_m = 0.0
+        self._felt = None
+        self._told = told.roughness_v
+
+    def _sample(self, quantity: str, t_s: float, x_m: float, y_m: float, value: float, variance: float) -> Sample:
+        key = (self._finger, self._touch, 0)
+        return Sample(quantity, key, self._touch, self._finger, x_m, y_m, t_s, value, variance)
+
+
+def _at(path: Sequence[tuple[float, float, float]], way_m: float) -> tuple[float, float]:
+    """Place at a way along a path."""
+    for (from_m, from_x, from_y), (to_m, to_x, to_y) in pairwise(path):
+        if way_m <= to_m:
+            share = (way_m - from_m) / (to_m - from_m)
+            return from_x + share * (to_x - from_x), from_y + share * (to_y - from_y)
+    return path[-1][1], path[-1][2]

@@ -1,0 +1,57 @@
+"""Where a target lies on a map of what was felt, and what its value is: read as a person would read the picture."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import binary_closing, label
+
+from operator_site.console.map_layer import CELL_M
+from operator_site.console.map_tiles import picture
+from operator_site.console.tactile_map import LOGARITHMIC, Felt, TactileMap
+
+STANDS_OUT = 0.5
+"""Cells that differ by this share of what the most different do belong to the target."""
+MOST_DIFFERENT = 0.99
+GAP_CELLS = 4
+"""Twice so many cells without a touch do not divide a target."""
+CONFIDENT = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """A target: middle, m, and the value felt nearest to it."""
+
+    x_m: float
+    y_m: float
+    felt: Felt
+
+
+def find_highest(felt: TactileMap, quantity: str) -> Found | None:
+    """The one place where most of the quantity is felt more than around it; None where nothing was felt.
+
+    The middle of the cells that stand out, weighted by how much they do.
+    """
+    shown = picture(felt, quantity)
+    if shown is None:
+        return None
+    sure = shown.confidence >= CONFIDENT
+    if not sure.any():
+        return None
+    value = np.log(shown.value) if quantity in LOGARITHMIC else shown.value
+    above = np.where(sure, value - np.median(value[sure]), 0.0)
+    hot = above > STANDS_OUT * np.quantile(above[sure], MOST_DIFFERENT)
+    closed = binary_closing(np.pad(hot, 2 * GAP_CELLS), iterations=GAP_CELLS)
+    places, count = label(closed[2 * GAP_CELLS : -2 * GAP_CELLS, 2 * GAP_CELLS : -2 * GAP_CELLS])
+    weights = [np.where((places == number) & hot, above, 0.0) for number in range(1, count + 1)]
+    if not weights:
+        return None
+    weight = max(weights, key=np.sum)
+    rows, columns = np.nonzero(weight)
+    heavy = weight[rows, columns]
+    x_m = shown.left_m + CELL_M * (float(np.average(columns, weights=heavy)) + 0.5)
+    y_m = shown.near_m + CELL_M * (float(np.average(rows, weights=heavy)) + 0.5)
+    samples = [sample for tile in felt.layers[quantity].tiles.values() for sample in tile.samples.values()]
+    nearest = min(samples, key=lambda sample: math.dist((x_m, y_m), (sample.x_m, sample.y_m)))
+    here = getattr(felt.at(nearest.x_m, nearest.y_m), quantity)
+    return Found(x_m, y_m, here)

@@ -1,0 +1,163 @@
+"""The tactile map: a warm spot, a rough lesion and a stiff nodule, found by a sweep that does not know where they are.
+
+Five simulated fingers explore the scene `phantom_sweep` by its script: sensors, identification and packets are those of
+a session, on virtual time. The map is made of the packets as the console makes it. A target is found where the map
+stands out most, and its value is what was felt nearest to that place.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from common.fingers import FINGERS
+from common.scene import Scene, load_scene
+from common.script import Presses, Strokes
+from operator_site.console.map_tiles import CONFIDENT_SD, picture
+from operator_site.console.tactile_map import TactileMap
+from sim_sensors.hand import ScriptedHand
+from studies.found_targets import find_highest
+from studies.registry import Tell
+from studies.remote_hand import RemoteHand
+from studies.rendered_hand import TICK_S
+from studies.tactile_map_figure import plot
+
+__all__ = ["plot", "run", "tables"]
+
+SCENE = "phantom_sweep"
+TARGETS = {"warm_spot": "temperature", "lesion": "roughness", "nodule": "stiffness"}
+"""Object of the scene and the quantity that it stands out in."""
+SEEDS = 4
+WARM_UP_S = 3.0
+"""The sensors reach their pre-heat before the first touch."""
+PACKET_EVERY = 2
+"""Ticks between two packets that the map takes; the link spares more than that."""
+GOAL_M, GOAL_K, GOAL_SHARE = 5e-3, 0.5, 0.20
+
+
+def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
+    """Sweep once, or SEEDS times; each session has its own sensors, tissue and contacts."""
+    scene = quick_scene() if quick else load_scene(SCENE)
+    fingers = ("index",) if quick else FINGERS
+    seeds = range(seed, seed + (1 if quick else SEEDS))
+    rows: list[dict[str, Any]] = []
+    shown: dict[str, Any] = {}
+    seconds = {}
+    for number, one in enumerate(seeds):
+        felt, seconds = sweep(scene, one, fingers, lambda share, n=number: tell((n + share) / len(seeds)))
+        rows += [{"seed": one} | _judge(scene, felt, name) for name in TARGETS]
+        shown = shown or {quantity: _shown(felt, quantity) for quantity in TARGETS.values()}
+    return {
+        "quick": quick,
+        "targets": rows,
+        "seconds": seconds,
+        "maps": shown,
+        "objects": {name: scene.object_named(name).model_dump() for name in TARGETS},
+        "goals": {"place_m": GOAL_M, "temperature_k": GOAL_K, "stiffness_share": GOAL_SHARE},
+        "problems": [_problem(row) for row in rows if not row["within_goal"]],
+    }
+
+
+def tables(data: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
+    """One row for each target of each session."""
+    return {"targets": data["targets"]}
+
+
+def quick_scene() -> Scene:
+    """The same tissue, and a script for the index finger that keeps to the surroundings of the targets."""
+    scene = load_scene(SCENE)
+    script = (
+        Strokes(act="strokes", x_m=(-0.022, 0.022), y_m=(0.0215, 0.0265, 0.0315, 0.0365, 0.0415), speed_mm_s=40),
+        Presses(act="presses", x_m=(0.011, 0.018, 0.025, 0.032), y_m=(0.001, 0.008, 0.015, 0.022), hold_s=0.6),
+        Presses(
+            act="presses",
+            x_m=(-0.036, -0.015, -0.029, -0.022),
+            y_m=(-0.004, 0.003, 0.010, 0.017),
+            hold_s=3.0,
+            wait_s=2.0,
+        ),
+    )
+    return scene.model_copy(update={"script": script})
+
+
+def sweep(
+    scene: Scene, seed: int, fingers: tuple[str, ...], tell: Tell = lambda _: None
+) -> tuple[TactileMap, dict[str, float]]:
+    """Let the scripted hand explore once; returns the map and how long each part of the script took, s."""
+    hand, remote, felt = ScriptedHand(scene, seed=seed, fingers=fingers), RemoteHand(scene, seed, fingers), TactileMap()
+    free = np.zeros(len(FINGERS))  # the arm brings the fingers where it wants: what they feel does not push it back
+    for _ in range(round(WARM_UP_S / TICK_S)):
+        hand.step(TICK_S, free)
+        remote.move(hand.x_m, hand.y_m, hand.z_m)
+    hand.start()
+    ticks = round(hand.total_seconds() / TICK_S)
+    for tick in range(ticks):
+        hand.step(TICK_S, free)
+        touch = remote.move(hand.x_m, hand.y_m, hand.z_m)
+        if tick % PACKET_EVERY == 0:
+            felt.felt(TICK_S * tick, touch.block.tolist(), touch.told)
+        if tick % 1000 == 0:
+            tell(tick / ticks)
+    return felt, _durations(hand)
+
+
+def _durations(hand: ScriptedHand) -> dict[str, float]:
+    """Strokes come first, then presses without waiting, then rests, before each of which the hand waits."""
+    segments = hand.timeline()
+    strokes_s = max((s.start_s + s.duration_s for s in segments if s.act == "stroke"), default=0.0)
+    rests_s = min((s.start_s for s in segments if s.act == "wait"), default=hand.total_seconds())
+    whole_s = hand.total_seconds()
+    return {"strokes": strokes_s, "presses": rests_s - strokes_s, "rests": whole_s - rests_s, "whole": whole_s}
+
+
+def _judge(scene: Scene, felt: TactileMap, name: str) -> dict[str, Any]:
+    thing, quantity = scene.object_named(name), TARGETS[name]
+    true_x_m, true_y_m = thing.x_at(0.5), sum(thing.y_range_m) / 2.0
+    true_value = {"temperature": thing.absolute_c, "stiffness": thing.stiffness}.get(quantity)
+    found = find_highest(felt, quantity)
+    if found is None:
+        return {"target": name, "quantity": quantity, "within_goal": False, "place_error_mm": None, "value": None}
+    error_m = math.dist((found.x_m, found.y_m), (true_x_m, true_y_m))
+    error = None if true_value is None else found.felt.value - true_value
+    around = getattr(felt.around(found.x_m, found.y_m), quantity)
+    good = {
+        "temperature": error is not None and abs(error) <= GOAL_K,
+        "stiffness": error is not None and true_value is not None and abs(error) <= GOAL_SHARE * true_value,
+    }.get(quantity, True)
+    return {
+        "target": name,
+        "quantity": quantity,
+        "within_goal": good and error_m <= GOAL_M,
+        "place_error_mm": 1e3 * error_m,
+        "x_mm": 1e3 * found.x_m,
+        "y_mm": 1e3 * found.y_m,
+        "value": found.felt.value,
+        "sd": found.felt.sd,
+        "true_value": true_value,
+        "error": error,
+        "around": None if around is None else around.value,
+    }
+
+
+def _problem(row: dict[str, Any]) -> str:
+    if row["value"] is None:
+        return f"seed {row['seed']}: {row['target']} was not found"
+    return (
+        f"seed {row['seed']}: {row['target']} was found {row['place_error_mm']:.1f} mm beside its place, "
+        f"{row['quantity']} {row['value']:.4g} where {row['true_value']} is true"
+    )
+
+
+def _shown(felt: TactileMap, quantity: str) -> dict[str, Any] | None:
+    """The map as a figure needs it; None in place of a number where nothing was felt."""
+    whole = picture(felt, quantity)
+    if whole is None:
+        return None
+    return {
+        "left_m": whole.left_m,
+        "near_m": whole.near_m,
+        "value": [[None if math.isnan(v) else round(v, 5) for v in line] for line in whole.value.tolist()],
+        "confidence": whole.confidence.tolist(),
+        "legend": felt.legend(quantity),
+        "confident_sd": CONFIDENT_SD[quantity],
+    }

@@ -1,0 +1,86 @@
+"""Figure of the tactile map: what one sweep felt, and how far from their places the targets of all were found."""
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+from operator_site.console.map_layer import CELL_M
+from teletaction.figure_style import BLACK, BLUE, GREY, STYLE
+from teletaction.map_figure import draw_cells, draw_scale
+
+_UNIT = {"temperature": "°C", "roughness": "V", "stiffness": "N/m"}
+_GOAL = {"temperature": ("temperature_k", "K"), "stiffness": ("stiffness_share", "%")}
+
+
+def plot(data: dict[str, Any], path: Path) -> None:
+    """Write the figure."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(13.5, 8.2), layout="constrained")
+        FigureCanvasAgg(figure)
+        grid = figure.add_gridspec(2, 3, height_ratios=(1.9, 1.0))
+        for column, row in enumerate(_first(data)):
+            _draw_map(figure.add_subplot(grid[0, column]), data, row)
+        _draw_places(figure.add_subplot(grid[1, 0]), data)
+        for column, quantity in enumerate(("temperature", "stiffness"), 1):
+            _draw_values(figure.add_subplot(grid[1, column]), data, quantity)
+        figure.savefig(path, dpi=110)
+
+
+def _first(data: dict[str, Any]) -> list[dict[str, Any]]:
+    return [row for row in data["targets"] if row["seed"] == data["targets"][0]["seed"]]
+
+
+def _draw_map(axes: Axes, data: dict[str, Any], row: dict[str, Any]) -> None:
+    shown, quantity = data["maps"][row["quantity"]], row["quantity"]
+    if shown is None:
+        return
+    value = np.array([[np.nan if v is None else v for v in line] for line in shown["value"]])
+    confidence = np.array(shown["confidence"])
+    felt = np.argwhere(~np.isnan(value))
+    (low_row, low_column), (high_row, high_column) = felt.min(axis=0), felt.max(axis=0) + 1
+    part = slice(low_row, high_row), slice(low_column, high_column)
+    left_m, near_m = shown["left_m"] + low_column * CELL_M, shown["near_m"] + low_row * CELL_M
+    draw_cells(axes, quantity, value[part], confidence[part], (left_m, near_m), tuple(shown["legend"]))
+    thing = data["objects"][row["target"]]
+    corner = 1e3 * thing["x_m"], 1e3 * thing["y_m"]
+    size = 1e3 * thing["length_m"], 1e3 * thing["width_m"]
+    axes.add_patch(Rectangle(corner, *size, fill=False, edgecolor=BLACK, linewidth=1.4, linestyle="--"))
+    if row["value"] is not None:
+        axes.plot(row["x_mm"], row["y_mm"], "+", color=BLACK, markersize=14, markeredgewidth=2)
+    axes.set_title(
+        f"{row['target'].replace('_', ' ')}: {quantity}, {_UNIT[quantity]}\ndashed: true; cross: found", loc="left"
+    )
+    draw_scale(axes, quantity, tuple(shown["legend"]))
+
+
+def _draw_places(axes: Axes, data: dict[str, Any]) -> None:
+    names = list(data["objects"])
+    for row in data["targets"]:
+        if row["place_error_mm"] is not None:
+            axes.plot(row["place_error_mm"], names.index(row["target"]), "o", color=BLUE, alpha=0.8)
+    axes.axvline(1e3 * data["goals"]["place_m"], color=GREY, linestyle="--")
+    axes.set_yticks(range(len(names)), [name.replace("_", " ") for name in names])
+    axes.set_ylim(len(names) - 0.5, -0.5)
+    axes.set_xlim(left=0.0)
+    axes.set_xlabel("found beside its place, mm (a dot a session; dashed: goal)")
+
+
+def _draw_values(axes: Axes, data: dict[str, Any], quantity: str) -> None:
+    goal, unit = _GOAL[quantity]
+    rows = [row for row in data["targets"] if row["quantity"] == quantity and row["value"] is not None]
+    share = 1.0 if unit == "K" else 100.0 / rows[0]["true_value"] if rows else 1.0
+    for number, row in enumerate(rows):
+        axes.errorbar(share * row["error"], number, xerr=share * row["sd"], fmt="o", color=BLUE, capsize=3)
+    limit = data["goals"][goal] * (1.0 if unit == "K" else 100.0)
+    for edge in (-limit, limit):
+        axes.axvline(edge, color=GREY, linestyle="--")
+    axes.axvline(0.0, color=BLACK, linewidth=0.8)
+    axes.set_yticks(range(len(rows)), [f"seed {row['seed']}" for row in rows])
+    axes.set_ylim(len(rows) - 0.5, -0.5)
+    axes.set_xlabel(f"{quantity} told less true, {unit} (bars: ± sd told; dashed: goal)")

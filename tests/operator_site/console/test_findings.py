@@ -1,0 +1,77 @@
+"""A finding's words: value, uncertainty, and what it differs in from its surroundings."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from operator_site.console.findings import compare, describe, likely_kind, signed, with_sd
+from operator_site.console.tactile_map import Felt, FeltPlace
+
+TISSUE = FeltPlace(0.0, 0.0, Felt(33.0, 0.3, 12, 5.0), Felt(0.0045, 0.0005, 9, 5.0), Felt(600.0, 20.0, 12, 5.0), None)
+NOWHERE = FeltPlace(0.0, 0.0, None, None, None, None)
+
+
+@pytest.mark.parametrize(
+    ("value", "sd", "text"),
+    [
+        (36.41, 0.21, "36.4 ± 0.2"),
+        (612.0, 17.0, "610 ± 20"),
+        (0.0923, 0.0041, "0.092 ± 0.004"),
+        (36.4, 0.96, "36 ± 1"),
+        (36.44, 0.096, "36.4 ± 0.1"),
+        (24.1, None, "24.1 ± ?"),
+        (24.1, 0.0, "24.1 ± ?"),
+        (1e4, 999.0, "10000 ± 1000"),
+    ],
+)
+def test_digits_follow_the_uncertainty(value: float, sd: float | None, text: str) -> None:
+    assert with_sd(value, sd) == text
+
+
+@given(st.floats(-1e5, 1e5), st.floats(1e-6, 1e4))
+def test_what_is_shown_is_off_by_no_more_than_half_the_last_digit(value: float, sd: float) -> None:
+    shown, spread = (float(part) for part in with_sd(value, sd).split(" ± "))
+    assert abs(spread - sd) <= 0.5 * sd
+    assert abs(shown - value) <= 0.51 * spread + 1e-9 * abs(value)
+    assert with_sd(value, sd).split(" ± ")[1].strip("0.").rstrip("0") in set("123456789")
+
+
+def test_a_sign_is_always_there() -> None:
+    assert signed(-2.04, 0.3) == "−2.0 ± 0.3"
+    assert signed(2.04, 0.3) == "+2.0 ± 0.3"
+
+
+def test_kind_and_value() -> None:
+    assert describe("warm", TISSUE._replace(temperature=Felt(36.41, 0.21, 3, 9.0))) == "warm, 36.4 ± 0.2 °C"
+    assert describe("stiff", NOWHERE) == "stiff, stiffness not felt here"
+    assert describe(None, TISSUE) == "33.0 ± 0.3 °C, 0.0045 ± 0.0005 V, 600 ± 20 N/m"
+    assert describe("other", NOWHERE) == "other, nothing felt here"
+    with pytest.raises(ValueError, match="no kind of finding 'tumbling'"):
+        describe("tumbling", TISSUE)
+
+
+def test_against_the_surroundings() -> None:
+    warm = TISSUE._replace(temperature=Felt(35.1, 0.3, 3, 9.0))
+    assert compare("warm", warm, TISSUE) == "+2.1 ± 0.4 K against 33.0 ± 0.3 °C around it (12 touches)"
+    stiff = TISSUE._replace(stiffness=Felt(1800.0, 60.0, 1, 9.0))
+    assert compare("stiff", stiff, TISSUE) == "3.0 ± 0.1 times the 600 ± 20 N/m around it (12 touches)"
+    assert compare("warm", NOWHERE, TISSUE) == ""
+    assert compare(None, warm, TISSUE) == ""
+
+
+@pytest.mark.parametrize(
+    ("field", "felt", "kind"),
+    [
+        ("temperature", 35.5, "warm"),
+        ("temperature", 31.0, "cold"),
+        ("temperature", 33.4, None),
+        ("roughness", 0.09, "rough"),
+        ("stiffness", 1800.0, "stiff"),
+        ("stiffness", 300.0, "soft"),
+        ("stiffness", 660.0, None),
+    ],
+)
+def test_a_place_looks_like_what_it_differs_in(field: str, felt: float, kind: str | None) -> None:
+    here = TISSUE._replace(**{field: Felt(felt, 0.03 * felt if field != "temperature" else 0.3, 1, 9.0)})
+    assert likely_kind(here, TISSUE) == kind
+    assert likely_kind(here, NOWHERE) is None

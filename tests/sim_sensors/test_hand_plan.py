@@ -1,0 +1,60 @@
+"""How rows of places and lines are laid out in time."""
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from common.fingers import FINGERS
+from common.scene import Scene
+from sim_sensors.hand_plan import HOVER_M, HandPlan, Segment
+
+TISSUE = {"name": "tissue", "material": "skin_dermis", "surface": "skin", "x_m": -0.05, "length_m": 0.05}
+SPOT = {"name": "spot", "material": "skin_dermis", "surface": "skin", "x_m": 0.0, "length_m": 0.05}
+PRESSES = {"act": "presses", "x_m": [-0.02, 0.01], "y_m": [0.0, 0.005], "hold_s": 1.0, "wait_s": 0.5}
+STROKES = {"act": "strokes", "x_m": [-0.03, 0.03], "y_m": [0.0, 0.005], "speed_mm_s": 40}
+
+
+def plan(*script: dict[str, object]) -> HandPlan:
+    scene = Scene.model_validate({"name": "test", "objects": [TISSUE, SPOT], "script": script})
+    return HandPlan(scene, np.ones(len(FINGERS), dtype=bool), np.random.default_rng(0))
+
+
+def acts(made: HandPlan, act: str) -> list[Segment]:
+    return [segment for segment in made.segments if segment.act == act]
+
+
+def test_presses_rest_at_every_place_in_order_and_name_what_lies_there() -> None:
+    made = plan(PRESSES)
+    holds = acts(made, "hold")
+    places = [(-0.02, 0.0), (0.01, 0.0), (-0.02, 0.005), (0.01, 0.005)]
+    assert [(hold.to_x_m, hold.to_y_m) for hold in holds] == places
+    assert [hold.object for hold in holds] == ["tissue", "spot"] * 2
+    assert all(hold.duration_s == 1.0 and (hold.from_z_m < -0.003).all() for hold in holds)
+    waits = acts(made, "wait")
+    assert len(waits) == 4
+    assert all((wait.from_z_m == HOVER_M).all() for wait in waits)
+
+
+def test_only_the_named_fingers_press() -> None:
+    (first, *_) = acts(plan({**PRESSES, "fingers": ["index", "ring"]}), "hold")
+    assert [finger for finger, z_m in zip(FINGERS, first.from_z_m, strict=True) if z_m < 0.0] == ["index", "ring"]
+
+
+def test_strokes_go_there_and_back_in_contact_and_lift_between_lines() -> None:
+    made = plan(STROKES)
+    ways = [(s.from_x_m, s.to_x_m, s.to_y_m) for s in acts(made, "stroke")]
+    assert ways == [(-0.03, 0.03, 0.0), (0.03, -0.03, 0.0), (-0.03, 0.03, 0.005), (0.03, -0.03, 0.005)]
+    assert all((s.from_z_m < 0.0).all() for s in acts(made, "stroke"))
+    assert all((s.from_z_m == HOVER_M).all() for s in acts(made, "move"))
+    assert [s.speed_m_s for s in acts(made, "stroke")] == pytest.approx([0.04] * 4, rel=0.11)
+
+
+def test_the_hand_begins_where_the_script_begins() -> None:
+    assert plan(PRESSES, STROKES).at(0.0)[:2] == (-0.02, 0.0)
+    assert plan(STROKES, PRESSES).at(0.0)[:2] == (-0.03, 0.0)
+
+
+@pytest.mark.parametrize("wrong", [{"x_m": []}, {"y_m": [0.7]}, {"fingers": ["toe"]}, {"fingers": []}, {"hold_s": 0.0}])
+def test_what_the_hand_cannot_do_is_refused(wrong: dict[str, object]) -> None:
+    with pytest.raises(ValidationError):
+        plan({**PRESSES, **wrong})
