@@ -50,8 +50,8 @@ def test_strokes_go_there_and_back_in_contact_and_lift_between_lines() -> None:
 
 
 def test_the_hand_begins_where_the_script_begins() -> None:
-    assert plan(PRESSES, STROKES).at(0.0)[:2] == (-0.02, 0.0)
-    assert plan(STROKES, PRESSES).at(0.0)[:2] == (-0.03, 0.0)
+    for made, x_m in ((plan(PRESSES, STROKES), -0.02), (plan(STROKES, PRESSES), -0.03)):
+        assert (made.at(0.0).x_m, made.at(0.0).y_m) == (x_m, 0.0)
 
 
 @pytest.mark.parametrize("wrong", [{"x_m": []}, {"y_m": [0.7]}, {"fingers": ["toe"]}, {"fingers": []}, {"hold_s": 0.0}])

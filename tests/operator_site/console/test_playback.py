@@ -1,0 +1,177 @@
+"""A recording played: every message once and in order at any speed, and any moment entered as if it had been played."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import msgpack
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from common.recording import Recorder
+from operator_site.console import playback
+from operator_site.console.playback import Mark, Playback, Recording
+
+START_NS = 7_000_000_000
+SECONDS, HZ = 60, 20
+
+
+class Counting:
+    """A console that remembers what it was given."""
+
+    def __init__(self) -> None:
+        self.taken: list[tuple[str, int, bytes]] = []
+
+    def take(self, stream: str, time_ns: int, payload: bytes) -> None:
+        self.taken.append((stream, time_ns, payload))
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """60 s of touches and renderings that only count, a fault, an alarm and a finding that got a note later."""
+    out = tmp_path_factory.mktemp("recorded") / "session.mcap"
+    streams = (
+        "operator/touch",
+        "operator/rendered",
+        "operator/session",
+        "console/alarm",
+        "console/finding",
+        "remote/touch",
+    )
+    with Recorder(out, {stream: {} for stream in streams}, {}) as recorder:
+        for tick in range(SECONDS * HZ + 1):
+            time_ns = START_NS + tick * 1_000_000_000 // HZ
+            for stream in ("operator/touch", "operator/rendered", "remote/touch"):
+                recorder.write(stream, time_ns, msgpack.packb(tick))
+            if tick == 200:
+                recorder.write("operator/session", time_ns, msgpack.packb(["fault", 1, "link lost"]))
+            if tick in {300, 320}:
+                alarm = {"id": "plate-index", "since_s": 22.0, "text": "Index: plate 42.3 °C"}
+                recorder.write("console/alarm", time_ns, msgpack.packb(alarm))
+            if tick in {500, 600}:
+                finding = {"id": 1, "at_s": 30.0, "text": "warm, 36.4 ± 0.2 °C", "note": "x" * (tick - 500)}
+                recorder.write("console/finding", time_ns, msgpack.packb(finding))
+    return out
+
+
+@pytest.fixture
+def recording(path: Path) -> Iterator[Recording]:
+    opened = Recording(path)
+    yield opened
+    opened.close()
+
+
+def taken(made: Playback[Counting]) -> list[tuple[str, int, bytes]]:
+    return made.console.taken
+
+
+def test_it_plays_everything_once_in_order_at_its_speed(recording: Recording) -> None:
+    made = Playback(recording, Counting)
+    made.play(100.0, 4.0)
+    for tick in range(1, 31):
+        made.step(100.0 + 0.1 * tick)
+        assert made.at_s == pytest.approx(0.4 * tick)
+        assert max(time_ns for _, time_ns, _ in taken(made)) <= made.now_ns
+    made.step(100.0 + 60.0 / 4.0)
+    assert not made.playing
+    assert made.at_s == pytest.approx(60.0)
+    streams = [stream for stream, _, _ in taken(made)]
+    assert streams.count("operator/touch") == streams.count("operator/rendered") == SECONDS * HZ + 1
+    assert "remote/touch" not in streams
+    times = [time_ns for _, time_ns, _ in taken(made)]
+    assert times == sorted(times)
+
+
+def test_paused_time_stands_still(recording: Recording) -> None:
+    made = Playback(recording, Counting)
+    made.step(5.0)
+    assert made.at_s == 0.0
+    made.play(5.0)
+    made.pause(7.0)
+    made.step(50.0)
+    assert made.at_s == pytest.approx(2.0)
+    made.play(50.0, 0.5)
+    made.step(54.0)
+    assert made.at_s == pytest.approx(4.0)
+
+
+def test_a_wall_clock_that_is_set_back_takes_nothing_back(recording: Recording) -> None:
+    made = Playback(recording, Counting)
+    made.play(10.0)
+    made.step(12.0)
+    seen = len(taken(made))
+    made.step(5.0)
+    assert len(taken(made)) == seen
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.lists(st.floats(-1.0, 61.0), min_size=1, max_size=6))
+def test_a_moment_that_was_jumped_to_is_as_if_played(path: Path, moments: list[float]) -> None:
+    recording = Recording(path)
+    jumping, playing = Playback(recording, Counting), Playback(recording, Counting)
+    for moment in moments:
+        jumping.seek(moment, 0.0)
+    playing.play(0.0)
+    playing.step(jumping.at_s)
+    assert jumping.now_ns == playing.now_ns
+    assert taken(jumping) == taken(playing)
+    recording.close()
+
+
+def test_playing_goes_on_from_where_one_jumped_to(recording: Recording) -> None:
+    made = Playback(recording, Counting)
+    made.play(0.0)
+    made.seek(30.0, 1.0)
+    made.step(2.0)
+    assert made.at_s == pytest.approx(31.0)
+    assert len([1 for stream, _, _ in taken(made) if stream == "operator/touch"]) == 31 * HZ + 1
+
+
+def test_at_the_end_play_begins_anew(recording: Recording) -> None:
+    made = Playback(recording, Counting)
+    made.seek(60.0, 0.0)
+    made.play(0.0)
+    assert made.playing
+    assert made.at_s == 0.0
+
+
+def test_what_is_prepared_costs_a_jump_no_more_than_one_checkpoint(recording: Recording) -> None:
+    made = Playback(recording, Counting)
+    steps = 0
+    while made.prepare():
+        steps += 1
+    assert steps == SECONDS // playback.CHECKPOINT_S
+    assert made.prepared == 1.0
+    given_before = sum(1 for _ in recording.messages(recording.start_ns))
+    made.seek(59.9, 0.0)
+    assert len(taken(made)) > 0.9 * given_before
+
+
+def test_marks_are_where_things_were(recording: Recording) -> None:
+    assert recording.marks() == [
+        Mark(10.0, "fault", "link lost"),
+        Mark(15.0, "alarm", "Index: plate 42.3 °C"),
+        Mark(23.0, "finding", "warm, 36.4 ± 0.2 °C"),
+    ]
+
+
+@pytest.mark.parametrize("speed", [0.4, 8.1, -1.0])
+def test_other_speeds_are_refused(recording: Recording, speed: float) -> None:
+    with pytest.raises(ValueError, match=r"choose 0\.5 to 8"):
+        Playback(recording, Counting).play(0.0, speed)
+
+
+def test_what_is_no_recording_is_refused(path: Path, tmp_path: Path) -> None:
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(path.read_bytes()[:-200])
+    with pytest.raises(ValueError, match="teletaction recover"):
+        Recording(cut)
+    text = tmp_path / "text.mcap"
+    text.write_text("hello")
+    with pytest.raises(ValueError, match="no whole recording"):
+        Recording(text)
+    other = tmp_path / "other.mcap"
+    with Recorder(other, {"remote/touch": {}}, {}) as recorder:
+        recorder.write("remote/touch", 1, b"")
+    with pytest.raises(ValueError, match="none of the streams"):
+        Recording(other)
