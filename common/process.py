@@ -49,7 +49,7 @@ def rss_mib() -> float:
 class StatusFile:
     """Rewrites a small JSON file once a second; the whole file is replaced, so a reader never sees half of one."""
 
-    def __init__(self, path: Path | None, process: str, loop: PeriodicLoop):
+    def __init__(self, path: Path | None, process: str, loop: PeriodicLoop | None = None):
         self._path = path
         self._process = process
         self._loop = loop
@@ -65,22 +65,13 @@ class StatusFile:
         self._due_s = t_s + NOTICE_S
         if self._path is None:
             return
-        loop = self._loop
         wall_s = max(1e-9, time.monotonic() - self._start_s)
         status = {
             "process": self._process,
             "pid": os.getpid(),
             "time_ns": time.monotonic_ns(),
             "rss_mib": round(rss_mib(), 1),
-            "loop": {
-                "period_ms": loop.period_s * 1e3,
-                "ticks": loop.ticks,
-                "late_p50_us": round(loop.late_us(0.5), 1),
-                "late_p99_us": round(loop.late_us(0.99), 1),
-                "late_max_us": round(loop.late_max_s * 1e6, 1),
-                "overruns": loop.overruns,
-                "cpu": round(time.process_time() / wall_s, 3),
-            },
+            "loop": {**_figures(self._loop), "cpu": round(time.process_time() / wall_s, 3)},
             **figures,
         }
         part = self._path.with_name(self._path.name + ".part")
@@ -89,6 +80,20 @@ class StatusFile:
             part.replace(self._path)
         except OSError as error:
             log.warning("status file: %s", error)
+
+
+def _figures(loop: PeriodicLoop | None) -> dict[str, object]:
+    """How timely a loop is; a process without one has nothing to tell."""
+    if loop is None:
+        return {}
+    return {
+        "period_ms": loop.period_s * 1e3,
+        "ticks": loop.ticks,
+        "late_p50_us": round(loop.late_us(0.5), 1),
+        "late_p99_us": round(loop.late_us(0.99), 1),
+        "late_max_us": round(loop.late_max_s * 1e6, 1),
+        "overruns": loop.overruns,
+    }
 
 
 def run_process(name: str, config: Path, model: type[_C], run: Callable[[_C, Callable[[], bool]], None]) -> None:

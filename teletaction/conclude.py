@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from teletaction.demo_files import NETWORK, PROCESSES, DemoOptions
+from teletaction.demo_files import CONSOLE, NETWORK, PROCESSES, DemoOptions
 from teletaction.merge import merge_recordings
 from teletaction.report import write_report
 from teletaction.session_data import SessionData
@@ -40,6 +40,8 @@ def conclude(
         OSError: `out` cannot be written.
     """
     recordings = [path for name in PROCESSES for path in recordings_of(folder, name)]
+    if any(folder.glob(f"{CONSOLE}*.mcap")):
+        recordings += recordings_of(folder, CONSOLE)
     statuses = {name: _status(folder / f"{name}.json") for name in PROCESSES}
     if (folder / f"{NETWORK}.json").exists():
         statuses[NETWORK] = _status(folder / f"{NETWORK}.json")

@@ -5,12 +5,13 @@ import socket
 import sys
 import time
 from datetime import datetime
+from importlib.util import find_spec
 from pathlib import Path
 
 from common.config import SimNetworkConfig, load_config
 from common.process import StopSignal
 from common.scene import load_scene
-from teletaction.demo_files import HOST, NETWORK, PROCESSES, DemoOptions, prepare
+from teletaction.demo_files import CONSOLE, HOST, NETWORK, PROCESSES, DemoOptions, prepare
 from teletaction.ping import BarePing
 from teletaction.processes import SessionProcesses
 
@@ -27,6 +28,8 @@ def run_demo(options: DemoOptions) -> str:
         ValueError: bad options: unknown scene, no calibration for it, an output folder with other things in it.
     """
     load_scene(options.scene)
+    if options.console and find_spec("starlette") is None:
+        raise ValueError("the console needs `pip install teletaction[console]`; --headless runs without it")
     out = _output_folder(options)
     configurations = prepare(options, out)
     stop = StopSignal()
@@ -53,6 +56,8 @@ def _conclude(
     conclude(out, out, options, usage, wall_s, ping.round_trips_s)
     for process in PROCESSES:
         (out / f"{process}.mcap").unlink()
+    for part in out.glob(f"{CONSOLE}*.mcap"):
+        part.unlink()
     _say(f"summary {out / 'summary.json'}, report {out / 'report.html'}, recording {out / 'session.mcap'}")
     return "" if gentle else "a process did not end by itself within 2 s"
 
@@ -61,6 +66,7 @@ def _watch(
     processes: SessionProcesses, options: DemoOptions, stop: StopSignal, ping: BarePing
 ) -> tuple[str, dict[str, tuple[float, float]], float | None]:
     """Wait for the session's end; what failed, each process's CPU share and memory, and how long the hand worked."""
+    told = False
     started_s: float | None = None
     begin_s = time.monotonic()
     first: dict[str, tuple[float, float]] = {}
@@ -72,6 +78,8 @@ def _watch(
         if ended:
             name = next(iter(ended))
             return f"{name} ended with exit code {ended[name]}: {processes.last_words(name)}", {}, None
+        if options.console and not told:
+            told = _tell_address(processes.out)
         hand = _status(processes.out / "sim-operator.json")
         if started_s is None:
             if hand.get("script_s"):
@@ -79,7 +87,7 @@ def _watch(
                 _say("both sites are engaged; the hand is exploring")
                 if options.network is not None:
                     _start_timetable(processes.out)
-            elif now_s - begin_s > _START_S:
+            elif now_s - begin_s > _START_S and not options.console:
                 return f"the session did not start within {_START_S:g} s: {_waiting_for(processes.out)}", {}, None
         elif options.seconds is not None and hand.get("finished"):
             break
@@ -92,6 +100,14 @@ def _watch(
         if name in first
     }
     return "", usage, wall_s
+
+
+def _tell_address(out: Path) -> bool:
+    """Say where the console is, once it is there."""
+    address = _status(out / f"{CONSOLE}.json").get("address")
+    if address:
+        _say(f"console at {address}: open it in a browser, begin a session there and engage; Ctrl-C ends it")
+    return bool(address)
 
 
 def _start_timetable(out: Path) -> None:
@@ -140,7 +156,9 @@ def _output_folder(options: DemoOptions) -> Path:
             raise ValueError(f"--out {out}: holds other things; choose a new or empty folder")
     out = out.resolve()
     out.mkdir(parents=True, exist_ok=True)
-    for name in (*PROCESSES, NETWORK):
+    for part in out.glob(f"{CONSOLE}-*.mcap"):
+        part.unlink()
+    for name in (*PROCESSES, NETWORK, CONSOLE):
         for suffix in (".json", ".mcap", ".log"):
             (out / f"{name}{suffix}").unlink(missing_ok=True)
     for produced in _PRODUCED:

@@ -12,6 +12,7 @@ from pydantic import BaseModel
 from common.can_line import CanAddress
 from common.config import (
     CalibrationConfig,
+    ConsoleConfig,
     OperatorConfig,
     OperatorLinkConfig,
     RemoteConfig,
@@ -29,8 +30,12 @@ from sim_sensors.network_file import is_file, load_network
 
 HOST = "127.0.0.1"
 PROCESSES = ("sim-remote", "sim-operator", "remote", "operator")
+CONSOLE = "console"
+"""One more where a person runs the session, in a browser."""
 NETWORK = "network"
 """One more process where there is a network between the sites."""
+WATCHED_S = 3.0
+"""With a console a session pauses when nobody has seen its page for so long."""
 TABLES = Path(str(resources.files("remote_site"))) / "tables"
 SURFACES = TABLES / "surfaces.json"
 """Surfaces calibrated on simulated strokes, as shipped."""
@@ -47,6 +52,8 @@ class DemoOptions:
     network: str | None = None
     """Name or file of the network between the sites; they are connected directly without."""
     out: Path | None = None
+    console: bool = False
+    """Whether a person runs it at the console; it engages by itself without."""
 
 
 def calibrated_tables(scene: str) -> tuple[Path, Path]:
@@ -109,7 +116,7 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
     TrustedKeys(remote_keys).trust("operator", operator_key := create_keys(operator_keys))
     TrustedKeys(operator_keys).trust("remote", create_keys(remote_keys))
     assert operator_key
-    streams, others = 2 * len(STREAMS), 3 * len(fingers) + 7
+    streams, others = 2 * len(STREAMS), 3 * len(fingers) + 9
     base_port = free_port_block(streams + others)
     ports = iter(range(base_port + streams, base_port + streams + others))
     texture, thermal, tacttip = ({finger: next(ports) for finger in fingers} for _ in range(3))
@@ -178,11 +185,24 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
                 "link": OperatorLinkConfig(host=HOST, base_port=operator_port, keys=operator_keys),
                 "tacttip": reaching(tacttip),
                 "exoskeleton": CanAddress(interface="socketcand", host=HOST, port=exoskeleton_port),
-                "engage": True,
-                "desk_port": next(ports),
+                "engage": not options.console,
+                "console_required_s": WATCHED_S if options.console else 0.0,
+                "desk_port": (desk_port := next(ports)),
+                "feed_port": (feed_port := next(ports)),
             }
         ),
     }
+    if options.console:
+        models[CONSOLE] = ConsoleConfig(
+            keys=operator_keys,
+            desk_port=desk_port,
+            feed_port=feed_port,
+            port=next(ports),
+            operator=folder / "operator.toml",
+            record=out / f"{CONSOLE}.mcap",
+            reports=out,
+            status=out / f"{CONSOLE}.json",
+        )
     configurations = {}
     for process, model in models.items():
         configurations[process] = folder / f"{process}.toml"

@@ -20,6 +20,8 @@ STILL_M = 3e-3
 """A finger that has not been farther than this from where it came down rests, m."""
 USEFUL_SD_K = 2.0
 """A temperature that is known no better is not known."""
+LEAST_VARIANCE = 1e-4
+"""Nothing is known better than 0.01 K or 1 %, whatever is told: a virtual environment tells what it is."""
 DWELL_EVERY_S = 0.1
 """A resting finger's samples are replaced so often."""
 STROKE_STEP_M = 1.5e-3
@@ -168,7 +170,7 @@ class FingerSamples:
 
     def _sample(self, quantity: str, t_s: float, x_m: float, y_m: float, value: float, variance: float) -> Sample:
         key = (self._finger, self._touch, 0)
-        return Sample(quantity, key, self._touch, self._finger, x_m, y_m, t_s, value, variance)
+        return Sample(quantity, key, self._touch, self._finger, x_m, y_m, t_s, value, max(variance, LEAST_VARIANCE))
 
 
 def _at(path: Sequence[tuple[float, float, float]], way_m: float) -> tuple[float, float]:

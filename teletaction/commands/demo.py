@@ -12,7 +12,9 @@ app = typer.Typer()
 
 @app.command()
 def demo(
-    headless: Annotated[bool, typer.Option("--headless", help="Run for --seconds, report, and end.")] = False,
+    headless: Annotated[
+        bool, typer.Option("--headless", help="No console: engage, run for --seconds, report.")
+    ] = False,
     seconds: Annotated[float | None, typer.Option(help="How long the hand works; 60 when headless.")] = None,
     scene: Annotated[str, typer.Option(help="Scene of the simulated world.")] = "materials",
     seed: Annotated[int, typer.Option(min=0, help="Seed of everything random in the simulated world.")] = 0,
@@ -33,6 +35,7 @@ def demo(
         fingers=fingers,
         network=network,
         out=out,
+        console=not headless,
     )
     failure = run_demo(options)
     if failure:

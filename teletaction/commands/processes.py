@@ -1,5 +1,6 @@
 """`remote`, `operator`, `virtual`, `observe` and the simulations: one process each, until it is told to stop."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -44,6 +45,31 @@ def virtual(
     from operator_site.virtual_site import run_virtual
 
     run_process("virtual", config, OperatorConfig, partial(run_virtual, scene=load_scene(scene), seed=seed))
+
+
+@app.command()
+def console(
+    config: Annotated[Path | None, typer.Option(help="TOML file of the console of a running site.")] = None,
+    play: Annotated[Path | None, typer.Option(help="A recording to look at instead, as a session leaves it.")] = None,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Of the page of a recording; 0 takes a free one.")] = 8090,
+) -> None:
+    """Serve the console, a web page: of a running operator site, or of a recording."""
+    from importlib.util import find_spec
+
+    if find_spec("starlette") is None:
+        raise ValueError("the console needs `pip install teletaction[console]`")
+    if (config is None) == (play is None):
+        raise ValueError("console: give either --config FILE or --play SESSION.mcap")
+    from common.config import ConsoleConfig
+    from common.logs import log_to_stderr
+    from common.process import StopSignal, run_process
+    from operator_site.console.run import run_console, run_playback
+
+    if config is not None:
+        run_process("console", config, ConsoleConfig, run_console)
+    elif play is not None:
+        log_to_stderr("console")
+        run_playback(play, port, StopSignal())
 
 
 @app.command()

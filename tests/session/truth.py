@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import msgpack
+from mcap.exceptions import EndOfFile
 from mcap.records import Channel, Message
 from mcap.stream_reader import StreamReader
 
@@ -40,7 +41,7 @@ def written(
     """
     topics: dict[int, str] = {}
     found = []
-    with path.open("rb") as file, suppress(*([EOFError] if may_be_cut else [])):
+    with path.open("rb") as file, suppress(*([EOFError, EndOfFile] if may_be_cut else [])):
         for record in StreamReader(file).records:
             if isinstance(record, Channel):
                 topics[record.id] = record.topic

@@ -1,0 +1,124 @@
+"""Who may open the page, and who may act on it: anybody on loopback; elsewhere whoever has a token, over TLS."""
+
+import hmac
+import ipaddress
+import os
+import stat
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, get_args
+from urllib.parse import urlsplit
+
+from common.config import ConsoleConfig
+
+Role = Literal["act", "observe"]
+LEAST_TOKEN = 32
+"""Characters of a token; `openssl rand -hex 32` makes one of 64."""
+COOKIE = "teletaction"
+
+
+class AccessProblem(ValueError):
+    """The page cannot be offered like that; the message says what to do."""
+
+
+@dataclass(frozen=True, slots=True)
+class Visitor:
+    """Somebody who may open the page."""
+
+    name: str
+    role: Role
+
+
+class Access:
+    """Knows the tokens, and the addresses at which the page is asked for."""
+
+    def __init__(self, config: ConsoleConfig):
+        """Read what is configured.
+
+        Raises:
+            AccessProblem: the page would be open to a network without a token, or its token without TLS.
+        """
+        self._loopback = is_loopback(config.bind)
+        self._tokens = {} if config.tokens is None else read_tokens(config.tokens)
+        encrypted = config.certificate is not None or config.behind_proxy
+        self.secure = encrypted
+        """Whether browsers speak TLS to it, here or at a proxy."""
+        self._origin = None if config.address is None else _origin(config.address)
+        if not self._loopback and not self._tokens:
+            raise AccessProblem(f"{config.bind} is open to a network: `tokens` first, or bind to 127.0.0.1")
+        if not self._loopback and not encrypted:
+            raise AccessProblem(
+                f"{config.bind} is open to a network: `certificate` and `certificate_key`, or `behind_proxy = true` "
+                "where a reverse proxy speaks TLS, or bind to 127.0.0.1"
+            )
+        if config.behind_proxy and not self._tokens:
+            raise AccessProblem("behind a proxy everybody comes from loopback: `tokens` first")
+
+    def visitor(self, token: str | None, role: str | None = None) -> Visitor | None:
+        """Who has this token; without tokens on loopback, anybody as what they ask to be. None: may not come in."""
+        if not self._tokens:
+            return Visitor("console", "observe" if role == "observe" else "act")
+        found = None
+        for known, visitor in self._tokens.items():  # all of them, so that the time tells nothing
+            if hmac.compare_digest(known.encode(), (token or "").encode()):
+                found = visitor
+        return found
+
+    def expected(self, host: str | None, origin: str | None) -> bool:
+        """Whether a request is for this page and, where a browser says which page makes it, from this page.
+
+        Args:
+            host: header `Host`.
+            origin: header `Origin`; browsers send it with every websocket.
+        """
+        if host is None:
+            return False
+        if self._loopback and self._origin is None and not is_loopback(urlsplit(f"//{host}").hostname or ""):
+            return False  # a foreign name that was made to lead here
+        if origin is None:
+            return True
+        if self._origin is not None:
+            return origin == self._origin
+        return origin == f"{'https' if self.secure else 'http'}://{host}"
+
+
+def is_loopback(host: str) -> bool:
+    """Whether an address or a name is this machine's alone."""
+    try:
+        return host == "localhost" or ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def read_tokens(path: Path) -> dict[str, Visitor]:
+    """Tokens and whose they are, from lines `NAME act|observe TOKEN`; empty lines and `#` comments are skipped.
+
+    Raises:
+        AccessProblem: the file cannot be read, is open to others, or a line is none.
+    """
+    try:
+        if stat.S_IMODE(os.stat(path).st_mode) & 0o077:
+            raise AccessProblem(f"{path}: readable by others: chmod 600 {path}")
+        lines = path.read_text("utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise AccessProblem(f"{path}: {error}") from None
+    found: dict[str, Visitor] = {}
+    for number, line in enumerate(lines, 1):
+        parts = line.split()
+        if not parts or parts[0].startswith("#"):
+            continue
+        if len(parts) != 3 or parts[1] not in get_args(Role) or len(parts[2]) < LEAST_TOKEN:
+            raise AccessProblem(f"{path}:{number}: expected NAME act|observe TOKEN of {LEAST_TOKEN} characters or more")
+        if parts[2] in found:
+            raise AccessProblem(f"{path}:{number}: this token is another's already")
+        found[parts[2]] = Visitor(parts[0], "act" if parts[1] == "act" else "observe")
+    if not found:
+        raise AccessProblem(f"{path}: no token in it")
+    return found
+
+
+def _origin(address: str) -> str:
+    parts = urlsplit(address)
+    if parts.scheme not in ("http", "https") or not parts.netloc or parts.path not in ("", "/"):
+        raise AccessProblem(f"address {address!r}: expected such as https://console.example")
+    return f"{parts.scheme}://{parts.netloc}"

@@ -1,0 +1,301 @@
+"""What a page may ask for: who may, what is done, what is answered, and the record of it."""
+
+import asyncio
+import logging
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, replace
+from datetime import datetime
+from typing import Any, Protocol
+
+from common.packets import LinkState
+from common.session import Refused
+from operator_site.console import words
+from operator_site.console.clients import Client
+from operator_site.console.console import Console
+from operator_site.console.desk_line import PATIENCE_S, DeskSilent
+from operator_site.console.findings import UNIT, value_text
+from operator_site.console.keeping import Keeping
+from operator_site.console.session_book import Finding
+from operator_site.console.shown_state import refusal
+
+log = logging.getLogger(__name__)
+
+STOP_NOT_SENT = "STOP NOT SENT. Use the hardware switch."
+_OBSERVERS_MAY = frozenset(("place",))
+_WITHOUT_CONTROL = frozenset(("place", "estop", "take_control"))
+"""Whoever may act may stop, whoever is in control."""
+_LONGEST_KEPT = 200
+"""Characters of a detail in the record of acts; a note is kept whole with its finding."""
+
+
+class Desk(Protocol):
+    """Where the operator site is asked for something."""
+
+    def ask(self, verb: str, details: dict[str, Any] | None = None) -> Any:
+        """A concurrent future of what it tells; see `DeskLine.ask`."""
+
+
+class Playing(Protocol):
+    """A recording that is played."""
+
+    def play(self, speed: float) -> None:
+        """Go on, so many times as fast as it was."""
+
+    def pause(self) -> None:
+        """Stand still."""
+
+    def seek(self, at_s: float) -> None:
+        """Go to a time of the recording, s from its beginning."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What a page is told."""
+
+    ok: bool
+    text: str
+    details: dict[str, Any] | None = None
+
+
+@dataclass(slots=True)
+class Control:
+    """Which page acts: one at a time."""
+
+    holder: Client | None = None
+
+    @property
+    def name(self) -> str:
+        """Of the page in control."""
+        return "nobody" if self.holder is None else self.holder.name
+
+    def offer(self, client: Client) -> None:
+        """A page that may act has come, or may take over from one that is gone."""
+        if self.holder is None and client.acts:
+            self.holder = client
+
+    def left(self, client: Client, others: list[Client]) -> None:
+        """A page has gone; the longest present of the others that may act is in control."""
+        if self.holder is client:
+            self.holder = next((other for other in others if other.acts), None)
+
+
+class Acts:
+    """Does what is asked for. Time is an argument, s of the operator site's clock."""
+
+    def __init__(
+        self, console: Console, desk: Desk | None, keeping: Keeping, control: Control, playing: Playing | None
+    ):
+        """Act on a live site by its desk, or on a recording that is played."""
+        self._console, self._desk, self._keeping = console, desk, keeping
+        self._control, self._playing = control, playing
+        self.saved: dict[str, Any] | None = None
+        """What came of the last examination."""
+        self.report: Callable[[str], str | None] = lambda _: None
+        """Address of the report of an examination; None where there is none."""
+        self._verbs: dict[str, Callable[[Client, dict[str, Any], float], Awaitable[Answer]]] = {
+            "engage": self._engage,
+            "disengage": self._disengage,
+            "estop": self._stop,
+            "clear_fault": self._clear,
+            "begin": self._begin,
+            "end": self._end,
+            "finding": self._find,
+            "note": self._note,
+            "take_control": self._take_control,
+            "sound": self._sound,
+            "quiet": self._quiet,
+            "place": self._place,
+        }
+
+    def show(self, console: Console) -> None:
+        """Act on another console from now on: a recording was entered at another moment."""
+        self._console = console
+
+    async def ask(self, client: Client, verb: object, details: object, now_s: float) -> Answer:
+        """Carry out one request of a page; whatever is wrong with it is answered."""
+        given = {name: _whole(value) for name, value in details.items()} if isinstance(details, dict) else {}
+        try:
+            answer = await self._do(client, verb, given, now_s)
+        except Refused as refused:
+            answer = Answer(False, str(refused))
+        except (DeskSilent, TimeoutError):
+            answer = Answer(False, STOP_NOT_SENT if verb == "estop" else "The operator site does not answer.")
+        if verb != "place" and self._playing is None:
+            self._audit(client, str(verb)[:40], given, answer, now_s)
+        return answer
+
+    async def _do(self, client: Client, verb: object, details: dict[str, Any], now_s: float) -> Answer:
+        if self._playing is not None and verb in ("play", "pause", "seek"):
+            return self._play(str(verb), details)
+        act = self._verbs.get(verb) if isinstance(verb, str) else None
+        if act is None or (self._playing is not None and verb != "place"):
+            raise Refused("That cannot be asked for here.")
+        if not client.acts and verb not in _OBSERVERS_MAY:
+            raise Refused(words.OBSERVER.format(who=self._control.name))
+        if self._control.holder is not client and verb not in _WITHOUT_CONTROL:
+            raise Refused(f"Control is at {self._control.name}. Take control first.")
+        return await act(client, details, now_s)
+
+    async def _desk_told(self, verb: str, now_s: float, details: dict[str, Any] | None = None) -> dict[str, Any]:
+        if self._desk is None:
+            raise Refused("There is no operator site.")
+        waiting = asyncio.wrap_future(self._desk.ask(verb, details))
+        told: dict[str, Any] = await asyncio.wait_for(asyncio.shield(waiting), PATIENCE_S + 0.05)
+        self._console.desk(now_s, told)
+        return told
+
+    async def _engage(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        if why := refusal(self._console):
+            raise Refused(why)
+        if self._console.site.state is LinkState.ENGAGED:
+            return Answer(True, "ENGAGED")
+        await self._desk_told("engage", now_s)
+        return Answer(True, "ENGAGING")
+
+    async def _disengage(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        await self._desk_told("disengage", now_s)
+        return Answer(True, "PAUSED. Outputs neutral.")
+
+    async def _stop(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        await self._desk_told("estop", now_s)
+        return Answer(True, "STOPPING")
+
+    async def _clear(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        cleared = self._console.alarms.clear(now_s, client.name)
+        site = self._console.site
+        if site.state is LinkState.FAULT or site.remote_fault:
+            told = await self._desk_told("clear_fault", now_s)
+            if told.get("refusal"):
+                raise Refused(f"Not cleared: {told['refusal']}.")
+        elif not cleared:
+            raise Refused("There is nothing to clear.")
+        return Answer(True, "Cleared. Nothing moves. Engage again.")
+
+    async def _begin(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        book = self._console.book
+        book.begin(now_s, details.get("pseudonym"), details.get("sides"))
+        self._console.begin_anew()
+        self._keeping.forget()
+        self.saved = None
+        self._write_session("begin", client, str(book.pseudonym), now_s)
+        return Answer(True, f"Session {book.pseudonym}.")
+
+    async def _end(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        book, site = self._console.book, self._console.site
+        if site.state is LinkState.ENGAGED:
+            await self._desk_told("disengage", now_s)
+        began_s, pseudonym = book.began_s or now_s, book.end(now_s)
+        self._write_session("end", client, pseudonym, now_s)
+        unsaved = [finding for finding in book.findings if not self._keeping.is_saved(finding)]
+        lost = int(site.figures.get("recording_lost", 0))
+        text = words.saved(now_s - began_s, len(book.findings), lost)
+        if unsaved:
+            text = f"{words.count(len(unsaved), 'finding')} not yet on disk."
+        elif not self._console.recording:
+            text = f"Not recorded: {words.duration(now_s - began_s)}, {words.count(len(book.findings), 'finding')}."
+        placeless = sum(finding.x_m is None for finding in book.findings.values())
+        if placeless:
+            text += f" Report has {words.count(placeless, 'finding')} without a place."
+        self.saved = {"text": text, "report": self.report(pseudonym)}
+        return Answer(True, text, {"report": self.saved["report"]})
+
+    async def _find(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        finding = self._console.book.find(self._console.felt, details, now_s)
+        await self._keep(finding, now_s)
+        saved = self._keeping.is_saved(finding.ident)
+        kept = f"saved: {finding.text}." if saved else "kept here, not yet on disk."
+        return Answer(True, f"Finding {finding.ident} {kept}", {"id": finding.ident, "saved": saved})
+
+    async def _note(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        finding = self._console.book.note(details.get("finding"), details.get("text"))
+        await self._keep(finding, now_s)
+        saved = self._keeping.is_saved(finding.ident)
+        kept = "saved." if saved else "kept here, not yet on disk."
+        return Answer(True, f"Note to finding {finding.ident} {kept}", {"id": finding.ident, "saved": saved})
+
+    async def _keep(self, finding: Finding, now_s: float) -> None:
+        """Write a finding; its being saved shows in the state when the disk has it."""
+        self._keeping.write("console/finding", now_s, finding.record())
+
+    async def _take_control(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        if self._control.holder is client:
+            return Answer(True, "You are in control.")
+        if self._console.site.state is LinkState.ENGAGED:
+            raise Refused("Not while engaged. Pause first.")
+        self._control.holder = client
+        return Answer(True, f"{client.name} took control.")
+
+    async def _sound(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        said = details.get("answer")
+        if said not in ("heard", "refused"):
+            raise Refused("Sound is heard or refused.")
+        self._console.around = replace(self._console.around, sound=said)
+        return Answer(True, "Sound works." if said == "heard" else "Sound is off. Watch the alarm line.")
+
+    async def _quiet(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        seconds = details.get("seconds", 60.0)
+        if not isinstance(seconds, (int, float)) or not self._console.alarms.quiet(
+            now_s, str(details.get("alarm", "")), float(seconds)
+        ):
+            raise Refused("This alarm's sound cannot be paused.")
+        return Answer(True, f"Sound paused {min(60, round(float(seconds)))} s.")
+
+    async def _place(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        x_mm, y_mm = details.get("x_mm"), details.get("y_mm")
+        if not isinstance(x_mm, (int, float)) or not isinstance(y_mm, (int, float)):
+            raise Refused("A place has x_mm and y_mm.")
+        here = self._console.felt.at(x_mm / 1000.0, y_mm / 1000.0)
+        felt = {name: found for name in UNIT if (found := getattr(here, name)) is not None}
+        texts: dict[str, Any] = {name: value_text(name, found) for name, found in felt.items()}
+        if here.material is not None:
+            texts["material"] = f"{words.named(here.material[0])} {words.percent(here.material[1])}"
+        shown = felt.get(client.quantity) or next(iter(felt.values()), None)
+        if shown is None:
+            return Answer(True, words.NOTHING_HERE, {"text": words.NOTHING_HERE, **texts})
+        name = next(name for name, found in felt.items() if found is shown)
+        touches = words.count(shown.touches, "touch") if shown.touches == 1 else f"{shown.touches} touches"
+        text = f"{texts[name]}, {touches}, {max(0.0, now_s - shown.last_s):.0f} s ago"
+        return Answer(True, text, {"text": text, **texts})
+
+    def _play(self, verb: str, details: dict[str, Any]) -> Answer:
+        assert self._playing is not None
+        if verb == "pause":
+            self._playing.pause()
+            return Answer(True, "Paused.")
+        value = details.get("speed", 1.0) if verb == "play" else details.get("at_s")
+        if not isinstance(value, (int, float)) or not abs(value) < 1e9:
+            raise Refused("play has a speed, seek a time in s.")
+        if verb == "play":
+            self._playing.play(min(max(float(value), 0.5), 8.0))
+        else:
+            self._playing.seek(max(0.0, float(value)))
+        return Answer(True, "")
+
+    def _write_session(self, what: str, client: Client, pseudonym: str, now_s: float) -> None:
+        record = {
+            "what": what,
+            "at_s": now_s,
+            "pseudonym": pseudonym,
+            "wall_clock": datetime.now().astimezone().isoformat(timespec="seconds"),
+            "who": client.name,
+            "sides": self._console.book.sides,
+        }
+        self._keeping.write("console/session", now_s, record)
+
+    def _audit(self, client: Client, verb: str, details: dict[str, Any], answer: Answer, now_s: float) -> None:
+        kept = {str(name)[:40]: _plain(value) for name, value in list(details.items())[:20]}
+        record = {"at_s": now_s, "who": client.name, "verb": verb, "details": kept}
+        self._keeping.write("console/act", now_s, {**record, "ok": answer.ok, "answer": answer.text})
+        log.info("%s: %s, %s", client.name, verb, answer.text)
+
+
+def _whole(value: object) -> object:
+    """A text without halves of characters, which no file and no socket takes; anything else as it is."""
+    return value.encode("utf-16", "surrogatepass").decode("utf-16", "replace") if isinstance(value, str) else value
+
+
+def _plain(value: object) -> object:
+    """A detail as the record holds it."""
+    if value is None or isinstance(value, (bool, float)) or (isinstance(value, int) and abs(value) < 2**63):
+        return value
+    return str(value)[:_LONGEST_KEPT]

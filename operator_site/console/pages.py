@@ -1,0 +1,182 @@
+"""All pages that are open: each is sent what it wants and may have, by a task of its own."""
+
+import asyncio
+import json
+import logging
+import math
+import time
+from collections.abc import Callable
+from typing import Any
+
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from operator_site.console.acts import Acts, Control
+from operator_site.console.clients import Client
+from operator_site.console.console import Console
+from operator_site.console.shown_state import urgent
+from operator_site.console.tactile_map import QUANTITIES
+
+log = logging.getLogger(__name__)
+
+MOST_PAGES = 20
+FULL, NOT_UNDERSTOOD = 4429, 4400
+"""Codes with which a page is sent away; 4401 is for one that may not come in."""
+
+
+class Pages:
+    """Sends to and hears from all pages; only ever used in the server's own thread.
+
+    Attributes:
+        control: which of them acts.
+        clients: all of them, the longest present first.
+    """
+
+    def __init__(
+        self,
+        console: Callable[[], Console],
+        acts: Acts,
+        control: Control,
+        shown_s: Callable[[], float] = time.monotonic,
+    ):
+        """Show what `console()` knows at the times that `shown_s()` tells, s of the operator site's clock."""
+        self._console, self._acts, self._shown_s = console, acts, shown_s
+        self._now_s = time.monotonic
+        self._sequence = 0
+        self.control = control
+        self.clients: list[Client] = []
+        self._ready: dict[str, asyncio.Event] = {}
+        self._state: dict[str, Any] = {}
+        self._urgent: object = None
+        self._version = 0
+        self._pictures: dict[tuple[int | None, int], bytes] = {}
+        """Those of this time, by the newest bin that a page has and the newest there is."""
+        self._count = 0
+
+    def show(self, state: dict[str, Any] | None) -> None:
+        """A new picture may be drawn, and with it a new state where one was made."""
+        self._pictures.clear()
+        self._sequence += 1
+        if state is not None:
+            self._state, self._urgent = state, urgent(state)
+            self._version += 1
+        for ready in self._ready.values():
+            ready.set()
+
+    def begin_anew(self) -> None:
+        """What was sent before is of another time: after a jump in a recording, or with another map."""
+        for client in self.clients:
+            client.begin_anew()
+
+    @property
+    def seen(self) -> bool:
+        """Whether a person can see and use the page in control."""
+        holder = self.control.holder
+        return holder is not None and holder.seen(self._now_s())
+
+    async def serve(self, socket: WebSocket, client_of: Callable[[str], Client]) -> None:
+        """Serve one page until it goes."""
+        if len(self.clients) >= MOST_PAGES:
+            await socket.close(FULL)
+            return
+        self._count += 1
+        client = client_of(f"{self._count}")
+        ready = self._ready[client.name] = asyncio.Event()
+        self.clients.append(client)
+        self.control.offer(client)
+        log.info("%s came as %s", client.name, client.visitor.role)
+        writer = asyncio.create_task(self._write(socket, client, ready))
+        try:
+            await self._read(socket, client)
+        except WebSocketDisconnect:
+            pass
+        finally:
+            writer.cancel()
+            self.clients.remove(client)
+            del self._ready[client.name]
+            self.control.left(client, self.clients)
+            log.info("%s went", client.name)
+
+    async def _read(self, socket: WebSocket, client: Client) -> None:
+        asked: dict[int, asyncio.Task[None]] = {}
+        while True:
+            text = await socket.receive_text()
+            now_s = self._now_s()
+            client.heard(now_s)
+            try:
+                said = json.loads(text)
+                kind = said["kind"]
+            except (ValueError, KeyError, TypeError, RecursionError):
+                await socket.close(NOT_UNDERSTOOD)
+                return
+            match kind:
+                case "drawn":
+                    client.drew(now_s, _integer(said.get("sequence")))
+                case "alive":
+                    client.visible = said.get("visible") is True
+                case "show":
+                    if said.get("quantity") in QUANTITIES:
+                        client.show(said["quantity"])
+                case "ask":
+                    ident = _integer(said.get("id"))
+                    if ident not in asked or asked[ident].done():  # a stop is asked for again while it is under way
+                        asked = {number: task for number, task in asked.items() if not task.done()}
+                        asked[ident] = asyncio.create_task(self._answer(socket, client, ident, said))
+            self._ready[client.name].set()
+
+    async def _answer(self, socket: WebSocket, client: Client, ident: int, said: dict[str, Any]) -> None:
+        answer = await self._acts.ask(client, said.get("verb"), said.get("details"), self._shown_s())
+        told = {"kind": "answer", "id": ident, "ok": answer.ok, "text": answer.text, "details": answer.details or {}}
+        if not client.answer(told):
+            await socket.close(NOT_UNDERSTOOD)
+        self._ready[client.name].set()
+
+    async def _write(self, socket: WebSocket, client: Client, ready: asyncio.Event) -> None:
+        try:
+            while True:
+                await ready.wait()
+                ready.clear()
+                await self._send(socket, client)
+        except (WebSocketDisconnect, RuntimeError):  # the latter: it closed while something was sent
+            return
+
+    async def _send(self, socket: WebSocket, client: Client) -> None:
+        """Whatever the page wants and may have now; what it waits for longest is made newest."""
+        while client.answers:
+            await socket.send_text(_json(client.answers.popleft()))
+        console, now_s, shown_s = self._console(), self._now_s(), self._shown_s()
+        client.shows(console.map_number)
+        if self._state and client.wants_state(now_s, (self._urgent, self.control.name)):
+            client.sent_state(now_s, (self._urgent, self.control.name))
+            await socket.send_text(_json(self._state_for(client)))
+        if client.has_credit(now_s, self._sequence):
+            newest = console.newest_bin(shown_s)
+            if (client.last_bin, newest) not in self._pictures:
+                picture = console.picture(shown_s, self._sequence, client.last_bin)
+                self._pictures[client.last_bin, newest] = picture
+            packed = self._pictures[client.last_bin, newest]
+            client.sent_picture(self._sequence, newest)
+            await socket.send_bytes(packed)
+        if client.wants_tiles(now_s, console.felt.revision):
+            if not client.tiles:
+                client.tiles.extend(console.tiles(client.quantity, client.tile_revision))
+                client.tile_revision = console.felt.revision
+            for tile in client.next_tiles(now_s):
+                await socket.send_bytes(tile.encode())
+
+    def _state_for(self, client: Client) -> dict[str, Any]:
+        you = {
+            "role": client.visitor.role,
+            "name": client.name,
+            "in_control": self.control.holder is client,
+            "control": self.control.name,
+        }
+        about = {"pictures_skipped": client.skipped, "clients": len(self.clients)}
+        return {"kind": "state", "version": self._version, **self._state, "you": you, "console": about}
+
+
+def _json(told: dict[str, Any]) -> str:
+    return json.dumps(told, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+
+
+def _integer(value: object) -> int:
+    return value if isinstance(value, int) and not isinstance(value, bool) and abs(value) < math.inf else -1

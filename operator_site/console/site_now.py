@@ -1,0 +1,167 @@
+"""How the operator site is: its session, link, devices and recording, from what it feeds and what its desk answers."""
+
+import math
+from collections import deque
+from collections.abc import Mapping
+from typing import Any
+
+from common.fingers import FINGERS
+from common.messages import Touch
+from common.packets import LinkState
+from operator_site.session_stop import REMOTE
+
+SILENT_S = 0.5
+"""No word of the site for so long: what is shown is not live."""
+_DELAY_WINDOW_S = 1.0
+_LOSS_WINDOW_S = 10.0
+DEVICES = (*FINGERS, "exoskeleton", REMOTE)
+"""Seven devices, as people name them."""
+
+
+def device_named(name: str) -> str:
+    """A device of the site's figures by the name that people have for it: `ring tacttip` is `ring`."""
+    return "remote hand" if name == "telemanipulator" else name.removesuffix(" tacttip")
+
+
+class LinkNow:
+    """Delay, its error, age and loss of touch packets. Pure: time is an argument, s."""
+
+    def __init__(self) -> None:
+        self.uncertainty_ms: float | None = None
+        self._offset_ns = 0
+        self._touch_s = -math.inf
+        self._delays: deque[tuple[float, float]] = deque()
+        self._sequence: tuple[int, int] | None = None
+        self._counts: deque[tuple[int, int, int]] = deque()
+
+    def take_clock(self, offset_ns: int, uncertainty_ns: int | None) -> None:
+        """The two clocks were compared."""
+        self._offset_ns = offset_ns
+        self.uncertainty_ms = None if uncertainty_ns is None else uncertainty_ns * 1e-6
+
+    def take_touch(self, t_s: float, touch: Touch) -> None:
+        """A touch was accepted."""
+        self._touch_s = t_s
+        if self._delays and t_s < self._delays[-1][0]:
+            self._delays.clear()
+            self._counts.clear()
+        self._delays.append((t_s, (t_s * 1e9 - (touch.time_ns - self._offset_ns)) * 1e-6))
+        while t_s - self._delays[0][0] > _DELAY_WINDOW_S:
+            self._delays.popleft()
+        missed = 0
+        if self._sequence is not None and self._sequence[0] == touch.session:
+            missed = max(0, touch.sequence - self._sequence[1] - 1)
+        self._sequence = touch.session, touch.sequence
+        second = math.floor(t_s)
+        if self._counts and self._counts[-1][0] == second:
+            _, came, lost = self._counts.pop()
+            self._counts.append((second, came + 1, lost + missed))
+        else:
+            self._counts.append((second, 1, missed))
+        while second - self._counts[0][0] > _LOSS_WINDOW_S:
+            self._counts.popleft()
+
+    def shown(self, now_s: float) -> dict[str, float | None]:
+        """Delay and its error, age, ms; share of sequence numbers that never came. None where not known."""
+        fresh = now_s - self._touch_s <= _DELAY_WINDOW_S
+        delays = [delay_ms for _, delay_ms in self._delays]
+        known = fresh and bool(delays) and self.uncertainty_ms is not None
+        mean = sum(delays) / len(delays) if known else 0.0
+        spread = math.sqrt(sum((delay - mean) ** 2 for delay in delays) / len(delays)) if known else 0.0
+        came, lost = (sum(row[column] for row in self._counts) for column in (1, 2))
+        return {
+            "delay_ms": round(mean, 2) if known else None,
+            "delay_sd_ms": round(max(spread, self.uncertainty_ms or 0.0), 2) if known else None,
+            "age_ms": round((now_s - self._touch_s) * 1e3, 1) if fresh else None,
+            "loss": round(lost / (came + lost), 4) if fresh and came else None,
+        }
+
+
+class SiteNow:
+    """What was heard of the site last. Pure: time is an argument, s of its clock.
+
+    Attributes:
+        state: of its session.
+        both: whether both sites are engaged.
+        wanted: it engages as soon as it can.
+        fault, remote_fault, refusal: in its own words; empty where there is none.
+        figures: of its status file.
+        stop_asked_s: when the latched emergency stop was asked for; None where there is none.
+        stop_after_s: how long after that each device confirmed; None while one has not.
+        lost_engaged: the session ended while it was engaged, and no other has begun.
+        paused: why a session that was engaged is not any more; empty where it never was.
+    """
+
+    def __init__(self) -> None:
+        self.state = LinkState.DISCONNECTED
+        self.both = self.wanted = self.lost_engaged = False
+        self.fault = self.remote_fault = self.refusal = self.paused = self.calibration = ""
+        self.session = 0
+        self.gap_s: float | None = None
+        self.figures: dict[str, Any] = {}
+        self.link = LinkNow()
+        self.stop_asked_s: float | None = None
+        self.stop_after_s: dict[str, float | None] = {}
+        self.heard_s = self.desk_s = -math.inf
+        """When the site fed something, and when its desk answered last."""
+        self.ready: dict[str, bool] = {}
+        """For each device whether it is there, and in `was_ready` whether it ever was."""
+        self.was_ready: set[str] = set()
+        self.whys: dict[str, str] = {}
+
+    def silent_s(self, now_s: float) -> float:
+        """For how long nothing was heard; infinite when nothing ever was."""
+        return now_s - max(self.heard_s, self.desk_s)
+
+    def take_happening(self, what: str, session: int, text: str) -> None:
+        """Something happened to the session."""
+        match what:
+            case "connected":
+                self.state, self.session, self.lost_engaged = self._unless_fault(LinkState.CONNECTED), session, False
+                self.calibration = text.removeprefix("calibration ") if text.startswith("calibration ") else ""
+            case "engaged":
+                self.state, self.paused = LinkState.ENGAGED, ""
+            case "disengaged":
+                self.state, self.paused = LinkState.CONNECTED, text
+            case "disconnected" | "left":
+                self.lost_engaged = self.lost_engaged or self.state is LinkState.ENGAGED
+                self.state, self.session = self._unless_fault(LinkState.DISCONNECTED), 0
+            case "fault":
+                self.state, self.fault = LinkState.FAULT, text
+            case "cleared":
+                self.state, self.fault = LinkState.CONNECTED if session else LinkState.DISCONNECTED, ""
+                self.stop_asked_s, self.stop_after_s = None, {}
+
+    def take_rendered(self, both: bool, gap_s: float | None) -> None:
+        """Whether outputs may act, and for how long no touch has come."""
+        self.both, self.gap_s = both, gap_s
+
+    def take_figures(self, figures: dict[str, Any]) -> None:
+        """What its status file tells."""
+        self.figures = figures
+        self.take_brief(figures)
+        for name, line in figures.get("devices", {}).items():
+            self._device(device_named(name), str(line.get("missing", "")))
+        remote = self.session != 0 and not str(figures.get("remote_fault", ""))
+        self._device(REMOTE, "" if remote else "no remote site is connected")
+
+    def take_brief(self, told: Mapping[str, Any]) -> None:
+        """State, fault, and each device's confirmation of a stop: of its figures, or of its desk's answer."""
+        self.state = LinkState[str(told.get("state", self.state.name)).upper()]
+        self.fault = str(told.get("fault", ""))
+        self.remote_fault = str(told.get("remote_fault", ""))
+        self.refusal = str(told.get("refusal", ""))
+        self.wanted = bool(told.get("wanted", self.wanted))
+        self.session = int(told.get("session", self.session))
+        asked_ns = told.get("stop_asked_ns")
+        self.stop_asked_s = None if asked_ns is None else asked_ns * 1e-9
+        names = [device_named(name) for name in told.get("stop_devices", ())]
+        self.stop_after_s = dict(zip(names, told.get("stop_after_s", ()), strict=False))
+
+    def _device(self, name: str, why: str) -> None:
+        self.ready[name], self.whys[name] = not why, why
+        if not why:
+            self.was_ready.add(name)
+
+    def _unless_fault(self, state: LinkState) -> LinkState:
+        return LinkState.FAULT if self.state is LinkState.FAULT else state

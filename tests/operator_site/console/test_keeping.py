@@ -1,0 +1,125 @@
+"""What is called saved is on the disk; what a full disk did not take is kept, and written when there is room again."""
+
+import errno
+import time
+from pathlib import Path
+from typing import Any
+
+import msgpack
+import pytest
+
+from common import recording
+from operator_site.console.keeping import AGAIN_S, Keeping
+from tests.session.truth import written
+
+
+def finding(ident: int, note: str = "") -> dict[str, Any]:
+    return {"id": ident, "note": note}
+
+
+def until_saved(keeping: Keeping, ident: int, now_s: float) -> None:
+    end_s = time.monotonic() + 10.0
+    while not keeping.is_saved(ident):
+        assert time.monotonic() < end_s
+        keeping.step(now_s)
+        time.sleep(0.005)  # leaves the processor to the recorder's thread
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(recording, "FLUSH_S", 0.01)
+
+
+def test_a_finding_is_saved_when_its_newest_record_is_on_the_disk(tmp_path: Path) -> None:
+    keeping = Keeping(tmp_path / "console.mcap", {})
+    for note in ("", "a", "ab"):
+        keeping.write("console/finding", 1.0, finding(1, note))
+    keeping.write("console/act", 1.0, {"verb": "finding"})
+    assert not keeping.is_saved(1)
+    until_saved(keeping, 1, 2.0)
+    kept = written(tmp_path / "console.mcap", "console/finding", may_be_cut=True)
+    assert [record["note"] for _, record in kept] == ["", "a", "ab"], "it is there before it is called saved"
+    keeping.write("console/finding", 3.0, finding(1, "abc"))
+    assert not keeping.is_saved(1), "its new note is not"
+    until_saved(keeping, 1, 3.0)
+    assert keeping.unsaved == 0
+    keeping.close()
+
+
+class FullDisk:
+    """A file on a disk without room."""
+
+    def __init__(self, file: Any) -> None:
+        self._file = file
+
+    def write(self, data: bytes) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._file, name)
+
+
+def test_a_full_disk_loses_nothing_and_is_tried_again(tmp_path: Path) -> None:
+    keeping = Keeping(tmp_path / "console.mcap", {})
+    keeping.write("console/finding", 0.5, finding(1))
+    until_saved(keeping, 1, 0.5)
+    recorder = keeping._recorder
+    assert recorder is not None
+    writer = recorder._writer
+    writer._Writer__stream = FullDisk(writer._Writer__stream)  # type: ignore[attr-defined]
+    keeping.write("console/finding", 1.0, finding(2, "lesion"))
+    end_s = time.monotonic() + 10.0
+    while not keeping.failed:
+        assert time.monotonic() < end_s
+        time.sleep(0.005)  # leaves the processor to the recorder's thread
+    keeping.write("console/finding", 2.0, finding(3))
+    keeping.write("console/act", 2.0, {"verb": "finding"})
+    assert not keeping.is_saved(2)
+    assert keeping.is_saved(1)
+    keeping.step(10.0)
+    until_saved(keeping, 3, 10.0)
+    assert keeping.is_saved(2)
+    keeping.close()
+    again = written(tmp_path / "console-1.mcap", "console/finding")
+    assert [record["id"] for _, record in again] == [2, 3]
+    assert [time_s for time_s, _ in again] == [1.0, 2.0], "they keep their own times"
+
+
+def test_a_disk_that_stays_full_is_tried_every_few_seconds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    keeping = Keeping(tmp_path / "console.mcap", {})
+    tries = []
+
+    def full(*_: Any) -> None:
+        tries.append(1)
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("operator_site.console.keeping.Recorder", full)
+    assert keeping._recorder is not None
+    keeping._recorder._fail("No space left on device")
+    for tenth in range(100, 200):
+        keeping.step(0.1 * tenth)
+        keeping.write("console/finding", 0.1 * tenth, finding(tenth))
+    assert len(tries) == pytest.approx(10.0 / AGAIN_S, abs=1)
+    assert keeping.unsaved == 100
+    assert not any(keeping.is_saved(tenth) for tenth in range(100, 200))
+    keeping.close()
+
+
+def test_without_a_file_nothing_is_ever_saved() -> None:
+    keeping = Keeping(None, {})
+    keeping.write("console/finding", 1.0, finding(1))
+    keeping.step(2.0)
+    assert not keeping.is_saved(1)
+    assert not keeping.enabled
+    keeping.close()
+
+
+def test_a_note_of_ten_thousand_characters_comes_back(tmp_path: Path) -> None:
+    keeping = Keeping(tmp_path / "console.mcap", {})
+    note = "<b>\u202e\x00💥" * 2000
+    keeping.write("console/finding", 1.0, finding(1, note))
+    until_saved(keeping, 1, 1.0)
+    keeping.close()
+    ((_, record),) = written(tmp_path / "console.mcap", "console/finding")
+    assert record["note"] == note
+    assert msgpack.unpackb(msgpack.packb(record)) == record
