@@ -58,6 +58,7 @@ class Recording:
     """The messages of a merged recording that concern a console.
 
     Attributes:
+        name: of the file.
         start_ns, end_ns: times of its first and last message.
     """
 
@@ -83,6 +84,7 @@ class Recording:
         except ValueError:
             self._file.close()
             raise
+        self.name = path.name
         self.start_ns: int = summary.statistics.message_start_time
         self.end_ns: int = summary.statistics.message_end_time
 
@@ -93,7 +95,7 @@ class Recording:
 
     def messages(self, from_ns: int, streams: tuple[str, ...] = STREAMS) -> Iterator[tuple[str, int, bytes]]:
         """Stream, time and payload of each message from `from_ns` on, in order of time."""
-        for _, channel, message in self._reader.iter_messages(topics=streams, start_time=from_ns):
+        for _, channel, message in self._reader.iter_messages(topics=streams, starting_at=from_ns):
             yield channel.topic, message.log_time, message.data
 
     def marks(self) -> list[Mark]:
@@ -111,6 +113,14 @@ class Recording:
                 marks["fault", time_ns] = Mark(at_s, "fault", str(entry[2]))
         return sorted(marks.values())
 
+    def title(self) -> str:
+        """Whose examination it is and when it began, as far as that was recorded; else the file's name."""
+        for _, _, payload in self.messages(self.start_ns, ("console/session",)):
+            entry: Any = msgpack.unpackb(payload)
+            if entry.get("what") == "begin":
+                return " ".join(str(entry[name]) for name in ("pseudonym", "wall_clock") if entry.get(name))
+        return self.name
+
     def close(self) -> None:
         """Close the file."""
         self._file.close()
@@ -123,9 +133,11 @@ class Playback(Generic[C]):
     """Plays a recording to a console. The wall clock is an argument, s, of any origin.
 
     Attributes:
-        console: as it was at this moment of the recording; another object after a jump backwards.
+        console: as it was at this moment of the recording; another object after each jump.
+        jumps: how often there was a jump; who has shown the console before one has to show all of it anew.
         speed: of playing, within SPEEDS.
         playing: whether time goes on.
+        length_s, marks, title: of the recording.
     """
 
     def __init__(self, recording: Recording, make: Callable[[], C]) -> None:
@@ -142,6 +154,8 @@ class Playback(Generic[C]):
         self._checkpoints: list[bytes] = []
         """The console before each multiple of `_every_ns` after the start, from the first on."""
         self._scout: tuple[C, Iterator[tuple[str, int, bytes]], tuple[str, int, bytes] | None] | None = None
+        self.length_s, self.marks, self.title = recording.length_s, recording.marks(), recording.title()
+        self.jumps = -1
         self.speed = 1.0
         self.playing = False
         self._anchor = (0.0, recording.start_ns)
@@ -151,6 +165,11 @@ class Playback(Generic[C]):
     def now_ns(self) -> int:
         """Moment of the recording, on the clock it was recorded by."""
         return self._now_ns
+
+    @property
+    def time_s(self) -> float:
+        """The same, s."""
+        return self._now_ns * 1e-9
 
     @property
     def at_s(self) -> float:
@@ -220,6 +239,7 @@ class Playback(Generic[C]):
 
     def _go_to(self, target_ns: int) -> None:
         """Bring the console to a moment: all messages up to and with it."""
+        self.jumps += 1
         number = (target_ns - self._recording.start_ns) // self._every_ns
         while len(self._checkpoints) < number and self.prepare():
             pass

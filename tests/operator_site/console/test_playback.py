@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from common.recording import Recorder
 from operator_site.console import playback
-from operator_site.console.playback import Mark, Playback, Recording
+from operator_site.console.playback import Playback, Recording
 
 START_NS = 7_000_000_000
 SECONDS, HZ = 60, 20
@@ -124,6 +124,7 @@ def test_playing_goes_on_from_where_one_jumped_to(recording: Recording) -> None:
     made.seek(30.0, 1.0)
     made.step(2.0)
     assert made.at_s == pytest.approx(31.0)
+    assert made.jumps == 1
     assert len([1 for stream, _, _ in taken(made) if stream == "operator/touch"]) == 31 * HZ + 1
 
 
@@ -148,11 +149,14 @@ def test_what_is_prepared_costs_a_jump_no_more_than_one_checkpoint(recording: Re
 
 
 def test_marks_are_where_things_were(recording: Recording) -> None:
-    assert recording.marks() == [
-        Mark(10.0, "fault", "link lost"),
-        Mark(15.0, "alarm", "Index: plate 42.3 °C"),
-        Mark(23.0, "finding", "warm, 36.4 ± 0.2 °C"),
+    marks = recording.marks()
+    assert [mark[1:] for mark in marks] == [
+        ("fault", "link lost"),
+        ("alarm", "Index: plate 42.3 °C"),
+        ("finding", "warm, 36.4 ± 0.2 °C"),
     ]
+    assert [mark.at_s for mark in marks] == pytest.approx([10.0, 15.0, 23.0])
+    assert recording.title() == "session.mcap"
 
 
 @pytest.mark.parametrize("speed", [0.4, 8.1, -1.0])
