@@ -1,0 +1,103 @@
+// The first button: engage, pause, resume, clear, as the state allows. What drives fingers is held for 1 s or pressed twice.
+import { byId, make, remake, write } from "./dom.js";
+import { acts, lastTold, live, now } from "./now.js";
+import { open } from "./sheets.js";
+import { WORDS } from "./words.js";
+
+const HOLD_MS = 1000, CONFIRM_MS = 5000, STEP_MS = 50;
+let connection = null, say = null, held = null, confirming = null;
+
+export function startActions(link, speak) {
+  connection = link;
+  say = speak;
+  const button = byId("act-button");
+  button.addEventListener("pointerdown", () => { const act = current(); if (act.hold) hold(act.verb); });
+  for (const kind of ["pointerup", "pointercancel", "pointerleave"]) button.addEventListener(kind, event => release(event.type === "pointerup"));
+  button.addEventListener("click", event => {
+    const act = current();
+    if (!act.hold) act.press();
+    else if (event.detail === 0) twice(act.verb); // from the keyboard, or from software that presses for people
+  });
+  button.addEventListener("contextmenu", event => event.preventDefault());
+}
+
+// What the button does now; `hold` where it takes a held press or two.
+function current() {
+  const told = lastTold(), in_control = Boolean(now.state && now.state.you.in_control);
+  const nothing = { text: WORDS.engage, press: () => {}, disabled: true };
+  if (!acts() || !live()) return nothing;
+  if (["fault", "stopped"].includes(told)) return { verb: "clear_fault", hold: true, text: WORDS.clear, confirm: WORDS.confirmClear, key: "C" };
+  if (["engaged", "engaging"].includes(told)) return { text: WORDS.pause, key: "P", press: pause };
+  if (!in_control) return { text: WORDS.takeControl, press: () => ask("take_control") };
+  if (told === "disconnected") return nothing;
+  if (!now.state.session.pseudonym) return { text: WORDS.startSession, press: () => open("sheet-session") };
+  const paused = told === "paused";
+  return { verb: "engage", hold: true, text: paused ? WORDS.resume : WORDS.engage, confirm: paused ? WORDS.confirmResume : WORDS.confirmEngage, key: "E" };
+}
+
+export async function ask(verb, details = {}) {
+  const answer = await connection.ask(verb, details);
+  if (answer.text) say(answer.text);
+  return answer;
+}
+
+export function pause() {
+  if (acts() && ["engaged", "engaging"].includes(lastTold())) ask("disengage");
+}
+
+// A held key or press: the ring fills for 1 s; let go before, and a second press within 5 s does it as well.
+export function hold(verb) {
+  const act = current();
+  if (held || act.verb !== verb) return;
+  const started_ms = performance.now();
+  held = { verb, timer: setInterval(() => {
+    const share = (performance.now() - started_ms) / HOLD_MS;
+    byId("act-button").style.setProperty("--held", `${Math.min(100, 100 * share)}%`);
+    if (share >= 1) { end(); calm(); ask(verb); }
+  }, STEP_MS) };
+  byId("act-button").classList.add("hold");
+}
+
+export function release(counts = true) {
+  if (!held) return;
+  const { verb } = held;
+  end();
+  if (counts) twice(verb);
+}
+
+function end() {
+  clearInterval(held.timer);
+  held = null;
+  byId("act-button").classList.remove("hold");
+  byId("act-button").style.removeProperty("--held");
+}
+
+function twice(verb) {
+  if (confirming && confirming.verb === verb) { calm(); ask(verb); return; }
+  calm();
+  confirming = { verb, timer: setTimeout(() => { confirming = null; showActions(); }, CONFIRM_MS) };
+  showActions();
+}
+
+function calm() {
+  if (confirming) clearTimeout(confirming.timer);
+  confirming = null;
+}
+
+export function showActions() {
+  const act = current(), button = byId("act-button");
+  if (confirming && confirming.verb !== act.verb) calm();
+  if (held && held.verb !== act.verb) end();
+  const text = confirming ? act.confirm : act.text, key = act.key ?? "";
+  remake(button, [text, key, act.hold], () => {
+    const parts = [make("span", { text })];
+    if (key) parts.push(" ", make("kbd", { text: key }));
+    if (act.hold) parts.push(make("br"), make("span", { class: "small", text: confirming ? "" : WORDS.hold }));
+    return parts;
+  });
+  button.disabled = Boolean(act.disabled);
+  byId("finding-button").disabled = !acts() || !live();
+  byId("note-button").disabled = !acts();
+  const control = now.state && now.state.you.control;
+  write(byId("looking-on"), now.state && now.state.you.role === "observe" ? WORDS.observer(control ?? "--") : "");
+}

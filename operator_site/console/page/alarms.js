@@ -1,0 +1,112 @@
+// B, the alarm line, its list (A), its sound; the page's own alarms when nothing is drawn any more.
+import { byId, make, remake, shape, write } from "./dom.js";
+import { lastTold, now, playback, unseen_s } from "./now.js";
+import { AGAIN_S, burst } from "./sound.js";
+import { WORDS } from "./words.js";
+
+const NO_PICTURE_S = 0.5, QUIET_S = 60, ANNOUNCE_MS = 2000, LONG = 52;
+const RANK = { high: 3, medium: 2, low: 1 };
+const quietUntil_ms = new Map(), sounded = new Map();
+let connection = null, announced = "", announcedAt_ms = -Infinity;
+
+export function startAlarms(link) {
+  connection = link;
+  byId("quiet-button").addEventListener("click", quiet);
+}
+
+// One cause, one alarm: without a connection nothing else of the page's own is said but what became of STOP.
+function own() {
+  const driven = ["engaging", "engaged"].includes(lastTold()), priority = driven ? "high" : "medium";
+  const alarms = [];
+  if (now.stopPressed && !now.connected) alarms.push({ id: "stop-not-sent", priority: "high", text: WORDS.stopNotSent, active: true });
+  if (now.refused) alarms.push({ id: "refused", priority: "medium", text: WORDS.refused, active: true });
+  else if (!now.connected && unseen_s() > NO_PICTURE_S) alarms.push({ id: "no-connection", priority, text: WORDS.noConnection, active: true });
+  else if (unseen_s() > NO_PICTURE_S) alarms.push({ id: "no-data", priority, text: WORDS.noData(unseen_s()), active: true });
+  return alarms;
+}
+
+// Active ones first, then those that are over but latched until cleared by hand; the rest is for the list.
+export function standing() {
+  const told = now.state ? now.state.alarms : [];
+  const of = alarm => (alarm.active ? 2 : 0) + (alarm.id.startsWith("stop") ? 1 : 0);
+  return [...own(), ...told]
+    .filter(alarm => alarm.active || (alarm.priority === "high" && !alarm.cleared_by))
+    .sort((a, b) => of(b) - of(a) || RANK[b.priority] - RANK[a.priority]);
+}
+
+export function showAlarms() {
+  const all = standing(), top = all[0] ?? null, more = all.length - 1;
+  const section = byId("alarm");
+  section.dataset.priority = top ? top.priority : "none";
+  section.classList.toggle("past", Boolean(top && !top.active));
+  byId("alarm-shape").setAttribute("href", `#shape-${top ? top.priority : "low"}`);
+  const text = top ? top.text : WORDS.noAlarms;
+  write(byId("alarm-text"), text);
+  byId("alarm-text").classList.toggle("long", text.length > LONG);
+  write(byId("alarm-button"), more > 0 ? WORDS.more(more) : WORDS.alarmList);
+  announce(top);
+  showQuiet(all);
+  if (!byId("sheet-alarms").hidden) showList();
+}
+
+function quietable(alarm) {
+  return alarm.active && !alarm.id.startsWith("stop");
+}
+
+export function quiet() {
+  const until_ms = performance.now() + QUIET_S * 1000;
+  for (const alarm of standing().filter(quietable)) {
+    quietUntil_ms.set(alarm.id, until_ms);
+    if (now.connected) connection.ask("quiet", { alarm: alarm.id, seconds: QUIET_S });
+  }
+  showAlarms();
+}
+
+function showQuiet(all) {
+  const heard = all.filter(alarm => quietable(alarm) && alarm.priority !== "low");
+  const button = byId("quiet-button");
+  button.hidden = heard.length === 0 || playback();
+  const left_s = Math.max(0, ...heard.map(alarm => (quietUntil_ms.get(alarm.id) ?? 0) - performance.now())) / 1000;
+  write(button, left_s > 0 ? WORDS.quietFor(Math.ceil(left_s)) : WORDS.quiet);
+}
+
+// Sounds the most urgent alarm that nobody quieted; a new or rising one sounds again at once.
+export function soundAlarms(at_ms = performance.now()) {
+  if (playback()) return;
+  const all = standing().filter(alarm => alarm.active);
+  for (const id of sounded.keys()) if (!all.some(alarm => alarm.id === id)) { sounded.delete(id); quietUntil_ms.delete(id); }
+  for (const alarm of all) if (RANK[alarm.priority] > RANK[sounded.get(alarm.id)?.priority ?? "high"]) quietUntil_ms.delete(alarm.id);
+  const loud = all.filter(alarm => (quietUntil_ms.get(alarm.id) ?? 0) < at_ms).sort((a, b) => RANK[b.priority] - RANK[a.priority]);
+  const top = loud[0];
+  if (!top) return;
+  const before = sounded.get(top.id);
+  const again = !before || before.priority !== top.priority || at_ms - before.at_ms >= AGAIN_S[top.priority] * 1000;
+  if (again && burst(top.priority)) sounded.set(top.id, { priority: top.priority, at_ms });
+}
+
+// At most one announcement in 2 s, and never a number that only counts.
+function announce(top) {
+  const text = top ? top.text : "", steady = text.replace(/\d/g, "");
+  if (steady === announced || performance.now() - announcedAt_ms < ANNOUNCE_MS) return;
+  announced = steady;
+  announcedAt_ms = performance.now();
+  write(byId("urgent"), top && top.priority === "high" ? text : "");
+  write(byId("polite"), top && top.priority !== "high" ? text : "");
+}
+
+export function showList() {
+  const told = now.state ? now.state.alarms : [];
+  const all = [...own(), ...told].sort((a, b) => Number(b.active) - Number(a.active) || (b.since_s ?? Infinity) - (a.since_s ?? Infinity));
+  remake(byId("alarm-list"), all, () => (all.length ? all.map(item) : [make("li", { text: WORDS.noAlarms })]));
+}
+
+function item(alarm) {
+  const facts = [];
+  if (alarm.since_s !== undefined) facts.push(WORDS.since(alarm.since_s));
+  if (alarm.value !== undefined && alarm.limit !== undefined) facts.push(`${alarm.value} (${alarm.limit})`);
+  if (alarm.ended_s !== null && alarm.ended_s !== undefined) facts.push(WORDS.lasted(alarm.ended_s - alarm.since_s));
+  if (alarm.cleared_by) facts.push(WORDS.clearedBy(alarm.cleared_by));
+  else if (!alarm.active) facts.push(WORDS.past);
+  return make("li", { class: `${alarm.priority} ${alarm.active ? "" : "past"}` }, shape(alarm.priority),
+    make("span", { text: alarm.text }), make("span", { class: "small", text: facts.join(" · ") }));
+}

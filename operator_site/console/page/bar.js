@@ -1,0 +1,33 @@
+// A, the state bar: state, session clock, link, recording, wall clock, and a mark that steps with every picture.
+import { byId, write } from "./dom.js";
+import { live, now, playback, shownState } from "./now.js";
+import { clock, delay, linkMore, STATES, WORDS } from "./words.js";
+
+const SHAPES = { fault: "stopped", stopping: "stopped", connected: "connected" };
+const MARK_STEPS = 4;
+let steps = 0;
+
+export function showBar() {
+  const shown = shownState(), state = now.state;
+  document.body.dataset.shown = shown;
+  document.body.dataset.role = state ? state.you.role : "";
+  document.body.dataset.playback = String(playback());
+  write(byId("state-word"), STATES[shown]);
+  byId("state-shape").setAttribute("href", `#shape-${SHAPES[shown] ?? shown}`);
+  if (!state) return;
+  const session = state.session, isLive = live();
+  const clock_s = session.playback ? session.playback.at_s : session.clock_s;
+  write(byId("clock"), isLive && clock_s !== null && clock_s !== undefined ? clock(clock_s) : "--");
+  write(byId("pseudonym"), session.pseudonym ?? WORDS.startSession);
+  write(byId("delay"), isLive ? delay(state.link) : "--");
+  write(byId("link-more"), linkMore(isLive ? state.link : null));
+  write(byId("wall-clock"), state.wall_clock ?? "--");
+  const recording = session.playback ? WORDS.recorded(session.title) : session.recording ? WORDS.recording : WORDS.notRecording;
+  write(byId("recording"), isLive ? recording : "--");
+  byId("recording").className = session.recording ? "small" : "small off";
+}
+
+export function stepMark() {
+  steps = (steps + 1) % MARK_STEPS;
+  byId("mark-step").style.transform = `translateX(${steps * 100}%)`;
+}

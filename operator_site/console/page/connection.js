@@ -1,0 +1,146 @@
+// One websocket to the console: pictures with credit, state, asks with answers, a heartbeat, and back at once after waking.
+import { decode, TILE } from "./picture.js";
+import { WORDS } from "./words.js";
+
+const HEARTBEAT_MS = 1000, SILENT_MS = 2500, ASLEEP_MS = 1500, ANSWER_MS = 1000, FIRST_WAIT_MS = 100, LONGEST_WAIT_MS = 2000, NO_TOKEN = 4401;
+
+export class Connection {
+  constructor(heard) {
+    this.heard = heard; // {open(), closed(refused), picture(p), tile(t), state(s)}
+    this.socket = null;
+    this.waiting = new Map();
+    this.asked = 0;
+    this.wait_ms = FIRST_WAIT_MS;
+    this.timer = null;
+    this.last_ms = -Infinity;
+    this.drawn = 0;
+    this.bad = 0;
+  }
+
+  start() {
+    this.open();
+    setInterval(() => this.beat(), HEARTBEAT_MS);
+    document.addEventListener("resume", () => this.open());
+    window.addEventListener("pageshow", () => this.wake());
+    document.addEventListener("visibilitychange", () => {
+      this.alive();
+      if (!document.hidden) this.wake();
+    });
+  }
+
+  get ready() {
+    return this.socket !== null && this.socket.readyState === WebSocket.OPEN;
+  }
+
+  // readyState says open after a freeze, too: only what was heard lately proves a connection.
+  wake() {
+    if (this.socket === null || performance.now() - this.last_ms > ASLEEP_MS) this.open();
+  }
+
+  open() {
+    clearTimeout(this.timer);
+    if (this.socket) this.drop(this.socket);
+    const address = new URL("session", document.baseURI);
+    address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
+    const socket = new WebSocket(address);
+    socket.binaryType = "arraybuffer";
+    this.socket = socket;
+    this.last_ms = performance.now();
+    socket.onopen = () => {
+      this.wait_ms = FIRST_WAIT_MS;
+      this.heard.open();
+      this.alive();
+    };
+    socket.onmessage = event => {
+      this.last_ms = performance.now();
+      if (typeof event.data === "string") this.text(event.data);
+      else this.binary(event.data);
+    };
+    socket.onclose = event => this.lost(event.code === NO_TOKEN);
+  }
+
+  drop(socket) {
+    socket.onopen = socket.onmessage = socket.onclose = null;
+    socket.close();
+    this.fail();
+  }
+
+  lost(refused) {
+    this.socket = null;
+    this.fail();
+    this.heard.closed(refused);
+    if (refused) return;
+    this.timer = setTimeout(() => this.open(), this.wait_ms * (0.75 + 0.5 * Math.random()));
+    this.wait_ms = Math.min(2 * this.wait_ms, LONGEST_WAIT_MS);
+  }
+
+  fail() {
+    for (const answer of this.waiting.values()) answer({ ok: false, text: WORDS.noAnswer, details: {} });
+    this.waiting.clear();
+  }
+
+  binary(buffer) {
+    let message;
+    try { message = decode(buffer); } catch { this.bad += 1; return; }
+    if (message.kind === TILE) this.heard.tile(message);
+    else this.heard.picture(message);
+  }
+
+  text(data) {
+    let message;
+    try { message = JSON.parse(data); } catch { this.bad += 1; return; }
+    if (message.kind === "state") this.heard.state(message);
+    else if (message.kind === "answer") {
+      const answer = this.waiting.get(message.id);
+      this.waiting.delete(message.id);
+      if (answer) answer(message);
+    }
+  }
+
+  send(message) {
+    if (this.ready) this.socket.send(JSON.stringify(message));
+    return this.ready;
+  }
+
+  // Credit goes back for what was drawn, never for what arrived.
+  drew(sequence) {
+    this.drawn = sequence;
+    this.send({ kind: "drawn", sequence });
+  }
+
+  alive() {
+    this.send({ kind: "alive", visible: !document.hidden, sequence: this.drawn });
+  }
+
+  beat() {
+    if (this.ready && performance.now() - this.last_ms > SILENT_MS) this.open();
+    this.alive();
+  }
+
+  newId() {
+    this.asked += 1;
+    return this.asked;
+  }
+
+  // Asked once and never repeated; resolves with the answer, or with what went wrong.
+  ask(verb, details = {}) {
+    const id = this.newId();
+    return new Promise(resolve => {
+      if (!this.send({ kind: "ask", id, verb, details })) {
+        resolve({ ok: false, text: WORDS.notSent, details: {} });
+        return;
+      }
+      const late = setTimeout(() => {
+        this.waiting.delete(id);
+        resolve({ ok: false, text: WORDS.noAnswer, details: {} });
+      }, ANSWER_MS);
+      this.waiting.set(id, answer => { clearTimeout(late); resolve(answer); });
+    });
+  }
+
+  // STOP alone is sent again by itself, under the same id.
+  repeat(id, verb, answered) {
+    this.waiting.set(id, answered);
+    return this.send({ kind: "ask", id, verb, details: {} });
+  }
+}

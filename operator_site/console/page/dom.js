@@ -1,0 +1,47 @@
+// The document: elements by id, text that is written only where it changed, elements made without markup.
+export function byId(id) {
+  return document.getElementById(id);
+}
+
+export function write(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+export function make(tag, attributes = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name === "text") element.textContent = value;
+    else if (value !== null && value !== undefined && value !== false) element.setAttribute(name, value === true ? "" : value);
+  }
+  element.append(...children);
+  return element;
+}
+
+export function shape(name) {
+  const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+  const use = document.createElementNS("http://www.w3.org/2000/svg", "use");
+  use.setAttribute("href", `#shape-${name}`);
+  svg.setAttribute("aria-hidden", "true");
+  svg.append(use);
+  return svg;
+}
+
+// Replaces an element's children only when what they are made from has changed: a list keeps focus and reading place.
+const made = new WeakMap();
+export function remake(element, from, children) {
+  const key = JSON.stringify(from);
+  if (made.get(element) === key) return;
+  made.set(element, key);
+  element.replaceChildren(...children());
+}
+
+// A canvas as sharp as the screen; true where its size changed and all of it has to be drawn again.
+export function fit(canvas) {
+  const scale = window.devicePixelRatio || 1;
+  const width = Math.max(1, Math.round(canvas.clientWidth * scale));
+  const height = Math.max(1, Math.round(canvas.clientHeight * scale));
+  if (canvas.width === width && canvas.height === height) return false;
+  canvas.width = width;
+  canvas.height = height;
+  return true;
+}

@@ -1,0 +1,43 @@
+// E: what the active finger touches, how sure that is, and since when. UNKNOWN and CANNOT TELL are answers, not alarms.
+import { byId, make, remake, write } from "./dom.js";
+import { age_s, GONE_S, STALE_S } from "./fingers.js";
+import { live, now } from "./now.js";
+import { FINGER_NAMES, material, percent, withSd, WORDS } from "./words.js";
+
+const LONG = 13;
+
+export function showIdentification() {
+  const finger = now.state ? now.state.fingers[now.active] : null;
+  const name = FINGER_NAMES[now.active] + (now.chosen === null ? ` (${WORDS.auto})` : "");
+  write(byId("told-title"), WORDS.active(name, live() && finger ? finger.contact_s ?? null : null));
+  const age = Math.min(age_s(now.active), finger && finger.age_s !== undefined && finger.age_s !== null ? age_s(now.active) : Infinity);
+  const known = finger !== null && live() && age <= GONE_S, stale = known && age > STALE_S;
+  const [head, more] = known ? decision(finger) : ["--", ""];
+  write(byId("decision"), head);
+  byId("decision").className = [finger && finger.decision === "DECIDING" ? "tentative" : "", stale ? "stale" : "", head.length > LONG ? "long" : ""].join(" ");
+  write(byId("decision-more"), more);
+  const warmth = known && finger.object_c !== null && finger.object_c !== undefined ? `${withSd(finger.object_c, finger.object_c_sd)} °C` : "-- °C";
+  write(byId("object"), `${WORDS.object} ${warmth}${stale ? ` · ${WORDS.old(age)}` : ""}`);
+  byId("object").className = stale ? "stale" : "";
+  write(byId("chart-meaning"), (now.state && now.state.meaning) || WORDS.notCalibrated);
+  showProperties(known ? finger : null);
+}
+
+// The word that is read first, and the rest of what was told.
+export function decision(finger) {
+  const best = finger.candidates.length ? finger.candidates[0] : null;
+  const bestText = best ? `${material(best[0])} ${percent(best[1])}` : "";
+  if (finger.decision === "IDENTIFIED") return [bestText || finger.line, ""];
+  if (finger.decision === "DECIDING") return ["DECIDING", bestText];
+  if (finger.decision === "NO CONTACT") return [WORDS.noContact, ""];
+  return [finger.decision, finger.line.replace(`${finger.decision}:`, "").trim()];
+}
+
+function showProperties(finger) {
+  const rows = [
+    [WORDS.stiffness, finger && finger.stiffness_known ? withSd(finger.stiffness_n_m, finger.stiffness_sd_n_m, 0) : "--", "N/m"],
+    [WORDS.roughness, finger ? withSd(finger.roughness_v, finger.roughness_sd_v, 2) : "--", "V"],
+    [WORDS.groove, finger ? withSd(finger.groove_mm, finger.groove_sd_mm, 2) : "--", "mm"],
+  ];
+  remake(byId("properties"), rows, () => rows.flatMap(([name, value, unit]) => [make("dt", { text: name }), make("dd", { text: `${value} ${unit}` })]));
+}

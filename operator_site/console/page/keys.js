@@ -1,0 +1,71 @@
+// Keys. STOP's come first, in the capture phase, before any button that has the focus; key repeat is ignored.
+import { hold, pause, release } from "./actions.js";
+import { quiet } from "./alarms.js";
+import { byId, make, write } from "./dom.js";
+import { show, showSure, widen, zoomBy } from "./map.js";
+import { begin, marked, markingKey } from "./marking.js";
+import { openNote } from "./notes.js";
+import { playback, underWay } from "./now.js";
+import { playbackKey } from "./playback.js";
+import { closeAll, toggle } from "./sheets.js";
+import { press } from "./stop.js";
+import { otherTheme } from "./theme.js";
+import { KEYS, WORDS } from "./words.js";
+
+const KEPT = "teletaction-letters";
+let plain = true;
+
+export function startKeys({ choose, details, listed }) {
+  try { plain = localStorage.getItem(KEPT) !== "alt"; } catch { /* then letters work */ }
+  byId("key-list").append(...KEYS.flatMap(([keys, does]) => [make("dt", {}, make("kbd", { text: keys })), make("dd", { text: does })]));
+  const lettersButton = byId("letters-button");
+  write(lettersButton, WORDS.letters(plain));
+  lettersButton.addEventListener("click", () => {
+    plain = !plain;
+    try { localStorage.setItem(KEPT, plain ? "plain" : "alt"); } catch { /* then it lasts until the reload */ }
+    write(lettersButton, WORDS.letters(plain));
+  });
+  byId("theme-button").addEventListener("click", otherTheme);
+  const letters = {
+    e: () => hold("engage"), c: () => hold("clear_fault"), p: pause, f: begin, n: () => openNote(), u: showSure, q: quiet, l: otherTheme, d: details,
+    t: () => show("temperature"), r: () => show("roughness"), s: () => show("stiffness"), m: () => show("material"), a: () => toggle("sheet-alarms", listed),
+  };
+  const signs = { "?": () => toggle("sheet-help"), "+": () => zoomBy(1.5), "=": () => zoomBy(1.5), "-": () => zoomBy(1 / 1.5), ",": () => widen(-1), ".": () => widen(1) };
+  window.addEventListener("keydown", event => {
+    if (stops(event)) { swallow(event); if (!event.repeat) press(); return; }
+    if (event.ctrlKey || event.metaKey || typing()) return;
+    if (playback() && !menu() && playbackKey(event)) return;
+    if (document.activeElement !== byId("map-felt") || marked()) if (markingKey(event)) return;
+    if (event.repeat || menu()) return;
+    if (event.altKey === plain) return;
+    if (/^[0-5]$/.test(event.key) && !marked()) choose(event.key === "0" ? null : Number(event.key) - 1);
+    else if (Object.hasOwn(signs, event.key)) signs[event.key]();
+    else if (Object.hasOwn(letters, event.key.toLowerCase())) letters[event.key.toLowerCase()]();
+    else if (event.key === "Escape") closeAll();
+    else return;
+    event.preventDefault();
+  }, { capture: true });
+  window.addEventListener("keyup", event => {
+    if (stops(event)) { swallow(event); return; }
+    if (["e", "c"].includes(event.key.toLowerCase())) release();
+  }, { capture: true });
+  window.addEventListener("blur", () => release(false));
+}
+
+function typing() {
+  return document.activeElement !== null && document.activeElement.matches("input:not([type=range]), textarea");
+}
+
+// A list that is being chosen from uses letters itself.
+function menu() {
+  return document.activeElement !== null && document.activeElement.matches("select");
+}
+
+function stops(event) {
+  return underWay() && (event.key === "Escape" || (event.key === " " && !typing()));
+}
+
+function swallow(event) {
+  event.preventDefault();
+  event.stopImmediatePropagation();
+}

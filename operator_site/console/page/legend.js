@@ -1,0 +1,54 @@
+// D, the legend: value upwards, confidence to the right, blended exactly as on the map; for materials a list.
+import { byId, fit, write } from "./dom.js";
+import { inkOf, over } from "./felt.js";
+import { colour } from "./theme.js";
+import { material, WORDS } from "./words.js";
+
+const ROW = 26;
+
+export function drawLegend(quantity, legend, materials, sure, beyond) {
+  const canvas = byId("legend-scale");
+  fit(canvas);
+  const scale = canvas.width / canvas.clientWidth, pen = canvas.getContext("2d");
+  pen.setTransform(scale, 0, 0, scale, 0, 0);
+  const width = canvas.clientWidth, height = canvas.clientHeight;
+  pen.fillStyle = colour.panel;
+  pen.fillRect(0, 0, width, height);
+  const listed = quantity === "material";
+  write(byId("legend-unit"), sure ? WORDS.confidence : WORDS.legendUnit[quantity]);
+  write(byId("legend-high"), listed || sure ? "" : `${beyond[1] ? "▲ " : ""}${digits(legend[1])}`);
+  write(byId("legend-low"), listed || sure ? "" : `${beyond[0] ? "▼ " : ""}${digits(legend[0])}`);
+  write(byId("legend-foot"), WORDS.confidenceFoot);
+  if (listed && !sure) list(pen, materials, width, height);
+  else field(pen, quantity, sure, width, height);
+  const name = listed ? materials.map(material).join(", ") : `${WORDS.legend[quantity]}, ${digits(legend[0])} … ${digits(legend[1])} ${WORDS.legendUnit[quantity]}`;
+  if (canvas.getAttribute("aria-label") !== name) canvas.setAttribute("aria-label", name);
+}
+
+function digits(value) {
+  return Math.abs(value) >= 100 ? value.toFixed(0) : Math.abs(value) >= 1 ? value.toFixed(1) : value.toPrecision(2);
+}
+
+function field(pen, quantity, sure, width, height) {
+  for (let step = 1; step <= 3; step += 1) {
+    const left = (step - 1) * width / 3;
+    for (let y = 0; y < height; y += 1) {
+      const ink = sure ? [1, 1, 1].map(() => [0, 127, 191, 255][step]) : over(inkOf(quantity, 1 - y / height), step);
+      pen.fillStyle = `rgb(${ink.join(" ")})`;
+      pen.fillRect(left, y, width / 3, 1.5);
+    }
+    if (step === 1 && !sure) for (let y = 2; y < height; y += 4) for (let x = (y % 8) / 2; x < width / 3; x += 4) { pen.fillStyle = "#10151B"; pen.fillRect(left + x, y, 1, 1); }
+  }
+}
+
+function list(pen, materials, width, height) {
+  pen.font = "16px system-ui, sans-serif";
+  materials.forEach((name, at) => {
+    const top = at * ROW;
+    if (top + ROW > height) return;
+    pen.fillStyle = `rgb(${inkOf("material", at).join(" ")})`;
+    pen.fillRect(0, top + 2, 22, ROW - 4);
+    pen.fillStyle = colour.text;
+    pen.fillText(material(name), 27, top + 19, width - 28);
+  });
+}

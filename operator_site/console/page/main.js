@@ -1,0 +1,134 @@
+// Puts the parts together: what comes in is drawn once a frame, numbers change four times a second.
+import { showActions, startActions } from "./actions.js";
+import { showAlarms, showList, soundAlarms, startAlarms } from "./alarms.js";
+import { showBar, stepMark } from "./bar.js";
+import { drawChart, followChart, startChart } from "./chart.js";
+import { Connection } from "./connection.js";
+import { startDetails } from "./details.js";
+import { byId } from "./dom.js";
+import { followFingers, showFingers, startFingers } from "./fingers.js";
+import { drawHand } from "./hand.js";
+import { showIdentification } from "./identification.js";
+import { startKeys } from "./keys.js";
+import { drawMap, followMap, readOut, showAgain, showMapTable, startMap, takeTile } from "./map.js";
+import { marked, moveTo, showMarking, startMarking } from "./marking.js";
+import { showNotes, startNotes } from "./notes.js";
+import { followContact, now } from "./now.js";
+import { showPlayback, startPlayback } from "./playback.js";
+import { showSession, startSession } from "./session.js";
+import { startSheets } from "./sheets.js";
+import { wakeSound } from "./sound.js";
+import { sendKept, showStop, startStop } from "./stop.js";
+import { drawStrips, showStripTable, startStrips } from "./strips.js";
+import { startTheme } from "./theme.js";
+import { speakIn } from "./words.js";
+
+const NUMBERS_MS = 250, SAID_MS = 6000;
+const pending = [];
+let framed = false, said = "", saidUntil_ms = 0;
+
+const connection = new Connection({
+  open() {
+    now.connected = true;
+    now.refused = false;
+    pending.length = 0;
+    sendKept();
+    showAgain();
+  },
+  closed(refused) {
+    now.connected = false;
+    now.refused = refused;
+    showNow();
+  },
+  picture(picture) {
+    pending.push(picture);
+    if (!framed) { framed = true; requestAnimationFrame(draw); }
+  },
+  tile: takeTile,
+  state(state) {
+    now.state = state;
+    now.stateAt_ms = performance.now();
+    followChart(state);
+    followMap(state);
+    drawChart();
+    showNow();
+  },
+});
+
+// Credit goes back once the pictures are on the canvases.
+function draw() {
+  framed = false;
+  const pictures = pending.splice(0);
+  for (const picture of pictures) {
+    now.picture = picture;
+    now.pictureAt_ms = performance.now();
+    followContact(picture);
+    followFingers(picture);
+    drawStrips(picture);
+    stepMark();
+  }
+  if (!now.picture) return;
+  drawHand(now.picture);
+  drawMap(marked());
+  for (const picture of pictures) connection.drew(picture.sequence);
+}
+
+function showNow() {
+  showBar();
+  showAlarms();
+  showStop();
+  showActions();
+  showSession();
+  showPlayback();
+}
+
+function showNumbers() {
+  showNow();
+  showFingers();
+  showIdentification();
+  showMarking();
+  showNotes();
+  showStripTable();
+  showMapTable();
+  soundAlarms();
+  readOut(performance.now() < saidUntil_ms ? said : "");
+}
+
+// What an act was answered stands below the map for 6 s, and is spoken.
+function say(text) {
+  said = text;
+  saidUntil_ms = performance.now() + SAID_MS;
+  byId("polite").textContent = text;
+  readOut(text);
+}
+
+function choose(finger) {
+  now.chosen = finger;
+  if (finger !== null) now.active = finger;
+  drawChart();
+  showNumbers();
+}
+
+speakIn(document);
+startStrips();
+startChart();
+startFingers(choose);
+startMap(connection, moveTo);
+startTheme();
+startAlarms(connection);
+startStop(connection, showNow);
+startActions(connection, say);
+startMarking(connection, say);
+startNotes(connection, say);
+startPlayback();
+startSession();
+startSheets(showList);
+const details = startDetails(() => { if (now.picture) drawHand(now.picture); drawChart(); });
+startKeys({ choose, details, listed: showList });
+window.addEventListener("pointerdown", wakeSound, { capture: true });
+window.addEventListener("keydown", wakeSound, { capture: true });
+document.addEventListener("focusin", showStop);
+document.addEventListener("focusout", () => setTimeout(showStop));
+setInterval(showNumbers, NUMBERS_MS);
+showNow();
+connection.start();

@@ -1,0 +1,103 @@
+// D, over the map: a cross for each finger, the findings as numbered flags, the finding being marked, the cursor,
+// a scale bar of 10 mm, and which side of the body is where.
+import { fit } from "./dom.js";
+import { age_s, GONE_S } from "./fingers.js";
+import { now } from "./now.js";
+import { FINGER_COUNT } from "./picture.js";
+import { FINGER_NAMES } from "./words.js";
+
+const INK = "#10151B", PAPER = "#FFFFFF", BAR_MM = 10, OPPOSITE = { head: "feet", feet: "head", left: "right", right: "left" };
+
+export function drawOver(canvas, at, finding, cursor) {
+  fit(canvas);
+  const scale = canvas.width / canvas.clientWidth, pen = canvas.getContext("2d");
+  pen.setTransform(scale, 0, 0, scale, 0, 0);
+  pen.clearRect(0, 0, at.width, at.height);
+  pen.font = "600 16px system-ui, sans-serif";
+  pen.textAlign = "center";
+  sides(pen, at);
+  bar(pen, at);
+  for (const found of now.state ? now.state.findings : []) if (typeof found.x_mm === "number" && typeof found.y_mm === "number") flag(pen, at.toX(found.x_mm), at.toY(found.y_mm), found.id);
+  if (now.picture) for (let finger = 0; finger < FINGER_COUNT; finger += 1) if (now.picture.inUse(finger) && age_s(finger) <= GONE_S) cross(pen, at, finger);
+  if (cursor) lines(pen, at.toX(cursor.x), at.toY(cursor.y), 9, 1.5, 3);
+  if (finding && finding.x_mm !== null) aim(pen, at.toX(finding.x_mm), at.toY(finding.y_mm));
+}
+
+function lines(pen, x, y, long, thick, open = 0) {
+  for (const [ink, wide] of [[PAPER, thick + 3], [INK, thick]]) {
+    pen.strokeStyle = ink;
+    pen.lineWidth = wide;
+    pen.beginPath();
+    for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) { pen.moveTo(x + open * dx, y + open * dy); pen.lineTo(x + long * dx, y + long * dy); }
+    pen.stroke();
+  }
+}
+
+function word(pen, text, x, y) {
+  pen.lineJoin = "round";
+  pen.lineWidth = 4;
+  pen.strokeStyle = INK;
+  pen.strokeText(text, x, y);
+  pen.fillStyle = PAPER;
+  pen.fillText(text, x, y);
+}
+
+function cross(pen, at, finger) {
+  const x = at.toX(now.picture.of(finger, "x_m") * 1000), y = at.toY(now.picture.of(finger, "y_m") * 1000);
+  if (Number.isNaN(x) || Number.isNaN(y)) return;
+  if (x < 0 || y < 0 || x > at.width || y > at.height) { outside(pen, at, x, y, finger); return; }
+  const active = finger === now.active;
+  lines(pen, x, y, active ? 13 : 7, active ? 4 : 2);
+  word(pen, FINGER_NAMES[finger][0], x + (active ? 15 : 12), y - 8);
+  if (!now.picture.contact(finger)) return;
+  for (const [ink, wide] of [[PAPER, 5], [INK, 2]]) { pen.strokeStyle = ink; pen.lineWidth = wide; pen.beginPath(); pen.arc(x, y, active ? 9 : 6, 0, 2 * Math.PI); pen.stroke(); }
+}
+
+// A finger beyond the edge: its letter and an arrow where the way out leads.
+function outside(pen, at, x, y, finger) {
+  const edgeX = Math.min(at.width - 14, Math.max(14, x)), edgeY = Math.min(at.height - 14, Math.max(20, y)), way = Math.atan2(y - edgeY, x - edgeX);
+  pen.save();
+  pen.translate(edgeX, edgeY);
+  pen.rotate(way);
+  pen.beginPath();
+  pen.moveTo(12, 0); pen.lineTo(2, -7); pen.lineTo(2, 7); pen.closePath();
+  pen.fillStyle = PAPER; pen.strokeStyle = INK; pen.lineWidth = 2;
+  pen.fill(); pen.stroke();
+  pen.restore();
+  word(pen, FINGER_NAMES[finger][0], edgeX - 12 * Math.cos(way), edgeY - 12 * Math.sin(way) + 6);
+}
+
+function flag(pen, x, y, number) {
+  const text = String(number), wide = 14 + 10 * text.length;
+  pen.fillStyle = INK;
+  pen.strokeStyle = PAPER;
+  pen.lineWidth = 2;
+  pen.beginPath();
+  pen.moveTo(x, y); pen.lineTo(x, y - 34); pen.lineTo(x + wide, y - 34); pen.lineTo(x + wide, y - 12); pen.lineTo(x + 3, y - 12); pen.lineTo(x + 3, y); pen.closePath();
+  pen.fill(); pen.stroke();
+  pen.fillStyle = PAPER;
+  pen.fillText(text, x + 1 + wide / 2, y - 17);
+}
+
+function aim(pen, x, y) {
+  lines(pen, x, y, 34, 3, 8);
+  for (const [ink, wide] of [[PAPER, 6], [INK, 3]]) { pen.strokeStyle = ink; pen.lineWidth = wide; pen.beginPath(); pen.arc(x, y, 20, 0, 2 * Math.PI); pen.stroke(); }
+}
+
+function bar(pen, at) {
+  const long = BAR_MM * at.scale, left = 12, y = at.height - 12;
+  for (const [ink, wide] of [[PAPER, 7], [INK, 3]]) { pen.strokeStyle = ink; pen.lineWidth = wide; pen.beginPath(); pen.moveTo(left, y); pen.lineTo(left + long, y); pen.stroke(); }
+  word(pen, "10 mm", left + Math.max(28, long / 2), y - 9);
+}
+
+function sides(pen, at) {
+  const told = now.state && now.state.map ? now.state.map.sides : null;
+  if (!told) return;
+  if (told.top) { word(pen, told.top, at.width / 2, 18); word(pen, OPPOSITE[told.top] ?? "", at.width / 2, at.height - 8); }
+  pen.save();
+  if (told.right) {
+    pen.textAlign = "right"; word(pen, told.right, at.width - 6, at.height / 2);
+    pen.textAlign = "left"; word(pen, OPPOSITE[told.right] ?? "", 6, at.height / 2);
+  }
+  pen.restore();
+}

@@ -1,0 +1,49 @@
+// A note to a finding. In its text field Space types and Esc is STOP; closing keeps what was typed.
+import { byId, make, remake, write } from "./dom.js";
+import { acts, now } from "./now.js";
+import { WORDS } from "./words.js";
+
+let connection = null, say = null;
+
+export function startNotes(link, speak) {
+  connection = link;
+  say = speak;
+  byId("note-button").addEventListener("click", () => openNote());
+  byId("note-close").addEventListener("click", closeNote);
+  byId("noting").addEventListener("submit", event => { event.preventDefault(); save(); });
+}
+
+export function openNote() {
+  const findings = now.state ? now.state.findings : [];
+  if (!acts()) return;
+  if (findings.length === 0) { say(WORDS.noFindings); return; }
+  byId("noting").hidden = false;
+  showNotes();
+  byId("note-finding").value = String(findings.at(-1).id);
+  byId("note-text").focus();
+}
+
+function closeNote() {
+  byId("noting").hidden = true;
+  byId("note-button").focus();
+}
+
+export function showNotes() {
+  if (byId("noting").hidden || !now.state) return;
+  const choices = now.state.findings.map(found => [found.id, found.text]);
+  const chosen = byId("note-finding").value;
+  remake(byId("note-finding"), choices, () => choices.map(([id, text]) => make("option", { value: id, text: `${id}: ${text}`.slice(0, 60) })));
+  if (chosen && choices.some(([id]) => String(id) === chosen)) byId("note-finding").value = chosen;
+}
+
+async function save() {
+  const text = byId("note-text").value;
+  if (!text.trim()) return;
+  write(byId("note-said"), WORDS.noteSaving);
+  const answer = await connection.ask("note", { finding: Number(byId("note-finding").value), text });
+  write(byId("note-said"), answer.text);
+  if (!answer.ok) return;
+  byId("note-text").value = "";
+  say(answer.text);
+  closeNote();
+}

@@ -1,0 +1,97 @@
+// The session sheet: begin under a study number, check list with the command to run, sound, findings, end, report.
+import { ask } from "./actions.js";
+import { byId, make, remake, write } from "./dom.js";
+import { acts, live, now, playback } from "./now.js";
+import { close, open } from "./sheets.js";
+import { burst, soundPossible, wakeSound } from "./sound.js";
+import { FINGER_NAMES, FINGERS, looksLikeName, SIDES, WORDS } from "./words.js";
+
+const CONFIRM_MS = 5000;
+let ending = null, offered = false, played = false, hadSession = false;
+
+export function startSession() {
+  for (const id of ["begin-top", "begin-right"]) byId(id).append(...SIDES.map(side => make("option", { value: side, text: side || "–" })));
+  byId("begin-form").addEventListener("submit", event => { event.preventDefault(); begin(); });
+  byId("sound-play").addEventListener("click", () => { wakeSound(); played = true; setTimeout(() => { burst("medium"); showSound(); }, 100); });
+  byId("sound-heard").addEventListener("click", () => ask("sound", { answer: "heard" }));
+  byId("sound-refused").addEventListener("click", () => ask("sound", { answer: "refused" }));
+  byId("take-button").addEventListener("click", () => ask("take_control"));
+  byId("end-button").addEventListener("click", end);
+}
+
+async function begin() {
+  const pseudonym = byId("begin-pseudonym").value.trim();
+  if (!pseudonym || looksLikeName(pseudonym)) { write(byId("begin-said"), WORDS.looksLikeName); byId("begin-pseudonym").focus(); return; }
+  const answer = await ask("begin", { pseudonym, sides: { top: byId("begin-top").value, right: byId("begin-right").value } });
+  write(byId("begin-said"), answer.text);
+  if (!answer.ok) return;
+  close("sheet-session");
+  byId("act-button").focus();
+}
+
+// Two presses within 5 s.
+async function end() {
+  if (!ending) {
+    ending = setTimeout(() => { ending = null; showSession(); }, CONFIRM_MS);
+    showSession();
+    return;
+  }
+  clearTimeout(ending);
+  ending = null;
+  const answer = await ask("end");
+  write(byId("session-said"), answer.text);
+  open("sheet-session");
+}
+
+export function showSession() {
+  if (!now.state) return;
+  const { session, you, findings } = now.state, inSession = Boolean(session.pseudonym);
+  // Where no session is open, beginning one is what there is to do; it is offered once, and can be put away.
+  if (!offered && acts() && !inSession && live() && ["connected", "disconnected"].includes(session.state)) { offered = true; open("sheet-session"); }
+  if (hadSession && !inSession && session.saved) open("sheet-session");
+  hadSession = inSession;
+  const sheet = byId("sheet-session");
+  sheet.classList.toggle("start", acts() && !inSession && !["engaged", "engaging"].includes(session.state));
+  byId("session-begin").hidden = inSession || !acts();
+  byId("session-sound").hidden = !acts();
+  byId("take-button").hidden = !acts() || you.in_control || session.state === "engaged";
+  byId("end-button").hidden = !acts() || !inSession;
+  write(byId("end-button"), ending ? WORDS.confirmEnd(session.pseudonym, findings.length) : WORDS.end);
+  const control = you.in_control ? "" : ` ${WORDS.controlElsewhere(you.control)}`;
+  const told = session.saved ? session.saved.text : inSession ? WORDS.sessionOpen(session.pseudonym) : playback() ? session.title ?? "" : WORDS.noSession;
+  write(byId("session-told"), `${told}${control}`);
+  const report = session.saved ? session.saved.report : null, link = byId("report-link");
+  link.hidden = !(typeof report === "string" && report.startsWith("/report/"));
+  if (!link.hidden && link.getAttribute("href") !== report) link.setAttribute("href", report);
+  showSound();
+  showChecks();
+  showFindings();
+}
+
+function showSound() {
+  if (!now.state) return;
+  const answered = now.state.session.sound;
+  byId("sound-heard").hidden = !played;
+  const told = answered === "heard" ? WORDS.soundHeard : answered === "refused" ? WORDS.soundRefused : played ? WORDS.soundAsk : WORDS.soundNeeded;
+  write(byId("sound-said"), played && !soundPossible() ? WORDS.soundBlocked : told);
+}
+
+function deviceName(name) {
+  const finger = FINGERS.indexOf(name);
+  return finger < 0 ? name[0].toUpperCase() + name.slice(1) : FINGER_NAMES[finger];
+}
+
+function showChecks() {
+  const lines = [...now.state.devices.map(device => ({ ...device, what: deviceName(device.name) })), ...now.state.checks];
+  remake(byId("checks"), lines, () => lines.map(line => make("li", {},
+    make("span", { class: "tick", "aria-hidden": "true", text: line.ready ? "✓" : "✗" }), make("span", { text: line.what }),
+    make("span", { class: line.ready ? "" : "missing", text: line.ready ? line.text || WORDS.ready : line.text }),
+    ...(line.help && !line.ready ? [make("code", { text: line.help })] : []))));
+}
+
+function showFindings() {
+  const findings = now.state.findings;
+  byId("findings-title").hidden = findings.length === 0;
+  remake(byId("findings"), findings, () => findings.map(found => make("li", {},
+    make("span", { text: `${found.id}  ${found.text}` }), make("span", { class: "small", text: found.saved ? "" : WORDS.notSaved }), make("span", { class: "small", text: found.note ?? "", dir: "auto" }))));
+}

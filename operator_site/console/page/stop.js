@@ -1,0 +1,83 @@
+// STOP: acts on press, is sent again until answered, and shows what each device answered; never the page's own wish.
+import { byId, make, remake, write } from "./dom.js";
+import { now, underWay } from "./now.js";
+import { DEVICE_LABELS, WORDS } from "./words.js";
+
+const AGAIN_MS = 50;
+let connection = null, changed = null, id = null, timer = null;
+
+export function startStop(link, show) {
+  connection = link;
+  changed = show;
+  const button = byId("stop");
+  button.addEventListener("pointerdown", event => {
+    event.preventDefault();
+    button.focus({ preventScroll: true });
+    press();
+  });
+  // Enter, or Space where it is no STOP key: a press of the button like any other, on the way down.
+  button.addEventListener("keydown", event => {
+    if ((event.key === "Enter" || event.key === " ") && !event.repeat) { event.preventDefault(); press(); }
+  });
+  // Software that presses buttons for people sends a click alone.
+  button.addEventListener("click", event => { if (event.detail === 0 && id === null) press(); });
+}
+
+export function press() {
+  if (id !== null) return;
+  id = connection.newId();
+  now.stopPressed = true;
+  send();
+  timer = setInterval(send, AGAIN_MS);
+  changed();
+}
+
+function send() {
+  connection.repeat(id, "estop", answer => {
+    if (id === null || answer.id !== id) return;
+    if (answer.ok) finish();
+    else id = connection.newId();
+  });
+}
+
+// Where the connection had gone, STOP is the first thing that is sent when it is back.
+export function sendKept() {
+  if (id !== null) send();
+}
+
+function finish() {
+  clearInterval(timer);
+  id = null;
+  // The state that follows an answer says what the devices do; until then it stays STOPPING.
+  const until = setInterval(() => {
+    if (!now.state || now.state.stop || ["stopped", "fault"].includes(now.state.session.state) || !now.connected) {
+      clearInterval(until);
+      now.stopPressed = false;
+      changed();
+    }
+  }, AGAIN_MS);
+}
+
+export function showStop() {
+  const stop = now.state ? now.state.stop : null;
+  const typing = document.activeElement !== null && document.activeElement.matches("input:not([type=range]), textarea");
+  write(byId("stop-key"), typing ? WORDS.escapeKey : underWay() ? WORDS.spaceKey : WORDS.stopKeyOff);
+  const answers = byId("answers");
+  answers.hidden = !now.stopPressed && !stop;
+  if (answers.hidden) return;
+  const times = stop ? stop.devices : {};
+  const missing = DEVICE_LABELS.filter(([device]) => typeof times[device] !== "number");
+  write(byId("answers-title"), title(stop, times, missing));
+  const from = DEVICE_LABELS.map(([device]) => [times[device] ?? null, Boolean(stop && stop.late)]);
+  remake(byId("answers-list"), from, () => DEVICE_LABELS.map(([device, label]) => {
+    const time_s = times[device], stopped = typeof time_s === "number";
+    return make("li", { class: stopped ? "stopped" : stop && stop.late ? "late" : "" }, label, make("span", { text: stopped ? WORDS.stoppedIn(time_s) : WORDS.waiting }));
+  }));
+}
+
+function title(stop, times, missing) {
+  if (!now.connected && now.stopPressed) return WORDS.stopNotSent;
+  if (stop && stop.confirmed && missing.length === 0) return WORDS.stopConfirmed(DEVICE_LABELS.length, Math.max(...Object.values(times)));
+  if (stop && stop.late) return WORDS.stopNotConfirmed(missing.map(([device, label]) => (label.length === 1 ? device[0].toUpperCase() + device.slice(1) : label)).join(", "));
+  return WORDS.stopping;
+}

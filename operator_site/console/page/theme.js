@@ -1,0 +1,35 @@
+// Light or dark, as the system says until a person chose; colours for the canvases.
+import { byId, write } from "./dom.js";
+import { WORDS } from "./words.js";
+
+const KEPT = "teletaction-theme";
+const NAMES = ["ground", "panel", "text", "muted", "line", "faint", "mark", "high"];
+export const colour = {};
+const watching = [];
+
+export function onTheme(redraw) {
+  watching.push(redraw);
+}
+
+function apply(theme) {
+  document.documentElement.dataset.theme = theme;
+  const style = getComputedStyle(document.documentElement);
+  for (const name of NAMES) colour[name] = style.getPropertyValue(`--${name}`).trim();
+  write(byId("theme-button"), WORDS.theme(theme === "dark"));
+  for (const redraw of watching) redraw();
+}
+
+export function startTheme() {
+  let kept = null;
+  try { kept = localStorage.getItem(KEPT); } catch { /* a browser may forbid it */ }
+  const light = window.matchMedia("(prefers-color-scheme: light)");
+  const chosen = kept === "light" || kept === "dark" ? kept : null;
+  light.addEventListener("change", () => { if (!chosen) apply(light.matches ? "light" : "dark"); });
+  apply(chosen ?? (light.matches ? "light" : "dark"));
+}
+
+export function otherTheme() {
+  const theme = document.documentElement.dataset.theme === "dark" ? "light" : "dark";
+  try { localStorage.setItem(KEPT, theme); } catch { /* then it lasts until the reload */ }
+  apply(theme);
+}

@@ -1,0 +1,129 @@
+// Every word of the page. The server sends the words of alarms, refusals, findings and answers ready made.
+export const FINGERS = ["thumb", "index", "middle", "ring", "little"];
+export const FINGER_NAMES = ["Thumb", "Index", "Middle", "Ring", "Little"];
+export const DEVICE_LABELS = [["thumb", "T"], ["index", "I"], ["middle", "M"], ["ring", "R"], ["little", "L"], ["exoskeleton", "exo"], ["remote hand", "arm"]];
+export const MODES = ["free", "tap", "rest", "rub"];
+export const KINDS = ["rough", "warm", "cold", "stiff", "soft", "other"];
+export const SIDES = ["", "head", "feet", "left", "right"];
+
+export const STATES = {
+  unknown: "NOT LIVE", disconnected: "DISCONNECTED", connected: "CONNECTED", engaging: "ENGAGING", engaged: "ENGAGED",
+  paused: "PAUSED", fault: "FAULT", stopped: "STOPPED", stopping: "STOPPING", playback: "RECORDING", observer: "OBSERVER",
+};
+
+// The words that stand in the page from its start: an element's text by data-word, its name by data-name.
+export const FIXED = {
+  console: "Console", stop: "STOP", help: "Help", alarms: "Alarms", stopAnswers: "What the devices answered to STOP", actions: "Actions",
+  finding: "Finding", note: "Note", map: "Tactile map", quantities: "Quantity on the map", mapTable: "The map as a table",
+  zoomIn: "Zoom in", zoomOut: "Zoom out", fingers: "Fingers", drawing: "Hand: force, contact, vibration, mode and plate temperature of each finger; the table below says the same",
+  chart: "Probability of each material since contact; a table follows", chartTable: "Probabilities as a table",
+  lastSeconds: "Last 10 seconds", now: "now", strips: "Signals of the last 10 s; a table follows", stripTable: "Signals as a table",
+  markFinding: "Mark a finding", kinds: "Kind of finding", save: "Save", discard: "Discard",
+  markingHelp: "Arrows move the cross 1 mm, with Shift 5 mm.",
+  noteTo: "Note to", saveNote: "Save note", close: "Close", details: "Details", playback: "Playback", position: "Position in the recording", speed: "Speed",
+  session: "Session", startSession: "Start a session", studyNumber: "Study number", mapTop: "Top of the map is", mapRight: "Right of the map is",
+  begin: "Begin", playAlarm: "Play alarm sound", heard: "I heard it", withoutSound: "Work without sound", takeControl: "Take control",
+  openReport: "Open report", checkList: "Check list", findings: "Findings", keys: "Keys", link: "link",
+  noEmergencyStop: "STOP on this page is not an emergency-stop device. The hardware switch is. A hidden page has no STOP key.",
+};
+
+export const WORDS = {
+  spaceKey: "Space", escapeKey: "Esc", stopKeyOff: "press here",
+  noAlarms: "No alarms", more: count => `+${count} (A)`, alarmList: "List (A)",
+  engage: "Engage", confirmEngage: "Confirm engage", resume: "Resume", confirmResume: "Confirm resume", pause: "Pause",
+  clear: "Clear fault", confirmClear: "Confirm clear", startSession: "Start session", engaging: "Engaging…", hold: "hold 1 s",
+  stopping: "STOPPING. Waiting for the devices.", stopNotSent: "STOP NOT SENT. Use the hardware switch.",
+  stopConfirmed: (count, seconds) => `STOPPED. All ${count} devices confirmed in ${seconds.toFixed(2)} s.`,
+  stopNotConfirmed: names => `STOP NOT CONFIRMED: ${names}. Use the hardware switch.`,
+  waiting: "waiting", stoppedIn: seconds => `stopped ${seconds.toFixed(2)} s`,
+  noData: seconds => `No data for ${seconds.toFixed(1)} s. Screen is not live.`,
+  noConnection: "No connection to the console. Trying again.", refused: "This address needs its token. Open the link that the console printed.",
+  noAnswer: "No answer. Look at the state, then try again.", notSent: "Not sent: no connection.",
+  looksLikeName: "Use a study number, not a name.", sessionOpen: pseudonym => `Session ${pseudonym} is open.`,
+  noSession: "No session is open.", end: "End session",
+  confirmEnd: (pseudonym, findings) => `End session ${pseudonym}? ${count(findings, "finding")}.`,
+  observer: control => `OBSERVER. Control is at ${control}.`, controlElsewhere: control => `Control is at ${control}.`,
+  quiet: "Sound off 60 s (Q)", quietFor: seconds => `Sound off ${seconds} s`,
+  soundAsk: "Did you hear it?", soundHeard: "Alarm sound was heard.", soundRefused: "Alarms make no sound here.", soundNeeded: "Engaging needs this answer once.",
+  soundBlocked: "The browser lets no sound out before you press something.",
+  recording: "● REC", notRecording: "not recording", recorded: title => title || "",
+  active: (name, seconds) => (seconds === null ? name : `${name}, ${seconds.toFixed(1)} s since contact`), auto: "auto",
+  noContact: "NO CONTACT", notCalibrated: "Probabilities: not calibrated", object: "object",
+  stiffness: "stiffness", roughness: "roughness", groove: "groove period", rest: "rest", none: "none of these",
+  legend: { temperature: "Temperature", roughness: "Roughness", stiffness: "Stiffness", material: "Material" },
+  legendKey: { temperature: "T", roughness: "R", stiffness: "S", material: "M" },
+  legendUnit: { temperature: "°C", roughness: "V", stiffness: "N/m", material: "material" },
+  confidence: "Sure", confidenceKey: "U", confidenceFoot: "sure →", notFelt: "not felt",
+  nothingFelt: "Nothing felt here.", pointAtMap: "Point at the map, or Tab to it and use the arrows.",
+  placeOf: (x, y) => `x ${x.toFixed(0)} y ${y.toFixed(0)} mm`, mapName: quantity => `Map of ${quantity}; a table follows`,
+  findingAt: (finger, x, y) => (x === null ? `Finding at ${finger}, no place` : `Finding at ${finger}, x ${x.toFixed(0)} y ${y.toFixed(0)} mm`),
+  noFindings: "No findings yet.", notSaved: "not yet on disk", noteSaving: "Saving…", limit: "LIMIT", old: seconds => `${seconds.toFixed(1)} s`,
+  rows: { force_n: "force N", plate_c: "plate °C", motor_hz: "vibration Hz", mode: "mode", remarks: "limit, age" },
+  strips: [["force", "N"], ["contact", "N"], ["motor", "Hz"], ["plate", "°C"]],
+  lastTable: "Smallest and largest of the last 10 s",
+  stripTable: ["finger", "force N", "contact N", "motor Hz", "plate °C", "skin °C"],
+  chartTable: ["s since contact", "material", "probability"], mapTable: ["x mm", "y mm", "felt", "lowest", "highest"],
+  since: seconds => `${clock(seconds)}`, lasted: seconds => `lasted ${seconds.toFixed(1)} s`, clearedBy: who => `cleared by ${who}`, past: "past",
+  play: "Play", pausePlay: "Pause", position: (at, length) => `${clock(at)} of ${clock(length)}`,
+  skipped: count => `${count} pictures skipped`, letters: on => (on ? "Letter keys: on" : "Letter keys: with Alt"), theme: dark => (dark ? "Light (L)" : "Dark (L)"),
+  ready: "ready", calibrationMissing: "not calibrated", ended: "Session ended.", badFrames: count => `${count} bad pictures dropped`,
+  signal: hertz => `${hertz.toFixed(0)} Hz`,
+};
+
+export const KEYS = [
+  ["Space, Esc", "STOP while engaging, engaged or paused; in a text field only Esc"], ["E", "hold 1 s: engage, resume; or press twice"], ["P", "pause"],
+  ["C", "hold 1 s: clear a fault"], ["F, N", "finding, note"], ["1–5, 0", "finger, or the one that touched last"], ["T R S M", "quantity on the map"],
+  ["U", "how sure the map is"], ["+ −", "zoom"], [", .", "narrower, wider colours"], ["A, Q", "alarms, sound off 60 s"], ["D", "details"],
+  ["L", "light or dark"], ["?", "this list"], ["Playback", "Space plays, arrows 1 s, Shift 10 s, [ ] events, Home, End"],
+];
+
+export function clock(seconds) {
+  const whole = Math.max(0, Math.floor(seconds));
+  return [whole / 3600, (whole / 60) % 60, whole % 60].map(part => String(Math.floor(part)).padStart(2, "0")).join(":");
+}
+
+export function count(number, thing) {
+  return `${number} ${thing}${number === 1 ? "" : "s"}`;
+}
+
+// Digits follow the uncertainty: one significant digit of sd, the value to the same place.
+export function withSd(value, sd, digits = 1) {
+  if (value === null || value === undefined) return "--";
+  if (sd === null || sd === undefined || !(sd >= 0)) return `${value.toFixed(digits)} ± ?`;
+  let place = sd > 0 ? -Math.floor(Math.log10(sd)) : digits;
+  if (sd > 0 && Math.round(sd * 10 ** place) >= 10) place -= 1; // 0.96 is 1, not 1.0
+  const step = 10 ** -place;
+  const shown = Math.max(0, Math.min(6, place));
+  return `${(Math.round(value / step) * step).toFixed(shown)} ± ${(Math.round(sd / step) * step).toFixed(shown)}`;
+}
+
+export function percent(probability) {
+  return probability > 0.99 ? "> 99 %" : `${Math.round(probability * 100)} %`;
+}
+
+export function material(name) {
+  return name.replaceAll("_", " ").replace(/^(pvc|ptfe|abs|pu)\b/, short => short.toUpperCase());
+}
+
+export function delay(link) {
+  if (!link || link.delay_ms === null || link.delay_ms === undefined) return "--";
+  const sd = link.delay_sd_ms;
+  if (sd !== null && sd !== undefined && link.delay_ms < sd) return `< ${sd.toFixed(0)} ms`;
+  return `${withSd(link.delay_ms, sd, 0)} ms`;
+}
+
+export function linkMore(link) {
+  const age = link && link.age_ms !== null && link.age_ms !== undefined ? `${link.age_ms.toFixed(0)} ms` : "--";
+  const loss = link && link.loss !== null && link.loss !== undefined ? `${(link.loss * 100).toFixed(link.loss < 0.1 ? 1 : 0)} %` : "--";
+  return `age ${age} · loss ${loss}`;
+}
+
+// Whether a pseudonym looks like a name or a date of birth: the server decides, this saves the way there.
+export function looksLikeName(text) {
+  return !/\d/.test(text) || /\d{1,4}[-./]\d{1,2}[-./]\d{1,4}/.test(text) || /\p{L}+\s+\p{L}+/u.test(text);
+}
+
+export function speakIn(root) {
+  for (const element of root.querySelectorAll("[data-word]")) element.textContent = FIXED[element.dataset.word];
+  for (const element of root.querySelectorAll("[data-name]")) element.setAttribute("aria-label", FIXED[element.dataset.name]);
+}

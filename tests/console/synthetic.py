@@ -1,0 +1,341 @@
+"""Pictures, tiles and states as the console would send them, made up for a page under test."""
+
+import math
+import struct
+from copy import deepcopy
+from typing import Any
+
+MAGIC, VERSION, PICTURE, TILE, SNAPSHOT = 0x7EA7, 1, 1, 2, 3
+FINGERS = ("thumb", "index", "middle", "ring", "little")
+DEVICES = (*FINGERS, "exoskeleton", "remote hand")
+SPAN_S = 0.033
+LINK_STATES = {"disconnected": 0, "connected": 1, "engaging": 1, "engaged": 2, "paused": 1, "fault": 3, "stopped": 3}
+PRIORITIES = {"low": 1, "medium": 2, "high": 3}
+MATERIALS = ["skin_dermis", "pvc", "rubber", "aluminium", "fat", "acrylic"]
+RANGES = {"temperature": [-10.0, 60.0], "roughness": [0.001, 10.0], "stiffness": [50.0, 20000.0], "material": [0, 5]}
+QUANTITIES = tuple(RANGES)
+
+
+def finger_row(finger: int, time_s: float, scenario: "Scenario") -> list[float]:
+    """What one finger's twelve numbers are at a time."""
+    nan = math.nan
+    if finger in scenario.absent:
+        return [nan] * 12
+    touching = finger in scenario.touching
+    force_n = 2.1 + 0.8 * math.sin(2.0 * time_s + finger) if touching else 0.0
+    motor_hz = 62.0 + 8.0 * math.sin(5.0 * time_s) if touching and finger == 1 else 0.0
+    plate_c = 31.4 + 0.4 * math.sin(0.5 * time_s + finger)
+    x_m = 0.04 * math.sin(0.4 * time_s)
+    y_m = -0.04 + 0.02 * finger
+    mode = (3 if finger == 1 else 2) if touching else 0
+    age_s = scenario.age_s if finger in scenario.stale else 0.01
+    return [x_m, y_m, 0.0, force_n, 0.9 * force_n, motor_hz, plate_c, plate_c - 0.6, 32.0, mode, 410.0, age_s]
+
+
+def bin_values(time_s: float, scenario: "Scenario") -> list[float]:
+    """Smallest and largest of the 25 signals in the bin that ends at a time."""
+    values: list[float] = []
+    for finger in range(5):
+        row = finger_row(finger, time_s, scenario)
+        for value, spread in ((row[3], 0.15), (row[4], 0.1), (row[5], 3.0), (row[6], 0.05), (row[7], 0.05)):
+            values += [value - spread, value + spread] if value else [0.0, 0.0]
+    return values
+
+
+def picture(number: int, bin_number: int, scenario: "Scenario", kind: int = PICTURE, bins: int = 1) -> bytes:
+    """A picture (kind 1) or a whole snapshot of the strips (kind 3)."""
+    time_s = bin_number * SPAN_S
+    flags = LINK_STATES[scenario.state["session"]["state"]]
+    flags |= max((PRIORITIES[alarm["priority"]] for alarm in scenario.state["alarms"]), default=0) << 3
+    flags |= 32 if scenario.state["session"]["recording"] else 0
+    flags |= 64 if scenario.state["session"]["playback"] else 0
+    for finger in range(5):
+        flags |= (finger in scenario.touching) << (8 + finger)
+        flags |= (finger in scenario.limited) << (16 + finger)
+        flags |= (finger not in scenario.absent) << (24 + finger)
+    head = struct.pack("<HBBIIIdfHBB", MAGIC, VERSION, kind, 7, number, flags, time_s, SPAN_S, bins, 5, 5)
+    rows = [value for finger in range(5) for value in finger_row(finger, time_s, scenario)]
+    values = [v for back in range(bins - 1, -1, -1) for v in bin_values(time_s - back * SPAN_S, scenario)]
+    return head + struct.pack(f"<{len(rows) + len(values)}f", *rows, *values)
+
+
+def _felt(quantity: str, x_mm: float, y_mm: float) -> tuple[float, int] | None:
+    """Value and confidence of a cell: five lines of a sweep over a warm, rough and stiff place; None where not felt."""
+    lane = min(range(5), key=lambda finger: abs(y_mm - 20.0 * (finger - 2)))
+    off_mm = abs(y_mm - 20.0 * (lane - 2))
+    if not -70 < x_mm < 95 or off_mm > 8:
+        return None
+    confidence = 3 if off_mm < 3 else 2 if off_mm < 5 else 1 if off_mm < 7 else 0
+    warm = math.exp(-((x_mm - 40) ** 2 + (y_mm + 20) ** 2) / 500)
+    stiff = math.exp(-((x_mm + 30) ** 2 + (y_mm - 20) ** 2) / 400)
+    rough = math.exp(-(x_mm**2 + y_mm**2) / 600)
+    if quantity == "temperature":
+        return 33.0 + 3.0 * warm, confidence
+    if quantity == "roughness":
+        return 0.03 * 20**rough, confidence
+    if quantity == "stiffness":
+        return 400.0 * 10**stiff, confidence
+    return (3 if stiff > 0.5 else 1 if rough > 0.5 else 0), confidence
+
+
+def tile(quantity: int, column: int, row: int, revision: int) -> bytes:
+    """One tile of the map as kind 2."""
+    name = QUANTITIES[quantity]
+    low, high = RANGES[name]
+    values, confidences = [], []
+    for y in range(32):
+        for x in range(32):
+            felt = _felt(name, column * 32 + x - 128 + 0.5, row * 32 + y - 128 + 0.5)
+            if felt is None:
+                values.append(65535)
+                confidences.append(0)
+                continue
+            value, confidence = felt
+            if name == "material":
+                code = int(value)
+            elif name == "temperature":
+                code = round((value - low) / (high - low) * 65534)
+            else:
+                code = round(math.log(value / low) / math.log(high / low) * 65534)
+            values.append(code)
+            confidences.append(confidence)
+    head = struct.pack("<HBBBBBBI", MAGIC, VERSION, TILE, quantity, column, row, 0, revision)
+    return head + struct.pack("<1024H1024B", *values, *confidences)
+
+
+def finger_state(name: str, **changed: Any) -> dict[str, Any]:
+    """What the state tells of one finger."""
+    told: dict[str, Any] = {
+        "name": name, "in_use": True, "module": "ready", "contact_s": None, "decision": "NO CONTACT", "line": "NO CONTACT",
+        "candidates": [], "object_c": None, "object_c_sd": None, "stiffness_n_m": None, "stiffness_sd_n_m": None,
+        "stiffness_known": False, "roughness_v": None, "roughness_sd_v": None, "groove_mm": None, "groove_sd_mm": None,
+        "limits": [], "age_s": 0.01,
+    }  # fmt: skip
+    return told | changed
+
+
+IDENTIFIED = {
+    "contact_s": 2.4, "decision": "IDENTIFIED", "line": "PVC 91 %",
+    "candidates": [["pvc", 0.91], ["acrylic", 0.05], ["rubber", 0.03]], "object_c": 24.1, "object_c_sd": 0.3,
+    "stiffness_n_m": 412.0, "stiffness_sd_n_m": 38.0, "stiffness_known": True, "roughness_v": 0.231,
+    "roughness_sd_v": 0.018, "groove_mm": 1.02, "groove_sd_mm": 0.04,
+}  # fmt: skip
+
+BASE: dict[str, Any] = {
+    "kind": "state", "version": 1, "wall_clock": "14:07:03",
+    "you": {"role": "act", "in_control": True, "control": "console"},
+    "session": {"state": "connected", "clock_s": 0.0, "pseudonym": None, "recording": False, "saved": None, "playback": None,
+                "title": None, "sound": None},
+    "link": {"delay_ms": 23.4, "delay_sd_ms": 2.1, "age_ms": 4.2, "loss": 0.01},
+    "alarms": [],
+    "fingers": [finger_state(name) for name in FINGERS],
+    "devices": [{"name": name, "ready": True, "text": "", "help": ""} for name in DEVICES],
+    "checks": [{"what": "Calibration", "ready": True, "text": "3 Nov 2026", "help": ""},
+               {"what": "Link", "ready": True, "text": "23 ± 2 ms", "help": ""},
+               {"what": "Disk", "ready": True, "text": "212 GB free", "help": ""}],
+    "stop": None, "engage": {"wanted": False, "refusal": ""},
+    "map": {"frame": {"x_m": -0.128, "y_m": -0.128, "cell_m": 0.001, "columns": 256, "rows": 256}, "ranges": RANGES,
+            "legend": {"temperature": [30.0, 36.0], "roughness": [0.01, 1.0], "stiffness": [100.0, 10000.0], "material": [0, 5]},
+            "materials": MATERIALS, "sides": {"top": "head", "right": "left"}},
+    "findings": [], "meaning": "of answers at 90 %, 90 % were right (n = 480, 3 Nov 2026)", "decide_at": 0.9,
+    "console": {"pictures_skipped": 0, "clients": 1},
+}  # fmt: skip
+
+FINDINGS = [
+    {"id": 1, "at_s": 311.0, "kind": "warm", "x_mm": 40.0, "y_mm": -20.0, "finger": "index", "text": "warm, 36.4 ± 0.2 °C", "note": "", "saved": True},
+    {"id": 2, "at_s": 402.0, "kind": "stiff", "x_mm": -30.0, "y_mm": 20.0, "finger": "ring", "text": "stiff, 4000 ± 400 N/m", "note": "moves a little", "saved": True},
+]  # fmt: skip
+
+
+class Scenario:
+    """A state of the console that a page can be shown; `state` is what goes out as JSON, the rest shapes the pictures."""
+
+    def __init__(self) -> None:
+        self.state: dict[str, Any] = deepcopy(BASE)
+        self.touching: set[int] = set()
+        self.limited: set[int] = set()
+        self.absent: set[int] = set()
+        self.stale: set[int] = set()
+        self.age_s = 0.6
+        self.sends = True
+        """Whether pictures and states go out at all."""
+
+    def session(self, **changed: Any) -> "Scenario":
+        """Change what the state tells of the session."""
+        self.state["session"].update(changed)
+        return self
+
+    def alarm(self, ident: str, priority: str, text: str, **more: Any) -> "Scenario":
+        """Raise one more alarm."""
+        told = {"id": ident, "priority": priority, "text": text, "since_s": 700.0, "active": True, "ended_s": None, "cleared_by": None}
+        self.state["alarms"].append(told | more)
+        return self
+
+
+def _at_work(state: str) -> Scenario:
+    scenario = Scenario().session(state=state, clock_s=761.2, pseudonym="P-0417", recording=True, sound="heard")
+    scenario.state["findings"] = deepcopy(FINDINGS)
+    return scenario
+
+
+def disconnected() -> Scenario:
+    """No remote site, two devices missing, nothing calibrated: first run."""
+    scenario = Scenario().session(state="disconnected")
+    scenario.state["link"] = {"delay_ms": None, "delay_sd_ms": None, "age_ms": None, "loss": None}
+    scenario.state["devices"][3] |= {"ready": False, "text": "Ring module absent. Check its cable, then:", "help": "teletaction doctor --config operator.toml"}
+    scenario.state["devices"][6] |= {"ready": False, "text": "Remote site does not answer. Start it:", "help": "teletaction remote --config remote.toml"}
+    scenario.state["checks"][0] |= {"ready": False, "text": "Not calibrated. Materials stay UNKNOWN.", "help": "teletaction calibrate --config remote.toml"}
+    scenario.state["checks"][1] |= {"ready": False, "text": "Key of the remote site is refused.", "help": "teletaction keys trust remote.key"}
+    scenario.state["meaning"] = None
+    scenario.absent = {3}
+    return scenario.alarm("calibration", "low", "Not calibrated: materials stay unknown.")
+
+
+def connected() -> Scenario:
+    """Ready to begin a session."""
+    return Scenario()
+
+
+def ready() -> Scenario:
+    """A session was begun and not yet engaged."""
+    return _at_work("connected")
+
+
+def engaging() -> Scenario:
+    """Asked for, not yet agreed."""
+    return _at_work("engaging")
+
+
+def engaged() -> Scenario:
+    """The state in which most work is done."""
+    scenario = _at_work("engaged")
+    scenario.touching = {1, 2}
+    scenario.state["fingers"][1] |= IDENTIFIED
+    scenario.state["fingers"][2] |= IDENTIFIED | {"contact_s": 5.0}
+    return scenario
+
+
+def ambiguous() -> Scenario:
+    """Two materials that can not be told apart."""
+    scenario = engaged()
+    scenario.state["fingers"][1] |= {"decision": "AMBIGUOUS", "line": "AMBIGUOUS: PVC or acrylic", "candidates": [["pvc", 0.48], ["acrylic", 0.46], ["rubber", 0.03]], "object_c_sd": None}
+    return scenario
+
+
+def unknown() -> Scenario:
+    """Matches nothing calibrated, on a plate held at its limit."""
+    scenario = engaged()
+    scenario.limited = {1}
+    scenario.state["fingers"][1] |= {"decision": "UNKNOWN", "line": "UNKNOWN: matches nothing calibrated", "candidates": [["pvc", 0.2], ["acrylic", 0.1]]}
+    return scenario.alarm("plate-index", "medium", "Index: plate held at 42.0 °C limit. Lift the finger.", value="42.0 °C", limit="limit 42.0 °C")
+
+
+def cannot_tell() -> Scenario:
+    """No temperature difference."""
+    scenario = engaged()
+    scenario.state["fingers"][1] |= {"decision": "CANNOT TELL", "line": "CANNOT TELL: no temperature difference, re-heating", "candidates": []}
+    return scenario
+
+
+def paused() -> Scenario:
+    """Neutral, the session still open."""
+    scenario = _at_work("paused")
+    return scenario.alarm("disk", "low", "Disk 91 % full.")
+
+
+def fault() -> Scenario:
+    """The link was lost while engaged."""
+    scenario = _at_work("fault").session(recording=True)
+    scenario.state["link"] = {"delay_ms": None, "delay_sd_ms": None, "age_ms": 1400.0, "loss": 1.0}
+    scenario.stale = {0, 1, 2, 3, 4}
+    scenario.age_s = 1.4
+    scenario.alarm("link", "high", "LINK LOST. Outputs are neutral. Wait for the link.")
+    scenario.alarm("slow", "medium", "Link slow: 210 ± 8 ms. Move slowly.", active=False, ended_s=712.0)
+    return scenario.alarm("disk", "low", "Disk 91 % full.")
+
+
+def stop_of(times: dict[str, float | None], *, late: bool) -> dict[str, Any]:
+    """What the state tells of a STOP; devices that are not in `times` have not answered."""
+    told = {name: times.get(name) for name in DEVICES}
+    return {"asked_s": 761.2, "devices": told, "confirmed": all(time is not None for time in told.values()), "late": late}
+
+
+def stopping() -> Scenario:
+    """STOP is on its way: four devices have answered."""
+    scenario = _at_work("engaged")
+    scenario.state["stop"] = stop_of(dict.fromkeys(DEVICES[:4], 0.06), late=False)
+    return scenario
+
+
+def stopped() -> Scenario:
+    """STOP, confirmed by all seven devices."""
+    scenario = _at_work("stopped")
+    scenario.state["stop"] = stop_of({name: 0.05 + 0.006 * number for number, name in enumerate(DEVICES)}, late=False)
+    return scenario
+
+
+def stop_not_confirmed() -> Scenario:
+    """STOP, and two devices do not answer."""
+    scenario = _at_work("fault")
+    scenario.state["stop"] = stop_of({name: 0.06 for name in DEVICES if name not in ("index", "remote hand")}, late=True)
+    return scenario.alarm("stop", "high", "STOP NOT CONFIRMED: Index, arm. Use the hardware switch.")
+
+
+def missing_devices() -> Scenario:
+    """Two finger modules absent during work, one finger's data old."""
+    scenario = engaged()
+    scenario.absent = {3, 4}
+    scenario.stale = {2}
+    for finger in (3, 4):
+        scenario.state["fingers"][finger] |= {"in_use": False, "module": "absent"}
+    return scenario.alarm("module-ring", "medium", "Ring module lost. Ring feels nothing.").alarm("module-little", "medium", "Little module lost. Little feels nothing.")
+
+
+def observer() -> Scenario:
+    """Looking on: nothing here acts."""
+    scenario = engaged()
+    scenario.state["you"] = {"role": "observe", "in_control": False, "control": "OR-2"}
+    return scenario
+
+
+def elsewhere() -> Scenario:
+    """Another console acts."""
+    scenario = ready()
+    scenario.state["you"] = {"role": "act", "in_control": False, "control": "OR-2"}
+    return scenario
+
+
+def playback() -> Scenario:
+    """A recording."""
+    scenario = engaged().session(
+        recording=False, title="3 Nov 2026 14:07",
+        playback={"at_s": 312.4, "length_s": 761.2, "speed": 1.0, "playing": True,
+                  "marks": [{"at_s": 120.0, "kind": "alarm", "text": "Link slow"}, {"at_s": 311.0, "kind": "finding", "text": "warm"},
+                            {"at_s": 402.0, "kind": "finding", "text": "stiff"}]},
+    )  # fmt: skip
+    scenario.state["you"] = {"role": "observe", "in_control": False, "control": "recording"}
+    return scenario
+
+
+def ended() -> Scenario:
+    """After a session: saved, with its report."""
+    scenario = Scenario().session(state="connected", saved={"text": "Saved: 12 min 41 s, 3 findings, 0 gaps.", "report": "/report/P-0417.html"}, sound="heard")
+    scenario.state["findings"] = deepcopy(FINDINGS)
+    scenario.state["findings"][1]["saved"] = False
+    return scenario
+
+
+def silent() -> Scenario:
+    """The console has fallen silent while fingers were driven."""
+    scenario = engaged()
+    scenario.sends = False
+    return scenario
+
+
+SCENARIOS = {
+    made.__name__: made
+    for made in (
+        disconnected, connected, ready, engaging, engaged, ambiguous, unknown, cannot_tell, paused, fault, stopping, stopped,
+        stop_not_confirmed, missing_devices, observer, elsewhere, playback, ended, silent,
+    )
+}  # fmt: skip
