@@ -1,9 +1,10 @@
 """A recording under the hands of a page: play, pause, jump; what the page shows of it."""
 
 import time
-from datetime import datetime
-from pathlib import Path
+from datetime import datetime, timedelta
 from typing import Any
+
+import msgpack
 
 from operator_site.console.console import Console
 from operator_site.console.playback import Playback, Recording
@@ -12,12 +13,12 @@ from operator_site.console.playback import Playback, Recording
 class Player:
     """Plays by the wall clock."""
 
-    def __init__(self, playback: Playback[Console], recording: Recording, path: Path):
+    def __init__(self, recording: Recording):
         """At the start, paused."""
-        self._playback, self._recording = playback, recording
-        self._marks = [mark._asdict() for mark in recording.marks()]
-        self._recorded = datetime.fromtimestamp(path.stat().st_mtime - recording.length_s)
-        self._jumped = False
+        self._playback = Playback(recording, lambda: Console(live=False))
+        self._start = _start(recording)
+        self._marks = [mark._asdict() for mark in self._playback.marks]
+        self._jumps = self._playback.jumps
 
     @property
     def console(self) -> Console:
@@ -27,31 +28,29 @@ class Player:
     @property
     def now_s(self) -> float:
         """This moment, on the clock it was recorded by."""
-        return self._playback.now_ns * 1e-9
+        return self._playback.time_s
 
     @property
     def title(self) -> str:
-        """When it was made, as its file says."""
-        return f"{self._recorded.day} {self._recorded:%b %Y %H:%M}"
+        """When it was made, as far as that is recorded; else the name of its file."""
+        start = self._start
+        return self._playback.title if start is None else f"{start.day} {start:%b %Y %H:%M}"
 
     @property
     def wall_clock(self) -> str:
-        """What a clock on the wall showed then."""
-        return f"{datetime.fromtimestamp(self._recorded.timestamp() + self._playback.at_s):%H:%M:%S}"
+        """What a clock on the wall showed then; empty where that is not known."""
+        return "" if self._start is None else f"{self._start + timedelta(seconds=self._playback.at_s):%H:%M:%S}"
 
     def step(self, wall_s: float) -> bool:
         """Play on; whether time has jumped since the last call."""
         self._playback.step(wall_s)
-        if not self._playback.playing:
-            self._playback.prepare()
-        jumped, self._jumped = self._jumped, False
+        jumped = self._playback.jumps != self._jumps
+        self._jumps = self._playback.jumps
         return jumped
 
     def play(self, speed: float) -> None:
         """Go on, so many times as fast as it was; at the end, from the start."""
-        before = self._playback.at_s
         self._playback.play(time.monotonic(), speed)
-        self._jumped = self._jumped or self._playback.at_s < before
 
     def pause(self) -> None:
         """Stand still."""
@@ -60,16 +59,24 @@ class Player:
     def seek(self, at_s: float) -> None:
         """Go to a time of the recording, s from its beginning."""
         self._playback.seek(at_s, time.monotonic())
-        self._jumped = True
 
     def shown(self) -> dict[str, Any]:
         """For the page."""
         playback = self._playback
         return {
             "at_s": round(playback.at_s, 3),
-            "length_s": round(self._recording.length_s, 3),
+            "length_s": round(playback.length_s, 3),
             "speed": playback.speed,
             "playing": playback.playing,
-            "prepared": round(playback.prepared, 3),
             "marks": self._marks,
         }
+
+
+def _start(recording: Recording) -> datetime | None:
+    """When it began, by the clock on the wall of an examination in it; None where there is none."""
+    for _, time_ns, payload in recording.messages(recording.start_ns, ("console/session",)):
+        record: Any = msgpack.unpackb(payload)
+        if record.get("wall_clock"):
+            since_start = timedelta(microseconds=(time_ns - recording.start_ns) // 1000)
+            return datetime.fromisoformat(record["wall_clock"]) - since_start
+    return None

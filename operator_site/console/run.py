@@ -25,7 +25,7 @@ from operator_site.console.console import Console
 from operator_site.console.desk_line import DeskLine, Told
 from operator_site.console.keeping import Keeping
 from operator_site.console.pages import Pages
-from operator_site.console.playback import Playback, Recording
+from operator_site.console.playback import Recording
 from operator_site.console.playing import Player
 from operator_site.console.server import application
 from operator_site.console.shown_state import shown_state
@@ -177,7 +177,7 @@ class PlayedConsole:
         """
         recording = Recording(path)
         opened.callback(recording.close)
-        self._player = Player(Playback(recording, lambda: Console(live=False)), recording, path)
+        self._player = Player(recording)
         control = Control()
         keeping = Keeping(None, {})
         acts = Acts(self._player.console, None, keeping, control, self._player)

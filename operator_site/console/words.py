@@ -149,7 +149,7 @@ def decision(status: ThermalStatus, material: str, told: Told, probability: floa
 
 
 def looks_like_a_name(pseudonym: str) -> bool:
-    """Whether a pseudonym may name a person: without a digit, with a date, two words, or one that is no abbreviation."""
+    """Whether a pseudonym may name a person: it has no digit, a date, two words, or one that is no abbreviation."""
     words = re.findall(r"[^\W\d_]{2,}", pseudonym)
     dated = re.search(r"\b\d{1,4}[./-]\d{1,2}[./-]\d{1,4}\b|\b(19|20)\d{6}\b", pseudonym) is not None
     numbered = any(letter.isdigit() for letter in pseudonym)
