@@ -5,6 +5,7 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Any
 
+from common.deadband import REFRESH_S
 from common.fingers import FINGERS
 from common.messages import Touch
 from common.packets import LinkState
@@ -12,6 +13,8 @@ from operator_site.session_stop import REMOTE
 
 SILENT_S = 0.5
 """No word of the site for so long: what is shown is not live."""
+LATE_S = 1.5 * REFRESH_S
+"""A packet is due by then; one that a newer one has replaced before is not lost."""
 _DELAY_WINDOW_S = 1.0
 _LOSS_WINDOW_S = 10.0
 DEVICES = (*FINGERS, "exoskeleton", REMOTE)
@@ -41,7 +44,7 @@ class LinkNow:
 
     def take_touch(self, t_s: float, touch: Touch) -> None:
         """A touch was accepted."""
-        self._touch_s = t_s
+        late, self._touch_s = t_s - self._touch_s > LATE_S, t_s
         if self._delays and t_s < self._delays[-1][0]:
             self._delays.clear()
             self._counts.clear()
@@ -49,7 +52,7 @@ class LinkNow:
         while t_s - self._delays[0][0] > _DELAY_WINDOW_S:
             self._delays.popleft()
         missed = 0
-        if self._sequence is not None and self._sequence[0] == touch.session:
+        if late and self._sequence is not None and self._sequence[0] == touch.session:
             missed = max(0, touch.sequence - self._sequence[1] - 1)
         self._sequence = touch.session, touch.sequence
         second = math.floor(t_s)
@@ -62,7 +65,7 @@ class LinkNow:
             self._counts.popleft()
 
     def shown(self, now_s: float) -> dict[str, float | None]:
-        """Delay and its error, age, ms; share of sequence numbers that never came. None where not known."""
+        """Delay and its error, age, ms; share of packets that did not come in time. None where not known."""
         fresh = now_s - self._touch_s <= _DELAY_WINDOW_S
         delays = [delay_ms for _, delay_ms in self._delays]
         known = fresh and bool(delays) and self.uncertainty_ms is not None

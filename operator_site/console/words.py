@@ -14,12 +14,14 @@ _SURE = 0.995
 OBSERVER = "OBSERVER. Control is at {who}."
 LINK_LOST = "LINK LOST. Outputs are neutral. Wait for the link."
 LINK_BACK = "Link is back. Hold C to clear."
+DATA_BACK = "Data is back. Hold C to clear."
+FAULT_OVER = "Fault is over. Hold C to clear."
+STOP_LATE = "Stop was confirmed late. Hold C to clear."
 DISK_FULL = "Disk full. Recording stopped, findings are kept."
 NOT_RECORDED = "Recording stopped. Check the disk, then start again."
 STUDY_NUMBER = "Use a study number, not a name."
 NOT_SOUNDED = "Cannot engage: sound not checked."
 NOTHING_HERE = "Nothing was felt here."
-UNCHECKED_CONSOLE = "This is not an emergency-stop device. Use the hardware switch."
 
 
 def finger(name: str) -> str:

@@ -16,6 +16,7 @@ from operator_site.attendance import Attendance
 from operator_site.desk_requests import answer_desk
 from operator_site.devices import OperatorDevices
 from operator_site.exoskeleton import Hand
+from operator_site.feed import Feed
 from operator_site.gate import GatedOutput
 from operator_site.site import OperatorSite
 from operator_site.virtual_environment import VirtualEnvironment
@@ -74,11 +75,20 @@ class Devices:
 class Working:
     """The operator site on a scene, and a hand that a test moves."""
 
-    def __init__(self, scene: str = "materials", recorder: Recorder | None = None, *, engage: bool = True):
+    def __init__(
+        self,
+        scene: str = "materials",
+        recorder: Recorder | None = None,
+        *,
+        engage: bool = True,
+        feed: Feed | None = None,
+        required_s: float = 0.0,
+    ):
         self.devices = Devices()
         environment = VirtualEnvironment(load_scene(scene), CONFIG.fingers, 0)
         self.client = VirtualSession(environment, scene, engage)
-        self.site = OperatorSite(CONFIG, self.client, cast(OperatorDevices, self.devices), recorder)
+        config = CONFIG.model_copy(update={"console_required_s": required_s})
+        self.site = OperatorSite(config, self.client, cast(OperatorDevices, self.devices), recorder, feed=feed)
         self.now_ns = 1_000 * MS
         self.be_at(0.0, 0.006)
 

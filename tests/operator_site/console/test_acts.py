@@ -1,0 +1,195 @@
+"""Who may do what, and that every act is answered and kept."""
+
+import asyncio
+from collections.abc import Callable
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Any
+
+import msgpack
+import pytest
+
+from common.session import Refused
+from operator_site.console.access import Visitor
+from operator_site.console.acts import STOP_NOT_SENT, Acts, Answer, Control
+from operator_site.console.clients import Client
+from operator_site.console.console import Console
+from operator_site.console.desk_line import DeskSilent
+from operator_site.console.keeping import Keeping
+from operator_site.console.session_book import LONGEST_NOTE
+from tests.operator_site.console.fed import S, fed
+
+BRIEF = {"state": "connected", "session": 7}
+
+
+class Desk:
+    """A desk that answers as the test says."""
+
+    def __init__(self) -> None:
+        self.asked: list[str] = []
+        self.answer: Callable[[], dict[str, Any]] = lambda: dict(BRIEF)
+
+    def ask(self, verb: str, details: dict[str, Any] | None = None) -> "Future[dict[str, Any]]":
+        self.asked.append(verb)
+        told: Future[dict[str, Any]] = Future()
+        try:
+            told.set_result(self.answer())
+        except Exception as error:
+            told.set_exception(error)
+        return told
+
+
+class Keeper(Keeping):
+    """Keeps in memory."""
+
+    def __init__(self) -> None:
+        super().__init__(None, {})
+        self.kept: list[tuple[str, dict[str, Any]]] = []
+
+    def write(self, stream: str, now_s: float, record: dict[str, Any]) -> None:
+        self.kept.append((stream, record))
+        msgpack.packb(record)  # the recording takes it
+
+
+class Desktop:
+    """A console with two pages that may act and one that may not."""
+
+    def __init__(self) -> None:
+        self.console, self.desk, self.keeper, self.control = Console(), Desk(), Keeper(), Control()
+        self.acts = Acts(self.console, self.desk, self.keeper, self.control, None)
+        self.first, self.second = (Client(Visitor("OR-1", "act"), f"OR-1 {n}", 0.0) for n in (1, 2))
+        self.observer = Client(Visitor("student", "observe"), "student 3", 0.0)
+        for client in (self.observer, self.first, self.second):
+            self.control.offer(client)
+        self.console.take("operator/session", 100 * S, msgpack.packb(["connected", 7, ""]))
+        fed(self.console, 100.0, 101.0)
+        self.console.desk(101.0, BRIEF)
+        self.console.take("operator/session", 101 * S, msgpack.packb(["disengaged", 7, ""]))
+
+    def ask(self, verb: object, client: Client | None = None, **details: Any) -> Answer:
+        return asyncio.run(self.acts.ask(client or self.first, verb, details, 101.0))
+
+
+@pytest.fixture
+def desktop() -> Desktop:
+    return Desktop()
+
+
+def test_the_first_page_that_may_act_is_in_control(desktop: Desktop) -> None:
+    assert desktop.control.holder is desktop.first
+    desktop.control.left(desktop.first, [desktop.observer, desktop.second])
+    assert desktop.control.holder is desktop.second
+    desktop.control.left(desktop.second, [desktop.observer])
+    assert desktop.control.holder is None
+
+
+@pytest.mark.parametrize("verb", ["engage", "disengage", "estop", "clear_fault", "begin", "end", "finding", "note"])
+def test_an_observer_is_refused_and_nothing_is_asked_of_the_site(desktop: Desktop, verb: str) -> None:
+    answer = desktop.ask(verb, desktop.observer)
+    assert (answer.ok, answer.text) == (False, "OBSERVER. Control is at OR-1 1.")
+    assert desktop.desk.asked == []
+    assert [record["who"] for stream, record in desktop.keeper.kept if stream == "console/act"] == ["student 3"]
+
+
+def test_engaging_waits_until_sound_was_answered(desktop: Desktop) -> None:
+    assert desktop.ask("engage").text == "Cannot engage: sound not checked."
+    assert not desktop.ask("sound", answer="what").ok
+    assert desktop.ask("sound", answer="heard").ok
+    assert desktop.ask("engage").text == "ENGAGING"
+    assert desktop.desk.asked == ["engage"]
+
+
+def test_a_refusal_of_the_site_is_told(desktop: Desktop) -> None:
+    def refuse() -> dict[str, Any]:
+        raise Refused("a fault is latched")
+
+    desktop.ask("sound", answer="refused")
+    desktop.desk.answer = refuse
+    assert desktop.ask("engage") == Answer(False, "a fault is latched")
+
+
+def test_a_site_that_does_not_answer_is_told_and_a_stop_says_what_to_do(desktop: Desktop) -> None:
+    def silent() -> dict[str, Any]:
+        raise DeskSilent("nobody")
+
+    desktop.desk.answer = silent
+    assert desktop.ask("estop") == Answer(False, STOP_NOT_SENT)
+    assert desktop.ask("disengage") == Answer(False, "The operator site does not answer.")
+
+
+def test_who_is_not_in_control_may_stop_and_take_over_but_nothing_else(desktop: Desktop) -> None:
+    assert desktop.ask("disengage", desktop.second).text == "Control is at OR-1 1. Take control first."
+    assert desktop.ask("estop", desktop.second).ok
+    assert desktop.ask("take_control", desktop.second).text == "OR-1 2 took control."
+    assert desktop.ask("disengage", desktop.first).text.startswith("Control is at OR-1 2.")
+    desktop.console.take("operator/session", 102 * S, msgpack.packb(["engaged", 7, ""]))
+    assert desktop.ask("take_control", desktop.first).text == "Not while engaged. Pause first."
+
+
+def test_a_session_has_a_study_number_and_ends_with_what_was_kept(desktop: Desktop) -> None:
+    assert desktop.ask("begin", pseudonym="Anna Meier").text == "Use a study number, not a name."
+    assert not desktop.ask("finding", finger="index").ok
+    assert desktop.ask("begin", pseudonym="P-0417", sides={"top": "head", "right": "left"}).ok
+    assert desktop.ask("begin", pseudonym="P-0418").text == "Session P-0417 is under way. End it first."
+    assert desktop.ask("finding", finger="index", kind="warm", at_s=101.0).ok
+    ended = desktop.ask("end")
+    assert ended.text == "1 finding not yet on disk. Report has 1 finding without a place."
+    assert desktop.ask("end").text == "No session is under way."
+    what = [record["what"] for stream, record in desktop.keeper.kept if stream == "console/session"]
+    assert what == ["begin", "end"]
+
+
+@pytest.mark.parametrize(
+    "details",
+    [
+        {"finger": "nose"},
+        {},
+        {"finger": "index", "kind": "hole"},
+        {"finger": "index", "x_mm": 1.0},
+        {"finger": "index", "x_mm": float("nan"), "y_mm": 0.0},
+        {"finger": "index", "x_mm": True, "y_mm": 0.0},
+        {"finger": "index", "at_s": "now"},
+    ],
+)
+def test_a_finding_that_is_none_is_refused(desktop: Desktop, details: dict[str, Any]) -> None:
+    desktop.ask("begin", pseudonym="P-0417")
+    assert not desktop.ask("finding", **details).ok
+    assert desktop.console.book.findings == {}
+
+
+def test_a_note_is_kept_as_it_was_written(desktop: Desktop) -> None:
+    desktop.ask("begin", pseudonym="P-0417")
+    ident = (desktop.ask("finding", finger="index", x_mm=10.0, y_mm=0.0).details or {})["id"]
+    hostile = "<img src=x onerror=alert(1)>\u202e\x00" * 300
+    assert desktop.ask("note", finding=ident, text=hostile).ok
+    assert desktop.console.book.findings[ident].note == hostile
+    assert not desktop.ask("note", finding=ident, text="x" * (LONGEST_NOTE + 1)).ok
+    assert desktop.console.book.findings[ident].note == hostile
+    assert desktop.ask("note", finding=ident, text="half \ud83d").ok
+    assert desktop.console.book.findings[ident].note == "half \ufffd"
+    acts = [record for stream, record in desktop.keeper.kept if stream == "console/act"]
+    assert max(len(str(act["details"].get("text", ""))) for act in acts) <= 200, "the whole note is with its finding"
+
+
+def test_what_was_felt_at_a_place_is_told_with_how_well(desktop: Desktop) -> None:
+    desktop.observer.quantity = "temperature"
+    told = desktop.ask("place", desktop.observer, x_mm=10.0, y_mm=0.0)
+    assert told.text == "24.1 ± 0.3 °C, 1 touch, 0 s ago"
+    assert desktop.ask("place", desktop.observer, x_mm=90.0, y_mm=0.0).text == "Nothing was felt here."
+    assert not desktop.ask("place", x_mm="here").ok
+
+
+@pytest.mark.parametrize("verb", ["reboot", "", None, 7, ["engage"], "play", "seek"])
+def test_what_there_is_not_cannot_be_asked_for(desktop: Desktop, verb: object) -> None:
+    assert not desktop.ask(verb).ok
+    assert desktop.desk.asked == []
+
+
+def test_every_act_is_kept_with_who_and_what_was_answered(tmp_path: Path, desktop: Desktop) -> None:
+    desktop.ask("sound", answer="heard")
+    desktop.ask("engage", desktop.second)
+    acts = [record for stream, record in desktop.keeper.kept if stream == "console/act"]
+    assert [(act["who"], act["verb"], act["ok"]) for act in acts] == [
+        ("OR-1 1", "sound", True),
+        ("OR-1 2", "engage", False),
+    ]

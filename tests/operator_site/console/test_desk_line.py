@@ -1,0 +1,129 @@
+"""The line to the desk: answers come back, a desk that is gone is said in time, and a stop waits for its answer."""
+
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from common.desk import Desk
+from common.keys import load_keys
+from common.session import Refused
+from operator_site.console.desk_line import PATIENCE_S, DeskLine, DeskSilent
+from tests.conftest import Keys
+
+
+class Site:
+    """A desk that is served in a thread, as often as a site does."""
+
+    def __init__(self, port: int, keys: Keys):
+        self.asked: list[str] = []
+        self.mute = False
+        self._desk = Desk(port, load_keys(keys.operator))
+        self._on = True
+        self._thread = threading.Thread(target=self._serve)
+        self._thread.start()
+
+    def _serve(self) -> None:
+        while self._on:
+            if not self.mute:
+                self._desk.serve(time.monotonic_ns(), self._do)
+            time.sleep(0.002)  # a tick
+
+    def _do(self, verb: str, details: dict[str, Any]) -> dict[str, Any]:
+        self.asked.append(verb)
+        if verb == "engage":
+            raise Refused("a fault is latched")
+        return {"state": "connected", "verb": verb, **details}
+
+    def close(self) -> None:
+        self._on = False
+        self._thread.join()
+        self._desk.close()
+
+
+@pytest.fixture
+def port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        number: int = free.getsockname()[1]
+        return number
+
+
+@pytest.fixture
+def line(port: int, keys: Keys) -> Iterator[DeskLine]:
+    made = DeskLine(port, load_keys(keys.operator))
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def site(port: int, keys: Keys) -> Iterator[Site]:
+    made = Site(port, keys)
+    yield made
+    made.close()
+
+
+def reached(line: DeskLine) -> None:
+    """Ask until the two have found each other."""
+    end_s = time.monotonic() + 10.0
+    while True:
+        try:
+            line.ask("status").result(5.0)
+        except DeskSilent:
+            assert time.monotonic() < end_s
+        else:
+            return
+
+
+def test_what_is_asked_is_answered_or_refused(site: Site, line: DeskLine) -> None:
+    reached(line)
+    assert line.ask("attend", {"seen": True}).result(5.0)["seen"] is True
+    with pytest.raises(Refused, match="a fault is latched"):
+        line.ask("engage").result(5.0)
+    with pytest.raises(Refused, match="longer than"):
+        line.ask("annotate", {"text": "x" * 10_000}).result(5.0)
+
+
+def test_a_desk_that_is_not_there_is_said_in_time(line: DeskLine) -> None:
+    began_s = time.monotonic()
+    with pytest.raises(DeskSilent):
+        line.ask("engage").result(5.0)
+    assert PATIENCE_S <= time.monotonic() - began_s < 4.0 * PATIENCE_S
+
+
+def test_a_request_to_nobody_is_not_kept_for_later_but_a_stop_is(port: int, keys: Keys, line: DeskLine) -> None:
+    engage, stop = line.ask("engage"), line.ask("estop")
+    with pytest.raises(DeskSilent):
+        engage.result(5.0)
+    site = Site(port, keys)
+    try:
+        assert stop.result(10.0)["verb"] == "estop"
+        reached(line)
+        assert "engage" not in site.asked
+        assert site.asked[0] == "estop"
+    finally:
+        site.close()
+
+
+def test_a_stop_is_asked_for_again_until_it_is_answered(site: Site, line: DeskLine) -> None:
+    reached(line)
+    site.mute = True
+    stop = line.ask("estop")
+    with pytest.raises(TimeoutError):
+        stop.result(3.0 * PATIENCE_S)
+    site.mute = False
+    assert stop.result(5.0)["verb"] == "estop"
+    reached(line)
+    asked = site.asked.count("estop")
+    assert asked > 5, "the desk was mute, not deaf"
+    reached(line)
+    assert site.asked.count("estop") == asked
+
+
+def test_what_still_waits_when_the_line_is_closed_is_cancelled(port: int, keys: Keys) -> None:
+    line = DeskLine(port, load_keys(keys.operator))
+    stop = line.ask("estop")
+    line.close()
+    assert stop.cancelled()
