@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import binary_closing, label
+from scipy.ndimage import binary_dilation, label
 
 from operator_site.console.map_layer import CELL_M
 from operator_site.console.map_tiles import picture
@@ -15,16 +15,15 @@ STANDS_OUT = 0.5
 MOST_DIFFERENT = 0.99
 GAP_CELLS = 4
 """Twice so many cells without a touch do not divide a target."""
-CONFIDENT = 2
+CONFIDENT = 1
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """A target: middle, m, and the value felt nearest to it."""
+    """The middle of a target, m."""
 
     x_m: float
     y_m: float
-    felt: Felt
 
 
 def find_highest(felt: TactileMap, quantity: str) -> Found | None:
@@ -41,8 +40,7 @@ def find_highest(felt: TactileMap, quantity: str) -> Found | None:
     value = np.log(shown.value) if quantity in LOGARITHMIC else shown.value
     above = np.where(sure, value - np.median(value[sure]), 0.0)
     hot = above > STANDS_OUT * np.quantile(above[sure], MOST_DIFFERENT)
-    closed = binary_closing(np.pad(hot, 2 * GAP_CELLS), iterations=GAP_CELLS)
-    places, count = label(closed[2 * GAP_CELLS : -2 * GAP_CELLS, 2 * GAP_CELLS : -2 * GAP_CELLS])
+    places, count = label(binary_dilation(hot, iterations=GAP_CELLS))
     weights = [np.where((places == number) & hot, above, 0.0) for number in range(1, count + 1)]
     if not weights:
         return None
@@ -51,7 +49,12 @@ def find_highest(felt: TactileMap, quantity: str) -> Found | None:
     heavy = weight[rows, columns]
     x_m = shown.left_m + CELL_M * (float(np.average(columns, weights=heavy)) + 0.5)
     y_m = shown.near_m + CELL_M * (float(np.average(rows, weights=heavy)) + 0.5)
+    return Found(x_m, y_m)
+
+
+def value_near(felt: TactileMap, quantity: str, found: Found) -> Felt:
+    """What the samples within 3 mm of the one nearest to a target say together."""
     samples = [sample for tile in felt.layers[quantity].tiles.values() for sample in tile.samples.values()]
-    nearest = min(samples, key=lambda sample: math.dist((x_m, y_m), (sample.x_m, sample.y_m)))
-    here = getattr(felt.at(nearest.x_m, nearest.y_m), quantity)
-    return Found(x_m, y_m, here)
+    nearest = min(samples, key=lambda sample: math.dist((found.x_m, found.y_m), (sample.x_m, sample.y_m)))
+    here: Felt = getattr(felt.at(nearest.x_m, nearest.y_m), quantity)
+    return here

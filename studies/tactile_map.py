@@ -2,7 +2,8 @@
 
 Five simulated fingers explore the scene `phantom_sweep` by its script: sensors, identification and packets are those of
 a session, on virtual time. The map is made of the packets as the console makes it. A target is found where the map
-stands out most, and its value is what was felt nearest to that place.
+stands out most, and its value is what was felt nearest to that place. One plate cannot tell a warmer object from one
+that takes less heat: the place that was found warm is rested on once more, with two fingers.
 """
 
 import math
@@ -10,13 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from common.fingers import FINGERS
+from common.fingers import FINGER_Y_M, FINGERS
 from common.scene import Scene, load_scene
-from common.script import Presses, Strokes
+from common.script import Presses, Step, Strokes
 from operator_site.console.map_tiles import CONFIDENT_SD, picture
 from operator_site.console.tactile_map import TactileMap
 from sim_sensors.hand import ScriptedHand
-from studies.found_targets import find_highest
+from sim_sensors.hand_plan import Segment
+from studies.found_targets import Found, find_highest, value_near
 from studies.registry import Tell
 from studies.remote_hand import RemoteHand
 from studies.rendered_hand import TICK_S
@@ -32,21 +34,27 @@ WARM_UP_S = 3.0
 """The sensors reach their pre-heat before the first touch."""
 PACKET_EVERY = 2
 """Ticks between two packets that the map takes; the link spares more than that."""
+MEASURING, MEASURED_S = ("thumb", "index"), 6.0
 GOAL_M, GOAL_K, GOAL_SHARE = 5e-3, 0.5, 0.20
 
 
 def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
     """Sweep once, or SEEDS times; each session has its own sensors, tissue and contacts."""
     scene = quick_scene() if quick else load_scene(SCENE)
-    fingers = ("index",) if quick else FINGERS
+    fingers = MEASURING if quick else FINGERS
     seeds = range(seed, seed + (1 if quick else SEEDS))
     rows: list[dict[str, Any]] = []
     shown: dict[str, Any] = {}
     seconds = {}
     for number, one in enumerate(seeds):
-        felt, seconds = sweep(scene, one, fingers, lambda share, n=number: tell((n + share) / len(seeds)))
-        rows += [{"seed": one} | _judge(scene, felt, name) for name in TARGETS]
+        sweep = Sweep(scene, one, fingers)
+        segments = sweep.explore(scene.script, lambda share, n=number: tell((n + share) / len(seeds)))
+        seconds, felt = _durations(segments), sweep.felt
+        found = {name: find_highest(felt, quantity) for name, quantity in TARGETS.items()}
         shown = shown or {quantity: _shown(felt, quantity) for quantity in TARGETS.values()}
+        if (warm := found["warm_spot"]) is not None:
+            sweep.measure(warm)
+        rows += [{"seed": one} | _judge(scene, felt, name, found[name]) for name in TARGETS]
     return {
         "quick": quick,
         "targets": rows,
@@ -66,59 +74,91 @@ def tables(data: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
 def quick_scene() -> Scene:
     """The same tissue, and a script for the index finger that keeps to the surroundings of the targets."""
     scene = load_scene(SCENE)
-    script = (
+    script: tuple[Step, ...] = (
         Strokes(act="strokes", x_m=(-0.022, 0.022), y_m=(0.0215, 0.0265, 0.0315, 0.0365, 0.0415), speed_mm_s=40),
         Presses(act="presses", x_m=(0.011, 0.018, 0.025, 0.032), y_m=(0.001, 0.008, 0.015, 0.022), hold_s=0.6),
         Presses(
             act="presses",
-            x_m=(-0.036, -0.015, -0.029, -0.022),
-            y_m=(-0.004, 0.003, 0.010, 0.017),
-            hold_s=3.0,
-            wait_s=2.0,
+            fingers=("index",),
+            x_m=(-0.036, -0.022, -0.043, -0.029, -0.015),
+            y_m=(0.003, 0.010, 0.017),
+            hold_s=2.5,
+            wait_s=1.5,
         ),
     )
     return scene.model_copy(update={"script": script})
 
 
-def sweep(
-    scene: Scene, seed: int, fingers: tuple[str, ...], tell: Tell = lambda _: None
-) -> tuple[TactileMap, dict[str, float]]:
-    """Let the scripted hand explore once; returns the map and how long each part of the script took, s."""
-    hand, remote, felt = ScriptedHand(scene, seed=seed, fingers=fingers), RemoteHand(scene, seed, fingers), TactileMap()
-    free = np.zeros(len(FINGERS))  # the arm brings the fingers where it wants: what they feel does not push it back
-    for _ in range(round(WARM_UP_S / TICK_S)):
-        hand.step(TICK_S, free)
-        remote.move(hand.x_m, hand.y_m, hand.z_m)
-    hand.start()
-    ticks = round(hand.total_seconds() / TICK_S)
-    for tick in range(ticks):
-        hand.step(TICK_S, free)
-        touch = remote.move(hand.x_m, hand.y_m, hand.z_m)
-        if tick % PACKET_EVERY == 0:
-            felt.felt(TICK_S * tick, touch.block.tolist(), touch.told)
-        if tick % 1000 == 0:
-            tell(tick / ticks)
-    return felt, _durations(hand)
+class Sweep:
+    """Simulated fingers that explore a scene as they are told, and the map of what they felt.
+
+    Attributes:
+        felt: the map.
+        time_s: virtual time.
+    """
+
+    def __init__(self, scene: Scene, seed: int, fingers: tuple[str, ...]) -> None:
+        """Draw a session; the sensors wait until they have reached their pre-heat."""
+        self.felt, self.time_s = TactileMap(), 0.0
+        self._scene, self._seed, self._fingers = scene, seed, fingers
+        self._remote = RemoteHand(scene, seed, fingers)
+
+    def explore(self, script: tuple[Step, ...], tell: Tell = lambda _: None) -> list[Segment]:
+        """Let the hand do a script once; returns its movements."""
+        scene = self._scene.model_copy(update={"script": script})
+        hand = ScriptedHand(scene, seed=self._seed, fingers=self._fingers)
+        for _ in range(round(WARM_UP_S / TICK_S)):
+            self._step(hand)
+        hand.start()
+        ticks = round(hand.total_seconds() / TICK_S)
+        for tick in range(ticks):
+            self._step(hand)
+            if tick % 1000 == 0:
+                tell(tick / ticks)
+        return hand.timeline()
+
+    def measure(self, place: Found) -> None:
+        """Rest on a place with two fingers, one after the other: two plates that are not of one warmth."""
+        presses = [
+            Presses(
+                act="presses",
+                fingers=(finger,),
+                x_m=(place.x_m,),
+                y_m=(place.y_m - FINGER_Y_M[FINGERS.index(finger)],),
+                hold_s=MEASURED_S,
+                wait_s=WARM_UP_S,
+            )
+            for finger in MEASURING
+            if finger in self._fingers
+        ]
+        self.explore(tuple(presses))
+
+    def _step(self, hand: ScriptedHand) -> None:
+        # The arm brings the fingers where it wants: what they feel does not push it back.
+        hand.step(TICK_S, np.zeros(len(FINGERS)))
+        touch = self._remote.move(hand.x_m, hand.y_m, hand.z_m)
+        self.time_s += TICK_S
+        if round(self.time_s / TICK_S) % PACKET_EVERY == 0:
+            self.felt.felt(self.time_s, touch.block.tolist(), touch.told)
 
 
-def _durations(hand: ScriptedHand) -> dict[str, float]:
+def _durations(segments: list[Segment]) -> dict[str, float]:
     """Strokes come first, then presses without waiting, then rests, before each of which the hand waits."""
-    segments = hand.timeline()
+    whole_s = segments[-1].start_s + segments[-1].duration_s
     strokes_s = max((s.start_s + s.duration_s for s in segments if s.act == "stroke"), default=0.0)
-    rests_s = min((s.start_s for s in segments if s.act == "wait"), default=hand.total_seconds())
-    whole_s = hand.total_seconds()
+    rests_s = min((s.start_s for s in segments if s.act == "wait"), default=whole_s)
     return {"strokes": strokes_s, "presses": rests_s - strokes_s, "rests": whole_s - rests_s, "whole": whole_s}
 
 
-def _judge(scene: Scene, felt: TactileMap, name: str) -> dict[str, Any]:
+def _judge(scene: Scene, felt: TactileMap, name: str, found: Found | None) -> dict[str, Any]:
     thing, quantity = scene.object_named(name), TARGETS[name]
     true_x_m, true_y_m = thing.x_at(0.5), sum(thing.y_range_m) / 2.0
     true_value = {"temperature": thing.absolute_c, "stiffness": thing.stiffness}.get(quantity)
-    found = find_highest(felt, quantity)
     if found is None:
         return {"target": name, "quantity": quantity, "within_goal": False, "place_error_mm": None, "value": None}
     error_m = math.dist((found.x_m, found.y_m), (true_x_m, true_y_m))
-    error = None if true_value is None else found.felt.value - true_value
+    here = value_near(felt, quantity, found)
+    error = None if true_value is None else here.value - true_value
     around = getattr(felt.around(found.x_m, found.y_m), quantity)
     good = {
         "temperature": error is not None and abs(error) <= GOAL_K,
@@ -131,8 +171,9 @@ def _judge(scene: Scene, felt: TactileMap, name: str) -> dict[str, Any]:
         "place_error_mm": 1e3 * error_m,
         "x_mm": 1e3 * found.x_m,
         "y_mm": 1e3 * found.y_m,
-        "value": found.felt.value,
-        "sd": found.felt.sd,
+        "value": here.value,
+        "sd": here.sd,
+        "touches": here.touches,
         "true_value": true_value,
         "error": error,
         "around": None if around is None else around.value,

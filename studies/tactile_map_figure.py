@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from operator_site.console.map_layer import CELL_M
+from operator_site.console.map_tiles import MapPicture
 from teletaction.figure_style import BLACK, BLUE, GREY, STYLE
 from teletaction.map_figure import draw_cells, draw_scale
 
@@ -41,12 +42,12 @@ def _draw_map(axes: Axes, data: dict[str, Any], row: dict[str, Any]) -> None:
     if shown is None:
         return
     value = np.array([[np.nan if v is None else v for v in line] for line in shown["value"]])
-    confidence = np.array(shown["confidence"])
+    whole = MapPicture(shown["left_m"], shown["near_m"], value, np.array(shown["confidence"], dtype=np.uint8))
+    draw_cells(axes, quantity, whole, tuple(shown["legend"]))
     felt = np.argwhere(~np.isnan(value))
-    (low_row, low_column), (high_row, high_column) = felt.min(axis=0), felt.max(axis=0) + 1
-    part = slice(low_row, high_row), slice(low_column, high_column)
-    left_m, near_m = shown["left_m"] + low_column * CELL_M, shown["near_m"] + low_row * CELL_M
-    draw_cells(axes, quantity, value[part], confidence[part], (left_m, near_m), tuple(shown["legend"]))
+    (low_row, low_column), (high_row, high_column) = felt.min(axis=0) - 2, felt.max(axis=0) + 3
+    axes.set_xlim(*(1e3 * (shown["left_m"] + CELL_M * column) for column in (low_column, high_column)))
+    axes.set_ylim(*(1e3 * (shown["near_m"] + CELL_M * row) for row in (low_row, high_row)))
     thing = data["objects"][row["target"]]
     corner = 1e3 * thing["x_m"], 1e3 * thing["y_m"]
     size = 1e3 * thing["length_m"], 1e3 * thing["width_m"]

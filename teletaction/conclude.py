@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from teletaction.demo_files import CONSOLE, NETWORK, PROCESSES, DemoOptions
+from teletaction.examination import Examination
 from teletaction.merge import merge_recordings
 from teletaction.report import write_report
 from teletaction.session_data import SessionData
@@ -54,7 +55,7 @@ def conclude(
     data = SessionData.read(out / "session.mcap")
     summary = summarise(data, options, statuses, usage, wall_s, round_trips_s or [])
     (out / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", "utf-8")
-    write_report(data, summary, out / "report.html")
+    write_report(data, summary, out / "report.html", Examination.read(out / "session.mcap"))
     return summary
 
 

@@ -1,15 +1,30 @@
-"""The tactile map drawn: cells over the ground of what was not felt, legends with confidence, findings as numbers."""
+"""The tactile map drawn: cells on the ground of what was not felt, a scale with confidence, findings as numbers.
+
+In grey print a temperature above or below the middle of its scale keeps its sign, and a material its letter.
+"""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from operator_site.console import colours
 from operator_site.console.map_layer import CELL_M
-from operator_site.console.tactile_map import LOGARITHMIC
+from operator_site.console.map_tiles import MapPicture, picture
+from operator_site.console.tactile_map import LOGARITHMIC, QUANTITIES, TactileMap
 
 Floats = NDArray[np.float64]
+Corners = tuple[float, float, float, float]
+UNITS = {"temperature": "°C", "roughness": "V", "stiffness": "N/m"}
 GROUND = "#" + colours.NOT_FELT
+_SIGN_EVERY = 5
+"""Cells between two signs."""
+_SIGN_K = 1.0
+_MARGIN_M = 4e-3
 
 
 def _rgb(colour: str) -> list[float]:
@@ -27,66 +42,77 @@ _MATERIALS = [
 ]
 
 
-def cell_colours(quantity: str, value: Floats, confidence: NDArray[np.uint8], legend: tuple[float, float]) -> Floats:
-    """Red, green and blue of each cell, 0..1, (rows, columns, 3): the page's colours, on the ground where not felt."""
-    known = ~np.isnan(value)
-    shown = np.empty((*value.shape, 3))
-    shown[:] = _rgb(colours.NOT_FELT)
+def cell_colours(quantity: str, shown: MapPicture, legend: tuple[float, float]) -> Floats:
+    """Red, green, blue and opacity of each cell, 0..1, (rows, columns, 4): clear where nothing was felt."""
+    colour = np.zeros((*shown.value.shape, 4))
+    known = ~np.isnan(shown.value)
+    colour[known, 3] = 1.0
     for step in range(4):
-        mine = known & (confidence == step)
+        mine = known & (shown.confidence == step)
         if quantity == "material":
-            place = np.minimum(value[mine], len(colours.MATERIALS)).astype(int)
-            shown[mine] = _MATERIALS[step][place]
+            place = np.minimum(shown.value[mine], len(colours.MATERIALS)).astype(int)
+            colour[mine, :3] = _MATERIALS[step][place]
         else:
-            shown[mine] = _TABLES[quantity, step][np.round(255 * on_scale(quantity, value[mine], legend)).astype(int)]
-    return shown
+            share = on_scale(quantity, shown.value[mine], legend)
+            colour[mine, :3] = _TABLES[quantity, step][np.round(255 * share).astype(int)]
+    return colour
 
 
 def on_scale(quantity: str, value: Floats, legend: tuple[float, float]) -> Floats:
     """Where values stand on a legend, 0..1; those beyond its ends at them."""
+    low, high = legend
     if quantity in LOGARITHMIC:
-        value, legend = np.log(value), (np.log(legend[0]), np.log(legend[1]))
-    share: Floats = np.clip((value - legend[0]) / (legend[1] - legend[0]), 0.0, 1.0)
+        value, low, high = np.log(value), float(np.log(low)), float(np.log(high))
+    share: Floats = np.clip((value - low) / (high - low), 0.0, 1.0)
     return share
 
 
-def draw_cells(
-    axes: Axes,
-    quantity: str,
-    value: Floats,
-    confidence: NDArray[np.uint8],
-    corner_m: tuple[float, float],
-    legend: tuple[float, float],
-) -> None:
-    """Cells of CELL_M from their near left corner, in mm; what was felt badly is a dot."""
-    rows, columns = value.shape
-    left, near, cell = 1e3 * corner_m[0], 1e3 * corner_m[1], 1e3 * CELL_M
+def draw_cells(axes: Axes, quantity: str, shown: MapPicture, legend: tuple[float, float]) -> None:
+    """Cells in mm. What is known badly is stippled; a cell without confidence is a dot alone."""
+    rows, columns = shown.value.shape
+    left, near, cell = 1e3 * shown.left_m, 1e3 * shown.near_m, 1e3 * CELL_M
     extent = (left, left + cell * columns, near, near + cell * rows)
-    axes.imshow(
-        cell_colours(quantity, value, confidence, legend), origin="lower", extent=extent, interpolation="nearest"
-    )
-    vague = np.argwhere(~np.isnan(value) & (confidence == 0))[:: 2 if value.size < 40_000 else 3]
-    axes.plot(
-        left + cell * (vague[:, 1] + 0.5), near + cell * (vague[:, 0] + 0.5), ".", color="#000000", markersize=1.0
-    )
     axes.set_facecolor(GROUND)
+    axes.patch.set(hatch="////", edgecolor="#99A0A8", linewidth=0.0)
+    axes.imshow(cell_colours(quantity, shown, legend), origin="lower", extent=extent, interpolation="nearest")
+    for step, size in ((0, 1.6), (1, 0.8)):
+        vague = np.argwhere(~np.isnan(shown.value) & (shown.confidence == step))
+        vague = vague[(vague.sum(axis=1) % 2 == 0) & (vague[:, 0] % 2 == 0)]
+        axes.plot(
+            left + cell * (vague[:, 1] + 0.5), near + cell * (vague[:, 0] + 0.5), ".", color="#000000", markersize=size
+        )
+    if quantity == "temperature":
+        _draw_signs(axes, shown, sum(legend) / 2.0)
     axes.set_aspect("equal")
     axes.grid(visible=False)
     axes.set_xlabel("x, mm")
     axes.set_ylabel("y, mm")
 
 
+def _draw_signs(axes: Axes, shown: MapPicture, middle_c: float) -> None:
+    """Plus and minus where it is clearly warmer or colder than the middle of the scale."""
+    part = slice(_SIGN_EVERY // 2, None, _SIGN_EVERY)
+    value, sure = shown.value[part, part], shown.confidence[part, part] > 0
+    for sign, marker in ((1.0, "+"), (-1.0, "_")):
+        rows, columns = np.nonzero(sure & (sign * (np.nan_to_num(value, nan=middle_c) - middle_c) >= _SIGN_K))
+        x = 1e3 * (shown.left_m + CELL_M * (_SIGN_EVERY * columns + _SIGN_EVERY // 2 + 0.5))
+        y = 1e3 * (shown.near_m + CELL_M * (_SIGN_EVERY * rows + _SIGN_EVERY // 2 + 0.5))
+        axes.plot(x, y, marker, color="#FFFFFF", markersize=4.5, markeredgewidth=0.9)
+
+
 def draw_scale(axes: Axes, quantity: str, legend: tuple[float, float]) -> None:
-    """A legend beside the cells: value upwards, a column for each confidence."""
-    scale = axes.inset_axes((1.04, 0.0, 0.09, 1.0))
-    upwards = np.linspace(0.0, 1.0, 256)
-    strip = np.stack([_TABLES[quantity, step][np.round(255 * upwards).astype(int)] for step in (1, 2, 3)], axis=1)
+    """A scale beside the cells: values upwards, a column for each confidence."""
+    scale = axes.inset_axes((1.03, 0.0, 0.085, 1.0))
+    upwards = np.round(255 * np.linspace(0.0, 1.0, 256)).astype(int)
+    strip = np.stack([_TABLES[quantity, step][upwards] for step in (1, 2, 3)], axis=1)
     scale.imshow(strip, origin="lower", aspect="auto", extent=(0.5, 3.5, 0.0, 1.0))
     ticks = scale_ticks(quantity, legend)
     scale.set_yticks(on_scale(quantity, np.array(ticks), legend).tolist(), [f"{tick:g}" for tick in ticks])
     scale.yaxis.tick_right()
-    scale.set_xticks([1, 3], ["½", "sure"], fontsize=7)
+    scale.set_xticks([0.7, 3.3], ["vague", "sure"], fontsize=6.5, rotation=45)
+    scale.tick_params(length=2)
     scale.grid(visible=False)
+    scale.set_title(UNITS[quantity], fontsize=8.5)
 
 
 def scale_ticks(quantity: str, legend: tuple[float, float]) -> list[float]:
@@ -94,5 +120,107 @@ def scale_ticks(quantity: str, legend: tuple[float, float]) -> list[float]:
     low, high = legend
     if quantity not in LOGARITHMIC:
         return [float(tick) for tick in np.arange(np.ceil(low), np.floor(high) + 0.5)]
-    steps = [m * 10.0**e for e in range(-6, 7) for m in (1, 2, 5)]
+    steps = [digit * 10.0**power for power in range(-6, 7) for digit in (1, 2, 5)]
     return [step for step in steps if low * 0.999 <= step <= high * 1.001]
+
+
+def draw_findings(axes: Axes, findings: Iterable[Mapping[str, Any]]) -> None:
+    """Each finding's number beside its place."""
+    for finding in findings:
+        if finding.get("x_m") is None or finding.get("y_m") is None:
+            continue
+        place = 1e3 * float(finding["x_m"]), 1e3 * float(finding["y_m"])
+        axes.plot(*place, "o", markersize=6, markerfacecolor="none", markeredgecolor="#000000", markeredgewidth=1.4)
+        axes.annotate(
+            str(int(finding["id"])),
+            place,
+            xytext=(9, 9),
+            textcoords="offset points",
+            fontsize=9.5,
+            fontweight="bold",
+            ha="center",
+            va="center",
+            bbox={"boxstyle": "round,pad=0.22", "facecolor": "white", "edgecolor": "black", "linewidth": 1.0},
+            arrowprops={"arrowstyle": "-", "linewidth": 1.0},
+        )
+
+
+def map_figure(
+    felt: TactileMap, quantity: str, findings: Iterable[Mapping[str, Any]], size_in: tuple[float, float] = (5.6, 4.6)
+) -> Figure | None:
+    """All that was felt of a quantity with the findings; None where nothing was."""
+    shown = picture(felt, quantity)
+    if shown is None:
+        return None
+    figure, axes = _one_map(size_in)
+    draw_map(axes, felt, quantity, shown)
+    axes.set(**_bounds(felt))
+    draw_findings(axes, findings)
+    return figure
+
+
+def cutout_figure(felt: TactileMap, quantity: str, finding: Mapping[str, Any], width_m: float) -> Figure | None:
+    """The surroundings of one finding; None where nothing of the quantity was felt, or the finding has no place."""
+    shown = picture(felt, quantity)
+    if shown is None or finding.get("x_m") is None or finding.get("y_m") is None:
+        return None
+    figure, axes = _one_map((4.0, 3.3))
+    draw_map(axes, felt, quantity, shown)
+    x, y, half = 1e3 * float(finding["x_m"]), 1e3 * float(finding["y_m"]), 500.0 * width_m
+    axes.set(xlim=(x - half, x + half), ylim=(y - half, y + half))
+    draw_findings(axes, [finding])
+    return figure
+
+
+def _one_map(size_in: tuple[float, float]) -> tuple[Figure, Axes]:
+    """A figure with room for a scale at the right."""
+    figure = Figure(figsize=size_in)
+    width_in, height_in = size_in
+    room = {"left": 0.62 / width_in, "right": 1.0 - 1.15 / width_in}
+    axes = figure.subplots(gridspec_kw={**room, "bottom": 0.5 / height_in, "top": 1.0 - 0.28 / height_in})
+    return figure, axes
+
+
+def draw_map(axes: Axes, felt: TactileMap, quantity: str, shown: MapPicture) -> None:
+    """Cells with their scale, or with the materials' names."""
+    legend = (0.0, 1.0) if quantity == "material" else felt.legend(quantity)
+    draw_cells(axes, quantity, shown, legend)
+    if quantity != "material":
+        draw_scale(axes, quantity, legend)
+        return
+    for place in range(len(felt.materials)):
+        rows, columns = np.nonzero(shown.value[2::6, 2::6] == place)
+        for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
+            x, y = shown.left_m + CELL_M * (6 * column + 2.5), shown.near_m + CELL_M * (6 * row + 2.5)
+            axes.text(
+                1e3 * x, 1e3 * y, _letter(place), fontsize=5, ha="center", va="center", color="white", clip_on=True
+            )
+    colour = [*colours.MATERIALS, colours.OTHER_MATERIAL]
+    keys = [
+        Patch(facecolor="#" + colour[min(place, len(colour) - 1)], label=f"{_letter(place)}  {name}")
+        for place, name in enumerate(felt.materials)
+    ]
+    axes.legend(handles=keys, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, fontsize=7.5)
+
+
+def _letter(place: int) -> str:
+    return chr(ord("A") + place % 26)
+
+
+def _bounds(felt: TactileMap) -> dict[str, tuple[float, float]]:
+    """The same edges for the maps of all quantities, mm."""
+    edges: list[Corners] = []
+    for quantity in QUANTITIES:
+        shown = picture(felt, quantity)
+        if shown is None:
+            continue
+        rows, columns = np.nonzero(~np.isnan(shown.value))
+        low_x, low_y = shown.left_m + CELL_M * columns.min(), shown.near_m + CELL_M * rows.min()
+        high_x, high_y = shown.left_m + CELL_M * (columns.max() + 1), shown.near_m + CELL_M * (rows.max() + 1)
+        edges.append((low_x - _MARGIN_M, high_x + _MARGIN_M, low_y - _MARGIN_M, high_y + _MARGIN_M))
+    low_x, high_x, low_y, high_y = (1e3 * float(end) for end in (*_ends(edges, 0), *_ends(edges, 2)))
+    return {"xlim": (low_x, high_x), "ylim": (low_y, high_y)}
+
+
+def _ends(edges: list[Corners], first: int) -> tuple[float, float]:
+    return min(edge[first] for edge in edges), max(edge[first + 1] for edge in edges)

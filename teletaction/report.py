@@ -1,18 +1,18 @@
 """The session as one HTML file that needs nothing else, and the picture of one finger."""
 
-import base64
 from collections.abc import Callable, Mapping
 from html import escape
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from common.fingers import FINGERS
 from teletaction.convergence_figure import MOST_TOUCHES, convergence_figure
+from teletaction.examination import Examination
+from teletaction.examination_page import finding_blocks, maps, opening
+from teletaction.examination_record import record
 from teletaction.figure_style import STYLE
 from teletaction.figures import (
     force_figure,
@@ -22,6 +22,7 @@ from teletaction.figures import (
     vibration_figure,
 )
 from teletaction.report_limits import acted_table, extremes_table
+from teletaction.report_parts import figure, png, section
 from teletaction.report_style import CSS
 from teletaction.report_words import (
     NONE,
@@ -40,7 +41,6 @@ from teletaction.session_curves import SessionCurves
 from teletaction.session_data import SessionData
 from teletaction.summary import contact_to_motor_s, one_way_s
 
-_DPI = 140
 _CONTACT_EDGES_MS = (0, 2, 4, 6, 8, 10, 15, 20, 50)
 _LINK_EDGES_MS = (0, 0.5, 1, 1.5, 2, 3, 5, 10, 20)
 
@@ -88,24 +88,34 @@ _TRUE = (
 )
 _ACTED = "<p>How long each limit of a gate acted on a finger since both sites engaged:</p>"
 _GROOVES = "<p>Impulses shown to the operator against grooves that the true fingertip crossed.</p>"
+_Around = tuple[str, str]
+"""Parts of the examination before and after those of the signals."""
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
-def write_report(data: SessionData, summary: Mapping[str, Any], out: Path) -> None:
+def write_report(
+    data: SessionData, summary: Mapping[str, Any], out: Path, examination: Examination | None = None
+) -> None:
     """Write the session as one HTML file: tables and figures, no network, no script.
 
     Args:
         data: the merged recording; streams may be empty.
         summary: what `summary.json` holds; parts that are missing are said to be.
         out: file to write.
+        examination: what was felt and found, and who did what; without it the report is of the signals alone.
 
     Raises:
         OSError: `out` cannot be written.
     """
     session = SessionCurves.of(data, summary.get("fingers", len(FINGERS)))
     with mpl.rc_context(STYLE):
-        figures = "".join(_section(title, _figure(title, draw(session), told)) for title, draw, told in _FIGURES)
-    out.write_text(_page(session, summary, figures), "utf-8")
+        figures = "".join(section(title, figure(title, draw(session), told)) for title, draw, told in _FIGURES)
+        before = after = ""
+        if examination is not None:
+            seconds = session.shown_s[1] if len(data.rendered) or len(data.touch) else None
+            before = opening(examination, seconds) + maps(examination) + finding_blocks(examination, session)
+            after = record(examination, data, summary)
+    out.write_text(_page(session, summary, figures, examination, (before, after)), "utf-8")
 
 
 def write_figure(data: SessionData, out_png: Path, finger: str = "index") -> None:
@@ -118,10 +128,12 @@ def write_figure(data: SessionData, out_png: Path, finger: str = "index") -> Non
     if finger not in FINGERS:
         raise ValueError(f"finger {finger!r}: choose one of {', '.join(FINGERS)}")
     with mpl.rc_context(STYLE):
-        out_png.write_bytes(_png(session_figure(SessionCurves.of(data), FINGERS.index(finger)), 100))
+        out_png.write_bytes(png(session_figure(SessionCurves.of(data), FINGERS.index(finger)), 100))
 
 
-def _page(session: SessionCurves, summary: Mapping[str, Any], figures: str) -> str:
+def _page(
+    session: SessionCurves, summary: Mapping[str, Any], figures: str, examination: Examination | None, around: _Around
+) -> str:
     contacts = summary.get("contacts") or []
     modes, taps = summary.get("modes") or {}, summary.get("taps") or {}
     agreement = (
@@ -139,23 +151,32 @@ def _page(session: SessionCurves, summary: Mapping[str, Any], figures: str) -> s
     cores = f"<p>All processes together: {shown(summary.get('cpu_cores'))} cores.</p>"
     latency = latency_table(summary.get("latency_ms") or {}) + f'<div class="side">{delays}</div>'
     parts = (
-        _section("Contacts", _CONTACTS + tally_table(contacts) + contacts_table(contacts)),
+        section("Contacts", _CONTACTS + tally_table(contacts) + contacts_table(contacts)),
         figures,
-        _section("Limits", extremes_table(summary) + _ACTED + acted_table(session)),
-        _section("Latency", latency),
-        _section("Modes identified", agreement + confusion_table(modes)),
-        _section("Grooves and taps", _GROOVES + impulses_table(summary.get("impulses") or {}) + felt),
-        _section("Link", packets_table(summary.get("packets") or {})),
-        _section("Loops, CPU and memory", process_table(summary) + cores),
+        section("Limits", extremes_table(summary) + _ACTED + acted_table(session)),
+        section("Latency", latency),
+        section("Modes identified", agreement + confusion_table(modes)),
+        section("Grooves and taps", _GROOVES + impulses_table(summary.get("impulses") or {}) + felt),
+        section("Link", packets_table(summary.get("packets") or {})),
+        section("Loops, CPU and memory", process_table(summary) + cores),
     )
-    title = f"Session: {shown(summary.get('scene'))}, seed {shown(summary.get('seed'))}"
+    title, (before, after) = _title(summary, examination), around
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
         f"<title>{title}</title><style>{CSS}</style></head>\n"
-        f"<body><h1>{title}</h1>{_header(summary)}{''.join(parts)}</body></html>\n"
+        f"<body><h1>{title}</h1>{before}{section('Session', _header(summary))}{''.join(parts)}{after}</body></html>\n"
     )
+
+
+def _title(summary: Mapping[str, Any], examination: Examination | None) -> str:
+    """Whose examination it is, and the scene of a simulated one."""
+    pseudonym = None if examination is None else examination.begun.get("pseudonym")
+    words = ["Session" if pseudonym is None else f"Examination {shown(pseudonym)}"]
+    if summary.get("scene") is not None:
+        words.append(f"{shown(summary.get('scene'))}, seed {shown(summary.get('seed'))}")
+    return ": ".join(words)
 
 
 def _header(summary: Mapping[str, Any]) -> str:
@@ -177,27 +198,6 @@ def _header(summary: Mapping[str, Any]) -> str:
 def _faults(faults: list[Any]) -> str:
     told = [f"{f.get('site')}: {f.get('fault')}" if isinstance(f, Mapping) else str(f) for f in faults]
     return f'<span class="fault">{escape("; ".join(told))}</span>' if told else NONE
-
-
-def _section(title: str, content: str) -> str:
-    return f"<section><h2>{escape(title)}</h2>{content}</section>\n"
-
-
-def _figure(title: str, figure: Figure | None, told: str) -> str:
-    if figure is None:
-        return f"<p>{NONE}</p>"
-    source = base64.b64encode(_png(figure, _DPI)).decode("ascii")
-    return (
-        f'<figure><img alt="{escape(title)}" src="data:image/png;base64,{source}">'
-        f"<figcaption>{escape(told)}</figcaption></figure>"
-    )
-
-
-def _png(figure: Figure, dpi: int) -> bytes:
-    buffer = BytesIO()
-    FigureCanvasAgg(figure)
-    figure.savefig(buffer, format="png", dpi=dpi)
-    return buffer.getvalue()
 
 
 def _percent(share: float | None) -> str:

@@ -23,5 +23,20 @@ th { background: #f2f4f6 }
 .wrong, .fault { color: #a63c00; font-weight: 700; white-space: nowrap }
 .no-answer { color: #4a5058; white-space: nowrap }
 .bar { display: inline-block; height: .7em; background: #0072B2 }
-@media print { h2 { break-after: avoid } figure, table { break-inside: avoid } }
+h3 { font-size: 1.05rem; margin: 1.2rem 0 .3rem }
+.opening figure { max-width: 900px }
+.maps { display: grid; grid-template-columns: repeat(2, 1fr); gap: .4rem 1.6rem }
+.pair { display: grid; grid-template-columns: 2fr 3fr; gap: 1rem; align-items: start }
+.note { white-space: pre-wrap; overflow-wrap: anywhere; unicode-bidi: isolate }
+pre { white-space: pre-wrap; overflow-wrap: anywhere; font-size: .75rem }
+td small { overflow-wrap: anywhere }
+@page { size: A4 portrait; margin: 13mm 12mm }
+@media print {
+  body { font-size: 10.5pt; padding: 0; max-width: none }
+  .page, .opening + section { break-before: page }
+  .finding, tr { break-inside: avoid }
+  details { display: none }
+  th { background: none }
+}
+@media print { h2, h3 { break-after: avoid } figure, table { break-inside: avoid } }
 """

@@ -15,7 +15,7 @@ QUANTITY = {
 }
 """What a finding of each kind is about."""
 UNIT = {"temperature": "°C", "roughness": "V", "stiffness": "N/m"}
-CLEAR = 3.0
+CLEAR = 2.5
 """A place differs from its surroundings where the difference is so many times its standard deviation, and"""
 LEAST = {"temperature": 0.5, "roughness": 0.4, "stiffness": 0.2}
 """this large at least: K, and logarithms of the ratio."""

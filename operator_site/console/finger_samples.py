@@ -22,6 +22,8 @@ USEFUL_SD_K = 2.0
 """A temperature that is known no better is not known."""
 LEAST_VARIANCE = 1e-4
 """Nothing is known better than 0.01 K or 1 %, whatever is told: a virtual environment tells what it is."""
+DWELL_S = 1.5
+"""A temperature is told from the first moment on; a place that was rested on for less than this is not known by it."""
 DWELL_EVERY_S = 0.1
 """A resting finger's samples are replaced so often."""
 STROKE_STEP_M = 1.5e-3
@@ -73,7 +75,7 @@ class FingerSamples:
         self._contact = False
         self._still = False
         self._from_m = (0.0, 0.0)
-        self._sampled_s = -math.inf
+        self._touched_s = self._sampled_s = -math.inf
         self._told: float | None = None
         self._told_m = 0.0
         self._felt: tuple[float, float] | None = None
@@ -101,7 +103,7 @@ class FingerSamples:
             self._contact, self._still = True, True
             self._touch += 1
             self._from_m = x_m, y_m
-            self._sampled_s = t_s  # what a contact tells in its first moment is of the one before
+            self._touched_s = self._sampled_s = t_s  # what is told in the first moment is of the contact before
             self._begin_stroke(told)
         if row[_MODE] == ExplorationMode.STROKING:
             self._still = False
@@ -119,7 +121,8 @@ class FingerSamples:
     def _rest(self, t_s: float, row: Sequence[float], told: Told) -> list[Sample]:
         """What a finger that has not moved since it came down knows of the place."""
         samples = []
-        if row[_STATUS] in _TEMPERATURE_KNOWN and 0.0 < row[_OBJECT_SD] <= USEFUL_SD_K:
+        dwelt = t_s - self._touched_s >= DWELL_S
+        if dwelt and row[_STATUS] in _TEMPERATURE_KNOWN and row[_OBJECT_SD] <= USEFUL_SD_K:
             samples.append(self._sample("temperature", t_s, *self._from_m, row[_OBJECT], row[_OBJECT_SD] ** 2))
         if row[_STIFFNESS] > 0.0 and row[_STIFFNESS_SD] < STIFFNESS_KNOWN_LN_SD:
             stiffness = math.log(row[_STIFFNESS])

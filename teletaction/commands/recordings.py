@@ -1,4 +1,4 @@
-"""`summarise`, `recover` and `replay`: what is done with the recordings of a session."""
+"""`summarise`, `report`, `recover` and `replay`: what is done with the recordings of a session."""
 
 from pathlib import Path
 from typing import Annotated
@@ -24,6 +24,18 @@ def summarise_command(
 
     conclude(recordings, out, DemoOptions(scene=scene, seed=seed, fingers=fingers))
     typer.echo(f"summary {out / 'summary.json'}, report {out / 'report.html'}", err=True)
+
+
+@app.command("report")
+def report_command(
+    recording: Annotated[Path, typer.Argument(help="Merged recording of a session, session.mcap.")],
+    out: Annotated[Path, typer.Option(help="HTML file to write.")],
+) -> None:
+    """Write a session's report: map, findings, figures, link, audit trail; with summary.json beside it, that too."""
+    from teletaction.session_report import report
+
+    report(recording, out)
+    typer.echo(f"report {out}", err=True)
 
 
 @app.command("recover")

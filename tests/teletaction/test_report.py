@@ -21,7 +21,7 @@ FIVE = np.ones(5)
 @pytest.fixture(autouse=True)
 def _coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     """Small pictures in the page: what is tested does not depend on their size."""
-    monkeypatch.setattr("teletaction.report._DPI", 40)
+    monkeypatch.setattr("teletaction.report_parts.DPI", 40)
 
 
 def nothing() -> SessionData:

@@ -7,7 +7,16 @@ import pytest
 
 from common.messages import ExplorationMode, ThermalStatus
 from common.told import NOTHING, Told
-from operator_site.console.finger_samples import DWELL_EVERY_S, LATE_M, STILL_M, STROKE_STEP_M, FingerSamples, Sample
+from operator_site.console.finger_samples import (
+    DWELL_EVERY_S,
+    DWELL_S,
+    LATE_M,
+    LEAST_VARIANCE,
+    STILL_M,
+    STROKE_STEP_M,
+    FingerSamples,
+    Sample,
+)
 from tests.operator_site.console.felt_rows import FREE, INDEX, row
 
 STROKING = float(ExplorationMode.STROKING)
@@ -38,17 +47,22 @@ def stroke(
 
 def test_a_rest_gives_one_temperature_that_is_replaced_while_it_lasts() -> None:
     found = rest(FingerSamples(INDEX), 2.0, object_c=36.4, object_c_sd=0.2)
-    assert len(found) == pytest.approx(2.0 / DWELL_EVERY_S, abs=2)
+    assert len(found) == pytest.approx((2.0 - DWELL_S) / DWELL_EVERY_S, abs=2)
     assert {(s.quantity, s.key) for s in found} == {("temperature", (INDEX, 1, 0))}
     assert (found[-1].x_m, found[-1].y_m, found[-1].value) == pytest.approx((0.010, 0.020, 36.4))
     assert found[-1].variance == pytest.approx(0.04)
 
 
+def test_what_is_told_for_certain_is_believed_but_not_without_bounds() -> None:
+    found = rest(FingerSamples(INDEX), 2.0, object_c=36.4, object_c_sd=0.0)
+    assert {one.variance for one in found} == {LEAST_VARIANCE}
+
+
 def test_another_contact_is_another_touch() -> None:
     samples = FingerSamples(INDEX)
-    first = rest(samples, 0.5, object_c=36.4, object_c_sd=0.2)
-    assert samples.step(1.0, FREE, NOTHING) == []
-    second = rest(samples, 0.5, object_c=36.4, object_c_sd=0.2)
+    first = rest(samples, 1.8, object_c=36.4, object_c_sd=0.2)
+    assert samples.step(2.0, FREE, NOTHING) == []
+    second = rest(samples, 1.8, object_c=36.4, object_c_sd=0.2)
     assert first[0].key != second[0].key
 
 
@@ -59,9 +73,13 @@ def test_a_finger_that_slides_tells_no_temperature_of_the_way_beyond_its_place()
     assert {s.x_m for s in found} == {0.010}
 
 
+def test_a_short_touch_tells_no_temperature() -> None:
+    assert rest(FingerSamples(INDEX), DWELL_S - 0.05, object_c=36.4, object_c_sd=0.2) == []
+
+
 @pytest.mark.parametrize("fields", [{"object_c_sd": 2.1}, {"thermal_status": float(ThermalStatus.NO_CONTACT)}])
 def test_what_is_not_known_gives_no_temperature(fields: dict[str, float]) -> None:
-    assert rest(FingerSamples(INDEX), 1.0, **({"object_c": 36.4, "object_c_sd": 0.2} | fields)) == []
+    assert rest(FingerSamples(INDEX), 3.0, **({"object_c": 36.4, "object_c_sd": 0.2} | fields)) == []
 
 
 def test_a_press_tells_stiffness_once_it_is_known() -> None:

@@ -112,7 +112,7 @@ def test_the_surroundings_leave_the_place_itself_out() -> None:
 def test_a_temperature_that_fingers_share_is_not_of_their_places() -> None:
     felt = TactileMap()
     known = {"object_c": 33.0, "object_c_sd": 0.1}
-    for tick in range(20):
+    for tick in range(60):
         rows = hand(index=row(1, 0.0, 0.0, **known), ring=row(3, 0.0, 0.04, **known), little=row(4, 0.0, 0.06))
         felt.felt(0.05 * tick, rows, (NOTHING,) * len(FINGERS))
     shared = felt.at(0.0, 0.0).temperature

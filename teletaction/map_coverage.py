@@ -1,0 +1,44 @@
+"""How much of a surface was felt, and how far apart the lines were."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import binary_closing, distance_transform_edt
+
+from operator_site.console.map_layer import CELL_M, REACH_M
+from operator_site.console.map_tiles import MapPicture
+
+OUTLINE_M = 12e-3
+"""Gaps narrower than twice this are within what was explored."""
+LINES_M = 2.0 * REACH_M
+"""Lines farther apart than this leave a gap."""
+
+
+@dataclass(frozen=True, slots=True)
+class Coverage:
+    """Areas in m2, and the largest distance of neighbouring lines in m; LINES_M stands for less than that too."""
+
+    felt_m2: float
+    explored_m2: float
+    lines_m: float
+
+    @property
+    def share(self) -> float:
+        """Of the explored area that was felt."""
+        return self.felt_m2 / self.explored_m2
+
+    @property
+    def gaps(self) -> bool:
+        """Whether lines are too far apart."""
+        return self.lines_m > LINES_M + CELL_M
+
+
+def coverage(shown: MapPicture) -> Coverage:
+    """Of one quantity."""
+    margin = round(OUTLINE_M / CELL_M)
+    felt = np.pad(~np.isnan(shown.value), 2 * margin)
+    disc = np.hypot(*np.ogrid[-margin : margin + 1, -margin : margin + 1]) <= margin
+    explored = binary_closing(felt, structure=disc) | felt
+    inside = distance_transform_edt(~felt)[explored & ~felt]
+    widest_m = CELL_M * (2.0 * float(inside.max()) - 1.0) if inside.size else 0.0
+    return Coverage(float(felt.sum()) * CELL_M**2, float(explored.sum()) * CELL_M**2, LINES_M + widest_m)

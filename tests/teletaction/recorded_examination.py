@@ -1,0 +1,101 @@
+"""A small recording with a console: a warm spot, findings with hostile notes, acts, an alarm."""
+
+from pathlib import Path
+from typing import Any
+
+import msgpack
+import numpy as np
+
+from common.fingers import FINGERS
+from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, ThermalStatus, Touch
+from common.packets import LinkState
+from common.recording import Recorder
+from common.told import NOTHING, Told
+
+HOSTILE = "<script>alert(1)</script><img src=x onerror=alert(1)> & \"quotes\" 'and' \u202eleft \u0000 " + "x" * 10_000
+START_S = 5000.0
+INDEX = FINGERS.index("index")
+PLACES_M = [(x, y) for y in (0.0, 0.006, 0.012) for x in (0.0, 0.006, 0.012, 0.018, 0.024)]
+TOUCH_S = 2.0
+_STREAMS = ("operator/touch", "operator/clock", "operator/figures", "operator/session")
+_CONSOLE = ("console/session", "console/finding", "console/act", "console/alarm")
+
+
+def record(out: Path, *, console: bool = True) -> Path:
+    """The index finger rests on 15 places, 35 °C on the middle one and 33 °C on the others; returns the recording."""
+    streams = {name: {} for name in (*_STREAMS, *(_CONSOLE if console else ()))}
+    with Recorder(
+        out, streams, {"configuration": "rate_hz = 500.0\n"}, {"materials.json": b'{"kind": "k"}'}
+    ) as recorder:
+        sequence = 0
+        for number, (x_m, y_m) in enumerate(PLACES_M):
+            for tick in range(round(1.2 * TOUCH_S / 0.1)):
+                sequence += 1
+                now_ns = round(1e9 * (START_S + 1.2 * TOUCH_S * number + 0.1 * tick))
+                packet = _touch(sequence, now_ns, x_m, y_m, contact=0.1 * tick < TOUCH_S, warm=number == 7)
+                recorder.write("operator/touch", now_ns, packet.encode())
+        recorder.write("operator/clock", now_ns, msgpack.packb([0, 900_000, 46_000_000]))
+        figures = {"devices": {HOSTILE[:40]: {"serial": "TT0001", "times_lost": 3}}}
+        recorder.write("operator/figures", now_ns, msgpack.packb(figures))
+        recorder.write("operator/session", now_ns, msgpack.packb(["fault", 1, HOSTILE[:60]]))
+        for stream, entry in _at_the_console() if console else ():
+            recorder.write(stream, now_ns, msgpack.packb(entry))
+    return out
+
+
+def _touch(sequence: int, now_ns: int, x_m: float, y_m: float, *, contact: bool, warm: bool) -> Touch:
+    block = np.zeros((len(FINGERS), len(TOUCH_COLUMN)), dtype=np.float32)
+    known = {
+        "contact": 1.0,
+        "mode": 2.0,
+        "stiffness_n_m": 600.0,
+        "stiffness_ln_sd": 0.03,
+        "object_c": 35.0 if warm else 33.0,
+        "object_c_sd": 0.2,
+        "thermal_status": float(ThermalStatus.IDENTIFIED),
+    }
+    block[INDEX, [TOUCH_COLUMN["x_m"], TOUCH_COLUMN["y_m"]]] = x_m, y_m + 0.02
+    for name, value in known.items() if contact else ():
+        block[INDEX, TOUCH_COLUMN[name]] = value
+    told = [NOTHING] * len(FINGERS)
+    told[INDEX] = Told((("<i>skin</i>", 0.99),)) if contact else NOTHING
+    floats = TOUCH_BLOCK.to_bytes(block)
+    return Touch(1, sequence, now_ns, LinkState.ENGAGED, floats, ("",) * len(FINGERS), (), tuple(told))
+
+
+def _at_the_console() -> list[tuple[str, dict[str, Any]]]:
+    warm: dict[str, Any] = {
+        "id": 1,
+        "at_s": START_S + 18.0,
+        "kind": "warm",
+        "finger": "index",
+        "x_m": 0.012,
+        "y_m": 0.006,
+    }
+    said = {"text": "warm, 35.0 ± 0.2 °C", "compare": "+2.0 ± 0.3 K against 33.0 ± 0.2 °C around it (8 touches)"}
+    moment = {
+        "id": 2,
+        "at_s": START_S + 5.0,
+        "kind": None,
+        "finger": "ring",
+        "x_m": None,
+        "y_m": None,
+        "text": "a moment",
+    }
+    begun = {"what": "begin", "at_s": START_S, "pseudonym": "P-0417", "wall_clock": "2026-11-23T14:07:03+01:00"}
+    return [
+        ("console/session", {**begun, "who": "OR-1", "sides": {"top": "head", "right": "left"}}),
+        ("console/finding", {**warm, **said, "note": ""}),
+        ("console/finding", {**warm, **said, "note": HOSTILE}),
+        ("console/finding", {**moment, "compare": "", "note": ""}),
+        (
+            "console/act",
+            {"at_s": START_S, "who": HOSTILE[:50], "verb": "estop", "details": {"a": HOSTILE}, "ok": False},
+        ),
+        (
+            "console/alarm",
+            {"id": "plate", "since_s": START_S, "priority": "high", "text": HOSTILE[:60], "ended_s": None},
+        ),
+        ("console/finding", {"nonsense": 1}),
+        ("console/session", {"what": "end", "at_s": START_S + 61.0, "pseudonym": "P-0417"}),
+    ]

@@ -1,0 +1,185 @@
+"""The examination in the report: findings, maps, what was not felt, who did what; and nothing in it is executed."""
+
+import json
+import re
+from functools import cache
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from operator_site.console.map_tiles import MapPicture
+from teletaction.cli import app
+from teletaction.examination import Examination
+from teletaction.map_coverage import coverage
+from teletaction.map_figure import cell_colours, scale_ticks
+from teletaction.session_report import report
+from tests.teletaction.recorded_examination import HOSTILE, START_S, record
+
+
+@pytest.fixture(autouse=True)
+def _coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("teletaction.report_parts.DPI", 30)
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return record(tmp_path_factory.mktemp("examined") / "session.mcap")
+
+
+class Page(HTMLParser):
+    """Tags, attributes and text of a page."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.tags: set[str] = set()
+        self.attributes: set[str] = set()
+        self.texts: list[str] = []
+        self.feed(html)
+        self.text = " ".join(self.texts)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.add(tag)
+        self.attributes |= {name for name, _ in attrs}
+
+    def handle_data(self, data: str) -> None:
+        self.texts.append(data.strip())
+
+
+@cache
+def page_of(path: Path) -> tuple[str, Page]:
+    out = path.with_suffix(".html")
+    report(path, out)
+    html = out.read_text("utf-8")
+    return html, Page(html)
+
+
+def numbers_in(page: Page) -> dict:
+    (written,) = [text for text in page.texts if text.startswith('{\n "examination"')]
+    return json.loads(written)
+
+
+def test_what_was_recorded_is_read(path: Path) -> None:
+    examination = Examination.read(path)
+    assert examination.begun["pseudonym"] == "P-0417"
+    assert examination.ended_s == START_S + 61.0
+    assert [len(examination.findings), len(examination.acts), len(examination.alarms)] == [2, 1, 1]
+    assert examination.findings[1]["note"] == HOSTILE
+    assert examination.damaged == {"console/finding": 1}
+    here = examination.felt.at(0.012, 0.006).temperature
+    assert here is not None
+    assert here.value == pytest.approx(35.0)
+
+
+def test_the_report_tells_whose_it_was_and_what_was_found(path: Path) -> None:
+    _, page = page_of(path)
+    for words in (
+        "Examination P-0417",
+        "2026-11-23T14:07:03+01:00",
+        "1 min 1 s",
+        "OR-1",
+        "warm, 35.0 ± 0.2 °C",
+        "+2.0 ± 0.3 K against 33.0 ± 0.2 °C around it (8 touches)",
+        "a moment, no place",
+        "roughness not felt anywhere",
+        "Top edge: head. Right edge: left.",
+        "refused",
+        "TT0001",
+        "teletaction replay session.mcap",
+        "1 messages could not be read",
+    ):
+        assert words in page.text, words
+
+
+def test_hostile_text_is_text(path: Path) -> None:
+    html, page = page_of(path)
+    assert "<script" not in html
+    assert not {"script", "iframe", "link", "object", "i"} & page.tags
+    assert not {name for name in page.attributes if name.startswith("on")}
+    assert "<img src=x" not in html
+    assert page.text.count("<script>alert(1)</script>") >= 4
+    assert "x" * 10_000 in page.text
+
+
+def test_the_page_needs_nothing_from_outside_and_runs_nothing(path: Path) -> None:
+    html, _ = page_of(path)
+    assert "default-src 'none'" in html
+    assert set(re.findall(r"<img [^>]*src=\"(.{10})", html)) == {"data:image"}
+    assert "@page { size: A4 portrait" in html
+
+
+def test_every_number_is_there_for_a_program(path: Path) -> None:
+    told = numbers_in(page_of(path)[1])
+    (warm, moment) = told["findings"]
+    assert warm["felt_by_the_end"]["temperature"]["value"] == pytest.approx(35.0)
+    assert warm["confidence"] == 3
+    assert moment["felt_by_the_end"] is None
+    assert told["coverage"]["roughness"] is None
+    assert told["coverage"]["temperature"]["felt_m2"] > 3e-4
+    assert told["link"]["superseded_or_lost"] == 0
+    assert told["configurations"]["session"]
+
+
+def test_without_a_console_it_says_so_and_the_rest_stays(tmp_path: Path) -> None:
+    _, page = page_of(record(tmp_path / "plain.mcap", console=False))
+    assert "No console took part" in page.text
+    assert "33.0" not in page.text.split("Every number")[0]
+    for title in ("Maps", "Contacts", "Modes over time", "Link quality", "Audit trail"):
+        assert title in page.text, title
+    assert numbers_in(page)["findings"] == []
+
+
+def test_an_empty_recording_has_a_report(tmp_path: Path) -> None:
+    from common.recording import Recorder
+
+    empty = tmp_path / "empty.mcap"
+    Recorder(empty, {"operator/touch": {}}, {}).close()
+    _, page = page_of(empty)
+    assert "Nothing was felt." in page.text
+
+
+def test_the_command(path: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out.html"
+    assert CliRunner().invoke(app, ["report", str(path), "--out", str(out)]).exit_code == 0
+    assert "P-0417" in out.read_text("utf-8")
+    beside = tmp_path / "session.mcap"
+    beside.write_bytes(path.read_bytes())
+    (tmp_path / "summary.json").write_text('{"scene": "phantom", "seed": 3}')
+    report(beside, out)
+    assert "Examination P-0417: phantom, seed 3" in out.read_text("utf-8")
+    (tmp_path / "summary.json").write_text("[1]")
+    with pytest.raises(ValueError, match="expected an object"):
+        report(beside, out)
+    beside.write_bytes(path.read_bytes()[:-100])
+    with pytest.raises(ValueError, match="teletaction recover"):
+        report(beside, out)
+
+
+def lines(apart_cells: int) -> MapPicture:
+    """Lines of five cells' width."""
+    value = np.full((60, 60), np.nan)
+    for first in range(5, 55, apart_cells):
+        value[first : first + 5, 5:55] = 33.0
+    return MapPicture(0.0, 0.0, value, np.full(value.shape, 3, dtype=np.uint8))
+
+
+def test_lines_too_far_apart_are_told() -> None:
+    close, far = coverage(lines(5)), coverage(lines(9))
+    assert not close.gaps
+    assert close.share == pytest.approx(1.0)
+    assert far.gaps
+    assert far.lines_m == pytest.approx(0.006 + 0.003, abs=1.1e-3)
+    assert far.share == pytest.approx(5 / 9, abs=0.06)
+
+
+def test_what_was_not_felt_has_no_colour() -> None:
+    shown = lines(9)
+    colour = cell_colours("temperature", shown, (30.0, 36.0))
+    np.testing.assert_array_equal(colour[..., 3] > 0.0, ~np.isnan(shown.value))
+
+
+def test_scales_have_plain_numbers() -> None:
+    assert scale_ticks("temperature", (30.0, 36.0)) == [30.0, 31.0, 32.0, 33.0, 34.0, 35.0, 36.0]
+    assert scale_ticks("stiffness", (200.0, 5000.0)) == [200.0, 500.0, 1000.0, 2000.0, 5000.0]
