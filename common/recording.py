@@ -18,6 +18,8 @@ from types import TracebackType
 
 from mcap.writer import CompressionType, Writer
 
+from common.software_version import software_version
+
 log = logging.getLogger(__name__)
 
 CHUNK_BYTES = 256 * 1024
@@ -59,7 +61,8 @@ class Recorder:
         Args:
             path: file to create; its folder must exist.
             schemas: for each stream that will be written, its JSON schema.
-            metadata: facts about the recording (configuration, own key's fingerprint, hashes of tables), no secret.
+            metadata: facts about the recording (configuration, own key's fingerprint, hashes of tables), no secret;
+                the program's version is added.
             attachments: whole files by name, such as calibrated tables, so that a replay needs nothing else.
 
         Raises:
@@ -74,7 +77,7 @@ class Recorder:
         self._file = path.open("wb")
         self._writer = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.NONE)
         self._writer.start(profile="teletaction", library="teletaction")
-        self._writer.add_metadata("session", dict(metadata))
+        self._writer.add_metadata("session", {"version": software_version(), **metadata})
         for name, content in (attachments or {}).items():
             self._writer.add_attachment(0, 0, name, "application/octet-stream", content)
         self._channels: dict[str, int] = {}

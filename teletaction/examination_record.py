@@ -3,11 +3,11 @@
 import json
 from collections.abc import Mapping
 from html import escape
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
 
+from common.software_version import software_version
 from operator_site.console.tactile_map import QUANTITIES
 from teletaction.examination import Examination
 from teletaction.examination_page import confidence, covered_by, place_of
@@ -203,14 +203,6 @@ def _versions(examination: Examination) -> str:
         "again from the recorded sensor data: <code>teletaction replay session.mcap --out FOLDER</code>. This report: "
         "<code>teletaction report session.mcap --out FILE.html</code>.</p>"
     )
-
-
-def software_version() -> str:
-    """Of this program."""
-    try:
-        return version("teletaction")
-    except PackageNotFoundError:
-        return "unknown: not installed"
 
 
 def _json(told: dict[str, Any]) -> str:

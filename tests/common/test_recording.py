@@ -15,6 +15,7 @@ from mcap.stream_reader import StreamReader
 
 from common import recording
 from common.recording import Recorder, recording_figures
+from common.software_version import software_version
 
 SCHEMAS = {"touch": {"type": "array", "description": "a packet"}, "event": {"type": "object"}}
 
@@ -46,6 +47,7 @@ def test_the_public_reader_finds_everything(tmp_path: Path) -> None:
         assert {c.message_encoding for c in summary.channels.values()} == {"msgpack"}
         assert {s.name: json.loads(s.data) for s in summary.schemas.values()} == SCHEMAS
         (metadata,) = list(reader.iter_metadata())
+        assert metadata.metadata.pop("version") == software_version()
         assert metadata.metadata == {"configuration": "rate_hz = 500.0\n", "key": "curve:abc"}
         times = [(m.log_time, m.publish_time, m.data[:4]) for _, c, m in reader.iter_messages() if c.topic == "touch"]
     start = 10**12

@@ -76,7 +76,7 @@ def test_a_file_cut_anywhere_is_made_whole_with_metadata_and_attachments(
     assert 0 < result.unreadable_bytes < 2 * recording.CHUNK_BYTES
     with result.out.open("rb") as file:
         reader = make_reader(file)
-        assert [entry.metadata for entry in reader.iter_metadata()] == [{"configuration": "rate_hz = 500.0\n"}]
+        assert [entry.metadata["configuration"] for entry in reader.iter_metadata()] == ["rate_hz = 500.0\n"]
         assert [(entry.name, entry.data) for entry in reader.iter_attachments()] == [("table.json", b"{}" * 500)]
         summary = reader.get_summary()
         assert summary is not None
