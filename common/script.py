@@ -4,8 +4,6 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from common.fingers import FINGERS
-
 Reach = Annotated[float, Field(ge=-0.655, le=0.655)]
 """A place of the hand on the bench along one axis, m."""
 Finger = Literal["thumb", "index", "middle", "ring", "little"]
@@ -70,7 +68,7 @@ class Presses(_Step):
     y_m: Places
     hold_s: float = Field(gt=0.0, le=120.0)
     wait_s: float = Field(default=0.0, ge=0.0, le=120.0)
-    fingers: tuple[Finger, ...] = Field(default=FINGERS, min_length=1)
+    fingers: tuple[Finger, ...] = Field(default=("thumb", "index", "middle", "ring", "little"), min_length=1)
 
 
 class Strokes(_Step):

@@ -7,13 +7,14 @@ that takes less heat: the place that was found warm is rested on once more, with
 """
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from common.fingers import FINGER_Y_M, FINGERS
 from common.scene import Scene, load_scene
-from common.script import Presses, Step, Strokes
+from common.script import Finger, Presses, Step, Strokes
 from operator_site.console.map_tiles import CONFIDENT_SD, picture
 from operator_site.console.tactile_map import TactileMap
 from sim_sensors.hand import ScriptedHand
@@ -34,7 +35,8 @@ WARM_UP_S = 3.0
 """The sensors reach their pre-heat before the first touch."""
 PACKET_EVERY = 2
 """Ticks between two packets that the map takes; the link spares more than that."""
-MEASURING, MEASURED_S = ("thumb", "index"), 6.0
+MEASURING: tuple[Finger, ...] = ("thumb", "index")
+MEASURED_S = 6.0
 GOAL_M, GOAL_K, GOAL_SHARE = 5e-3, 0.5, 0.20
 
 
@@ -48,7 +50,7 @@ def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
     seconds = {}
     for number, one in enumerate(seeds):
         sweep = Sweep(scene, one, fingers)
-        segments = sweep.explore(scene.script, lambda share, n=number: tell((n + share) / len(seeds)))
+        segments = sweep.explore(scene.script, _part(tell, number, len(seeds)))
         seconds, felt = _durations(segments), sweep.felt
         found = {name: find_highest(felt, quantity) for name, quantity in TARGETS.items()}
         shown = shown or {quantity: _shown(felt, quantity) for quantity in TARGETS.values()}
@@ -64,6 +66,11 @@ def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
         "goals": {"place_m": GOAL_M, "temperature_k": GOAL_K, "stiffness_share": GOAL_SHARE},
         "problems": [_problem(row) for row in rows if not row["within_goal"]],
     }
+
+
+def _part(tell: Tell, number: int, of: int) -> Callable[[float], object]:
+    """Tells how far all is by how far one part of it is."""
+    return lambda share: tell((number + share) / of)
 
 
 def tables(data: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
@@ -103,7 +110,7 @@ class Sweep:
         self._scene, self._seed, self._fingers = scene, seed, fingers
         self._remote = RemoteHand(scene, seed, fingers)
 
-    def explore(self, script: tuple[Step, ...], tell: Tell = lambda _: None) -> list[Segment]:
+    def explore(self, script: tuple[Step, ...], tell: Callable[[float], object] = lambda _: None) -> list[Segment]:
         """Let the hand do a script once; returns its movements."""
         scene = self._scene.model_copy(update={"script": script})
         hand = ScriptedHand(scene, seed=self._seed, fingers=self._fingers)

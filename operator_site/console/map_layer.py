@@ -59,7 +59,8 @@ class Tile:
     @property
     def kernel(self) -> Floats:
         """How much was felt in each cell: 1 for one sample in its middle."""
-        return self._sums[0]
+        kernel: Floats = self._sums[0]
+        return kernel
 
     def mean(self) -> tuple[Floats, Floats]:
         """Value and standard deviation of each cell, (TILE, TILE); NaN where nothing was felt."""

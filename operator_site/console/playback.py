@@ -244,7 +244,8 @@ class Playback(Generic[C]):
         while len(self._checkpoints) < number and self.prepare():
             pass
         self.console, from_ns = self._restore(min(number, len(self._checkpoints)))
-        self._messages, self._waiting = self._recording.messages(from_ns), None
+        self._messages = self._recording.messages(from_ns)
+        self._waiting: tuple[str, int, bytes] | None = None
         self._take_until(target_ns)
 
     def _restore(self, number: int) -> tuple[C, int]:

@@ -23,8 +23,10 @@ COLUMNS = ROWS = 256
 SHARED_SD_K = 0.9
 """How far the temperature of one place may be from what several fingers were told together: one warm finger of five is
 outvoted, for seconds."""
-SCALE = {"temperature": 3.0, "roughness": (0.002, 0.2), "stiffness": (200.0, 5000.0)}
-"""Half the span of temperature, K, and the ends of the others' scales, V and N/m."""
+SCALE_K = 3.0
+"""Half the span of the scale of temperature."""
+SCALES = {"roughness": (0.002, 0.2), "stiffness": (200.0, 5000.0)}
+"""Ends of the other scales, V and N/m."""
 CENTRED_BY = 10
 """The scale of temperature has the median of so many touches in its middle; then it stays."""
 BESIDE_M, AROUND_M = 0.010, 0.030
@@ -119,11 +121,10 @@ class TactileMap:
 
     def legend(self, quantity: str) -> tuple[float, float]:
         """Ends of a quantity's scale, in its unit; the middle of temperature is 33 C before anything was felt."""
-        scale = SCALE[quantity]
-        if isinstance(scale, tuple):
-            return scale
+        if quantity in SCALES:
+            return SCALES[quantity]
         centre_c = 33.0 if self._centre_c is None else self._centre_c
-        return centre_c - scale, centre_c + scale
+        return centre_c - SCALE_K, centre_c + SCALE_K
 
     def at(self, x_m: float, y_m: float, radius_m: float = REACH_M) -> FeltPlace:
         """What the samples within `radius_m` of a place say together."""
