@@ -23,6 +23,7 @@ PAGE = Path(operator_site.__file__).parent / "console" / "page"
 CSP = "default-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
 HEADERS = {"content-security-policy": CSP, "cache-control": "no-cache"}
 CREDIT = 2
+STATE_S = 0.09
 TILES_A_PICTURE = 4
 
 
@@ -39,6 +40,7 @@ class Client:
         self.tiles: list[tuple[int, int, int]] = []
         self.alive: list[dict[str, Any]] = []
         self.skipped = 0
+        self.stops: set[int] = set()
 
     def ask_for_tiles(self, quantity: str) -> None:
         """Whole map of a quantity, tile by tile."""
@@ -56,6 +58,8 @@ class Stage:
         self.asks: list[dict[str, Any]] = []
         self.answers: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {}
         self.accepts = True
+        self.refuses = False
+        """Whether connections are closed for want of a token."""
         self._started = time.monotonic()
         routes = [
             Route("/", self._index),
@@ -95,6 +99,10 @@ class Stage:
     def cut(self) -> None:
         """Close every connection and accept none."""
         self.accepts = False
+        self.close_all()
+
+    def close_all(self) -> None:
+        """Close every connection; the pages may come back."""
         self._on_loop(self._close_all())
 
     def mend(self) -> None:
@@ -106,7 +114,7 @@ class Stage:
 
     async def _close_all(self) -> None:
         for client in list(self.clients):
-            await client.socket.close()
+            await client.socket.close(4401 if self.refuses else 1001)
 
     async def _index(self, _: Request) -> Response:
         return FileResponse(PAGE / "index.html", headers=HEADERS)
@@ -139,18 +147,18 @@ class Stage:
         return 1000 + int((time.monotonic() - self._started) / SPAN_S)
 
     async def _send(self, client: Client) -> None:
-        last_bin, told_at, version = 0, 0.0, 0
-        told = ""
+        last_bin, told_at, version, told, since = 0, -1.0, 0, "", time.monotonic()
         while True:
             await asyncio.sleep(max(0.0, SPAN_S - (time.monotonic() - self._started) % SPAN_S))
             if not self.scenario.sends:
                 continue
             scenario, number = self.scenario, self._bin()
-            text = json.dumps(scenario.state | {"version": version})
-            if text != told or time.monotonic() - told_at > 1.0:
+            age_s = time.monotonic() - told_at
+            text = json.dumps(scenario.told(time.monotonic() - since)) if age_s > STATE_S else told
+            if text != told or age_s > 1.0:
                 version += 1
-                told, told_at = json.dumps(scenario.state | {"version": version}), time.monotonic()
-                await client.socket.send_text(told)
+                told, told_at = text, time.monotonic()
+                await client.socket.send_text(json.dumps(json.loads(text) | {"version": version}))
             if client.sent - client.drawn >= CREDIT:
                 client.skipped += 1
                 continue
@@ -177,14 +185,18 @@ class Stage:
             client.ask_for_tiles(message["quantity"])
         elif kind == "ask":
             self.asks.append(message)
-            told = {"ok": True, "text": "", "details": {}} | self.answers.get(message["verb"], self._answer)(message)
+            again = message["verb"] == "estop" and message["id"] in client.stops
+            act = (lambda _: {}) if again else self._answer
+            told = {"ok": True, "text": "", "details": {}} | self.answers.get(message["verb"], act)(message)
+            if message["verb"] == "estop":
+                client.stops.add(message["id"])
             if told["ok"] is not None:
                 await client.socket.send_text(json.dumps({"kind": "answer", "id": message["id"]} | told))
 
     def _answer(self, ask: dict[str, Any]) -> dict[str, Any]:
         """What a console would do, near enough for a page."""
         verb, details, session = ask["verb"], ask["details"], self.scenario.state["session"]
-        if self.scenario.state["you"]["role"] == "observe" and verb != "place":
+        if self.scenario.state["you"]["role"] == "observe" and verb != "place" and not session["playback"]:
             return {"ok": False, "text": "OBSERVER. Control is at OR-2."}
         if verb == "begin":
             session.update(pseudonym=details["pseudonym"], recording=True)

@@ -147,10 +147,24 @@ FINDINGS = [
 ]  # fmt: skip
 
 
+def _converging(finger: dict[str, Any], contact_s: float) -> dict[str, Any]:
+    """The same finger at an earlier or later moment of its contact: probabilities and temperature settle."""
+    settled = 1.0 - math.exp(-contact_s / 0.6)
+    count = len(finger["candidates"]) + 3
+    candidates = [[name, settled * share + (1 - settled) / count] for name, share in finger["candidates"]]
+    sd = finger["object_c_sd"]
+    return finger | {
+        "contact_s": contact_s, "candidates": candidates, "object_c": finger["object_c"] + 3.0 * (1 - settled),
+        "object_c_sd": None if sd is None else sd + 3.0 * (1 - settled),
+    }  # fmt: skip
+
+
 class Scenario:
     """A state of the console that a page can be shown; `state` is what goes out as JSON, the rest shapes the pictures."""
 
     def __init__(self) -> None:
+        self.converges = False
+        """Whether fingers in contact are shown converging since the page was connected."""
         self.state: dict[str, Any] = deepcopy(BASE)
         self.touching: set[int] = set()
         self.limited: set[int] = set()
@@ -159,6 +173,16 @@ class Scenario:
         self.age_s = 0.6
         self.sends = True
         """Whether pictures and states go out at all."""
+
+    def told(self, seconds: float) -> dict[str, Any]:
+        """The state so many seconds after a page was connected."""
+        if not self.converges:
+            return self.state
+        fingers = [
+            _converging(finger, min(seconds, finger["contact_s"])) if finger["contact_s"] else finger
+            for finger in self.state["fingers"]
+        ]
+        return self.state | {"fingers": fingers}
 
     def session(self, **changed: Any) -> "Scenario":
         """Change what the state tells of the session."""
@@ -209,6 +233,7 @@ def engaging() -> Scenario:
 def engaged() -> Scenario:
     """The state in which most work is done."""
     scenario = _at_work("engaged")
+    scenario.converges = True
     scenario.touching = {1, 2}
     scenario.state["fingers"][1] |= IDENTIFIED
     scenario.state["fingers"][2] |= IDENTIFIED | {"contact_s": 5.0}

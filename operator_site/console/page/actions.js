@@ -2,7 +2,7 @@
 import { byId, make, remake, write } from "./dom.js";
 import { acts, lastTold, live, now } from "./now.js";
 import { open } from "./sheets.js";
-import { WORDS } from "./words.js";
+import { FIXED, WORDS } from "./words.js";
 
 const HOLD_MS = 1000, CONFIRM_MS = 5000, STEP_MS = 50;
 let connection = null, say = null, held = null, confirming = null;
@@ -26,9 +26,10 @@ function current() {
   const told = lastTold(), in_control = Boolean(now.state && now.state.you.in_control);
   const nothing = { text: WORDS.engage, press: () => {}, disabled: true };
   if (!acts() || !live()) return nothing;
+  if (now.stopPressed || (now.state.stop && !now.state.stop.confirmed)) return { ...nothing, text: WORDS.clear };
   if (["fault", "stopped"].includes(told)) return { verb: "clear_fault", hold: true, text: WORDS.clear, confirm: WORDS.confirmClear, key: "C" };
   if (["engaged", "engaging"].includes(told)) return { text: WORDS.pause, key: "P", press: pause };
-  if (!in_control) return { text: WORDS.takeControl, press: () => ask("take_control") };
+  if (!in_control) return { text: FIXED.takeControl, press: () => ask("take_control") };
   if (told === "disconnected") return nothing;
   if (!now.state.session.pseudonym) return { text: WORDS.startSession, press: () => open("sheet-session") };
   const paused = told === "paused";

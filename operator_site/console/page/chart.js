@@ -50,16 +50,16 @@ function bands(pen, history, x, high) {
   if (!last) return;
   const order = [...names].sort((a, b) => (last.of.get(b) ?? 0) - (last.of.get(a) ?? 0));
   samples.forEach((sample, at) => {
-    const from = x(at === 0 ? 0 : samples[at - 1].s), to = x(sample.s);
+    const from = Math.floor(x(at > 0 ? samples[at - 1].s : sample.s < 0.5 ? 0 : sample.s - 0.1)), to = Math.ceil(x(sample.s));
     let foot = high;
     for (const name of order) {
       const tall = (sample.of.get(name) ?? 0) * high;
       pen.fillStyle = BANDS[names.indexOf(name)];
-      if (tall > 2) pen.fillRect(from, foot - tall + 2, to - from + 0.5, tall - 2);
+      if (tall > 2) pen.fillRect(from, foot - tall + 2, to - from, tall - 2);
       foot -= tall;
     }
     pen.fillStyle = REST;
-    pen.fillRect(from, 0, to - from + 0.5, Math.max(0, foot));
+    pen.fillRect(from, 0, to - from, Math.max(0, foot));
     if (sample.unknown) hatch(pen, from, to, foot);
   });
   label(pen, order, names, last, x, high);
@@ -67,7 +67,7 @@ function bands(pen, history, x, high) {
 
 function hatch(pen, from, to, foot) {
   pen.fillStyle = colour.text;
-  for (let y = 2; y < foot; y += 8) pen.fillRect(from, y, to - from + 0.5, 1.5);
+  for (let y = 2; y < foot; y += 8) pen.fillRect(from, y, to - from, 1.5);
 }
 
 // Names stand in their bands, at the newest end.
@@ -85,7 +85,7 @@ function label(pen, order, names, last, x, high) {
     foot -= tall;
   }
   if (!last.unknown) write(WORDS.rest, "#FFFFFF", 0, foot);
-  else if (foot > 24) {
+  else if (foot > 24 && x(last.s) - LEFT > pen.measureText(WORDS.none).width + 12) {
     const wide = pen.measureText(WORDS.none).width;
     pen.fillStyle = REST;
     pen.fillRect(Math.max(LEFT, x(last.s) - wide - 12), foot / 2 - 12, wide + 12, 24);
@@ -111,7 +111,7 @@ function warmth(pen, history, x, top, bottom) {
   const y = celsius => bottom - (Math.min(RANGE_C[1], Math.max(RANGE_C[0], celsius)) - RANGE_C[0]) / (RANGE_C[1] - RANGE_C[0]) * (bottom - top);
   const known = history.samples.filter(sample => typeof sample.object_c === "number");
   known.forEach((sample, at) => {
-    const from = x(at === 0 ? sample.s : known[at - 1].s), wide = Math.max(1, x(sample.s) - from + 0.5);
+    const from = Math.floor(x(at === 0 ? Math.max(0, sample.s - 0.1) : known[at - 1].s)), wide = Math.max(1, Math.floor(x(sample.s)) - from);
     if (typeof sample.sd === "number") {
       pen.fillStyle = colour.line;
       pen.globalAlpha = 0.5;

@@ -13,7 +13,7 @@ import { startKeys } from "./keys.js";
 import { drawMap, followMap, readOut, showAgain, showMapTable, startMap, takeTile } from "./map.js";
 import { marked, moveTo, showMarking, startMarking } from "./marking.js";
 import { showNotes, startNotes } from "./notes.js";
-import { followContact, now } from "./now.js";
+import { followContact, live, now } from "./now.js";
 import { showPlayback, startPlayback } from "./playback.js";
 import { showSession, startSession } from "./session.js";
 import { startSheets } from "./sheets.js";
@@ -83,6 +83,8 @@ function showNow() {
 }
 
 function showNumbers() {
+  // What stands still because nothing comes any more has to grey out, too.
+  if (now.picture && !live()) { drawHand(now.picture); drawMap(marked()); }
   showNow();
   showFingers();
   showIdentification();

@@ -12,7 +12,7 @@ const RANGES = { temperature: [-10, 60], roughness: [0.001, 10], stiffness: [50,
 const LEGENDS = { temperature: [30, 36], roughness: [0.01, 1], stiffness: [100, 10000], material: [0, 1] };
 const WIDER = 2;
 const painting = new Painting();
-let connection = null, quantity = "temperature", sure = false, zoom = 1, middle = null, frameKey = "", legendKey = "", dirty = true, paintedAt_ms = 0, wider = 0;
+let connection = null, quantity = "temperature", sure = false, zoom = null, middle = null, frameKey = "", legendKey = "", dirty = true, paintedAt_ms = 0, wider = 0;
 let cursor = null, looked = "", lookedAt_ms = 0, looking = false;
 
 export function startMap(link, pick) {
@@ -99,9 +99,11 @@ export function followMap(state) {
 
 function view(canvas) {
   const here = frame(), side_mm = SIDE * here.cell_m * 1000, centre = middle ?? { x: here.x_m * 1000 + side_mm / 2, y: here.y_m * 1000 + side_mm / 2 };
-  const scale = zoom * Math.min(canvas.clientWidth, canvas.clientHeight) / side_mm;
+  const [short, long] = [canvas.clientWidth, canvas.clientHeight].sort((a, b) => a - b);
+  // Until a person zooms, the longer side shows the whole frame.
+  const times = zoom ?? Math.min(1.7, long / short), scale = times * short / side_mm;
   return {
-    scale, width: canvas.clientWidth, height: canvas.clientHeight, side_mm, left_mm: here.x_m * 1000, near_mm: here.y_m * 1000,
+    times, scale, width: canvas.clientWidth, height: canvas.clientHeight, side_mm, left_mm: here.x_m * 1000, near_mm: here.y_m * 1000,
     toX: x_mm => canvas.clientWidth / 2 + (x_mm - centre.x) * scale, toY: y_mm => canvas.clientHeight / 2 - (y_mm - centre.y) * scale,
     x_mm: x => centre.x + (x - canvas.clientWidth / 2) / scale, y_mm: y => centre.y - (y - canvas.clientHeight / 2) / scale, centre,
   };
@@ -109,8 +111,8 @@ function view(canvas) {
 
 export function zoomBy(factor) {
   const canvas = byId("map-felt"), at = view(canvas), fixed = cursor ?? fingerPlace() ?? at.centre;
-  const next = Math.max(1, Math.min(MOST_ZOOM, zoom * factor));
-  middle = next === 1 ? null : { x: fixed.x + (at.centre.x - fixed.x) * zoom / next, y: fixed.y + (at.centre.y - fixed.y) * zoom / next };
+  const next = Math.max(1, Math.min(MOST_ZOOM, at.times * factor)), share = at.times / next;
+  middle = next === 1 ? null : { x: fixed.x + (at.centre.x - fixed.x) * share, y: fixed.y + (at.centre.y - fixed.y) * share };
   zoom = next;
   dirty = true;
 }
@@ -218,8 +220,8 @@ function point(canvas, pick) {
     if (!dragged) { cursor = place(event); return; }
     const dx = event.clientX - dragged.x, dy = event.clientY - dragged.y;
     if (Math.hypot(dx, dy) > 6) dragged.far = true;
-    if (!dragged.far || zoom === 1) return;
-    const { scale } = view(canvas);
+    const { scale, times } = view(canvas);
+    if (!dragged.far || times === 1) return;
     middle = { x: dragged.centre.x - dx / scale, y: dragged.centre.y + dy / scale };
     dirty = true;
   });

@@ -53,7 +53,8 @@ export function showSession() {
   const sheet = byId("sheet-session");
   sheet.classList.toggle("start", acts() && !inSession && !["engaged", "engaging"].includes(session.state));
   byId("session-begin").hidden = inSession || !acts();
-  byId("session-sound").hidden = !acts();
+  byId("session-running").hidden = acts() && !inSession && !session.saved && you.in_control;
+  byId("session-sound").hidden = !acts() || session.state === "engaged";
   byId("take-button").hidden = !acts() || you.in_control || session.state === "engaged";
   byId("end-button").hidden = !acts() || !inSession;
   write(byId("end-button"), ending ? WORDS.confirmEnd(session.pseudonym, findings.length) : WORDS.end);
@@ -83,10 +84,11 @@ function deviceName(name) {
 
 function showChecks() {
   const lines = [...now.state.devices.map(device => ({ ...device, what: deviceName(device.name) })), ...now.state.checks];
-  remake(byId("checks"), lines, () => lines.map(line => make("li", {},
-    make("span", { class: "tick", "aria-hidden": "true", text: line.ready ? "✓" : "✗" }), make("span", { text: line.what }),
-    make("span", { class: line.ready ? "" : "missing", text: line.ready ? line.text || WORDS.ready : line.text }),
-    ...(line.help && !line.ready ? [make("code", { text: line.help })] : []))));
+  const tick = text => make("span", { class: "tick", "aria-hidden": "true", text });
+  remake(byId("ready"), lines, () => lines.filter(line => line.ready).map(line => make("li", {}, tick("✓"), ` ${line.what} `, make("span", { class: "told", text: line.text || WORDS.ready }))));
+  // What is missing comes with the command to run.
+  remake(byId("checks"), lines, () => lines.filter(line => !line.ready).map(line => make("li", {}, tick("✗"), make("span", { text: line.what }),
+    make("span", { class: "missing", text: line.text }), ...(line.help ? [make("code", { text: line.help })] : []))));
 }
 
 function showFindings() {

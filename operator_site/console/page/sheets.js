@@ -14,7 +14,7 @@ export function toggle(sheet, opened = () => {}) {
   if (!byId(sheet).hidden) { close(sheet); return; }
   open(sheet);
   opened(sheet);
-  const first = byId(sheet).querySelector("input, button:not([hidden]):not(:disabled)");
+  const first = byId(sheet).querySelector("input:not(:disabled), button:not(:disabled)");
   if (first) first.focus();
 }
 

@@ -71,7 +71,7 @@ export function showStop() {
   const from = DEVICE_LABELS.map(([device]) => [times[device] ?? null, Boolean(stop && stop.late)]);
   remake(byId("answers-list"), from, () => DEVICE_LABELS.map(([device, label]) => {
     const time_s = times[device], stopped = typeof time_s === "number";
-    return make("li", { class: stopped ? "stopped" : stop && stop.late ? "late" : "" }, label, make("span", { text: stopped ? WORDS.stoppedIn(time_s) : WORDS.waiting }));
+    return make("li", { class: stopped ? "stopped" : stop && stop.late ? "late" : "" }, label, make("span", { text: stopped ? WORDS.stopped : WORDS.waiting }), ...(stopped ? [make("span", { text: WORDS.stoppedIn(time_s) })] : []));
   }));
 }
 

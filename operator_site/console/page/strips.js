@@ -17,7 +17,7 @@ let newest = -1, active = -1, whole = true;
 
 export function startStrips() {
   byId("strip-labels").append(...STRIPS.map(({ range }, at) => make("div", {},
-    make("span", { class: "name", text: WORDS.strips[at].join(" ") }), make("span", { class: "top", text: range[1] }), make("span", { class: "foot", text: range[0] }))));
+    make("span", { class: "name", text: WORDS.strips[at].join(" ") }), make("span", { class: "top", text: range[1], "data-low": range[0] }), make("span", { class: "low", text: range[0] }))));
   onTheme(() => { whole = true; });
 }
 
