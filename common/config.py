@@ -193,7 +193,9 @@ class ConsoleConfig(_Section):
     record: Path | None = None
     """MCAP file of findings and acts; without, nothing that is found is kept."""
     reports: Path | None = None
-    """Folder of finished reports, served as `/report/NAME.html`."""
+    """Folder of reports, served as `/report/NAME.html`."""
+    report_command: tuple[str, ...] = ()
+    """Writes the report of an examination that has ended, to the file that takes the place of `{report}` in it."""
     status: Path | None = None
     log: LogForm = "text"
 

@@ -67,7 +67,7 @@ class OperatorSite:
         self._devices = devices
         self._recorder = recorder
         self._recording = None if recorder is None and feed is None else SiteRecording(recorder, feed)
-        self._attendance = Attendance(config.console_required_s)
+        self.attendance = Attendance(config.console_required_s)
         self._desk = desk
         self.rendering = Rendering(config.rendering, 1.0 / config.rate_hz, config.link.gap_s)
         self._now_ns = 0
@@ -83,9 +83,9 @@ class OperatorSite:
         missing = self._devices.missing()
         not_ready = self.rendering.fault or missing
         if self._desk is not None:
-            self._desk.serve(now_ns, partial(answer_desk, client, self._attendance, now_ns, not_ready))
+            self._desk.serve(now_ns, partial(answer_desk, client, self.attendance, now_ns, not_ready))
         client.session.equipped(missing)
-        if why := self._attendance.step(now_ns, client.session.engaged):
+        if why := self.attendance.step(now_ns, client.session.engaged):
             client.disengage(now_ns, why)
         client.step(now_ns, not_ready, self._devices.unconfirmed)
         motion = self._send_motion(now_ns, now_s, hand)

@@ -2,6 +2,7 @@
 
 import os
 import socket
+import sys
 from contextlib import ExitStack
 from dataclasses import dataclass
 from importlib import resources
@@ -200,7 +201,12 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
             port=next(ports),
             operator=folder / "operator.toml",
             record=out / f"{CONSOLE}.mcap",
-            reports=out,
+            reports=out / "reports",
+            report_command=(
+                *(sys.executable, "-m", "teletaction", "report"),
+                *(str(out / f"{process}.mcap") for process in ("operator", "remote", CONSOLE)),
+                *("--out", "{report}"),
+            ),
             status=out / f"{CONSOLE}.json",
         )
     configurations = {}

@@ -1,27 +1,43 @@
 """The report of a session made anew from its recording."""
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from teletaction.examination import Examination
+from teletaction.merge import merge_recordings
 from teletaction.recorded_session import RecordedSession
 from teletaction.report import write_report
 from teletaction.session_data import SessionData
 
 
-def report(recording: Path, out: Path) -> None:
-    """Write it; `summary.json` beside the recording gives the figures that are of the processes.
+def report(recordings: Sequence[Path], out: Path) -> None:
+    """Write it; `summary.json` beside the first recording gives the figures that are of the processes.
+
+    Args:
+        recordings: a merged one, or those of a session's processes, which may still be running.
+        out: HTML file.
 
     Raises:
         ValueError: it is no whole recording, or the summary beside it is no JSON object.
         OSError: a file cannot be read or written.
     """
+    summary = _summary(recordings[0].with_name("summary.json"))
+    if len(recordings) == 1:
+        _write(recordings[0], summary, out)
+        return
+    with TemporaryDirectory() as folder:
+        merged = Path(folder) / "session.mcap"
+        merge_recordings(list(recordings), merged)
+        _write(merged, summary, out)
+
+
+def _write(recording: Path, summary: dict[str, Any], out: Path) -> None:
     with recording.open("rb") as file:
         RecordedSession(recording, file)
-    write_report(
-        SessionData.read(recording), _summary(recording.with_name("summary.json")), out, Examination.read(recording)
-    )
+    write_report(SessionData.read(recording), summary, out, Examination.read(recording))
 
 
 def _summary(path: Path) -> dict[str, Any]:

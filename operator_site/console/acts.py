@@ -15,6 +15,7 @@ from operator_site.console.console import Console
 from operator_site.console.desk_line import PATIENCE_S, DeskSilent
 from operator_site.console.findings import UNIT, value_text
 from operator_site.console.keeping import Keeping
+from operator_site.console.reporting import Reporting
 from operator_site.console.session_book import Finding
 from operator_site.console.shown_state import refusal
 
@@ -90,8 +91,8 @@ class Acts:
         self._control, self._playing = control, playing
         self.saved: dict[str, Any] | None = None
         """What came of the last examination."""
-        self.report: Callable[[str], str | None] = lambda _: None
-        """Address of the report of an examination; None where there is none."""
+        self.reporting = Reporting((), None)
+        self._writing: set[asyncio.Task[None]] = set()
         self._verbs: dict[str, Callable[[Client, dict[str, Any], float], Awaitable[Answer]]] = {
             "engage": self._engage,
             "disengage": self._disengage,
@@ -196,8 +197,19 @@ class Acts:
         placeless = sum(finding.x_m is None for finding in book.findings.values())
         if placeless:
             text += f" Report has {words.count(placeless, 'finding')} without a place."
-        self.saved = {"text": text, "report": self.report(pseudonym)}
-        return Answer(True, text, {"report": self.saved["report"]})
+        self.saved = {"text": text, "report": None}
+        writing = asyncio.create_task(self._write_report(self.saved, pseudonym))
+        self._writing.add(writing)
+        writing.add_done_callback(self._writing.discard)
+        return Answer(True, text)
+
+    async def _write_report(self, saved: dict[str, Any], pseudonym: str) -> None:
+        """The report's address appears in what came of the examination when it is written."""
+        try:
+            saved["report"] = await self.reporting.write(pseudonym)
+        except OSError as error:
+            log.warning("report of %s: %s", pseudonym, error)
+            saved["text"] += f" No report: {error}."
 
     async def _find(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         finding = self._console.book.find(self._console.felt, details, now_s)

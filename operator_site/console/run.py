@@ -27,6 +27,7 @@ from operator_site.console.keeping import Keeping
 from operator_site.console.pages import Pages
 from operator_site.console.playback import Recording
 from operator_site.console.playing import Player
+from operator_site.console.reporting import Reporting
 from operator_site.console.server import application
 from operator_site.console.shown_state import shown_state
 from operator_site.feed import BATCH_S, FeedReader
@@ -91,8 +92,7 @@ class LiveConsole:
         control = Control()
         self.acts = Acts(self.console, self._desk, self.keeping, control, None)
         self.pages = Pages(lambda: self.console, self.acts, control)
-        self._reports = config.reports
-        self.acts.report = self._report
+        self.acts.reporting = Reporting(config.report_command, config.reports)
         self._operator = "operator.toml" if config.operator is None else str(config.operator)
         self._folder = config.record.parent if config.record is not None else Path.cwd()
         self._picture, self._state, self._attend = Due(BATCH_S), Due(_STATE_S), Due(_ATTEND_S)
@@ -160,10 +160,6 @@ class LiveConsole:
         failed = self.keeping.enabled and self.keeping.failed
         around = self.console.around
         self.console.around = replace(around, disk_used=used, recording_failed=failed, skipped_lately=slow)
-
-    def _report(self, pseudonym: str) -> str | None:
-        name = f"{pseudonym}.html"
-        return f"/report/{name}" if self._reports is not None and (self._reports / name).is_file() else None
 
 
 class PlayedConsole:

@@ -28,13 +28,13 @@ def summarise_command(
 
 @app.command("report")
 def report_command(
-    recording: Annotated[Path, typer.Argument(help="Merged recording of a session, session.mcap.")],
+    recordings: Annotated[list[Path], typer.Argument(help="A merged session.mcap, or the recordings to merge.")],
     out: Annotated[Path, typer.Option(help="HTML file to write.")],
 ) -> None:
     """Write a session's report: map, findings, figures, link, audit trail; with summary.json beside it, that too."""
     from teletaction.session_report import report
 
-    report(recording, out)
+    report(recordings, out)
     typer.echo(f"report {out}", err=True)
 
 

@@ -141,3 +141,19 @@ def test_a_recording_is_replayed_to_the_last_bit(tmp_path: Path) -> None:
     result = replay(tmp_path / "operator.mcap", tmp_path / "out")["operator"]["operator"]
     assert result["ticks"] == result["rendered_rows"] == result["identical"] == len(working.devices.written)
     assert result["missing_touch_packets"] == 0
+
+
+def test_a_site_that_requires_a_console_pauses_when_nobody_watches() -> None:
+    working = Working(required_s=1.0)
+    assert working.press(ALUMINIUM_M)[-1].force_n[INDEX] > 1.0
+    for _ in range(10):
+        working.ask("attend", seen=True)
+        assert not neutral(working.go(0.5)[-1]), "somebody watches"
+    working.ask("attend", seen=False)
+    assert neutral(working.go(1.5)[-1])
+    assert working.state is LinkState.CONNECTED
+    assert not working.client.want_engaged, "engaging again is asked for"
+    reasons = [happening.text for happening in working.client.session.take_happenings()]
+    assert reasons == [], "the site has taken them for its recording"
+    working.ask("attend", seen=True)
+    assert neutral(working.go(0.5)[-1]), "nothing moves by being seen again"

@@ -12,7 +12,6 @@ from common.packets import LinkState
 from common.recording import Recorder
 from common.scene import load_scene
 from common.tick_age import TickAge
-from operator_site.attendance import Attendance
 from operator_site.desk_requests import answer_desk
 from operator_site.devices import OperatorDevices
 from operator_site.exoskeleton import Hand
@@ -113,7 +112,7 @@ class Working:
         return self.go(0.5, z_m=-0.003) + self.go(0.5)
 
     def ask(self, verb: str, **details: Any) -> dict[str, Any]:
-        return answer_desk(self.client, Attendance(0.0), self.now_ns, "", verb, details)
+        return answer_desk(self.client, self.site.attendance, self.now_ns, "", verb, details)
 
     @property
     def state(self) -> LinkState:

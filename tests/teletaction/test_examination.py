@@ -51,7 +51,7 @@ class Page(HTMLParser):
 @cache
 def page_of(path: Path) -> tuple[str, Page]:
     out = path.with_suffix(".html")
-    report(path, out)
+    report([path], out)
     html = out.read_text("utf-8")
     return html, Page(html)
 
@@ -147,7 +147,7 @@ def test_the_command(path: Path, tmp_path: Path) -> None:
     beside = tmp_path / "session.mcap"
     beside.write_bytes(path.read_bytes())
     (tmp_path / "summary.json").write_text('{"scene": "phantom", "seed": 3}')
-    report(beside, out)
+    report([beside], out)
     assert "Examination P-0417: phantom, seed 3" in out.read_text("utf-8")
     (tmp_path / "summary.json").write_text("[1]")
     with pytest.raises(ValueError, match="expected an object"):

@@ -1,0 +1,43 @@
+"""The report of an examination: what the command wrote is offered, and why there is none is said."""
+
+import asyncio
+import sys
+from pathlib import Path
+
+import pytest
+
+from operator_site.console import reporting
+from operator_site.console.reporting import Reporting
+
+WRITE = (sys.executable, "-c", "import sys; open(sys.argv[1], 'w').write('<p>')", "{report}")
+
+
+@pytest.fixture(autouse=True)
+def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reporting, "SETTLED_S", 0.0)
+
+
+def test_what_the_command_wrote_is_offered_and_never_written_over(tmp_path: Path) -> None:
+    reports = Reporting(WRITE, tmp_path / "reports")
+    assert asyncio.run(reports.write("P-0417")) == "/report/P-0417.html"
+    assert asyncio.run(reports.write("P-0417")) == "/report/P-0417-2.html"
+    assert asyncio.run(reports.write("../P 1/<x>")) == "/report/___P_1__x_.html"
+    assert {path.name for path in (tmp_path / "reports").iterdir()} == {
+        "P-0417.html",
+        "P-0417-2.html",
+        "___P_1__x_.html",
+    }
+
+
+@pytest.mark.parametrize(
+    ("command", "match"),
+    [
+        ((), "no report is configured"),
+        ((sys.executable, "-c", "import sys; sys.exit('teletaction: no such recording')"), "no such recording"),
+        ((sys.executable, "-c", ""), "the command ended with 0"),
+        (("/no/such/command",), "No such file"),
+    ],
+)
+def test_why_there_is_none_is_said(tmp_path: Path, command: tuple[str, ...], match: str) -> None:
+    with pytest.raises(OSError, match=match):
+        asyncio.run(Reporting(command, tmp_path).write("P-0417"))
