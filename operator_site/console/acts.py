@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+import math
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -21,6 +22,8 @@ from operator_site.console.shown_state import refusal
 
 log = logging.getLogger(__name__)
 
+CLEARING_S = 2.0
+"""Who clears a fault clears its alarm too, as soon as both sites say that the fault is gone."""
 STOP_NOT_SENT = "STOP NOT SENT. Use the hardware switch."
 _OBSERVERS_MAY = frozenset(("place",))
 _WITHOUT_CONTROL = frozenset(("place", "estop", "take_control"))
@@ -91,6 +94,7 @@ class Acts:
         self._control, self._playing = control, playing
         self.saved: dict[str, Any] | None = None
         """What came of the last examination."""
+        self._clearing = (-math.inf, "")
         self.reporting = Reporting((), None)
         self._writing: set[asyncio.Task[None]] = set()
         self._verbs: dict[str, Callable[[Client, dict[str, Any], float], Awaitable[Answer]]] = {
@@ -121,6 +125,9 @@ class Acts:
             answer = Answer(False, str(refused))
         except (DeskSilent, TimeoutError):
             answer = Answer(False, STOP_NOT_SENT if verb == "estop" else "The operator site does not answer.")
+        except Exception:
+            log.exception("%s", verb)
+            answer = Answer(False, "That failed inside the console; its log says why.")
         if verb != "place" and self._playing is None:
             self._audit(client, str(verb)[:40], given, answer, now_s)
         return answer
@@ -162,15 +169,22 @@ class Acts:
         return Answer(True, "STOPPING")
 
     async def _clear(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        cleared = self._console.alarms.clear(now_s, client.name)
-        site = self._console.site
+        site, alarms = self._console.site, self._console.alarms
         if site.state is LinkState.FAULT or site.remote_fault:
             told = await self._desk_told("clear_fault", now_s)
             if told.get("refusal"):
                 raise Refused(f"Not cleared: {told['refusal']}.")
-        elif not cleared:
+        elif not any(alarm.waits for alarm in alarms.listed):
             raise Refused("There is nothing to clear.")
+        self._clearing = now_s, client.name
+        self.step(now_s)
         return Answer(True, "Cleared. Nothing moves. Engage again.")
+
+    def step(self, now_s: float) -> None:
+        """Clear the alarms whose cause was just cleared; a remote site takes a moment longer."""
+        asked_s, who = self._clearing
+        if 0.0 <= now_s - asked_s <= CLEARING_S:
+            self._console.alarms.clear(now_s, who)
 
     async def _begin(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         book = self._console.book

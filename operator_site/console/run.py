@@ -118,6 +118,7 @@ class LiveConsole:
                 self.keeping.write("console/alarm", now_s, {**record, **times, "active": alarm.ended_s is None})
         if self._picture(now_s, 0.5 * BATCH_S if fed else 1.5 * BATCH_S):
             self.console.step(now_s)
+            self.acts.step(now_s)
             self.pages.show(self._shown(now_s) if self._state(now_s) else None)
 
     def figures(self) -> dict[str, object]:

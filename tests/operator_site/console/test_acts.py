@@ -61,8 +61,8 @@ class Desktop:
         self.observer = Client(Visitor("student", "observe"), "student 3", 0.0)
         for client in (self.observer, self.first, self.second):
             self.control.offer(client)
-        self.console.take("operator/session", 100 * S, msgpack.packb(["connected", 7, ""]))
-        fed(self.console, 100.0, 101.0)
+        self.console.take("operator/session", 98 * S, msgpack.packb(["connected", 7, ""]))
+        fed(self.console, 98.0, 101.0)
         self.console.desk(101.0, BRIEF)
         self.console.take("operator/session", 101 * S, msgpack.packb(["disengaged", 7, ""]))
 
@@ -177,6 +177,25 @@ def test_what_was_felt_at_a_place_is_told_with_how_well(desktop: Desktop) -> Non
     assert told.text == "24.1 ± 0.3 °C, 1 touch, 0 s ago"
     assert desktop.ask("place", desktop.observer, x_mm=90.0, y_mm=0.0).text == "Nothing was felt here."
     assert not desktop.ask("place", x_mm="here").ok
+
+
+def test_who_clears_a_fault_clears_its_alarm_too_and_nothing_else(desktop: Desktop) -> None:
+    console = desktop.console
+    assert desktop.ask("clear_fault").text == "There is nothing to clear."
+    console.take("operator/session", 101 * S, msgpack.packb(["fault", 7, "index: the force swings"]))
+    console.step(101.0)
+    assert desktop.ask("clear_fault").ok
+    assert desktop.desk.asked == ["clear_fault"]
+    console.step(101.1)
+    desktop.acts.step(101.1)
+    (alarm,) = console.alarms.listed
+    assert (alarm.cleared_by, alarm.ended_s) == ("OR-1 1", 101.1)
+    console.take("operator/session", 110 * S, msgpack.packb(["fault", 7, "index: the force swings"]))
+    console.step(110.0)
+    console.take("operator/session", 110 * S, msgpack.packb(["cleared", 7, ""]))
+    console.step(110.1)
+    desktop.acts.step(110.1)
+    assert console.alarms.listed[0].waits, "that was another one"
 
 
 @pytest.mark.parametrize("verb", ["reboot", "", None, 7, ["engage"], "play", "seek"])
