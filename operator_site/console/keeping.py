@@ -31,7 +31,10 @@ _MOST_UNSAVED = 20_000
 
 
 class Keeping:
-    """Writes to `PATH`, and to `PATH` with -1, -2 ... in its name after failures. Time is an argument, s."""
+    """Writes to `PATH`, or where that exists, and after failures, to `PATH` with -1, -2 ... in its name.
+
+    What an earlier run or one that was killed has kept is never written over. Time is an argument, s.
+    """
 
     def __init__(self, path: Path | None, metadata: dict[str, str]):
         """Open the recording; without a path nothing is ever saved.
@@ -40,8 +43,7 @@ class Keeping:
             OSError: it cannot be created.
         """
         self._path, self._metadata = path, metadata
-        self._recorder = None if path is None else Recorder(path, SCHEMAS, metadata)
-        self._files = 0
+        self._recorder = None if path is None else Recorder(_free(path), SCHEMAS, metadata)
         self._unsaved: list[tuple[str, int, bytes, int | None]] = []
         """Stream, time and payload of what is not saved yet, and the finding that it is."""
         self._confirmed: Counter[str] = Counter()
@@ -114,12 +116,10 @@ class Keeping:
 
     def _begin_again(self) -> None:
         assert self._path is not None
-        self._files += 1
-        path = self._path.with_stem(f"{self._path.stem}-{self._files}")
+        path = _free(self._path)
         try:
             recorder = Recorder(path, SCHEMAS, self._metadata)
         except OSError as error:
-            self._files -= 1
             log.warning("%s: %s", path, error.strerror)
             return
         if self._recorder is not None:
@@ -127,3 +127,12 @@ class Keeping:
         self._recorder, self._confirmed = recorder, Counter()
         for kept in self._unsaved:
             self._hand(kept)
+
+
+def _free(path: Path) -> Path:
+    """A file that is not there yet."""
+    number, found = 0, path
+    while found.exists():
+        number += 1
+        found = path.with_stem(f"{path.stem}-{number}")
+    return found

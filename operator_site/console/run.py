@@ -18,6 +18,7 @@ from starlette.applications import Starlette
 
 from common.config import ConsoleConfig, to_toml
 from common.keys import fingerprint, load_keys
+from common.notify import Supervisor
 from common.process import StatusFile
 from operator_site.console.access import Access
 from operator_site.console.acts import Acts, Control
@@ -238,8 +239,15 @@ def _serve(
     about = {"address": address}
     app = application(access, shown.pages, time.monotonic, config.reports, lambda: {"ok": True})
     log.info("the page is at %s", address)
-    with contextlib.suppress(KeyboardInterrupt):
-        asyncio.run(_run(shown, config, app, socket, stop, lambda: status.write(0.0, {**about, **shown.figures()})))
+
+    def each_second() -> None:
+        figures = shown.figures()
+        status.write(0.0, {**about, **figures})
+        told.alive(f"{figures['clients']} pages")
+
+    with Supervisor() as told, contextlib.suppress(KeyboardInterrupt):
+        told.ready()
+        asyncio.run(_run(shown, config, app, socket, stop, each_second))
 
 
 def _bound(config: ConsoleConfig) -> sockets.socket:

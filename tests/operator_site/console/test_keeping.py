@@ -105,6 +105,16 @@ def test_a_disk_that_stays_full_is_tried_every_few_seconds(tmp_path: Path, monke
     keeping.close()
 
 
+def test_what_an_earlier_run_kept_is_not_written_over(tmp_path: Path) -> None:
+    for number in range(3):
+        keeping = Keeping(tmp_path / "console.mcap", {})
+        keeping.write("console/finding", 1.0, finding(number + 1))
+        keeping.close()
+    for number, name in enumerate(("console", "console-1", "console-2"), 1):
+        ((_, record),) = written(tmp_path / f"{name}.mcap", "console/finding")
+        assert record["id"] == number
+
+
 def test_without_a_file_nothing_is_ever_saved() -> None:
     keeping = Keeping(None, {})
     keeping.write("console/finding", 1.0, finding(1))
