@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from datetime import datetime
 from typing import Any
 
 from operator_site.console.findings import QUANTITY, value_text
@@ -16,6 +17,8 @@ from teletaction.report_words import shown, table
 from teletaction.session_curves import SessionCurves
 
 CUTOUT_M = 0.040
+LONGEST_IN_TABLE = 160
+"""Letters of a note on the opening page."""
 NO_CONSOLE = (
     "No console took part in this recording: it has no study number, no findings, and no audit trail. The map is made "
     "of what the operator site received."
@@ -33,7 +36,7 @@ def opening(examination: Examination, seconds: float | None) -> str:
     begun, findings = examination.begun, list(examination.findings.values())
     facts = {
         "study number": shown(begun.get("pseudonym")),
-        "begun": shown(begun.get("wall_clock")),
+        "begun": shown(_wall_clock(begun.get("wall_clock"))),
         "duration": _duration(examination, seconds),
         "at the console": shown(begun.get("who")),
         "findings": str(len(findings)),
@@ -41,7 +44,7 @@ def opening(examination: Examination, seconds: float | None) -> str:
     listed = "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in facts.items())
     quantity = _first_quantity(examination)
     drawn = None if quantity is None else map_figure(examination.felt, quantity, findings, (7.0, 4.9))
-    told = "" if quantity is None else f"{quantity.capitalize()} over the explored surface. {_sides(begun)}{_READING}"
+    told = "" if quantity is None else f"{quantity.capitalize()} over the explored surface. {_sides(begun)}"
     absent = "" if examination.console else f'<p class="fault">{NO_CONSOLE}</p>'
     picture_html = figure("Map with findings", drawn, told) if drawn else "<p>Nothing was felt.</p>"
     return section(
@@ -64,7 +67,7 @@ def findings_table(examination: Examination) -> str:
                 ", ".join(place) if "–" not in place else "a moment, no place",
                 shown(finding.get("text")),
                 "–" if (step := confidence(examination, finding)) is None else _CONFIDENCE[step],
-                f'<span class="note">{shown(finding.get("note") or None)}</span>',
+                f'<span class="note">{shown(_beginning(str(finding.get("note") or "–")))}</span>',
             ]
         )
     return table(("", "kind", "x, y (mm)", "felt", "confidence", "note"), rows)
@@ -120,7 +123,7 @@ def maps(examination: Examination) -> str:
         + "</div>"
         for quantity in QUANTITIES
     )
-    return section("Maps", f'<div class="maps">{drawn}</div>', "page")
+    return section("Maps", f'<p>{_READING}</p><div class="maps">{drawn}</div>', "page")
 
 
 def finding_blocks(examination: Examination, session: SessionCurves) -> str:
@@ -201,6 +204,20 @@ def _duration(examination: Examination, seconds: float | None) -> str:
         return "–"
     minutes, rest = divmod(round(seconds), 60)
     return f"{minutes} min {rest} s" if minutes else f"{rest} s"
+
+
+def _wall_clock(text: Any) -> str | None:
+    """A date and time as people read it; as it stands where it is none."""
+    try:
+        begun = datetime.fromisoformat(str(text))
+    except ValueError:
+        return None if text is None else str(text)
+    return f"{begun.day} {begun:%B %Y, %H:%M}"
+
+
+def _beginning(note: str) -> str:
+    """Of a long note as much as stands in a table; all of it stands with its finding."""
+    return note if len(note) <= LONGEST_IN_TABLE else f"{note[:LONGEST_IN_TABLE]}… (all of it below)"
 
 
 def _sides(begun: Mapping[str, Any]) -> str:

@@ -19,7 +19,7 @@ from teletaction.summary import one_way_s
 
 def record(examination: Examination, data: SessionData, summary: Mapping[str, Any]) -> str:
     """All of it, and every number of the examination as JSON."""
-    zero_s = _zero_s(data)
+    zero_s = _zero_s(data, examination)
     parts = (
         section("Devices", _devices(examination)),
         section("Calibration", _calibration(examination)),
@@ -27,7 +27,7 @@ def record(examination: Examination, data: SessionData, summary: Mapping[str, An
         section("Alarms and faults", _alarms(examination, zero_s) + _faults(data, zero_s)),
         section("Audit trail", _acts(examination, zero_s)),
         section("Versions, and how to replay", _versions(examination)),
-        section("Every number", _json(numbers(examination, data, summary))),
+        section("Every number", _json(numbers(examination, data, summary)), "screen"),
     )
     return "".join(parts)
 
@@ -195,7 +195,7 @@ def _versions(examination: Examination) -> str:
         for facts in (examination.facts[origin],)
     ]
     damaged = sum(examination.damaged.values())
-    read = f"<p>{damaged} messages could not be read.</p>" if damaged else ""
+    read = f"<p>Messages that could not be read: {damaged}.</p>" if damaged else ""
     return (
         table(("recorded by", "version", "hash of its configuration"), rows)
         + f"<p>This report: version {escape(software_version())}.</p>{read}"
@@ -221,9 +221,9 @@ def _short(details: Any) -> str | None:
     return text if len(text) <= 200 else text[:199] + "…"
 
 
-def _zero_s(data: SessionData) -> float:
-    """Both sites engaged first; else the first packet."""
+def _zero_s(data: SessionData, examination: Examination) -> float:
+    """When both sites engaged first; else the first packet, or the examination's begin."""
     engaged = np.flatnonzero(data.rendered.values.get("engaged", np.empty(0)) > 0)
     if len(engaged):
         return float(data.rendered.time_s[engaged[0]])
-    return float(data.touch.time_s[0]) if len(data.touch) else 0.0
+    return float(data.touch.time_s[0]) if len(data.touch) else float(examination.begun.get("at_s", 0.0))

@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 Corners = tuple[float, float, float, float]
 UNITS = {"temperature": "°C", "roughness": "V", "stiffness": "N/m"}
 GROUND = "#" + colours.NOT_FELT
-_SIGN_EVERY = 5
+_SIGN_EVERY = 3
 """Cells between two signs."""
 _SIGN_K = 1.0
 _MARGIN_M = 4e-3
@@ -97,7 +97,7 @@ def _draw_signs(axes: Axes, shown: MapPicture, middle_c: float) -> None:
         rows, columns = np.nonzero(sure & (sign * (np.nan_to_num(value, nan=middle_c) - middle_c) >= _SIGN_K))
         x = 1e3 * (shown.left_m + CELL_M * (_SIGN_EVERY * columns + _SIGN_EVERY // 2 + 0.5))
         y = 1e3 * (shown.near_m + CELL_M * (_SIGN_EVERY * rows + _SIGN_EVERY // 2 + 0.5))
-        axes.plot(x, y, marker, color="#FFFFFF", markersize=4.5, markeredgewidth=0.9)
+        axes.plot(x, y, marker, color="#FFFFFF", markersize=3.5, markeredgewidth=0.8)
 
 
 def draw_scale(axes: Axes, quantity: str, legend: tuple[float, float]) -> None:
@@ -146,7 +146,7 @@ def draw_findings(axes: Axes, findings: Iterable[Mapping[str, Any]]) -> None:
 
 
 def map_figure(
-    felt: TactileMap, quantity: str, findings: Iterable[Mapping[str, Any]], size_in: tuple[float, float] = (5.6, 4.6)
+    felt: TactileMap, quantity: str, findings: Iterable[Mapping[str, Any]], size_in: tuple[float, float] = (4.6, 3.9)
 ) -> Figure | None:
     """All that was felt of a quantity with the findings; None where nothing was."""
     shown = picture(felt, quantity)

@@ -32,10 +32,12 @@ pre { white-space: pre-wrap; overflow-wrap: anywhere; font-size: .75rem }
 td small { overflow-wrap: anywhere }
 @page { size: A4 portrait; margin: 13mm 12mm }
 @media print {
-  body { font-size: 10.5pt; padding: 0; max-width: none }
+  body { font-size: 9.5pt; padding: 0; max-width: none }
+  h2 { margin-top: 1.2rem }
+  .opening img { max-height: 105mm; width: auto; max-width: 100% }
   .page, .opening + section { break-before: page }
   .finding, tr { break-inside: avoid }
-  details { display: none }
+  .screen { display: none }
   th { background: none }
 }
 @media print { h2, h3 { break-after: avoid } figure, table { break-inside: avoid } }
