@@ -13,6 +13,7 @@ from common.session import Refused
 from operator_site.console import words
 from operator_site.console.clients import Client
 from operator_site.console.console import Console
+from operator_site.console.control import Control
 from operator_site.console.desk_line import PATIENCE_S, DeskSilent
 from operator_site.console.findings import UNIT, value_text
 from operator_site.console.keeping import Keeping
@@ -59,28 +60,6 @@ class Answer:
     ok: bool
     text: str
     details: dict[str, Any] | None = None
-
-
-@dataclass(slots=True)
-class Control:
-    """Which page acts: one at a time."""
-
-    holder: Client | None = None
-
-    @property
-    def name(self) -> str:
-        """Of the page in control."""
-        return "nobody" if self.holder is None else self.holder.name
-
-    def offer(self, client: Client) -> None:
-        """A page that may act has come, or may take over from one that is gone."""
-        if self.holder is None and client.acts:
-            self.holder = client
-
-    def left(self, client: Client, others: list[Client]) -> None:
-        """A page has gone; the longest present of the others that may act is in control."""
-        if self.holder is client:
-            self.holder = next((other for other in others if other.acts), None)
 
 
 class Acts:

@@ -31,7 +31,6 @@ class Surroundings:
     """`heard` or `refused`; empty while nobody has said."""
     skipped_lately: bool = False
     """The acting page is too slow for its pictures."""
-    desk_answers: bool = True
 
 
 def causes(

@@ -10,9 +10,10 @@ from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from operator_site.console.acts import Acts, Control
+from operator_site.console.acts import Acts
 from operator_site.console.clients import Client
 from operator_site.console.console import Console
+from operator_site.console.control import Control
 from operator_site.console.shown_state import urgent
 from operator_site.console.tactile_map import QUANTITIES
 

@@ -1,13 +1,23 @@
 """A recording under the hands of a page: play, pause, jump; what the page shows of it."""
 
 import time
+from contextlib import ExitStack
 from datetime import datetime, timedelta
+from pathlib import Path
 from typing import Any
 
 import msgpack
 
+from operator_site.console.acts import Acts
 from operator_site.console.console import Console
+from operator_site.console.control import Control
+from operator_site.console.due import Due
+from operator_site.console.keeping import Keeping
+from operator_site.console.live_console import STATE_S
+from operator_site.console.pages import Pages
 from operator_site.console.playback import Playback, Recording
+from operator_site.console.shown_state import shown_state
+from operator_site.feed import BATCH_S
 
 
 class Player:
@@ -44,6 +54,8 @@ class Player:
     def step(self, wall_s: float) -> bool:
         """Play on; whether time has jumped since the last call."""
         self._playback.step(wall_s)
+        if not self._playback.playing:
+            self._playback.prepare()  # a jump to what was prepared takes no time
         jumped = self._playback.jumps != self._jumps
         self._jumps = self._playback.jumps
         return jumped
@@ -70,6 +82,44 @@ class Player:
             "playing": playback.playing,
             "marks": self._marks,
         }
+
+
+class PlayedConsole:
+    """Shows a recording."""
+
+    def __init__(self, path: Path, opened: ExitStack):
+        """Open it.
+
+        Raises:
+            ValueError, OSError: it cannot be read, or has nothing that a console shows.
+        """
+        recording = Recording(path)
+        opened.callback(recording.close)
+        self._player = Player(recording)
+        control = Control()
+        keeping = Keeping(None, {})
+        acts = Acts(self._player.console, None, keeping, control, self._player)
+        self.pages = Pages(lambda: self._player.console, acts, control, lambda: self._player.now_s)
+        self._acts = acts
+        self._picture, self._state = Due(BATCH_S), Due(STATE_S)
+
+    def step(self, now_s: float) -> None:
+        """Play on, show what is due."""
+        if not self._picture(now_s):
+            return
+        if self._player.step(now_s):
+            self._acts.show(self._player.console)
+            self.pages.begin_anew()
+        console = self._player.console
+        state = shown_state(console, self._player.now_s, lambda _: True, "") if self._state(now_s) else None
+        if state is not None:
+            state["session"] |= {"playback": self._player.shown(), "title": self._player.title}
+            state["wall_clock"] = self._player.wall_clock
+        self.pages.show(state)
+
+    def figures(self) -> dict[str, object]:
+        """What the status file tells."""
+        return {"clients": len(self.pages.clients)}
 
 
 def _start(recording: Recording) -> datetime | None:

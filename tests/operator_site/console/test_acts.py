@@ -11,9 +11,10 @@ import pytest
 
 from common.session import Refused
 from operator_site.console.access import Visitor
-from operator_site.console.acts import STOP_NOT_SENT, Acts, Answer, Control
+from operator_site.console.acts import STOP_NOT_SENT, Acts, Answer
 from operator_site.console.clients import Client
 from operator_site.console.console import Console
+from operator_site.console.control import Control
 from operator_site.console.desk_line import DeskSilent
 from operator_site.console.keeping import Keeping
 from operator_site.console.session_book import LONGEST_NOTE
