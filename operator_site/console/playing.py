@@ -41,6 +41,11 @@ class Player:
         return self._playback.time_s
 
     @property
+    def start_s(self) -> float:
+        """Its beginning, on the same clock."""
+        return self._playback.time_s - self._playback.at_s
+
+    @property
     def title(self) -> str:
         """When it was made, as far as that is recorded; else the name of its file."""
         start = self._start
@@ -111,7 +116,9 @@ class PlayedConsole:
             self._acts.show(self._player.console)
             self.pages.begin_anew()
         console = self._player.console
-        state = shown_state(console, self._player.now_s, lambda _: True, "") if self._state(now_s) else None
+        state = None
+        if self._state(now_s):
+            state = shown_state(console, self._player.now_s, lambda _: True, "", self._player.start_s)
         if state is not None:
             state["session"] |= {"playback": self._player.shown(), "title": self._player.title}
             state["wall_clock"] = self._player.wall_clock

@@ -24,7 +24,9 @@ DECIDE_AT = 0.98
 """Probability from which the remote site names a material."""
 
 
-def shown_state(console: Console, now_s: float, is_saved: Callable[[int], bool], operator: str) -> dict[str, Any]:
+def shown_state(
+    console: Console, now_s: float, is_saved: Callable[[int], bool], operator: str, origin_s: float | None = None
+) -> dict[str, Any]:
     """The state that is the same for every page.
 
     Args:
@@ -32,19 +34,23 @@ def shown_state(console: Console, now_s: float, is_saved: Callable[[int], bool],
         now_s: s of the operator site's clock.
         is_saved: whether a finding is on the disk.
         operator: name of the operator site's configuration file, for advice.
+        origin_s: times of alarms and findings are told from here; by default from the examination's beginning.
     """
     site = console.site
+    from_s = (console.book.began_s or now_s) if origin_s is None else origin_s
     return {
         "session": _session(console, now_s),
         "link": site.link.shown(now_s),
-        "alarms": [_alarm(alarm) for alarm in console.alarms.listed[:_MOST_ALARMS]],
+        "alarms": [_alarm(alarm, from_s) for alarm in console.alarms.listed[:_MOST_ALARMS]],
         "fingers": [finger_state(console, finger, now_s) for finger in range(len(FINGERS))],
         "devices": [_device(console, name, operator) for name in DEVICES],
         "checks": checks(console, now_s, operator),
         "stop": _stop(console, now_s),
         "engage": {"wanted": site.wanted, "refusal": refusal(console)},
         "map": _map(console),
-        "findings": [finding_state(finding, is_saved(finding.ident)) for finding in console.book.findings.values()],
+        "findings": [
+            finding_state(finding, is_saved(finding.ident), from_s) for finding in console.book.findings.values()
+        ],
         "meaning": None,
         "decide_at": DECIDE_AT,
     }
@@ -93,15 +99,16 @@ def _session(console: Console, now_s: float) -> dict[str, Any]:
     }
 
 
-def _alarm(alarm: Alarm) -> dict[str, Any]:
+def _alarm(alarm: Alarm, from_s: float) -> dict[str, Any]:
+    over = alarm.waits or alarm.ended_s is not None
     return {
         "id": alarm.ident,
         "priority": _PRIORITIES[alarm.cause.priority],
         "text": alarm.text,
-        "since_s": round(alarm.since_s, 2),
-        "active": alarm.ended_s is None,
+        "since_s": round(alarm.since_s - from_s, 2),
+        "active": not over,
         "waits": alarm.waits,
-        "ended_s": _rounded(alarm.ended_s, 2),
+        "ended_s": None if alarm.gone_s is None or not over else round(alarm.gone_s - from_s, 2),
         "cleared_by": alarm.cleared_by,
         "quiet_until_s": _rounded(alarm.quiet_until_s, 1),
         "silenceable": alarm.cause.silenceable,
@@ -216,11 +223,11 @@ def _map(console: Console) -> dict[str, Any]:
     }
 
 
-def finding_state(finding: Finding, is_saved: bool) -> dict[str, Any]:
+def finding_state(finding: Finding, is_saved: bool, from_s: float) -> dict[str, Any]:
     """A finding as a page shows it."""
     return {
         "id": finding.ident,
-        "at_s": round(finding.at_s, 3),
+        "at_s": round(finding.at_s - from_s, 3),
         "kind": finding.kind,
         "finger": finding.finger,
         "x_mm": _mm(finding.x_m),

@@ -41,6 +41,7 @@ export class Connection {
     clearTimeout(this.timer);
     if (this.socket) this.drop(this.socket);
     const address = new URL("session", document.baseURI);
+    address.search = location.search; // ?role=observe: who only looks on
     address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
     const socket = new WebSocket(address);
     socket.binaryType = "arraybuffer";

@@ -66,10 +66,11 @@ export function showStop() {
   answers.hidden = !now.stopPressed && !stop;
   if (answers.hidden) return;
   const times = stop ? stop.devices : {};
-  const missing = DEVICE_LABELS.filter(([device]) => typeof times[device] !== "number");
+  const asked = stop && Object.keys(times).length ? DEVICE_LABELS.filter(([device]) => device in times) : DEVICE_LABELS;
+  const missing = asked.filter(([device]) => typeof times[device] !== "number");
   write(byId("answers-title"), title(stop, times, missing));
-  const from = DEVICE_LABELS.map(([device]) => [times[device] ?? null, Boolean(stop && stop.late)]);
-  remake(byId("answers-list"), from, () => DEVICE_LABELS.map(([device, label]) => {
+  const from = asked.map(([device]) => [device, times[device] ?? null, Boolean(stop && stop.late)]);
+  remake(byId("answers-list"), from, () => asked.map(([device, label]) => {
     const time_s = times[device], stopped = typeof time_s === "number";
     return make("li", { class: stopped ? "stopped" : stop && stop.late ? "late" : "" }, label, make("span", { text: stopped ? WORDS.stopped : WORDS.waiting }), ...(stopped ? [make("span", { text: WORDS.stoppedIn(time_s) })] : []));
   }));
@@ -77,7 +78,7 @@ export function showStop() {
 
 function title(stop, times, missing) {
   if (!now.connected && now.stopPressed) return WORDS.stopNotSent;
-  if (stop && stop.confirmed && missing.length === 0) return WORDS.stopConfirmed(DEVICE_LABELS.length, Math.max(...Object.values(times)));
+  if (stop && stop.confirmed && missing.length === 0) return WORDS.stopConfirmed(asked.length, Math.max(...Object.values(times)));
   if (stop && stop.late) return WORDS.stopNotConfirmed(missing.map(([device, label]) => (label.length === 1 ? device[0].toUpperCase() + device.slice(1) : label)).join(", "));
   return WORDS.stopping;
 }
