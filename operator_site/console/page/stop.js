@@ -78,7 +78,7 @@ export function showStop() {
 
 function title(stop, times, missing) {
   if (!now.connected && now.stopPressed) return WORDS.stopNotSent;
-  if (stop && stop.confirmed && missing.length === 0) return WORDS.stopConfirmed(asked.length, Math.max(...Object.values(times)));
+  if (stop && stop.confirmed && missing.length === 0) return WORDS.stopConfirmed(Object.keys(times).length, Math.max(...Object.values(times)));
   if (stop && stop.late) return WORDS.stopNotConfirmed(missing.map(([device, label]) => (label.length === 1 ? device[0].toUpperCase() + device.slice(1) : label)).join(", "));
   return WORDS.stopping;
 }
