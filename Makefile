@@ -19,6 +19,7 @@ help:
 	@echo "make hardening   a million broken frames for each decoder (minutes)"
 	@echo "make netns       the link over packets that are really delayed and lost (root)"
 	@echo "make containers  tests that run the composition in containers (needs an engine)"
+	@echo "make console     the console's page in a real Chromium (\$$CHROMIUM, or the system's)"
 	@echo "make faults      every fault of the table on real processes; writes docs/faults.md"
 	@echo "make soak        ten minutes of work with faults at random; ARGUMENTS='--seconds 3000 --seed 7'"
 	@echo "make check       style, types, import arrows"
@@ -43,7 +44,7 @@ demo: $(READY)
 
 .PHONY: test
 test: $(READY)
-	$(BIN)/pytest -n auto -m 'not containers and not session and not virtual and not hardening and not netns and not faults'
+	$(BIN)/pytest -n auto -m 'not containers and not session and not virtual and not hardening and not netns and not faults and not console'
 
 .PHONY: session
 session: $(READY)
@@ -68,6 +69,12 @@ netns: $(READY)
 .PHONY: faults
 faults: $(READY)
 	FAULT_PAGE=docs/faults.md $(BIN)/pytest -m faults -rP tests/faults/test_fault_matrix.py
+
+# SCREENSHOTS=folder keeps a picture of every state.
+.PHONY: console
+console: $(READY)
+	$(BIN)/pip install --quiet --disable-pip-version-check --prefer-binary -c constraints.txt -e '.[browser]'
+	$(BIN)/pytest -m console -rs
 
 .PHONY: soak
 soak: $(READY)

@@ -5,6 +5,7 @@ copyright 2020 Fabio Crameri: page/colours-licence.txt), and four colours of thi
 module, page/colours.js, is `javascript()` of this one.
 """
 
+import base64
 import json
 
 
@@ -87,19 +88,23 @@ def shown(colour: str, confidence: int) -> str:
     return "".join(f"{part:02X}" for part in mixed)
 
 
+def _base64(hexadecimal: str) -> str:
+    return base64.b64encode(bytes.fromhex(hexadecimal)).decode()
+
+
 def javascript() -> str:
     """The same tables as a module of the page."""
-    tables = "".join(f"  {name}: bytes({json.dumps(''.join(table))}),\n" for name, table in TABLES.items())
+    tables = "".join(f'  {name}: bytes("{_base64("".join(table))}"),\n' for name, table in TABLES.items())
     return (
         "// Colours of the tactile map, made by `python -m operator_site.console.colours` out of that module.\n"
         "// vik, batlow, bilbao: copyright 2020 Fabio Crameri, MIT licence, see colours-licence.txt.\n"
-        "const bytes = (hex) => Uint8Array.from(hex.match(/../g), (byte) => parseInt(byte, 16));\n\n"
+        "const bytes = text => Uint8Array.from(atob(text), letter => letter.charCodeAt(0));\n\n"
         "/** Red, green and blue of 256 colours from the low to the high end of each quantity's scale. */\n"
         f"export const TABLES = {{\n{tables}}};\n"
         "/** Red, green and blue of each of the first four materials, and of all others. */\n"
-        f'export const MATERIALS = bytes("{"".join([*MATERIALS, OTHER_MATERIAL])}");\n'
+        f'export const MATERIALS = bytes("{_base64("".join([*MATERIALS, OTHER_MATERIAL]))}");\n'
         "/** Of what has not been felt. */\n"
-        f'export const NOT_FELT = bytes("{NOT_FELT}");\n'
+        f'export const NOT_FELT = bytes("{_base64(NOT_FELT)}");\n'
         "/** Opacity of a cell over that ground by its confidence, 0..3. */\n"
         f"export const OPACITY = {json.dumps(OPACITY)};\n"
     )

@@ -11,7 +11,12 @@ import pytest
 
 from tests.console.stage import Stage
 
-SIZES = {"1440 x 900": (1440, 900, 1), "1024 x 768": (1024, 768, 1), "1440 x 900 at 200 %": (720, 450, 2), "1024 x 768 at 200 %": (512, 384, 2)}
+SIZES = {
+    "1440 x 900": (1440, 900, 1),
+    "1024 x 768": (1024, 768, 1),
+    "1440 x 900 at 200 %": (720, 450, 2),
+    "1024 x 768 at 200 %": (512, 384, 2),
+}
 """Width and height in CSS pixels, and the pixel ratio: a zoom of 200 % halves the first two and doubles the last."""
 LIVE = "body[data-shown]:not([data-shown=unknown])"
 """The page has heard of the console's state."""
@@ -35,7 +40,9 @@ def browser() -> Iterator[Any]:
     if path is None:
         pytest.skip("no chromium: install it, or name it in CHROMIUM")
     with sync_api.sync_playwright() as playwright:
-        opened = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"], ignore_default_args=list(THROTTLING_OFF))
+        opened = playwright.chromium.launch(
+            executable_path=path, args=["--no-sandbox"], ignore_default_args=list(THROTTLING_OFF)
+        )
         yield opened
         opened.close()
 
@@ -60,7 +67,13 @@ def open_page(browser: Any, stage: Stage) -> Iterator[Open]:
         if message.type == "error" and "WebSocket connection to" not in message.text:
             wrong.append(message.text)
 
-    def opener(scenario: str | None = None, size: tuple[int, int, int] = (1440, 900, 1), theme: str = "dark", script: str = "", **more: Any) -> Any:
+    def opener(
+        scenario: str | None = None,
+        size: tuple[int, int, int] = (1440, 900, 1),
+        theme: str = "dark",
+        script: str = "",
+        **more: Any,
+    ) -> Any:
         if scenario:
             stage.show(scenario)
         context = browser.new_context(

@@ -16,6 +16,7 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 import operator_site
+from operator_site.console.words import looks_like_a_name
 from tests.console import synthetic
 from tests.console.synthetic import SCENARIOS, SPAN_S, Scenario
 
@@ -69,7 +70,13 @@ class Stage:
             WebSocketRoute("/session", self._session),
         ]
         config = uvicorn.Config(
-            Starlette(routes=routes), host="127.0.0.1", port=0, log_level="error", lifespan="off", ws="websockets-sansio", timeout_graceful_shutdown=1
+            Starlette(routes=routes),
+            host="127.0.0.1",
+            port=0,
+            log_level="error",
+            lifespan="off",
+            ws="websockets-sansio",
+            timeout_graceful_shutdown=1,
         )
         self._server = uvicorn.Server(config)
         self._thread = threading.Thread(target=self._server.run, daemon=True)
@@ -199,6 +206,8 @@ class Stage:
         if self.scenario.state["you"]["role"] == "observe" and verb != "place" and not session["playback"]:
             return {"ok": False, "text": "OBSERVER. Control is at OR-2."}
         if verb == "begin":
+            if looks_like_a_name(details["pseudonym"]):
+                return {"ok": False, "text": "Use a study number, not a name."}
             session.update(pseudonym=details["pseudonym"], recording=True)
         elif verb == "engage":
             session["state"] = "engaged"
@@ -207,17 +216,26 @@ class Stage:
             return {"text": "PAUSED. Outputs neutral."}
         elif verb == "estop":
             session["state"] = "stopped"
-            self.scenario.state["stop"] = synthetic.stop_of({name: 0.06 for name in synthetic.DEVICES}, late=False)
+            self.scenario.state["stop"] = synthetic.stop_of(dict.fromkeys(synthetic.DEVICES, 0.06), late=False)
         elif verb == "clear_fault":
             session["state"] = "connected"
             self.scenario.state.update(stop=None, alarms=[])
         elif verb == "end":
-            session.update(state="connected", pseudonym=None, recording=False, saved={"text": "Saved: 12 min 41 s, 1 finding, 0 gaps.", "report": "/report/P-0417.html"})
+            session.update(
+                state="connected",
+                pseudonym=None,
+                recording=False,
+                saved={"text": "Saved: 12 min 41 s, 1 finding, 0 gaps.", "report": "/report/P-0417.html"},
+            )
         elif verb == "finding":
             findings = self.scenario.state["findings"]
             number = len(findings) + 1
             kind = details["kind"] or "other"
-            findings.append({"id": number, "note": "", "saved": True, "text": f"{kind}, 36.4 ± 0.2 °C"} | {"x_mm": None, "y_mm": None} | details)
+            findings.append(
+                {"id": number, "note": "", "saved": True, "text": f"{kind}, 36.4 ± 0.2 °C"}
+                | {"x_mm": None, "y_mm": None}
+                | details
+            )
             return {"text": f"Finding {number} saved: {kind}, 36.4 ± 0.2 °C."}
         elif verb == "note":
             found = next(found for found in self.scenario.state["findings"] if found["id"] == details["finding"])

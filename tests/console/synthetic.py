@@ -106,7 +106,8 @@ def tile(quantity: int, column: int, row: int, revision: int) -> bytes:
 def finger_state(name: str, **changed: Any) -> dict[str, Any]:
     """What the state tells of one finger."""
     told: dict[str, Any] = {
-        "name": name, "in_use": True, "module": "ready", "contact_s": None, "decision": "NO CONTACT", "line": "NO CONTACT",
+        "name": name, "in_use": True, "module": "ready", "contact_s": None, "decision": "NO CONTACT",
+        "line": "NO CONTACT",
         "candidates": [], "object_c": None, "object_c_sd": None, "stiffness_n_m": None, "stiffness_sd_n_m": None,
         "stiffness_known": False, "roughness_v": None, "roughness_sd_v": None, "groove_mm": None, "groove_sd_mm": None,
         "limits": [], "age_s": 0.01,
@@ -124,8 +125,8 @@ IDENTIFIED = {
 BASE: dict[str, Any] = {
     "kind": "state", "version": 1, "wall_clock": "14:07:03",
     "you": {"role": "act", "in_control": True, "control": "console"},
-    "session": {"state": "connected", "clock_s": 0.0, "pseudonym": None, "recording": False, "saved": None, "playback": None,
-                "title": None, "sound": None},
+    "session": {"state": "connected", "clock_s": 0.0, "pseudonym": None, "recording": False, "saved": None,
+                "playback": None, "title": None, "sound": None},
     "link": {"delay_ms": 23.4, "delay_sd_ms": 2.1, "age_ms": 4.2, "loss": 0.01},
     "alarms": [],
     "fingers": [finger_state(name) for name in FINGERS],
@@ -135,15 +136,18 @@ BASE: dict[str, Any] = {
                {"what": "Disk", "ready": True, "text": "212 GB free", "help": ""}],
     "stop": None, "engage": {"wanted": False, "refusal": ""},
     "map": {"frame": {"x_m": -0.128, "y_m": -0.128, "cell_m": 0.001, "columns": 256, "rows": 256}, "ranges": RANGES,
-            "legend": {"temperature": [30.0, 36.0], "roughness": [0.01, 1.0], "stiffness": [100.0, 10000.0], "material": [0, 5]},
+            "legend": {"temperature": [30.0, 36.0], "roughness": [0.01, 1.0], "stiffness": [100.0, 10000.0],
+                       "material": [0, 5]},
             "materials": MATERIALS, "sides": {"top": "head", "right": "left"}},
     "findings": [], "meaning": "of answers at 90 %, 90 % were right (n = 480, 3 Nov 2026)", "decide_at": 0.9,
     "console": {"pictures_skipped": 0, "clients": 1},
 }  # fmt: skip
 
 FINDINGS = [
-    {"id": 1, "at_s": 311.0, "kind": "warm", "x_mm": 40.0, "y_mm": -20.0, "finger": "index", "text": "warm, 36.4 ± 0.2 °C", "note": "", "saved": True},
-    {"id": 2, "at_s": 402.0, "kind": "stiff", "x_mm": -30.0, "y_mm": 20.0, "finger": "ring", "text": "stiff, 4000 ± 400 N/m", "note": "moves a little", "saved": True},
+    {"id": 1, "at_s": 311.0, "kind": "warm", "x_mm": 40.0, "y_mm": -20.0, "finger": "index",
+     "text": "warm, 36.4 ± 0.2 °C", "note": "", "saved": True},
+    {"id": 2, "at_s": 402.0, "kind": "stiff", "x_mm": -30.0, "y_mm": 20.0, "finger": "ring",
+     "text": "stiff, 4000 ± 400 N/m", "note": "moves a little", "saved": True},
 ]  # fmt: skip
 
 
@@ -160,7 +164,7 @@ def _converging(finger: dict[str, Any], contact_s: float) -> dict[str, Any]:
 
 
 class Scenario:
-    """A state of the console that a page can be shown; `state` is what goes out as JSON, the rest shapes the pictures."""
+    """A state of the console that a page can be shown: `state` goes out as JSON, the rest shapes the pictures."""
 
     def __init__(self) -> None:
         self.converges = False
@@ -191,7 +195,15 @@ class Scenario:
 
     def alarm(self, ident: str, priority: str, text: str, **more: Any) -> "Scenario":
         """Raise one more alarm."""
-        told = {"id": ident, "priority": priority, "text": text, "since_s": 700.0, "active": True, "ended_s": None, "cleared_by": None}
+        told = {
+            "id": ident,
+            "priority": priority,
+            "text": text,
+            "since_s": 700.0,
+            "active": True,
+            "ended_s": None,
+            "cleared_by": None,
+        }
         self.state["alarms"].append(told | more)
         return self
 
@@ -206,10 +218,26 @@ def disconnected() -> Scenario:
     """No remote site, two devices missing, nothing calibrated: first run."""
     scenario = Scenario().session(state="disconnected")
     scenario.state["link"] = {"delay_ms": None, "delay_sd_ms": None, "age_ms": None, "loss": None}
-    scenario.state["devices"][3] |= {"ready": False, "text": "Ring module absent. Check its cable, then:", "help": "teletaction doctor --config operator.toml"}
-    scenario.state["devices"][6] |= {"ready": False, "text": "Remote site does not answer. Start it:", "help": "teletaction remote --config remote.toml"}
-    scenario.state["checks"][0] |= {"ready": False, "text": "Not calibrated. Materials stay UNKNOWN.", "help": "teletaction calibrate --config remote.toml"}
-    scenario.state["checks"][1] |= {"ready": False, "text": "Key of the remote site is refused.", "help": "teletaction keys trust remote.key"}
+    scenario.state["devices"][3] |= {
+        "ready": False,
+        "text": "Ring module absent. Check its cable, then:",
+        "help": "teletaction doctor --config operator.toml",
+    }
+    scenario.state["devices"][6] |= {
+        "ready": False,
+        "text": "Remote site does not answer. Start it:",
+        "help": "teletaction remote --config remote.toml",
+    }
+    scenario.state["checks"][0] |= {
+        "ready": False,
+        "text": "Not calibrated. Materials stay UNKNOWN.",
+        "help": "teletaction calibrate --config remote.toml",
+    }
+    scenario.state["checks"][1] |= {
+        "ready": False,
+        "text": "Key of the remote site is refused.",
+        "help": "teletaction keys trust remote.key",
+    }
     scenario.state["meaning"] = None
     scenario.absent = {3}
     return scenario.alarm("calibration", "low", "Not calibrated: materials stay unknown.")
@@ -243,7 +271,12 @@ def engaged() -> Scenario:
 def ambiguous() -> Scenario:
     """Two materials that can not be told apart."""
     scenario = engaged()
-    scenario.state["fingers"][1] |= {"decision": "AMBIGUOUS", "line": "AMBIGUOUS: PVC or acrylic", "candidates": [["pvc", 0.48], ["acrylic", 0.46], ["rubber", 0.03]], "object_c_sd": None}
+    scenario.state["fingers"][1] |= {
+        "decision": "AMBIGUOUS",
+        "line": "AMBIGUOUS: PVC or acrylic",
+        "candidates": [["pvc", 0.48], ["acrylic", 0.46], ["rubber", 0.03]],
+        "object_c_sd": None,
+    }
     return scenario
 
 
@@ -251,14 +284,28 @@ def unknown() -> Scenario:
     """Matches nothing calibrated, on a plate held at its limit."""
     scenario = engaged()
     scenario.limited = {1}
-    scenario.state["fingers"][1] |= {"decision": "UNKNOWN", "line": "UNKNOWN: matches nothing calibrated", "candidates": [["pvc", 0.2], ["acrylic", 0.1]]}
-    return scenario.alarm("plate-index", "medium", "Index: plate held at 42.0 °C limit. Lift the finger.", value="42.0 °C", limit="limit 42.0 °C")
+    scenario.state["fingers"][1] |= {
+        "decision": "UNKNOWN",
+        "line": "UNKNOWN: matches nothing calibrated",
+        "candidates": [["pvc", 0.2], ["acrylic", 0.1]],
+    }
+    return scenario.alarm(
+        "plate-index",
+        "medium",
+        "Index: plate held at 42.0 °C limit. Lift the finger.",
+        value="42.0 °C",
+        limit="limit 42.0 °C",
+    )
 
 
 def cannot_tell() -> Scenario:
     """No temperature difference."""
     scenario = engaged()
-    scenario.state["fingers"][1] |= {"decision": "CANNOT TELL", "line": "CANNOT TELL: no temperature difference, re-heating", "candidates": []}
+    scenario.state["fingers"][1] |= {
+        "decision": "CANNOT TELL",
+        "line": "CANNOT TELL: no temperature difference, re-heating",
+        "candidates": [],
+    }
     return scenario
 
 
@@ -282,7 +329,12 @@ def fault() -> Scenario:
 def stop_of(times: dict[str, float | None], *, late: bool) -> dict[str, Any]:
     """What the state tells of a STOP; devices that are not in `times` have not answered."""
     told = {name: times.get(name) for name in DEVICES}
-    return {"asked_s": 761.2, "devices": told, "confirmed": all(time is not None for time in told.values()), "late": late}
+    return {
+        "asked_s": 761.2,
+        "devices": told,
+        "confirmed": all(time is not None for time in told.values()),
+        "late": late,
+    }
 
 
 def stopping() -> Scenario:
@@ -302,7 +354,9 @@ def stopped() -> Scenario:
 def stop_not_confirmed() -> Scenario:
     """STOP, and two devices do not answer."""
     scenario = _at_work("fault")
-    scenario.state["stop"] = stop_of({name: 0.06 for name in DEVICES if name not in ("index", "remote hand")}, late=True)
+    scenario.state["stop"] = stop_of(
+        {name: 0.06 for name in DEVICES if name not in ("index", "remote hand")}, late=True
+    )
     return scenario.alarm("stop", "high", "STOP NOT CONFIRMED: Index, arm. Use the hardware switch.")
 
 
@@ -313,7 +367,9 @@ def missing_devices() -> Scenario:
     scenario.stale = {2}
     for finger in (3, 4):
         scenario.state["fingers"][finger] |= {"in_use": False, "module": "absent"}
-    return scenario.alarm("module-ring", "medium", "Ring module lost. Ring feels nothing.").alarm("module-little", "medium", "Little module lost. Little feels nothing.")
+    return scenario.alarm("module-ring", "medium", "Ring module lost. Ring feels nothing.").alarm(
+        "module-little", "medium", "Little module lost. Little feels nothing."
+    )
 
 
 def observer() -> Scenario:
@@ -335,7 +391,8 @@ def playback() -> Scenario:
     scenario = engaged().session(
         recording=False, title="3 Nov 2026 14:07",
         playback={"at_s": 312.4, "length_s": 761.2, "speed": 1.0, "playing": True,
-                  "marks": [{"at_s": 120.0, "kind": "alarm", "text": "Link slow"}, {"at_s": 311.0, "kind": "finding", "text": "warm"},
+                  "marks": [{"at_s": 120.0, "kind": "alarm", "text": "Link slow"},
+                            {"at_s": 311.0, "kind": "finding", "text": "warm"},
                             {"at_s": 402.0, "kind": "finding", "text": "stiff"}]},
     )  # fmt: skip
     scenario.state["you"] = {"role": "observe", "in_control": False, "control": "recording"}
@@ -344,7 +401,11 @@ def playback() -> Scenario:
 
 def ended() -> Scenario:
     """After a session: saved, with its report."""
-    scenario = Scenario().session(state="connected", saved={"text": "Saved: 12 min 41 s, 3 findings, 0 gaps.", "report": "/report/P-0417.html"}, sound="heard")
+    scenario = Scenario().session(
+        state="connected",
+        saved={"text": "Saved: 12 min 41 s, 3 findings, 0 gaps.", "report": "/report/P-0417.html"},
+        sound="heard",
+    )
     scenario.state["findings"] = deepcopy(FINDINGS)
     scenario.state["findings"][1]["saved"] = False
     return scenario
@@ -360,7 +421,7 @@ def silent() -> Scenario:
 SCENARIOS = {
     made.__name__: made
     for made in (
-        disconnected, connected, ready, engaging, engaged, ambiguous, unknown, cannot_tell, paused, fault, stopping, stopped,
-        stop_not_confirmed, missing_devices, observer, elsewhere, playback, ended, silent,
+        disconnected, connected, ready, engaging, engaged, ambiguous, unknown, cannot_tell, paused, fault, stopping,
+        stopped, stop_not_confirmed, missing_devices, observer, elsewhere, playback, ended, silent,
     )
 }  # fmt: skip

@@ -12,7 +12,8 @@ from tests.console.stage import CREDIT, Client, Stage
 
 pytestmark = pytest.mark.console
 
-SLOW = "const frame = window.requestAnimationFrame.bind(window); window.requestAnimationFrame = draw => setTimeout(() => frame(draw), 200);"
+SLOW = """const frame = window.requestAnimationFrame.bind(window);
+window.requestAnimationFrame = draw => setTimeout(() => frame(draw), 200);"""
 
 HIDEABLE = """
   let hidden = false, waiting = [];
@@ -25,7 +26,7 @@ HIDEABLE = """
     if (!hidden) waiting.splice(0).forEach(frame);
   };
 """
-"""What a hidden page meets: no animation frames, while timers and messages go on. (A page under automation is never hidden.)"""
+"""What a hidden page meets: no animation frames, while timers and messages go on. (Under automation none is hidden.)"""
 
 
 def until(true: Any) -> None:
@@ -92,7 +93,9 @@ def test_a_reload_in_mid_session_shows_it_again_with_its_last_ten_seconds(stage:
     page.wait_for_selector("body[data-shown=engaged]")
     page.locator("#strip-table").evaluate("table => table.parentElement.focus()")
     page.wait_for_selector("#strip-table tr:nth-of-type(3) td:has-text('…')")
-    low, high = (float(part) for part in page.inner_text("#strip-table tr:nth-of-type(3) td:nth-of-type(1)").split(" … "))
+    low, high = (
+        float(part) for part in page.inner_text("#strip-table tr:nth-of-type(3) td:nth-of-type(1)").split(" … ")
+    )
     assert (low, high) == pytest.approx((1.15, 3.05), abs=0.06)
     assert page.inner_text("#pseudonym") == "P-0417"
 
@@ -125,11 +128,16 @@ def test_a_hidden_page_takes_two_pictures_and_is_live_again_at_once(stage: Stage
     assert stage.connections == 1
 
 
-def test_a_frozen_page_whose_connection_was_closed_is_back_within_a_second_of_waking(stage: Stage, open_page: Open) -> None:
+def test_a_frozen_page_whose_connection_was_closed_is_back_within_a_second_of_waking(
+    stage: Stage, open_page: Open
+) -> None:
     page = open_page("engaged")
     client = only(stage)
     until(lambda: client.drawn > 0)
-    page.evaluate("setTimeout(() => { const end = performance.now() + 2000; while (performance.now() < end); window.woken = Date.now(); })")
+    page.evaluate(
+        """setTimeout(() => { const end = performance.now() + 2000;
+          while (performance.now() < end); window.woken = Date.now(); })"""
+    )
     skipped = client.skipped
     until(lambda: client.skipped > skipped + 30)
     assert client.most_under_way == CREDIT
@@ -161,7 +169,10 @@ def test_without_its_token_it_says_so_and_does_not_try_again(stage: Stage, open_
 DECODE = """async bytes => {
   const { decode, BadPicture } = await import('/page/picture.js');
   const buffer = Uint8Array.from(bytes).buffer;
-  try { const p = decode(buffer); return p.kind === 2 ? ['tile', p.quantity, p.column, p.row] : ['picture', p.sequence, p.bins, p.of(1, 'force_n')]; }
+  try {
+    const p = decode(buffer);
+    return p.kind === 2 ? ['tile', p.quantity, p.column, p.row] : ['picture', p.sequence, p.bins, p.of(1, 'force_n')];
+  }
   catch (error) { return error instanceof BadPicture ? ['bad'] : ['thrown', String(error)]; }
 }"""
 
@@ -171,7 +182,12 @@ def test_pictures_and_tiles_are_read_as_they_were_written(stage: Stage, open_pag
     scenario = synthetic.engaged()
     for bins in (1, 7, 300):
         data = synthetic.picture(42, 2000, scenario, bins=bins)
-        assert page.evaluate(DECODE, list(data)) == ["picture", 42, bins, pytest.approx(synthetic.finger_row(1, 66.0, scenario)[3])]
+        assert page.evaluate(DECODE, list(data)) == [
+            "picture",
+            42,
+            bins,
+            pytest.approx(synthetic.finger_row(1, 66.0, scenario)[3]),
+        ]
     assert page.evaluate(DECODE, list(synthetic.tile(2, 7, 1, 9))) == ["tile", 2, 7, 1]
 
 

@@ -1,4 +1,4 @@
-"""STOP: by click and by key from any focus, typing, repeated until answered, sent first after a cut, and what the devices say."""
+"""STOP: by click, by key from any focus, while typing, repeated until answered, after a cut; what the devices say."""
 
 from typing import Any
 
@@ -10,9 +10,9 @@ from tests.console.stage import Stage
 
 pytestmark = pytest.mark.console
 
-FOCUSABLE = """() => { const all = [...document.querySelectorAll('button, select, input, textarea, canvas[tabindex], .equal')];
-  return all.map((e, at) => [at, e]).filter(([, e]) => e.checkVisibility() && !e.disabled && !e.matches('textarea, input')).map(([at]) => at); }"""
-FOCUS = "at => [...document.querySelectorAll('button, select, input, textarea, canvas[tabindex], .equal')][at].focus()"
+FOCUSABLE = """() => [...document.querySelectorAll('button, select, canvas[tabindex], .equal')].map((e, at) => [at, e])
+  .filter(([, e]) => e.checkVisibility({ visibilityProperty: true }) && !e.disabled).map(([at]) => at)"""
+FOCUS = "at => [...document.querySelectorAll('button, select, canvas[tabindex], .equal')][at].focus()"
 
 
 def chips(page: Any) -> list[str]:
@@ -122,7 +122,9 @@ def test_devices_that_do_not_answer_are_named_and_marked(open_page: Open) -> Non
     assert page.inner_text("#urgent") == said
 
 
-def test_without_a_connection_it_says_so_and_is_the_first_thing_sent_when_there_is_one(stage: Stage, open_page: Open) -> None:
+def test_without_a_connection_it_says_so_and_is_the_first_thing_sent_when_there_is_one(
+    stage: Stage, open_page: Open
+) -> None:
     page = open_page("engaged")
     stage.cut()
     page.wait_for_selector("body[data-shown=unknown]")

@@ -23,7 +23,7 @@ export function startActions(link, speak) {
 
 // What the button does now; `hold` where it takes a held press or two.
 function current() {
-  const told = lastTold(), in_control = Boolean(now.state && now.state.you.in_control);
+  const told = lastTold(), in_control = Boolean(now.state?.you.in_control);
   const nothing = { text: WORDS.engage, press: () => {}, disabled: true };
   if (!acts() || !live()) return nothing;
   if (now.stopPressed || (now.state.stop && !now.state.stop.confirmed)) return { ...nothing, text: WORDS.clear };
@@ -99,6 +99,5 @@ export function showActions() {
   button.disabled = Boolean(act.disabled);
   byId("finding-button").disabled = !acts() || !live();
   byId("note-button").disabled = !acts();
-  const control = now.state && now.state.you.control;
-  write(byId("looking-on"), now.state && now.state.you.role === "observe" ? WORDS.observer(control ?? "--") : "");
+  write(byId("looking-on"), now.state?.you.role === "observe" ? WORDS.observer(now.state.you.control ?? "--") : "");
 }

@@ -27,7 +27,7 @@ function own() {
 
 // Active ones first, then those that are over but latched until cleared by hand; the rest is for the list.
 export function standing() {
-  const told = now.state ? now.state.alarms : [];
+  const told = now.state?.alarms ?? [];
   const of = alarm => (alarm.active ? 2 : 0) + (alarm.id.startsWith("stop") ? 1 : 0);
   return [...own(), ...told]
     .filter(alarm => alarm.active || (alarm.priority === "high" && !alarm.cleared_by))
@@ -40,7 +40,7 @@ export function showAlarms() {
   section.dataset.priority = top ? top.priority : "none";
   section.classList.toggle("past", Boolean(top && !top.active));
   byId("alarm-shape").setAttribute("href", `#shape-${top ? top.priority : "low"}`);
-  const text = top ? top.text : WORDS.noAlarms;
+  const text = top ? top.text : now.state?.session.why || WORDS.noAlarms;
   write(byId("alarm-text"), text);
   byId("alarm-text").classList.toggle("long", text.length > LONG);
   write(byId("alarm-button"), more > 0 ? WORDS.more(more) : WORDS.alarmList);
@@ -50,7 +50,13 @@ export function showAlarms() {
 }
 
 function quietable(alarm) {
-  return alarm.active && !alarm.id.startsWith("stop");
+  return alarm.active && alarm.silenceable !== false && !alarm.id.startsWith("stop");
+}
+
+// Quieted here, or on another page.
+function quietLeft_s(alarm) {
+  const there_s = now.picture ? (alarm.quiet_until_s ?? 0) - now.picture.time_s : 0;
+  return Math.max(0, there_s, ((quietUntil_ms.get(alarm.id) ?? 0) - performance.now()) / 1000);
 }
 
 export function quiet() {
@@ -66,7 +72,7 @@ function showQuiet(all) {
   const heard = all.filter(alarm => quietable(alarm) && alarm.priority !== "low");
   const button = byId("quiet-button");
   button.hidden = heard.length === 0 || playback();
-  const left_s = Math.max(0, ...heard.map(alarm => (quietUntil_ms.get(alarm.id) ?? 0) - performance.now())) / 1000;
+  const left_s = Math.max(0, ...heard.map(quietLeft_s));
   write(button, left_s > 0 ? WORDS.quietFor(Math.ceil(left_s)) : WORDS.quiet);
 }
 
@@ -76,7 +82,7 @@ export function soundAlarms(at_ms = performance.now()) {
   const all = standing().filter(alarm => alarm.active);
   for (const id of sounded.keys()) if (!all.some(alarm => alarm.id === id)) { sounded.delete(id); quietUntil_ms.delete(id); }
   for (const alarm of all) if (RANK[alarm.priority] > RANK[sounded.get(alarm.id)?.priority ?? "high"]) quietUntil_ms.delete(alarm.id);
-  const loud = all.filter(alarm => (quietUntil_ms.get(alarm.id) ?? 0) < at_ms).sort((a, b) => RANK[b.priority] - RANK[a.priority]);
+  const loud = all.filter(alarm => quietLeft_s(alarm) === 0).sort((a, b) => RANK[b.priority] - RANK[a.priority]);
   const top = loud[0];
   if (!top) return;
   const before = sounded.get(top.id);
@@ -95,7 +101,7 @@ function announce(top) {
 }
 
 export function showList() {
-  const told = now.state ? now.state.alarms : [];
+  const told = now.state?.alarms ?? [];
   const all = [...own(), ...told].sort((a, b) => Number(b.active) - Number(a.active) || (b.since_s ?? Infinity) - (a.since_s ?? Infinity));
   remake(byId("alarm-list"), all, () => (all.length ? all.map(item) : [make("li", { text: WORDS.noAlarms })]));
 }
@@ -104,7 +110,7 @@ function item(alarm) {
   const facts = [];
   if (alarm.since_s !== undefined) facts.push(WORDS.since(alarm.since_s));
   if (alarm.value !== undefined && alarm.limit !== undefined) facts.push(`${alarm.value} (${alarm.limit})`);
-  if (alarm.ended_s !== null && alarm.ended_s !== undefined) facts.push(WORDS.lasted(alarm.ended_s - alarm.since_s));
+  if (typeof alarm.ended_s === "number") facts.push(WORDS.lasted(alarm.ended_s - alarm.since_s));
   if (alarm.cleared_by) facts.push(WORDS.clearedBy(alarm.cleared_by));
   else if (!alarm.active) facts.push(WORDS.past);
   return make("li", { class: `${alarm.priority} ${alarm.active ? "" : "past"}` }, shape(alarm.priority),

@@ -17,7 +17,7 @@ export function showBar() {
   if (!state) return;
   const session = state.session, isLive = live();
   const clock_s = session.playback ? session.playback.at_s : session.clock_s;
-  write(byId("clock"), isLive && clock_s !== null && clock_s !== undefined ? clock(clock_s) : "--");
+  write(byId("clock"), isLive && typeof clock_s === "number" ? clock(clock_s) : "--");
   write(byId("pseudonym"), session.pseudonym ?? WORDS.startSession);
   write(byId("delay"), isLive ? delay(state.link) : "--");
   write(byId("link-more"), linkMore(isLive ? state.link : null));

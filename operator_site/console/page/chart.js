@@ -94,7 +94,7 @@ function label(pen, order, names, last, x, high) {
 }
 
 function level(pen, width, high) {
-  const y = high * (1 - (now.state && now.state.decide_at ? now.state.decide_at : DECIDE_AT));
+  const y = high * (1 - (now.state?.decide_at ?? DECIDE_AT));
   pen.setLineDash([6, 4]);
   for (const [ink, thick] of [[colour.ground, 4], [colour.text, 2]]) {
     pen.strokeStyle = ink;

@@ -2,7 +2,7 @@
 import { MATERIALS, NOT_FELT, OPACITY, TABLES } from "./colours.js";
 
 export const QUANTITIES = ["temperature", "roughness", "stiffness", "material"], SIDE = 256, TILE = 32, NOT = 65535;
-const LOGARITHMIC = ["roughness", "stiffness"], CODES = 65534, SHARES = [0, 0.5, 0.75, 1];
+const LOGARITHMIC = ["roughness", "stiffness"], CODES = 65534;
 const kept = QUANTITIES.map(() => ({ values: new Uint16Array(SIDE * SIDE).fill(NOT), confidence: new Uint8Array(SIDE * SIDE) }));
 
 export function forgetFelt() {
@@ -62,7 +62,7 @@ export class Painting {
         if (step === 0) { this.dots.data[pixel + 3] = 255; continue; }
         const place = quantity === "material" ? code : placeOf(quantity, valueOf(quantity, code, range), legend);
         if (quantity !== "material") { if (place < 0) this.beyond[0] = true; if (place > 1) this.beyond[1] = true; }
-        const ink = sure ? [255 * SHARES[step], 255 * SHARES[step], 255 * SHARES[step]] : over(inkOf(quantity, place), step);
+        const ink = sure ? [1, 1, 1].map(part => 255 * part * OPACITY[step]) : over(inkOf(quantity, place), step);
         this.image.data.set([ink[0], ink[1], ink[2], 255], pixel);
         if (step === 1 && !sure) this.mask.data[pixel + 3] = 255;
       }

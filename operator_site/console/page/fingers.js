@@ -11,7 +11,7 @@ const cells = [], limitedAt_s = new Array(FINGER_COUNT).fill(-Infinity), stronge
 
 export function startFingers(choose) {
   const heads = FINGER_NAMES.map((name, finger) => {
-    const button = make("button", { type: "button", "aria-pressed": "false" }, name[0], make("span", { class: "unseen", text: name.slice(1) }));
+    const button = make("button", { "aria-pressed": "false" }, name[0], make("span", { class: "unseen", text: name.slice(1) }));
     button.addEventListener("click", () => choose(now.chosen === finger ? null : finger));
     return make("th", { scope: "col" }, button);
   });
@@ -49,7 +49,7 @@ export function age_s(finger) {
 
 export function showFingers() {
   for (const { cell, row, finger } of cells) {
-    const age = age_s(finger), used = Boolean(now.picture && now.picture.inUse(finger));
+    const age = age_s(finger), used = Boolean(now.picture?.inUse(finger));
     const stale = age > STALE_S;
     if (row === "remarks") showRemarks(cell, finger, used, age);
     else {
@@ -61,7 +61,7 @@ export function showFingers() {
   const heads = byId("finger-table").querySelectorAll("thead button");
   for (let finger = 0; finger < FINGER_COUNT; finger += 1) {
     heads[finger].setAttribute("aria-pressed", String(now.active === finger));
-    heads[finger].parentElement.className = now.picture && now.picture.inUse(finger) ? "" : "unused";
+    heads[finger].parentElement.className = now.picture?.inUse(finger) ? "" : "unused";
   }
 }
 

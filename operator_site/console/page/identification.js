@@ -16,10 +16,10 @@ export function showIdentification() {
   write(byId("decision"), head);
   byId("decision").className = [finger && finger.decision === "DECIDING" ? "tentative" : "", stale ? "stale" : "", head.length > LONG ? "long" : ""].join(" ");
   write(byId("decision-more"), more);
-  const warmth = known && finger.object_c !== null && finger.object_c !== undefined ? `${withSd(finger.object_c, finger.object_c_sd)} °C` : "-- °C";
+  const warmth = known ? `${withSd(finger.object_c, finger.object_c_sd)} °C` : "-- °C";
   write(byId("object"), `${WORDS.object} ${warmth}${stale ? ` · ${WORDS.old(age)}` : ""}`);
   byId("object").className = stale ? "stale" : "";
-  write(byId("chart-meaning"), (now.state && now.state.meaning) || WORDS.notCalibrated);
+  write(byId("chart-meaning"), now.state?.meaning ?? WORDS.notCalibrated);
   showProperties(known ? finger : null);
 }
 

@@ -2,7 +2,7 @@
 import { byId, fit, write } from "./dom.js";
 import { inkOf, over } from "./felt.js";
 import { colour } from "./theme.js";
-import { material, WORDS } from "./words.js";
+import { capital, material, WORDS } from "./words.js";
 
 const ROW = 26;
 
@@ -21,7 +21,7 @@ export function drawLegend(quantity, legend, materials, sure, beyond) {
   write(byId("legend-foot"), WORDS.confidenceFoot);
   if (listed && !sure) list(pen, materials, width, height);
   else field(pen, quantity, sure, width, height);
-  const name = listed ? materials.map(material).join(", ") : `${WORDS.legend[quantity]}, ${digits(legend[0])} … ${digits(legend[1])} ${WORDS.legendUnit[quantity]}`;
+  const name = listed ? materials.map(material).join(", ") : `${capital(quantity)}, ${digits(legend[0])} … ${digits(legend[1])} ${WORDS.legendUnit[quantity]}`;
   if (canvas.getAttribute("aria-label") !== name) canvas.setAttribute("aria-label", name);
 }
 

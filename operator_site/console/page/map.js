@@ -5,11 +5,11 @@ import { drawLegend } from "./legend.js";
 import { drawOver } from "./map_over.js";
 import { now } from "./now.js";
 import { onTheme } from "./theme.js";
-import { WORDS } from "./words.js";
+import { capital, WORDS } from "./words.js";
 
 const ZOOM = 1.5, MOST_ZOOM = 12, LOOK_MS = 250, PAINT_MS = 100, FRAME = { x_m: -0.128, y_m: -0.128, cell_m: 0.001 };
-const RANGES = { temperature: [-10, 60], roughness: [0.001, 10], stiffness: [50, 20000], material: [0, 1] };
-const LEGENDS = { temperature: [30, 36], roughness: [0.01, 1], stiffness: [100, 10000], material: [0, 1] };
+// Until the state tells better: nothing is painted before.
+const ENDS = [1, 2];
 const WIDER = 2;
 const painting = new Painting();
 let connection = null, quantity = "temperature", sure = false, zoom = null, middle = null, frameKey = "", legendKey = "", dirty = true, paintedAt_ms = 0, wider = 0;
@@ -18,11 +18,11 @@ let cursor = null, looked = "", lookedAt_ms = 0, looking = false;
 export function startMap(link, pick) {
   connection = link;
   for (const name of QUANTITIES) {
-    const button = make("button", { type: "button", "data-quantity": name }, `${WORDS.legend[name]} `, make("kbd", { text: WORDS.legendKey[name] }));
+    const button = make("button", { "data-quantity": name }, `${capital(name)} `, make("kbd", { text: capital(name)[0] }));
     button.addEventListener("click", () => show(name));
     byId("quantities").append(button);
   }
-  const button = make("button", { type: "button", id: "sure-button", "aria-pressed": "false" }, `${WORDS.confidence} `, make("kbd", { text: WORDS.confidenceKey }));
+  const button = make("button", { id: "sure-button", "aria-pressed": "false" }, `${WORDS.confidence} `, make("kbd", { text: WORDS.confidenceKey }));
   button.addEventListener("click", showSure);
   byId("quantities").append(button);
   byId("zoom-in").addEventListener("click", () => zoomBy(ZOOM));
@@ -38,7 +38,7 @@ export function show(name) {
   wider = 0;
   for (const button of byId("quantities").querySelectorAll("[data-quantity]")) button.setAttribute("aria-pressed", String(button.dataset.quantity === name));
   byId("sure-button").setAttribute("aria-pressed", "false");
-  byId("map-felt").setAttribute("aria-label", WORDS.mapName(WORDS.legend[name].toLowerCase()));
+  byId("map-felt").setAttribute("aria-label", WORDS.mapName(name));
   connection.send({ kind: "show", quantity });
   repaint();
 }
@@ -59,11 +59,11 @@ export function widen(steps) {
 }
 
 function range() {
-  return (now.state && now.state.map && now.state.map.ranges && now.state.map.ranges[quantity]) || RANGES[quantity];
+  return now.state?.map?.ranges?.[quantity] ?? ENDS;
 }
 
 function legend() {
-  const told = (now.state && now.state.map && now.state.map.legend && now.state.map.legend[quantity]) || LEGENDS[quantity];
+  const told = now.state?.map?.legend?.[quantity] ?? ENDS;
   if (wider === 0 || quantity === "material") return told;
   const share = WIDER ** wider, [low, high] = told;
   if (quantity === "temperature") return [(low + high) / 2 - share * (high - low) / 2, (low + high) / 2 + share * (high - low) / 2];
@@ -72,7 +72,7 @@ function legend() {
 }
 
 export function frame() {
-  return (now.state && now.state.map && now.state.map.frame) || FRAME;
+  return now.state?.map?.frame ?? FRAME;
 }
 
 function repaint() {
@@ -89,7 +89,8 @@ export function takeTile(tile) {
 }
 
 export function followMap(state) {
-  const key = JSON.stringify(state.map ? state.map.frame : null);
+  // Another frame, or a map that began anew: nothing of the old one holds.
+  const key = JSON.stringify(state.map ? [state.map.frame, state.map.number] : null);
   if (frameKey && key !== frameKey) { forgetFelt(); repaint(); }
   frameKey = key;
   if (JSON.stringify(legend()) !== legendKey) repaint();
@@ -130,7 +131,7 @@ export function drawMap(finding, at_ms = performance.now()) {
   const at = view(canvas);
   if ((fit(canvas) || dirty) && at_ms - paintedAt_ms >= PAINT_MS) {
     paint(canvas, at);
-    drawLegend(quantity, legend(), now.state && now.state.map ? now.state.map.materials ?? [] : [], sure, painting.beyond);
+    drawLegend(quantity, legend(), now.state?.map?.materials ?? [], sure, painting.beyond);
     paintedAt_ms = at_ms;
     dirty = false;
   }
@@ -187,7 +188,7 @@ function through(pen, canvas, mask, place, name, step) {
 
 // Materials carry the first letter of their name, so that no colour has to be told from another.
 function letters(pen, at, scale) {
-  const names = (now.state && now.state.map && now.state.map.materials) || [], step = Math.max(8, Math.round(28 / at.scale));
+  const names = now.state?.map?.materials ?? [], step = Math.max(8, Math.round(28 / at.scale));
   pen.font = `600 ${16 * scale}px system-ui, sans-serif`;
   pen.textAlign = "center";
   for (let row = step >> 1; row < SIDE; row += step) {
@@ -267,11 +268,11 @@ export function showMapTable() {
   const host = byId("map-table").parentElement;
   if (document.activeElement !== host && host.dataset.filled) return;
   host.dataset.filled = "true";
-  const here = frame(), names = (now.state && now.state.map && now.state.map.materials) || [];
+  const here = frame(), names = now.state?.map?.materials ?? [];
   const value = number => (quantity === "material" ? names[number] ?? "--" : number.toPrecision(3));
   const rows = regions(quantity, range()).map(found => [
     (here.x_m * 1000 + found.column * here.cell_m * 1000).toFixed(0), (here.y_m * 1000 + found.row * here.cell_m * 1000).toFixed(0),
     `${Math.round(100 * found.share)} %`, value(found.low), value(found.high)]);
-  remake(byId("map-table"), [quantity, rows], () => [make("caption", { text: `${WORDS.legend[quantity]}, ${WORDS.legendUnit[quantity]}` }),
+  remake(byId("map-table"), [quantity, rows], () => [make("caption", { text: `${capital(quantity)}, ${WORDS.legendUnit[quantity]}` }),
     make("tr", {}, ...WORDS.mapTable.map(text => make("th", { scope: "col", text }))), ...rows.map(row => make("tr", {}, ...row.map(text => make("td", { text }))))]);
 }

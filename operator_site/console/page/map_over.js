@@ -17,7 +17,7 @@ export function drawOver(canvas, at, finding, cursor) {
   pen.textAlign = "center";
   sides(pen, at);
   bar(pen, at);
-  for (const found of now.state ? now.state.findings : []) if (typeof found.x_mm === "number" && typeof found.y_mm === "number") flag(pen, at.toX(found.x_mm), at.toY(found.y_mm), found.id);
+  for (const found of now.state?.findings ?? []) if (typeof found.x_mm === "number" && typeof found.y_mm === "number") flag(pen, at.toX(found.x_mm), at.toY(found.y_mm), found.id);
   if (now.picture) for (let finger = 0; finger < FINGER_COUNT; finger += 1) if (now.picture.inUse(finger) && age_s(finger) <= GONE_S) cross(pen, at, finger);
   if (cursor) lines(pen, at.toX(cursor.x), at.toY(cursor.y), 9, 1.5, 3);
   if (finding && finding.x_mm !== null) aim(pen, at.toX(finding.x_mm), at.toY(finding.y_mm));
@@ -91,7 +91,7 @@ function bar(pen, at) {
 }
 
 function sides(pen, at) {
-  const told = now.state && now.state.map ? now.state.map.sides : null;
+  const told = now.state?.map?.sides;
   if (!told) return;
   if (told.top) { word(pen, told.top, at.width / 2, 18); word(pen, OPPOSITE[told.top] ?? "", at.width / 2, at.height - 8); }
   pen.save();

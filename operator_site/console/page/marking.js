@@ -10,7 +10,7 @@ export function startMarking(link, speak) {
   connection = link;
   say = speak;
   KINDS.forEach((kind, at) => {
-    const button = make("button", { type: "button", "aria-pressed": "false" }, `${kind} `, make("kbd", { text: at + 1 }));
+    const button = make("button", { "aria-pressed": "false" }, `${kind} `, make("kbd", { text: at + 1 }));
     button.addEventListener("click", () => choose(at));
     byId("kinds").append(button);
   });

@@ -2,7 +2,7 @@
 import { FINGER_COUNT } from "./picture.js";
 
 export const NOT_LIVE_S = 1.0, HELD_S = 1.0;
-const OF_LINK = ["disconnected", "connected", "engaged", "fault"];
+export const OF_LINK = ["disconnected", "connected", "engaged", "fault"];
 const LINK_OF = { disconnected: 0, connected: 1, engaging: 1, engaged: 2, paused: 1, fault: 3, stopped: 3 };
 
 export const now = {
@@ -11,11 +11,11 @@ export const now = {
 };
 
 export function playback() {
-  return Boolean(now.state && now.state.session.playback);
+  return Boolean(now.state?.session.playback);
 }
 
 export function acts() {
-  return Boolean(now.state && now.state.you.role === "act" && !playback());
+  return now.state?.you.role === "act" && !playback();
 }
 
 // Seconds since the last picture was drawn. A hidden page draws none and is not late; a recording may stand still.

@@ -1,10 +1,10 @@
 // A recording in the same page: play, pause, speed, and a slider with alarms and findings as ticks.
 import { ask } from "./actions.js";
 import { byId, make, remake, write } from "./dom.js";
-import { now, playback } from "./now.js";
+import { now, OF_LINK, playback } from "./now.js";
 import { STATES, WORDS } from "./words.js";
 
-const SPEEDS = [0.5, 1, 2, 4, 8], HELD_MS = 400, STATE_NAMES = ["disconnected", "connected", "engaged", "fault"];
+const SPEEDS = [0.5, 1, 2, 4, 8], HELD_MS = 400;
 let movedAt_ms = -Infinity;
 
 export function startPlayback() {
@@ -34,7 +34,7 @@ export function showPlayback() {
   const slider = byId("slider");
   slider.max = String(told.length_s);
   if (performance.now() - movedAt_ms > HELD_MS) slider.value = String(told.at_s);
-  const where = WORDS.position(told.at_s, told.length_s), state = now.picture ? ` · ${STATES[STATE_NAMES[now.picture.state]]}` : "";
+  const where = WORDS.position(told.at_s, told.length_s), state = now.picture ? ` · ${STATES[OF_LINK[now.picture.state]]}` : "";
   write(byId("played"), where + state);
   slider.setAttribute("aria-valuetext", where);
   write(byId("play-button"), told.playing ? WORDS.pausePlay : WORDS.play);

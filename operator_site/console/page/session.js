@@ -4,7 +4,7 @@ import { byId, make, remake, write } from "./dom.js";
 import { acts, live, now, playback } from "./now.js";
 import { close, open } from "./sheets.js";
 import { burst, soundPossible, wakeSound } from "./sound.js";
-import { FINGER_NAMES, FINGERS, looksLikeName, SIDES, WORDS } from "./words.js";
+import { capital, SIDES, WORDS } from "./words.js";
 
 const CONFIRM_MS = 5000;
 let ending = null, offered = false, played = false, hadSession = false;
@@ -20,11 +20,9 @@ export function startSession() {
 }
 
 async function begin() {
-  const pseudonym = byId("begin-pseudonym").value.trim();
-  if (!pseudonym || looksLikeName(pseudonym)) { write(byId("begin-said"), WORDS.looksLikeName); byId("begin-pseudonym").focus(); return; }
-  const answer = await ask("begin", { pseudonym, sides: { top: byId("begin-top").value, right: byId("begin-right").value } });
+  const answer = await ask("begin", { pseudonym: byId("begin-pseudonym").value.trim(), sides: { top: byId("begin-top").value, right: byId("begin-right").value } });
   write(byId("begin-said"), answer.text);
-  if (!answer.ok) return;
+  if (!answer.ok) { byId("begin-pseudonym").focus(); return; }
   close("sheet-session");
   byId("act-button").focus();
 }
@@ -77,13 +75,8 @@ function showSound() {
   write(byId("sound-said"), played && !soundPossible() ? WORDS.soundBlocked : told);
 }
 
-function deviceName(name) {
-  const finger = FINGERS.indexOf(name);
-  return finger < 0 ? name[0].toUpperCase() + name.slice(1) : FINGER_NAMES[finger];
-}
-
 function showChecks() {
-  const lines = [...now.state.devices.map(device => ({ ...device, what: deviceName(device.name) })), ...now.state.checks];
+  const lines = [...now.state.devices.map(device => ({ ...device, what: capital(device.name) })), ...now.state.checks];
   const tick = text => make("span", { class: "tick", "aria-hidden": "true", text });
   remake(byId("ready"), lines, () => lines.filter(line => line.ready).map(line => make("li", {}, tick("✓"), ` ${line.what} `, make("span", { class: "told", text: line.text || WORDS.ready }))));
   // What is missing comes with the command to run.

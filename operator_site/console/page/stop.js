@@ -1,7 +1,7 @@
 // STOP: acts on press, is sent again until answered, and shows what each device answered; never the page's own wish.
 import { byId, make, remake, write } from "./dom.js";
 import { now, underWay } from "./now.js";
-import { DEVICE_LABELS, WORDS } from "./words.js";
+import { capital, DEVICE_LABELS, WORDS } from "./words.js";
 
 const AGAIN_MS = 50;
 let connection = null, changed = null, id = null, timer = null;
@@ -79,6 +79,6 @@ export function showStop() {
 function title(stop, times, missing) {
   if (!now.connected && now.stopPressed) return WORDS.stopNotSent;
   if (stop && stop.confirmed && missing.length === 0) return WORDS.stopConfirmed(Object.keys(times).length, Math.max(...Object.values(times)));
-  if (stop && stop.late) return WORDS.stopNotConfirmed(missing.map(([device, label]) => (label.length === 1 ? device[0].toUpperCase() + device.slice(1) : label)).join(", "));
+  if (stop && stop.late) return WORDS.stopNotConfirmed(missing.map(([device, label]) => (label.length === 1 ? capital(device) : label)).join(", "));
   return WORDS.stopping;
 }

@@ -1,6 +1,7 @@
 // Every word of the page. The server sends the words of alarms, refusals, findings and answers ready made.
 export const FINGERS = ["thumb", "index", "middle", "ring", "little"];
-export const FINGER_NAMES = ["Thumb", "Index", "Middle", "Ring", "Little"];
+export const capital = name => name[0].toUpperCase() + name.slice(1);
+export const FINGER_NAMES = FINGERS.map(capital);
 export const DEVICE_LABELS = [["thumb", "T"], ["index", "I"], ["middle", "M"], ["ring", "R"], ["little", "L"], ["exoskeleton", "exo"], ["remote hand", "arm"]];
 export const MODES = ["free", "tap", "rest", "rub"];
 export const KINDS = ["rough", "warm", "cold", "stiff", "soft", "other"];
@@ -15,7 +16,7 @@ export const STATES = {
 export const FIXED = {
   console: "Console", stop: "STOP", help: "Help", alarms: "Alarms", stopAnswers: "What the devices answered to STOP", actions: "Actions",
   finding: "Finding", note: "Note", map: "Tactile map", quantities: "Quantity on the map", mapTable: "The map as a table",
-  zoomIn: "Zoom in", zoomOut: "Zoom out", fingers: "Fingers", drawing: "Hand: force, contact, vibration, mode and plate temperature of each finger; the table below says the same",
+  zoomIn: "Zoom in", zoomOut: "Zoom out", fingers: "Fingers", drawing: "Hand; the table below says the same",
   chart: "Probability of each material since contact; a table follows", chartTable: "Probabilities as a table",
   lastSeconds: "Last 10 seconds", now: "now", strips: "Signals of the last 10 s; a table follows", stripTable: "Signals as a table",
   markFinding: "Mark a finding", kinds: "Kind of finding", save: "Save", discard: "Discard",
@@ -39,7 +40,7 @@ export const WORDS = {
   noData: seconds => `No data for ${seconds.toFixed(1)} s. Screen is not live.`,
   noConnection: "No connection to the console. Trying again.", refused: "This address needs its token. Open the link that the console printed.",
   noAnswer: "No answer. Look at the state, then try again.", notSent: "Not sent: no connection.",
-  looksLikeName: "Use a study number, not a name.", sessionOpen: pseudonym => `Session ${pseudonym} is open.`,
+  sessionOpen: pseudonym => `Session ${pseudonym} is open.`,
   noSession: "No session is open.", end: "End session",
   confirmEnd: (pseudonym, findings) => `End session ${pseudonym}? ${count(findings, "finding")}.`,
   observer: control => `OBSERVER. Control is at ${control}.`, controlElsewhere: control => `Control is at ${control}.`,
@@ -50,10 +51,8 @@ export const WORDS = {
   active: (name, seconds) => (seconds === null ? name : `${name}, ${seconds.toFixed(1)} s since contact`), auto: "auto",
   noContact: "NO CONTACT", notCalibrated: "Probabilities: not calibrated", object: "object",
   stiffness: "stiffness", roughness: "roughness", groove: "groove period", rest: "rest", none: "none of these",
-  legend: { temperature: "Temperature", roughness: "Roughness", stiffness: "Stiffness", material: "Material" },
-  legendKey: { temperature: "T", roughness: "R", stiffness: "S", material: "M" },
   legendUnit: { temperature: "°C", roughness: "V", stiffness: "N/m", material: "material" },
-  confidence: "Sure", confidenceKey: "U", confidenceFoot: "sure →", notFelt: "not felt",
+  confidence: "Sure", confidenceKey: "U", confidenceFoot: "sure →",
   nothingFelt: "Nothing felt here.", pointAtMap: "Point at the map, or Tab to it and use the arrows.",
   placeOf: (x, y) => `x ${x.toFixed(0)} y ${y.toFixed(0)} mm`, mapName: quantity => `Map of ${quantity}; a table follows`,
   findingAt: (finger, x, y) => (x === null ? `Finding at ${finger}, no place` : `Finding at ${finger}, x ${x.toFixed(0)} y ${y.toFixed(0)} mm`),
@@ -65,13 +64,12 @@ export const WORDS = {
   chartTable: ["s since contact", "material", "probability"], mapTable: ["x mm", "y mm", "felt", "lowest", "highest"],
   since: seconds => `${clock(seconds)}`, lasted: seconds => `lasted ${seconds.toFixed(1)} s`, clearedBy: who => `cleared by ${who}`, past: "past",
   play: "Play", pausePlay: "Pause", position: (at, length) => `${clock(at)} of ${clock(length)}`,
-  skipped: count => `${count} pictures skipped`, letters: on => (on ? "Letter keys: on" : "Letter keys: with Alt"), theme: dark => (dark ? "Light (L)" : "Dark (L)"),
-  ready: "ready", calibrationMissing: "not calibrated", ended: "Session ended.", badFrames: count => `${count} bad pictures dropped`,
-  signal: hertz => `${hertz.toFixed(0)} Hz`,
+  letters: on => (on ? "Letter keys: on" : "Letter keys: with Alt"), theme: dark => (dark ? "Light (L)" : "Dark (L)"),
+  ready: "ready",
 };
 
 export const KEYS = [
-  ["Space, Esc", "STOP while engaging, engaged or paused; in a text field only Esc"], ["E", "hold 1 s: engage, resume; or press twice"], ["P", "pause"],
+  ["Space, Esc", "STOP while engaging, engaged, paused; in a text field only Esc"], ["E", "hold 1 s: engage, resume; or twice"], ["P", "pause"],
   ["C", "hold 1 s: clear a fault"], ["F, N", "finding, note"], ["1–5, 0", "finger, or the one that touched last"], ["T R S M", "quantity on the map"],
   ["U", "how sure the map is"], ["+ −", "zoom"], [", .", "narrower, wider colours"], ["A, Q", "alarms, sound off 60 s"], ["D", "details"],
   ["L", "light or dark"], ["?", "this list"], ["Playback", "Space plays, arrows 1 s, Shift 10 s, [ ] events, Home, End"],
@@ -88,8 +86,8 @@ export function count(number, thing) {
 
 // Digits follow the uncertainty: one significant digit of sd, the value to the same place.
 export function withSd(value, sd, digits = 1) {
-  if (value === null || value === undefined) return "--";
-  if (sd === null || sd === undefined || !(sd >= 0)) return `${value.toFixed(digits)} ± ?`;
+  if (typeof value !== "number") return "--";
+  if (!(sd >= 0) || sd === null) return `${value.toFixed(digits)} ± ?`;
   let place = sd > 0 ? -Math.floor(Math.log10(sd)) : digits;
   if (sd > 0 && Math.round(sd * 10 ** place) >= 10) place -= 1; // 0.96 is 1, not 1.0
   const step = 10 ** -place;
@@ -106,21 +104,16 @@ export function material(name) {
 }
 
 export function delay(link) {
-  if (!link || link.delay_ms === null || link.delay_ms === undefined) return "--";
+  if (typeof link?.delay_ms !== "number") return "--";
   const sd = link.delay_sd_ms;
-  if (sd !== null && sd !== undefined && link.delay_ms < sd) return `< ${sd.toFixed(0)} ms`;
+  if (typeof sd === "number" && link.delay_ms < sd) return `< ${sd.toFixed(0)} ms`;
   return `${withSd(link.delay_ms, sd, 0)} ms`;
 }
 
 export function linkMore(link) {
-  const age = link && link.age_ms !== null && link.age_ms !== undefined ? `${link.age_ms.toFixed(0)} ms` : "--";
-  const loss = link && link.loss !== null && link.loss !== undefined ? `${(link.loss * 100).toFixed(link.loss < 0.1 ? 1 : 0)} %` : "--";
+  const age = typeof link?.age_ms === "number" ? `${link.age_ms.toFixed(0)} ms` : "--";
+  const loss = typeof link?.loss === "number" ? `${(link.loss * 100).toFixed(link.loss < 0.1 ? 1 : 0)} %` : "--";
   return `age ${age} · loss ${loss}`;
-}
-
-// Whether a pseudonym looks like a name or a date of birth: the server decides, this saves the way there.
-export function looksLikeName(text) {
-  return !/\d/.test(text) || /\d{1,4}[-./]\d{1,2}[-./]\d{1,4}/.test(text) || /\p{L}+\s+\p{L}+/u.test(text);
 }
 
 export function speakIn(root) {
