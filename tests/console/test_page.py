@@ -81,7 +81,7 @@ def test_a_note_of_ten_thousand_characters_is_sent_whole(stage: Stage, open_page
     page.keyboard.press("n")
     note = ("\u05d0\u05d1 <b>\u202eabc " * LONGEST)[:LONGEST]
     page.fill("#note-text", note)
-    page.click("#note-save")
+    page.click("#noting [type=submit]")
     assert wait_for(stage, "note")[0]["details"]["text"] == note
 
 

@@ -68,7 +68,10 @@ def test_a_whole_session_by_keyboard_alone(
     assert page.inner_text("#read-out") == "Finding 1 saved: warm, 36.4 ± 0.2 °C."
     page.keyboard.press("n")
     page.keyboard.type("feels like a pea")
-    tab_to(page, "note-save")
+    page.keyboard.press("Tab")
+    tab_to(page, "stop")
+    tab_to(page, "note-finding")
+    page.keyboard.press("Tab")
     page.keyboard.press("Enter")
     assert wait_for(stage, "note")[0]["details"] == {"finding": 1, "text": "feels like a pea"}
     page.keyboard.press("p")
@@ -130,7 +133,7 @@ def test_a_refusal_is_shown_and_spoken(stage: Stage, open_page: Open) -> None:
 def test_a_name_or_a_date_of_birth_is_no_study_number(stage: Stage, open_page: Open, name: str) -> None:
     page = open_page("connected")
     page.fill("#begin-pseudonym", name)
-    page.click("#begin-button")
+    page.click("#begin-form button")
     page.wait_for_selector("#begin-said:has-text('Use a study number, not a name.')")
     assert page.evaluate("document.activeElement.id") == "begin-pseudonym"
 

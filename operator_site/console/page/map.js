@@ -2,7 +2,7 @@
 import { byId, fit, make, remake, write } from "./dom.js";
 import { codeAt, forgetFelt, keepTile, Painting, QUANTITIES, regions, SIDE } from "./felt.js";
 import { drawLegend } from "./legend.js";
-import { drawOver } from "./map_over.js";
+import { drawOver, drawStill } from "./map_over.js";
 import { now } from "./now.js";
 import { onTheme } from "./theme.js";
 import { capital, WORDS } from "./words.js";
@@ -12,7 +12,7 @@ const ZOOM = 1.5, MOST_ZOOM = 12, LOOK_MS = 250, PAINT_MS = 100, FRAME = { x_m: 
 const ENDS = [1, 2];
 const WIDER = 2;
 const painting = new Painting();
-let connection = null, quantity = "temperature", sure = false, zoom = null, middle = null, frameKey = "", legendKey = "", dirty = true, paintedAt_ms = 0, wider = 0;
+let connection = null, quantity = "temperature", sure = false, zoom = null, middle = null, frameKey = "", legendKey = "", stillKey = "", dirty = true, paintedAt_ms = 0, wider = 0;
 let cursor = null, looked = "", lookedAt_ms = 0, looking = false;
 
 export function startMap(link, pick) {
@@ -94,6 +94,9 @@ export function followMap(state) {
   if (frameKey && key !== frameKey) { forgetFelt(); repaint(); }
   frameKey = key;
   if (JSON.stringify(legend()) !== legendKey) repaint();
+  const still = JSON.stringify([state.findings, state.map?.sides]);
+  if (still !== stillKey) dirty = true;
+  stillKey = still;
 }
 
 // ---- what is seen: pixels for millimetres
@@ -167,6 +170,7 @@ function paint(canvas, at) {
   through(pen, canvas, painting.stippled, place, "stipple", 4);
   through(pen, canvas, painting.dotted, place, "dot", 8);
   if (quantity === "material" && !sure) letters(pen, at, scale);
+  drawStill(canvas, at);
 }
 
 // A dot pattern, seen only through a mask's cells.

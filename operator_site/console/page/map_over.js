@@ -1,5 +1,5 @@
-// D, over the map: a cross for each finger, the findings as numbered flags, the finding being marked, the cursor,
-// a scale bar of 10 mm, and which side of the body is where.
+// D, over the map: a cross for each finger, the finding being marked, the cursor; and what stands still on the map itself:
+// the findings as numbered flags, a scale bar of 10 mm, which side of the body is where.
 import { fit } from "./dom.js";
 import { age_s, GONE_S } from "./fingers.js";
 import { now } from "./now.js";
@@ -8,16 +8,25 @@ import { FINGER_NAMES } from "./words.js";
 
 const INK = "#10151B", PAPER = "#FFFFFF", BAR_MM = 10, OPPOSITE = { head: "feet", feet: "head", left: "right", right: "left" };
 
-export function drawOver(canvas, at, finding, cursor) {
-  fit(canvas);
+function begin(canvas) {
   const scale = canvas.width / canvas.clientWidth, pen = canvas.getContext("2d");
   pen.setTransform(scale, 0, 0, scale, 0, 0);
-  pen.clearRect(0, 0, at.width, at.height);
   pen.font = "600 16px system-ui, sans-serif";
   pen.textAlign = "center";
+  return pen;
+}
+
+export function drawStill(canvas, at) {
+  const pen = begin(canvas);
   sides(pen, at);
   bar(pen, at);
   for (const found of now.state?.findings ?? []) if (typeof found.x_mm === "number" && typeof found.y_mm === "number") flag(pen, at.toX(found.x_mm), at.toY(found.y_mm), found.id);
+}
+
+export function drawOver(canvas, at, finding, cursor) {
+  fit(canvas);
+  const pen = begin(canvas);
+  pen.clearRect(0, 0, at.width, at.height);
   if (now.picture) for (let finger = 0; finger < FINGER_COUNT; finger += 1) if (now.picture.inUse(finger) && age_s(finger) <= GONE_S) cross(pen, at, finger);
   if (cursor) lines(pen, at.toX(cursor.x), at.toY(cursor.y), 9, 1.5, 3);
   if (finding && finding.x_mm !== null) aim(pen, at.toX(finding.x_mm), at.toY(finding.y_mm));
