@@ -4,9 +4,6 @@ import json
 import math
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 from urllib.error import HTTPError
 from urllib.request import Request, urlopen
 
@@ -19,10 +16,9 @@ from operator_site.console.fingers_now import FIELDS
 from operator_site.console.picture import Kind
 from operator_site.console.session_book import LONGEST_NOTE
 from studies.fault_session import read_figures
-from teletaction.demo_files import DemoOptions, prepare
-from teletaction.processes import SessionProcesses
 from tests.commands import command
-from tests.session.page import PATIENCE_S, Page, opened
+from tests.session.live_console import Session, running
+from tests.session.page import Page, opened
 from tests.session.truth import written
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(400)]
@@ -31,39 +27,10 @@ HOSTILE = "<script>document.title='x'</script> \u202eevil \x00 \U0001f4a5 & \" '
 FORCE_N, AGE_S = FIELDS.index("force_n"), FIELDS.index("age_s")
 
 
-@dataclass
-class Session:
-    """The processes of a session, and where the page is."""
-
-    folder: Path
-    processes: SessionProcesses
-    address: str
-
-    def kept(self, stream: str) -> list[dict[str, Any]]:
-        """What the console has on the disk of a stream."""
-        return [record for _, record in written(self.folder / "console.mcap", stream, may_be_cut=True)]
-
-
 @pytest.fixture(scope="module")
 def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
-    folder = tmp_path_factory.mktemp("console")
-    options = DemoOptions(seconds=600.0, fingers=2, scene="phantom", console=True)
-    configurations = prepare(options, folder)
-    processes = SessionProcesses(folder)
-    processes.start("sim-operator", configurations["sim-operator"])
-    processes.start("virtual", configurations["operator"], "--scene", "phantom", "--seed", "3")
-    processes.start("console", configurations["console"])
-    try:
-        end_s = time.monotonic() + PATIENCE_S
-        while not (address := read_figures(folder, "console").get("address")):
-            ended = {name: processes.last_words(name) for name in processes.ended()}
-            assert not ended, ended
-            assert time.monotonic() < end_s, "the console did not start"
-            time.sleep(0.02)
-        yield Session(folder, processes, str(address))
-    finally:
-        gentle = processes.end()
-    assert gentle
+    with running(tmp_path_factory.mktemp("console")) as session:
+        yield session
 
 
 def ready(page: Page) -> None:

@@ -1,4 +1,5 @@
 // The first button: engage, pause, resume, clear, as the state allows. What drives fingers is held for 1 s or pressed twice.
+import { latched } from "./alarms.js";
 import { byId, make, remake, write } from "./dom.js";
 import { acts, lastTold, live, now } from "./now.js";
 import { open } from "./sheets.js";
@@ -27,14 +28,19 @@ function current() {
   const nothing = { text: WORDS.engage, press: () => {}, disabled: true };
   if (!acts() || !live()) return nothing;
   if (now.stopPressed || (now.state.stop && !now.state.stop.confirmed)) return { ...nothing, text: WORDS.clear };
-  if (["fault", "stopped"].includes(told)) return { verb: "clear_fault", hold: true, text: WORDS.clear, confirm: WORDS.confirmClear, key: "C" };
   if (["engaged", "engaging"].includes(told)) return { text: WORDS.pause, key: "P", press: pause };
+  if (clearable()) return { verb: "clear_fault", hold: true, text: WORDS.clear, confirm: WORDS.confirmClear, key: "C" };
   if (!in_control) return { text: FIXED.takeControl, press: () => ask("take_control") };
   if (told === "disconnected") return nothing;
   if (!now.state.session.pseudonym) return { text: WORDS.startSession, press: () => open("sheet-session") };
   const paused = told === "paused";
   return { verb: "engage", hold: true, text: paused ? WORDS.resume : WORDS.engage, confirm: paused ? WORDS.confirmResume : WORDS.confirmEngage, key: "E" };
 }
+
+const clearable = () => ["fault", "stopped"].includes(lastTold()) || now.state.alarms.some(latched);
+
+// A latched alarm can be cleared by its key while the button pauses.
+const possible = verb => current().verb === verb || (verb === "clear_fault" && acts() && live() && clearable());
 
 export async function ask(verb, details = {}) {
   const answer = await connection.ask(verb, details);
@@ -48,8 +54,7 @@ export function pause() {
 
 // A held key or press: the ring fills for 1 s; let go before, and a second press within 5 s does it as well.
 export function hold(verb) {
-  const act = current();
-  if (held || act.verb !== verb) return;
+  if (held || !possible(verb)) return;
   const started_ms = performance.now();
   held = { verb, timer: setInterval(() => {
     const share = (performance.now() - started_ms) / HOLD_MS;
@@ -87,9 +92,10 @@ function calm() {
 
 export function showActions() {
   const act = current(), button = byId("act-button");
-  if (confirming && confirming.verb !== act.verb) calm();
-  if (held && held.verb !== act.verb) end();
-  const text = confirming ? act.confirm : act.text, key = act.key ?? "";
+  // What was begun in one state is not carried over into another.
+  if (confirming && !possible(confirming.verb)) calm();
+  if (held && !possible(held.verb)) end();
+  const text = confirming?.verb === act.verb ? act.confirm ?? act.text : act.text, key = act.key ?? "";
   remake(button, [text, key, act.hold], () => {
     const parts = [make("span", { text })];
     if (key) parts.push(" ", make("kbd", { text: key }));

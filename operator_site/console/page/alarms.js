@@ -25,12 +25,15 @@ function own() {
   return alarms;
 }
 
-// Active ones first, then those that are over but latched until cleared by hand; the rest is for the list.
+// Over, but to be cleared by hand.
+export const latched = alarm => alarm.priority === "high" && !alarm.active && !alarm.cleared_by;
+
+// Active ones first, then the latched; the rest is for the list.
 export function standing() {
   const told = now.state?.alarms ?? [];
   const of = alarm => (alarm.active ? 2 : 0) + (alarm.id.startsWith("stop") ? 1 : 0);
   return [...own(), ...told]
-    .filter(alarm => alarm.active || (alarm.priority === "high" && !alarm.cleared_by))
+    .filter(alarm => alarm.active || latched(alarm))
     .sort((a, b) => of(b) - of(a) || RANK[b.priority] - RANK[a.priority]);
 }
 

@@ -83,7 +83,7 @@ function showNow() {
 }
 
 function showNumbers() {
-  // What stands still because nothing comes any more has to grey out, too.
+  // What stands still has to grey out, too.
   if (now.picture && !live()) { drawHand(now.picture); drawMap(marked()); }
   showNow();
   showFingers();

@@ -8,7 +8,6 @@ import { onTheme } from "./theme.js";
 import { capital, WORDS } from "./words.js";
 
 const ZOOM = 1.5, MOST_ZOOM = 12, LOOK_MS = 250, PAINT_MS = 100, FRAME = { x_m: -0.128, y_m: -0.128, cell_m: 0.001 };
-// Until the state tells better: nothing is painted before.
 const ENDS = [1, 2];
 const WIDER = 2;
 const painting = new Painting();

@@ -76,11 +76,10 @@ function showSound() {
 }
 
 function showChecks() {
-  const lines = [...now.state.devices.map(device => ({ ...device, what: capital(device.name) })), ...now.state.checks];
+  const lines = [...now.state.devices, ...now.state.checks];
   const tick = text => make("span", { class: "tick", "aria-hidden": "true", text });
-  remake(byId("ready"), lines, () => lines.filter(line => line.ready).map(line => make("li", {}, tick("✓"), ` ${line.what} `, make("span", { class: "told", text: line.text || WORDS.ready }))));
-  // What is missing comes with the command to run.
-  remake(byId("checks"), lines, () => lines.filter(line => !line.ready).map(line => make("li", {}, tick("✗"), make("span", { text: line.what }),
+  remake(byId("ready"), lines, () => lines.filter(line => line.ready).map(line => make("li", {}, tick("✓"), ` ${capital(line.name ?? line.what)} `, make("span", { class: "told", text: line.text || WORDS.ready }))));
+  remake(byId("checks"), lines, () => lines.filter(line => !line.ready).map(line => make("li", {}, tick("✗"), make("span", { text: capital(line.name ?? line.what) }),
     make("span", { class: "missing", text: line.text }), ...(line.help ? [make("code", { text: line.help })] : []))));
 }
 

@@ -1,0 +1,49 @@
+"""The console's process beside a real operator site on a virtual environment, with simulated devices."""
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from studies.fault_session import read_figures
+from teletaction.demo_files import DemoOptions, prepare
+from teletaction.processes import SessionProcesses
+from tests.session.page import PATIENCE_S
+from tests.session.truth import written
+
+
+@dataclass
+class Session:
+    """The processes of a session, and where the page is."""
+
+    folder: Path
+    processes: SessionProcesses
+    address: str
+
+    def kept(self, stream: str) -> list[dict[str, Any]]:
+        """What the console has on the disk of a stream."""
+        return [record for _, record in written(self.folder / "console.mcap", stream, may_be_cut=True)]
+
+
+@contextmanager
+def running(folder: Path) -> Iterator[Session]:
+    """Start all of it; at the end every process must have ended gently."""
+    options = DemoOptions(seconds=600.0, fingers=2, scene="phantom", console=True)
+    configurations = prepare(options, folder)
+    processes = SessionProcesses(folder)
+    processes.start("sim-operator", configurations["sim-operator"])
+    processes.start("virtual", configurations["operator"], "--scene", "phantom", "--seed", "3")
+    processes.start("console", configurations["console"])
+    try:
+        end_s = time.monotonic() + PATIENCE_S
+        while not (address := read_figures(folder, "console").get("address")):
+            ended = {name: processes.last_words(name) for name in processes.ended()}
+            assert not ended, ended
+            assert time.monotonic() < end_s, "the console did not start"
+            time.sleep(0.02)
+        yield Session(folder, processes, str(address))
+    finally:
+        gentle = processes.end()
+    assert gentle
