@@ -22,9 +22,11 @@ _GOAL = {"temperature": ("temperature_k", "K"), "stiffness": ("stiffness_share",
 def plot(data: dict[str, Any], path: Path) -> None:
     """Write the figure."""
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(13.5, 8.2), layout="constrained")
+        figure = Figure(figsize=(14.5, 7.6))
         FigureCanvasAgg(figure)
-        grid = figure.add_gridspec(2, 3, height_ratios=(1.9, 1.0))
+        grid = figure.add_gridspec(
+            2, 3, height_ratios=(2.0, 1.0), left=0.08, right=0.94, top=0.93, bottom=0.08, wspace=0.45, hspace=0.28
+        )
         for column, row in enumerate(_first(data)):
             _draw_map(figure.add_subplot(grid[0, column]), data, row)
         _draw_places(figure.add_subplot(grid[1, 0]), data)
