@@ -25,6 +25,8 @@ class Page:
         self.state: dict[str, Any] = {}
         self.states = 0
         self.picture: Picture | None = None
+        self.whole: Picture | None = None
+        """The newest that had all bins."""
         self.pictures: Counter[Kind] = Counter()
         self.undrawn = 0
         self.bins: list[int] = []
@@ -85,6 +87,7 @@ class Page:
         self.pictures[picture.kind] += 1
         newest = round(picture.time_s * 30.0) - 1
         bins = range(newest - len(picture.bins) + 1, newest + 1)
+        self.whole = picture if picture.kind is Kind.WHOLE else self.whole
         self.bins = [*bins] if picture.kind is Kind.WHOLE else [*self.bins, *bins]
         if self.draws:
             self.send(kind="drawn", sequence=picture.sequence)
