@@ -60,6 +60,7 @@ def test_a_whole_session_from_its_beginning_to_its_report(
     page.keyboard.press("1")
     page.keyboard.press("Enter")
     page.wait_for_selector("#read-out:has-text('Finding 1 ')")
+    page.wait_for_selector("#findings li", state="attached")
     page.keyboard.press("n")
     page.keyboard.type("rough <b>here</b>")
     page.click("#noting [type=submit]")

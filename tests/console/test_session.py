@@ -66,6 +66,7 @@ def test_a_whole_session_by_keyboard_alone(
     assert (finding["y_mm"], round(finding["y_mm"])) == (-15, finding["y_mm"])
     page.wait_for_selector("#marking", state="hidden")
     assert page.inner_text("#read-out") == "Finding 1 saved: warm, 36.4 ± 0.2 °C."
+    page.wait_for_selector("#findings li", state="attached")
     page.keyboard.press("n")
     page.keyboard.type("feels like a pea")
     page.keyboard.press("Shift+Tab")
