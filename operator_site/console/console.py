@@ -150,7 +150,7 @@ class Console:
         newest = self.newest_bin(now_s)
         whole = after is None or not 0 <= newest - after < BINS
         touching = self.fingers.in_contact(now_s)
-        acting = [acts and used for acts, used in zip(self.fingers.acting(), self.in_use, strict=True)]
+        acting = [acts and used for acts, used in zip(self.fingers.acting(now_s), self.in_use, strict=True)]
         flags = Flags(
             self.link_state,
             self.alarms.priority,

@@ -86,8 +86,8 @@ class FingersNow:
         self._rendered_s = t_s
         self._force_n, self._motor_hz, self._plate_c = list(force_n), list(motor_hz), list(plate_c)
         self._plate_set_c, self._limited = list(plate_set_c), list(limited)
-        for finger, bits in enumerate(limited):
-            if bits & ~_QUIET:
+        for finger, bits in enumerate(self._acting(t_s)):
+            if bits:
                 for limit in _LIMITS:
                     if bits & limit:
                         self._acted[finger][limit] = t_s
@@ -142,9 +142,16 @@ class FingersNow:
         fresh = now_s - self._touch_s <= GONE_S
         return [fresh and since_s is not None for since_s in self.contact_since_s]
 
-    def acting(self) -> list[bool]:
+    def acting(self, now_s: float) -> list[bool]:
         """On which fingers a limit holds something back now."""
-        return [bool(bits & ~_QUIET) for bits in self._limited]
+        return [bits != 0 for bits in self._acting(now_s)]
+
+    def _acting(self, now_s: float) -> list[int]:
+        """Bits of the limits that do: none on a finger that is released, nor one of a wall that is not touched."""
+        return [
+            0 if bits & Limit.RELEASED else bits & ~(_QUIET if touches else _QUIET | Limit.STIFFNESS)
+            for bits, touches in zip(self._limited, self.in_contact(now_s), strict=True)
+        ]
 
     def holds(self, finger: int, limit: Limit) -> bool:
         """Whether a limit acts on a finger now."""

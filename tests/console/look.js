@@ -5,6 +5,17 @@
   const name = e => `${e.tagName.toLowerCase()}#${e.id}.${e.className} "${(e.textContent || '').slice(0, 30)}"`;
   const root = document.documentElement;
   if (root.scrollWidth > innerWidth || root.scrollHeight > innerHeight) wrong.push('the page itself scrolls');
+  const pieces = [];
+  // What is seen of a box: scrolling parents cut it.
+  const seen = (e, box) => {
+    let { left, right, top, bottom } = box;
+    for (let at = e.parentElement; at; at = at.parentElement) {
+      if (getComputedStyle(at).overflowY === 'visible') continue;
+      const cut = at.getBoundingClientRect();
+      [left, right, top, bottom] = [Math.max(left, cut.left), Math.min(right, cut.right), Math.max(top, cut.top), Math.min(bottom, cut.bottom)];
+    }
+    return { left, right, top, bottom };
+  };
   const words = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
   while (words.nextNode()) {
     const text = words.currentNode, at = text.parentElement;
@@ -14,6 +25,11 @@
     const box = at.closest('button, li, td, th, select, #state, #alarm-line, section, form, header'), outer = box.getBoundingClientRect();
     const range = document.createRange();
     range.selectNodeContents(text);
+    // A line of text is higher than its letters.
+    for (const part of range.getClientRects()) {
+      const { left, right, top, bottom } = part, edge = 0.2 * (bottom - top);
+      pieces.push({ e: at, ...seen(at, { left, right, top: top + edge, bottom: bottom - edge }) });
+    }
     for (const part of range.getClientRects()) {
       const scrolls = scrolled(at) !== null && box.contains(scrolled(at));
       const sideways = part.left < outer.left - 2 || part.right > outer.right + 2;
@@ -23,10 +39,16 @@
   }
   for (const e of document.querySelectorAll('button, select, input, textarea, a')) {
     if (!visible(e)) continue;
-    const { width, height } = e.getBoundingClientRect();
+    const box = e.getBoundingClientRect(), { width, height } = box;
+    pieces.push({ e, ...seen(e, box) });
     if (width < 59.5 || height < 59.5) wrong.push(`target of ${width.toFixed(0)} x ${height.toFixed(0)}: ${name(e)}`);
   }
-  const panels = [...document.querySelectorAll('#bar, #alarm, #hand, #map, #told, #signals, #buttons, #stop-place')].filter(visible);
+  pieces.forEach((a, at) => pieces.slice(at + 1).forEach(b => {
+    if (a.e.contains(b.e) || b.e.contains(a.e) || a.e.closest('section, form, header') !== b.e.closest('section, form, header')) return;
+    const wide = Math.min(a.right, b.right) - Math.max(a.left, b.left), high = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
+    if (wide > 1 && high > 1) wrong.push(`${name(a.e)} over ${name(b.e)}`);
+  }));
+  const panels = [...document.querySelectorAll('#bar, #alarm, #answers, #hand, #map, #told, #signals, #buttons, #stop-place')].filter(visible);
   for (const a of panels) for (const b of panels) {
     if (a === b || scrolled(a.parentElement) || scrolled(b.parentElement)) continue;
     const p = a.getBoundingClientRect(), q = b.getBoundingClientRect();

@@ -361,10 +361,11 @@ def stop_not_confirmed() -> Scenario:
 
 
 def missing_devices() -> Scenario:
-    """Two finger modules absent during work, one finger's data old."""
+    """Two finger modules absent during work, two fingers' data old, and how sure their temperature is is not told."""
     scenario = engaged()
     scenario.absent = {3, 4}
-    scenario.stale = {2}
+    scenario.stale = {1, 2}
+    scenario.state["fingers"][1] |= {"object_c_sd": None, "limits": ["stiffness", "plate range"]}
     for finger in (3, 4):
         scenario.state["fingers"][finger] |= {"in_use": False, "module": "absent"}
     return scenario.alarm("module-ring", "medium", "Ring module lost. Ring feels nothing.").alarm(

@@ -164,6 +164,7 @@ def test_letter_keys_can_be_moved_to_alt(stage: Stage, open_page: Open) -> None:
     page = open_page("engaged")
     page.keyboard.press("?")
     page.click("#letters-button")
+    page.click("#sheet-help .close")
     page.keyboard.press("p")
     page.keyboard.press("Alt+r")
     page.wait_for_selector("[data-quantity=roughness][aria-pressed=true]")

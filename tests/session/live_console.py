@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from common.config import ConsoleConfig, load_config, to_toml
 from studies.fault_session import read_figures
 from teletaction.demo_files import DemoOptions, prepare
 from teletaction.processes import SessionProcesses
@@ -27,11 +28,19 @@ class Session:
         return [record for _, record in written(self.folder / "console.mcap", stream, may_be_cut=True)]
 
 
+def without_remote_site(configuration: Path) -> None:
+    """There is none beside a virtual environment, and the report is made of the recordings that there are."""
+    config = load_config(configuration, ConsoleConfig)
+    command = tuple(part for part in config.report_command if not part.endswith("remote.mcap"))
+    configuration.write_text(to_toml(config.model_copy(update={"report_command": command})), "utf-8")
+
+
 @contextmanager
 def running(folder: Path) -> Iterator[Session]:
     """Start all of it; at the end every process must have ended gently."""
     options = DemoOptions(seconds=600.0, fingers=2, scene="phantom", console=True)
     configurations = prepare(options, folder)
+    without_remote_site(configurations["console"])
     processes = SessionProcesses(folder)
     processes.start("sim-operator", configurations["sim-operator"])
     processes.start("virtual", configurations["operator"], "--scene", "phantom", "--seed", "3")

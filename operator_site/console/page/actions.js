@@ -1,4 +1,4 @@
-// The first button: engage, pause, resume, clear, as the state allows. What drives fingers is held for 1 s or pressed twice.
+// The first button: engage, pause, resume, clear. What drives fingers is held for 1 s or pressed twice.
 import { latched } from "./alarms.js";
 import { byId, make, remake, write } from "./dom.js";
 import { acts, lastTold, live, now } from "./now.js";
@@ -30,7 +30,7 @@ function current() {
   if (now.stopPressed || (now.state.stop && !now.state.stop.confirmed)) return { ...nothing, text: WORDS.clear };
   if (["engaged", "engaging"].includes(told)) return { text: WORDS.pause, key: "P", press: pause };
   if (clearable()) return { verb: "clear_fault", hold: true, text: WORDS.clear, confirm: WORDS.confirmClear, key: "C" };
-  if (!in_control) return { text: FIXED.takeControl, press: () => ask("take_control") };
+  if (!in_control) return { text: FIXED.takeControl, more: WORDS.controlElsewhere(now.state.you.control), press: () => ask("take_control") };
   if (told === "disconnected") return nothing;
   if (!now.state.session.pseudonym) return { text: WORDS.startSession, press: () => open("sheet-session") };
   const paused = told === "paused";
@@ -52,7 +52,7 @@ export function pause() {
   if (acts() && ["engaged", "engaging"].includes(lastTold())) ask("disengage");
 }
 
-// A held key or press: the ring fills for 1 s; let go before, and a second press within 5 s does it as well.
+// A held key or press: the ring fills for 1 s; let go before, a second press within 5 s does it, too.
 export function hold(verb) {
   if (held || !possible(verb)) return;
   const started_ms = performance.now();
@@ -96,10 +96,11 @@ export function showActions() {
   if (confirming && !possible(confirming.verb)) calm();
   if (held && !possible(held.verb)) end();
   const text = confirming?.verb === act.verb ? act.confirm ?? act.text : act.text, key = act.key ?? "";
-  remake(button, [text, key, act.hold], () => {
+  const more = act.hold && !confirming ? WORDS.hold : act.more ?? "";
+  remake(button, [text, key, more], () => {
     const parts = [make("span", { text })];
     if (key) parts.push(" ", make("kbd", { text: key }));
-    if (act.hold) parts.push(make("br"), make("span", { class: "small", text: confirming ? "" : WORDS.hold }));
+    if (more) parts.push(make("br"), make("span", { class: "small", text: more }));
     return parts;
   });
   button.disabled = Boolean(act.disabled);

@@ -14,14 +14,15 @@ export function startAlarms(link) {
   byId("quiet-button").addEventListener("click", quiet);
 }
 
-// One cause, one alarm: without a connection nothing else of the page's own is said but what became of STOP.
+// One cause, one alarm: without a connection only that is said, and what became of STOP.
 function own() {
-  const driven = ["engaging", "engaged"].includes(lastTold()), priority = driven ? "high" : "medium";
-  const alarms = [];
-  if (now.stopPressed && !now.connected) alarms.push({ id: "stop-not-sent", priority: "high", text: WORDS.stopNotSent, active: true });
-  if (now.refused) alarms.push({ id: "refused", priority: "medium", text: WORDS.refused, active: true });
-  else if (!now.connected && unseen_s() > NO_PICTURE_S) alarms.push({ id: "no-connection", priority, text: WORDS.noConnection, active: true });
-  else if (unseen_s() > NO_PICTURE_S) alarms.push({ id: "no-data", priority, text: WORDS.noData(unseen_s()), active: true });
+  const driven = ["engaging", "engaged"].includes(lastTold()), urgent = driven ? "high" : "medium", late_s = unseen_s();
+  const alarms = [], raise = (id, priority, text) => alarms.push({ id, priority, text, active: true });
+  if (now.stopPressed && !now.connected) raise("stop-not-sent", "high", WORDS.stopNotSent);
+  if (now.refused) raise("refused", "medium", WORDS.refused);
+  else if (late_s > NO_PICTURE_S && !now.connected) raise("no-connection", urgent, WORDS.noConnection);
+  else if (late_s > NO_PICTURE_S) raise("no-data", urgent, WORDS.noData(late_s));
+  else if (!driven && now.state?.session.why) raise("paused", "low", WORDS.pausedBy(now.state.session.why));
   return alarms;
 }
 
@@ -43,7 +44,7 @@ export function showAlarms() {
   section.dataset.priority = top ? top.priority : "none";
   section.classList.toggle("past", Boolean(top && !top.active));
   byId("alarm-shape").setAttribute("href", `#shape-${top ? top.priority : "low"}`);
-  const text = top ? top.text : now.state?.session.why || WORDS.noAlarms;
+  const text = top ? top.text : WORDS.noAlarms;
   write(byId("alarm-text"), text);
   byId("alarm-text").classList.toggle("long", text.length > LONG);
   write(byId("alarm-button"), more > 0 ? WORDS.more(more) : WORDS.alarmList);
@@ -116,6 +117,6 @@ function item(alarm) {
   if (typeof alarm.ended_s === "number") facts.push(WORDS.lasted(alarm.ended_s - alarm.since_s));
   if (alarm.cleared_by) facts.push(WORDS.clearedBy(alarm.cleared_by));
   else if (!alarm.active) facts.push(WORDS.past);
-  return make("li", { class: `${alarm.priority} ${alarm.active ? "" : "past"}` }, shape(alarm.priority),
+  return make("li", { "data-priority": alarm.priority, class: alarm.active ? null : "past" }, shape(alarm.priority),
     make("span", { text: alarm.text }), make("span", { class: "small", text: facts.join(" · ") }));
 }

@@ -1,9 +1,9 @@
-// E, the chart over 0-8 s since contact: stacked probabilities of the candidates, and the object's temperature with its sd.
-import { byId, fit, make, remake } from "./dom.js";
+// E, the chart over 8 s since contact: stacked probabilities of the candidates, the object's temperature with its sd.
+import { byId, equal, fit } from "./dom.js";
 import { now } from "./now.js";
 import { FINGER_COUNT } from "./picture.js";
 import { colour, onTheme } from "./theme.js";
-import { material, percent, WORDS } from "./words.js";
+import { FIXED, material, percent, WORDS } from "./words.js";
 
 const LENGTH_S = 8, BANDS = ["#1F5FA8", "#F2B134", "#8FD0C0", "#8B2F5F"], INKS = ["#FFFFFF", "#000000", "#000000", "#FFFFFF"], REST = "#6D7680";
 const DECIDE_AT = 0.9, RANGE_C = [15, 45], FONT = "500 16px system-ui, sans-serif", LEFT = 30, FOOT = 20, SPLIT = 0.66;
@@ -11,6 +11,7 @@ const histories = Array.from({ length: FINGER_COUNT }, () => ({ samples: [], nam
 
 export function startChart() {
   onTheme(drawChart);
+  new ResizeObserver(drawChart).observe(byId("chart-bands"));
 }
 
 export function followChart(state) {
@@ -42,7 +43,7 @@ export function drawChart() {
   level(pen, width, high);
   warmth(pen, history, x, high + 6, height - FOOT);
   axes(pen, x, width, height, high);
-  showTable(history);
+  equal("chart-table", FIXED.chartTable, WORDS.chartTable, () => rowsOf(history));
 }
 
 function bands(pen, history, x, high) {
@@ -137,10 +138,7 @@ function axes(pen, x, width, height, high) {
   }
 }
 
-function showTable(history) {
-  const host = byId("chart-table").parentElement;
-  if (document.activeElement !== host && host.dataset.filled) return;
-  host.dataset.filled = "true";
+function rowsOf(history) {
   const rows = [];
   let next = 0;
   for (const sample of history.samples) {
@@ -148,6 +146,5 @@ function showTable(history) {
     next = Math.floor(sample.s) + 1;
     for (const [name, probability] of sample.of) rows.push([sample.s.toFixed(1), material(name), percent(probability)]);
   }
-  remake(byId("chart-table"), rows, () => [make("tr", {}, ...WORDS.chartTable.map(text => make("th", { scope: "col", text }))),
-    ...rows.map(row => make("tr", {}, ...row.map(text => make("td", { text }))))]);
+  return rows;
 }

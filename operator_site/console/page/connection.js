@@ -1,4 +1,4 @@
-// One websocket to the console: pictures with credit, state, asks with answers, a heartbeat, and back at once after waking.
+// One websocket to the console: pictures with credit, state, asks with answers, a heartbeat; back at once after waking.
 import { decode, TILE } from "./picture.js";
 import { WORDS } from "./words.js";
 

@@ -26,13 +26,32 @@ export function shape(name) {
   return svg;
 }
 
-// Replaces an element's children only when what they are made from has changed: a list keeps focus and reading place.
+// What a person chose, for the next time; where a browser forbids that, it lasts until the reload.
+export function remember(name, value) {
+  try { localStorage.setItem(`teletaction-${name}`, value); } catch { /* forbidden */ }
+}
+
+export function remembered(name) {
+  try { return localStorage.getItem(`teletaction-${name}`); } catch { return null; }
+}
+
+// Replaces children only when what they are made from has changed: a list keeps focus and reading place.
 const made = new WeakMap();
 export function remake(element, from, children) {
   const key = JSON.stringify(from);
   if (made.get(element) === key) return;
   made.set(element, key);
   element.replaceChildren(...children());
+}
+
+// The table that is equal to a canvas: filled at first, and kept up while it has the focus. A row begins with its name.
+export function equal(id, caption, heads, rowsOf) {
+  const table = byId(id), host = table.parentElement;
+  if (document.activeElement !== host && host.dataset.filled) return;
+  host.dataset.filled = "true";
+  const rows = rowsOf();
+  remake(table, [caption, rows], () => [make("caption", { text: caption }), make("tr", {}, ...heads.map(text => make("th", { scope: "col", text }))),
+    ...rows.map(([name, ...values]) => make("tr", {}, make("th", { scope: "row", text: name }), ...values.map(text => make("td", { text }))))]);
 }
 
 // A canvas as sharp as the screen; true where its size changed and all of it has to be drawn again.

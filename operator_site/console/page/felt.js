@@ -41,7 +41,7 @@ export function over(ink, confidence) {
   return ink.map((part, at) => Math.round(share * part + (1 - share) * NOT_FELT[at]));
 }
 
-// Paints tiles into a picture of 256 x 256 (far edge on top): colours, and two masks for the cells that are stippled or only dotted.
+// Paints tiles into 256 x 256 pixels, far edge on top: colours, and two masks of the cells that are stippled or dotted.
 export class Painting {
   constructor() {
     [this.colours, this.stippled, this.dotted] = [0, 1, 2].map(() => Object.assign(document.createElement("canvas"), { width: SIDE, height: SIDE }));
@@ -79,7 +79,7 @@ export class Painting {
   }
 }
 
-// For each region (tile) in which something was felt: its middle in cells, how much was felt, lowest and highest value.
+// For each tile in which something was felt: its middle in cells, how much was felt, lowest and highest value.
 export function regions(quantity, range) {
   const { values, confidence } = kept[QUANTITIES.indexOf(quantity)], found = [];
   for (let row = 0; row < SIDE / TILE; row += 1) {

@@ -1,4 +1,4 @@
-// E: what the active finger touches, how sure that is, and since when. UNKNOWN and CANNOT TELL are answers, not alarms.
+// E: what the active finger touches, how sure that is, since when. UNKNOWN and CANNOT TELL are answers, not alarms.
 import { byId, make, remake, write } from "./dom.js";
 import { age_s, GONE_S, STALE_S } from "./fingers.js";
 import { live, now } from "./now.js";
@@ -9,15 +9,16 @@ const LONG = 13;
 export function showIdentification() {
   const finger = now.state ? now.state.fingers[now.active] : null;
   const name = FINGER_NAMES[now.active] + (now.chosen === null ? ` (${WORDS.auto})` : "");
-  write(byId("told-title"), WORDS.active(name, live() && finger ? finger.contact_s ?? null : null));
-  const age = Math.min(age_s(now.active), finger && finger.age_s !== undefined && finger.age_s !== null ? age_s(now.active) : Infinity);
-  const known = finger !== null && live() && age <= GONE_S, stale = known && age > STALE_S;
-  const [head, more] = known ? decision(finger) : ["--", ""];
+  const age = age_s(now.active), known = finger !== null && live() && age <= GONE_S, stale = known && age > STALE_S;
+  const contact_s = live() && finger ? finger.contact_s ?? null : null;
+  write(byId("told-title"), stale ? WORDS.oldFinger(name, age) : WORDS.active(name, contact_s));
+  const [head, told] = known ? decision(finger) : ["--", ""];
+  const more = told || !known || !finger.limits.length ? told : WORDS.limits(finger.limits);
   write(byId("decision"), head);
   byId("decision").className = [finger && finger.decision === "DECIDING" ? "tentative" : "", stale ? "stale" : "", head.length > LONG ? "long" : ""].join(" ");
   write(byId("decision-more"), more);
   const warmth = known ? `${withSd(finger.object_c, finger.object_c_sd)} °C` : "-- °C";
-  write(byId("object"), `${WORDS.object} ${warmth}${stale ? ` · ${WORDS.old(age)}` : ""}`);
+  write(byId("object"), `${WORDS.object} ${warmth}`);
   byId("object").className = stale ? "stale" : "";
   write(byId("chart-meaning"), now.state?.meaning ?? WORDS.notCalibrated);
   showProperties(known ? finger : null);

@@ -1,7 +1,7 @@
-// Keys. STOP's come first, in the capture phase, before any button that has the focus; key repeat is ignored.
+// Keys. STOP's come first, before any button that has the focus; key repeat is ignored.
 import { hold, pause, release } from "./actions.js";
 import { quiet } from "./alarms.js";
-import { byId, make, write } from "./dom.js";
+import { byId, make, remember, remembered, write } from "./dom.js";
 import { show, showSure, widen, zoomBy } from "./map.js";
 import { begin, marked, markingKey } from "./marking.js";
 import { openNote } from "./notes.js";
@@ -12,17 +12,16 @@ import { press } from "./stop.js";
 import { otherTheme } from "./theme.js";
 import { KEYS, WORDS } from "./words.js";
 
-const KEPT = "teletaction-letters";
 let plain = true;
 
 export function startKeys({ choose, details, listed }) {
-  try { plain = localStorage.getItem(KEPT) !== "alt"; } catch { /* then letters work */ }
+  plain = remembered("letters") !== "alt";
   byId("key-list").append(...KEYS.flatMap(([keys, does]) => [make("dt", {}, make("kbd", { text: keys })), make("dd", { text: does })]));
   const lettersButton = byId("letters-button");
   write(lettersButton, WORDS.letters(plain));
   lettersButton.addEventListener("click", () => {
     plain = !plain;
-    try { localStorage.setItem(KEPT, plain ? "plain" : "alt"); } catch { /* then it lasts until the reload */ }
+    remember("letters", plain ? "plain" : "alt");
     write(lettersButton, WORDS.letters(plain));
   });
   byId("theme-button").addEventListener("click", otherTheme);

@@ -1,10 +1,11 @@
 // D, the legend: value upwards, confidence to the right, blended exactly as on the map; for materials a list.
 import { byId, fit, write } from "./dom.js";
 import { inkOf, over } from "./felt.js";
+import { word } from "./map_over.js";
 import { colour } from "./theme.js";
-import { capital, material, WORDS } from "./words.js";
+import { capital, marks, material, WORDS } from "./words.js";
 
-const ROW = 26;
+const ROW = 26, LEAST_ROW = 17, BOX = 26;
 
 export function drawLegend(quantity, legend, materials, sure, beyond) {
   const canvas = byId("legend-scale");
@@ -42,13 +43,18 @@ function field(pen, quantity, sure, width, height) {
 }
 
 function list(pen, materials, width, height) {
-  pen.font = "16px system-ui, sans-serif";
+  const short = marks(materials), row = Math.min(ROW, Math.max(LEAST_ROW, height / materials.length));
   materials.forEach((name, at) => {
-    const top = at * ROW;
-    if (top + ROW > height) return;
+    const top = at * row, foot = top + row / 2 + 6;
+    if (foot > height) return;
     pen.fillStyle = `rgb(${inkOf("material", at).join(" ")})`;
-    pen.fillRect(0, top + 2, 22, ROW - 4);
+    pen.fillRect(0, top + 1, BOX, row - 2);
+    pen.font = "600 16px system-ui, sans-serif";
+    pen.textAlign = "center";
+    word(pen, short[at], BOX / 2, foot);
+    pen.font = "16px system-ui, sans-serif";
+    pen.textAlign = "left";
     pen.fillStyle = colour.text;
-    pen.fillText(material(name), 27, top + 19, width - 28);
+    pen.fillText(material(name), BOX + 4, foot, width - BOX - 4);
   });
 }

@@ -1,11 +1,11 @@
 // D, the tactile map: what was felt, seen along the plane's normal. It moves and zooms only when a person moves it.
-import { byId, fit, make, remake, write } from "./dom.js";
+import { byId, equal, fit, make, write } from "./dom.js";
 import { codeAt, forgetFelt, keepTile, Painting, QUANTITIES, regions, SIDE } from "./felt.js";
 import { drawLegend } from "./legend.js";
-import { drawOver, drawStill } from "./map_over.js";
+import { drawOver, drawStill, word } from "./map_over.js";
 import { now } from "./now.js";
 import { onTheme } from "./theme.js";
-import { capital, WORDS } from "./words.js";
+import { capital, marks, WORDS } from "./words.js";
 
 const ZOOM = 1.5, MOST_ZOOM = 12, LOOK_MS = 250, PAINT_MS = 100, FRAME = { x_m: -0.128, y_m: -0.128, cell_m: 0.001 };
 const ENDS = [1, 2];
@@ -189,26 +189,22 @@ function through(pen, canvas, mask, place, name, step) {
   pen.drawImage(sieve, 0, 0);
 }
 
-// Materials carry the first letter of their name, so that no colour has to be told from another.
+// Materials carry a letter or two of their name, so that no colour has to be told from another.
 function letters(pen, at, scale) {
-  const names = now.state?.map?.materials ?? [], step = Math.max(8, Math.round(28 / at.scale));
+  const short = marks(now.state?.map?.materials ?? []), step = Math.max(8, Math.round(28 / at.scale));
   pen.font = `600 ${16 * scale}px system-ui, sans-serif`;
   pen.textAlign = "center";
   for (let row = step >> 1; row < SIDE; row += step) {
     for (let column = step >> 1; column < SIDE; column += step) {
-      const name = names[codeAt("material", column, row)];
-      if (!name) continue;
+      const mark = short[codeAt("material", column, row)];
+      if (!mark) continue;
       const x = at.toX(at.left_mm + column * at.side_mm / SIDE) * scale, y = at.toY(at.near_mm + row * at.side_mm / SIDE) * scale;
-      pen.lineWidth = 4 * scale;
-      pen.strokeStyle = "#10151B";
-      pen.fillStyle = "#FFFFFF";
-      pen.strokeText(name[0].toUpperCase(), x, y + 6 * scale);
-      pen.fillText(name[0].toUpperCase(), x, y + 6 * scale);
+      word(pen, mark, x, y + 6 * scale, scale);
     }
   }
 }
 
-// ---- pointing: a pointer looks, drags and turns the wheel; the keyboard moves the cursor by 1 or 5 mm
+// ---- pointing: a pointer looks, drags, turns the wheel; arrow keys move the cursor by 1 or 5 mm
 
 function point(canvas, pick) {
   let dragged = null;
@@ -268,14 +264,10 @@ export async function readOut(said, place = cursor) {
 
 // The same as a table, region by region.
 export function showMapTable() {
-  const host = byId("map-table").parentElement;
-  if (document.activeElement !== host && host.dataset.filled) return;
-  host.dataset.filled = "true";
   const here = frame(), names = now.state?.map?.materials ?? [];
   const value = number => (quantity === "material" ? names[number] ?? "--" : number.toPrecision(3));
-  const rows = regions(quantity, range()).map(found => [
+  const rows = () => regions(quantity, range()).map(found => [
     (here.x_m * 1000 + found.column * here.cell_m * 1000).toFixed(0), (here.y_m * 1000 + found.row * here.cell_m * 1000).toFixed(0),
     `${Math.round(100 * found.share)} %`, value(found.low), value(found.high)]);
-  remake(byId("map-table"), [quantity, rows], () => [make("caption", { text: `${capital(quantity)}, ${WORDS.legendUnit[quantity]}` }),
-    make("tr", {}, ...WORDS.mapTable.map(text => make("th", { scope: "col", text }))), ...rows.map(row => make("tr", {}, ...row.map(text => make("td", { text }))))]);
+  equal("map-table", `${capital(quantity)}, ${WORDS.legendUnit[quantity]}`, WORDS.mapTable, rows);
 }

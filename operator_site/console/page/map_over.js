@@ -1,5 +1,5 @@
-// D, over the map: a cross for each finger, the finding being marked, the cursor; and what stands still on the map itself:
-// the findings as numbered flags, a scale bar of 10 mm, which side of the body is where.
+// D, over the map: a cross for each finger, the finding being marked, the cursor; and what stands still on it: findings as
+// numbered flags, a scale bar of 10 mm, which side of the body is where.
 import { fit } from "./dom.js";
 import { age_s, GONE_S } from "./fingers.js";
 import { now } from "./now.js";
@@ -32,19 +32,30 @@ export function drawOver(canvas, at, finding, cursor) {
   if (finding && finding.x_mm !== null) aim(pen, at.toX(finding.x_mm), at.toY(finding.y_mm));
 }
 
-function lines(pen, x, y, long, thick, open = 0) {
+// Dark with a white edge, so that it is seen on every colour.
+function edged(pen, thick, draw) {
   for (const [ink, wide] of [[PAPER, thick + 3], [INK, thick]]) {
     pen.strokeStyle = ink;
     pen.lineWidth = wide;
     pen.beginPath();
-    for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) { pen.moveTo(x + open * dx, y + open * dy); pen.lineTo(x + long * dx, y + long * dy); }
+    draw();
     pen.stroke();
   }
 }
 
-function word(pen, text, x, y) {
+function lines(pen, x, y, long, thick, open = 0) {
+  edged(pen, thick, () => {
+    for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) { pen.moveTo(x + open * dx, y + open * dy); pen.lineTo(x + long * dx, y + long * dy); }
+  });
+}
+
+function ring(pen, x, y, radius, thick) {
+  edged(pen, thick, () => pen.arc(x, y, radius, 0, 2 * Math.PI));
+}
+
+export function word(pen, text, x, y, scale = 1) {
   pen.lineJoin = "round";
-  pen.lineWidth = 4;
+  pen.lineWidth = 4 * scale;
   pen.strokeStyle = INK;
   pen.strokeText(text, x, y);
   pen.fillStyle = PAPER;
@@ -57,9 +68,9 @@ function cross(pen, at, finger) {
   if (x < 0 || y < 0 || x > at.width || y > at.height) { outside(pen, at, x, y, finger); return; }
   const active = finger === now.active;
   lines(pen, x, y, active ? 13 : 7, active ? 4 : 2);
-  word(pen, FINGER_NAMES[finger][0], x + (active ? 15 : 12), y - 8);
-  if (!now.picture.contact(finger)) return;
-  for (const [ink, wide] of [[PAPER, 5], [INK, 2]]) { pen.strokeStyle = ink; pen.lineWidth = wide; pen.beginPath(); pen.arc(x, y, active ? 9 : 6, 0, 2 * Math.PI); pen.stroke(); }
+  // To the left: to the right stand the flags of findings.
+  word(pen, FINGER_NAMES[finger][0], x - (active ? 15 : 12), y - 8);
+  if (now.picture.contact(finger)) ring(pen, x, y, active ? 9 : 6, 2);
 }
 
 // A finger beyond the edge: its letter and an arrow where the way out leads.
@@ -90,12 +101,12 @@ function flag(pen, x, y, number) {
 
 function aim(pen, x, y) {
   lines(pen, x, y, 34, 3, 8);
-  for (const [ink, wide] of [[PAPER, 6], [INK, 3]]) { pen.strokeStyle = ink; pen.lineWidth = wide; pen.beginPath(); pen.arc(x, y, 20, 0, 2 * Math.PI); pen.stroke(); }
+  ring(pen, x, y, 20, 3);
 }
 
 function bar(pen, at) {
   const long = BAR_MM * at.scale, left = 12, y = at.height - 12;
-  for (const [ink, wide] of [[PAPER, 7], [INK, 3]]) { pen.strokeStyle = ink; pen.lineWidth = wide; pen.beginPath(); pen.moveTo(left, y); pen.lineTo(left + long, y); pen.stroke(); }
+  edged(pen, 3, () => { pen.moveTo(left, y); pen.lineTo(left + long, y); });
   word(pen, "10 mm", left + Math.max(28, long / 2), y - 9);
 }
 

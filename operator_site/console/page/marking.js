@@ -1,6 +1,6 @@
 // A finding by keyboard or touch: time and place are kept from the key press; then kind, place, save.
 import { byId, make, write } from "./dom.js";
-import { acts, now } from "./now.js";
+import { acts, live, now } from "./now.js";
 import { fingerPlace, moved } from "./map.js";
 import { FINGER_NAMES, FINGERS, KINDS, WORDS } from "./words.js";
 
@@ -25,7 +25,7 @@ export function marked() {
 }
 
 export function begin() {
-  if (!acts() || !now.picture || finding) return;
+  if (!acts() || !live() || finding) return;
   const place = fingerPlace();
   finding = { finger: FINGERS[now.active], at_s: now.picture.time_s, x_mm: place ? Math.round(place.x) : null, y_mm: place ? Math.round(place.y) : null, kind: null };
   byId("marking").hidden = false;

@@ -33,7 +33,7 @@ export function lastTold() {
   return now.state ? now.state.session.state : "disconnected";
 }
 
-// Either source is enough to arm STOP's keys: a picture tells of engaging up to 0.1 s before the state does.
+// Either source arms STOP's keys: a picture tells of engaging up to 0.1 s before the state.
 export function underWay() {
   const engaged = now.picture !== null && now.picture.state === LINK_OF.engaged;
   return acts() && (engaged || ["engaging", "engaged", "paused"].includes(lastTold()));

@@ -1,4 +1,4 @@
-// Binary messages: length, version and ranges are checked; what is wrong raises BadPicture and is counted and dropped.
+// Binary messages: length, version and ranges are checked; what is wrong raises BadPicture.
 export class BadPicture extends Error {}
 
 export const PICTURE = 1, TILE = 2, SNAPSHOT = 3;

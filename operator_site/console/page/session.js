@@ -1,4 +1,4 @@
-// The session sheet: begin under a study number, check list with the command to run, sound, findings, end, report.
+// The session sheet: study number, check list with the command to run, sound, findings, end, report.
 import { ask } from "./actions.js";
 import { byId, make, remake, write } from "./dom.js";
 import { acts, live, now, playback } from "./now.js";
@@ -77,7 +77,7 @@ function showSound() {
 
 function showChecks() {
   const lines = [...now.state.devices, ...now.state.checks];
-  const tick = text => make("span", { class: "tick", "aria-hidden": "true", text });
+  const tick = text => make("span", { "aria-hidden": "true", text });
   remake(byId("ready"), lines, () => lines.filter(line => line.ready).map(line => make("li", {}, tick("✓"), ` ${capital(line.name ?? line.what)} `, make("span", { class: "told", text: line.text || WORDS.ready }))));
   remake(byId("checks"), lines, () => lines.filter(line => !line.ready).map(line => make("li", {}, tick("✗"), make("span", { text: capital(line.name ?? line.what) }),
     make("span", { class: "missing", text: line.text }), ...(line.help ? [make("code", { text: line.help })] : []))));

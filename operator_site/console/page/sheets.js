@@ -1,4 +1,4 @@
-// The sheets: session, alarms, help. One at a time, over the map alone, never a dialog that has to be answered.
+// The sheets: session, alarms, help. One at a time, over the map, never a dialog that has to be answered.
 import { byId } from "./dom.js";
 
 const BUTTONS = { "sheet-session": "session-button", "sheet-alarms": "alarm-button", "sheet-help": "help-button" };
@@ -14,7 +14,7 @@ export function toggle(sheet, opened = () => {}) {
   if (!byId(sheet).hidden) { close(sheet); return; }
   open(sheet);
   opened(sheet);
-  const first = byId(sheet).querySelector("input:not(:disabled), button:not(:disabled)");
+  const first = byId(sheet).querySelector(".body[tabindex], input:not(:disabled), button:not(:disabled)");
   if (first) first.focus();
 }
 

@@ -1,4 +1,4 @@
-// STOP: acts on press, is sent again until answered, and shows what each device answered; never the page's own wish.
+// STOP: acts on press, is sent again until answered, and shows what each device answered, never its own wish.
 import { byId, make, remake, write } from "./dom.js";
 import { now, underWay } from "./now.js";
 import { capital, DEVICE_LABELS, WORDS } from "./words.js";

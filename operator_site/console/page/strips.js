@@ -1,6 +1,6 @@
-// F, the last 10 s: four strips of min/max bars. The canvas copies itself to the left and draws one new column a bin;
-// all of it is drawn only when the finger, the size or the theme has changed. Scales are fixed.
-import { byId, fit, make, remake } from "./dom.js";
+// F, the last 10 s: four strips of min/max bars on fixed scales. The canvas copies itself to the left and draws one new
+// column a bin; all of it is drawn only when the finger, the size or the theme has changed.
+import { byId, equal, fit, make } from "./dom.js";
 import { now } from "./now.js";
 import { BIN_FLOATS, FINGER_COUNT, LONGEST_BINS, SIGNAL_COUNT, SIGNALS, SNAPSHOT } from "./picture.js";
 import { colour, onTheme } from "./theme.js";
@@ -127,13 +127,8 @@ function hatch(pen, left, wide, top, high, bin) {
 
 // The same as numbers: smallest and largest of the 10 s, for each finger.
 export function showStripTable() {
-  const host = byId("strip-table").parentElement;
-  if (document.activeElement !== host && host.dataset.filled) return;
-  host.dataset.filled = "true";
-  const rows = FINGER_NAMES.map((name, finger) => [name, ...Object.keys(SIGNALS).map(signal => range(finger, signal))]);
-  remake(byId("strip-table"), rows, () => [
-    make("caption", { text: WORDS.lastTable }), make("tr", {}, ...WORDS.stripTable.map(text => make("th", { scope: "col", text }))),
-    ...rows.map(row => make("tr", {}, make("th", { scope: "row", text: row[0] }), ...row.slice(1).map(text => make("td", { text }))))]);
+  const rows = () => FINGER_NAMES.map((name, finger) => [name, ...Object.keys(SIGNALS).map(signal => range(finger, signal))]);
+  equal("strip-table", WORDS.lastTable, WORDS.stripTable, rows);
 }
 
 function range(finger, signal) {

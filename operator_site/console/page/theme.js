@@ -1,9 +1,8 @@
 // Light or dark, as the system says until a person chose; colours for the canvases.
-import { byId, write } from "./dom.js";
+import { byId, remember, remembered, write } from "./dom.js";
 import { WORDS } from "./words.js";
 
-const KEPT = "teletaction-theme";
-const NAMES = ["ground", "panel", "text", "muted", "line", "faint", "mark", "high"];
+const NAMES = ["ground", "panel", "text", "muted", "line", "faint", "mark"];
 export const colour = {};
 const watching = [];
 
@@ -20,8 +19,7 @@ function apply(theme) {
 }
 
 export function startTheme() {
-  let kept = null;
-  try { kept = localStorage.getItem(KEPT); } catch { /* a browser may forbid it */ }
+  const kept = remembered("theme");
   const light = window.matchMedia("(prefers-color-scheme: light)");
   const chosen = kept === "light" || kept === "dark" ? kept : null;
   light.addEventListener("change", () => { if (!chosen) apply(light.matches ? "light" : "dark"); });
@@ -30,6 +28,6 @@ export function startTheme() {
 
 export function otherTheme() {
   const theme = document.documentElement.dataset.theme === "dark" ? "light" : "dark";
-  try { localStorage.setItem(KEPT, theme); } catch { /* then it lasts until the reload */ }
+  remember("theme", theme);
   apply(theme);
 }

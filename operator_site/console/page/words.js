@@ -9,10 +9,10 @@ export const SIDES = ["", "head", "feet", "left", "right"];
 
 export const STATES = {
   unknown: "NOT LIVE", disconnected: "DISCONNECTED", connected: "CONNECTED", engaging: "ENGAGING", engaged: "ENGAGED",
-  paused: "PAUSED", fault: "FAULT", stopped: "STOPPED", stopping: "STOPPING", playback: "RECORDING", observer: "OBSERVER",
+  paused: "PAUSED", fault: "FAULT", stopped: "STOPPED", stopping: "STOPPING", playback: "RECORDING",
 };
 
-// The words that stand in the page from its start: an element's text by data-word, its name by data-name.
+// Those of index.html.
 export const FIXED = {
   console: "Console", stop: "STOP", help: "Help", alarms: "Alarms", stopAnswers: "What the devices answered to STOP", actions: "Actions",
   finding: "Finding", note: "Note", map: "Tactile map", quantities: "Quantity on the map", mapTable: "The map as a table",
@@ -30,7 +30,7 @@ export const FIXED = {
 
 export const WORDS = {
   spaceKey: "Space", escapeKey: "Esc", stopKeyOff: "press here",
-  noAlarms: "No alarms", more: count => `+${count} (A)`, alarmList: "List (A)",
+  noAlarms: "No alarms", pausedBy: why => `PAUSED. ${why}.`, more: count => `+${count} (A)`, alarmList: "List (A)",
   engage: "Engage", confirmEngage: "Confirm engage", resume: "Resume", confirmResume: "Confirm resume", pause: "Pause",
   clear: "Clear fault", confirmClear: "Confirm clear", startSession: "Start session", hold: "hold 1 s",
   stopping: "STOPPING. Waiting for the devices.", stopNotSent: "STOP NOT SENT. Use the hardware switch.",
@@ -48,6 +48,7 @@ export const WORDS = {
   soundAsk: "Did you hear it?", soundHeard: "Alarm sound was heard.", soundRefused: "Alarms make no sound here.", soundNeeded: "Engaging needs this answer once.",
   soundBlocked: "No sound before you press something.",
   recording: "● REC", notRecording: "not recording", recorded: title => title || "",
+  oldFinger: (name, seconds) => `${name}, ${seconds.toFixed(1)} s old`,
   active: (name, seconds) => (seconds === null ? name : `${name}, ${seconds.toFixed(1)} s since contact`), auto: "auto",
   noContact: "NO CONTACT", notCalibrated: "Probabilities: not calibrated", object: "object",
   stiffness: "stiffness", roughness: "roughness", groove: "groove period", rest: "rest", none: "none of these",
@@ -56,7 +57,7 @@ export const WORDS = {
   nothingFelt: "Nothing felt here.", pointAtMap: "Point at the map, or Tab to it: arrows.",
   placeOf: (x, y) => `x ${x.toFixed(0)} y ${y.toFixed(0)} mm`, mapName: quantity => `Map of ${quantity}; a table follows`,
   findingAt: (finger, x, y) => (x === null ? `Finding at ${finger}, no place` : `Finding at ${finger}, x ${x.toFixed(0)} y ${y.toFixed(0)} mm`),
-  noFindings: "No findings yet.", notSaved: "not yet on disk", noteSaving: "Saving…", limit: "LIMIT", old: seconds => `${seconds.toFixed(1)} s`,
+  noFindings: "No findings yet.", notSaved: "not yet on disk", noteSaving: "Saving…", limit: "LIMIT", limits: names => `limit: ${names.join(", ")}`, old: seconds => `${seconds.toFixed(1)} s`,
   rows: { force_n: "force N", plate_c: "plate °C", motor_hz: "vibration Hz", mode: "mode", remarks: "limit, age" },
   strips: [["force", "N"], ["contact", "N"], ["motor", "Hz"], ["plate", "°C"]],
   lastTable: "Smallest and largest of the last 10 s",
@@ -101,6 +102,12 @@ export function percent(probability) {
 
 export function material(name) {
   return name.replaceAll("_", " ").replace(/^(pvc|ptfe|abs|pu)\b/, short => short.toUpperCase());
+}
+
+// What stands for each material on the map: its first letter, or two where another begins with the same.
+export function marks(names) {
+  const first = names.map(name => name.slice(0, 1));
+  return names.map((name, at) => capital(first.indexOf(first[at]) === first.lastIndexOf(first[at]) ? first[at] : name.slice(0, 2)));
 }
 
 export function delay(link) {

@@ -151,6 +151,16 @@ def test_limits_are_named_for_three_seconds_on_the_fingers_in_use(console: Conso
     assert shown(console, 104.9)["fingers"][0]["limits"] == []
 
 
+def test_a_limit_that_holds_nothing_back_is_not_shown(console: Console) -> None:
+    def limited(limit: Limit) -> tuple[bool, ...]:
+        console.take("operator/rendered", 102 * S, rendered(limited=int(limit)))
+        return Picture.decode(console.picture(102.0, 1, None)).flags.limited
+
+    assert limited(Limit.STIFFNESS) == (False, True, False, False, False), "only the index finger touches a wall"
+    assert limited(Limit.STIFFNESS | Limit.RELEASED) == (False,) * 5
+    assert limited(Limit.FORCE_RANGE) == (False, True, True, False, False)
+
+
 def test_another_examination_has_a_map_of_its_own(console: Console) -> None:
     before = shown(console, 102.0)["map"]["number"]
     felt = console.felt
