@@ -25,6 +25,7 @@ log = logging.getLogger(__name__)
 
 CLEARING_S = 2.0
 """Who clears a fault clears its alarm too, as soon as both sites say that the fault is gone."""
+WRITING_REPORT = "The report is being written."
 STOP_NOT_SENT = "STOP NOT SENT. Use the hardware switch."
 _OBSERVERS_MAY = frozenset(("place",))
 _WITHOUT_CONTROL = frozenset(("place", "estop", "take_control"))
@@ -190,19 +191,19 @@ class Acts:
         placeless = sum(finding.x_m is None for finding in book.findings.values())
         if placeless:
             text += f" Report has {words.count(placeless, 'finding')} without a place."
-        self.saved = {"text": text, "report": None}
-        writing = asyncio.create_task(self._write_report(self.saved, pseudonym))
+        self.saved = {"text": f"{text} {WRITING_REPORT}", "report": None}
+        writing = asyncio.create_task(self._write_report(self.saved, text, pseudonym))
         self._writing.add(writing)
         writing.add_done_callback(self._writing.discard)
         return Answer(True, text)
 
-    async def _write_report(self, saved: dict[str, Any], pseudonym: str) -> None:
+    async def _write_report(self, saved: dict[str, Any], text: str, pseudonym: str) -> None:
         """The report's address appears in what came of the examination when it is written."""
         try:
-            saved["report"] = await self.reporting.write(pseudonym)
+            saved.update(report=await self.reporting.write(pseudonym), text=text)
         except OSError as error:
             log.warning("report of %s: %s", pseudonym, error)
-            saved["text"] += f" No report: {error}."
+            saved["text"] = f"{text} No report: {error}."
 
     async def _find(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         finding = self._console.book.find(self._console.felt, details, now_s)

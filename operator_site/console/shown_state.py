@@ -155,12 +155,14 @@ def finger_state(console: Console, finger: int, now_s: float) -> dict[str, Any]:
 
 def _device(console: Console, name: str, operator: str) -> dict[str, Any]:
     site = console.site
+    if site.ready and name not in site.ready:
+        return {"name": name, "ready": True, "text": "not used", "help": ""}
     ready = site.ready.get(name, False)
-    text = "" if ready else words.short(words.device_absent(name) + f" {site.whys.get(name) or 'Not configured'}.")
+    why = f" {site.whys[name]}." if name in site.whys else ""
     return {
         "name": name,
         "ready": ready,
-        "text": text,
+        "text": "" if ready else words.short(words.device_absent(name) + why),
         "help": "" if ready else f"teletaction doctor --config {operator}",
     }
 
@@ -184,7 +186,7 @@ def checks(console: Console, now_s: float, operator: str) -> list[dict[str, Any]
         ),
         _check("link", measured or connected, "No data from the remote site.", doctor),
         _check("disk", around.disk_used < 0.9, f"{around.disk_used * 100:.0f} % used.", "df -h"),
-        _check("sound", bool(around.sound), "Not heard yet.", "Press Q, answer: did you hear it?"),
+        _check("sound", bool(around.sound), "Not heard yet.", "Play alarm sound, then answer."),
     ]
 
 

@@ -9,7 +9,7 @@ from tests.session.page import PATIENCE_S
 from tests.session.truth import written
 
 NEUTRAL = "body:is([data-shown=connected], [data-shown=paused])"
-FORCE = """() => [...document.querySelectorAll('#finger-table td.force_n')].some(cell => parseFloat(cell.textContent) > 0.2)"""
+FORCE = """() => [...document.querySelectorAll('td.force_n')].some(cell => parseFloat(cell.textContent) > 0.2)"""
 
 
 def opened(browser: Any, address: str, path: str = "/", theme: str = "dark") -> Any:

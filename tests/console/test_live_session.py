@@ -13,11 +13,11 @@ from typing import Any
 
 import pytest
 
+from operator_site.console.reporting import LONGEST_S
 from tests.console.live import FORCE, at_devices, begin, clear, end, engage, opened
 from tests.console.test_every_state import LOOK, axe_findings
 from tests.console.test_page import HOSTILE, LONGEST
 from tests.session.live_console import Session, running
-from tests.session.page import PATIENCE_S
 from tests.session.truth import written
 
 pytestmark = [pytest.mark.console, pytest.mark.timeout(300)]
@@ -76,7 +76,7 @@ def test_a_whole_session_from_its_beginning_to_its_report(page: Any, picture_of:
     page.wait_for_selector("#findings li", state="attached")
     page.click("#end-button")
     page.click("#end-button:has-text('End session P-0417? 1 finding.')")
-    page.wait_for_selector("#report-link:visible")
+    page.wait_for_selector("#report-link:visible", timeout=LONGEST_S * 1000)
     picture_of(page, "live ended")
     with page.context.expect_page() as opening:
         page.click("#report-link")

@@ -178,6 +178,7 @@ def test_devices_are_told_as_people_name_them(console: Console) -> None:
     assert devices["middle"]["ready"]
     assert not devices["index"]["ready"]
     assert devices["index"]["help"] == "teletaction doctor --config operator.toml"
+    assert devices["thumb"] == {"name": "thumb", "ready": True, "text": "not used", "help": ""}
     assert state["engage"]["refusal"] == "Cannot engage: Index module absent."
     assert state["alarms"][0]["text"] == "Index module lost. Index feels nothing."
     assert math.isfinite(state["alarms"][0]["since_s"])
