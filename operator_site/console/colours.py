@@ -99,13 +99,13 @@ def javascript() -> str:
         "// Colours of the tactile map, made by `python -m operator_site.console.colours` out of that module.\n"
         "// vik, batlow, bilbao: copyright 2020 Fabio Crameri, MIT licence, see colours-licence.txt.\n"
         "const bytes = text => Uint8Array.from(atob(text), letter => letter.charCodeAt(0));\n\n"
-        "/** Red, green and blue of 256 colours from the low to the high end of each quantity's scale. */\n"
+        "/** 256 colours of each scale from low to high: red, green, blue. */\n"
         f"export const TABLES = {{\n{tables}}};\n"
-        "/** Red, green and blue of each of the first four materials, and of all others. */\n"
+        "/** Of the first four materials, and of all others. */\n"
         f'export const MATERIALS = bytes("{_base64("".join([*MATERIALS, OTHER_MATERIAL]))}");\n'
-        "/** Of what has not been felt. */\n"
+        "/** Of what was not felt. */\n"
         f'export const NOT_FELT = bytes("{_base64(NOT_FELT)}");\n'
-        "/** Opacity of a cell over that ground by its confidence, 0..3. */\n"
+        "/** Opacity over that by confidence, 0..3. */\n"
         f"export const OPACITY = {json.dumps(OPACITY)};\n"
     )
 

@@ -9,6 +9,7 @@ from common.told import Told
 
 LONGEST_ALARM = 60
 _PLATE_OVER = re.compile(r"(\w+): plate at ([\d.]+) C, above")
+_ABBREVIATED = frozenset(("abs", "ptfe", "pu", "pvc"))
 _SURE = 0.995
 """From here a probability is said to be above 99 %."""
 OBSERVER = "OBSERVER. Control is at {who}."
@@ -52,8 +53,7 @@ def percent(probability: float) -> str:
 
 def named(material: str) -> str:
     """A material's name for people."""
-    plain = material.replace("_", " ")
-    return plain.upper() if len(plain) <= 3 else plain
+    return " ".join(word.upper() if word in _ABBREVIATED else word for word in material.split("_"))
 
 
 def fault(text: str) -> str:

@@ -236,7 +236,7 @@ class Stage:
                 | {"x_mm": None, "y_mm": None}
                 | details
             )
-            return {"text": f"Finding {number} saved: {kind}, 36.4 ± 0.2 °C."}
+            return {"text": f"Finding {number} saved: {kind}, 36.4 ± 0.2 °C.", "details": {"id": number, "saved": True}}
         elif verb == "note":
             found = next(found for found in self.scenario.state["findings"] if found["id"] == details["finding"])
             found["note"] = details["text"]

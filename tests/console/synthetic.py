@@ -11,7 +11,7 @@ DEVICES = (*FINGERS, "exoskeleton", "remote hand")
 SPAN_S = 0.033
 LINK_STATES = {"disconnected": 0, "connected": 1, "engaging": 1, "engaged": 2, "paused": 1, "fault": 3, "stopped": 3}
 PRIORITIES = {"low": 1, "medium": 2, "high": 3}
-MATERIALS = ["skin_dermis", "pvc", "rubber", "aluminium", "fat", "acrylic"]
+MATERIALS = ["skin dermis", "PVC", "rubber", "aluminium", "fat", "acrylic"]
 RANGES = {"temperature": [-10.0, 60.0], "roughness": [0.001, 10.0], "stiffness": [50.0, 20000.0], "material": [0, 5]}
 QUANTITIES = tuple(RANGES)
 
@@ -117,7 +117,7 @@ def finger_state(name: str, **changed: Any) -> dict[str, Any]:
 
 IDENTIFIED = {
     "contact_s": 2.4, "decision": "IDENTIFIED", "line": "PVC 91 %",
-    "candidates": [["pvc", 0.91], ["acrylic", 0.05], ["rubber", 0.03]], "object_c": 24.1, "object_c_sd": 0.3,
+    "candidates": [["PVC", 0.91], ["acrylic", 0.05], ["rubber", 0.03]], "object_c": 24.1, "object_c_sd": 0.3,
     "stiffness_n_m": 412.0, "stiffness_sd_n_m": 38.0, "stiffness_known": True, "roughness_v": 0.231,
     "roughness_sd_v": 0.018, "groove_mm": 1.02, "groove_sd_mm": 0.04,
 }  # fmt: skip
@@ -274,7 +274,7 @@ def ambiguous() -> Scenario:
     scenario.state["fingers"][1] |= {
         "decision": "AMBIGUOUS",
         "line": "AMBIGUOUS: PVC or acrylic",
-        "candidates": [["pvc", 0.48], ["acrylic", 0.46], ["rubber", 0.03]],
+        "candidates": [["PVC", 0.48], ["acrylic", 0.46], ["rubber", 0.03]],
         "object_c_sd": None,
     }
     return scenario
@@ -287,7 +287,7 @@ def unknown() -> Scenario:
     scenario.state["fingers"][1] |= {
         "decision": "UNKNOWN",
         "line": "UNKNOWN: matches nothing calibrated",
-        "candidates": [["pvc", 0.2], ["acrylic", 0.1]],
+        "candidates": [["PVC", 0.2], ["acrylic", 0.1]],
     }
     return scenario.alarm(
         "plate-index",

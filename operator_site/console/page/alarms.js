@@ -57,7 +57,6 @@ function quietable(alarm) {
   return alarm.active && alarm.silenceable !== false && !alarm.id.startsWith("stop");
 }
 
-// Quieted here, or on another page.
 function quietLeft_s(alarm) {
   const there_s = now.picture ? (alarm.quiet_until_s ?? 0) - now.picture.time_s : 0;
   return Math.max(0, there_s, ((quietUntil_ms.get(alarm.id) ?? 0) - performance.now()) / 1000);

@@ -3,7 +3,7 @@ import { byId, equal, fit } from "./dom.js";
 import { now } from "./now.js";
 import { FINGER_COUNT } from "./picture.js";
 import { colour, onTheme } from "./theme.js";
-import { FIXED, material, percent, WORDS } from "./words.js";
+import { FIXED, percent, WORDS } from "./words.js";
 
 const LENGTH_S = 8, BANDS = ["#1F5FA8", "#F2B134", "#8FD0C0", "#8B2F5F"], INKS = ["#FFFFFF", "#000000", "#000000", "#FFFFFF"], REST = "#6D7680";
 const DECIDE_AT = 0.9, RANGE_C = [15, 45], FONT = "500 16px system-ui, sans-serif", LEFT = 30, FOOT = 20, SPLIT = 0.66;
@@ -82,7 +82,7 @@ function label(pen, order, names, last, x, high) {
   };
   for (const name of order) {
     const tall = (last.of.get(name) ?? 0) * high, at = names.indexOf(name);
-    write(material(name), INKS[at], foot - tall, foot);
+    write(name, INKS[at], foot - tall, foot);
     foot -= tall;
   }
   if (!last.unknown) write(WORDS.rest, "#FFFFFF", 0, foot);
@@ -144,7 +144,7 @@ function rowsOf(history) {
   for (const sample of history.samples) {
     if (sample.s < next && sample !== history.samples.at(-1)) continue;
     next = Math.floor(sample.s) + 1;
-    for (const [name, probability] of sample.of) rows.push([sample.s.toFixed(1), material(name), percent(probability)]);
+    for (const [name, probability] of sample.of) rows.push([sample.s.toFixed(1), name, percent(probability)]);
   }
   return rows;
 }

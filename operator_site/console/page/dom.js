@@ -26,7 +26,7 @@ export function shape(name) {
   return svg;
 }
 
-// What a person chose, for the next time; where a browser forbids that, it lasts until the reload.
+// What a person chose; where a browser forbids keeping it, it lasts until the reload.
 export function remember(name, value) {
   try { localStorage.setItem(`teletaction-${name}`, value); } catch { /* forbidden */ }
 }
@@ -44,7 +44,7 @@ export function remake(element, from, children) {
   element.replaceChildren(...children());
 }
 
-// The table that is equal to a canvas: filled at first, and kept up while it has the focus. A row begins with its name.
+// The table equal to a canvas: filled at first, kept up while it has the focus. A row begins with its name.
 export function equal(id, caption, heads, rowsOf) {
   const table = byId(id), host = table.parentElement;
   if (document.activeElement !== host && host.dataset.filled) return;

@@ -41,7 +41,7 @@ export function over(ink, confidence) {
   return ink.map((part, at) => Math.round(share * part + (1 - share) * NOT_FELT[at]));
 }
 
-// Paints tiles into 256 x 256 pixels, far edge on top: colours, and two masks of the cells that are stippled or dotted.
+// Paints tiles into 256 x 256 pixels, far edge on top: colours, and masks of what is stippled or dotted.
 export class Painting {
   constructor() {
     [this.colours, this.stippled, this.dotted] = [0, 1, 2].map(() => Object.assign(document.createElement("canvas"), { width: SIDE, height: SIDE }));

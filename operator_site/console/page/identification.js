@@ -2,7 +2,7 @@
 import { byId, make, remake, write } from "./dom.js";
 import { age_s, GONE_S, STALE_S } from "./fingers.js";
 import { live, now } from "./now.js";
-import { FINGER_NAMES, material, percent, withSd, WORDS } from "./words.js";
+import { FINGER_NAMES, percent, withSd, WORDS } from "./words.js";
 
 const LONG = 13;
 
@@ -10,12 +10,11 @@ export function showIdentification() {
   const finger = now.state ? now.state.fingers[now.active] : null;
   const name = FINGER_NAMES[now.active] + (now.chosen === null ? ` (${WORDS.auto})` : "");
   const age = age_s(now.active), known = finger !== null && live() && age <= GONE_S, stale = known && age > STALE_S;
-  const contact_s = live() && finger ? finger.contact_s ?? null : null;
-  write(byId("told-title"), stale ? WORDS.oldFinger(name, age) : WORDS.active(name, contact_s));
+  write(byId("told-title"), stale ? WORDS.oldFinger(name, age) : WORDS.active(name, known ? finger.contact_s : null));
   const [head, told] = known ? decision(finger) : ["--", ""];
   const more = told || !known || !finger.limits.length ? told : WORDS.limits(finger.limits);
   write(byId("decision"), head);
-  byId("decision").className = [finger && finger.decision === "DECIDING" ? "tentative" : "", stale ? "stale" : "", head.length > LONG ? "long" : ""].join(" ");
+  byId("decision").className = [finger?.decision === "DECIDING" ? "tentative" : "", stale ? "stale" : "", head.length > LONG ? "long" : ""].join(" ");
   write(byId("decision-more"), more);
   const warmth = known ? `${withSd(finger.object_c, finger.object_c_sd)} °C` : "-- °C";
   write(byId("object"), `${WORDS.object} ${warmth}`);
@@ -27,7 +26,7 @@ export function showIdentification() {
 // The word that is read first, and the rest of what was told.
 export function decision(finger) {
   const best = finger.candidates.length ? finger.candidates[0] : null;
-  const bestText = best ? `${material(best[0])} ${percent(best[1])}` : "";
+  const bestText = best ? `${best[0]} ${percent(best[1])}` : "";
   if (finger.decision === "IDENTIFIED") return [bestText || finger.line, ""];
   if (finger.decision === "DECIDING") return ["DECIDING", bestText];
   if (finger.decision === "NO CONTACT") return [WORDS.noContact, ""];

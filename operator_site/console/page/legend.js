@@ -3,7 +3,7 @@ import { byId, fit, write } from "./dom.js";
 import { inkOf, over } from "./felt.js";
 import { word } from "./map_over.js";
 import { colour } from "./theme.js";
-import { capital, marks, material, WORDS } from "./words.js";
+import { capital, marks, WORDS } from "./words.js";
 
 const ROW = 26, LEAST_ROW = 17, BOX = 26;
 
@@ -22,7 +22,7 @@ export function drawLegend(quantity, legend, materials, sure, beyond) {
   write(byId("legend-foot"), WORDS.confidenceFoot);
   if (listed && !sure) list(pen, materials, width, height);
   else field(pen, quantity, sure, width, height);
-  const name = listed ? materials.map(material).join(", ") : `${capital(quantity)}, ${digits(legend[0])} … ${digits(legend[1])} ${WORDS.legendUnit[quantity]}`;
+  const name = listed ? materials.join(", ") : `${capital(quantity)}, ${digits(legend[0])} … ${digits(legend[1])} ${WORDS.legendUnit[quantity]}`;
   if (canvas.getAttribute("aria-label") !== name) canvas.setAttribute("aria-label", name);
 }
 
@@ -55,6 +55,6 @@ function list(pen, materials, width, height) {
     pen.font = "16px system-ui, sans-serif";
     pen.textAlign = "left";
     pen.fillStyle = colour.text;
-    pen.fillText(material(name), BOX + 4, foot, width - BOX - 4);
+    pen.fillText(name, BOX + 4, foot, width - BOX - 4);
   });
 }

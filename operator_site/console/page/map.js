@@ -1,6 +1,6 @@
 // D, the tactile map: what was felt, seen along the plane's normal. It moves and zooms only when a person moves it.
 import { byId, equal, fit, make, write } from "./dom.js";
-import { codeAt, forgetFelt, keepTile, Painting, QUANTITIES, regions, SIDE } from "./felt.js";
+import { codeAt, forgetFelt, keepTile, NOT, Painting, QUANTITIES, regions, SIDE } from "./felt.js";
 import { drawLegend } from "./legend.js";
 import { drawOver, drawStill, word } from "./map_over.js";
 import { now } from "./now.js";
@@ -8,11 +8,11 @@ import { onTheme } from "./theme.js";
 import { capital, marks, WORDS } from "./words.js";
 
 const ZOOM = 1.5, MOST_ZOOM = 12, LOOK_MS = 250, PAINT_MS = 100, FRAME = { x_m: -0.128, y_m: -0.128, cell_m: 0.001 };
-const ENDS = [1, 2];
-const WIDER = 2;
+const ENDS = [1, 2], WIDER = 2;
+const NEAR_TIMES = 2, NEAR_TILES = [2, 3, 4, 5]; // the middle 128 mm
 const painting = new Painting();
 let connection = null, quantity = "temperature", sure = false, zoom = null, middle = null, frameKey = "", legendKey = "", stillKey = "", dirty = true, paintedAt_ms = 0, wider = 0;
-let cursor = null, looked = "", lookedAt_ms = 0, looking = false;
+let far = false, cursor = null, looked = "", lookedAt_ms = 0, looking = false;
 
 export function startMap(link, pick) {
   connection = link;
@@ -82,6 +82,7 @@ function repaint() {
 
 export function takeTile(tile) {
   keepTile(tile);
+  if (!far && !(NEAR_TILES.includes(tile.column) && NEAR_TILES.includes(tile.row)) && tile.values.some(code => code !== NOT)) far = dirty = true;
   if (QUANTITIES[tile.quantity] !== quantity) return;
   painting.tile(quantity, tile.column, tile.row, range(), legend(), sure);
   dirty = true;
@@ -90,7 +91,7 @@ export function takeTile(tile) {
 export function followMap(state) {
   // Another frame, or a map that began anew: nothing of the old one holds.
   const key = JSON.stringify(state.map ? [state.map.frame, state.map.number] : null);
-  if (frameKey && key !== frameKey) { forgetFelt(); repaint(); }
+  if (frameKey && key !== frameKey) { forgetFelt(); far = false; repaint(); }
   frameKey = key;
   if (JSON.stringify(legend()) !== legendKey) repaint();
   const still = JSON.stringify([state.findings, state.map?.sides]);
@@ -103,8 +104,8 @@ export function followMap(state) {
 function view(canvas) {
   const here = frame(), side_mm = SIDE * here.cell_m * 1000, centre = middle ?? { x: here.x_m * 1000 + side_mm / 2, y: here.y_m * 1000 + side_mm / 2 };
   const [short, long] = [canvas.clientWidth, canvas.clientHeight].sort((a, b) => a - b);
-  // Until a person zooms, the longer side shows the whole frame.
-  const times = zoom ?? Math.min(1.7, long / short), scale = times * short / side_mm;
+  // Until a person zooms: the middle, or the whole frame once something was felt beyond it.
+  const times = zoom ?? (far ? Math.min(1.7, long / short) : NEAR_TIMES), scale = times * short / side_mm;
   return {
     times, scale, width: canvas.clientWidth, height: canvas.clientHeight, side_mm, left_mm: here.x_m * 1000, near_mm: here.y_m * 1000,
     toX: x_mm => canvas.clientWidth / 2 + (x_mm - centre.x) * scale, toY: y_mm => canvas.clientHeight / 2 - (y_mm - centre.y) * scale,
@@ -243,7 +244,6 @@ function point(canvas, pick) {
 
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
-// What an arrow key moves, mm; null for another key.
 export function moved(event) {
   const arrow = ARROWS[event.key], far = event.shiftKey ? 5 : 1;
   return arrow ? { x: far * arrow[0], y: far * arrow[1] } : null;
@@ -262,7 +262,6 @@ export async function readOut(said, place = cursor) {
   write(byId("read-out"), `${WORDS.placeOf(place.x, place.y)}: ${text}`);
 }
 
-// The same as a table, region by region.
 export function showMapTable() {
   const here = frame(), names = now.state?.map?.materials ?? [];
   const value = number => (quantity === "material" ? names[number] ?? "--" : number.toPrecision(3));

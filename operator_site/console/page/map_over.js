@@ -68,7 +68,7 @@ function cross(pen, at, finger) {
   if (x < 0 || y < 0 || x > at.width || y > at.height) { outside(pen, at, x, y, finger); return; }
   const active = finger === now.active;
   lines(pen, x, y, active ? 13 : 7, active ? 4 : 2);
-  // To the left: to the right stand the flags of findings.
+  // To the left: to the right stand findings.
   word(pen, FINGER_NAMES[finger][0], x - (active ? 15 : 12), y - 8);
   if (now.picture.contact(finger)) ring(pen, x, y, active ? 9 : 6, 2);
 }

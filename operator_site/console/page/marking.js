@@ -2,6 +2,7 @@
 import { byId, make, write } from "./dom.js";
 import { acts, live, now } from "./now.js";
 import { fingerPlace, moved } from "./map.js";
+import { expect } from "./notes.js";
 import { FINGER_NAMES, FINGERS, KINDS, WORDS } from "./words.js";
 
 let connection = null, say = null, finding = null, saving = false;
@@ -60,7 +61,9 @@ export async function save() {
   const answer = await connection.ask("finding", details);
   saving = false;
   say(answer.text);
-  if (answer.ok) discard();
+  if (!answer.ok) return;
+  expect(answer.details.id, finding.kind ?? "");
+  discard();
 }
 
 // The keys that mean something else while a finding is marked; true where one was used.

@@ -3,7 +3,7 @@ import { byId, make, remake, write } from "./dom.js";
 import { acts, now } from "./now.js";
 import { WORDS } from "./words.js";
 
-let connection = null, say = null;
+let connection = null, say = null, expected = null;
 
 export function startNotes(link, speak) {
   connection = link;
@@ -13,13 +13,22 @@ export function startNotes(link, speak) {
   byId("noting").addEventListener("submit", event => { event.preventDefault(); save(); });
 }
 
+// A finding that was just saved can be noted before the state tells of it.
+export const expect = (id, text) => { expected = [id, text]; };
+
+function choices() {
+  const told = now.state.findings.map(found => [found.id, found.text]);
+  if (!expected || told.some(([id]) => id === expected[0])) expected = null;
+  return expected ? [...told, expected] : told;
+}
+
 export function openNote() {
-  const findings = now.state ? now.state.findings : [];
   if (!acts()) return;
-  if (findings.length === 0) { say(WORDS.noFindings); return; }
+  const last = choices().at(-1);
+  if (!last) { say(WORDS.noFindings); return; }
   byId("noting").hidden = false;
   showNotes();
-  byId("note-finding").value = String(findings.at(-1).id);
+  byId("note-finding").value = String(last[0]);
   byId("note-text").focus();
 }
 
@@ -30,10 +39,9 @@ function closeNote() {
 
 export function showNotes() {
   if (byId("noting").hidden || !now.state) return;
-  const choices = now.state.findings.map(found => [found.id, found.text]);
-  const chosen = byId("note-finding").value;
-  remake(byId("note-finding"), choices, () => choices.map(([id, text]) => make("option", { value: id, text: `${id}: ${text}`.slice(0, 60) })));
-  if (chosen && choices.some(([id]) => String(id) === chosen)) byId("note-finding").value = chosen;
+  const offered = choices(), chosen = byId("note-finding").value;
+  remake(byId("note-finding"), offered, () => offered.map(([id, text]) => make("option", { value: id, text: `${id}: ${text}`.slice(0, 60) })));
+  if (chosen && offered.some(([id]) => String(id) === chosen)) byId("note-finding").value = chosen;
 }
 
 async function save() {

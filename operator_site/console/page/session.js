@@ -21,13 +21,13 @@ export function startSession() {
 
 async function begin() {
   const answer = await ask("begin", { pseudonym: byId("begin-pseudonym").value.trim(), sides: { top: byId("begin-top").value, right: byId("begin-right").value } });
-  write(byId("begin-said"), answer.text);
+  write(byId("begin-said"), answer.ok ? "" : answer.text);
   if (!answer.ok) { byId("begin-pseudonym").focus(); return; }
+  byId("begin-form").reset();
   close("sheet-session");
   byId("act-button").focus();
 }
 
-// Two presses within 5 s.
 async function end() {
   if (!ending) {
     ending = setTimeout(() => { ending = null; showSession(); }, CONFIRM_MS);
@@ -37,14 +37,14 @@ async function end() {
   clearTimeout(ending);
   ending = null;
   const answer = await ask("end");
-  write(byId("session-said"), answer.text);
+  write(byId("session-said"), answer.ok ? "" : answer.text);
   open("sheet-session");
 }
 
 export function showSession() {
   if (!now.state) return;
   const { session, you, findings } = now.state, inSession = Boolean(session.pseudonym);
-  // Where no session is open, beginning one is what there is to do; it is offered once, and can be put away.
+  // Where no session is open, beginning one is offered, once.
   if (!offered && acts() && !inSession && live() && ["connected", "disconnected"].includes(session.state)) { offered = true; open("sheet-session"); }
   if (hadSession && !inSession && session.saved) open("sheet-session");
   hadSession = inSession;

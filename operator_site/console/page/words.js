@@ -49,8 +49,8 @@ export const WORDS = {
   soundBlocked: "No sound before you press something.",
   recording: "● REC", notRecording: "not recording", recorded: title => title || "",
   oldFinger: (name, seconds) => `${name}, ${seconds.toFixed(1)} s old`,
-  active: (name, seconds) => (seconds === null ? name : `${name}, ${seconds.toFixed(1)} s since contact`), auto: "auto",
-  noContact: "NO CONTACT", notCalibrated: "Probabilities: not calibrated", object: "object",
+  active: (name, seconds) => (typeof seconds !== "number" ? name : `${name}, ${seconds.toFixed(1)} s since contact`), auto: "auto",
+  noContact: "NO CONTACT", notCalibrated: "How often such answers are right: not known.", object: "object",
   stiffness: "stiffness", roughness: "roughness", groove: "groove period", rest: "rest", none: "none of these",
   legendUnit: { temperature: "°C", roughness: "V", stiffness: "N/m", material: "material" },
   confidence: "Sure", confidenceKey: "U", confidenceFoot: "sure →",
@@ -98,10 +98,6 @@ export function withSd(value, sd, digits = 1) {
 
 export function percent(probability) {
   return probability > 0.99 ? "> 99 %" : `${Math.round(probability * 100)} %`;
-}
-
-export function material(name) {
-  return name.replaceAll("_", " ").replace(/^(pvc|ptfe|abs|pu)\b/, short => short.toUpperCase());
 }
 
 // What stands for each material on the map: its first letter, or two where another begins with the same.
