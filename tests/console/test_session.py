@@ -205,3 +205,18 @@ def test_a_recording_is_played_and_sought(stage: Stage, open_page: Open) -> None
     places = [ask["details"]["at_s"] for ask in wait_for(stage, "seek", 6)]
     assert places == pytest.approx([201, 211, 311, 120, 0, 761.2])
     assert page.locator("#ticks span").count() == 3
+
+
+def test_an_alarm_that_waits_to_be_cleared_stands_above_a_lesser_one(stage: Stage, open_page: Open) -> None:
+    scenario = stage.show("engaged")
+    scenario.alarm("sound", "low", "Sound is off. Watch the alarm line.")
+    scenario.alarm("link", "high", "Link is back. Hold C to clear.", active=False, ended_s=712.0)
+    page = open_page()
+    page.wait_for_selector("#alarm-text:has-text('Link is back. Hold C to clear.')")
+    assert page.inner_text("#alarm-button") == "+1 (A)"
+
+
+def test_why_a_session_paused_is_said_beside_lesser_alarms(stage: Stage, open_page: Open) -> None:
+    stage.show("paused").session(why="Console was hidden for 3 s")
+    page = open_page()
+    page.wait_for_selector("#alarm-text:has-text('PAUSED. Console was hidden for 3 s.')")

@@ -1,8 +1,5 @@
 """`teletaction console --play`: a recording in the same page, with another source."""
 
-import re
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -17,6 +14,7 @@ from operator_site.console.picture import Kind
 from operator_site.site_recording import SCHEMAS
 from tests.operator_site.console.fed import INDEX, S, figures, rendered, touch
 from tests.session.page import Page, opened
+from tests.session.played_console import playing
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(120)]
 
@@ -58,21 +56,8 @@ def record(path: Path) -> None:
 def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     path = tmp_path_factory.mktemp("played") / "session.mcap"
     record(path)
-    command = [sys.executable, "-m", "teletaction", "console", "--play", str(path), "--port", "0"]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-    assert process.stderr is not None
-    try:
-        for line in process.stderr:
-            if (found := re.search(r"http://\S+", line)) is not None:
-                yield found[0]
-                break
-        else:
-            raise AssertionError("it ended without an address")
-    finally:
-        process.terminate()
-        process.stderr.read()
-        process.stderr.close()
-        assert process.wait(10.0) == 0
+    with playing(path) as address:
+        yield address
 
 
 def at(page: Page, at_s: float) -> None:

@@ -29,13 +29,13 @@ function own() {
 // Over, but to be cleared by hand.
 export const latched = alarm => alarm.priority === "high" && !alarm.active && !alarm.cleared_by;
 
-// Active ones first, then the latched; the rest is for the list.
+// The most urgent first, of equal ones the active; the rest is for the list.
 export function standing() {
   const told = now.state?.alarms ?? [];
-  const of = alarm => (alarm.active ? 2 : 0) + (alarm.id.startsWith("stop") ? 1 : 0);
+  const of = alarm => 2 * RANK[alarm.priority] + (alarm.active ? 1 : 0) + (alarm.id.startsWith("stop") ? 8 : 0);
   return [...own(), ...told]
     .filter(alarm => alarm.active || latched(alarm))
-    .sort((a, b) => of(b) - of(a) || RANK[b.priority] - RANK[a.priority]);
+    .sort((a, b) => of(b) - of(a));
 }
 
 export function showAlarms() {
