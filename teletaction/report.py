@@ -86,6 +86,10 @@ _TRUE = (
     "<p>“True” is what happened in the simulated world, at the simulated devices. Everything else is what a site "
     "measured, believed or commanded.</p>"
 )
+_NO_SUMMARY = (
+    "<p>Of what was true in the world, of delays at the devices and of the processes nothing is known here: no "
+    "<code>summary.json</code> lies beside the recording.</p>"
+)
 _ACTED = "<p>How long each limit of a gate acted on a finger since both sites engaged:</p>"
 _GROOVES = "<p>Impulses shown to the operator against grooves that the true fingertip crossed.</p>"
 _Around = tuple[str, str]
@@ -107,7 +111,7 @@ def write_report(
     Raises:
         OSError: `out` cannot be written.
     """
-    session = SessionCurves.of(data, summary.get("fingers", len(FINGERS)))
+    session = SessionCurves.of(data, summary.get("fingers") or _fingers(examination))
     with mpl.rc_context(STYLE):
         figures = "".join(section(title, figure(title, draw(session), told)) for title, draw, told in _FIGURES)
         before = after = ""
@@ -160,6 +164,8 @@ def _page(
         section("Link", packets_table(summary.get("packets") or {})),
         section("Loops, CPU and memory", process_table(summary) + cores),
     )
+    if not summary:  # of a session with patients and no simulated world there never is one
+        parts = figures, section("Limits", _ACTED + acted_table(session))
     title, (before, after) = _title(summary, examination), around
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
@@ -168,6 +174,13 @@ def _page(
         f"<title>{title}</title><style>{CSS}</style></head>\n"
         f"<body><h1>{title}</h1>{before}{section('Session', _header(summary))}{''.join(parts)}{after}</body></html>\n"
     )
+
+
+def _fingers(examination: Examination | None) -> int:
+    """How many fingers the operator site has modules for; all, where it does not say."""
+    devices = None if examination is None else examination.figures.get("devices")
+    modules = [name for name in devices if "tacttip" in str(name)] if isinstance(devices, Mapping) else []
+    return min(len(modules), len(FINGERS)) or len(FINGERS)
 
 
 def _title(summary: Mapping[str, Any], examination: Examination | None) -> str:
@@ -180,6 +193,8 @@ def _title(summary: Mapping[str, Any], examination: Examination | None) -> str:
 
 
 def _header(summary: Mapping[str, Any]) -> str:
+    if not summary:
+        return _NO_SUMMARY
     contacts = summary.get("contacts") or []
     words = [verdict(contact.get("material"), contact.get("true_material")) for contact in contacts]
     latency = ((summary.get("latency_ms") or {}).get("contact_to_motor") or {}).get("p50")

@@ -29,7 +29,7 @@ h3 { font-size: 1.05rem; margin: 1.2rem 0 .3rem }
 .pair { display: grid; grid-template-columns: 2fr 3fr; gap: 1rem; align-items: start }
 .note { white-space: pre-wrap; overflow-wrap: anywhere; unicode-bidi: isolate }
 pre { white-space: pre-wrap; overflow-wrap: anywhere; font-size: .75rem }
-td small { overflow-wrap: anywhere }
+td { overflow-wrap: anywhere }
 @page { size: A4 portrait; margin: 13mm 12mm }
 @media print {
   body { font-size: 9.5pt; padding: 0; max-width: none }

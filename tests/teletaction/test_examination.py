@@ -127,8 +127,11 @@ def test_without_a_console_it_says_so_and_the_rest_stays(tmp_path: Path) -> None
     _, page = page_of(record(tmp_path / "plain.mcap", console=False))
     assert "No console took part" in page.text
     assert "33.0" not in page.text.split("Every number")[0]
-    for title in ("Maps", "Contacts", "Modes over time", "Link quality", "Audit trail"):
+    for title in ("Maps", "Limits", "Modes over time", "Link quality", "Audit trail"):
         assert title in page.text, title
+    assert "no summary.json lies beside the recording" in page.text
+    for title in ("Contacts", "Latency", "Modes identified", "Loops, CPU and memory"):
+        assert title not in page.text.split("Every number")[0], title
     assert numbers_in(page)["findings"] == []
 
 
@@ -152,10 +155,11 @@ def test_the_command(path: Path, tmp_path: Path) -> None:
     assert "Examination P-0417: phantom, seed 3" in out.read_text("utf-8")
     (tmp_path / "summary.json").write_text("[1]")
     with pytest.raises(ValueError, match="expected an object"):
-        report(beside, out)
+        report([beside], out)
+    (tmp_path / "summary.json").unlink()
     beside.write_bytes(path.read_bytes()[:-100])
     with pytest.raises(ValueError, match="teletaction recover"):
-        report(beside, out)
+        report([beside], out)
 
 
 def lines(apart_cells: int) -> MapPicture:
