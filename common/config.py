@@ -195,7 +195,8 @@ class ConsoleConfig(_Section):
     reports: Path | None = None
     """Folder of reports, served as `/report/NAME.html`."""
     report_command: tuple[str, ...] = ()
-    """Writes the report of an examination that has ended, to the file that takes the place of `{report}` in it."""
+    """Writes the report of an examination that has ended, to the file that takes the place of `{report}` in it; the
+    files that hold what was found take the place of the word `{record}`."""
     status: Path | None = None
     log: LogForm = "text"
 

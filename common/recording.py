@@ -8,9 +8,9 @@ there, and `teletaction recover` makes a whole one of it.
 import contextlib
 import json
 import logging
+import os
 import queue
 import threading
-import time
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
@@ -45,7 +45,7 @@ class Recorder:
     Each payload is MessagePack; the channel's schema (JSON schema text) names its fields.
 
     Attributes:
-        written: messages of each stream that were handed to the system.
+        written: messages of each stream that were handed to the system; with `durable`, that are on the disk.
         failed: why the recording stopped; None while it has not.
     """
 
@@ -55,6 +55,8 @@ class Recorder:
         schemas: Mapping[str, Mapping[str, object]],
         metadata: Mapping[str, str],
         attachments: Mapping[str, bytes] | None = None,
+        *,
+        durable: bool = False,
     ):
         """Open `path` and start the writing thread.
 
@@ -64,6 +66,8 @@ class Recorder:
             metadata: facts about the recording (configuration, own key's fingerprint, hashes of tables), no secret;
                 the program's version is added.
             attachments: whole files by name, such as calibrated tables, so that a replay needs nothing else.
+            durable: what counts as written is on the disk, and outlasts a machine that loses its power; it is written
+                at once and not with the next flush. For a few records that must not be lost.
 
         Raises:
             OSError: the file cannot be created.
@@ -73,6 +77,9 @@ class Recorder:
         self._refused = 0
         self._taken = 0
         self._closed = False
+        self._durable = durable
+        self._due = threading.Event()
+        """Something is to be written before the next flush."""
         self._queue: queue.SimpleQueue[tuple[str, int, bytes] | None] = queue.SimpleQueue()
         self._file = path.open("wb")
         self._writer = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.NONE)
@@ -84,6 +91,8 @@ class Recorder:
         for stream, schema in schemas.items():
             schema_id = self._writer.register_schema(stream, "jsonschema", json.dumps(schema).encode())
             self._channels[stream] = self._writer.register_channel(stream, "msgpack", schema_id)
+        if durable:
+            _sync_folder(path.parent)
         self._thread = threading.Thread(target=self._drain, name="recorder", daemon=True)
         self._thread.start()
 
@@ -106,6 +115,8 @@ class Recorder:
             return
         self._taken += 1
         self._queue.put((stream, time_ns, payload))
+        if self._durable:
+            self._due.set()
 
     def close(self) -> None:
         """Write what is queued, close the file with its index, end the thread."""
@@ -113,6 +124,7 @@ class Recorder:
             return
         self._closed = True
         self._queue.put(None)
+        self._due.set()
         self._thread.join(timeout=_CLOSE_S)
         if self._thread.is_alive():
             self._fail(f"the disk took nothing for {_CLOSE_S:g} s")
@@ -133,8 +145,10 @@ class Recorder:
                     slow_said = True
                     log.warning("recording: the disk is slower than the data, %d messages lost so far", self._refused)
                 # One wake-up per flush keeps this thread off the interpreter while the loop runs.
-                time.sleep(FLUSH_S)
+                self._due.wait(FLUSH_S)
+                self._due.clear()
             self._writer.finish()  # type: ignore[no-untyped-call]  # the library leaves it untyped
+            self._sync()
             self._file.close()
         except Exception as error:  # whatever it is, it must end the recording only
             self._fail(str(error) or type(error).__name__)
@@ -154,13 +168,30 @@ class Recorder:
             self._writer.add_message(self._channels[stream], time_ns, payload, time_ns)
             written[stream] += 1
         self._writer.flush()  # type: ignore[no-untyped-call]
+        if written:
+            self._sync()
         self.written.update(written)
         return going_on
+
+    def _sync(self) -> None:
+        """Wait until the disk has what the system was handed."""
+        if self._durable:
+            self._file.flush()
+            os.fsync(self._file.fileno())
 
     def _fail(self, why: str) -> None:
         if self.failed is None:
             self.failed = why
             log.error("recording stopped: %s", why)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Wait until the disk has a folder's list of files, without which a new file of it is lost."""
+    number = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(number)
+    finally:
+        os.close(number)
 
 
 def recording_figures(recorder: Recorder | None) -> dict[str, object]:

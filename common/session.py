@@ -58,6 +58,8 @@ class Session:
     ident: int = 0
     """Number of the session, chosen by the remote site at hello; 0 while there is none."""
     fault: str = ""
+    paused: str = ""
+    """Why it was disengaged; empty where it was not, or has been engaged again."""
     cleared_here_only: bool = False
     """The fault was latched by a person at this site, and only one at this site may clear it."""
     _happened: list[Happening] = field(default_factory=list)
@@ -80,6 +82,7 @@ class Session:
         self.ident = ident
         if self.state is not LinkState.FAULT:
             self.state = LinkState.CONNECTED
+        self.paused = ""
         self.note("connected", text)
 
     def disconnect(self, why: str = "", *, left: bool = False) -> None:
@@ -108,11 +111,13 @@ class Session:
         if self.state is not LinkState.ENGAGED:
             self.note("engaged", text)
         self.state = LinkState.ENGAGED
+        self.paused = ""
 
     def disengage(self, why: str = "") -> None:
         """Bring outputs to neutral; always allowed."""
         if self.state is LinkState.ENGAGED:
             self.state = LinkState.CONNECTED
+            self.paused = why
             self.note("disengaged", why)
 
     def latch(self, why: str, *, cleared_here_only: bool = False) -> None:

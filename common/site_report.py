@@ -57,7 +57,7 @@ class Devices(Protocol):
 
 
 def in_brief(end: SessionEnd, missing: str) -> dict[str, Any]:
-    """State, fault, what is missing, and what came of the last emergency stop, each empty where there is none.
+    """State, fault, pause, what is missing, and what came of the last emergency stop, each empty where there is none.
 
     While a stop is latched also when it was asked for, and after how many seconds each device confirmed.
     """
@@ -65,6 +65,7 @@ def in_brief(end: SessionEnd, missing: str) -> dict[str, Any]:
     return {
         "state": session.state.name.lower(),
         "fault": session.fault,
+        "paused": session.paused,
         "missing": missing,
         "estop": end.stopped,
         "stop_asked_ns": end.stop_asked_ns,

@@ -11,6 +11,7 @@ import msgpack
 import numpy as np
 from mcap.records import Channel, Message
 
+from common.cut_recording import CutRecording
 from common.fingers import FINGERS
 from studies.fault_judge import Done, Finding, Floats, Truth, judge
 from studies.fault_session import FaultSession, NotWorking
@@ -23,7 +24,6 @@ from studies.fault_table import (
     Outcome,
 )
 from teletaction.conclude import recordings_of
-from teletaction.cut_recording import CutRecording
 
 GROUPS: dict[str, tuple[Fault, ...]] = {
     "network": NETWORK_FAULTS,

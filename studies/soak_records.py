@@ -7,9 +7,9 @@ from pathlib import Path
 import msgpack
 from mcap.records import Channel, Message
 
+from common.cut_recording import CutRecording
 from studies.soak_judge import LIMITS, Extreme
 from teletaction.conclude import recordings_of
-from teletaction.cut_recording import CutRecording
 from teletaction.demo_files import PROCESSES
 
 LOST_AT_MOST_S = 0.5

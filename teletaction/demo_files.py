@@ -204,8 +204,8 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
             reports=out / "reports",
             report_command=(
                 *(sys.executable, "-m", "teletaction", "report"),
-                *(str(out / f"{process}.mcap") for process in ("operator", "remote", CONSOLE)),
-                *("--out", "{report}"),
+                *(str(out / f"{process}.mcap") for process in ("operator", "remote")),
+                *("{record}", "--out", "{report}"),
             ),
             status=out / f"{CONSOLE}.json",
         )

@@ -12,7 +12,7 @@ from mcap.reader import make_reader
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import CompressionType, Writer
 
-from teletaction.cut_recording import CutRecording, is_whole
+from common.cut_recording import CutRecording, is_whole
 
 Recorded = tuple[Schema | None, Channel, Message]
 ORIGIN = "recording"

@@ -9,8 +9,8 @@ from typing import IO, Any, TypeVar
 from mcap.reader import make_reader
 from mcap.writer import MCAP0_MAGIC
 
+from common.cut_recording import is_whole
 from remote_site.stored_table import StoredTable
-from teletaction.cut_recording import is_whole
 from teletaction.merge import ORIGIN
 
 Table = TypeVar("Table", bound=StoredTable)

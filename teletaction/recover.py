@@ -7,7 +7,7 @@ from pathlib import Path
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
-from teletaction.cut_recording import CutRecording, is_whole
+from common.cut_recording import CutRecording, is_whole
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,6 +26,9 @@ log = logging.getLogger(__name__)
 CLEARING_S = 2.0
 """Who clears a fault clears its alarm too, as soon as both sites say that the fault is gone."""
 WRITING_REPORT = "The report is being written."
+SETTLE_S = 0.15
+"""Half of what an answer may take."""
+_LOOK_S = 0.005
 STOP_NOT_SENT = "STOP NOT SENT. Use the hardware switch."
 _OBSERVERS_MAY = frozenset(("place",))
 _WITHOUT_CONTROL = frozenset(("place", "estop", "take_control"))
@@ -181,6 +184,7 @@ class Acts:
             await self._desk_told("disengage", now_s)
         began_s, pseudonym = book.began_s or now_s, book.end(now_s)
         self._write_session("end", client, pseudonym, now_s)
+        await self._settle(now_s)
         unsaved = [finding for finding in book.findings if not self._keeping.is_saved(finding)]
         lost = int(site.figures.get("recording_lost", 0))
         text = words.saved(now_s - began_s, len(book.findings), lost)
@@ -200,7 +204,7 @@ class Acts:
     async def _write_report(self, saved: dict[str, Any], text: str, pseudonym: str) -> None:
         """The report's address appears in what came of the examination when it is written."""
         try:
-            saved.update(report=await self.reporting.write(pseudonym), text=text)
+            saved.update(report=await self.reporting.write(pseudonym, self._keeping.files), text=text)
         except OSError as error:
             log.warning("report of %s: %s", pseudonym, error)
             saved["text"] = f"{text} No report: {error}."
@@ -220,8 +224,17 @@ class Acts:
         return Answer(True, f"Note to finding {finding.ident} {kept}", {"id": finding.ident, "saved": saved})
 
     async def _keep(self, finding: Finding, now_s: float) -> None:
-        """Write a finding; its being saved shows in the state when the disk has it."""
+        """Write a finding."""
         self._keeping.write("console/finding", now_s, finding.record())
+        await self._settle(now_s)
+
+    async def _settle(self, now_s: float) -> None:
+        """Wait until the disk has all that was kept, or is too slow; then the state shows it when it has."""
+        clock = asyncio.get_running_loop().time
+        until_s = clock() + SETTLE_S
+        while self._keeping.unsaved and not self._keeping.failed and clock() < until_s:
+            await asyncio.sleep(_LOOK_S)
+            self._keeping.step(now_s)
 
     async def _take_control(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         if self._control.holder is client:

@@ -31,6 +31,8 @@ class Surroundings:
     """`heard` or `refused`; empty while nobody has said."""
     skipped_lately: bool = False
     """The acting page is too slow for its pictures."""
+    gone_on: bool = False
+    """The examination was begun at an earlier run of the console, which is not there any more."""
 
 
 def causes(
@@ -117,6 +119,8 @@ def _lesser(around: Surroundings, live: bool) -> dict[str, Cause]:
         found["disk"] = Cause(Priority.LOW, f"Disk {around.disk_used * 100:.0f} % full. Make room soon.")
     if around.sound == "refused":
         found["sound"] = Cause(Priority.LOW, "Sound is off. Watch the alarm line.")
+    if around.gone_on:
+        found["gone on"] = Cause(Priority.LOW, words.GONE_ON)
     if around.skipped_lately:
         found["slow"] = Cause(Priority.LOW, "Console slow. Close other programs.")
     return found

@@ -1,8 +1,10 @@
-"""What people did and found at the console, on the disk: nothing is called saved before the system has it.
+"""What people did and found at the console, on the disk: nothing is called saved before the disk has it.
 
 A recording that failed is begun again in another file, with all that was not saved: a disk may have room again.
+A console that starts while an examination is under way, for another one crashed or was ended, goes on with it.
 """
 
+import errno
 import logging
 import math
 from collections import Counter
@@ -12,6 +14,7 @@ from typing import Any
 import msgpack
 
 from common.recording import Recorder
+from operator_site.console.kept_before import KeptBefore, boot, kept_before
 
 log = logging.getLogger(__name__)
 
@@ -28,27 +31,41 @@ SCHEMAS: dict[str, dict[str, object]] = {
 AGAIN_S = 5.0
 """A recording that failed is tried again so often."""
 _MOST_UNSAVED = 20_000
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
 
 
 class Keeping:
     """Writes to `PATH`, or where that exists, and after failures, to `PATH` with -1, -2 ... in its name.
 
     What an earlier run or one that was killed has kept is never written over. Time is an argument, s.
+
+    Attributes:
+        before: the examination that an earlier run has left under way.
+        files: those that hold what this examination found.
     """
 
     def __init__(self, path: Path | None, metadata: dict[str, str]):
-        """Open the recording; without a path nothing is ever saved.
+        """Open the recording; without a path nothing is ever saved. A full disk is tried again.
 
         Raises:
             OSError: it cannot be created.
         """
-        self._path, self._metadata = path, metadata
-        self._recorder = None if path is None else Recorder(_free(path), SCHEMAS, metadata)
+        self._path, self._metadata = path, {"boot": boot(), **metadata}
+        self.before = KeptBefore() if path is None else kept_before(path, self._metadata["boot"])
+        self.files: list[Path] = [] if self.before.cut_off else [*self.before.files]
+        self._saved_findings: set[int | None] = set() if self.before.cut_off else {*self.before.findings}
         self._unsaved: list[tuple[str, int, bytes, int | None]] = []
         """Stream, time and payload of what is not saved yet, and the finding that it is."""
         self._confirmed: Counter[str] = Counter()
-        self._saved_findings: set[int | None] = set()
         self._tried_s = -math.inf
+        self._recorder: Recorder | None = None
+        if path is not None:
+            try:
+                self._open(path)
+            except OSError as error:
+                if error.errno not in _NO_ROOM:
+                    raise
+                log.warning("%s: %s", path, error.strerror)
 
     @property
     def failed(self) -> bool:
@@ -84,13 +101,12 @@ class Keeping:
     def forget(self) -> None:
         """Another examination begins: its findings are counted anew."""
         self._saved_findings.clear()
+        del self.files[:-1]
 
     def step(self, now_s: float) -> None:
         """Take account of what was written; try again what failed."""
         recorder = self._recorder
-        if recorder is None:
-            return
-        if recorder.failed is None:
+        if recorder is not None and recorder.failed is None:
             left = []
             for kept in self._unsaved:
                 stream = kept[0]
@@ -101,9 +117,9 @@ class Keeping:
             waiting = {kept[3] for kept in left}
             self._saved_findings |= {kept[3] for kept in self._unsaved if kept[3] is not None} - waiting
             self._unsaved = left
-        elif not 0.0 <= now_s - self._tried_s < AGAIN_S:
+        elif self._path is not None and not 0.0 <= now_s - self._tried_s < AGAIN_S:
             self._tried_s = now_s
-            self._begin_again()
+            self._begin_again(self._path)
 
     def close(self) -> None:
         """Write what is queued and close the file."""
@@ -114,19 +130,25 @@ class Keeping:
         if self._recorder is not None and self._recorder.failed is None:
             self._recorder.write(*kept[:3])
 
-    def _begin_again(self) -> None:
-        assert self._path is not None
-        path = _free(self._path)
+    def _begin_again(self, path: Path) -> None:
+        if self._recorder is not None:
+            self._recorder.close()
+            if not self._recorder.written:  # nothing of it is lost, and a disk that stays full is not strewn with files
+                self.files.pop().unlink(missing_ok=True)
+            self._recorder = None
         try:
-            recorder = Recorder(path, SCHEMAS, self._metadata)
+            self._open(path)
         except OSError as error:
             log.warning("%s: %s", path, error.strerror)
             return
-        if self._recorder is not None:
-            self._recorder.close()
-        self._recorder, self._confirmed = recorder, Counter()
         for kept in self._unsaved:
             self._hand(kept)
+
+    def _open(self, path: Path) -> None:
+        free = _free(path)
+        self._recorder = Recorder(free, SCHEMAS, self._metadata, durable=True)
+        self._confirmed = Counter()
+        self.files.append(free)
 
 
 def _free(path: Path) -> Path:

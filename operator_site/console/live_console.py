@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import logging
 import shutil
 import time
 from contextlib import ExitStack
@@ -12,16 +13,20 @@ from typing import Any
 
 from common.config import ConsoleConfig, to_toml
 from common.keys import fingerprint, load_keys
+from operator_site.console import words
 from operator_site.console.acts import Acts
 from operator_site.console.console import Console
 from operator_site.console.control import Control
 from operator_site.console.desk_line import DeskLine, Told
 from operator_site.console.due import Due
 from operator_site.console.keeping import Keeping
+from operator_site.console.kept_before import KeptBefore
 from operator_site.console.pages import Pages
 from operator_site.console.reporting import Reporting
 from operator_site.console.shown_state import shown_state
 from operator_site.feed import BATCH_S, FeedReader
+
+log = logging.getLogger(__name__)
 
 STATE_S = 0.1
 _ATTEND_S = 0.1
@@ -54,6 +59,7 @@ class LiveConsole:
         self.acts = Acts(self.console, self._desk, self.keeping, control, None)
         self.pages = Pages(lambda: self.console, self.acts, control)
         self.acts.reporting = Reporting(config.report_command, config.reports)
+        self._go_on(self.keeping.before)
         self._operator = "operator.toml" if config.operator is None else str(config.operator)
         self._folder = config.record.parent if config.record is not None else Path.cwd()
         self._picture, self._state, self._attend = Due(BATCH_S), Due(STATE_S), Due(_ATTEND_S)
@@ -81,6 +87,20 @@ class LiveConsole:
             self.console.step(now_s)
             self.acts.step(now_s)
             self.pages.show(self._shown(now_s) if self._state(now_s) else None)
+
+    def _go_on(self, before: KeptBefore) -> None:
+        """Take up the examination that an earlier run has left under way; say so where that cannot be done."""
+        self._gone_on_s: float | None = None
+        if before.cut_off:
+            text = words.cut_off(before.cut_off, len(before.findings), [path.name for path in before.files])
+            self.acts.saved = {"text": text, "report": None}
+            return
+        for stream, record in before.records:
+            try:
+                self.console.book.take(stream, record)
+            except (KeyError, TypeError, ValueError) as error:
+                log.warning("%s of an earlier run: %r", stream, error)
+        self._gone_on_s = self.console.book.began_s
 
     def figures(self) -> dict[str, object]:
         """What the status file tells."""
@@ -124,5 +144,8 @@ class LiveConsole:
         except OSError:
             used = 0.0
         failed = self.keeping.enabled and self.keeping.failed
-        around = self.console.around
-        self.console.around = replace(around, disk_used=used, recording_failed=failed, skipped_lately=slow)
+        book = self.console.book
+        gone_on = book.pseudonym is not None and book.began_s == self._gone_on_s
+        self.console.around = replace(
+            self.console.around, disk_used=used, recording_failed=failed, skipped_lately=slow, gone_on=gone_on
+        )

@@ -5,6 +5,7 @@ import logging
 import os
 import re
 from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 
 log = logging.getLogger(__name__)
@@ -15,6 +16,8 @@ LONGEST_S = 300.0
 _NICE = 15
 PLACE = "{report}"
 """In the command, where the report is to be written."""
+RECORD = "{record}"
+"""A word of the command: the files that hold what the examination found."""
 
 
 class Reporting:
@@ -24,8 +27,12 @@ class Reporting:
         """Write to `folder`; without a command or a folder there are no reports."""
         self._command, self._folder = list(command), folder
 
-    async def write(self, pseudonym: str) -> str:
+    async def write(self, pseudonym: str, files: Sequence[Path]) -> str:
         """Write the report of an examination; its address at the console's server.
+
+        Args:
+            pseudonym: whose it is.
+            files: what was found in it.
 
         Raises:
             OSError: there is none; the message says why.
@@ -36,8 +43,9 @@ class Reporting:
         name = _free_name(self._folder, re.sub(r"[^\w-]", "_", pseudonym))
         await asyncio.sleep(SETTLED_S)
         path = self._folder / f"{name}.html"
+        words = [[*map(str, files)] if word == RECORD else [word.replace(PLACE, str(path))] for word in self._command]
         process = await asyncio.create_subprocess_exec(
-            *[part.replace(PLACE, str(path)) for part in self._command],
+            *chain.from_iterable(words),
             stdin=asyncio.subprocess.DEVNULL,
             stdout=asyncio.subprocess.DEVNULL,
             stderr=asyncio.subprocess.PIPE,

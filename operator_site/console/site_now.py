@@ -92,7 +92,7 @@ class SiteNow:
         stop_asked_s: when the latched emergency stop was asked for; None where there is none.
         stop_after_s: how long after that each device confirmed; None while one has not.
         lost_engaged: the session ended while it was engaged, and no other has begun.
-        paused: why a session that was engaged is not any more; empty where it never was.
+        paused: why a session that was engaged was disengaged; empty where it was not.
     """
 
     def __init__(self) -> None:
@@ -152,6 +152,7 @@ class SiteNow:
         """State, fault, and each device's confirmation of a stop: of its figures, or of its desk's answer."""
         self.state = LinkState[str(told.get("state", self.state.name)).upper()]
         self.fault = str(told.get("fault", ""))
+        self.paused = str(told.get("paused", self.paused))
         self.remote_fault = str(told.get("remote_fault", ""))
         self.refusal = str(told.get("refusal", ""))
         self.wanted = bool(told.get("wanted", self.wanted))

@@ -22,6 +22,7 @@ DISK_FULL = "Disk full. Recording stopped, findings are kept."
 NOT_RECORDED = "Recording stopped. Check the disk, then start again."
 STUDY_NUMBER = "Use a study number, not a name."
 NOT_SOUNDED = "Cannot engage: sound not checked."
+GONE_ON = "Console was restarted. Findings are kept, the map is new."
 NOTHING_HERE = "Nothing was felt here."
 
 
@@ -156,6 +157,11 @@ def looks_like_a_name(pseudonym: str) -> bool:
     dated = re.search(r"\b\d{1,4}[./-]\d{1,2}[./-]\d{1,4}\b|\b(19|20)\d{6}\b", pseudonym) is not None
     numbered = any(letter.isdigit() for letter in pseudonym)
     return not numbered or dated or len(words) >= 2 or any(len(word) > 2 and not word.isupper() for word in words)
+
+
+def cut_off(pseudonym: str, findings: int, files: Sequence[str]) -> str:
+    """An examination that the machine's restart has ended."""
+    return f"Session {pseudonym} was cut off: {count(findings, 'finding')} kept in {', '.join(files)}."
 
 
 def saved(seconds: float, findings: int, gaps: int) -> str:

@@ -1,5 +1,7 @@
 import contextlib
 import json
+import os
+import stat
 import struct
 import threading
 import time
@@ -226,3 +228,29 @@ def test_a_folder_that_is_not_there_is_said(tmp_path: Path) -> None:
 def test_closing_twice_is_no_error(tmp_path: Path) -> None:
     recorder = record(tmp_path / "s.mcap", 1)
     recorder.close()
+
+
+def test_a_durable_recording_calls_written_only_what_the_disk_has_and_does_not_wait_for_the_next_flush(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(recording, "FLUSH_S", 60.0)
+    synced: list[int] = []
+    moving = threading.Event()
+
+    def sync(number: int) -> None:
+        if stat.S_ISREG(os.fstat(number).st_mode):
+            assert moving.wait(30.0)
+            synced.append(os.fstat(number).st_size)
+
+    monkeypatch.setattr(os, "fsync", sync)
+    recorder = Recorder(tmp_path / "s.mcap", SCHEMAS, {}, durable=True)
+    recorder.write("touch", 7, b"seven")
+    while recorder._queue.qsize():
+        time.sleep(0.001)
+    assert not recorder.written, "the disk has not got it yet"
+    moving.set()
+    while not recorder.written:
+        time.sleep(0.001)
+    assert synced == [(tmp_path / "s.mcap").stat().st_size]
+    recorder.close()
+    assert synced[-1] == (tmp_path / "s.mcap").stat().st_size

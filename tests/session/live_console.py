@@ -27,6 +27,25 @@ class Session:
         """What the console has on the disk of a stream."""
         return [record for _, record in written(self.folder / "console.mcap", stream, may_be_cut=True)]
 
+    def restart_console(self) -> None:
+        """Kill it, as nothing but a crash or a person does, and start it again."""
+        old = int(read_figures(self.folder, "console")["pid"])
+        self.processes.running["console"].kill()
+        self.processes.running["console"].wait()
+        self.processes.start("console", self.folder / "config" / "console.toml")
+        self.address = _address(self.folder, self.processes, old)
+
+
+def _address(folder: Path, processes: SessionProcesses, but: int = 0) -> str:
+    """Where the page is, once its process, which is not number `but`, is there."""
+    end_s = time.monotonic() + PATIENCE_S
+    while not (figures := read_figures(folder, "console")).get("address") or figures["pid"] == but:
+        ended = {name: processes.last_words(name) for name in processes.ended()}
+        assert not ended, ended
+        assert time.monotonic() < end_s, "the console did not start"
+        time.sleep(0.02)
+    return str(figures["address"])
+
 
 def without_remote_site(configuration: Path) -> None:
     """There is none beside a virtual environment, and the report is made of the recordings that there are."""
@@ -46,13 +65,7 @@ def running(folder: Path) -> Iterator[Session]:
     processes.start("virtual", configurations["operator"], "--scene", "phantom", "--seed", "3")
     processes.start("console", configurations["console"])
     try:
-        end_s = time.monotonic() + PATIENCE_S
-        while not (address := read_figures(folder, "console").get("address")):
-            ended = {name: processes.last_words(name) for name in processes.ended()}
-            assert not ended, ended
-            assert time.monotonic() < end_s, "the console did not start"
-            time.sleep(0.02)
-        yield Session(folder, processes, str(address))
+        yield Session(folder, processes, _address(folder, processes))
     finally:
         gentle = processes.end()
     assert gentle

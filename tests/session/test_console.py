@@ -236,3 +236,29 @@ def test_the_process_says_how_it_is(session: Session) -> None:
         assert status["damaged"] == 0
         assert 0.0 <= status["loop"]["cpu"] < math.inf
     assert command("console").code == 2
+
+
+def test_a_console_that_is_killed_is_gone_on_with_by_the_next(session: Session) -> None:
+    with opened(session.address) as page:
+        engage(page)
+        told = page.ask("finding", finger="index", x_mm=1.0, y_mm=2.0, kind="stiff")
+        ident = told["details"]["id"]
+        assert page.ask("note", finding=ident, text=HOSTILE)["ok"]
+        assert page.ask("disengage")["ok"]
+        page.until(lambda: page.state["session"]["state"] == "paused", "the pause")
+        page.until(lambda: len(page.state["findings"]) == ident, "the finding")
+        before, clock_s = page.state, page.state["session"]["clock_s"]
+    session.restart_console()
+    with opened(session.address) as page:
+        page.until(lambda: page.state and page.state["session"]["state"] == "paused", "the pause")
+        assert page.state["session"]["pseudonym"] == before["session"]["pseudonym"]
+        assert page.state["findings"] == before["findings"]
+        assert page.state["session"]["clock_s"] > clock_s
+        page.until(lambda: any(alarm["id"] == "gone on" for alarm in page.state["alarms"]), "word of the restart")
+        assert page.ask("finding", finger="index", kind="warm")["details"]["id"] == ident + 1
+        assert f"{ident + 1} findings" in page.ask("end")["text"]
+    recordings = (session.folder / "operator.mcap", *sorted(session.folder.glob("console*.mcap")))
+    assert len(recordings) == 3
+    out = session.folder / "after.html"
+    assert command("report", *map(str, recordings), "--out", str(out)).code == 0
+    assert out.read_text("utf-8").count('<div class="finding">') == ident + 1

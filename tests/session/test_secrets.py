@@ -18,11 +18,11 @@ from mcap.writer import CompressionType, Writer
 
 from common.config import ObserverConfig, OperatorLinkConfig, RemoteConfig, load_config, to_toml
 from common.curve_sockets import LinkProblem
+from common.cut_recording import CutRecording
 from common.desk import ask_desk
 from common.keys import Role, TrustedKeys, create_keys, fingerprint, load_keys
 from common.link import OperatorLink
 from studies.fault_session import FaultSession
-from teletaction.cut_recording import CutRecording
 from tests.commands import command
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(180)]

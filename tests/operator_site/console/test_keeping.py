@@ -1,7 +1,10 @@
 """What is called saved is on the disk; what a full disk did not take is kept, and written when there is room again."""
 
 import errno
+import shutil
+import subprocess
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +26,17 @@ def until_saved(keeping: Keeping, ident: int, now_s: float) -> None:
         assert time.monotonic() < end_s
         keeping.step(now_s)
         time.sleep(0.005)  # leaves the processor to the recorder's thread
+
+
+def until(reached: Callable[[], bool]) -> None:
+    end_s = time.monotonic() + 10.0
+    while not reached():
+        assert time.monotonic() < end_s
+        time.sleep(0.005)  # leaves the processor to the recorder's thread
+
+
+def disk_free(folder: Path) -> int:
+    return shutil.disk_usage(folder).free
 
 
 @pytest.fixture(autouse=True)
@@ -89,7 +103,7 @@ def test_a_disk_that_stays_full_is_tried_every_few_seconds(tmp_path: Path, monke
     keeping = Keeping(tmp_path / "console.mcap", {})
     tries = []
 
-    def full(*_: Any) -> None:
+    def full(*_: Any, **__: Any) -> None:
         tries.append(1)
         raise OSError(errno.ENOSPC, "No space left on device")
 
@@ -103,6 +117,53 @@ def test_a_disk_that_stays_full_is_tried_every_few_seconds(tmp_path: Path, monke
     assert keeping.unsaved == 100
     assert not any(keeping.is_saved(tenth) for tenth in range(100, 200))
     keeping.close()
+
+
+def test_a_disk_that_stays_full_is_not_strewn_with_files_and_room_is_used_at_once(tmp_path: Path) -> None:
+    """A real one of 64 kB."""
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mount = ("mount", "-t", "tmpfs", "-o", "size=64k", "teletaction-test", str(disk))
+    if shutil.which("mount") is None or subprocess.run(mount, capture_output=True, check=False).returncode:
+        pytest.skip("no disk can be mounted here")
+    try:
+        keeping = Keeping(disk / "console.mcap", {})
+        keeping.write("console/finding", 0.5, finding(1))
+        until_saved(keeping, 1, 0.5)
+        (disk / "other").write_bytes(bytes(disk_free(disk)))
+        keeping.write("console/finding", 1.0, finding(2, "x" * 10_000))
+        now_s, tries = 10.0, 5
+        for _ in range(tries):
+            now_s += AGAIN_S
+            keeping.step(now_s)
+            until(lambda: keeping.failed)
+            keeping.write("console/finding", now_s, finding(3))
+            assert (keeping.is_saved(1), keeping.is_saved(2), keeping.is_saved(3)) == (True, False, False)
+        assert len([*disk.glob("console*.mcap")]) <= 2
+        (disk / "other").unlink()
+        now_s += AGAIN_S
+        until_saved(keeping, 3, now_s)
+        assert keeping.is_saved(2)
+        keeping.close()
+        assert [record["id"] for _, record in written(disk / "console-1.mcap", "console/finding")] == [2] + [3] * tries
+        assert keeping.files == [disk / "console.mcap", disk / "console-1.mcap"]
+    finally:
+        subprocess.run(("umount", str(disk)), check=True)
+
+
+def test_a_console_starts_on_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: Any, **__: Any) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("operator_site.console.keeping.Recorder", full)
+        keeping = Keeping(tmp_path / "console.mcap", {})
+        keeping.write("console/finding", 1.0, finding(1))
+        assert keeping.failed
+    until_saved(keeping, 1, 2.0)
+    keeping.close()
+    with pytest.raises(FileNotFoundError):
+        Keeping(tmp_path / "no such folder" / "console.mcap", {})
 
 
 def test_what_an_earlier_run_kept_is_not_written_over(tmp_path: Path) -> None:

@@ -19,9 +19,9 @@ def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_what_the_command_wrote_is_offered_and_never_written_over(tmp_path: Path) -> None:
     reports = Reporting(WRITE, tmp_path / "reports")
-    assert asyncio.run(reports.write("P-0417")) == "/report/P-0417.html"
-    assert asyncio.run(reports.write("P-0417")) == "/report/P-0417-2.html"
-    assert asyncio.run(reports.write("../P 1/<x>")) == "/report/___P_1__x_.html"
+    assert asyncio.run(reports.write("P-0417", [])) == "/report/P-0417.html"
+    assert asyncio.run(reports.write("P-0417", [])) == "/report/P-0417-2.html"
+    assert asyncio.run(reports.write("../P 1/<x>", [])) == "/report/___P_1__x_.html"
     assert {path.name for path in (tmp_path / "reports").iterdir()} == {
         "P-0417.html",
         "P-0417-2.html",
@@ -40,4 +40,12 @@ def test_what_the_command_wrote_is_offered_and_never_written_over(tmp_path: Path
 )
 def test_why_there_is_none_is_said(tmp_path: Path, command: tuple[str, ...], match: str) -> None:
     with pytest.raises(OSError, match=match):
-        asyncio.run(Reporting(command, tmp_path).write("P-0417"))
+        asyncio.run(Reporting(command, tmp_path).write("P-0417", []))
+
+
+def test_the_command_is_given_every_file_that_holds_findings(tmp_path: Path) -> None:
+    write = (sys.executable, "-c", "import sys; open(sys.argv[-1], 'w').write(' '.join(sys.argv[1:-1]))")
+    files = [tmp_path / "console.mcap", tmp_path / "console-1.mcap"]
+    reports = Reporting((*write, "operator.mcap", "{record}", "{report}"), tmp_path)
+    asyncio.run(reports.write("P-0417", files))
+    assert (tmp_path / "P-0417.html").read_text("utf-8") == f"operator.mcap {files[0]} {files[1]}"

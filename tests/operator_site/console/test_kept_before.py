@@ -1,0 +1,97 @@
+"""A console that starts goes on with what another has left under way, and with nothing else."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from operator_site.console import keeping as keeping_module
+from operator_site.console.keeping import Keeping
+from operator_site.console.kept_before import KeptBefore, boot, kept_before
+
+
+def session(what: str, at_s: float, pseudonym: str = "P-0417") -> dict[str, Any]:
+    return {"what": what, "at_s": at_s, "pseudonym": pseudonym, "sides": None}
+
+
+def finding(ident: int, at_s: float, note: str = "") -> dict[str, Any]:
+    return {"id": ident, "at_s": at_s, "note": note}
+
+
+def run(path: Path, *kept: tuple[float, dict[str, Any]]) -> KeptBefore:
+    """One run of a console, which keeps this; what it found to go on with."""
+    keeping = Keeping(path, {})
+    for now_s, record in kept:
+        keeping.write("console/session" if "what" in record else "console/finding", now_s, record)
+        keeping.write("console/act", now_s, {"verb": "anything"})
+    keeping.close()
+    return keeping.before
+
+
+def test_an_examination_goes_on_over_any_number_of_runs(tmp_path: Path) -> None:
+    path = tmp_path / "console.mcap"
+    assert run(path, (1.0, session("begin", 1.0, "P-0001")), (2.0, session("end", 2.0, "P-0001"))) == KeptBefore()
+    assert run(path, (3.0, session("begin", 3.0)), (4.0, finding(1, 4.0)), (5.0, finding(1, 4.0, "a"))) == KeptBefore()
+    second = run(path, (6.0, finding(2, 6.0)))
+    assert second.files == (tmp_path / "console-1.mcap",)
+    assert [record.get("note") for _, record in second.records] == [None, "", "a"]
+    third = run(path)
+    assert third.files == (tmp_path / "console-1.mcap", tmp_path / "console-2.mcap")
+    assert third.findings == {1, 2}
+    assert third.cut_off == ""
+    assert run(path, (9.0, session("end", 9.0))).findings == {1, 2}
+    assert run(path) == KeptBefore()
+
+
+def test_what_was_saved_by_an_earlier_run_is_saved_and_goes_into_the_report(tmp_path: Path) -> None:
+    path = tmp_path / "console.mcap"
+    run(path, (1.0, session("begin", 1.0)), (2.0, finding(1, 2.0)))
+    keeping = Keeping(path, {})
+    assert keeping.is_saved(1)
+    assert keeping.files == [path, tmp_path / "console-1.mcap"]
+    keeping.forget()
+    assert keeping.files == [tmp_path / "console-1.mcap"]
+    keeping.close()
+
+
+@pytest.mark.parametrize("share", [0.2, 0.5, 0.8, 0.99])
+def test_a_killed_run_leaves_what_it_had_written(tmp_path: Path, share: float) -> None:
+    path = tmp_path / "console.mcap"
+    keeping = Keeping(path, {})
+    keeping.write("console/session", 1.0, session("begin", 1.0))
+    for ident in range(1, 21):
+        keeping.write("console/finding", ident, finding(ident, float(ident), "x" * 500))
+        while not keeping.is_saved(ident):
+            keeping.step(ident)
+    whole = path.read_bytes()  # not closed: as a killed process leaves it
+    keeping.close()
+    path.write_bytes(whole[: round(share * len(whole))])
+    before = kept_before(path, boot())
+    assert before.findings == set(range(1, len(before.findings) + 1))
+    assert len(before.findings) >= 20 * share - 4
+
+
+def test_what_another_run_of_the_machine_left_is_said_and_not_gone_on_with(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "console.mcap"
+    with monkeypatch.context() as patch:
+        patch.setattr(keeping_module, "boot", lambda: "another")
+        run(path, (50_000.0, session("begin", 50_000.0)), (50_001.0, finding(1, 50_001.0)))
+    keeping = Keeping(path, {})
+    assert keeping.before.cut_off == "P-0417"
+    assert keeping.before.findings == {1}
+    assert keeping.before.files == (path,)
+    assert not keeping.is_saved(1)
+    assert keeping.files == [tmp_path / "console-1.mcap"]
+    keeping.close()
+    assert run(path) == KeptBefore(), "it is said once"
+
+
+@pytest.mark.parametrize("content", [b"", b"no recording at all", bytes(10_000)])
+def test_a_file_that_is_none_hides_nothing(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "console.mcap"
+    run(path, (1.0, session("begin", 1.0)), (2.0, finding(1, 2.0)))
+    (tmp_path / "console-1.mcap").write_bytes(content)
+    (tmp_path / "console-notes.mcap").write_bytes(content)
+    assert kept_before(path, boot()).findings == {1}
