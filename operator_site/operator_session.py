@@ -40,6 +40,10 @@ class OperatorSession(SessionEnd, Protocol):
         """Why the other end will not; empty when it does."""
 
     @property
+    def calibrated(self) -> str:
+        """What the numbers of the other end rest on, for people; empty where it does not say."""
+
+    @property
     def spared(self) -> int:
         """Motions that were not sent because nothing of them would have been felt."""
 

@@ -26,6 +26,8 @@ log = logging.getLogger(__name__)
 
 SILENCE_NS = round(SESSION_SILENCE_S * 1e9)
 """No answer to heartbeats for this long: the remote site is gone, say hello again."""
+LONGEST_TOLD = 80
+"""Characters of what the remote site says of its calibration."""
 _ASK_NS = 200_000_000
 """Between two tries of the same request."""
 _BEAT_NS = round(1e9 / STREAMS["heartbeat"].rate_hz)
@@ -103,6 +105,11 @@ class SessionClient:
     def stop_after_s(self) -> dict[str, float | None]:
         """How long after that each device confirmed, s, the remote site's as one; None while one has not."""
         return self._stop.after_s
+
+    @property
+    def calibrated(self) -> str:
+        """What the remote site's numbers rest on, in its own words; empty where it does not say."""
+        return str(self.remote.get("calibrated", ""))[:LONGEST_TOLD]
 
     @property
     def spared(self) -> int:

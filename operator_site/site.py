@@ -111,6 +111,7 @@ class OperatorSite:
             "produced_mj": self.rendering.produced_mj,
             "remote_fault": client.remote_fault,
             "refusal": client.refusal,
+            "calibrated": client.calibrated,
             "wanted": client.want_engaged,
             "session": client.session.ident,
             "clock": {

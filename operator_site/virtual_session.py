@@ -37,6 +37,7 @@ class VirtualSession:
     """What came of the last emergency stop; empty while it is under way."""
     remote_fault: str = ""
     refusal: str = ""
+    calibrated: str = "Virtual: everything is as its scene says."
     spared: int = 0
     """Nothing is sent anywhere: there is nothing to spare."""
     _sequence: int = 0

@@ -4,6 +4,7 @@ Readings show only ratios to the heat capacity of the sensor's plate, so effusiv
 ratios; `plate_j_m2k` turns them into J/(m2 K s^0.5) and W/(m2 K) for people.
 """
 
+import math
 from typing import Annotated, Literal, Self
 
 import numpy as np
@@ -111,6 +112,15 @@ class MaterialTable(StoredTable):
     def names(self) -> list[str]:
         """Labels of the calibrated materials, in the table's order."""
         return [entry.name for entry in self.materials]
+
+    def told(self) -> str:
+        """What a number of this sensor rests on, for people: when, how often, and how far single touches were apart."""
+        touches = sum(entry.touches for entry in self.materials)
+        apart = math.sqrt(sum(entry.covariance[0][0] * entry.touches for entry in self.materials) / touches)
+        return (
+            f"Calibrated {self.made_on or 'at no known date'} (sensor {self.sensor_serial}), "
+            f"{touches} touches, effusivity ± {100.0 * apart:.0f} %"
+        )
 
     def effusivity(self, ln_effusivity: float) -> float:
         """J/(m2 K s^0.5) of an effusivity as the table has it."""

@@ -62,6 +62,7 @@ class RemoteSite:
             config.rate_hz,
             materials=list(materials.names()),
             calibration=materials.content_hash,
+            calibrated=materials.told(),
             surfaces=surfaces.content_hash,
             contact_force_n=config.patient.contact_force_n,
             max_age_s=config.link.max_age_s,

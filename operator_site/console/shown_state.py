@@ -51,7 +51,7 @@ def shown_state(
         "findings": [
             finding_state(finding, is_saved(finding.ident), from_s) for finding in console.book.findings.values()
         ],
-        "meaning": None,
+        "meaning": site.calibrated or None,
         "decide_at": DECIDE_AT,
     }
 
@@ -180,7 +180,7 @@ def checks(console: Console, now_s: float, operator: str) -> list[dict[str, Any]
         _check("key", not site.refusal, words.short(site.refusal), "teletaction keys show --keys KEYS"),
         _check(
             "calibration",
-            connected and site.calibration != "unknown",
+            connected and bool(site.calibrated),
             "Not calibrated." if connected else "No remote site is connected.",
             "teletaction calibrate thermal --traces DIR --out TABLE" if connected else doctor,
         ),

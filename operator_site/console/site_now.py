@@ -89,6 +89,7 @@ class SiteNow:
         wanted: it engages as soon as it can.
         fault, remote_fault, refusal: in its own words; empty where there is none.
         figures: of its status file.
+        calibrated: what its numbers rest on, for people; empty where that is not known.
         stop_asked_s: when the latched emergency stop was asked for; None where there is none.
         stop_after_s: how long after that each device confirmed; None while one has not.
         lost_engaged: the session ended while it was engaged, and no other has begun.
@@ -98,7 +99,7 @@ class SiteNow:
     def __init__(self) -> None:
         self.state = LinkState.DISCONNECTED
         self.both = self.wanted = self.lost_engaged = False
-        self.fault = self.remote_fault = self.refusal = self.paused = self.calibration = ""
+        self.fault = self.remote_fault = self.refusal = self.paused = self.calibrated = ""
         self.session = 0
         self.gap_s: float | None = None
         self.figures: dict[str, Any] = {}
@@ -121,7 +122,6 @@ class SiteNow:
         match what:
             case "connected":
                 self.state, self.session, self.lost_engaged = self._unless_fault(LinkState.CONNECTED), session, False
-                self.calibration = text.removeprefix("calibration ") if text.startswith("calibration ") else ""
             case "engaged":
                 self.state, self.paused = LinkState.ENGAGED, ""
             case "disengaged":
@@ -142,6 +142,7 @@ class SiteNow:
     def take_figures(self, figures: dict[str, Any]) -> None:
         """What its status file tells."""
         self.figures = figures
+        self.calibrated = str(figures.get("calibrated", ""))
         self.take_brief(figures)
         for name, line in figures.get("devices", {}).items():
             self._device(device_named(name), str(line.get("missing", "")))

@@ -139,7 +139,8 @@ BASE: dict[str, Any] = {
             "legend": {"temperature": [30.0, 36.0], "roughness": [0.01, 1.0], "stiffness": [100.0, 10000.0],
                        "material": [0, 5]},
             "materials": MATERIALS, "sides": {"top": "head", "right": "left"}},
-    "findings": [], "meaning": "of answers at 90 %, 90 % were right (n = 480, 3 Nov 2026)", "decide_at": 0.9,
+    "findings": [], "meaning": "Calibrated 2026-11-03 (sensor TX-0007), 480 touches, effusivity ± 3 %",
+    "decide_at": 0.9,
     "console": {"pictures_skipped": 0, "clients": 1},
 }  # fmt: skip
 

@@ -99,6 +99,13 @@ def pair() -> Pair:
     return made
 
 
+def test_what_the_remote_site_says_of_its_calibration_is_told_and_not_believed_to_be_short(pair: Pair) -> None:
+    assert pair.client.calibrated == ""
+    pair.client.remote["calibrated"] = "Calibrated 2026-11-03, " + "x" * 1000
+    assert pair.client.calibrated.startswith("Calibrated 2026-11-03, x")
+    assert len(pair.client.calibrated) == 80
+
+
 def test_an_emergency_stop_is_over_when_both_sites_have_said_how_it_went(pair: Pair) -> None:
     pair.stop()
     assert pair.client.stopped == "", "the remote site has said nothing yet"

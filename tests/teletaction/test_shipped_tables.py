@@ -4,6 +4,7 @@ import pytest
 
 from common.scene import load_scene, scene_names
 from common.surfaces import surface_kind
+from operator_site.session_client import LONGEST_TOLD
 from remote_site.material_table import MaterialTable
 from remote_site.surface_class import SurfaceTable
 from teletaction.demo_files import SURFACES, calibrated_tables
@@ -14,6 +15,14 @@ from teletaction.make_tables import STROKED
 def test_every_scene_has_a_table_that_knows_what_it_calls_calibrated(name: str) -> None:
     materials, _ = calibrated_tables(name)
     assert set(MaterialTable.load(materials).names()) == set(load_scene(name).calibrated)
+
+
+def test_what_a_table_tells_of_itself_fits_on_the_page() -> None:
+    table = MaterialTable.load(calibrated_tables("phantom")[0])
+    told = f"Calibrated {table.made_on} (sensor simulated), 600 touches, effusivity ± 8 %"
+    assert table.told() == told
+    assert table.model_copy(update={"made_on": ""}).told().startswith("Calibrated at no known date (sensor")
+    assert len(told) <= LONGEST_TOLD
 
 
 def test_the_measured_surfaces_were_told_the_constants_that_a_virtual_one_has() -> None:

@@ -2,6 +2,7 @@
 
 import json
 import math
+from typing import Any
 
 import msgpack
 import numpy as np
@@ -30,7 +31,7 @@ def console() -> Console:
     return made
 
 
-def shown(console: Console, now_s: float) -> dict:
+def shown(console: Console, now_s: float) -> dict[str, Any]:
     state = shown_state(console, now_s, lambda _: True, "operator.toml")
     json.dumps(state, allow_nan=False)
     return state
@@ -99,6 +100,18 @@ def test_an_empty_console_shows_nothing_as_known() -> None:
     assert [check["what"] for check in state["checks"] if check["ready"]] == ["key", "disk"]
     assert all(check["help"] for check in state["checks"] if not check["ready"])
     assert state["alarms"] == []
+
+
+def test_what_the_numbers_rest_on_is_told_and_where_nobody_says_they_are_not_calibrated(console: Console) -> None:
+    def calibration(state: dict[str, Any]) -> tuple[object, object]:
+        return state["meaning"], next(check["ready"] for check in state["checks"] if check["what"] == "calibration")
+
+    assert calibration(shown(console, 102.0)) == (None, False)
+    said = "Calibrated 2026-11-03 (sensor TX-0007), 480 touches, effusivity ± 3 %"
+    console.take("operator/figures", 102 * S, figures(calibrated=said))
+    assert calibration(shown(console, 102.0)) == (said, True)
+    console.take("operator/figures", 102 * S, figures(calibrated=said, session=0))
+    assert calibration(shown(console, 102.0)) == (said, False), "who is connected next may be another"
 
 
 def test_the_state_tells_what_is_known_of_a_finger(console: Console) -> None:
