@@ -44,7 +44,8 @@ def _draw_map(axes: Axes, data: dict[str, Any], row: dict[str, Any]) -> None:
     if shown is None:
         return
     value = np.array([[np.nan if v is None else v for v in line] for line in shown["value"]])
-    whole = MapPicture(shown["left_m"], shown["near_m"], value, np.array(shown["confidence"], dtype=np.uint8))
+    confidence, level = np.array(shown["confidence"], dtype=np.uint8), np.zeros(value.shape, dtype=np.bool_)
+    whole = MapPicture(shown["left_m"], shown["near_m"], value, confidence, level)
     draw_cells(axes, quantity, whole, tuple(shown["legend"]))
     felt = np.argwhere(~np.isnan(value))
     (low_row, low_column), (high_row, high_column) = felt.min(axis=0) - 2, felt.max(axis=0) + 3

@@ -24,6 +24,7 @@ GROUND = "#" + colours.NOT_FELT
 _SIGN_EVERY = 3
 """Cells between two signs."""
 _SIGN_K = 1.0
+_STEEP_HATCH = "xxxx"
 _MARGIN_M = 4e-3
 
 
@@ -68,7 +69,7 @@ def on_scale(quantity: str, value: Floats, legend: tuple[float, float]) -> Float
 
 
 def draw_cells(axes: Axes, quantity: str, shown: MapPicture, legend: tuple[float, float]) -> None:
-    """Cells in mm. What is known badly is stippled; a cell without confidence is a dot alone."""
+    """Cells in mm. Steep ground is hatched, what is known badly stippled; a cell without confidence is a dot alone."""
     rows, columns = shown.value.shape
     left, near, cell = 1e3 * shown.left_m, 1e3 * shown.near_m, 1e3 * CELL_M
     extent = (left, left + cell * columns, near, near + cell * rows)
@@ -81,6 +82,9 @@ def draw_cells(axes: Axes, quantity: str, shown: MapPicture, legend: tuple[float
         axes.plot(
             left + cell * (vague[:, 1] + 0.5), near + cell * (vague[:, 0] + 0.5), ".", color="#000000", markersize=size
         )
+    if shown.steep.any():
+        x, y = left + cell * (np.arange(columns) + 0.5), near + cell * (np.arange(rows) + 0.5)
+        axes.contourf(x, y, shown.steep, levels=[0.5, 1.5], colors="none", hatches=[_STEEP_HATCH])
     if quantity == "temperature":
         _draw_signs(axes, shown, sum(legend) / 2.0)
     axes.set_aspect("equal")

@@ -8,12 +8,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from common.fingers import FINGERS
+from common.fingers import FINGER_Y_M, FINGERS
 from common.messages import TOUCH_COLUMN
 from common.told import Told
 from operator_site.console.finger_samples import FingerSamples, Sample
-from operator_site.console.map_layer import CELL_M, REACH_M, TILE, Layer, tile_of
+from operator_site.console.map_layer import CELL_M, KERNEL_M, REACH_M, TILE, Layer, tile_of
 
 QUANTITIES = ("temperature", "roughness", "stiffness", "material")
 LOGARITHMIC = frozenset(("roughness", "stiffness"))
@@ -31,7 +32,10 @@ CENTRED_BY = 10
 """The scale of temperature has the median of so many touches in its middle; then it stays."""
 BESIDE_M, AROUND_M = 0.010, 0.030
 """The surroundings of a place lie so far from it."""
+STEEP_SLOPE = 0.999
+"""Rise over run from which a surface is steep: 45 degrees, the steepest that the link tells along either axis."""
 _CONTACT, _OBJECT, _OBJECT_SD = (TOUCH_COLUMN[name] for name in ("contact", "object_c", "object_c_sd"))
+_X, _Y, _SLOPE_X, _SLOPE_Y = (TOUCH_COLUMN[name] for name in ("x_m", "y_m", "slope_x", "slope_y"))
 _FRAME_TILES = COLUMNS // TILE
 
 
@@ -69,6 +73,8 @@ class TactileMap:
         self.revision = 0
         self.layers = {name: Layer(name) for name in QUANTITIES[:3]}
         self.named: dict[str, Layer] = {}
+        self._steep: dict[tuple[int, int], tuple[NDArray[np.bool_], int]] = {}
+        """Cells of each tile that are steep, and the revision since when."""
         self._fingers = [FingerSamples(finger) for finger in range(len(FINGERS))]
         self._corner: tuple[int, int] | None = None
         """Tile at the frame's left and near edge."""
@@ -101,9 +107,31 @@ class TactileMap:
             told: what is told slowly of each.
         """
         for finger, samples in enumerate(self._fingers):
-            for sample in samples.step(t_s, rows[finger], told[finger]):
+            row = rows[finger]
+            if row[_CONTACT] and math.hypot(row[_SLOPE_X], row[_SLOPE_Y]) >= STEEP_SLOPE:
+                self._slant(row[_X], row[_Y] + FINGER_Y_M[finger])
+            for sample in samples.step(t_s, row, told[finger]):
                 shared = sample.quantity == "temperature" and _is_shared(rows, finger)
                 self.take(sample._replace(variance=sample.variance + SHARED_SD_K**2) if shared else sample)
+
+    def steep(self, place: tuple[int, int]) -> NDArray[np.bool_]:
+        """Cells of the tile at a column and row of the bench where the surface is steep, (TILE, TILE)."""
+        known = self._steep.get(place)
+        return np.zeros((TILE, TILE), dtype=np.bool_) if known is None else known[0]
+
+    def steep_revision(self, place: tuple[int, int]) -> int:
+        """When a cell of a tile was last found to be steep; 0 where none is."""
+        return self._steep[place][1] if place in self._steep else 0
+
+    def _slant(self, x_m: float, y_m: float) -> None:
+        """The surface is steep under a finger, and with it as far around as a sample reaches."""
+        for column in range(math.floor((x_m - KERNEL_M) / CELL_M), math.floor((x_m + KERNEL_M) / CELL_M) + 1):
+            for row in range(math.floor((y_m - KERNEL_M) / CELL_M), math.floor((y_m + KERNEL_M) / CELL_M) + 1):
+                place, cell = (column // TILE, row // TILE), (row % TILE, column % TILE)
+                if not (known := self.steep(place))[cell]:
+                    self.revision += 1
+                    known[cell] = True
+                    self._steep[place] = known, self.revision
 
     def take(self, sample: Sample) -> None:
         """Take one sample."""

@@ -167,7 +167,7 @@ def lines(apart_cells: int) -> MapPicture:
     value = np.full((60, 60), np.nan)
     for first in range(5, 55, apart_cells):
         value[first : first + 5, 5:55] = 33.0
-    return MapPicture(0.0, 0.0, value, np.full(value.shape, 3, dtype=np.uint8))
+    return MapPicture(0.0, 0.0, value, np.full(value.shape, 3, dtype=np.uint8), np.zeros(value.shape, dtype=np.bool_))
 
 
 def test_lines_too_far_apart_are_told() -> None:
