@@ -74,6 +74,8 @@ MATERIALS = ["1F5FA8", "F2B134", "8FD0C0", "8B2F5F"]
 OTHER_MATERIAL = "6D7680"
 NOT_FELT = "808890"
 """The ground of every map, light or dark: what has not been felt."""
+_EVERY = 5
+"""The page is sent every fifth colour of a table: those that it puts between are within 1 of 255."""
 OPACITY = (0.0, 0.5, 0.75, 1.0)
 """Of a cell over that ground, by its confidence."""
 
@@ -94,11 +96,20 @@ def _base64(hexadecimal: str) -> str:
 
 def javascript() -> str:
     """The same tables as a module of the page."""
-    tables = "".join(f'  {name}: bytes("{_base64("".join(table))}"),\n' for name, table in TABLES.items())
+    tables = "".join(f'  {name}: table("{_base64("".join(colours[::_EVERY]))}"),\n' for name, colours in TABLES.items())
     return (
         "// Colours of the tactile map, made by `python -m operator_site.console.colours` out of that module.\n"
         "// vik, batlow, bilbao: copyright 2020 Fabio Crameri, MIT licence, see colours-licence.txt.\n"
-        "const bytes = text => Uint8Array.from(atob(text), letter => letter.charCodeAt(0));\n\n"
+        "const bytes = text => Uint8Array.from(atob(text), letter => letter.charCodeAt(0));\n"
+        f"// A table is sent as every {_EVERY}th colour; the others lie between.\n"
+        "const table = text => {\n"
+        "  const few = bytes(text);\n"
+        "  return Uint8Array.from({ length: 768 }, (_, at) => {\n"
+        f"    const low = at % 3 + 3 * Math.floor(at / {3 * _EVERY});\n"
+        f"    const share = Math.floor(at / 3) % {_EVERY} / {_EVERY};\n"
+        "    return Math.round(few[low] + share * ((few[low + 3] ?? 0) - few[low]));\n"
+        "  });\n"
+        "};\n\n"
         "/** 256 colours of each scale from low to high: red, green, blue. */\n"
         f"export const TABLES = {{\n{tables}}};\n"
         "/** Of the first four materials, and of all others. */\n"

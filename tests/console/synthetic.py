@@ -14,6 +14,7 @@ PRIORITIES = {"low": 1, "medium": 2, "high": 3}
 MATERIALS = ["skin dermis", "PVC", "rubber", "aluminium", "fat", "acrylic"]
 RANGES = {"temperature": [-10.0, 60.0], "roughness": [0.001, 10.0], "stiffness": [50.0, 20000.0], "material": [0, 5]}
 QUANTITIES = tuple(RANGES)
+NOT_FELT, WORST, STEEP = 65535, 127, 128
 
 
 def finger_row(finger: int, time_s: float, scenario: "Scenario") -> list[float]:
@@ -60,37 +61,37 @@ def picture(number: int, bin_number: int, scenario: "Scenario", kind: int = PICT
 
 
 def _felt(quantity: str, x_mm: float, y_mm: float) -> tuple[float, int] | None:
-    """Value and confidence of a cell: five lines of a sweep over a warm, rough and stiff place; None where not felt."""
+    """Value and spread of a cell: five lines of a sweep over a warm, rough and stiff place; None where not felt."""
     lane = min(range(5), key=lambda finger: abs(y_mm - 20.0 * (finger - 2)))
     off_mm = abs(y_mm - 20.0 * (lane - 2))
     if not -70 < x_mm < 95 or off_mm > 8:
         return None
-    confidence = 3 if off_mm < 3 else 2 if off_mm < 5 else 1 if off_mm < 7 else 0
+    spread = round(44 + 4 * off_mm) + (STEEP if x_mm < -62 else 0)
     warm = math.exp(-((x_mm - 40) ** 2 + (y_mm + 20) ** 2) / 500)
     stiff = math.exp(-((x_mm + 30) ** 2 + (y_mm - 20) ** 2) / 400)
     rough = math.exp(-(x_mm**2 + y_mm**2) / 600)
     if quantity == "temperature":
-        return 33.0 + 3.0 * warm, confidence
+        return 33.0 + 3.0 * warm, spread
     if quantity == "roughness":
-        return 0.03 * 20**rough, confidence
+        return 0.03 * 20**rough, spread
     if quantity == "stiffness":
-        return 400.0 * 10**stiff, confidence
-    return (3 if stiff > 0.5 else 1 if rough > 0.5 else 0), confidence
+        return 400.0 * 10**stiff, spread
+    return (3 if stiff > 0.5 else 1 if rough > 0.5 else 0), round(8 * off_mm)
 
 
 def tile(quantity: int, column: int, row: int, revision: int) -> bytes:
     """One tile of the map as kind 2."""
     name = QUANTITIES[quantity]
     low, high = RANGES[name]
-    values, confidences = [], []
+    values, spreads = [], []
     for y in range(32):
         for x in range(32):
             felt = _felt(name, column * 32 + x - 128 + 0.5, row * 32 + y - 128 + 0.5)
             if felt is None:
-                values.append(65535)
-                confidences.append(0)
+                values.append(NOT_FELT)
+                spreads.append(WORST)
                 continue
-            value, confidence = felt
+            value, spread = felt
             if name == "material":
                 code = int(value)
             elif name == "temperature":
@@ -98,9 +99,9 @@ def tile(quantity: int, column: int, row: int, revision: int) -> bytes:
             else:
                 code = round(math.log(value / low) / math.log(high / low) * 65534)
             values.append(code)
-            confidences.append(confidence)
+            spreads.append(spread)
     head = struct.pack("<HBBBBBBI", MAGIC, VERSION, TILE, quantity, column, row, 0, revision)
-    return head + struct.pack("<1024H1024B", *values, *confidences)
+    return head + struct.pack("<1024H1024B", *values, *spreads)
 
 
 def finger_state(name: str, **changed: Any) -> dict[str, Any]:

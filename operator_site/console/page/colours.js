@@ -1,12 +1,21 @@
 // Colours of the tactile map, made by `python -m operator_site.console.colours` out of that module.
 // vik, batlow, bilbao: copyright 2020 Fabio Crameri, MIT licence, see colours-licence.txt.
 const bytes = text => Uint8Array.from(atob(text), letter => letter.charCodeAt(0));
+// A table is sent as every 5th colour; the others lie between.
+const table = text => {
+  const few = bytes(text);
+  return Uint8Array.from({ length: 768 }, (_, at) => {
+    const low = at % 3 + 3 * Math.floor(at / 15);
+    const share = Math.floor(at / 3) % 5 / 5;
+    return Math.round(few[low] + share * ((few[low + 3] ?? 0) - few[low]));
+  });
+};
 
 /** 256 colours of each scale from low to high: red, green, blue. */
 export const TABLES = {
-  temperature: bytes("ABJhARRiARVjARdkARhlARpmAhxnAh1oAh9pAiBqAiJrAiNsAiVtAiduAihvAipwAitxAi1yAi5zAjB0AjF1AjN2AjR3AjZ4Ajd5Ajl6Ajp7Azx8Az59Az9+A0F/A0KAA0SBA0WCA0eDA0mEA0qFBEyGBE2HBE+IBVGJBVKKBlSLBlaMB1eNCFmPCVuQC12RDF6SDmCTEGKUEWSWE2aXFWeYF2mZGWuaHG2cHm+dIHGeI3OgJXWhKHeiK3mkLXulMH2mM3+oNoGpOYOrPIWsP4etQomvRYuwSI2yS5CzTpK0UZS2VJa3V5i5Wpq6XZy7YZ69ZKC+Z6LAaqTBbabCcajEdKrFd6zGeq7IfbDJgLLKhLTMh7bNirjOjbrQkLzRlL7Sl8DUmsLVncTWoMXYo8fZp8naqsvcrc3dsM/es9HfttPhutXivdbjwNjkw9rlxtvmyd3nzN/oz+Do0uHp1ePp2OTp2+Xp3ubp4Obp4ufo5efo5+fn6Ofl6ubk6+bi7OXg7eTe7uPc7uHa7uDY7t7V7t3T7tvQ7tnN7dfL7dXI7NPF7NHD69DA6s696cy66cq46Mi158ay5sSw5cGt5L+q5L6o47yl4rqi4big4Lad37Sa37KY3rCV3a6T3KyQ26qN26iL2qaI2aSG2KKD16CB1p9+1p181Zt51Jl305d005Vy0pRw0ZJt0JBrz45oz4xmzotkzYlhzIdfzIVdy4NayoJYyYBWyX5TyHxRx3tPxnlMxndKxXVIxHRFw3JDwnBBwm4/wW08wGs6v2k4vmc2vmUzvWQxvGIvu2Atul4quFwot1omtlgktVUhs1MfslEdsE8br0wYrUoWq0gUqUUSp0MQpUAPoz4NoTwLnzkKnDcJmjUImDMHljEHlC8GkS0GjysGjSkGiycGiSYGhyQGhSIGgyEGgR8Gfx4Gfh0GfBsGehoGeBgGdhcGdBUGcxQGcRMHbxEHbRAHbA4Hag0HaAwHZwoHZQkHYwcHYgYHYAQIXgMIXQIIWwEIWQAI"),
-  roughness: bytes("ARlZAhtZAxxaBB5aBR9aBiFbByJbByRbCCVbCSdcCihcCipcCytcCy1dDC5dDC9dDTFdDTJeDTNeDjVeDjZeDjdeDzhfDzlfDztfDzxfED1fED5fED9gEEBgEUFgEUJgEUNgEURgEkVhEkZhEkdhEkhhE0lhE0phE0thFExiFE1iFE5iFU9iFU9iFlBiFlFiF1JiF1NiGFRiGFViGVZiGVdiGldiG1hiG1liHFpiHVtiHlxiHl1iH11hIF5hIV9hImBhI2BgJGFgJWJgJmNfJ2NfKGRfKmVeK2VeLGZdLWddL2dcMGhcMWlbM2laNGpaNWpZN2tYOGxYOmxXO21WPG1WPm5VP25UQW9TQm9SRHBSRXBRR3FQSHFPSnJOTHJNTXNNT3NMUHRLUnRKU3VJVXVIV3ZHWHZGWndFW3dFXXhEX3hDYHlCYnlBY3pAZXo/Z3s+aHs+ans9bHw8bXw7b306cX05c344dH44dn83eH82eYA1e4A0fYE0f4EzgYIygoIxhIMxhoMwiIQvioQvjIUujoUuj4YtkYYtk4cslYcsl4gsmYgsm4krnYkrn4kroYoro4ospYssp4ssqYwsq4wtrYwtr40usY0vs44vtY4wt44xuY8yu48zvY80vpA1wJA2wpA3xJE4xpE6yJE7ypI8y5I+zZI/z5NA0ZNC0pND1JRF1pRG2JRI2ZVK25VL3ZVN3pZP4JZR4ZdS45dU5JdW5phY55ha6Zlc6ple65pg7Zpi7ptk75tn8Jxp8Z1r8p1t855w9J9y9Z909qB396F5+KF7+KJ++aOA+aOC+qSF+qWH+6aJ+6aM/KeO/KiQ/KmT/KmV/aqX/aua/ayc/aye/a2g/a6i/a+l/a+n/bCp/bGr/bKt/bKv/bOx/bS0/bS2/bW4/ba6/be8/be+/bjA/bnC/brE/brH/bvJ/bzL/bzN/L3P/L7R/L/T/L/W/MDY/MHa/MLc/MPf/MPh/MTj/MXl+8bo+8bq+8fs+8jv+8nx+8rz+8r2+sv4+sz6"),
-  stiffness: bytes("/////f39+/v7+vr6+Pj49vb29PT08vLy8fHw7+/v7e3t6+vr6urp6Ojo5ubm5eXk4+Pi4eHh4ODf3t7d3d3b29va2trY2djW19fU1tXT1dTR1NPP0tLO0dDM0M/Lz87Jzs3HzszGzcvEzMrDy8rBy8nAysi+yse9yce8yMa6yMW5x8W3x8S2x8O0xsOzxsKyxcKwxcGvxcGtxMCsxL+qw7+pw76nw76mwr2kwryjwbyhwbufwbuewLqcwLmav7mZv7iXv7eVvreUvraSvbWQvbWOvLSNvLOLu7KJu7KHurGFurCDua+Cua6AuK1+uKx8t6x6t6t5tqp3tql1tah0tadytKVxtKRvs6Nus6Jts6FrsqBqsp9psZ5osZ1osZxnsJtmsJpmr5llr5hkr5dkr5ZkrpZjrpVjrpRjrpNirZJirZFirZFirZBhrI9hrI5hrI1hrI1hrIxgq4tgq4pgq4lgq4lgq4hgqodfqoZfqoZfqoVfqoRfqYRfqYNeqYJeqYFeqYFeqIBeqH9eqH5eqH5dqH1dp3xdp3xdp3tdp3pdp3lcpnlcpnhcpndcpnZcpnZcpXVbpXRbpXRbpXNbpXJbpHFbpHFbpHBapG9apG5ao25ao21ao2xao2tZo2tZompZomlZomhZomdZoWdYoWZYoWVYoWRYoWNYoGNXoGJXoGFXoGBXn19Xn15Wn15Wn11WnlxWnltWnlpVnllVnVhVnVdUnVZUnFVUnFRTm1NTm1JTmlFSmlBSmU9RmU5RmE1QmExPl0pPlklOlUhNlUdMlEZLk0VLkkNKkUJJkEFIj0BHjj9GjT1FjDxDiztCijpBiTlAiDg/hzc+hTU8hDQ7gzM6gjI5gTE3gDA2fi81fS40fC0yeysxeioweCkvdygtdicsdSYrcyUpciMocSIncCEmbiAkbR8jbB4iax0gaRsfaBoeZxkdZRgbZBYaYhUZYRQYYBMWXhEVXRAUWw4TWg0RWAsQVwoOVQgNVAcLUgUJUQQHTwIFTgEDTAAB"),
+  temperature: table("ABJhARpmAiJrAipwAjF1Ajl6A0F/A0mEBVGJCFmPEGKUGWuaJXWhM3+oQomvUZS2YZ69cajEgLLKkLzRoMXYsM/ewNjkz+Do3ubp6Ofl7uPc7tvQ7NHD6Mi15L6o37Sa26qN16CB05d0z45ozIVdyHxRxHRFwGs6vGIvtlgkr0wYpUAPmjUIjysGhSIGfBsGcxQGag0HYgYHWQAI"),
+  roughness: table("ARlZBiFbCihcDC9dDjZeDzxfEUFgEkZhE0thFU9iGFRiG1hiHl1iI2BgKGRfL2dcNWpZPG1WRHBSTHJNU3VJW3dFY3pAbHw8dH44fYE0hoMwj4YtmYgso4osrYwtt44xwJA2ypI80pND25VL45dU6ple8Jxp9Z90+aOA+6aM/aqX/a6i/bKt/bW4/bnC/bzN/MDY/MTj+8jv+sz6"),
+  stiffness: table("////9vb27e3t5eXk3d3b1tXT0M/LzMrDyce8x8O0xcGtw76mwbuev7eVvLSNurCDt6x6tadys6FrsZxnr5dkrpNirI9hq4tgqodfqYRfqIBep3xdpnlcpXVbpHFbo25aompZoWZYoGJXn15WnllVnFRTmU9RlklOkkNKjT1FiDg/gjI5fC0ydicscCEmaRsfYhUZWw4TVAcLTAAB"),
 };
 /** Of the first four materials, and of all others. */
 export const MATERIALS = bytes("H1+o8rE0j9DAiy9fbXaA");

@@ -3,18 +3,21 @@ import { MATERIALS, NOT_FELT, OPACITY, TABLES } from "./colours.js";
 
 export const QUANTITIES = ["temperature", "roughness", "stiffness", "material"], SIDE = 256, TILE = 32, NOT = 65535;
 const LOGARITHMIC = ["roughness", "stiffness"], CODES = 65534;
-const kept = QUANTITIES.map(() => ({ values: new Uint16Array(SIDE * SIDE).fill(NOT), confidence: new Uint8Array(SIDE * SIDE) }));
+// A spread's bits but STEEP say how well a value is known; the largest of each confidence, and the ends of what U shows, in K and %.
+const STEEP = 128, CONFIDENT = [72, 64, 56], CONFIDENT_MATERIAL = [50, 10, 2];
+export const SPREADS = { temperature: [0.125, 2], roughness: [3.75, 60], stiffness: [5, 80], material: [0, 50] };
+const kept = QUANTITIES.map(() => ({ values: new Uint16Array(SIDE * SIDE).fill(NOT), spreads: new Uint8Array(SIDE * SIDE) }));
 
 export function forgetFelt() {
-  for (const { values, confidence } of kept) { values.fill(NOT); confidence.fill(0); }
+  for (const { values } of kept) values.fill(NOT);
 }
 
 export function keepTile(tile) {
-  const { values, confidence } = kept[tile.quantity];
+  const { values, spreads } = kept[tile.quantity];
   for (let row = 0; row < TILE; row += 1) {
     const to = (tile.row * TILE + row) * SIDE + tile.column * TILE, from = row * TILE;
     values.set(tile.values.subarray(from, from + TILE), to);
-    confidence.set(tile.confidence.subarray(from, from + TILE), to);
+    spreads.set(tile.spreads.subarray(from, from + TILE), to);
   }
 }
 
@@ -41,36 +44,42 @@ export function over(ink, confidence) {
   return ink.map((part, at) => Math.round(share * part + (1 - share) * NOT_FELT[at]));
 }
 
-// Paints tiles into 256 x 256 pixels, far edge on top: colours, and masks of what is stippled or dotted.
+export function confidenceOf(quantity, spread) {
+  return (quantity === "material" ? CONFIDENT_MATERIAL : CONFIDENT).filter(most => (spread & ~STEEP) <= most).length;
+}
+
+// Where a spread stands between the ends of what U shows: from white, well known, to dark.
+export function unsureInk(quantity, spread) {
+  return inkOf("stiffness", quantity === "material" ? (spread & ~STEEP) / 50 : ((spread & ~STEEP) - 48) / 32);
+}
+
+// Paints tiles into 256 x 256 pixels, far edge on top: colours, and masks of what is stippled, dotted or steep.
 export class Painting {
   constructor() {
-    [this.colours, this.stippled, this.dotted] = [0, 1, 2].map(() => Object.assign(document.createElement("canvas"), { width: SIDE, height: SIDE }));
-    this.image = new ImageData(TILE, TILE);
-    this.mask = new ImageData(TILE, TILE);
-    this.dots = new ImageData(TILE, TILE);
+    this.layers = ["colours", "stippled", "dotted", "steep"].map(name => {
+      this[name] = Object.assign(document.createElement("canvas"), { width: SIDE, height: SIDE });
+      return [this[name].getContext("2d"), new ImageData(TILE, TILE)];
+    });
     this.beyond = [false, false];
   }
 
   tile(quantity, column, row, range, legend, sure) {
-    const { values, confidence } = kept[QUANTITIES.indexOf(quantity)];
-    [this.image, this.mask, this.dots].forEach(image => image.data.fill(0));
+    const { values, spreads } = kept[QUANTITIES.indexOf(quantity)], [image, stippled, dotted, steep] = this.layers.map(([, part]) => part.data.fill(0));
     for (let y = 0; y < TILE; y += 1) {
       for (let x = 0; x < TILE; x += 1) {
         const cell = (row * TILE + y) * SIDE + column * TILE + x, code = values[cell];
         if (code === NOT) continue;
-        const pixel = 4 * ((TILE - 1 - y) * TILE + x), step = confidence[cell];
-        if (step === 0) { this.dots.data[pixel + 3] = 255; continue; }
+        const pixel = 4 * ((TILE - 1 - y) * TILE + x), step = confidenceOf(quantity, spreads[cell]);
+        if (spreads[cell] & STEEP) steep[pixel + 3] = 255;
+        if (sure) { image.set([...unsureInk(quantity, spreads[cell]), 255], pixel); continue; }
+        if (step === 0) { dotted[pixel + 3] = 255; continue; }
         const place = quantity === "material" ? code : placeOf(quantity, valueOf(quantity, code, range), legend);
         if (quantity !== "material") { if (place < 0) this.beyond[0] = true; if (place > 1) this.beyond[1] = true; }
-        const ink = sure ? [1, 1, 1].map(part => 255 * part * OPACITY[step]) : over(inkOf(quantity, place), step);
-        this.image.data.set([ink[0], ink[1], ink[2], 255], pixel);
-        if (step === 1 && !sure) this.mask.data[pixel + 3] = 255;
+        image.set([...over(inkOf(quantity, place), step), 255], pixel);
+        if (step === 1) stippled[pixel + 3] = 255;
       }
     }
-    const left = column * TILE, top = SIDE - (row + 1) * TILE;
-    this.colours.getContext("2d").putImageData(this.image, left, top);
-    this.stippled.getContext("2d").putImageData(this.mask, left, top);
-    this.dotted.getContext("2d").putImageData(this.dots, left, top);
+    for (const [pen, part] of this.layers) pen.putImageData(part, column * TILE, SIDE - (row + 1) * TILE);
   }
 
   all(quantity, range, legend, sure) {
@@ -81,14 +90,14 @@ export class Painting {
 
 // For each tile in which something was felt: its middle in cells, how much was felt, lowest and highest value.
 export function regions(quantity, range) {
-  const { values, confidence } = kept[QUANTITIES.indexOf(quantity)], found = [];
+  const { values, spreads } = kept[QUANTITIES.indexOf(quantity)], found = [];
   for (let row = 0; row < SIDE / TILE; row += 1) {
     for (let column = 0; column < SIDE / TILE; column += 1) {
       let felt = 0, low = Infinity, high = -Infinity;
       for (let y = 0; y < TILE; y += 1) {
         for (let x = 0; x < TILE; x += 1) {
           const cell = (row * TILE + y) * SIDE + column * TILE + x;
-          if (values[cell] === NOT || confidence[cell] === 0) continue;
+          if (values[cell] === NOT || confidenceOf(quantity, spreads[cell]) === 0) continue;
           felt += 1;
           low = Math.min(low, values[cell]);
           high = Math.max(high, values[cell]);

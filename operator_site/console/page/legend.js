@@ -1,6 +1,6 @@
 // D, the legend: value upwards, confidence to the right, blended exactly as on the map; for materials a list.
 import { byId, fit, write } from "./dom.js";
-import { inkOf, over } from "./felt.js";
+import { inkOf, over, SPREADS } from "./felt.js";
 import { word } from "./map_over.js";
 import { colour } from "./theme.js";
 import { capital, marks, WORDS } from "./words.js";
@@ -15,14 +15,14 @@ export function drawLegend(quantity, legend, materials, sure, beyond) {
   const width = canvas.clientWidth, height = canvas.clientHeight;
   pen.fillStyle = colour.panel;
   pen.fillRect(0, 0, width, height);
-  const listed = quantity === "material";
-  write(byId("legend-unit"), sure ? WORDS.confidence : WORDS.legendUnit[quantity]);
-  write(byId("legend-high"), listed || sure ? "" : `${beyond[1] ? "▲ " : ""}${digits(legend[1])}`);
-  write(byId("legend-low"), listed || sure ? "" : `${beyond[0] ? "▼ " : ""}${digits(legend[0])}`);
-  write(byId("legend-foot"), WORDS.confidenceFoot);
-  if (listed && !sure) list(pen, materials, width, height);
+  const listed = quantity === "material" && !sure, [low, high] = sure ? SPREADS[quantity] : legend, unit = (sure ? WORDS.spreadUnit : WORDS.legendUnit)[quantity];
+  write(byId("legend-unit"), unit);
+  write(byId("legend-high"), listed ? "" : `${beyond[1] && !sure ? "▲ " : ""}${digits(high)}`);
+  write(byId("legend-low"), listed ? "" : `${beyond[0] && !sure ? "▼ " : ""}${digits(low)}`);
+  write(byId("legend-foot"), sure ? "" : WORDS.confidenceFoot);
+  if (listed) list(pen, materials, width, height);
   else field(pen, quantity, sure, width, height);
-  const name = listed ? materials.join(", ") : `${capital(quantity)}, ${digits(legend[0])} … ${digits(legend[1])} ${WORDS.legendUnit[quantity]}`;
+  const name = listed ? materials.join(", ") : `${capital(quantity)}, ${digits(low)} … ${digits(high)} ${unit}`;
   if (canvas.getAttribute("aria-label") !== name) canvas.setAttribute("aria-label", name);
 }
 
@@ -34,7 +34,7 @@ function field(pen, quantity, sure, width, height) {
   for (let step = 1; step <= 3; step += 1) {
     const left = (step - 1) * width / 3;
     for (let y = 0; y < height; y += 1) {
-      const ink = sure ? [1, 1, 1].map(() => [0, 127, 191, 255][step]) : over(inkOf(quantity, 1 - y / height), step);
+      const ink = sure ? inkOf("stiffness", 1 - y / height) : over(inkOf(quantity, 1 - y / height), step);
       pen.fillStyle = `rgb(${ink.join(" ")})`;
       pen.fillRect(left, y, width / 3, 1.5);
     }

@@ -1,6 +1,6 @@
 // D, the tactile map: what was felt, seen along the plane's normal. It moves and zooms only when a person moves it.
 import { byId, equal, fit, make, write } from "./dom.js";
-import { codeAt, forgetFelt, keepTile, NOT, Painting, QUANTITIES, regions, SIDE } from "./felt.js";
+import { codeAt, forgetFelt, keepTile, NOT, Painting, QUANTITIES, regions, SIDE, valueOf } from "./felt.js";
 import { drawLegend } from "./legend.js";
 import { drawOver, drawStill, word } from "./map_over.js";
 import { now } from "./now.js";
@@ -8,7 +8,7 @@ import { onTheme } from "./theme.js";
 import { capital, marks, WORDS } from "./words.js";
 
 const ZOOM = 1.5, MOST_ZOOM = 12, LOOK_MS = 250, PAINT_MS = 100, FRAME = { x_m: -0.128, y_m: -0.128, cell_m: 0.001 };
-const ENDS = [1, 2], WIDER = 2;
+const ENDS = [1, 2], WIDER = 2, SIGN_K = 1;
 const NEAR_TIMES = 2, NEAR_TILES = [2, 3, 4, 5]; // the middle 128 mm
 const painting = new Painting();
 let connection = null, quantity = "temperature", sure = false, zoom = null, middle = null, frameKey = "", legendKey = "", stillKey = "", dirty = true, paintedAt_ms = 0, wider = 0;
@@ -159,45 +159,60 @@ function paint(canvas, at) {
   pen.fillStyle = pattern(pen, "not felt", brush => {
     brush.fillStyle = "#808890";
     brush.fillRect(0, 0, 8, 8);
-    brush.strokeStyle = "#6D757D";
-    brush.lineWidth = 1.2;
-    for (const start of [-8, 0, 8]) { brush.moveTo(start, 8); brush.lineTo(start + 8, 0); }
-    brush.stroke();
+    slanted(brush, "#6D757D");
   });
   pen.fillRect(0, 0, canvas.width, canvas.height);
   const place = [at.toX(at.left_mm) * scale, at.toY(at.near_mm + at.side_mm) * scale, at.side_mm * at.scale * scale, at.side_mm * at.scale * scale];
   pen.drawImage(painting.colours, ...place);
-  through(pen, canvas, painting.stippled, place, "stipple", 4);
-  through(pen, canvas, painting.dotted, place, "dot", 8);
-  if (quantity === "material" && !sure) letters(pen, at, scale);
+  through(pen, canvas, painting.stippled, place, "stipple", dots(4, 1));
+  through(pen, canvas, painting.dotted, place, "dot", dots(8, 2));
+  through(pen, canvas, painting.steep, place, "steep", brush => slanted(brush, "#10151B"));
+  if (!sure) letters(pen, at, scale);
   drawStill(canvas, at);
 }
 
-// A dot pattern, seen only through a mask's cells.
+function slanted(brush, ink) {
+  brush.strokeStyle = ink;
+  brush.lineWidth = 1.2;
+  for (const start of [-8, 0, 8]) { brush.moveTo(start, 8); brush.lineTo(start + 8, 0); }
+  brush.stroke();
+}
+
+function dots(step, size) {
+  return brush => {
+    brush.fillStyle = "#10151B";
+    for (let y = 0; y < 8; y += step) for (let x = (y / step % 2) * step / 2; x < 8; x += step) brush.fillRect(x, y, size, size);
+  };
+}
+
+// A pattern, seen only through a mask's cells.
 const sieve = document.createElement("canvas");
-function through(pen, canvas, mask, place, name, step) {
+function through(pen, canvas, mask, place, name, draw) {
   sieve.width = canvas.width;
   sieve.height = canvas.height;
   const brush = sieve.getContext("2d");
   brush.imageSmoothingEnabled = false;
-  brush.fillStyle = pattern(pen, name, dots => {
-    dots.fillStyle = "#10151B";
-    for (let y = 0; y < 8; y += step) for (let x = (y / step % 2) * step / 2; x < 8; x += step) dots.fillRect(x, y, step === 8 ? 2 : 1, step === 8 ? 2 : 1);
-  });
+  brush.fillStyle = pattern(pen, name, draw);
   brush.fillRect(0, 0, sieve.width, sieve.height);
   brush.globalCompositeOperation = "destination-in";
   brush.drawImage(mask, ...place);
   pen.drawImage(sieve, 0, 0);
 }
 
-// Materials carry a letter or two of their name, so that no colour has to be told from another.
+// What no colour has to tell: a letter or two of a material, and to which side of the scale's middle a temperature is.
+function markOf(code, short, middle) {
+  if (code === NOT || quantity !== "temperature") return quantity === "material" ? short[code] : "";
+  const off = valueOf(quantity, code, range()) - middle;
+  return Math.abs(off) < SIGN_K ? "" : off > 0 ? "+" : "−";
+}
+
 function letters(pen, at, scale) {
-  const short = marks(now.state?.map?.materials ?? []), step = Math.max(8, Math.round(28 / at.scale));
+  const short = marks(now.state?.map?.materials ?? []), [low, high] = legend(), step = Math.max(8, Math.round(28 / at.scale));
   pen.font = `600 ${16 * scale}px system-ui, sans-serif`;
   pen.textAlign = "center";
   for (let row = step >> 1; row < SIDE; row += step) {
     for (let column = step >> 1; column < SIDE; column += step) {
-      const mark = short[codeAt("material", column, row)];
+      const mark = markOf(codeAt(quantity, column, row), short, (low + high) / 2);
       if (!mark) continue;
       const x = at.toX(at.left_mm + column * at.side_mm / SIDE) * scale, y = at.toY(at.near_mm + row * at.side_mm / SIDE) * scale;
       word(pen, mark, x, y + 6 * scale, scale);

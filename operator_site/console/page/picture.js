@@ -46,7 +46,5 @@ function decodeTile(view, buffer) {
   if (buffer.byteLength !== TILE_BYTES) throw new BadPicture(`tile of ${buffer.byteLength} bytes`);
   const quantity = view.getUint8(4), column = view.getUint8(5), row = view.getUint8(6);
   if (quantity > 3 || column > 7 || row > 7) throw new BadPicture("tile out of the map");
-  const confidence = new Uint8Array(buffer, TILE_HEADER + 2 * TILE_CELLS, TILE_CELLS);
-  if (confidence.some(step => step > 3)) throw new BadPicture("confidence");
-  return { kind: TILE, quantity, column, row, revision: view.getUint32(8, true), values: new Uint16Array(buffer, TILE_HEADER, TILE_CELLS), confidence };
+  return { kind: TILE, quantity, column, row, revision: view.getUint32(8, true), values: new Uint16Array(buffer, TILE_HEADER, TILE_CELLS), spreads: new Uint8Array(buffer, TILE_HEADER + 2 * TILE_CELLS, TILE_CELLS) };
 }

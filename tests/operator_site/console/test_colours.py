@@ -1,8 +1,11 @@
 """The tactile map's colours: the page's tables are the report's, and each goes one way in brightness."""
 
+import base64
+import re
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from operator_site.console import colours
@@ -16,6 +19,18 @@ def brightness(colour: str) -> float:
 def test_the_page_has_the_same_tables() -> None:
     page = Path(colours.__file__).parent / "page" / "colours.js"
     assert page.read_text("utf-8") == colours.javascript()
+
+
+def test_what_the_page_puts_between_is_as_near_as_can_be_seen() -> None:
+    page = Path(colours.__file__).parent / "page" / "colours.js"
+    for name, table in colours.TABLES.items():
+        found = re.search(rf'{name}: table\("([^"]+)"\)', page.read_text("utf-8"))
+        assert found is not None
+        few = np.frombuffer(base64.b64decode(found[1]), np.uint8).reshape(-1, 3).astype(float)
+        whole = np.array([list(bytes.fromhex(colour)) for colour in table])
+        for part in range(3):
+            between = np.interp(np.arange(256), np.linspace(0, 255, len(few)), few[:, part])
+            assert np.abs(np.round(between) - whole[:, part]).max() <= 1
 
 
 def test_each_table_has_256_colours() -> None:
