@@ -5,6 +5,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from ssl import SSLContext
 from typing import Any
 
 from websockets.sync.client import ClientConnection, connect
@@ -96,10 +97,12 @@ class Page:
 
 
 @contextmanager
-def opened(address: str, path: str = "/session", draws: bool = True, **headers: str) -> Iterator[Page]:
-    """A page of the console at this address."""
+def opened(
+    address: str, path: str = "/session", draws: bool = True, ssl: SSLContext | None = None, **headers: str
+) -> Iterator[Page]:
+    """A page of the console at this address; over TLS, trusting what `ssl` trusts."""
     origin = headers.pop("Origin", address)
     with connect(
-        address.replace("http", "ws", 1) + path, origin=origin, additional_headers=headers, max_size=1 << 20
+        address.replace("http", "ws", 1) + path, origin=origin, additional_headers=headers, max_size=1 << 20, ssl=ssl
     ) as connection:
         yield Page(connection, draws)
