@@ -4,14 +4,14 @@ FROM python:3.11-slim
 ENV PIP_NO_CACHE_DIR=1 PIP_ROOT_USER_ACTION=ignore PYTHONUNBUFFERED=1 PYTHONDONTWRITEBYTECODE=1 MPLCONFIGDIR=/tmp
 
 RUN useradd --uid 10001 --create-home --shell /usr/sbin/nologin teletaction \
-    && install -d -o teletaction -g teletaction -m 0700 /keys/remote /keys/operator \
+    && install -d -o teletaction -g teletaction -m 0700 /keys/remote /keys/operator /keys/console \
     && install -d -o teletaction -g teletaction /session
 
 WORKDIR /build
 # What the project needs changes less often than the project: a layer of its own.
 COPY pyproject.toml constraints.txt ./
-RUN python -c "import tomllib; print(*tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies'], sep='\n')" \
-        > requirements.txt \
+RUN python -c "import tomllib; project = tomllib.load(open('pyproject.toml', 'rb'))['project']; \
+        print(*project['dependencies'], *project['optional-dependencies']['console'], sep='\n')" > requirements.txt \
     && pip install --only-binary=:all: -c constraints.txt -r requirements.txt
 
 COPY LICENSE README.md ./

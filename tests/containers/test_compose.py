@@ -1,20 +1,27 @@
 """The composition as it stands: built, brought up, a process killed, taken down, and the session judged."""
 
 import json
+import os
 import shutil
+import socket
+import ssl
 import subprocess
 import time
 import uuid
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
+from urllib.error import HTTPError
+from urllib.request import Request, urlopen
 
 import pytest
+from websockets.exceptions import ConnectionClosed
 
 from common import limits
 from common.fingers import FINGERS
 from teletaction.conclude import conclude
-from teletaction.demo_files import PROCESSES, DemoOptions
+from teletaction.demo_files import DemoOptions
+from tests.session.page import opened
 
 pytestmark = [pytest.mark.containers, pytest.mark.timeout(600)]
 
@@ -24,7 +31,9 @@ SERVICES = {
     "sim-operator": "sim-operator",
     "remote": "remote-site",
     "operator": "operator-site",
+    "console": "console",
 }
+PAGE = 8090
 KILL = "import json, os; os.kill(json.load(open('/session/remote.json'))['pid'], 9)"
 
 
@@ -42,6 +51,7 @@ class Composition:
         has_plugin = subprocess.run(("docker", "compose", "version"), capture_output=True, timeout=30, check=False)
         compose = ("docker", "compose") if has_plugin.returncode == 0 else ("docker-compose",)
         self._compose = (*compose, "-p", f"teletaction-test-{uuid.uuid4().hex[:8]}")
+        os.environ["CONSOLE_PORT"] = str(free_port())
 
     def __call__(self, *words: str, seconds: float = 60.0) -> str:
         return run(*self._compose, *words, seconds=seconds)
@@ -60,8 +70,27 @@ class Composition:
         status: dict[str, Any] = json.loads(text)
         return status
 
+    def page(self, folder: Path) -> tuple[str, ssl.SSLContext]:
+        """Where the console is on this host, and what its certificate is checked against."""
+        certificate = folder / "certificate.pem"
+        run("docker", "cp", f"{self.container('console')}:/keys/console/certificate.pem", str(certificate))
+        published = self("port", "operator-host", str(PAGE)).strip()
+        assert published == f"127.0.0.1:{os.environ['CONSOLE_PORT']}"
+        return f"https://{published}", ssl.create_default_context(cafile=certificate)
+
+    def tokens(self) -> dict[str, str]:
+        """The console's tokens by what they are for."""
+        lines = run("docker", "exec", self.container("console"), "cat", "/keys/console/tokens").splitlines()
+        return {role: token for _, role, token in map(str.split, lines)}
+
     def engaged(self) -> bool:
         return all(self.status(site)["state"] == "engaged" for site in ("remote", "operator"))
+
+
+def free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port: int = server.getsockname()[1]
+        return port
 
 
 @pytest.fixture
@@ -88,13 +117,41 @@ def wait_for(what: Callable[[], bool], told: str, seconds: float) -> None:
     raise AssertionError(f"{told}: not within {seconds:g} s")
 
 
+def use_console(composition: Composition, folder: Path) -> None:
+    """Its page is for who has a token; a finding is made on it."""
+    address, trust = composition.page(folder)
+    tokens = composition.tokens()
+    with pytest.raises(HTTPError, match="401"):
+        urlopen(address + "/page/main.js", context=trust)
+    for headers in ({}, {"Cookie": "teletaction=" + "0" * 64}):
+        with opened(address, ssl=trust, **headers) as stranger, pytest.raises(ConnectionClosed):
+            stranger.until(lambda page=stranger: page.state, "nothing")
+    with (
+        opened(address, ssl=trust, Cookie=f"teletaction={tokens['act']}") as page,
+        opened(address, ssl=trust, Cookie=f"teletaction={tokens['observe']}") as observer,
+    ):
+        page.until(lambda: page.state and page.state["session"]["state"] == "engaged", "an engaged session")
+        page.until(lambda: page.picture is not None and len(page.picture.bins) > 0, "a picture")
+        assert page.state["meaning"].startswith("Calibrated ")
+        assert page.ask("begin", pseudonym="P-0417")["ok"]
+        assert page.ask("finding", finger="index", kind="warm")["details"]["saved"]
+        observer.until(lambda: observer.state and observer.state["findings"], "the finding")
+        assert not observer.ask("estop")["ok"]
+        assert page.ask("end")["ok"]
+        page.until(lambda: page.state["session"]["saved"]["report"], "the report", 120.0)
+        report = Request(address + page.state["session"]["saved"]["report"])
+    report.add_header("Cookie", f"teletaction={tokens['observe']}")
+    assert "P-0417" in urlopen(report, context=trust).read().decode()
+
+
 def test_a_composition_survives_a_killed_site_and_keeps_every_limit(composition: Composition, tmp_path: Path) -> None:
     composition("build", seconds=400.0)
     composition("up", "--detach", seconds=120.0)
-    wait_for(lambda: all(composition.health(process) == "healthy" for process in PROCESSES), "all healthy", 90.0)
+    wait_for(lambda: all(composition.health(process) == "healthy" for process in SERVICES), "all healthy", 90.0)
     wait_for(composition.engaged, "engaged", 60.0)
     wait_for(lambda: composition.status("sim-operator")["script_s"] > 15.0, "15 s of work", 60.0)
 
+    use_console(composition, tmp_path)
     ticks, restarts = composition.status("remote")["loop"]["ticks"], composition.restarts("remote")
     # Its exit code says nothing: the command may end with the container whose process it kills.
     kill = ("docker", "exec", composition.container("remote"), "python", "-c", KILL)

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from pydantic import BaseModel
 
-from common.config import OperatorConfig, RemoteConfig, SimOperatorConfig, SimRemoteConfig, load_config
+from common.config import ConsoleConfig, OperatorConfig, RemoteConfig, SimOperatorConfig, SimRemoteConfig, load_config
 
 ROOT = Path(__file__).parents[2]
 DOCKER = ROOT / "docker"
@@ -34,6 +34,37 @@ def test_the_sites_look_for_the_devices_where_the_simulators_serve_them() -> Non
     assert (bench.scene, bench.seed) == (hand.scene, hand.seed)
 
 
+def service(name: str) -> str:
+    """A service of the composition, as it is written."""
+    return (ROOT / "docker-compose.yml").read_text("utf-8").split(f"\n  {name}:\n")[1].split("\n\n")[0]
+
+
+@pytest.mark.parametrize("folder", ["", "hardware"])
+def test_the_console_looks_for_its_site_where_that_is(folder: str) -> None:
+    console = load_config(DOCKER / folder / "console.toml", ConsoleConfig)
+    site = load_config(DOCKER / folder / "operator.toml", OperatorConfig)
+    assert (console.desk_port, console.feed_port, console.keys) == (site.desk_port, site.feed_port, site.link.keys)
+    assert "{record}" in console.report_command
+    assert "{report}" in console.report_command
+
+
+def test_the_simulated_sessions_page_is_on_this_hosts_loopback_only_and_wants_a_token_over_tls() -> None:
+    console = load_config(DOCKER / "console.toml", ConsoleConfig)
+    assert re.findall(r"^ +ports: .*$", (ROOT / "docker-compose.yml").read_text("utf-8"), re.MULTILINE) == [
+        f'    ports: ["127.0.0.1:${{CONSOLE_PORT:-8090}}:{console.port}"]'
+    ]
+    assert "ports:" in service("operator-host")
+    for name in ("operator-site", "console"):
+        assert "network_mode: service:operator-host" in service(name), "the site serves on its loopback only"
+    assert console.tokens is not None
+    assert console.certificate is not None
+
+
+def test_the_page_of_real_devices_is_on_their_hosts_loopback() -> None:
+    assert load_config(DOCKER / "hardware" / "console.toml", ConsoleConfig).bind == "127.0.0.1"
+    assert "network_mode: host" in service("console-hardware")
+
+
 @pytest.mark.parametrize(("name", "model"), [("remote", RemoteConfig), ("operator", OperatorConfig)])
 def test_each_device_of_the_hardware_configuration_is_mapped_by_the_composition(
     name: str, model: type[BaseModel]
@@ -46,8 +77,9 @@ def test_each_device_of_the_hardware_configuration_is_mapped_by_the_composition(
         for address in table.values()
         if str(address).startswith("/dev/")
     }
-    service = (ROOT / "docker-compose.yml").read_text("utf-8").split(f"  {name}-site-hardware:")[1].split("\n\n")[0]
-    mapped = set(re.findall(r"^      - /dev/serial/by-id/\S+:(/dev/\S+)$", service, re.MULTILINE))
+    mapped = set(
+        re.findall(r"^      - /dev/serial/by-id/\S+:(/dev/\S+)$", service(f"{name}-site-hardware"), re.MULTILINE)
+    )
     assert named == mapped
     assert len(named) % 5 == 0
     assert named
