@@ -53,8 +53,8 @@ class Playing(Protocol):
     def pause(self) -> None:
         """Stand still."""
 
-    def seek(self, at_s: float) -> None:
-        """Go to a time of the recording, s from its beginning."""
+    def seek(self, at_s: float) -> bool:
+        """Go to a time of the recording, s from its beginning; False where it must be read first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -286,8 +286,8 @@ class Acts:
             raise Refused("play has a speed, seek a time in s.")
         if verb == "play":
             self._playing.play(min(max(float(value), 0.5), 8.0))
-        else:
-            self._playing.seek(max(0.0, float(value)))
+        elif not self._playing.seek(max(0.0, float(value))):
+            return Answer(True, "Reading ahead.")
         return Answer(True, "")
 
     def _write_session(self, what: str, client: Client, pseudonym: str, now_s: float) -> None:

@@ -28,18 +28,19 @@ GONE_S = 1.0
 HELD_S = 3.0
 """A limit is shown for so long after it acted."""
 _NAN = math.nan
-_QUIET = Limit.RELEASED | Limit.FORCE_RAMP | Limit.PLATE_RATE | Limit.MOTOR_RANGE
+_QUIET = int(Limit.RELEASED | Limit.FORCE_RAMP | Limit.PLATE_RATE | Limit.MOTOR_RANGE)
 """These act whenever something begins or ends: they hold nothing back that a person would miss."""
 _LIMITS = {
-    Limit.FORCE_RANGE: "force",
-    Limit.STIFFNESS: "stiffness",
-    Limit.PASSIVITY: "energy",
-    Limit.PLATE_RANGE: "plate range",
-    Limit.PLATE_TEMPERATURE: "plate",
-    Limit.DOSE: "skin dose",
-    Limit.PLATE_UNKNOWN: "no plate reading",
-    Limit.DRIVE_RANGE: "drive",
+    int(Limit.FORCE_RANGE): "force",
+    int(Limit.STIFFNESS): "stiffness",
+    int(Limit.PASSIVITY): "energy",
+    int(Limit.PLATE_RANGE): "plate range",
+    int(Limit.PLATE_TEMPERATURE): "plate",
+    int(Limit.DOSE): "skin dose",
+    int(Limit.PLATE_UNKNOWN): "no plate reading",
+    int(Limit.DRIVE_RANGE): "drive",
 }
+"""Plain numbers: an enumeration's take as long to compare as all the rest of a message takes to be shown."""
 _AGE = FIELDS.index("age_s")
 _COLUMNS = [TOUCH_COLUMN[name] for name in ("x_m", "y_m", "surface_z_m", "contact_force_n", "mode", "stiffness_n_m")]
 
@@ -62,7 +63,7 @@ class FingersNow:
         self._touch_s = self._rendered_s = self._skin_s = -math.inf
         self._force_n = self._motor_hz = self._plate_c = self._plate_set_c = self._skin_c = [_NAN] * len(FINGERS)
         self._limited = [0] * len(FINGERS)
-        self._acted: list[dict[Limit, float]] = [{} for _ in FINGERS]
+        self._acted: list[dict[int, float]] = [{} for _ in FINGERS]
 
     def take_touch(self, t_s: float, touch: Touch, rows: list[list[float]]) -> None:
         """A touch was accepted; `rows` are its block's."""

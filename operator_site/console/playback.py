@@ -30,8 +30,8 @@ STREAMS = (
 )
 """What a console is made of, live or from a recording."""
 SPEEDS = (0.5, 8.0)
-CHECKPOINT_S = 10.0
-MOST_CHECKPOINTS = 200
+CHECKPOINT_S = 5.0
+MOST_CHECKPOINTS = 400
 """A longer recording has them farther apart."""
 _COMPRESSION = 1
 
@@ -138,6 +138,7 @@ class Playback(Generic[C]):
         speed: of playing, within SPEEDS.
         playing: whether time goes on.
         length_s, marks, title: of the recording.
+        checkpoints: the console before each multiple of so many seconds after the start, from the first on.
     """
 
     def __init__(self, recording: Recording, make: Callable[[], C]) -> None:
@@ -151,8 +152,7 @@ class Playback(Generic[C]):
         self._make = make
         every_s = max(CHECKPOINT_S, recording.length_s / MOST_CHECKPOINTS)
         self._every_ns = round(every_s * 1e9)
-        self._checkpoints: list[bytes] = []
-        """The console before each multiple of `_every_ns` after the start, from the first on."""
+        self.checkpoints: list[bytes] = []
         self._scout: tuple[C, Iterator[tuple[str, int, bytes]], tuple[str, int, bytes] | None] | None = None
         self.length_s, self.marks, self.title = recording.length_s, recording.marks(), recording.title()
         self.jumps = -1
@@ -175,14 +175,6 @@ class Playback(Generic[C]):
     def at_s(self) -> float:
         """The same since its start, s."""
         return (self._now_ns - self._recording.start_ns) * 1e-9
-
-    @property
-    def prepared(self) -> float:
-        """Share of the recording that can be entered at once, 0..1."""
-        if self._recording.end_ns == self._recording.start_ns:
-            return 1.0
-        known_ns = len(self._checkpoints) * self._every_ns
-        return min(1.0, known_ns / (self._recording.end_ns - self._recording.start_ns))
 
     def play(self, wall_s: float, speed: float | None = None) -> None:
         """Go on from here; at the end, from the start.
@@ -219,31 +211,35 @@ class Playback(Generic[C]):
         self._take_until(min(target, self._recording.end_ns))
         self.playing = self._now_ns < self._recording.end_ns
 
+    def ready(self, at_s: float) -> bool:
+        """Whether all checkpoints before a moment are made: a jump there then takes one checkpoint's messages."""
+        return len(self.checkpoints) >= round(max(0.0, min(at_s, self.length_s)) * 1e9) // self._every_ns
+
     def prepare(self) -> bool:
         """Make the next checkpoint ahead of what is played; returns whether there is more to prepare.
 
-        A server calls it between pictures: one call takes the messages of one checkpoint's time.
+        Where another process does that, its `checkpoints` are put into those here, in order.
         """
-        next_ns = self._recording.start_ns + (len(self._checkpoints) + 1) * self._every_ns
+        next_ns = self._recording.start_ns + (len(self.checkpoints) + 1) * self._every_ns
         if next_ns > self._recording.end_ns:
             self._scout = None
             return False
         if self._scout is None:
-            console, from_ns = self._restore(len(self._checkpoints))
+            console, from_ns = self._restore(len(self.checkpoints))
             self._scout = console, self._recording.messages(from_ns), None
         console, messages, waiting = self._scout
         waiting = _give(console, messages, waiting, next_ns)
         self._scout = console, messages, waiting
-        self._checkpoints.append(zlib.compress(pickle.dumps(console, pickle.HIGHEST_PROTOCOL), _COMPRESSION))
+        self.checkpoints.append(zlib.compress(pickle.dumps(console, pickle.HIGHEST_PROTOCOL), _COMPRESSION))
         return True
 
     def _go_to(self, target_ns: int) -> None:
         """Bring the console to a moment: all messages up to and with it."""
         self.jumps += 1
         number = (target_ns - self._recording.start_ns) // self._every_ns
-        while len(self._checkpoints) < number and self.prepare():
+        while len(self.checkpoints) < number and self.prepare():
             pass
-        self.console, from_ns = self._restore(min(number, len(self._checkpoints)))
+        self.console, from_ns = self._restore(min(number, len(self.checkpoints)))
         self._messages = self._recording.messages(from_ns)
         self._waiting: tuple[str, int, bytes] | None = None
         self._take_until(target_ns)
@@ -253,7 +249,7 @@ class Playback(Generic[C]):
         from_ns = self._recording.start_ns + number * self._every_ns
         if number == 0:
             return self._make(), from_ns
-        console: C = pickle.loads(zlib.decompress(self._checkpoints[number - 1]))
+        console: C = pickle.loads(zlib.decompress(self.checkpoints[number - 1]))
         return console, from_ns
 
     def _take_until(self, target_ns: int) -> None:

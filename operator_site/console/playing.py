@@ -16,6 +16,7 @@ from operator_site.console.keeping import Keeping
 from operator_site.console.live_console import STATE_S
 from operator_site.console.pages import Pages
 from operator_site.console.playback import Playback, Recording
+from operator_site.console.reading_ahead import ReadingAhead
 from operator_site.console.shown_state import shown_state
 from operator_site.feed import BATCH_S
 
@@ -23,9 +24,17 @@ from operator_site.feed import BATCH_S
 class Player:
     """Plays by the wall clock."""
 
-    def __init__(self, recording: Recording):
-        """At the start, paused."""
+    def __init__(self, recording: Recording, ahead: ReadingAhead):
+        """At the start, paused.
+
+        Args:
+            recording: what is played.
+            ahead: reads the same.
+        """
         self._playback = Playback(recording, lambda: Console(live=False))
+        self._ahead = ahead
+        self._target_s: float | None = None
+        """Where to jump, as soon as that is read."""
         self._start = _start(recording)
         self._marks = [mark._asdict() for mark in self._playback.marks]
         self._jumps = self._playback.jumps
@@ -58,9 +67,12 @@ class Player:
 
     def step(self, wall_s: float) -> bool:
         """Play on; whether time has jumped since the last call."""
-        self._playback.step(wall_s)
-        if not self._playback.playing:
-            self._playback.prepare()  # a jump to what was prepared takes no time
+        self._playback.checkpoints += self._ahead.made()
+        if self._target_s is None:
+            self._playback.step(wall_s)
+        elif self._playback.ready(self._target_s):
+            self._playback.seek(self._target_s, wall_s)
+            self._target_s = None
         jumped = self._playback.jumps != self._jumps
         self._jumps = self._playback.jumps
         return jumped
@@ -73,9 +85,13 @@ class Player:
         """Stand still."""
         self._playback.pause(time.monotonic())
 
-    def seek(self, at_s: float) -> None:
-        """Go to a time of the recording, s from its beginning."""
-        self._playback.seek(at_s, time.monotonic())
+    def seek(self, at_s: float) -> bool:
+        """Go to a time of the recording, s from its beginning, with the next step; False where it must be read first.
+
+        A slider that is dragged asks for many: the newest counts.
+        """
+        self._target_s = at_s
+        return self._playback.ready(at_s)
 
     def shown(self) -> dict[str, Any]:
         """For the page."""
@@ -100,7 +116,7 @@ class PlayedConsole:
         """
         recording = Recording(path)
         opened.callback(recording.close)
-        self._player = Player(recording)
+        self._player = Player(recording, ReadingAhead(path, opened))
         control = Control()
         keeping = Keeping(None, {})
         acts = Acts(self._player.console, None, keeping, control, self._player)
