@@ -30,7 +30,7 @@ STREAMS = (
 )
 """What a console is made of, live or from a recording."""
 SPEEDS = (0.5, 8.0)
-CHECKPOINT_S = 5.0
+CHECKPOINT_S = 2.0
 MOST_CHECKPOINTS = 400
 """A longer recording has them farther apart."""
 _COMPRESSION = 1

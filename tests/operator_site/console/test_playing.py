@@ -15,7 +15,7 @@ from operator_site.console.reading_ahead import ReadingAhead
 from operator_site.site_recording import SCHEMAS
 from tests.operator_site.console.fed import S, rendered, touch
 
-SECONDS = 21
+SECONDS = 4.5 * CHECKPOINT_S
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +23,7 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("played") / "session.mcap"
     with Recorder(out, SCHEMAS, {}) as recorder:
         recorder.write("operator/session", 100 * S, bytes(msgpack.packb(["connected", 7, ""])))
-        for tick in range(1, 20 * SECONDS):
+        for tick in range(1, round(20 * SECONDS)):
             time_ns = 100 * S + tick * S // 20
             recorder.write("operator/touch", time_ns, touch(tick, time_ns))
             recorder.write("operator/rendered", time_ns, rendered())
@@ -48,17 +48,17 @@ def test_a_jump_waits_for_what_it_starts_from_and_the_newest_counts(path: Path) 
         reader, all_made = Reader(), _read(path)
         player = Player(recording, cast(ReadingAhead, reader))
         player.step(0.0)
-        assert player.seek(3.0)
+        assert player.seek(0.5 * CHECKPOINT_S)
         assert player.step(0.1), "this needs nothing"
-        assert not player.seek(12.0)
-        assert not player.seek(11.0)
+        assert not player.seek(2.9 * CHECKPOINT_S)
+        assert not player.seek(2.5 * CHECKPOINT_S)
         assert not player.step(0.2)
-        assert player.shown()["at_s"] == 3.0
+        assert player.shown()["at_s"] == 0.5 * CHECKPOINT_S
         reader.checkpoints = all_made[:1]
         assert not player.step(0.3)
         reader.checkpoints = all_made[1:2]
         assert player.step(0.4)
-        assert player.shown()["at_s"] == 11.0
+        assert player.shown()["at_s"] == 2.5 * CHECKPOINT_S
         assert not player.step(0.5)
         reader.checkpoints = all_made[2:]
         player.step(0.6)
@@ -73,13 +73,13 @@ def test_what_another_process_has_read_is_entered_as_if_it_were_played(path: Pat
         opened.callback(recording.close)
         ahead = ReadingAhead(path, opened)
         jumped = Player(recording, ahead)
-        jumped.seek(17.0)
+        jumped.seek(at_s := 3.5 * CHECKPOINT_S)
         while not jumped.step(0.0):  # until it is read
             pass
         played = Player(recording, cast(ReadingAhead, Reader()))
         played._playback.play(0.0, 1.0)
-        played.step(17.0)
-        assert jumped.shown()["at_s"] == played.shown()["at_s"] == 17.0
+        played.step(at_s)
+        assert jumped.shown()["at_s"] == played.shown()["at_s"] == at_s
         pictures = [player.console.picture(player.now_s, 1, None) for player in (jumped, played)]
         assert pictures[0] == pictures[1]
         assert jumped.console.felt.revision == played.console.felt.revision > 0
