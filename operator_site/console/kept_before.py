@@ -1,7 +1,7 @@
 """What an earlier run of the console kept: an examination that it left under way is gone on with by the next."""
 
+import glob
 import logging
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -49,14 +49,16 @@ def boot() -> str:
 
 
 def kept_before(path: Path, now: str) -> KeptBefore:
-    """The examination that was left under way in `PATH` and its successors `PATH` with -1, -2 ... in its name.
+    """The examination that was left under way in `PATH`, or in files of its name with `-` and anything more.
+
+    Those are its successors, -1, -2 ..., and what a supervisor has set aside before a restart.
 
     Args:
         path: of the first file.
         now: this run of the machine, `boot()`.
     """
-    numbered = re.compile(rf"{re.escape(path.stem)}(-\d+)?{re.escape(path.suffix)}")
-    files = [file for file in path.parent.glob(f"{path.stem}*{path.suffix}") if numbered.fullmatch(file.name)]
+    named = (glob.escape(path.name), f"{glob.escape(path.stem)}-*{path.suffix}")
+    files = [file for name in named for file in path.parent.glob(name)]
     contents = {file: _read(file) for file in sorted(files, key=lambda file: (file.stat().st_mtime_ns, file.name))}
     newest = next((made for made, _ in reversed(contents.values()) if made), "")
     entries = sorted(

@@ -88,6 +88,16 @@ def test_what_another_run_of_the_machine_left_is_said_and_not_gone_on_with(
     assert run(path) == KeptBefore(), "it is said once"
 
 
+def test_what_a_supervisor_has_set_aside_is_found(tmp_path: Path) -> None:
+    path = tmp_path / "console.mcap"
+    run(path, (1.0, session("begin", 1.0)), (2.0, finding(1, 2.0)))
+    aside = path.rename(tmp_path / "console-20261103T140700Z.mcap")
+    before = run(path, (3.0, finding(2, 3.0)))
+    assert (before.files, before.findings) == ((aside,), {1})
+    path.rename(tmp_path / "console-20261103T140900Z.mcap")
+    assert run(path).findings == {1, 2}
+
+
 @pytest.mark.parametrize("content", [b"", b"no recording at all", bytes(10_000)])
 def test_a_file_that_is_none_hides_nothing(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "console.mcap"
