@@ -8,13 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 from operator_site.console.map_tiles import MapPicture
 from teletaction.cli import app
 from teletaction.examination import Examination
 from teletaction.map_coverage import coverage
-from teletaction.map_figure import cell_colours, scale_ticks
+from teletaction.map_figure import cell_colours, draw_cells, scale_ticks
 from teletaction.session_report import report
 from tests.teletaction.recorded_examination import HOSTILE, START_S, record
 
@@ -188,3 +189,13 @@ def test_what_was_not_felt_has_no_colour() -> None:
 def test_scales_have_plain_numbers() -> None:
     assert scale_ticks("temperature", (30.0, 36.0)) == [30.0, 31.0, 32.0, 33.0, 34.0, 35.0, 36.0]
     assert scale_ticks("stiffness", (200.0, 5000.0)) == [200.0, 500.0, 1000.0, 2000.0, 5000.0]
+
+
+@pytest.mark.parametrize("steep", [True, False])
+def test_steep_ground_is_hatched(steep: bool) -> None:
+    shown = lines(8)
+    shown.steep[20:30, 20:30] = steep
+    axes = Figure().subplots()
+    draw_cells(axes, "temperature", shown, (30.0, 36.0))
+    hatched = [drawn for drawn in axes.collections if getattr(drawn, "hatches", None)]
+    assert bool(hatched) is steep

@@ -6,6 +6,7 @@ import msgpack
 from mcap.reader import make_reader
 
 from common.recording import Recorder
+from common.software_version import software_version
 from teletaction.merge import ORIGIN, merge_recordings
 
 
@@ -26,7 +27,7 @@ def test_configuration_and_tables_of_each_recording_are_kept_under_its_name(tmp_
         metadata = {entry.name: entry.metadata for entry in reader.iter_metadata()}
         attached = {entry.name: entry.data for entry in reader.iter_attachments()}
     names = ("remote-1", "remote", "operator")
-    assert metadata == {f"{name}/session": {"key": name} for name in names}
+    assert metadata == {f"{name}/session": {"version": software_version(), "key": name} for name in names}
     assert attached == {f"{name}/table.json": name.encode() for name in names}
 
 
