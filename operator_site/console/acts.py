@@ -182,9 +182,9 @@ class Acts:
         book, site = self._console.book, self._console.site
         if site.state is LinkState.ENGAGED:
             await self._desk_told("disengage", now_s)
+        await self._settle(now_s)
         began_s, pseudonym = book.began_s or now_s, book.end(now_s)
         self._write_session("end", client, pseudonym, now_s)
-        await self._settle(now_s)
         unsaved = [finding for finding in book.findings if not self._keeping.is_saved(finding)]
         lost = int(site.figures.get("recording_lost", 0))
         text = words.saved(now_s - began_s, len(book.findings), lost)
