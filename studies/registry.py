@@ -33,6 +33,7 @@ STUDIES = {
     "kinesthetic-loop": "studies.kinesthetic_loop",
     "observer": "studies.observer",
     "tactile-map": "studies.tactile_map",
+    "consoles": "studies.consoles",
     "paper-figures": "studies.paper_figures",
 }
 """Module of each study by its name."""

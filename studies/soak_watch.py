@@ -78,7 +78,8 @@ def sample(folder: Path, process: str) -> Sample | None:
     except (OSError, ValueError, KeyError):  # not started yet, killed a moment ago, or dying: it has no memory then
         return None
     kept = {name: told[name] for name in _TOLD if name in told}
-    kept["overruns"] = told["loop"]["overruns"]
+    if "overruns" in told["loop"]:
+        kept["overruns"] = told["loop"]["overruns"]
     if process == NETWORK:
         kept["faults"] = Counter(fault["kind"] for fault in told["faults"])
     return Sample(time.monotonic(), process, told["pid"], round(rss_mib, 2), open_files, int(status["Threads"]), kept)

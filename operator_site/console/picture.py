@@ -13,7 +13,7 @@ from operator_site.console.fingers_now import FIELDS
 from operator_site.console.signals import BINS, SIGNALS, SPAN_S
 
 MAGIC, VERSION = 0x7EA7, 1
-_HEADER = struct.Struct("<HBBIIIdfHBB")
+HEADER = struct.Struct("<HBBIIIdfHBB")
 _SIGNALS = len(FINGERS) * len(SIGNALS)
 _ROWS = len(FINGERS) * len(FIELDS)
 _FLOAT32 = np.dtype("<f4")
@@ -111,7 +111,7 @@ class Picture:
 
     def encode(self) -> bytes:
         """Bytes, little-endian, all blocks at multiples of 4."""
-        header = _HEADER.pack(
+        header = HEADER.pack(
             MAGIC,
             VERSION,
             self.kind,
@@ -129,18 +129,18 @@ class Picture:
     @classmethod
     def decode(cls, packed: bytes) -> "Picture":
         """Check and read; raises BadPicture."""
-        if len(packed) < _HEADER.size:
+        if len(packed) < HEADER.size:
             raise BadPicture(f"{len(packed)} bytes, shorter than a header")
-        magic, version, kind, session, sequence, bits, time_s, span_s, count, fingers, signals = _HEADER.unpack_from(
+        magic, version, kind, session, sequence, bits, time_s, span_s, count, fingers, signals = HEADER.unpack_from(
             packed
         )
         if magic != MAGIC or version != VERSION or kind not in (Kind.PICTURE, Kind.WHOLE):
             raise BadPicture(f"magic {magic:#x}, version {version}, kind {kind}: no picture of this version")
         if (fingers, signals) != (len(FINGERS), len(SIGNALS)) or not 0.0 < span_s < 1.0 or not np.isfinite(time_s):
             raise BadPicture("fingers, signals, span or time are not what they can be")
-        if count > BINS or len(packed) != _HEADER.size + 4 * (_ROWS + count * 2 * _SIGNALS):
+        if count > BINS or len(packed) != HEADER.size + 4 * (_ROWS + count * 2 * _SIGNALS):
             raise BadPicture(f"{len(packed)} bytes with {count} bins")
-        floats = np.frombuffer(packed, dtype=_FLOAT32, offset=_HEADER.size)
+        floats = np.frombuffer(packed, dtype=_FLOAT32, offset=HEADER.size)
         return cls(
             sequence,
             time_s,

@@ -1,0 +1,60 @@
+"""`python -m studies.console_pages ADDRESS COUNT`: pages without a browser, that take all a console sends them.
+
+Each confirms every picture at once and says that it is seen, as a page on a screen does. A process of its own, so that
+its processor time is not the console's; when ended it tells what its pages were sent, as JSON.
+"""
+
+import asyncio
+import contextlib
+import json
+import signal
+import sys
+from collections import Counter
+
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.typing import Origin
+
+from operator_site.console.picture import HEADER, Kind
+
+_ALIVE_S = 0.5
+_MOST_BYTES = 1 << 20
+
+
+async def look(address: str, sent: Counter[str]) -> None:
+    """One page, until cancelled; counts what it is sent."""
+    socket = address.replace("http", "ws", 1) + "/session"
+    async with connect(socket, origin=Origin(address), max_size=_MOST_BYTES) as page:
+        alive = asyncio.create_task(_say_alive(page))
+        try:
+            async for message in page:
+                sent["bytes"] += len(message)
+                if isinstance(message, str):
+                    sent["states"] += 1
+                elif message[3] == Kind.TILE:
+                    sent["tiles"] += 1
+                else:
+                    sent["pictures"] += 1
+                    await page.send(json.dumps({"kind": "drawn", "sequence": HEADER.unpack_from(message)[4]}))
+        finally:
+            alive.cancel()
+
+
+async def _say_alive(page: ClientConnection) -> None:
+    while True:
+        await page.send(json.dumps({"kind": "alive", "visible": True, "sequence": 0}))
+        await asyncio.sleep(_ALIVE_S)
+
+
+async def main(address: str, count: int) -> None:
+    """Open the pages, and look until told to end."""
+    sent = [Counter[str]() for _ in range(count)]
+    looking = asyncio.gather(*(look(address, counted) for counted in sent))
+    asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, looking.cancel)
+    with contextlib.suppress(asyncio.CancelledError):
+        await looking
+        raise ConnectionError("the console closed its pages")
+    print(json.dumps(sent))
+
+
+if __name__ == "__main__":
+    asyncio.run(main(sys.argv[1], int(sys.argv[2])))

@@ -1,0 +1,217 @@
+"""What consoles cost: lateness of the operator's loop with none, with one that nobody looks at, and with five pages.
+
+Real processes on this machine: simulated devices, an operator site on a virtual environment, a console, and pages that
+take and confirm every picture. The three ways take turns in one session, so that what else the machine does falls on
+all of them. After the turns the pages look on for minutes, and the console's memory is watched.
+"""
+
+import json
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studies.consoles_figure import plot
+from studies.fault_session import read_figures
+from studies.registry import Tell
+from studies.soak_growth import lives
+from studies.soak_watch import Sample, sample
+from teletaction.demo_files import CONSOLE, DemoOptions, prepare
+from teletaction.processes import SessionProcesses, die_with_parent
+from teletaction.recorded_session import RecordedSession
+
+__all__ = ["plot", "run", "tables"]
+NONE, UNSEEN, SEEN = "no console", "a console, no page", "five pages"
+PAGES = 5
+CPU_GOAL = 0.30
+"""Of one core, that a page may cost the console."""
+TURN_S, TURNS, WATCHED_S = 10.0, 6, 600.0
+QUICK_TURN_S, QUICK_TURNS, QUICK_WATCHED_S = 5.0, 2, 60.0
+_SETTLE_S = 2.0
+"""A process that has just started still loads, and a page gets the whole picture first."""
+_START_S = 30.0
+_QUANTILES = (0.5, 0.9, 0.99, 0.999)
+
+
+def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
+    """Measure the three ways in turns, then watch; seconds of each are fixed, so all runs are alike."""
+    turn_s, turns, watched_s = (QUICK_TURN_S, QUICK_TURNS, QUICK_WATCHED_S) if quick else (TURN_S, TURNS, WATCHED_S)
+    with TemporaryDirectory(prefix="consoles-") as spare:
+        session = Watched(Path(spare), seed)
+        with session.running():
+            for turn in range(turns):
+                tell(f"turn {turn + 1} of {turns}")
+                session.take_turn(turn_s)
+            tell(f"five pages for {watched_s:.0f} s")
+            memory = session.watch(watched_s)
+        return session.judged() | memory
+
+
+def tables(data: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
+    """A row for each way."""
+    return {"ways": [{"way": way} | row for way, row in data["ways"].items()]}
+
+
+class Watched:
+    """One session, and the stretches of it in which something was measured."""
+
+    def __init__(self, folder: Path, seed: int):
+        self._folder = folder
+        self._stretches: list[tuple[str, float, float, dict[str, float]]] = []
+        self._pages: list[dict[str, int]] = []
+        self._configurations = prepare(
+            DemoOptions(seconds=3600.0, fingers=5, scene="phantom_sweep", seed=seed, console=True), folder
+        )
+        # Nobody has to look on, so that the same goes on with a console and without.
+        operator = self._configurations["operator"]
+        text = re.sub(r"^engage = .*$", "engage = true", operator.read_text("utf-8"), flags=re.MULTILINE)
+        operator.write_text(re.sub(r"^console_required_s = .*$", "console_required_s = 0.0", text, flags=re.MULTILINE))
+        self._processes = SessionProcesses(folder)
+        self._seed = seed
+
+    @contextmanager
+    def running(self) -> Iterator[None]:
+        """The site and its devices; ended when left."""
+        self._processes.start("sim-operator", self._configurations["sim-operator"])
+        environment = ("--scene", "phantom_sweep", "--seed", str(self._seed))
+        self._processes.start("virtual", self._configurations["operator"], *environment)
+        try:
+            self._wait("operator", lambda told: told.get("state") == "engaged")
+            yield
+        finally:
+            self._processes.end()
+
+    def take_turn(self, seconds: float) -> None:
+        """Each of the three ways for so long, s."""
+        self._stretch(NONE, seconds)
+        with self._console() as address:
+            time.sleep(_SETTLE_S)
+            self._stretch(UNSEEN, seconds)
+            with self._looking(address):
+                time.sleep(_SETTLE_S)
+                self._stretch(SEEN, seconds)
+
+    def watch(self, seconds: float) -> dict[str, Any]:
+        """Five pages for so long: memory of the console."""
+        samples: list[Sample] = []
+        with self._console() as address, self._looking(address):
+            end_s = time.monotonic() + seconds
+            while time.monotonic() < end_s:
+                if (found := sample(self._folder, CONSOLE)) is not None:
+                    samples.append(found)
+                time.sleep(1.0)
+        life = lives(samples)[0]
+        pages = self._pages[-PAGES:]
+        return {
+            "memory": life.growth(),
+            "watched_s": seconds,
+            "memory_curve": {"time_s": (life.time_s - life.time_s[0]).tolist(), "rss_mib": life.rss_mib.tolist()},
+            "page": {
+                "pictures_per_s": [round(page.get("pictures", 0) / seconds, 1) for page in pages],
+                "kilobytes_per_s": [round(page.get("bytes", 0) / seconds * 1e-3, 1) for page in pages],
+            },
+        }
+
+    def judged(self) -> dict[str, Any]:
+        """What was measured in the stretches; call when the session has ended: its recording is whole then."""
+        times_s = _tick_times_s(self._folder / "operator.mcap")
+        period_s = read_figures(self._folder, "operator")["loop"]["period_ms"] * 1e-3
+        ways: dict[str, Any] = {}
+        late: dict[str, Any] = {}
+        for way in (NONE, UNSEEN, SEEN):
+            stretches = [stretch for stretch in self._stretches if stretch[0] == way]
+            apart = np.concatenate(
+                [np.diff(times_s[(begin < times_s) & (times_s < end)]) for _, begin, end, _ in stretches]
+            )
+            late_us = np.abs(apart - period_s) * 1e6
+            late[way] = [round(float(value), 1) for value in np.quantile(late_us, np.linspace(0.0, 1.0, 201))]
+            seconds = sum(end - begin for _, begin, end, _ in stretches)
+            used = {name: sum(stretch[3].get(name, 0.0) for stretch in stretches) / seconds for name in _ACCOUNTED}
+            ways[way] = {
+                "ticks": len(apart),
+                **{f"off_p{100 * q:g}_us": round(float(np.quantile(late_us, q)), 1) for q in _QUANTILES},
+                "missed_percent": round(100.0 * float(np.mean(apart > 2.0 * period_s)), 3),
+                **{f"{name}_core": round(used[name], 3) for name in _ACCOUNTED},
+            }
+        a_page = (ways[SEEN]["console_core"] - ways[UNSEEN]["console_core"]) / PAGES
+        with_all = ways[SEEN]["console_core"] / PAGES
+        problems = [] if with_all < CPU_GOAL else [f"a console costs {with_all:.2f} of a core, wanted {CPU_GOAL}"]
+        return {
+            "period_ms": period_s * 1e3,
+            "ways": ways,
+            "off_us": late,
+            "core_per_page": round(a_page, 3),
+            "core_per_page_with_its_share": round(with_all, 3),
+            "problems": problems,
+        }
+
+    def _stretch(self, way: str, seconds: float) -> None:
+        begin_s, before = time.monotonic(), self._used()
+        time.sleep(seconds)
+        used = {name: value - before.get(name, 0.0) for name, value in self._used().items()}
+        self._stretches.append((way, begin_s, time.monotonic(), used))
+
+    def _used(self) -> dict[str, float]:
+        """Processor time of each process so far, s."""
+        return {name: used[0] for name, used in self._processes.usage().items()}
+
+    @contextmanager
+    def _console(self) -> Iterator[str]:
+        """A console of its own; its address."""
+        for name in (f"{CONSOLE}.json", f"{CONSOLE}.mcap"):
+            (self._folder / name).unlink(missing_ok=True)
+        self._processes.start(CONSOLE, self._configurations[CONSOLE])
+        process = self._processes.running[CONSOLE]
+        try:
+            yield str(self._wait(CONSOLE, lambda told: told.get("address"))["address"])
+        finally:
+            process.send_signal(signal.SIGTERM)
+            process.wait()
+            del self._processes.running[CONSOLE]
+
+    @contextmanager
+    def _looking(self, address: str) -> Iterator[None]:
+        pages = subprocess.Popen(
+            [sys.executable, "-m", "studies.console_pages", address, str(PAGES)],
+            stdout=subprocess.PIPE,
+            preexec_fn=die_with_parent,  # noqa: PLW1509 - the study has no other thread
+        )
+        try:
+            self._wait(CONSOLE, lambda told: told.get("clients") == PAGES)
+            self._processes.running["pages"] = pages
+            yield
+        finally:
+            self._processes.running.pop("pages", None)
+            pages.send_signal(signal.SIGTERM)
+            said, _ = pages.communicate()
+        self._pages += json.loads(said)
+
+    def _wait(self, process: str, ready: Any) -> dict[str, Any]:
+        """Wait until the status of a process is as it should be; raises TimeoutError."""
+        end_s = time.monotonic() + _START_S
+        while not ready(told := read_figures(self._folder, process)):
+            for name in self._processes.ended():
+                raise TimeoutError(f"{name} has ended: {self._processes.last_words(name)}")
+            if time.monotonic() > end_s:
+                raise TimeoutError(f"{process} is not ready after {_START_S:g} s: {told}")
+            time.sleep(0.05)
+        return told
+
+
+_ACCOUNTED = ("virtual", CONSOLE, "pages", "sim-operator")
+
+
+def _tick_times_s(recording: Path) -> NDArray[np.float64]:
+    """When each tick of the loop began, on the monotonic clock."""
+    with recording.open("rb") as file:
+        session = RecordedSession(recording, file)
+        return np.array([time_ns for _, _, time_ns, _ in session.messages(("operator/input",))]) * 1e-9

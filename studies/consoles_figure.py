@@ -1,0 +1,47 @@
+"""The figure of what consoles cost: lateness of the operator's loop in three ways, processor time, and memory."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from teletaction.figure_style import BLACK, BLUE, GREEN, ORANGE, STYLE
+
+_COLOURS = (BLACK, ORANGE, BLUE)
+_DASHES = ("-", "--", "-.")
+
+
+def plot(data: Mapping[str, Any], path: Path) -> None:
+    """Write the figure of what `run` returned as PNG."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(9.0, 3.4), layout="constrained")
+        FigureCanvasAgg(figure)
+        late, memory = figure.subplots(1, 2)
+        _plot_late(late, data)
+        _plot_memory(memory, data)
+        figure.savefig(path, dpi=150)
+
+
+def _plot_late(axes: Axes, data: Mapping[str, Any]) -> None:
+    for (way, off_us), colour, dash in zip(data["off_us"].items(), _COLOURS, _DASHES, strict=True):
+        rarer = 1.0 - np.linspace(0.0, 1.0, len(off_us))
+        axes.loglog(np.maximum(off_us, 1.0)[:-1], rarer[:-1], color=colour, linestyle=dash, label=way)
+    axes.set_xlabel("a tick comes that much too late or too soon (us)")
+    axes.set_ylabel("share of ticks that are further off")
+    axes.set_title(f"Operator's loop, period {data['period_ms']:g} ms", loc="left")
+    axes.legend()
+
+
+def _plot_memory(axes: Axes, data: Mapping[str, Any]) -> None:
+    curve = data["memory_curve"]
+    axes.plot(np.array(curve["time_s"]) / 60.0, curve["rss_mib"], color=GREEN)
+    axes.set_ylim(0.0, 1.25 * max(curve["rss_mib"]))
+    axes.set_xlabel("time since the console was started (min)")
+    axes.set_ylabel("its resident memory (MiB)")
+    pictures = data["page"]["pictures_per_s"]
+    axes.set_title(f"Console with five pages, {min(pictures):.0f} to {max(pictures):.0f} pictures/s each", loc="left")
