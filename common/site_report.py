@@ -14,6 +14,18 @@ from common.tick_age import TickAge
 log = logging.getLogger(__name__)
 
 
+class Stopping(Protocol):
+    """How an emergency stop goes."""
+
+    @property
+    def asked_ns(self) -> int | None:
+        """When the one that is latched was asked for; None where none is."""
+
+    @property
+    def after_s(self) -> dict[str, float | None]:
+        """How long after that each device confirmed, s; None while one has not."""
+
+
 class SessionEnd(Protocol):
     """A site's end of the session."""
 
@@ -34,12 +46,8 @@ class SessionEnd(Protocol):
         """What came of the last emergency stop."""
 
     @property
-    def stop_asked_ns(self) -> int | None:
-        """When the emergency stop that is latched was asked for; None where none is."""
-
-    @property
-    def stop_after_s(self) -> dict[str, float | None]:
-        """How long after that each device confirmed, s; None while one has not."""
+    def stopping(self) -> Stopping:
+        """Of the emergency stop that is latched."""
 
 
 class Devices(Protocol):
@@ -68,9 +76,9 @@ def in_brief(end: SessionEnd, missing: str) -> dict[str, Any]:
         "paused": session.paused,
         "missing": missing,
         "estop": end.stopped,
-        "stop_asked_ns": end.stop_asked_ns,
-        "stop_devices": list(end.stop_after_s),
-        "stop_after_s": list(end.stop_after_s.values()),
+        "stop_asked_ns": end.stopping.asked_ns,
+        "stop_devices": list(end.stopping.after_s),
+        "stop_after_s": list(end.stopping.after_s.values()),
     }
 
 

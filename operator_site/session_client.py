@@ -64,6 +64,7 @@ class SessionClient:
     remote_fault: str = ""
     """The fault that is latched at the remote site; empty when there is none."""
     acceptance: Acceptance = field(init=False)
+    stopping: SessionStop = field(init=False)
     damaged: Counter[str] = field(default_factory=Counter)
     refusal: str = ""
     """Why the remote site refused the last hello, engage or clear_fault, or this site will not work with it; empty when
@@ -80,10 +81,9 @@ class SessionClient:
     _beat_ns: int = _LONG_AGO_NS
     _heard_ns: int = 0
     _engaged_ns: int = 0
-    _stop: SessionStop = field(init=False)
 
     def __post_init__(self) -> None:
-        self._stop = SessionStop(self.session)
+        self.stopping = SessionStop(self.session)
         self.acceptance = Acceptance(max_age_ns=round(self.max_age_s * 1e9))
 
     @property
@@ -94,17 +94,7 @@ class SessionClient:
     @property
     def stopped(self) -> str:
         """What came of the last emergency stop, at this site and at the remote one; empty while it is under way."""
-        return self._stop.outcome
-
-    @property
-    def stop_asked_ns(self) -> int | None:
-        """When the emergency stop that is latched was asked for; None where none is."""
-        return self._stop.asked_ns
-
-    @property
-    def stop_after_s(self) -> dict[str, float | None]:
-        """How long after that each device confirmed, s, the remote site's as one; None while one has not."""
-        return self._stop.after_s
+        return self.stopping.outcome
 
     @property
     def calibrated(self) -> str:
@@ -140,7 +130,7 @@ class SessionClient:
         self.session.heard(self.acceptance.gap_ns(now_ns), self.gap_s, "touch")
         if self.session.state is LinkState.FAULT:
             self.want_engaged = False
-        self._stop.step(now_ns, unconfirmed)
+        self.stopping.step(now_ns, unconfirmed)
         if self.session.ident:
             self._keep_up(now_ns, ready)
         else:
@@ -153,7 +143,7 @@ class SessionClient:
             self._beat(now_ns)
         if self.role == OBSERVER:
             return
-        if self._stop.ask_remote:
+        if self.stopping.ask_remote:
             self._ask("estop", now_ns, {})
         remote_state = self.touch.state if self.touch is not None else LinkState.CONNECTED
         if remote_state is LinkState.FAULT:
@@ -216,7 +206,7 @@ class SessionClient:
 
     def stop(self, now_ns: int, why: str) -> None:
         """Emergency stop of both sites: latch here at once, and ask the remote site until it has answered."""
-        self._stop.begin(now_ns, why)
+        self.stopping.begin(now_ns, why)
 
     def disengage(self, now_ns: int, why: str = "asked for") -> None:
         """Bring both sites to neutral; engaging again is asked for anew."""
@@ -249,7 +239,7 @@ class SessionClient:
     def _end(self, why: str) -> None:
         self.session.disconnect(why)
         self.remote_fault = ""
-        self._stop.remote_gone(why)
+        self.stopping.remote_gone(why)
 
     def _ask(self, verb: str, now_ns: int, details: dict[str, Any]) -> None:
         if now_ns - self._asked_ns.get(verb, _LONG_AGO_NS) >= _ASK_NS:
@@ -271,7 +261,7 @@ class SessionClient:
                 log.warning("%s refused: %s", verb, refusal)
             self.refusal = refusal
         elif verb == "estop":
-            self._stop.answered(answer)
+            self.stopping.answered(answer)
         elif verb == "status":
             self.remote_fault = str(answer.details.get("fault", ""))[:LONGEST_REFUSAL]
         elif verb == "clear_fault" and answer.refused:

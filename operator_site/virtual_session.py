@@ -33,6 +33,7 @@ class VirtualSession:
     clock: ClockOffset = field(default_factory=ClockOffset)
     damaged: Counter[str] = field(default_factory=Counter)
     touch: Touch | None = None
+    stopping: EmergencyStop = field(default_factory=EmergencyStop)
     stopped: str = ""
     """What came of the last emergency stop; empty while it is under way."""
     remote_fault: str = ""
@@ -41,7 +42,6 @@ class VirtualSession:
     spared: int = 0
     """Nothing is sent anywhere: there is nothing to spare."""
     _sequence: int = 0
-    _stop: EmergencyStop = field(default_factory=EmergencyStop)
 
     @property
     def both_engaged(self) -> bool:
@@ -65,14 +65,14 @@ class VirtualSession:
         if not session.ident:
             session.connect(_IDENT, self.name)
         session.heard(self.acceptance.gap_ns(now_ns), self.gap_s, "motion")
-        confirmation = self._stop.step(now_ns, unconfirmed)
+        confirmation = self.stopping.step(now_ns, unconfirmed)
         if confirmation is not None:
             self.stopped = str(confirmation)
             session.note("estop", self.stopped)
         if session.state is LinkState.FAULT:
             self.want_engaged = False
             return
-        self._stop.forget()
+        self.stopping.forget()
         if self.want_engaged and not session.engaged and not ready:
             session.engage()
 
@@ -88,20 +88,10 @@ class VirtualSession:
         self.acceptance.accept(self.touch, ident, now_ns, offset_ns=0, uncertainty_ns=0)
         return Motion(ident, self._sequence, now_ns, state, MOTION_BLOCK.to_bytes(block)).encode()
 
-    @property
-    def stop_asked_ns(self) -> int | None:
-        """When the emergency stop that is latched was asked for; None where none is."""
-        return self._stop.asked_ns
-
-    @property
-    def stop_after_s(self) -> dict[str, float | None]:
-        """How long after that each device confirmed, s; None while one has not."""
-        return self._stop.after_s
-
     def stop(self, now_ns: int, why: str) -> None:
         """Emergency stop: latch at once."""
         self.session.latch(why)
-        self._stop.ask(now_ns)
+        self.stopping.ask(now_ns)
         self.stopped = ""
 
     def disengage(self, now_ns: int, why: str = "asked for") -> None:

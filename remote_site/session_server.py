@@ -48,6 +48,7 @@ class SessionServer:
     """The newest accepted motion of this session."""
     acceptance: Acceptance = field(init=False)
     damaged: Counter[str] = field(default_factory=Counter)
+    stopping: EmergencyStop = field(default_factory=EmergencyStop)
     stopped: str = ""
     """What came of the last emergency stop; empty while it is under way, or when there was none."""
     observers: dict[str, int] = field(default_factory=dict)
@@ -66,7 +67,6 @@ class SessionServer:
     """When both sites last said that they are engaged, or this one was asked to be."""
     _offset_ns: int = 0
     _uncertainty_ns: int | None = None
-    _stop: EmergencyStop = field(default_factory=EmergencyStop)
     _stop_asked: list[tuple[bytes, int]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -114,21 +114,11 @@ class SessionServer:
             return None
         return self._hand.at((self.motion.time_ns + gap_ns) * 1e-9)
 
-    @property
-    def stop_asked_ns(self) -> int | None:
-        """When the emergency stop that is latched was asked for; None where none is."""
-        return self._stop.asked_ns
-
-    @property
-    def stop_after_s(self) -> dict[str, float | None]:
-        """How long after that each device confirmed, s; None while one has not."""
-        return self._stop.after_s
-
     def stop(self, now_ns: int, why: str, *, cleared_here_only: bool = False) -> None:
         """Emergency stop: latch at once, and wait for the devices to confirm."""
         self.stopped = ""
         self.session.latch(why, cleared_here_only=cleared_here_only)
-        self._stop.ask(now_ns)
+        self.stopping.ask(now_ns)
 
     def cut(self, keys: set[str]) -> None:
         """These keys were revoked: whose they are is part of nothing any more."""
@@ -224,9 +214,9 @@ class SessionServer:
         self.link.answer("control", who, answer.encode())
 
     def _confirm_stop(self, now_ns: int, unconfirmed: Unconfirmed) -> None:
-        confirmation = self._stop.step(now_ns, unconfirmed)
+        confirmation = self.stopping.step(now_ns, unconfirmed)
         if self.session.state is not LinkState.FAULT:
-            self._stop.forget()
+            self.stopping.forget()
         if confirmation is None:
             return
         self.stopped = str(confirmation)

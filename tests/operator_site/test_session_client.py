@@ -131,7 +131,11 @@ def test_a_device_of_either_site_that_does_not_confirm_is_named(pair: Pair) -> N
 def test_each_device_is_told_when_it_confirmed_and_the_remote_site_is_asked_until_all_of_it_has(pair: Pair) -> None:
     pair.here = "no report"
     pair.stop()
-    assert pair.client.stop_after_s == {"index tacttip": None, "exoskeleton": pytest.approx(0.002), "remote hand": None}
+    assert pair.client.stopping.after_s == {
+        "index tacttip": None,
+        "exoskeleton": pytest.approx(0.002),
+        "remote hand": None,
+    }
     pair.remote.answer("estop", after_s=0.3, unconfirmed="middle thermal_sensor: no report")
     pair.run(100)
     pair.here = ""
@@ -140,11 +144,11 @@ def test_each_device_is_told_when_it_confirmed_and_the_remote_site_is_asked_unti
     assert pair.remote.count("estop") == asked, "it has just said that it cannot"
     pair.run(1000)
     assert pair.remote.count("estop") > asked
-    assert pair.client.stop_after_s["index tacttip"] == pytest.approx(0.11, abs=0.005)
-    assert pair.client.stop_after_s["remote hand"] is None
+    assert pair.client.stopping.after_s["index tacttip"] == pytest.approx(0.11, abs=0.005)
+    assert pair.client.stopping.after_s["remote hand"] is None
     pair.remote.answer("estop", after_s=0.012, unconfirmed="")
     pair.run(4)
-    assert pair.client.stop_after_s["remote hand"] == pytest.approx(1.31, abs=0.02)
+    assert pair.client.stopping.after_s["remote hand"] == pytest.approx(1.31, abs=0.02)
     asked = pair.remote.count("estop")
     pair.run(1000)
     assert pair.remote.count("estop") == asked
@@ -159,7 +163,7 @@ def test_a_stop_that_was_cleared_is_not_asked_for_again(pair: Pair) -> None:
     asked = pair.remote.count("estop")
     pair.run(1000)
     assert pair.remote.count("estop") == asked
-    assert (pair.client.stop_asked_ns, pair.client.stop_after_s) == (None, {})
+    assert (pair.client.stopping.asked_ns, pair.client.stopping.after_s) == (None, {})
 
 
 def test_a_remote_site_that_does_not_answer_is_said_and_asked_on(pair: Pair) -> None:
