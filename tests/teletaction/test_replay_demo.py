@@ -41,8 +41,8 @@ def test_a_session_replays_identically_whole_and_cut_and_holds_no_secret(tmp_pat
     remote, operator = result["remote"]["remote"], result["operator"]["operator"]
     assert remote["first_difference"] is None
     assert operator["first_difference"] is None
-    assert remote["identical"] == remote["touch_packets"] > 500
-    assert operator["identical"] == operator["rendered_rows"] == operator["ticks"] > 500
+    assert remote["identical"] == remote["touch_packets"] > 100
+    assert operator["identical"] == operator["rendered_rows"] == operator["ticks"] > 100
     assert operator["missing_touch_packets"] == 0
 
     whole = session.read_bytes()
