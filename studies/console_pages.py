@@ -1,12 +1,14 @@
 """`python -m studies.console_pages ADDRESS COUNT`: pages without a browser, that take all a console sends them.
 
 Each confirms every picture at once and says that it is seen, as a page on a screen does. A process of its own, so that
-its processor time is not the console's; when ended it tells what its pages were sent, as JSON.
+its processor time is not the console's, and one that stands back: browsers are on other machines. When ended it tells
+what its pages were sent, as JSON.
 """
 
 import asyncio
 import contextlib
 import json
+import os
 import signal
 import sys
 from collections import Counter
@@ -17,6 +19,7 @@ from websockets.typing import Origin
 from operator_site.console.picture import HEADER, Kind
 
 _ALIVE_S = 0.5
+_LEAST = 19
 _MOST_BYTES = 1 << 20
 
 
@@ -47,6 +50,7 @@ async def _say_alive(page: ClientConnection) -> None:
 
 async def main(address: str, count: int) -> None:
     """Open the pages, and look until told to end."""
+    os.nice(_LEAST)
     sent = [Counter[str]() for _ in range(count)]
     looking = asyncio.gather(*(look(address, counted) for counted in sent))
     asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, looking.cancel)

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import logging
+import os
 import socket as sockets
 import time
 from collections.abc import Callable, Iterator
@@ -23,6 +24,8 @@ from operator_site.console.server import application
 
 log = logging.getLogger(__name__)
 
+_GIVES_WAY = 10
+"""Steps of priority (nice) that the console stands back from a site's loop."""
 _LOOK_S = 0.008
 """Between two looks whether the site has fed something: a batch waits no longer before it is shown."""
 _SECOND_S = 1.0
@@ -45,6 +48,8 @@ def run_console(config: ConsoleConfig, stop: Callable[[], bool]) -> None:
     Raises:
         ValueError, OSError: the page may not be offered like that, its port is in use, or keys cannot be used.
     """
+    # The site's loop shares the machine: where both want a processor, the page waits; its report, written below, too.
+    os.nice(_GIVES_WAY)
     with ExitStack() as opened:
         access = Access(config)
         _serve(LiveConsole(config, opened), config, access, stop, opened)
