@@ -30,6 +30,8 @@ HELD_S = 3.0
 _NAN = math.nan
 _QUIET = int(Limit.RELEASED | Limit.FORCE_RAMP | Limit.PLATE_RATE | Limit.MOTOR_RANGE)
 """These act whenever something begins or ends: they hold nothing back that a person would miss."""
+_QUIET_IN_AIR = _QUIET | int(Limit.STIFFNESS)
+_RELEASED = int(Limit.RELEASED)
 _LIMITS = {
     int(Limit.FORCE_RANGE): "force",
     int(Limit.STIFFNESS): "stiffness",
@@ -150,7 +152,7 @@ class FingersNow:
     def _acting(self, now_s: float) -> list[int]:
         """Bits of the limits that do: none on a finger that is released, nor one of a wall that is not touched."""
         return [
-            0 if bits & Limit.RELEASED else bits & ~(_QUIET if touches else _QUIET | Limit.STIFFNESS)
+            0 if bits & _RELEASED else bits & ~(_QUIET if touches else _QUIET_IN_AIR)
             for bits, touches in zip(self._limited, self.in_contact(now_s), strict=True)
         ]
 

@@ -1,7 +1,6 @@
 """A recording read ahead by a process of its own: what jumps start from is made while the page plays."""
 
 import multiprocessing
-import os
 import signal
 from collections.abc import Iterator
 from contextlib import ExitStack, suppress
@@ -11,11 +10,9 @@ from pathlib import Path
 from operator_site.console.console import Console
 from operator_site.console.playback import Playback, Recording
 
-_NICE = 10
-
 
 class ReadingAhead:
-    """Makes the checkpoints of a recording, from its beginning on: some fifteen seconds of it in each second."""
+    """Makes the checkpoints of a recording, from its beginning on: some ten seconds of it in each second."""
 
     def __init__(self, path: Path, opened: ExitStack):
         """Start the process; it ends with `opened`."""
@@ -37,7 +34,6 @@ class ReadingAhead:
 
 def _read(path: Path, given: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # of the terminal; the page's process ends this one
-    os.nice(_NICE)
     playback = Playback(Recording(path), lambda: Console(live=False))
     with suppress(OSError):  # nobody wants them any more
         while playback.prepare():
