@@ -154,7 +154,7 @@ def _page(
     felt = f"<p>Taps: {shown(taps.get('made'))} made, {shown(taps.get('played'))} played.</p>"
     cores = f"<p>All processes together: {shown(summary.get('cpu_cores'))} cores.</p>"
     latency = latency_table(summary.get("latency_ms") or {}) + f'<div class="side">{delays}</div>'
-    parts = (
+    parts: tuple[str, ...] = (
         section("Contacts", _CONTACTS + tally_table(contacts) + contacts_table(contacts)),
         figures,
         section("Limits", extremes_table(summary) + _ACTED + acted_table(session)),
