@@ -50,6 +50,7 @@ def answer_desk(
     told = desk_answer(verb, client, not_ready)
     return {
         **told,
+        "time_ns": now_ns,
         "remote_fault": client.remote_fault,
         "refusal": client.refusal,
         "wanted": client.want_engaged,

@@ -79,9 +79,9 @@ class Console:
                 offset_ns, uncertainty_ns, _ = msgpack.unpackb(payload)
                 self.site.link.take_clock(offset_ns, uncertainty_ns)
             case "operator/session":
-                self.site.take_happening(*msgpack.unpackb(payload))
+                self.site.take_happening(t_s, *msgpack.unpackb(payload))
             case "operator/figures":
-                self.site.take_figures(msgpack.unpackb(payload))
+                self.site.take_figures(t_s, msgpack.unpackb(payload))
             case "console/finding" | "console/session":
                 record = msgpack.unpackb(payload)
                 self.book.take(stream, record)
@@ -106,7 +106,7 @@ class Console:
     def desk(self, now_s: float, told: Mapping[str, Any]) -> None:
         """Take an answer of the site's desk."""
         self.site.desk_s = now_s
-        self.site.take_brief(told)
+        self.site.take_brief(told.get("time_ns", now_s * 1e9) * 1e-9, told)
 
     def begin_anew(self) -> None:
         """Another examination begins: its map is its own."""

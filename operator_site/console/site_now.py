@@ -15,6 +15,7 @@ SILENT_S = 0.5
 """No word of the site for so long: what is shown is not live."""
 LATE_S = 1.5 * REFRESH_S
 """A packet is due by then; one that a newer one has replaced before is not lost."""
+_OVERTAKEN_S = 2.0
 _DELAY_WINDOW_S = 1.0
 _LOSS_WINDOW_S = 10.0
 DEVICES = (*FINGERS, "exoskeleton", REMOTE)
@@ -106,6 +107,8 @@ class SiteNow:
         self.link = LinkNow()
         self.stop_asked_s: float | None = None
         self.stop_after_s: dict[str, float | None] = {}
+        self._told_s = -math.inf
+        """When the newest that is known of the session was so."""
         self.heard_s = self.desk_s = -math.inf
         """When the site fed something, and when its desk answered last."""
         self.ready: dict[str, bool] = {}
@@ -117,8 +120,9 @@ class SiteNow:
         """For how long nothing was heard; infinite when nothing ever was."""
         return now_s - max(self.heard_s, self.desk_s)
 
-    def take_happening(self, what: str, session: int, text: str) -> None:
+    def take_happening(self, t_s: float, what: str, session: int, text: str) -> None:
         """Something happened to the session."""
+        self._told_s = max(self._told_s, t_s)
         match what:
             case "connected":
                 self.state, self.session, self.lost_engaged = self._unless_fault(LinkState.CONNECTED), session, False
@@ -139,18 +143,25 @@ class SiteNow:
         """Whether outputs may act, and for how long no touch has come."""
         self.both, self.gap_s = both, gap_s
 
-    def take_figures(self, figures: dict[str, Any]) -> None:
+    def take_figures(self, t_s: float, figures: dict[str, Any]) -> None:
         """What its status file tells."""
         self.figures = figures
         self.calibrated = str(figures.get("calibrated", ""))
-        self.take_brief(figures)
+        self.take_brief(t_s, figures)
         for name, line in figures.get("devices", {}).items():
             self._device(device_named(name), str(line.get("missing", "")))
         remote = self.session != 0 and not str(figures.get("remote_fault", ""))
         self._device(REMOTE, "" if remote else "no remote site is connected")
 
-    def take_brief(self, told: Mapping[str, Any]) -> None:
-        """State, fault, and each device's confirmation of a stop: of its figures, or of its desk's answer."""
+    def take_brief(self, t_s: float, told: Mapping[str, Any]) -> None:
+        """State, fault, and each device's confirmation of a stop: of its figures, or of its desk's answer.
+
+        Feed and desk are two ways: what was so before something else that is known already is not taken. What is older
+        by more than _OVERTAKEN_S is of a clock that began anew.
+        """
+        if 0.0 < self._told_s - t_s < _OVERTAKEN_S:
+            return
+        self._told_s = t_s
         self.state = LinkState[str(told.get("state", self.state.name)).upper()]
         self.fault = str(told.get("fault", ""))
         self.paused = str(told.get("paused", self.paused))

@@ -114,6 +114,16 @@ def stop(console: Console, at_s: float, now_s: float, **after_s: float | None) -
     )
 
 
+def test_an_answer_of_the_desk_that_was_overtaken_is_not_taken(console: Console) -> None:
+    stop(console, 101.0, 101.9, index=0.01)
+    happen(console, 102.0, "cleared")
+    fault = {"state": "fault", "fault": "emergency stop by the operator", "stop_asked_ns": 101 * S}
+    console.desk(102.1, {**fault, "time_ns": round(101.99 * S)})
+    assert (console.site.fault, console.site.stop_asked_s) == ("", None)
+    console.desk(102.2, {**fault, "time_ns": round(102.19 * S)})
+    assert console.site.stop_asked_s == 101.0
+
+
 def test_a_stop_that_is_confirmed_is_no_alarm(console: Console) -> None:
     stop(console, 102.0, 102.05, index=None, exo=0.01)
     assert shown(console, 102.05) == [], "the devices still have time"
