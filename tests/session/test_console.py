@@ -157,6 +157,11 @@ def test_of_two_pages_one_acts_and_either_stops(session: Session) -> None:
 
 
 def test_a_page_that_does_not_draw_is_not_flooded_and_the_others_do_not_notice(session: Session) -> None:
+    with opened(session.address) as quick:
+        quick.until(lambda: quick.pictures[Kind.PICTURE] > 5, "pictures")
+        before = quick.pictures.total()
+        quick.look(1.0)
+        alone = quick.pictures.total() - before
     with opened(session.address) as quick, opened(session.address, draws=False) as slow:
         quick.until(lambda: quick.pictures[Kind.PICTURE] > 5, "pictures")
         slow.look(2.0)
@@ -164,7 +169,7 @@ def test_a_page_that_does_not_draw_is_not_flooded_and_the_others_do_not_notice(s
         assert slow.state["console"]["pictures_skipped"] > 20
         before = quick.pictures.total()
         quick.look(1.0)
-        assert quick.pictures.total() - before >= 20
+        assert quick.pictures.total() - before >= 0.5 * alone, "as many as without the other, on a busy machine, too"
         assert slow.undrawn == CREDIT
         assert slow.picture is not None
         slow.draws = True
