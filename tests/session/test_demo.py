@@ -93,7 +93,9 @@ def test_a_headless_session_leaves_a_true_summary(
 
 def test_ctrl_c_ends_everything_within_two_seconds(tmp_path: Path) -> None:
     out = tmp_path / "interrupted"
-    process = subprocess.Popen(demo(out, "--headless", "--seconds", "600", "--fingers", "1"), stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        demo(out, "--headless", "--seconds", "600", "--fingers", "1"), stderr=subprocess.PIPE, text=True
+    )
     try:
         assert process.stderr is not None
         for line in process.stderr:
@@ -116,7 +118,9 @@ def test_ctrl_c_ends_everything_within_two_seconds(tmp_path: Path) -> None:
 
 def test_a_killed_launcher_leaves_no_process(tmp_path: Path) -> None:
     out = tmp_path / "orphans"
-    process = subprocess.Popen(demo(out, "--headless", "--seconds", "600", "--fingers", "1"), stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        demo(out, "--headless", "--seconds", "600", "--fingers", "1"), stderr=subprocess.PIPE, text=True
+    )
     assert process.stderr is not None
     for line in process.stderr:
         if "exploring" in line:
