@@ -1,23 +1,16 @@
 """A telediagnosis session in the page, on a running demo: a lesion is found, the link is cut, all is played again."""
 
 import re
-import signal
-import socket
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from importlib import resources
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-from common.config import SimNetworkConfig, load_config
 from common.scene import load_scene
 from operator_site.console.reporting import LONGEST_S
-from teletaction.demo_files import HOST, NETWORK
 from tests.console.live import begin, clear, end, engage, hold, opened, told
+from tests.console.running_demo import Demo, running
 from tests.console.test_every_state import LOOK, axe_findings
 from tests.session.played_console import playing
 
@@ -36,31 +29,6 @@ speed_mm_s = 40
 """The index finger strokes over the lesion, again and again."""
 
 
-@dataclass
-class Demo:
-    """The command's process, where its page is, and its output folder."""
-
-    process: subprocess.Popen[str]
-    address: str
-    out: Path
-
-    def network(self, line: str) -> None:
-        """Tell the network between the sites to fail."""
-        port = load_config(self.out / "config" / f"{NETWORK}.toml", SimNetworkConfig).fault_port
-        with socket.create_connection((HOST, port), timeout=5.0) as connection:
-            connection.sendall(line.encode() + b"\n")
-            assert connection.makefile().readline().startswith("ok")
-
-    def finish(self) -> Path:
-        """End it as Ctrl-C does; its recording."""
-        if self.process.poll() is None:
-            self.process.send_signal(signal.SIGINT)
-            assert self.process.stderr is not None
-            self.process.stderr.read()
-            assert self.process.wait() == 0
-        return self.out / "session.mcap"
-
-
 @pytest.fixture(scope="module")
 def demo(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Demo]:
     folder = tmp_path_factory.mktemp("demo")
@@ -68,22 +36,9 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Demo]:
     scene, network, out = folder / "lesion.toml", folder / "direct.toml", folder / "out"
     scene.write_text(tissue + STROKES, "utf-8")
     network.write_text("[[phase]]\nfrom_s = 0\ndelay_ms = 0\n", "utf-8")
-    options = ["--scene", str(scene), "--network", str(network), "--out", str(out), "--fingers", "1", "--seed", "3"]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "teletaction", "demo", *options], stderr=subprocess.PIPE, text=True
-    )
-    assert process.stderr is not None
-    try:
-        for line in process.stderr:
-            if (found := re.search(r"console at (http://[\w.]+:\d+)", line)) is not None:
-                break
-        else:
-            raise AssertionError("it ended without a console")
-        yield Demo(process, found[1], out)
-    finally:
-        process.kill()
-        process.wait()
-        process.stderr.close()
+    options = ("--scene", str(scene), "--network", str(network), "--fingers", "1", "--seed", "3")
+    with running(out, *options) as demo:
+        yield demo
 
 
 def lesion_mm() -> tuple[float, float]:

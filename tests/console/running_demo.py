@@ -1,0 +1,59 @@
+"""A demo with a console, as the command runs it: its process, its page, its network."""
+
+import re
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from common.config import SimNetworkConfig, load_config
+from teletaction.demo_files import HOST, NETWORK
+
+
+@dataclass
+class Demo:
+    """The command's process, where its page is, and its output folder."""
+
+    process: subprocess.Popen[str]
+    address: str
+    out: Path
+
+    def network(self, line: str) -> None:
+        """Tell the network between the sites to fail."""
+        port = load_config(self.out / "config" / f"{NETWORK}.toml", SimNetworkConfig).fault_port
+        with socket.create_connection((HOST, port), timeout=5.0) as connection:
+            connection.sendall(line.encode() + b"\n")
+            assert connection.makefile().readline().startswith("ok")
+
+    def finish(self) -> Path:
+        """End it as Ctrl-C does; its recording."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+            assert self.process.stderr is not None
+            self.process.stderr.read()
+            assert self.process.wait() == 0
+        return self.out / "session.mcap"
+
+
+@contextmanager
+def running(out: Path, *options: str) -> Iterator[Demo]:
+    """Run `teletaction demo` with these options; it is there when its page has an address."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "teletaction", "demo", "--out", str(out), *options], stderr=subprocess.PIPE, text=True
+    )
+    assert process.stderr is not None
+    try:
+        for line in process.stderr:
+            if (found := re.search(r"console at (http://[\w.]+:\d+)", line)) is not None:
+                break
+        else:
+            raise AssertionError("it ended without a console")
+        yield Demo(process, found[1], out)
+    finally:
+        process.kill()
+        process.wait()
+        process.stderr.close()
