@@ -160,7 +160,8 @@ class OperatorConfig(SiteConfig):
     console_required_s: float = Field(default=0.0, ge=0.0, le=60.0)
     """Pause when the acting console was hidden, frozen or silent for so long while engaged; 0 asks for none."""
     engage: bool = False
-    """Engage as soon as both sites are ready, as a demonstration does; otherwise somebody has to ask for it."""
+    """Engage as soon as both sites are ready, and again after the link was lost, as a demonstration does; otherwise a
+    person has to ask for it each time."""
 
     @model_validator(mode="after")
     def _between_fields(self) -> "OperatorConfig":

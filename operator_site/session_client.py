@@ -46,6 +46,8 @@ class SessionClient:
     max_age_s: float
     want_engaged: bool
     """Ask until both sites are engaged. A fault of either one ends the wish: engaging again is a deliberate act."""
+    engages_itself: bool = True
+    """Whether the wish outlives a lost session: where a person engaged, a person engages again."""
     calibration: str = ""
     """Hash that the remote site's calibration must have; empty for any."""
     role: str = OPERATOR
@@ -238,6 +240,7 @@ class SessionClient:
 
     def _end(self, why: str) -> None:
         self.session.disconnect(why)
+        self.want_engaged = self.want_engaged and self.engages_itself
         self.remote_fault = ""
         self.stopping.remote_gone(why)
 

@@ -9,7 +9,7 @@ import pytest
 
 from common.scene import load_scene
 from operator_site.console.reporting import LONGEST_S
-from tests.console.live import begin, clear, end, engage, hold, opened, told
+from tests.console.live import NEUTRAL, begin, end, engage, hold, opened, told
 from tests.console.running_demo import Demo, running
 from tests.console.test_every_state import LOOK, axe_findings
 from tests.session.played_console import playing
@@ -88,7 +88,9 @@ def test_the_lesion_is_found_the_link_is_cut_and_all_of_it_is_reported_and_playe
     page.wait_for_selector("#alarm-text:has-text('Link is back. Hold C to clear.')")
     picture_of(page, "demo link back")
     hold(page, "c", "#alarm-text:not(:has-text('Hold C'))")
-    clear(page)
+    page.wait_for_selector(NEUTRAL)
+    assert not told(page)["engage"]["wanted"]
+    engage(page)
 
     (finding,) = told(page)["findings"]
     assert abs(finding["x_mm"] - x_mm) <= NEAR_MM

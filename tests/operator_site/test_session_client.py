@@ -192,6 +192,17 @@ def test_a_remote_site_that_is_gone_has_not_confirmed(pair: Pair) -> None:
     assert pair.client.stopped == f"{HERE}; remote site: not confirmed, the remote site is silent"
 
 
+@pytest.mark.parametrize("engages_itself", [True, False])
+def test_a_session_that_was_lost_is_engaged_again_only_where_nobody_had_to_ask(
+    pair: Pair, engages_itself: bool
+) -> None:
+    pair.client.want_engaged, pair.client.engages_itself = True, engages_itself
+    pair.remote.alive = False
+    pair.run(SILENCE_NS // MS + 100)
+    assert pair.client.session.ident == 0
+    assert pair.client.want_engaged is engages_itself
+
+
 def test_without_a_remote_site_only_the_own_devices_count() -> None:
     alone = Pair()
     alone.stop()
