@@ -25,6 +25,7 @@ help:
 	@echo "make check       style, types, import arrows"
 	@echo "make coverage    both gates must be covered to 100 % of lines and branches"
 	@echo "make picture     docs/session.png from the last demo"
+	@echo "make console-picture  docs/console.png from a demo in a real Chromium (two minutes)"
 	@echo "make tables      the shipped calibration tables anew, from simulated sensors"
 	@echo "make rungs       the table of which skin model is right enough anew"
 	@echo "make golden      the golden replay's expected output anew; ARGUMENTS=--record for its inputs too"
@@ -104,6 +105,11 @@ picture: $(READY) $(OUT)/session.mcap
 	$(BIN)/python -c 'from pathlib import Path; \
 		from teletaction.report import write_figure; from teletaction.session_data import SessionData; \
 		write_figure(SessionData.read(Path("$(OUT)/session.mcap")), Path("docs/session.png"))'
+
+.PHONY: console-picture
+console-picture: $(READY)
+	$(BIN)/pip install --quiet --disable-pip-version-check --prefer-binary -c constraints.txt -e '.[browser]'
+	$(BIN)/python -m tests.console.readme_picture docs/console.png
 
 $(OUT)/session.mcap:
 	$(MAKE) demo

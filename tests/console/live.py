@@ -1,5 +1,6 @@
 """A page on a real console, used as a person would use it, from whatever state the session is in."""
 
+import re
 import time
 from typing import Any
 
@@ -77,6 +78,16 @@ def engage(page: Any) -> None:
     page.wait_for_selector("#act-button:is(:has-text('Engage'), :has-text('Resume'))")
     hold(page, "e", "body[data-shown=engaged]")
     page.wait_for_function(FORCE)
+
+
+def aim(page: Any, x_mm: float, y_mm: float) -> None:
+    """Move the crosshair of a finding to a place, by arrow keys."""
+    found = re.search(r"x (-?\d+) y (-?\d+) mm", page.inner_text("#marking-title"))
+    assert found
+    x, y = round(x_mm) - int(found[1]), round(y_mm) - int(found[2])
+    for key, count in (("ArrowRight", x), ("ArrowLeft", -x), ("ArrowUp", y), ("ArrowDown", -y)):
+        for _ in range(count):
+            page.keyboard.press(key)
 
 
 def at_devices(session: Session, stream: str, from_s: float, to_s: float) -> list[dict[str, Any]]:

@@ -1,6 +1,5 @@
 """A telediagnosis session in the page, on a running demo: a lesion is found, the link is cut, all is played again."""
 
-import re
 from collections.abc import Callable, Iterator
 from importlib import resources
 from typing import Any
@@ -9,7 +8,7 @@ import pytest
 
 from common.scene import load_scene
 from operator_site.console.reporting import LONGEST_S
-from tests.console.live import NEUTRAL, begin, end, engage, hold, opened, told
+from tests.console.live import NEUTRAL, aim, begin, end, engage, hold, opened, told
 from tests.console.running_demo import Demo, running
 from tests.console.test_every_state import LOOK, axe_findings
 from tests.session.played_console import playing
@@ -45,16 +44,6 @@ def lesion_mm() -> tuple[float, float]:
     """The middle of the lesion."""
     thing = load_scene(SCENE).object_named("lesion")
     return thing.x_at(0.5) * 1e3, sum(thing.y_range_m) / 2.0 * 1e3
-
-
-def aim(page: Any, x_mm: float, y_mm: float) -> None:
-    """Move the crosshair of a finding to a place, by arrow keys."""
-    found = re.search(r"x (-?\d+) y (-?\d+) mm", page.inner_text("#marking-title"))
-    assert found
-    x, y = round(x_mm) - int(found[1]), round(y_mm) - int(found[2])
-    for key, count in (("ArrowRight", x), ("ArrowLeft", -x), ("ArrowUp", y), ("ArrowDown", -y)):
-        for _ in range(count):
-            page.keyboard.press(key)
 
 
 def test_the_lesion_is_found_the_link_is_cut_and_all_of_it_is_reported_and_played_again(
