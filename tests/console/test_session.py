@@ -139,6 +139,7 @@ def test_a_name_or_a_date_of_birth_is_no_study_number(stage: Stage, open_page: O
 
 def test_what_is_missing_is_listed_with_the_command_to_run(open_page: Open) -> None:
     page = open_page("disconnected")
+    page.wait_for_selector("#checks li")
     texts = [" ".join(text.split()) for text in page.locator("#checks li").all_inner_texts()]
     assert "✗ Ring Ring module absent. Check its cable, then: teletaction doctor --config operator.toml" in texts
     assert "✗ Calibration Not calibrated. Materials stay UNKNOWN. teletaction calibrate --config remote.toml" in texts
