@@ -11,7 +11,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -39,6 +39,7 @@ QUICK_TURN_S, QUICK_TURNS, QUICK_WATCHED_S = 5.0, 2, 60.0
 _SETTLE_S = 2.0
 """A process that has just started still loads, and a page gets the whole picture first."""
 _START_S = 30.0
+_ACCOUNTED = ("virtual", CONSOLE, "pages", "sim-operator")
 _QUANTILES = (0.5, 0.9, 0.99, 0.999)
 
 
@@ -202,7 +203,7 @@ class Watched:
             said, _ = pages.communicate()
         self._pages += json.loads(said)
 
-    def _wait(self, process: str, ready: Any) -> dict[str, Any]:
+    def _wait(self, process: str, ready: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
         """Wait until the status of a process is as it should be; raises TimeoutError."""
         end_s = time.monotonic() + _START_S
         while not ready(told := read_figures(self._folder, process)):
@@ -212,9 +213,6 @@ class Watched:
                 raise TimeoutError(f"{process} is not ready after {_START_S:g} s: {told}")
             time.sleep(0.05)
         return told
-
-
-_ACCOUNTED = ("virtual", CONSOLE, "pages", "sim-operator")
 
 
 def _tick_times_s(recording: Path) -> NDArray[np.float64]:
