@@ -65,7 +65,11 @@ class _Link:
         self._context.destroy(linger=0)
 
     def send_latest(self, stream: str, packet: bytes) -> None:
-        """Send on a latest-only stream; an unsent older packet is replaced. To a far side that refused us: nothing."""
+        """Send on a latest-only stream; an unsent older packet is replaced. To a far side that refused us: nothing.
+
+        A packet that is written in the very moment in which the one before is read waits for the next one (measured:
+        one burst of 300 in 14 ended so), so what has to arrive is sent again: these streams never pause.
+        """
         socket = self._sockets.get(stream)
         if socket is not None:
             try:

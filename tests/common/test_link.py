@@ -154,13 +154,38 @@ def test_a_slow_reader_gets_the_newest_only(keys: Keys, base_port: int) -> None:
         seen: list[bytes] = []
 
         def last() -> bool:
+            # One packet of a stream may wait for the next one, never longer.
+            remote.send_latest("touch", b"next")
             packet = operator.receive_latest("touch")
             if packet is not None:
                 seen.append(packet)
-            return seen[-1:] == [b"299"]
+            return seen[-1:] == [b"next"]
 
         assert until(last)
         assert len(seen) < 100
+
+
+def test_a_reader_that_meets_a_packet_gets_it_with_the_next_at_the_latest(keys: Keys, base_port: int) -> None:
+    # Thousands of packets written while they are read: some wait, all of them give way to a newer one.
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
+        newest: list[int] = []
+
+        def came(number: int) -> bool:
+            packet = operator.receive_latest("touch")
+            if packet is not None:
+                newest.append(int(packet))
+            return newest[-1:] == [number]
+
+        def subscribed() -> bool:
+            remote.send_latest("touch", b"0")
+            return came(0)
+
+        assert until(subscribed)
+        for n in range(1, 3000):
+            remote.send_latest("touch", b"%d" % n)
+            came(n)
+        assert until(lambda: remote.send_latest("touch", b"3000") or came(3000))
+        assert newest == sorted(newest)
 
 
 def test_too_large_a_packet_never_arrives(keys: Keys, base_port: int) -> None:
