@@ -24,7 +24,6 @@ def main(path: Path) -> None:
     ):
         browser = playwright.chromium.launch(executable_path=chromium(), args=["--no-sandbox"])
         page = opened(browser, demo.address)
-        page.click("#session-button")
         page.click("#sound-play")
         page.click("#sound-heard")
         begin(page, "P-0417")
