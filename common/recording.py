@@ -18,6 +18,7 @@ from types import TracebackType
 
 from mcap.writer import CompressionType, Writer
 
+from common.earlier_file import set_aside
 from common.software_version import software_version
 
 log = logging.getLogger(__name__)
@@ -61,7 +62,7 @@ class Recorder:
         """Open `path` and start the writing thread.
 
         Args:
-            path: file to create; its folder must exist.
+            path: file to create; its folder must exist. What an earlier run recorded there is set aside as -1, -2 ...
             schemas: for each stream that will be written, its JSON schema.
             metadata: facts about the recording (configuration, own key's fingerprint, hashes of tables), no secret;
                 the program's version is added.
@@ -70,7 +71,7 @@ class Recorder:
                 at once and not with the next flush. For a few records that must not be lost.
 
         Raises:
-            OSError: the file cannot be created.
+            OSError: the file cannot be created, or an earlier one not set aside.
         """
         self.written: Counter[str] = Counter()
         self.failed: str | None = None
@@ -81,6 +82,7 @@ class Recorder:
         self._due = threading.Event()
         """Something is to be written before the next flush."""
         self._queue: queue.SimpleQueue[tuple[str, int, bytes] | None] = queue.SimpleQueue()
+        set_aside(path)
         self._file = path.open("wb")
         self._writer = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.NONE)
         self._writer.start(profile="teletaction", library="teletaction")

@@ -17,6 +17,7 @@ from typing import Any
 from common.config import SimNetworkConfig, SimOperatorConfig, SimRemoteConfig, load_config, load_site
 from common.curve_sockets import LinkProblem
 from common.desk import ask_desk
+from common.earlier_file import set_aside
 from common.keys import load_keys
 from common.session import Refused
 from studies.stroking_scene import write_stroking_scene
@@ -96,13 +97,10 @@ class FaultSession:
         return at_s
 
     def restart(self, process: str) -> float:
-        """Start a killed process again, as a supervisor would; its recording so far is set aside."""
+        """Start a killed process again, as a supervisor would; its log so far is set aside."""
         self.processes.running[process].wait()
-        count = self.restarts[process] = self.restarts.get(process, 0) + 1
-        for name in (f"{process}.mcap", f"{process}.log"):
-            path = self.out / name
-            if path.exists():
-                path.rename(path.with_name(f"{path.stem}-{count}{path.suffix}"))
+        self.restarts[process] = self.restarts.get(process, 0) + 1
+        set_aside(self.out / f"{process}.log")
         self.processes.start(process, self.configurations[process])
         return time.monotonic()
 

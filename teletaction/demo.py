@@ -156,9 +156,9 @@ def _output_folder(options: DemoOptions) -> Path:
             raise ValueError(f"--out {out}: holds other things; choose a new or empty folder")
     out = out.resolve()
     out.mkdir(parents=True, exist_ok=True)
-    for part in out.glob(f"{CONSOLE}-*.mcap"):
-        part.unlink()
     for name in (*PROCESSES, NETWORK, CONSOLE):
+        for part in out.glob(f"{name}-*.mcap"):
+            part.unlink()
         for suffix in (".json", ".mcap", ".log"):
             (out / f"{name}{suffix}").unlink(missing_ok=True)
     for produced in _PRODUCED:

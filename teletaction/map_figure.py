@@ -113,7 +113,7 @@ def draw_scale(axes: Axes, quantity: str, legend: tuple[float, float]) -> None:
     ticks = scale_ticks(quantity, legend)
     scale.set_yticks(on_scale(quantity, np.array(ticks), legend).tolist(), [f"{tick:g}" for tick in ticks])
     scale.yaxis.tick_right()
-    scale.set_xticks([0.7, 3.3], ["vague", "sure"], fontsize=6.5, rotation=45)
+    scale.set_xticks([0.7, 3.3], ["vague", "sure"], fontsize=6.5, rotation=90)
     scale.tick_params(length=2)
     scale.grid(visible=False)
     scale.set_title(UNITS[quantity], fontsize=8.5)

@@ -13,6 +13,7 @@ from typing import Any
 
 import msgpack
 
+from common.earlier_file import free_name
 from common.recording import Recorder
 from operator_site.console.kept_before import KeptBefore, boot, kept_before
 
@@ -145,16 +146,7 @@ class Keeping:
             self._hand(kept)
 
     def _open(self, path: Path) -> None:
-        free = _free(path)
+        free = free_name(path)
         self._recorder = Recorder(free, SCHEMAS, self._metadata, durable=True)
         self._confirmed = Counter()
         self.files.append(free)
-
-
-def _free(path: Path) -> Path:
-    """A file that is not there yet."""
-    number, found = 0, path
-    while found.exists():
-        number += 1
-        found = path.with_stem(f"{path.stem}-{number}")
-    return found

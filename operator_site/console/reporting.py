@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from itertools import chain
 from pathlib import Path
 
+from common.earlier_file import free_name
+
 log = logging.getLogger(__name__)
 
 SETTLED_S = 1.0
@@ -40,9 +42,9 @@ class Reporting:
         if self._folder is None or not self._command:
             raise OSError("no report is configured: report_command and reports")
         self._folder.mkdir(parents=True, exist_ok=True)
-        name = _free_name(self._folder, re.sub(r"[^\w-]", "_", pseudonym))
+        # An earlier examination of the same person keeps its report.
+        path = free_name(self._folder / (re.sub(r"[^\w-]", "_", pseudonym) + ".html"))
         await asyncio.sleep(SETTLED_S)
-        path = self._folder / f"{name}.html"
         words = [[*map(str, files)] if word == RECORD else [word.replace(PLACE, str(path))] for word in self._command]
         process = await asyncio.create_subprocess_exec(
             *chain.from_iterable(words),
@@ -59,13 +61,4 @@ class Reporting:
         if process.returncode or not path.is_file():
             lines = said.decode("utf-8", "replace").strip().splitlines()
             raise OSError(lines[-1] if lines else f"the command ended with {process.returncode}")
-        return f"/report/{name}.html"
-
-
-def _free_name(folder: Path, name: str) -> str:
-    """A name that no report has yet: an earlier examination of the same person keeps its own."""
-    number, found = 1, name
-    while (folder / f"{found}.html").exists():
-        number += 1
-        found = f"{name}-{number}"
-    return found
+        return f"/report/{path.name}"

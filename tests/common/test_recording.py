@@ -97,6 +97,9 @@ class SlowDisk:
         self.moving = threading.Event()
         self.moving.set()
 
+    def is_file(self) -> bool:
+        return False
+
     def open(self, mode: str) -> IO[bytes]:
         self.file = self.path.open("wb", buffering=0)
         return cast(IO[bytes], self)

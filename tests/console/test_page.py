@@ -30,6 +30,11 @@ def test_it_writes_text_and_never_markup() -> None:
         assert not re.search(r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|\beval\b|new Function", text)
 
 
+def test_it_reads_no_wall_clock_so_one_that_changes_changes_nothing() -> None:
+    for text in files():
+        assert not re.search(r"\bDate\b|Temporal", text)
+
+
 def luminance(colour: str) -> float:
     parts = [int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5)]
     linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]

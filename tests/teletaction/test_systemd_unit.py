@@ -60,14 +60,3 @@ def test_systemd_finds_nothing_wrong(site: str, tmp_path: Path) -> None:
         ["systemd-analyze", "verify", str(installed)], capture_output=True, text=True, timeout=50, check=False
     )
     assert (verified.returncode, verified.stderr) == (0, "")
-
-
-def test_an_earlier_recording_is_set_aside(service: dict[str, str], tmp_path: Path) -> None:
-    command = service["ExecStartPre"].removeprefix("/bin/sh -c '").removesuffix("'")
-    command = command.replace("%i", "remote").replace("$$", "$").replace("%%", "%")
-    recording = tmp_path / "remote.mcap"
-    for expected in (0, 1):
-        subprocess.run(["/bin/sh", "-c", command], cwd=tmp_path, check=True, timeout=10)
-        assert len(list(tmp_path.glob("remote-2*Z.mcap"))) == expected
-        assert not recording.exists()
-        recording.write_bytes(b"minutes")
