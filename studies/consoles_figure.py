@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from teletaction.figure_style import BLACK, BLUE, GREEN, ORANGE, STYLE
+from teletaction.figure_style import BLACK, BLUE, GREEN, ORANGE, STYLE, plain_ticks
 
 _COLOURS = (BLACK, ORANGE, BLUE)
 _DASHES = ("-", "--", "-.")
@@ -31,6 +31,8 @@ def _plot_late(axes: Axes, data: Mapping[str, Any]) -> None:
     for (way, off_us), colour, dash in zip(data["off_us"].items(), _COLOURS, _DASHES, strict=True):
         rarer = 1.0 - np.linspace(0.0, 1.0, len(off_us))
         axes.loglog(np.maximum(off_us, 1.0)[:-1], rarer[:-1], color=colour, linestyle=dash, label=way)
+    plain_ticks(axes.xaxis, (1, 10, 100, 1000))
+    plain_ticks(axes.yaxis, (0.01, 0.1, 1))
     axes.set_xlabel("a tick comes that much too late or too soon (us)")
     axes.set_ylabel("share of ticks that are further off")
     axes.set_title(f"Operator's loop, period {data['period_ms']:g} ms", loc="left")
@@ -44,4 +46,4 @@ def _plot_memory(axes: Axes, data: Mapping[str, Any]) -> None:
     axes.set_xlabel("time since the console was started (min)")
     axes.set_ylabel("its resident memory (MiB)")
     pictures = data["page"]["pictures_per_s"]
-    axes.set_title(f"Console with five pages, {min(pictures):.0f} to {max(pictures):.0f} pictures/s each", loc="left")
+    axes.set_title(f"Five pages, {min(pictures):.0f} pictures/s each or more", loc="left")
