@@ -31,7 +31,7 @@ def database() -> Database:
     return loaded
 
 
-def _crc(frame_id: int, data: bytes) -> int:
+def frame_crc(frame_id: int, data: bytes) -> int:
     """Low byte of CRC-16/CCITT-FALSE over the identifier and all bytes before the CRC's own."""
     return binascii.crc_hqx(frame_id.to_bytes(2, "big") + data[:7], 0xFFFF) & 0xFF
 
@@ -64,7 +64,7 @@ class FrameSender:
         except ValueError as error:
             raise ValueError(f"{self.name}.{error}") from None
         if self._packing.has_crc:
-            data = data[:7] + bytes((_crc(frame_id, data),))
+            data = data[:7] + bytes((frame_crc(frame_id, data),))
         self._counter = (self._counter + 1) & 0xF
         return can.Message(arbitration_id=frame_id, data=data, is_extended_id=False)
 
@@ -102,7 +102,7 @@ class FrameReceiver:
         """
         if len(data) != BYTES:
             raise self._refuse(f"{len(data)} bytes, expected {BYTES}")
-        if self._packing.has_crc and data[7] != _crc(self.frame_id, data):
+        if self._packing.has_crc and data[7] != frame_crc(self.frame_id, data):
             raise self._refuse("wrong CRC")
         values, counter = self._packing.unpack(data)
         if counter == self._counter:

@@ -1,6 +1,7 @@
 """The CAN bus of one site: frames in and out without blocking, re-opened when the gateway was away."""
 
 import logging
+import re
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -19,6 +20,10 @@ _MOST_FRAMES = 200
 """Frames read in one poll: a babbling bus must not hold the loop."""
 BUS_OFF, RESTARTED = 0x040, 0x100
 """Bits of an error frame's identifier (Linux, can/error.h): the controller has left the bus, and is on it again."""
+
+
+_GATEWAY = re.compile(r"socketcand://(?P<host>[^:/]+):(?P<port>\d{1,5})/(?P<channel>\w+)")
+_LOCAL = re.compile(r"\w+:(?P<channel>[\w ]+)")
 
 
 class CanAddress(BaseModel):
@@ -50,6 +55,21 @@ class CanAddress(BaseModel):
             return can.Bus(interface=self.interface, channel=self.channel)
         except (can.CanError, OSError, TimeoutError) as error:
             raise DeviceAbsent(f"CAN {self}: {error}") from None
+
+
+def can_address(text: str) -> CanAddress | None:
+    """The CAN address that a text is, written as `str(CanAddress)` writes it; None where it is none.
+
+    Raises:
+        ValueError: it begins as one, and is not.
+    """
+    interface = next((each for each in ("socketcand", "socketcan", "virtual") if text.startswith(f"{each}:")), None)
+    if interface is None:
+        return None
+    found = _GATEWAY.fullmatch(text) if interface == "socketcand" else _LOCAL.fullmatch(text)
+    if found is None:
+        raise ValueError(f"{text}: a CAN bus is socketcan:CHANNEL or socketcand://HOST:PORT/CHANNEL")
+    return CanAddress.model_validate({"interface": interface, **found.groupdict()})
 
 
 @dataclass(slots=True)

@@ -33,11 +33,11 @@ class SerialModule(ABC):
     def feed(self, data: bytes, now_s: float) -> None:
         """Take bytes from the host that arrived at `now_s`, in whatever pieces they come."""
         for frame in self.reader.feed(data):
-            if frame.message_id == MessageId.IDENTIFY:
-                self._say(MessageId.IDENTITY, self.identity.encode())
-                continue
             try:
-                self._obey(frame, now_s)
+                if frame.message_id == MessageId.IDENTIFY:
+                    self._answer(frame)
+                else:
+                    self._obey(frame, now_s)
             except BadPayload:
                 self.refused += 1
 
@@ -47,6 +47,11 @@ class SerialModule(ABC):
         output = bytes(self._output)
         self._output.clear()
         return output
+
+    def _answer(self, frame: Frame) -> None:
+        if frame.payload:
+            raise BadPayload(f"identify: {len(frame.payload)} bytes, expected 0")
+        self._say(MessageId.IDENTITY, self.identity.encode())
 
     def _say(self, message_id: MessageId, payload: bytes) -> None:
         self._output += encode_frame(message_id, self._sequence, payload)

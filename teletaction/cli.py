@@ -4,6 +4,7 @@ import typer
 
 from teletaction.commands import (
     calibrate,
+    conformance,
     demo,
     doctor,
     identify,
@@ -33,6 +34,7 @@ for module in (
     processes,
     recordings,
     doctor,
+    conformance,
     metrics,
     study,
     keys,

@@ -1,0 +1,134 @@
+"""Duties of firmware: a number, the words of docs/protocols.md, and the check that tries them on a device.
+
+The words stand here and on that page; a test holds one against the other.
+"""
+
+from collections.abc import Callable, Container, Iterator, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, Generic, Protocol, TypeVar
+
+T = TypeVar("T")
+
+
+class How(StrEnum):
+    """What trying a duty takes, as the page and the command line have it."""
+
+    LISTEN = "listening"
+    EXERCISE = "--exercise"
+    HEAT = "--heat"
+
+
+class Verdict(StrEnum):
+    """What became of a duty."""
+
+    PASS = "pass"
+    FAIL = "FAIL"
+    NOT_APPLICABLE = "n/a"
+    NOT_TRIED = "not tried"
+
+
+@dataclass(frozen=True, slots=True)
+class Came:
+    """What a device did where something was demanded of it."""
+
+    good: bool
+    words: str
+
+
+class NotApplicable(Exception):
+    """A duty that this device, here and now, cannot be held to; says why."""
+
+
+class Unsafe(Exception):
+    """The device does more than was announced: nothing is tried any further."""
+
+
+@dataclass(frozen=True, slots=True)
+class Duty(Generic[T]):
+    """One demand of the page. The check may leave the outputs as they are: whoever calls it makes them neutral."""
+
+    number: str
+    demand: str
+    how: How
+    check: Callable[[T], Came]
+
+
+class Checklist(Generic[T]):
+    """The duties of one kind of device, in order.
+
+    Attributes:
+        title: heading on the page.
+        duties: filled by `duty`.
+    """
+
+    def __init__(self, title: str) -> None:
+        self.title = title
+        self.duties: list[Duty[T]] = []
+
+    def duty(
+        self, number: str, demand: str, how: How = How.LISTEN
+    ) -> Callable[[Callable[[T], Came]], Callable[[T], Came]]:
+        """Put a check under its number and its demand."""
+
+        def enter(check: Callable[[T], Came]) -> Callable[[T], Came]:
+            self.duties.append(Duty(number, demand, how, check))
+            return check
+
+        return enter
+
+    def table(self) -> str:
+        """The rows as docs/protocols.md has them."""
+        rows = [f"| {duty.number} | {duty.demand} | {duty.how} |" for duty in self.duties]
+        return "\n".join([f"**{self.title}**", "", "| | duty | tried by |", "|---|---|---|", *rows])
+
+
+@dataclass(frozen=True, slots=True)
+class Tried:
+    """A duty and what became of it."""
+
+    duty: Duty[Any]
+    verdict: Verdict
+    came: str
+
+
+class Driven(Protocol):
+    """What can be made neutral."""
+
+    def neutral(self) -> None:
+        """Say that nothing is wanted."""
+
+    def settle(self) -> None:
+        """Neutral, and silence until the device is at rest."""
+
+
+Trial = tuple[Duty[Any], Any]
+"""A duty and the device that its check is given."""
+
+
+def try_duties(trials: Sequence[Trial], allowed: Container[How], driven: Driven | None) -> Iterator[Tried]:
+    """Try one after the other; whoever iterates makes the device neutral in the end.
+
+    Args:
+        trials: what to try on what.
+        allowed: kinds of trial that the user has agreed to.
+        driven: made neutral after each duty that drives it; None where nothing is driven.
+    """
+    stopped = ""
+    for duty, device in trials:
+        if stopped or duty.how not in allowed:
+            yield Tried(duty, Verdict.NOT_TRIED, stopped or f"needs {duty.how}")
+            continue
+        try:
+            came = duty.check(device)
+            if driven is not None and duty.how is not How.LISTEN:
+                driven.settle()
+            tried = Tried(duty, Verdict.PASS if came.good else Verdict.FAIL, came.words)
+        except NotApplicable as reason:
+            tried = Tried(duty, Verdict.NOT_APPLICABLE, str(reason))
+        except Unsafe as danger:
+            if driven is not None:
+                driven.neutral()
+            stopped = f"stopped at {duty.number}: {danger}"
+            tried = Tried(duty, Verdict.FAIL, str(danger))
+        yield tried

@@ -1,0 +1,137 @@
+"""The temperature limit that a module keeps by itself, tried with heat."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+from common.limits import PLATE_FAULT_C, PLATE_PEAK_C
+from teletaction.conformance.checklist import Came, Checklist, How, NotApplicable
+from teletaction.conformance.drives import REPEAT_S, WARMEST_C, Doing, Drives
+
+RELEASE_C = 41.0
+ARITHMETIC_K = 0.1
+"""The module may work out another temperature from the same counts."""
+FAST_PERMILLE, SLOW_PERMILLE, SLOW_FROM_C = 1000, 300, 38.0
+LONGEST_S = 60.0
+
+
+@dataclass(frozen=True, slots=True)
+class Heated:
+    """What was reported of a plate that was heated until its module cut out, and then let cool."""
+
+    heating: list[Doing]
+    cooling_asked: list[Doing]
+    """Drive asked for that cools, while the plate is above the release."""
+    cooling: list[Doing]
+    """Heat asked for all the while."""
+    released: list[Doing]
+    """Nothing asked for, below the release."""
+    answered: bool
+    """IDENTIFY, while it was cut out."""
+
+
+class Heating:
+    """One plate that is heated once, for all duties of the cut-out."""
+
+    def __init__(self, drives: Drives) -> None:
+        self.drives = drives
+
+    @property
+    def found(self) -> Heated:
+        """What was reported.
+
+        Raises:
+            NotApplicable: the plate does not come to its limit.
+            Unsafe: it comes above 43 C.
+        """
+        if isinstance(self._once, NotApplicable):
+            raise self._once
+        return self._once
+
+    @cached_property
+    def _once(self) -> Heated | NotApplicable:
+        self.drives.warmest_c = PLATE_PEAK_C
+        try:
+            self.drives.ready()
+            return self._heat()
+        except NotApplicable as reason:
+            return reason
+        finally:
+            self.drives.settle()
+
+    def _heat(self) -> Heated:
+        drives, motor_mv = self.drives, self.drives.mild[1]
+        heating = self._until(lambda doing: doing.cut_out or doing.plate_c > PLATE_FAULT_C + 0.4)
+        if not heating or (not heating[-1].cut_out and heating[-1].plate_c < PLATE_FAULT_C + ARITHMETIC_K):
+            raise NotApplicable(f"the plate comes to no more than {heating[-1].plate_c if heating else 0.0:.1f} C")
+        if not heating[-1].cut_out:
+            return Heated(heating, [], [], [], False)
+        cooling_asked = drives.hold(-SLOW_PERMILLE, motor_mv, 0.06) if heating[-1].plate_c > RELEASE_C + 0.3 else []
+        cooling = self._until(lambda doing: doing.plate_c < RELEASE_C - 0.5 or not doing.cut_out)
+        answered = bool(drives.talk.ask())
+        return Heated(heating, cooling_asked, cooling, drives.hold(0, motor_mv, 0.3), answered)
+
+    def _until(self, done: Callable[[Doing], bool]) -> list[Doing]:
+        """Ask for heat until a report is what is waited for: fast up to 38 C, then with a drive that grows slowly."""
+        seen: list[Doing] = []
+        permille = FAST_PERMILLE
+        slow = False
+        until_s = self.drives.talk.end.now() + LONGEST_S
+        while self.drives.talk.end.now() < until_s and not (seen and done(seen[-1])):
+            if slow:
+                permille = min(FAST_PERMILLE, permille + 1)
+            elif seen and (seen[-1].plate_c > SLOW_FROM_C or seen[-1].cut_out):
+                slow, permille = True, SLOW_PERMILLE
+            self.drives.drive(permille, self.drives.mild[1])
+            for doing in self.drives.listen(REPEAT_S):
+                seen.append(doing)
+                if done(doing):
+                    break
+        return seen
+
+
+CUT_OUT: Checklist[Heating] = Checklist("The temperature limit of every module with drives; nobody touches the plate")
+
+
+@CUT_OUT.duty(
+    "D14",
+    "At 42.0 C by its own measurement, not below 40 C, the Peltier drive is 0 and THERMAL_CUT_OUT is set",
+    How.HEAT,
+)
+def _cuts_out(heating: Heating) -> Came:
+    found = heating.found.heating
+    hot = [doing for doing in found if doing.plate_c >= PLATE_FAULT_C + ARITHMETIC_K or doing.cut_out]
+    strange = next((doing for doing in hot if doing.permille != 0 or not doing.cut_out), None)
+    if strange is not None:
+        return Came(False, f"{strange.plate_c:.2f} C, {strange.permille} thousandths, flags {strange.flags:#04x}")
+    return Came(found[-1].plate_c > WARMEST_C, f"cut out at {found[-1].plate_c:.2f} C")
+
+
+@CUT_OUT.duty(
+    "D15",
+    "It lasts until the plate is below 41.0 C and the drive that it holds back is 0 or below; then it ends",
+    How.HEAT,
+)
+def _lets_go(heating: Heating) -> Came:
+    found = heating.found
+    if not found.heating[-1].cut_out:
+        raise NotApplicable("it did not cut out")
+    held = [*found.cooling_asked, *found.cooling]
+    strange = next((doing for doing in held if doing.permille != 0 or not doing.cut_out), None)
+    if strange is not None:
+        return Came(False, f"{strange.permille} thousandths, flags {strange.flags:#04x} at {strange.plate_c:.2f} C")
+    if not found.cooling or found.cooling[-1].plate_c >= RELEASE_C:
+        raise NotApplicable("the plate does not cool below 41 C by itself")
+    ended = bool(found.released) and not found.released[-1].cut_out
+    return Came(ended, f"held down to {found.cooling[-1].plate_c:.2f} C, then {'ended' if ended else 'not ended'}")
+
+
+@CUT_OUT.duty("D16", "Cut out, it answers IDENTIFY within 100 ms and a motor runs on", How.HEAT)
+def _goes_on(heating: Heating) -> Came:
+    found = heating.found
+    if not found.heating[-1].cut_out:
+        raise NotApplicable("it did not cut out")
+    if not found.answered:
+        return Came(False, "no answer")
+    stopped = [doing for doing in found.cooling if doing.motor_mv != heating.drives.mild[1]]
+    return Came(not stopped, f"answered; motor stopped in {len(stopped)} of {len(found.cooling)} reports")

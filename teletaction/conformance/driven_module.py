@@ -1,0 +1,193 @@
+"""Duties of every module that drives something: what it does with commands, and without them."""
+
+from common.serial_messages import DeviceFlag
+from common.thermometry import COUNT_MAX
+from teletaction.conformance.checklist import Came, Checklist, How, NotApplicable
+from teletaction.conformance.drives import OFF, REPEAT_S, Doing, Drives
+from teletaction.conformance.every_module import RATE_SHARE, reports_hz
+from teletaction.conformance.module_talk import Heard, Span, damaged
+
+DRIVEN: Checklist[Drives] = Checklist("Every module with drives: thermal sensor, TactTip")
+
+TIMEOUT_S = 0.100
+TRIALS = 5
+PLATE_PERMILLE, PLATE_S, PLATE_MOVES_K = 300, 1.0, 0.1
+_KNOWN_FLAGS = sum(DeviceFlag)
+
+
+def _at_rest(drives: Drives) -> list[Doing]:
+    doings = drives.doings(drives.talk.at_rest)
+    if not doings:
+        raise NotApplicable("no sound reports")
+    return doings
+
+
+@DRIVEN.duty("D1", "Without a command everything is off, exactly 0, and COMMAND_TIMEOUT is set")
+def _off(drives: Drives) -> Came:
+    doings = _at_rest(drives)
+    strange = next((doing for doing in doings if doing.applied != OFF or not doing.timed_out), None)
+    if strange is None:
+        return Came(True, f"so in {len(doings)} reports")
+    return Came(False, f"{drives.words(strange.applied)}, flags {strange.flags:#04x}")
+
+
+@DRIVEN.duty("D2", "Flags that the page does not name are 0")
+def _flags(drives: Drives) -> Came:
+    seen = {doing.flags for doing in _at_rest(drives)}
+    return Came(not any(flags & ~_KNOWN_FLAGS for flags in seen), ", ".join(f"{flags:#04x}" for flags in sorted(seen)))
+
+
+@DRIVEN.duty("D3", "Both thermometers read between the ends of their scale: nothing is open, nothing short")
+def _thermometers(drives: Drives) -> Came:
+    ends = [doing.counts for doing in _at_rest(drives)]
+    low, high = min(min(pair) for pair in ends), max(max(pair) for pair in ends)
+    return Came(low > 0 and high < COUNT_MAX, f"{low} to {high} counts")
+
+
+@DRIVEN.duty(
+    "D4", "What is commanded is applied, and reported as it is; COMMAND_TIMEOUT is 0 while it is", How.EXERCISE
+)
+def _obeys(drives: Drives) -> Came:
+    drives.ready()
+    permille, motor_mv = drives.mild
+    for wanted in ((permille, motor_mv), (-permille, motor_mv)):
+        last = drives.hold(*wanted, 0.2)[-1:]
+        if not last or last[0].applied != wanted or last[0].timed_out:
+            came = f"{drives.words(last[0].applied)}, flags {last[0].flags:#04x}" if last else "no report"
+            return Came(False, f"commanded {drives.words(wanted)}: {came}")
+    return Came(True, f"{drives.words(drives.mild)}, and the same cooling")
+
+
+@DRIVEN.duty(
+    "D5",
+    "A positive drive heats the plate, a negative one cools it: 0.1 K at least in 1 s of 300 thousandths",
+    How.EXERCISE,
+)
+def _heats(drives: Drives) -> Came:
+    drives.ready()
+    reached_c = [_mean_c(drives.listen(0.2))]
+    for permille in (PLATE_PERMILLE, -PLATE_PERMILLE):
+        drives.hold(permille, 0, PLATE_S)
+        reached_c.append(_mean_c(drives.hold(permille, 0, 0.2)))
+    heated_k, cooled_k = reached_c[1] - reached_c[0], reached_c[2] - reached_c[1]
+    return Came(
+        heated_k >= PLATE_MOVES_K and cooled_k <= -PLATE_MOVES_K, f"{heated_k:+.2f} K heated, {cooled_k:+.2f} K cooled"
+    )
+
+
+def _mean_c(doings: list[Doing]) -> float:
+    if not doings:
+        raise NotApplicable("no reports while it is driven")
+    return sum(doing.plate_c for doing in doings) / len(doings)
+
+
+@DRIVEN.duty(
+    "D6", "100 ms after the last command at the latest everything is off, and COMMAND_TIMEOUT is set", How.EXERCISE
+)
+def _times_out(drives: Drives) -> Came:
+    drives.ready()
+    longest_s = 0.0
+    for trial in range(TRIALS):
+        drives.settle()
+        drives.talk.listen(0.002 * trial)  # a report sees the end wherever between two of them it is
+        drives.drive(*drives.mild)
+        doings = drives.listen(4.0 * TIMEOUT_S)
+        acting = [doing.device_s for doing in doings if doing.applied != OFF]
+        if acting:
+            longest_s = max(longest_s, acting[-1] - acting[0])
+        if doings and (doings[-1].applied != OFF or not doings[-1].timed_out):
+            return Came(False, f"0.4 s later: {drives.words(doings[-1].applied)}, flags {doings[-1].flags:#04x}")
+    return Came(longest_s <= TIMEOUT_S, f"one command seen to act for {1e3 * longest_s:.0f} ms at most, of {TRIALS}")
+
+
+@DRIVEN.duty("D7", "A command that is repeated every 20 ms stays in force without a gap", How.EXERCISE)
+def _holds(drives: Drives) -> Came:
+    drives.ready()
+    doings = drives.hold(*drives.mild, 0.1) and drives.hold(*drives.mild, 1.0)
+    gaps = sum(doing.timed_out for doing in doings)
+    return Came(bool(doings) and not gaps, f"{gaps} of {len(doings)} reports say COMMAND_TIMEOUT")
+
+
+def _feeds(drives: Drives, wrong: bytes, what: str) -> Came:
+    """One good command, then for 0.3 s only what is none: nothing else may be applied, and the time-out must act."""
+    drives.settle()
+    drives.drive(*drives.mild)
+    doings: list[Doing] = []
+    until_s = drives.talk.end.now() + 3.0 * TIMEOUT_S
+    while drives.talk.end.now() < until_s:
+        drives.talk.end.send(wrong)
+        doings = drives.listen(REPEAT_S) or doings
+        strange = drives.only(doings, drives.mild)
+        if strange is not None:
+            return Came(False, f"{what}: {strange.words}")
+    fed = bool(doings) and not doings[-1].timed_out
+    return Came(not fed, f"{what}: " + ("holds off the time-out" if fed else "refused"))
+
+
+def _all_refused(drives: Drives, wrong: dict[str, bytes]) -> Came:
+    drives.ready()
+    for what, data in wrong.items():
+        came = _feeds(drives, data, what)
+        if not came.good:
+            return came
+    return Came(True, f"refused: {', '.join(wrong)}")
+
+
+@DRIVEN.duty(
+    "D8",
+    "A command with a value out of range is refused as a whole: not clipped, and no food for the time-out",
+    How.EXERCISE,
+)
+def _range(drives: Drives) -> Came:
+    frames = {payload.hex(" "): drives.talk.frame(drives.command_id, payload) for payload in drives.refused}
+    return _all_refused(drives, frames)
+
+
+@DRIVEN.duty("D9", "A command of a wrong length is refused as a whole", How.EXERCISE)
+def _length(drives: Drives) -> Came:
+    sound = drives.command(drives.mild[0] // 2)
+    wrong = {"a byte too few": sound[:-1], "a byte too many": sound + b"\0", "no bytes": b""}
+    return _all_refused(
+        drives, {what: drives.talk.frame(drives.command_id, payload) for what, payload in wrong.items()}
+    )
+
+
+@DRIVEN.duty("D10", "A damaged command changes nothing and does not feed the time-out", How.EXERCISE)
+def _damaged(drives: Drives) -> Came:
+    frame = drives.talk.frame(drives.command_id, drives.command(drives.mild[0] // 2))
+    return _all_refused(drives, {"wrong CRC": damaged(frame)})
+
+
+@DRIVEN.duty("D11", "IDENTIFY is no command: it does not feed the time-out", How.EXERCISE)
+def _identify(drives: Drives) -> Came:
+    return _all_refused(drives, {"IDENTIFY": drives.talk.frame(0x01)})
+
+
+@DRIVEN.duty(
+    "D12", "250 commands a second (thermal sensor: 100) leave the reports at their rate within 5 %", How.EXERCISE
+)
+def _reports_go_on(drives: Drives) -> Came:
+    drives.ready()
+    at_rest_hz = reports_hz(drives.talk, drives.talk.reports(drives.talk.at_rest))
+    heard: list[Heard] = []
+    until_s = drives.talk.end.now() + 1.0
+    while drives.talk.end.now() < until_s:
+        drives.drive(*drives.mild)
+        heard += drives.talk.listen(0.004 if drives.tacttip else 0.01).frames
+    reports = drives.talk.reports(Span(heard, 0))
+    if len(reports) < 2:
+        return Came(False, "no reports while commands come")
+    rate_hz = (len(reports) - 1) / (reports[-1].at_s - reports[0].at_s)
+    return Came(abs(rate_hz / at_rest_hz - 1.0) <= RATE_SHARE, f"{rate_hz:.1f} a second, {at_rest_hz:.1f} at rest")
+
+
+@DRIVEN.duty("D13", "IDENTIFY is answered within 100 ms while commands come", How.EXERCISE)
+def _answers(drives: Drives) -> Came:
+    drives.ready()
+    answered, slowest_s = 0, 0.0
+    for _ in range(TRIALS):
+        drives.hold(*drives.mild, 0.06)
+        answers = drives.talk.ask()
+        answered += bool(answers)
+        slowest_s = max([slowest_s, *answers[:1]])
+    return Came(answered == TRIALS, f"{answered} of {TRIALS}, the slowest after {1e3 * slowest_s:.1f} ms")

@@ -1,0 +1,186 @@
+"""What two kinds of module have in common: a plate that a Peltier element drives, and reports of what the drives do."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from common.framing import Frame
+from common.limits import PLATE_PEAK_C
+from common.serial_messages import (
+    BadPayload,
+    DeviceFlag,
+    DeviceKind,
+    HeaterCommand,
+    MessageId,
+    TactTipCommand,
+    TactTipState,
+    ThermalReading,
+)
+from common.thermometry import COUNT_MAX, ntc_c, ssr_c
+from teletaction.conformance.checklist import Came, NotApplicable, Unsafe
+from teletaction.conformance.every_module import device_times_s
+from teletaction.conformance.module_talk import REPORTS, ModuleTalk, Span
+
+QUIET_S = 0.15
+"""After the last command: the time-out has acted, and a report has told of it."""
+WARMEST_C, COLDEST_C = 40.0, 5.0
+"""A trial that is not of the cut-out starts and stays between these."""
+MILD_PERMILLE, MILD_MV = 100, 500
+REPEAT_S = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Doing:
+    """What a report says: device time, temperatures, flags, and what is applied."""
+
+    device_s: float
+    plate_c: float
+    counts: tuple[int, int]
+    flags: int
+    permille: int
+    motor_mv: int
+
+    @property
+    def applied(self) -> tuple[int, int]:
+        """Peltier drive and motor voltage."""
+        return self.permille, self.motor_mv
+
+    @property
+    def timed_out(self) -> bool:
+        """Whether it says that no command is in force."""
+        return bool(self.flags & DeviceFlag.COMMAND_TIMEOUT)
+
+    @property
+    def cut_out(self) -> bool:
+        """Whether it says that its temperature limit acts."""
+        return bool(self.flags & DeviceFlag.THERMAL_CUT_OUT)
+
+
+OFF = (0, 0)
+
+
+class Drives:
+    """The drives of one module on trial.
+
+    Attributes:
+        talk: the module.
+        mild: what trials drive with: thousandths of full drive, and millivolts where there is a motor.
+        warmest_c: a plate above this ends the trial.
+    """
+
+    def __init__(self, talk: ModuleTalk) -> None:
+        self.talk = talk
+        self.tacttip = talk.kind is DeviceKind.TACTTIP
+        self.mild = (MILD_PERMILLE, MILD_MV if self.tacttip else 0)
+        self.warmest_c = WARMEST_C
+        self._driving = False
+        talk.watch = self._look
+
+    def command(self, permille: int, motor_mv: int = 0) -> bytes:
+        """Payload of a command."""
+        return TactTipCommand(motor_mv, permille).encode() if self.tacttip else HeaterCommand(permille).encode()
+
+    @property
+    def command_id(self) -> MessageId:
+        """Message that commands it."""
+        return MessageId.TACTTIP_COMMAND if self.tacttip else MessageId.HEATER_COMMAND
+
+    @property
+    def refused(self) -> Sequence[bytes]:
+        """Payloads of commands with one value out of range each."""
+        if not self.tacttip:
+            return [HeaterCommand.LAYOUT.pack(permille) for permille in (1001, -1001, 32767)]
+        wrong = ((3001, 0, 0, 0, 1), (0, 1001, 0, 0, 1), (0, -1001, 0, 0, 1), (0, 0, 3001, 10, 1), (0, 0, 0, 50_001, 1))
+        return [TactTipCommand.LAYOUT.pack(*values) for values in wrong]
+
+    def drive(self, permille: int, motor_mv: int = 0) -> None:
+        """Send one command."""
+        self._driving = True
+        self.talk.say(self.command_id, self.command(permille, motor_mv))
+
+    def say(self, command: TactTipCommand) -> None:
+        """Send one command of a TactTip."""
+        self._driving = True
+        self.talk.say(self.command_id, command.encode())
+
+    def listen(self, seconds: float) -> list[Doing]:
+        """What reports say within so many seconds."""
+        return self.doings(self.talk.listen(seconds))
+
+    def hold(self, permille: int, motor_mv: int, seconds: float, each_s: float = REPEAT_S) -> list[Doing]:
+        """Command again and again; what reports say meanwhile."""
+        spans = []
+        until_s = self.talk.end.now() + seconds
+        while self.talk.end.now() < until_s:
+            self.drive(permille, motor_mv)
+            spans.append(self.talk.listen(each_s))
+        return self.doings_of(spans)
+
+    def doings_of(self, spans: Sequence[Span]) -> list[Doing]:
+        """The sound reports of several spans, with one device time over all of them."""
+        return self.doings(Span([heard for span in spans for heard in span.frames], 0))
+
+    def doings(self, span: Span) -> list[Doing]:
+        """The sound reports of a span."""
+        reports = self.talk.reports(span)
+        found = []
+        for heard, device_s in zip(reports, device_times_s(reports), strict=False):
+            state = _decode(heard.frame)
+            if state is not None:
+                motor_mv, permille = (
+                    (state.motor_mv, state.peltier_permille)
+                    if isinstance(state, TactTipState)
+                    else (0, state.heater_permille)
+                )
+                found.append(Doing(device_s, *_temperatures(state), state.flags, permille, motor_mv))
+        return found
+
+    def neutral(self) -> None:
+        """Everything off, said twice: one frame may be lost."""
+        for _ in range(2):
+            self.drive(0)
+
+    def settle(self) -> None:
+        """Everything off, and silence until the time-out has acted."""
+        self.neutral()
+        self.talk.listen(QUIET_S)
+
+    def ready(self) -> None:
+        """Refuse to begin with a plate that is too hot or too cold."""
+        before = self.listen(0.1)
+        if not before:
+            raise NotApplicable("no sound reports")
+        if not COLDEST_C < before[-1].plate_c < WARMEST_C - 2.0:
+            raise NotApplicable(f"the plate is at {before[-1].plate_c:.1f} C: nothing is driven")
+
+    def only(self, doings: Sequence[Doing], *allowed: tuple[int, int]) -> Came | None:
+        """What was applied beyond what is allowed; None where nothing was."""
+        strange = next((doing.applied for doing in doings if doing.applied not in (OFF, *allowed)), None)
+        return None if strange is None else Came(False, f"applied {self.words(strange)}")
+
+    def words(self, applied: tuple[int, int]) -> str:
+        """What is applied, in words."""
+        return f"{applied[0]} thousandths" + (f" and {applied[1]} mV" if self.tacttip else "")
+
+    def _look(self, frame: Frame) -> None:
+        if frame.message_id != REPORTS[self.talk.kind] or not self._driving:
+            return
+        state = _decode(frame)
+        if state is not None and _temperatures(state)[0] > self.warmest_c:
+            raise Unsafe(f"the plate is at {_temperatures(state)[0]:.1f} C")
+
+
+def _decode(frame: Frame) -> TactTipState | ThermalReading | None:
+    kind = TactTipState if frame.message_id == MessageId.TACTTIP_STATE else ThermalReading
+    try:
+        return kind.decode(frame.payload)
+    except BadPayload:
+        return None
+
+
+def _temperatures(state: TactTipState | ThermalReading) -> tuple[float, tuple[int, int]]:
+    """Plate, C (hot, where its sensor is broken), and the counts of both sensors."""
+    if isinstance(state, ThermalReading):
+        return ssr_c(state.plate_counts), (state.plate_counts, state.ambient_counts)
+    sound = 0 < state.plate_counts < COUNT_MAX
+    plate_c = ntc_c(state.plate_counts) if sound else PLATE_PEAK_C + 1.0
+    return plate_c, (state.plate_counts, state.hot_side_counts)

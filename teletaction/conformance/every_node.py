@@ -1,0 +1,199 @@
+"""Duties of every CAN node: its frames at rest, and which set-points it obeys, for how long."""
+
+from collections.abc import Callable
+from functools import partial
+from itertools import pairwise
+
+import can
+
+from common.can_frames import database, frame_crc, packing
+from teletaction.conformance.checklist import Came, Checklist, How, NotApplicable
+from teletaction.conformance.node_on_trial import NodeOnTrial
+from teletaction.conformance.node_talk import (
+    REPEAT_S,
+    Command,
+    crc_of_another,
+    cut_short,
+    wrong_crc,
+)
+
+NODE: Checklist[NodeOnTrial] = Checklist("Every CAN node: exoskeleton, telemanipulator")
+
+RATE_SHARE = 0.05
+TIMEOUT_S = 0.100
+TRIALS = 5
+
+
+def _named(node: NodeOnTrial) -> dict[str, list[can.Message]]:
+    """The frames at rest, by name."""
+    return {name: node.talk.of(node.talk.at_rest, name) for name in node.talk.kind.sends_hz}
+
+
+def _counters(frames: list[can.Message], name: str) -> list[int]:
+    layout = packing(name)
+    return [layout.unpack(bytes(frame.data))[1] for frame in frames if len(frame.data) == 8]
+
+
+@NODE.duty("N1", "Sends each of its frames, unasked, and no others; its controller reports no errors")
+def _frames(node: NodeOnTrial) -> Came:
+    messages = node.talk.at_rest
+    own = {packing(name).frame_id for name in node.talk.kind.sends_hz}
+    missing = [name for name, frames in _named(node).items() if not frames]
+    strange = sorted({each.arbitration_id for each in messages if not each.is_error_frame} - own)
+    errors = sum(each.is_error_frame for each in messages)
+    words = [f"no {', '.join(missing)}"] if missing else []
+    words += [f"unknown {', '.join(f'{each:#05x}' for each in strange)}"] if strange else []
+    words += [f"{errors} error frames"] if errors else []
+    return Came(not words, "; ".join(words) or f"{', '.join(node.talk.kind.sends_hz)} and nothing else")
+
+
+@NODE.duty("N2", "Every frame has an 11 bit identifier and 8 bytes; bits that the page does not name are 0")
+def _whole(node: NodeOnTrial) -> Came:
+    for name, frames in _named(node).items():
+        named = sum(
+            ((1 << signal.length) - 1) << signal.start for signal in database().get_message_by_name(name).signals
+        )
+        for frame in frames:
+            if frame.is_extended_id or len(frame.data) != 8:
+                return Came(False, f"{name}: {len(frame.data)} bytes, {'29' if frame.is_extended_id else '11'} bit")
+            if int.from_bytes(frame.data, "little") & ~named:
+                return Came(False, f"{name}: {bytes(frame.data).hex(' ')}")
+    return Came(True, f"{sum(map(len, _named(node).values()))} frames")
+
+
+@NODE.duty("N3", "The counter of each identifier is one more with each frame, 15 is followed by 0")
+def _counter(node: NodeOnTrial) -> Came:
+    for name, frames in _named(node).items():
+        numbers = _counters(frames, name)
+        wrong = [(a, b) for a, b in pairwise(numbers) if b != (a + 1) & 0xF]
+        if wrong:
+            return Came(False, f"{name}: {wrong[0][0]} is followed by {wrong[0][1]}, {len(wrong)} such")
+    return Came(True, "without a gap and without a repetition")
+
+
+@NODE.duty("N4", "The CRC is right in every frame that has one")
+def _crc(node: NodeOnTrial) -> Came:
+    checked = 0
+    for name, frames in _named(node).items():
+        with_crc = [each for each in frames if packing(name).has_crc and len(each.data) == 8]
+        wrong = [each for each in with_crc if each.data[7] != frame_crc(each.arbitration_id, bytes(each.data))]
+        if wrong:
+            return Came(False, f"{name}: wrong in {len(wrong)} of {len(with_crc)}")
+        checked += len(with_crc)
+    return Came(True, f"{checked} frames")
+
+
+@NODE.duty("N5", "What it measures comes 500 times a second, its state 100 times, within 5 %")
+def _rates(node: NodeOnTrial) -> Came:
+    found: dict[str, float] = {}
+    for name, frames in _named(node).items():
+        if len(frames) < 2:
+            raise NotApplicable(f"no {name}")
+        found[name] = (len(frames) - 1) / (frames[-1].timestamp - frames[0].timestamp)
+    off = max(abs(found[name] / hz - 1.0) for name, hz in node.talk.kind.sends_hz.items())
+    return Came(off <= RATE_SHARE, ", ".join(f"{name} {hz:.0f}" for name, hz in found.items()))
+
+
+@NODE.duty("N6", "Without set-points it is in its safe state, and says so: forces exactly 0, not enabled; released")
+def _safe(node: NodeOnTrial) -> Came:
+    states = [values for _, values in node.talk.states(node.talk.at_rest)]
+    if not states:
+        raise NotApplicable(f"no {node.talk.kind.state}")
+    safe = node.talk.kind.safe
+    wrong = next(((name, values[name]) for values in states for name in safe if values[name] != safe[name]), None)
+    return Came(wrong is None, f"{wrong[0]} {wrong[1]:g}" if wrong else f"so in {len(states)} state frames")
+
+
+def _in_force(node: NodeOnTrial, messages: list[can.Message], command: Command) -> list[tuple[float, bool]]:
+    """When state frames say whether a command is in force."""
+    return [(at_s, values[command.in_force] > 0.0) for at_s, values in node.talk.states(messages)]
+
+
+def _repeat(
+    node: NodeOnTrial, make: Callable[[], can.Message], command: Command, seconds: float
+) -> list[tuple[float, bool]]:
+    """Send frame after frame; what state frames say meanwhile."""
+    messages: list[can.Message] = []
+    until_s = node.talk.end.now() + seconds
+    while node.talk.end.now() < until_s:
+        node.talk.end.send(make())
+        messages += node.talk.listen(REPEAT_S)
+    return _in_force(node, messages, command)
+
+
+def _good(node: NodeOnTrial, command: Command) -> can.Message:
+    """The next frame of a command, as it should be."""
+    return node.talk.frame(command.frame, node.acting(command.frame))
+
+
+def _refuses(node: NodeOnTrial, make: Callable[[Command], can.Message]) -> Came:
+    """Nothing but wrong frames: no set-point may be in force at the end."""
+    for command in node.talk.kind.commands:
+        said = _repeat(node, partial(make, command), command, 4.0 * TIMEOUT_S)
+        node.settle()
+        if not said:
+            raise NotApplicable(f"no {node.talk.kind.state}")
+        if said[-1][1]:
+            return Came(False, f"{command.frame}: in force")
+    return Came(True, f"{', '.join(command.frame for command in node.talk.kind.commands)}: not in force")
+
+
+@NODE.duty("N7", "A good set-point is in force at once, and stays so while it is repeated every 10 ms", How.EXERCISE)
+def _obeys(node: NodeOnTrial) -> Came:
+    for command in node.talk.kind.commands:
+        said = _repeat(node, partial(_good, node, command), command, 5.0 * TIMEOUT_S)
+        node.settle()
+        gaps = sum(not in_force for _, in_force in said[3:])
+        if gaps or len(said) <= 3:
+            return Came(False, f"{command.frame}: not in force in {gaps} of {len(said)} state frames")
+    return Came(True, f"{', '.join(command.frame for command in node.talk.kind.commands)}: in force all the while")
+
+
+@NODE.duty("N8", "Set-points end 100 ms after the last good frame at the latest, by the node itself", How.EXERCISE)
+def _times_out(node: NodeOnTrial) -> Came:
+    longest_s = 0.0
+    for command in node.talk.kind.commands:
+        for trial in range(TRIALS):
+            node.settle()
+            node.talk.listen(0.002 * trial)  # a state frame sees the end wherever between two of them it is
+            node.talk.say(command.frame, node.acting(command.frame))
+            said = _in_force(node, list(node.talk.listen(4.0 * TIMEOUT_S)), command)
+            acting = [at_s for at_s, in_force in said if in_force]
+            longest_s = max(longest_s, acting[-1] - acting[0] if acting else 0.0)
+    return Came(longest_s <= TIMEOUT_S, f"one frame seen in force for {1e3 * longest_s:.0f} ms at most")
+
+
+@NODE.duty("N9", "A frame with a wrong CRC is refused", How.EXERCISE)
+def _wrong_crc(node: NodeOnTrial) -> Came:
+    return _refuses(node, lambda command: wrong_crc(_good(node, command)))
+
+
+@NODE.duty("N10", "A frame with the CRC of another identifier is refused", How.EXERCISE)
+def _crc_of_another(node: NodeOnTrial) -> Came:
+    return _refuses(node, lambda command: crc_of_another(_good(node, command)))
+
+
+@NODE.duty(
+    "N11", "A frame whose counter is that of the one before is refused: repeating it holds nothing", How.EXERCISE
+)
+def _repeated(node: NodeOnTrial) -> Came:
+    kept: dict[str, can.Message] = {}
+    return _refuses(node, lambda command: kept.setdefault(command.frame, _good(node, command)))
+
+
+@NODE.duty("N12", "A counter that skips is no error", How.EXERCISE)
+def _skipping(node: NodeOnTrial) -> Came:
+    def every_third(command: Command) -> can.Message:
+        return [_good(node, command) for _ in range(3)][-1]
+
+    for command in node.talk.kind.commands:
+        said = _repeat(node, partial(every_third, command), command, 4.0 * TIMEOUT_S)
+        node.settle()
+        if not said or not said[-1][1]:
+            return Came(False, f"{command.frame}: not in force with every third counter")
+    return Came(True, "every third counter: in force")
+
+
+@NODE.duty("N13", "A frame of fewer than 8 bytes is refused", How.EXERCISE)
+def _short(node: NodeOnTrial) -> Came:
+    return _refuses(node, lambda command: cut_short(_good(node, command)))

@@ -1,0 +1,138 @@
+"""One device at one address, tried from the first duty to the last, and neutral at the end whatever happens."""
+
+from collections.abc import Callable, Container, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from common.can_line import CanAddress, can_address
+from common.serial_messages import DeviceKind
+from teletaction.conformance.checklist import Checklist, Driven, How, Trial, Tried, try_duties
+from teletaction.conformance.cut_out import CUT_OUT, Heating
+from teletaction.conformance.driven_module import DRIVEN
+from teletaction.conformance.drives import Drives
+from teletaction.conformance.every_module import MODULE
+from teletaction.conformance.every_node import NODE
+from teletaction.conformance.exoskeleton_node import EXOSKELETON
+from teletaction.conformance.module_talk import ModuleTalk, PortEnd
+from teletaction.conformance.motor import TACTTIP
+from teletaction.conformance.node_on_trial import ExoskeletonOnTrial, TelemanipulatorOnTrial
+from teletaction.conformance.node_talk import KINDS, BusEnd, NodeName, NodeTalk, name_of
+from teletaction.conformance.telemanipulator_node import TELEMANIPULATOR
+from teletaction.conformance.texture_module import TEXTURE
+
+CHECKLISTS: tuple[Checklist[Any], ...] = (
+    MODULE,
+    TEXTURE,
+    DRIVEN,
+    CUT_OUT,
+    TACTTIP,
+    NODE,
+    EXOSKELETON,
+    TELEMANIPULATOR,
+)
+"""All duties, in the order of docs/protocols.md."""
+
+
+@dataclass(frozen=True, slots=True)
+class OnTrial:
+    """A device that was found, and what it has to do.
+
+    Attributes:
+        name: what it is, and whose.
+        trials: its duties.
+        driven: how it is made neutral; None where nothing is driven.
+        warning: what `--exercise` and `--heat` do to it.
+    """
+
+    name: str
+    trials: list[Trial]
+    driven: Driven | None
+    warning: dict[How, str]
+
+    def tried(self, allowed: Container[How], tell: Callable[[Tried], None]) -> list[Tried]:
+        """Try its duties, tell of each at once, and leave the device neutral, also when it is interrupted."""
+        results = []
+        try:
+            for tried in try_duties(self.trials, allowed, self.driven):
+                tell(tried)
+                results.append(tried)
+            return results
+        finally:
+            if self.driven is not None and How.EXERCISE in allowed:
+                self.driven.neutral()
+
+
+def module_on_trial(talk: ModuleTalk) -> OnTrial:
+    """A serial module."""
+    name = talk.kind.name.lower().replace("_", " ")
+    if talk.identity is not None:
+        name += f" {talk.identity.serial}"
+    trials = _each(MODULE, talk)
+    if talk.kind is DeviceKind.TEXTURE_SENSOR:
+        return OnTrial(name, trials + _each(TEXTURE, talk), None, {})
+    drives = Drives(talk)
+    trials += _each(DRIVEN, drives)
+    warning = {
+        How.EXERCISE: "drives its Peltier element with up to 300 thousandths for 1 s, heating and cooling",
+        How.HEAT: "heats its plate until its own temperature limit acts at 42 C, at most to 43 C",
+    }
+    if drives.tacttip:
+        trials += _each(TACTTIP, drives)
+        warning[How.EXERCISE] += ", and its motor with up to 1 V"
+    return OnTrial(name, trials + _each(CUT_OUT, Heating(drives)), drives, warning)
+
+
+def node_on_trial(talk: NodeTalk) -> OnTrial:
+    """A CAN node."""
+    if talk.kind.name is NodeName.EXOSKELETON:
+        exoskeleton = ExoskeletonOnTrial(talk)
+        trials = _each(NODE, exoskeleton) + _each(EXOSKELETON, exoskeleton)
+        return OnTrial(talk.kind.name, trials, exoskeleton, {How.EXERCISE: "pushes with 0.3 N on each finger"})
+    robot = TelemanipulatorOnTrial(talk)
+    trials = _each(NODE, robot) + _each(TELEMANIPULATOR, robot)
+    moves = "moves its fingers up by 1 mm and back, and its hand by 1 mm along x and back"
+    return OnTrial(talk.kind.name, trials, robot, {How.EXERCISE: moves})
+
+
+def _each(checklist: Checklist[Any], device: object) -> list[Trial]:
+    return [(duty, device) for duty in checklist.duties]
+
+
+@contextmanager
+def opened(address: str, told: DeviceKind | NodeName | None = None, finger: int | None = None) -> Iterator[OnTrial]:
+    """Open an address and find what is there.
+
+    Args:
+        address: a serial device's, or a CAN bus's as in `socketcan:can0` and `socketcand://HOST:PORT/CHANNEL`.
+        told: what it should be; None: what it says it is.
+        finger: whose it should be, 0..4; None: anybody's.
+
+    Raises:
+        DeviceAbsent: nothing there, or nothing that says what it is.
+        ValueError: a CAN bus was told to be a serial device or the other way round; a site is running on the bus.
+    """
+    bus = can_address(address)
+    if bus is None:
+        if isinstance(told, NodeName):
+            raise ValueError(f"{address}: the {told} is on CAN: socketcan:CHANNEL or socketcand://HOST:PORT/CHANNEL")
+        port = PortEnd(address)
+        try:
+            yield module_on_trial(ModuleTalk(port, told, finger))
+        finally:
+            port.close()
+        return
+    if isinstance(told, DeviceKind):
+        raise ValueError(f"{address}: a {told.name.lower()} is a serial device, not on CAN")
+    with opened_node(bus, told) as found:
+        yield found
+
+
+@contextmanager
+def opened_node(address: CanAddress, told: NodeName | None = None) -> Iterator[OnTrial]:
+    """Open a bus and find which node is on it; raises as `opened`."""
+    end = BusEnd(address)
+    try:
+        yield node_on_trial(NodeTalk(end, KINDS[told or name_of(end)]))
+    finally:
+        end.close()

@@ -1,0 +1,57 @@
+"""Duties of the exoskeleton alone: which forces it gives, and when it lets them go."""
+
+import can
+
+from common.fingers import FINGERS
+from teletaction.conformance.checklist import Came, Checklist, How, NotApplicable
+from teletaction.conformance.node_on_trial import FORCE_N, ExoskeletonOnTrial
+from teletaction.conformance.node_talk import REPEAT_S, Values
+
+EXOSKELETON: Checklist[ExoskeletonOnTrial] = Checklist("Exoskeleton; nobody wears it")
+
+NEAR_N = 0.1
+FALLEN_S = 0.150
+_STATE = "ExoskeletonState"
+
+
+def _hold(node: ExoskeletonOnTrial, values: Values, seconds: float) -> list[tuple[float, Values]]:
+    messages: list[can.Message] = []
+    until_s = node.talk.end.now() + seconds
+    while node.talk.end.now() < until_s:
+        node.talk.say("FingerForces", values)
+        messages += node.talk.listen(REPEAT_S)
+    states = node.talk.states(messages)
+    if not states:
+        raise NotApplicable(f"no {_STATE}")
+    return states
+
+
+@EXOSKELETON.duty(
+    "E1", "Applies to each finger the force that is commanded for it, within 0.1 N, and reports it", How.EXERCISE
+)
+def _forces(node: ExoskeletonOnTrial) -> Came:
+    for pushed in FINGERS:
+        wanted = {finger: FORCE_N if finger == pushed else 0.0 for finger in FINGERS}
+        last = _hold(node, {"enabled": 1.0, **wanted}, 0.3)[-1][1]
+        off_n = max(abs(last[finger] - wanted[finger]) for finger in FINGERS)
+        if off_n > NEAR_N:
+            return Came(False, f"{pushed} alone with {FORCE_N} N: " + ", ".join(f"{last[f]:.2f}" for f in FINGERS))
+    return Came(True, f"{FORCE_N} N on each finger alone")
+
+
+@EXOSKELETON.duty("E2", "Not enabled it gives no force, whatever the other bits say", How.EXERCISE)
+def _not_enabled(node: ExoskeletonOnTrial) -> Came:
+    node.settle()
+    states = _hold(node, {"enabled": 0.0, **dict.fromkeys(FINGERS, FORCE_N)}, 0.3)
+    most_n = max(values[finger] for _, values in states for finger in FINGERS)
+    return Came(most_n == 0.0, f"{most_n:.2f} N at most")
+
+
+@EXOSKELETON.duty("E3", "150 ms after the last good frame at the latest every force is exactly 0", How.EXERCISE)
+def _falls(node: ExoskeletonOnTrial) -> Came:
+    node.settle()
+    node.talk.say("FingerForces", node.acting("FingerForces"))
+    states = node.talk.states(node.talk.listen(4.0 * FALLEN_S))
+    pushing = [at_s for at_s, values in states if any(values[finger] > 0.0 for finger in FINGERS)]
+    lasted_s = pushing[-1] - pushing[0] if pushing else 0.0
+    return Came(lasted_s <= FALLEN_S, f"one frame seen to push for {1e3 * lasted_s:.0f} ms")

@@ -1,0 +1,237 @@
+"""A conversation with one CAN node: frames with the bus's own times, and frames that are wrong on purpose."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+from typing import Protocol
+
+import can
+
+from common.can_frames import FrameSender, frame_crc, packing
+from common.can_line import CanAddress
+from common.serial_line import DeviceAbsent
+from teletaction.conformance.checklist import NotApplicable
+
+Values = dict[str, float]
+REST_S = 2.0
+QUIET_S = 0.25
+"""After the last set-point: time-outs have acted, forces have fallen, and a state frame has told of it."""
+REPEAT_S = 0.01
+
+
+class NodeName(StrEnum):
+    """The two nodes of the page."""
+
+    EXOSKELETON = "exoskeleton"
+    TELEMANIPULATOR = "telemanipulator"
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A frame that a node obeys.
+
+    Attributes:
+        frame: its name.
+        in_force: the signal of the state frame that says that it is.
+    """
+
+    frame: str
+    in_force: str
+
+
+@dataclass(frozen=True, slots=True)
+class NodeKind:
+    """What one kind of node sends and obeys."""
+
+    name: NodeName
+    sends_hz: Mapping[str, float]
+    state: str
+    safe: Mapping[str, float]
+    """The state frame's values without set-points."""
+    commands: Sequence[Command]
+
+
+EXOSKELETON = NodeKind(
+    NodeName.EXOSKELETON,
+    {"HandPose": 500.0, "FingerHeights": 500.0, "ExoskeletonState": 100.0},
+    "ExoskeletonState",
+    {"enabled": 0.0, "thumb": 0.0, "index": 0.0, "middle": 0.0, "ring": 0.0, "little": 0.0},
+    (Command("FingerForces", "enabled"),),
+)
+TELEMANIPULATOR = NodeKind(
+    NodeName.TELEMANIPULATOR,
+    {"HandPoseMeasured": 500.0, "FingerHeightsMeasured": 500.0, "ContactForces": 500.0, "TelemanipulatorState": 100.0},
+    "TelemanipulatorState",
+    {"released": 1.0, "hand_alive": 0.0, "heights_alive": 0.0},
+    (Command("HandSetpoint", "hand_alive"), Command("HeightSetpoint", "heights_alive")),
+)
+KINDS = {kind.name: kind for kind in (EXOSKELETON, TELEMANIPULATOR)}
+
+
+class NodeEnd(Protocol):
+    """The host's end of a bus, and the clock that goes with it."""
+
+    def now(self) -> float:
+        """Time of the host, s."""
+
+    def send(self, message: can.Message) -> None:
+        """Put a frame on the bus."""
+
+    def receive(self, seconds: float) -> Sequence[can.Message]:
+        """Frames that come within so many seconds; `timestamp` is the bus's."""
+
+
+class BusEnd:
+    """A CAN bus in real time."""
+
+    def __init__(self, address: CanAddress) -> None:
+        """Open it.
+
+        Raises:
+            DeviceAbsent: it cannot be opened.
+        """
+        self._bus = address.open()
+        self._address = address
+        self.now = time.monotonic
+
+    def send(self, message: can.Message) -> None:
+        """Put a frame on the bus.
+
+        Raises:
+            DeviceAbsent: the bus is gone.
+        """
+        try:
+            self._bus.send(message)
+        except (can.CanError, OSError) as error:
+            raise DeviceAbsent(f"CAN {self._address}: {error}") from None
+
+    def receive(self, seconds: float) -> Sequence[can.Message]:
+        """Frames that come within so many seconds.
+
+        Raises:
+            DeviceAbsent: the bus is gone.
+        """
+        messages, until_s = [], self.now() + seconds
+        try:
+            while (left_s := until_s - self.now()) > 0.0:
+                if (message := self._bus.recv(left_s)) is not None:
+                    messages.append(message)
+        except (can.CanError, OSError) as error:
+            raise DeviceAbsent(f"CAN {self._address}: {error}") from None
+        return messages
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self._bus.shutdown()
+
+
+def name_of(end: NodeEnd) -> NodeName:
+    """Which node is on the bus, by what it says.
+
+    Raises:
+        DeviceAbsent: none is, or both are.
+    """
+    heard = {message.arbitration_id for message in end.receive(0.5) if not message.is_error_frame}
+    found = [kind.name for kind in KINDS.values() if packing(kind.state).frame_id in heard]
+    if len(found) != 1:
+        raise DeviceAbsent(
+            f"CAN: open, but {' and '.join(found) or 'no state frame of a node'} heard; say with --device which"
+        )
+    return found[0]
+
+
+class NodeTalk:
+    """One node on trial.
+
+    Attributes:
+        end: the bus.
+        kind: what is on trial.
+        watch: looks at every decoded frame as it comes; raises Unsafe.
+        newest: last values of each frame, whatever its CRC says.
+    """
+
+    def __init__(self, end: NodeEnd, kind: NodeKind) -> None:
+        """Listen whether somebody else commands it.
+
+        Raises:
+            ValueError: there are set-points on the bus: a site is running.
+        """
+        self.end, self.kind = end, kind
+        self.watch: Callable[[str, Values], None] = lambda name, values: None
+        self.newest: dict[str, Values] = {}
+        self._senders = {command.frame: FrameSender(command.frame) for command in kind.commands}
+        self._packing = {packing(name).frame_id: (name, packing(name)) for name in kind.sends_hz}
+        commanded = {packing(command.frame).frame_id: command.frame for command in kind.commands}
+        foreign = {message.arbitration_id for message in self.listen(QUIET_S)} & set(commanded)
+        if foreign:
+            raise ValueError(f"{commanded[foreign.pop()]} is on the bus: end the site that sends it first")
+
+    @cached_property
+    def at_rest(self) -> Sequence[can.Message]:
+        """What it says by itself, without set-points."""
+        return self.listen(REST_S)
+
+    def listen(self, seconds: float) -> Sequence[can.Message]:
+        """What comes within so many seconds."""
+        messages = self.end.receive(seconds)
+        for message in messages:
+            name, layout = self._packing.get(message.arbitration_id, ("", None))
+            if layout is not None and len(message.data) == 8 and not message.is_error_frame:
+                self.newest[name] = layout.unpack(bytes(message.data))[0]
+                self.watch(name, self.newest[name])
+        return messages
+
+    def of(self, messages: Sequence[can.Message], name: str) -> list[can.Message]:
+        """The whole frames of one name."""
+        frame_id = packing(name).frame_id
+        return [each for each in messages if each.arbitration_id == frame_id and not each.is_error_frame]
+
+    def values(self, messages: Sequence[can.Message], name: str) -> list[tuple[float, Values]]:
+        """Times on the bus, s, and values of the frames of one name."""
+        _, layout = self._packing[packing(name).frame_id]
+        whole = [each for each in self.of(messages, name) if len(each.data) == 8]
+        return [(each.timestamp, layout.unpack(bytes(each.data))[0]) for each in whole]
+
+    def states(self, messages: Sequence[can.Message]) -> list[tuple[float, Values]]:
+        """What its state frames say."""
+        return self.values(messages, self.kind.state)
+
+    def say(self, name: str, values: Values) -> None:
+        """Send the next good frame of a command."""
+        self.end.send(self.frame(name, values))
+
+    def frame(self, name: str, values: Values) -> can.Message:
+        """The next good frame of a command."""
+        return self._senders[name].encode(values)
+
+    def now_at(self, name: str) -> Values:
+        """The newest values of a frame.
+
+        Raises:
+            NotApplicable: none ever came.
+        """
+        if name not in self.newest:
+            raise NotApplicable(f"no {name}")
+        return self.newest[name]
+
+
+def wrong_crc(message: can.Message) -> can.Message:
+    """The same frame with a wrong CRC."""
+    return _with_data(message, bytes(message.data[:7]) + bytes((message.data[7] ^ 0x5A,)))
+
+
+def crc_of_another(message: can.Message) -> can.Message:
+    """The same frame with the CRC that its bytes would have under another identifier."""
+    data = bytes(message.data)
+    return _with_data(message, data[:7] + bytes((frame_crc(message.arbitration_id + 1, data),)))
+
+
+def cut_short(message: can.Message) -> can.Message:
+    """The same frame without its last byte."""
+    return _with_data(message, bytes(message.data[:7]))
+
+
+def _with_data(message: can.Message, data: bytes) -> can.Message:
+    return can.Message(arbitration_id=message.arbitration_id, data=data, is_extended_id=False)

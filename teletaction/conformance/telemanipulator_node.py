@@ -1,0 +1,133 @@
+"""Duties of the telemanipulator alone: it follows, it stops, and released it does not go down."""
+
+from collections.abc import Callable
+
+import can
+
+from common.fingers import FINGERS
+from teletaction.conformance.checklist import Came, Checklist, How, NotApplicable
+from teletaction.conformance.every_node import TIMEOUT_S
+from teletaction.conformance.node_on_trial import TelemanipulatorOnTrial
+from teletaction.conformance.node_talk import REPEAT_S, Values
+
+TELEMANIPULATOR: Checklist[TelemanipulatorOnTrial] = Checklist("Telemanipulator; nothing is under its fingers")
+
+STEP_MM, NEAR_MM, STILL_MM = 1.0, 0.3, 0.15
+HIGHEST_MM = 9.0
+FOLLOWS_S = 1.0
+_HEIGHTS, _POSE = "FingerHeightsMeasured", "HandPoseMeasured"
+
+
+def _command(
+    node: TelemanipulatorOnTrial, seconds: float, heights: Values | None, pose: Values | None
+) -> list[tuple[float, Values]]:
+    """Command for so long, whichever of the two is not None; what the state frames say meanwhile."""
+    messages: list[can.Message] = []
+    until_s = node.talk.end.now() + seconds
+    while node.talk.end.now() < until_s:
+        if heights is not None:
+            node.talk.say("HeightSetpoint", heights)
+        if pose is not None:
+            node.talk.say("HandSetpoint", pose)
+        messages += node.talk.listen(REPEAT_S)
+    return node.talk.states(messages)
+
+
+def _stands(node: TelemanipulatorOnTrial) -> tuple[Values, Values]:
+    """Heights and pose at this moment."""
+    node.settle()
+    heights, pose = dict(node.talk.now_at(_HEIGHTS)), dict(node.talk.now_at(_POSE))
+    if max(heights.values()) > HIGHEST_MM:
+        raise NotApplicable(f"a finger is at {max(heights.values()):.1f} mm already: there is no room above it")
+    return heights, pose
+
+
+def _raised(heights: Values, by_mm: float, released: bool) -> Values:
+    return {"released": float(released), **{finger: heights[finger] + by_mm for finger in FINGERS}}
+
+
+def _moved(before: Values, after: Values, of: Callable[[float], float] = abs) -> float:
+    """The largest difference, mm."""
+    return max(of(after[each] - before[each]) for each in before)
+
+
+@TELEMANIPULATOR.duty("M1", "Without set-points hand and fingers stay where they are, within 0.15 mm")
+def _still(node: TelemanipulatorOnTrial) -> Came:
+    furthest_mm = 0.0
+    for name in (_HEIGHTS, _POSE):
+        places = [values for _, values in node.talk.values(node.talk.at_rest, name)]
+        if not places:
+            raise NotApplicable(f"no {name}")
+        furthest_mm = max([furthest_mm, *(_moved(places[0], place) for place in places)])
+    return Came(furthest_mm <= STILL_MM, f"moved by {furthest_mm:.3f} mm at most")
+
+
+@TELEMANIPULATOR.duty(
+    "M2",
+    "Follows set-points of hand and fingers within 0.3 mm in 1 s: 1 mm along x and 1 mm up, and back",
+    How.EXERCISE,
+)
+def _follows(node: TelemanipulatorOnTrial) -> Came:
+    heights, pose = _stands(node)
+    for by_mm in (STEP_MM, 0.0):
+        wanted = {**pose, "x": pose["x"] + by_mm}
+        _command(node, FOLLOWS_S, _raised(heights, by_mm, released=False), wanted)
+        up = {finger: heights[finger] + by_mm for finger in FINGERS}
+        off_mm = max(_moved(up, node.talk.now_at(_HEIGHTS)), _moved(wanted, node.talk.now_at(_POSE)))
+        if off_mm > NEAR_MM:
+            return Came(False, f"{off_mm:.2f} mm off, {by_mm:g} mm from where it stood")
+    return Came(True, "there and back")
+
+
+@TELEMANIPULATOR.duty("M3", "Released, the hand stays, whatever HandSetpoint says", How.EXERCISE)
+def _hand_stays(node: TelemanipulatorOnTrial) -> Came:
+    heights, pose = _stands(node)
+    _command(node, 0.4, _raised(heights, 0.0, released=True), {**pose, "x": pose["x"] + STEP_MM})
+    moved_mm = _moved(pose, node.talk.now_at(_POSE))
+    return Came(moved_mm <= STILL_MM, f"moved by {moved_mm:.3f} mm")
+
+
+@TELEMANIPULATOR.duty("M4", "Released, no finger goes down to a set-point below it", How.EXERCISE)
+def _no_lower(node: TelemanipulatorOnTrial) -> Came:
+    heights, _ = _stands(node)
+    _command(node, 0.4, _raised(heights, -STEP_MM, released=True), None)
+    sunk_mm = -min(node.talk.now_at(_HEIGHTS)[finger] - heights[finger] for finger in FINGERS)
+    return Came(sunk_mm <= STILL_MM, f"down by {max(0.0, sunk_mm):.3f} mm")
+
+
+@TELEMANIPULATOR.duty("M5", "Released, every finger rises to a set-point above it", How.EXERCISE)
+def _rises(node: TelemanipulatorOnTrial) -> Came:
+    heights, _ = _stands(node)
+    _command(node, FOLLOWS_S, _raised(heights, STEP_MM, released=True), None)
+    risen_mm = min(node.talk.now_at(_HEIGHTS)[finger] - heights[finger] for finger in FINGERS)
+    _command(node, FOLLOWS_S, _raised(heights, 0.0, released=False), None)
+    return Came(risen_mm >= STEP_MM - NEAR_MM, f"risen by {risen_mm:.2f} of {STEP_MM:g} mm")
+
+
+@TELEMANIPULATOR.duty(
+    "M6",
+    "Released is 0 when it follows, and 1 within 100 ms of the last HeightSetpoint, though HandSetpoint goes on",
+    How.EXERCISE,
+)
+def _released(node: TelemanipulatorOnTrial) -> Came:
+    heights, pose = _stands(node)
+    node.talk.say("HeightSetpoint", _raised(heights, 0.0, released=False))
+    states = _command(node, 4.0 * TIMEOUT_S, None, pose)
+    following = [at_s for at_s, values in states if values["released"] == 0.0]
+    if not following or states[-1][1]["released"] == 0.0:
+        return Came(False, "released is 0 in " + ("no state frame" if not following else "every state frame"))
+    lasted_s = following[-1] - following[0]
+    return Came(lasted_s <= TIMEOUT_S, f"one frame seen to be followed for {1e3 * lasted_s:.0f} ms")
+
+
+@TELEMANIPULATOR.duty(
+    "M7", "When the HandSetpoint frames end the hand stops and stays, though HeightSetpoint goes on", How.EXERCISE
+)
+def _hand_stops(node: TelemanipulatorOnTrial) -> Came:
+    heights, pose = _stands(node)
+    _command(node, 0.2, _raised(heights, 0.0, released=False), pose)
+    _command(node, 0.15, _raised(heights, 0.0, released=False), None)
+    stopped = dict(node.talk.now_at(_POSE))
+    _command(node, 0.4, _raised(heights, 0.0, released=False), None)
+    moved_mm = _moved(stopped, node.talk.now_at(_POSE))
+    return Came(moved_mm <= STILL_MM, f"moved by {moved_mm:.3f} mm in 0.4 s after its time-out")

@@ -1,0 +1,156 @@
+"""Emulated devices on a clock of their own: a whole examination takes no time but that of working it out."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import can
+import numpy as np
+
+from common.can_frames import packing
+from common.fingers import FINGERS
+from common.thermometry import ssr_c
+from sim_sensors.backlog import Backlog
+from sim_sensors.can_node import CanNode
+from sim_sensors.exoskeleton import Exoskeleton
+from sim_sensors.serial_module import SerialModule
+from sim_sensors.tacttip import TactTip, ntc_counts
+from sim_sensors.telemanipulator import Telemanipulator
+from sim_sensors.texture_sensor import TextureSensor
+from sim_sensors.thermal_sensor import ThermalSensor
+
+STEP_S = 0.002
+ROOM_C, HEATS_K_S, COOLS_PER_S = 23.0, 4.0, 0.1
+SSR_C = np.array([ssr_c(counts) for counts in range(4096)])
+
+
+class Plate:
+    """A plate that a drive heats and the room cools."""
+
+    def __init__(self) -> None:
+        self.plate_c = ROOM_C
+
+    def step(self, drive: float) -> None:
+        self.plate_c += STEP_S * (HEATS_K_S * drive - COOLS_PER_S * (self.plate_c - ROOM_C))
+
+
+class VirtualModule:
+    """An emulated module at the end of a line that holds 4 KiB."""
+
+    def __init__(self, module: SerialModule, blocking: bool = False) -> None:
+        self.module, self.plate = module, Plate()
+        self.blocking = blocking
+        self.said: list[bytes] = []
+        self.interrupt_at: int | None = None
+        self.steps = 0
+        self._now_s = 100.0
+        self._line = Backlog(4096)
+
+    def now(self) -> float:
+        return self._now_s
+
+    def send(self, data: bytes) -> None:
+        self.said.append(data)
+        self.module.feed(data, self._now_s)
+
+    def receive(self, seconds: float) -> Sequence[tuple[float, bytes]]:
+        return self._go(seconds, reading=True)
+
+    def look_away(self, seconds: float) -> None:
+        self._go(seconds, reading=False)
+
+    def _go(self, seconds: float, reading: bool) -> list[tuple[float, bytes]]:
+        pieces: list[tuple[float, bytes]] = []
+
+        def read(data: bytes) -> int:
+            pieces.append((self._now_s, data))
+            return len(data)
+
+        until_s = self._now_s + seconds - 1e-9
+        while self._now_s < until_s:
+            self.steps += 1
+            if self.steps == self.interrupt_at:
+                raise KeyboardInterrupt
+            self._now_s += STEP_S
+            if not (self.blocking and not reading):
+                self._measure()
+                if output := self.module.take_output(self._now_s):
+                    self._line.push(output)
+            if reading:
+                self._line.write(read)
+        return pieces
+
+    def _measure(self) -> None:
+        match self.module:
+            case TextureSensor():
+                self.module.add_samples(np.zeros(4, np.int16))
+            case TactTip():
+                self.plate.step(self.module.peltier_drive)
+                self.module.measure(ntc_counts(self.plate.plate_c), ntc_counts(20.0))
+            case ThermalSensor():
+                self.plate.step(self.module.drive)
+                counts = int(np.searchsorted(SSR_C, [self.plate.plate_c])[0])
+                self.module.measure(counts, int(np.searchsorted(SSR_C, [ROOM_C])[0]))
+
+
+class Hand:
+    """A hand on servos that reach what they are set to in a few steps; and an exoskeleton that lies on a table."""
+
+    def __init__(self) -> None:
+        self.x_m = self.y_m = 0.0
+        self.z_m = np.full(len(FINGERS), 0.006)
+
+    def go(self, x_m: float, y_m: float, z_m: Any) -> None:
+        self.x_m += 0.2 * (x_m - self.x_m)
+        self.y_m += 0.2 * (y_m - self.y_m)
+        self.z_m = self.z_m + 0.2 * (z_m - self.z_m)
+
+
+class VirtualNode:
+    """An emulated node on a bus of its own.
+
+    Attributes:
+        spoil: changes frames on their way to the bus.
+    """
+
+    def __init__(self, node: CanNode) -> None:
+        self.node, self.hand = node, Hand()
+        self.spoil: Callable[[can.Message], list[can.Message]] = lambda frame: [frame]
+        self.said: list[can.Message] = []
+        self.interrupt_at: int | None = None
+        self.steps = 0
+        self._now_s = 100.0
+
+    def now(self) -> float:
+        return self._now_s
+
+    def send(self, message: can.Message) -> None:
+        self.said.append(message)
+        self.node.feed(message.arbitration_id, bytes(message.data), self._now_s)
+
+    def receive(self, seconds: float) -> Sequence[can.Message]:
+        frames: list[can.Message] = []
+        until_s = self._now_s + seconds - 1e-9
+        while self._now_s < until_s:
+            self.steps += 1
+            if self.steps == self.interrupt_at:
+                raise KeyboardInterrupt
+            self._now_s += STEP_S
+            self._live()
+            for frame in self.node.take_frames():
+                frame.timestamp = self._now_s
+                frames += self.spoil(frame)
+        return frames
+
+    def _live(self) -> None:
+        hand = self.hand
+        match self.node:
+            case Telemanipulator():
+                hand.go(*self.node.setpoint_m(self._now_s))
+                self.node.measure(hand.x_m, hand.y_m, hand.z_m, np.zeros(len(FINGERS)))
+            case Exoskeleton():
+                self.node.force_n(self._now_s)
+                self.node.measure(hand.x_m, hand.y_m, hand.z_m)
+
+
+def values_of(message: can.Message, name: str) -> dict[str, float]:
+    return packing(name).unpack(bytes(message.data))[0]
