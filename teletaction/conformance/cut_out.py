@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from common.limits import PLATE_FAULT_C, PLATE_PEAK_C
-from teletaction.conformance.checklist import Came, Checklist, How, NotApplicable
+from teletaction.conformance.checklist import Came, Checklist, How, NotApplicable, Unsafe
 from teletaction.conformance.drives import REPEAT_S, WARMEST_C, Doing, Drives
 
 RELEASE_C = 41.0
@@ -13,6 +13,10 @@ ARITHMETIC_K = 0.1
 """The module may work out another temperature from the same counts."""
 FAST_PERMILLE, SLOW_PERMILLE, SLOW_FROM_C = 1000, 300, 38.0
 LONGEST_S = 60.0
+MOST_BLIND = 10
+"""Turns of 20 ms without a report, and heating ends."""
+FALLS_K = 1.0
+"""A plate that falls by so much while heat is asked for is driven the wrong way round."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,9 +65,12 @@ class Heating:
 
     def _heat(self) -> Heated:
         drives, motor_mv = self.drives, self.drives.mild[1]
-        heating = self._until(lambda doing: doing.cut_out or doing.plate_c > PLATE_FAULT_C + 0.4)
+        cold_c = drives.listen(0.1)[-1].plate_c - FALLS_K
+        heating = self._until(
+            lambda doing: doing.cut_out or doing.plate_c > PLATE_FAULT_C + 0.4 or doing.plate_c < cold_c
+        )
         if not heating or (not heating[-1].cut_out and heating[-1].plate_c < PLATE_FAULT_C + ARITHMETIC_K):
-            raise NotApplicable(f"the plate comes to no more than {heating[-1].plate_c if heating else 0.0:.1f} C")
+            raise NotApplicable(f"the plate only came to {heating[-1].plate_c if heating else 0.0:.1f} C")
         if not heating[-1].cut_out:
             return Heated(heating, [], [], [], False)
         cooling_asked = drives.hold(-SLOW_PERMILLE, motor_mv, 0.06) if heating[-1].plate_c > RELEASE_C + 0.3 else []
@@ -75,7 +82,7 @@ class Heating:
         """Ask for heat until a report is what is waited for: fast up to 38 C, then with a drive that grows slowly."""
         seen: list[Doing] = []
         permille = FAST_PERMILLE
-        slow = False
+        slow, blind = False, 0
         until_s = self.drives.talk.end.now() + LONGEST_S
         while self.drives.talk.end.now() < until_s and not (seen and done(seen[-1])):
             if slow:
@@ -83,10 +90,12 @@ class Heating:
             elif seen and (seen[-1].plate_c > SLOW_FROM_C or seen[-1].cut_out):
                 slow, permille = True, SLOW_PERMILLE
             self.drives.drive(permille, self.drives.mild[1])
-            for doing in self.drives.listen(REPEAT_S):
-                seen.append(doing)
-                if done(doing):
-                    break
+            told = self.drives.listen(REPEAT_S)
+            blind = 0 if told else blind + 1
+            if blind > MOST_BLIND:
+                raise Unsafe("no reports while it is heated")
+            end = next((n for n, doing in enumerate(told) if done(doing)), len(told))
+            seen += told[: end + 1]
         return seen
 
 

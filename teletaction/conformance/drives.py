@@ -26,6 +26,7 @@ WARMEST_C, COLDEST_C = 40.0, 5.0
 """A trial that is not of the cut-out starts and stays between these."""
 MILD_PERMILLE, MILD_MV = 100, 500
 REPEAT_S = 0.02
+MOST_UNREAD = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +74,7 @@ class Drives:
         self.mild = (MILD_PERMILLE, MILD_MV if self.tacttip else 0)
         self.warmest_c = WARMEST_C
         self._driving = False
+        self._unread = 0
         talk.watch = self._look
 
     def command(self, permille: int, motor_mv: int = 0) -> bytes:
@@ -165,7 +167,10 @@ class Drives:
         if frame.message_id != REPORTS[self.talk.kind] or not self._driving:
             return
         state = _decode(frame)
-        if state is not None and _temperatures(state)[0] > self.warmest_c:
+        self._unread = 0 if state is not None else self._unread + 1
+        if self._unread > MOST_UNREAD:
+            raise Unsafe("reports that cannot be read while it is driven")
+        if state is not None and not COLDEST_C <= _temperatures(state)[0] <= self.warmest_c:
             raise Unsafe(f"the plate is at {_temperatures(state)[0]:.1f} C")
 
 

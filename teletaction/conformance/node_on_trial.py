@@ -8,6 +8,7 @@ from teletaction.conformance.node_talk import EXOSKELETON, QUIET_S, NodeTalk, Va
 
 FORCE_N, MOST_N = 0.3, 1.0
 """Trials push with so much; a node that applies more than the second ends them."""
+LOWEST_MM = -10.24
 MOST_MM = 5.0
 """A telemanipulator that goes further than this from where it stood ends the trials."""
 
@@ -69,7 +70,7 @@ class TelemanipulatorOnTrial:
 
     def neutral(self) -> None:
         """Released where it stands; said twice: one frame may be lost."""
-        heights = self.talk.newest.get("FingerHeightsMeasured", dict.fromkeys(FINGERS, 0.0))
+        heights = self.talk.newest.get("FingerHeightsMeasured", dict.fromkeys(FINGERS, LOWEST_MM))
         for _ in range(2):
             self.talk.say("HeightSetpoint", {**heights, "released": 1.0})
 

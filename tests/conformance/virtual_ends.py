@@ -8,7 +8,7 @@ import numpy as np
 
 from common.can_frames import packing
 from common.fingers import FINGERS
-from common.thermometry import ssr_c
+from common.thermometry import COUNT_MAX, ssr_c
 from sim_sensors.backlog import Backlog
 from sim_sensors.can_node import CanNode
 from sim_sensors.exoskeleton import Exoskeleton
@@ -21,6 +21,10 @@ from sim_sensors.thermal_sensor import ThermalSensor
 STEP_S = 0.002
 ROOM_C, HEATS_K_S, COOLS_PER_S = 23.0, 4.0, 0.1
 SSR_C = np.array([ssr_c(counts) for counts in range(4096)])
+
+
+def ssr_counts(temperature_c: float) -> int:
+    return min(COUNT_MAX, int(np.searchsorted(SSR_C, [temperature_c])[0]))
 
 
 class Plate:
@@ -38,7 +42,8 @@ class VirtualModule:
 
     def __init__(self, module: SerialModule, blocking: bool = False) -> None:
         self.module, self.plate = module, Plate()
-        self.blocking = blocking
+        self.polarity, self.hot_side_c = 1.0, 20.0
+        self._blocking, self._stood_s = blocking, 0.0
         self.said: list[bytes] = []
         self.interrupt_at: int | None = None
         self.steps = 0
@@ -48,9 +53,14 @@ class VirtualModule:
     def now(self) -> float:
         return self._now_s
 
+    @property
+    def _device_s(self) -> float:
+        """The module's own time: it stands while the module does."""
+        return self._now_s - self._stood_s
+
     def send(self, data: bytes) -> None:
         self.said.append(data)
-        self.module.feed(data, self._now_s)
+        self.module.feed(data, self._device_s)
 
     def receive(self, seconds: float) -> Sequence[tuple[float, bytes]]:
         return self._go(seconds, reading=True)
@@ -71,10 +81,12 @@ class VirtualModule:
             if self.steps == self.interrupt_at:
                 raise KeyboardInterrupt
             self._now_s += STEP_S
-            if not (self.blocking and not reading):
-                self._measure()
-                if output := self.module.take_output(self._now_s):
-                    self._line.push(output)
+            if self._blocking and not reading:
+                self._stood_s += STEP_S
+                continue
+            self._measure()
+            if output := self.module.take_output(self._device_s):
+                self._line.push(output)
             if reading:
                 self._line.write(read)
         return pieces
@@ -84,12 +96,11 @@ class VirtualModule:
             case TextureSensor():
                 self.module.add_samples(np.zeros(4, np.int16))
             case TactTip():
-                self.plate.step(self.module.peltier_drive)
-                self.module.measure(ntc_counts(self.plate.plate_c), ntc_counts(20.0))
+                self.plate.step(self.polarity * self.module.peltier_drive)
+                self.module.measure(ntc_counts(self.plate.plate_c), ntc_counts(self.hot_side_c))
             case ThermalSensor():
-                self.plate.step(self.module.drive)
-                counts = int(np.searchsorted(SSR_C, [self.plate.plate_c])[0])
-                self.module.measure(counts, int(np.searchsorted(SSR_C, [ROOM_C])[0]))
+                self.plate.step(self.polarity * self.module.drive)
+                self.module.measure(ssr_counts(self.plate.plate_c), ssr_counts(ROOM_C))
 
 
 class Hand:

@@ -1,0 +1,116 @@
+"""The command line of `conformance`: what it prints, its exit codes, and that it asks before it drives anything."""
+
+import io
+import json
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from common.can_line import can_address
+from sim_sensors.exoskeleton import Exoskeleton
+from sim_sensors.tacttip import TactTip
+from sim_sensors.telemanipulator import Telemanipulator
+from teletaction.conformance import examination
+from tests.commands import command, one_line
+from tests.conformance.virtual_ends import VirtualModule, VirtualNode
+from tests.conformance.wrong_modules import strange_flag
+
+ADDRESS = "/dev/serial/by-id/virtual"
+
+
+@pytest.fixture
+def at(monkeypatch: pytest.MonkeyPatch) -> Callable[[Any], Any]:
+    """Puts a virtual device where the command opens its address."""
+
+    def put(end: Any) -> Any:
+        end.close = lambda: None
+        monkeypatch.setattr(examination, "BusEnd" if isinstance(end, VirtualNode) else "PortEnd", lambda address: end)
+        return end
+
+    return put
+
+
+def test_a_sound_module_passes(at: Callable[[Any], Any]) -> None:
+    at(VirtualModule(TactTip(1, 90.0)))
+    told = command("conformance", ADDRESS, "--device", "tacttip", "--finger", "index", "--heat", "--yes")
+    assert told.code == 0, told
+    lines = told.out.splitlines()
+    assert lines[0].split(maxsplit=3) == ["S1", "pass", "expected:", lines[0].split(maxsplit=3)[3]]
+    assert lines[1].strip().startswith("came:")
+    assert told.err == f"tacttip TT0001 at {ADDRESS}: 37 pass\n"
+
+
+def test_a_wrong_one_fails_and_the_first_duty_is_named(at: Callable[[Any], Any]) -> None:
+    at(strange_flag())
+    told = command("conformance", ADDRESS)
+    assert told.code == 1
+    assert "D2   FAIL      expected: Flags that the page does not name are 0\n" in told.out
+    assert told.err.splitlines()[-1] == "teletaction: D2: Flags that the page does not name are 0: 0x81"
+
+
+def test_the_results_for_a_program(at: Callable[[Any], Any]) -> None:
+    at(strange_flag())
+    told = command("conformance", ADDRESS, "--json")
+    found = json.loads(told.out)
+    assert (told.code, found["conforms"], found["address"]) == (1, False, ADDRESS)
+    duties = {row["duty"]: row for row in found["duties"]}
+    assert duties["D2"] == {
+        "duty": "D2",
+        "verdict": "FAIL",
+        "expected": "Flags that the page does not name are 0",
+        "came": "0x81",
+    }
+    assert (duties["D4"]["verdict"], duties["D4"]["came"]) == ("not tried", "needs --exercise")
+
+
+@pytest.mark.parametrize(("node", "frames"), [(Exoskeleton, 2), (Telemanipulator, 2)])
+def test_a_node_says_by_its_frames_what_it_is(at: Callable[[Any], Any], node: Callable[[], Any], frames: int) -> None:
+    end = at(VirtualNode(node()))
+    told = command("conformance", "socketcan:can0", "--exercise", "--yes")
+    assert told.code == 0, told
+    assert told.err.startswith(f"{node.__name__.lower()} at socketcan:can0: ")
+    assert len(end.said) > frames
+
+
+@pytest.mark.parametrize("answer", ["n\n", ""])
+def test_nothing_is_driven_before_it_is_confirmed(
+    at: Callable[[Any], Any], monkeypatch: pytest.MonkeyPatch, answer: str
+) -> None:
+    end = at(VirtualNode(Exoskeleton()))
+    monkeypatch.setattr("sys.stdin", io.StringIO(answer))
+    told = command("conformance", "socketcan:can0", "--exercise")
+    assert (told.code, told.out.strip(), end.said) == (130, "", [])
+    assert "pushes with 0.3 N on each finger" in told.err
+
+
+def test_what_is_confirmed_is_done(at: Callable[[Any], Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    end = at(VirtualNode(Exoskeleton()))
+    monkeypatch.setattr("sys.stdin", io.StringIO("y\n"))
+    assert command("conformance", "socketcan:can0", "--exercise").code == 0
+    assert end.said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("/dev/none",), "/dev/none"),
+        (("socket://127.0.0.1:1",), "socket://127.0.0.1:1"),
+        (("socketcand://nowhere",), "a CAN bus is socketcan:CHANNEL or socketcand://HOST:PORT/CHANNEL"),
+        (("socketcan:can0", "--device", "tacttip"), "a tacttip is a serial device, not on CAN"),
+        (("/dev/none", "--device", "exoskeleton"), "the exoskeleton is on CAN"),
+        (("/dev/none", "--finger", "toe"), "--finger toe: there are thumb, index"),
+    ],
+)
+def test_bad_input_is_one_line(arguments: tuple[str, ...], says: str) -> None:
+    assert says in one_line(command("conformance", *arguments), 2)
+
+
+@pytest.mark.parametrize("text", ["socketcan:can0", "socketcand://10.0.0.7:29536/can1", "virtual:a bus"])
+def test_a_can_address_is_read_as_it_is_written(text: str) -> None:
+    assert str(can_address(text)) == text
+
+
+def test_what_is_no_can_address_is_a_serial_one() -> None:
+    assert can_address("/dev/ttyUSB0") is None
+    assert can_address("socket://127.0.0.1:7001") is None

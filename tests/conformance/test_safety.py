@@ -1,0 +1,197 @@
+"""An examination drives nothing unless it is let, stops when more happens than was announced, and ends neutral."""
+
+from collections.abc import Callable
+from typing import Any
+
+import can
+import pytest
+
+from common.can_frames import packing
+from common.framing import FrameReader
+from common.serial_messages import HeaterCommand, MessageId, TactTipCommand
+from sim_sensors.exoskeleton import Exoskeleton
+from sim_sensors.tacttip import TactTip
+from sim_sensors.telemanipulator import Telemanipulator
+from sim_sensors.texture_sensor import TextureSensor
+from sim_sensors.thermal_sensor import ThermalSensor
+from teletaction.conformance.checklist import How, Tried, Verdict
+from teletaction.conformance.examination import OnTrial, module_on_trial, node_on_trial
+from teletaction.conformance.module_talk import ModuleTalk
+from teletaction.conformance.node_talk import KINDS, NodeName, NodeTalk
+from tests.conformance.virtual_ends import VirtualModule, VirtualNode, values_of
+from tests.conformance.wrong_modules import changed_reports, over, reversed_polarity
+from tests.conformance.wrong_nodes import changed_states, going
+
+ALL = frozenset(How)
+LISTENING = frozenset({How.LISTEN})
+BORN_S = 90.0
+POINTS = 7
+
+
+def commands(end: VirtualModule) -> list[HeaterCommand | TactTipCommand]:
+    """The good commands of its own kind that a module was sent."""
+    kinds: dict[int, Any] = {
+        TextureSensor: {},
+        ThermalSensor: {MessageId.HEATER_COMMAND: HeaterCommand},
+        TactTip: {MessageId.TACTTIP_COMMAND: TactTipCommand},
+    }[type(end.module)]
+    frames = FrameReader().feed(b"".join(end.said))
+    sound = [frame for frame in frames if frame.message_id in kinds and len(frame.payload) in (2, 9)]
+    found = []
+    for frame in sound:
+        try:
+            found.append(kinds[frame.message_id].decode(frame.payload))
+        except ValueError:
+            continue
+    return found
+
+
+def examined(on_trial: OnTrial, allowed: frozenset[How] = ALL) -> list[Tried]:
+    return on_trial.tried(allowed, lambda _: None)
+
+
+@pytest.mark.parametrize("kind", [ThermalSensor, TactTip, TextureSensor])
+def test_without_leave_a_module_gets_no_command(kind: Callable[..., Any]) -> None:
+    end = VirtualModule(kind(1, BORN_S))
+    results = examined(module_on_trial(ModuleTalk(end)), LISTENING)
+    assert commands(end) == []
+    tried = {t.duty.number for t in results if t.verdict is not Verdict.NOT_TRIED}
+    assert tried == {t.duty.number for t in results if t.duty.how is How.LISTEN}
+
+
+@pytest.mark.parametrize(("name", "node"), [("exoskeleton", Exoskeleton()), ("telemanipulator", Telemanipulator())])
+def test_without_leave_a_node_gets_no_frame(name: NodeName, node: Any) -> None:
+    end = VirtualNode(node)
+    examined(node_on_trial(NodeTalk(end, KINDS[name])), LISTENING)
+    assert end.said == []
+
+
+def test_without_leave_to_heat_no_plate_comes_near_its_limit() -> None:
+    end = VirtualModule(ThermalSensor(1, BORN_S))
+    warmest_c = 0.0
+
+    def step(below: Callable[[float], None], drive: float) -> None:
+        nonlocal warmest_c
+        below(drive)
+        warmest_c = max(warmest_c, end.plate.plate_c)
+
+    over(end.plate, "step", step)
+    examined(module_on_trial(ModuleTalk(end)), frozenset({How.LISTEN, How.EXERCISE}))
+    assert 24.0 < warmest_c < 26.0
+
+
+def interrupted(end: VirtualModule | VirtualNode, on_trial: Callable[[], OnTrial], share: float, steps: int) -> None:
+    trial = on_trial()
+    end.interrupt_at = end.steps + max(1, round(share * steps))
+    with pytest.raises(KeyboardInterrupt):
+        examined(trial)
+
+
+@pytest.mark.parametrize("kind", [ThermalSensor, TactTip])
+def test_interrupted_anywhere_a_module_is_left_neutral(kind: Callable[..., Any]) -> None:
+    whole = VirtualModule(kind(1, BORN_S))
+    examined(module_on_trial(ModuleTalk(whole)))
+    off = TactTipCommand(0, 0) if kind is TactTip else HeaterCommand(0)
+    driving = 0
+    for point in range(POINTS):
+        end = VirtualModule(kind(1, BORN_S))
+        # A prime share of the steps, so that no two stops are in the same place of a trial.
+        interrupted(end, lambda e=end: module_on_trial(ModuleTalk(e)), 0.23 + 0.109 * point, whole.steps)
+        sent = commands(end)
+        assert sent[-1] == off
+        driving += off not in sent[-3:-2]
+    assert driving, "none of the interruptions came while something was driven"
+
+
+@pytest.mark.parametrize(("name", "kind"), [("exoskeleton", Exoskeleton), ("telemanipulator", Telemanipulator)])
+def test_interrupted_anywhere_a_node_is_left_neutral(name: NodeName, kind: Callable[[], Any]) -> None:
+    whole = VirtualNode(kind())
+    examined(node_on_trial(NodeTalk(whole, KINDS[name])))
+    for point in range(POINTS):
+        end = VirtualNode(kind())
+        interrupted(end, lambda e=end: node_on_trial(NodeTalk(e, KINDS[name])), 0.13 + 0.119 * point, whole.steps)
+        assert neutral(end.said[-1])
+
+
+def neutral(frame: can.Message) -> bool:
+    if frame.arbitration_id == packing("FingerForces").frame_id:
+        return set(values_of(frame, "FingerForces").values()) == {0.0}
+    return values_of(frame, "HeightSetpoint")["released"] == 1.0
+
+
+def stopped(results: list[Tried], words: str) -> None:
+    """That nothing was tried after the duty that stopped it."""
+    at = next(n for n, tried in enumerate(results) if words in tried.came)
+    assert results[at].verdict is Verdict.FAIL
+    assert {tried.verdict for tried in results[at + 1 :]} <= {Verdict.NOT_TRIED}
+    assert all(tried.verdict is not Verdict.FAIL for tried in results[:at])
+
+
+@pytest.mark.parametrize("polarity", [30.0, -30.0])
+def test_a_plate_that_runs_away_stops_everything(polarity: float) -> None:
+    end = VirtualModule(ThermalSensor(1, BORN_S))
+    end.polarity = polarity
+    results = examined(module_on_trial(ModuleTalk(end)))
+    stopped(results, "the plate is at")
+    assert commands(end)[-1] == HeaterCommand(0)
+
+
+def test_a_plate_that_can_no_longer_be_read_stops_everything() -> None:
+    end = VirtualModule(TactTip(1, BORN_S))
+
+    def unreadable(payload: bytearray, _: int) -> None:
+        if end.module._watchdog.limit_s and end.plate.plate_c > 23.5:  # type: ignore[attr-defined]
+            payload += b"?"
+
+    changed_reports(end.module, unreadable)
+    stopped(examined(module_on_trial(ModuleTalk(end))), "reports that cannot be read")
+    assert commands(end)[-1] == TactTipCommand(0, 0)
+
+
+def test_a_plate_that_nothing_is_told_of_is_not_heated() -> None:
+    end = VirtualModule(TactTip(1, BORN_S))
+    over(end.module, "_say", lambda below, *said: None if end.plate.plate_c > 30.0 else below(*said))
+    stopped(examined(module_on_trial(ModuleTalk(end))), "no reports while it is heated")
+    assert end.plate.plate_c < 34.0
+    assert commands(end)[-1] == TactTipCommand(0, 0)
+
+
+def test_a_plate_that_is_driven_the_wrong_way_is_not_frozen() -> None:
+    end = reversed_polarity()
+    examined(module_on_trial(ModuleTalk(end)))
+    assert end.plate.plate_c > 18.0
+
+
+def test_a_plate_that_is_hot_already_is_not_driven() -> None:
+    end = VirtualModule(ThermalSensor(1, BORN_S))
+    end.plate.plate_c = 55.0
+    over(end.plate, "step", lambda below, drive: None)
+    results = examined(module_on_trial(ModuleTalk(end)))
+    obeys = next(tried for tried in results if tried.duty.number == "D4")
+    assert obeys.verdict is Verdict.NOT_APPLICABLE
+    assert "nothing is driven" in obeys.came
+
+
+def test_an_exoskeleton_that_pushes_harder_stops_everything() -> None:
+    end = changed_states(
+        VirtualNode(Exoskeleton()), "ExoskeletonState", lambda values, _: {**values, "ring": 10.0 * values["ring"]}
+    )
+    results = examined(node_on_trial(NodeTalk(end, KINDS[NodeName.EXOSKELETON])))
+    stopped(results, "it pushes with 3.00 N")
+    assert neutral(end.said[-1])
+
+
+def test_a_telemanipulator_that_runs_away_stops_everything() -> None:
+    end = going(lambda node, hand, x_m, y_m, z_m: (x_m + (0.02 if node._hand_alive else 0.0), y_m, z_m))
+    results = examined(node_on_trial(NodeTalk(end, KINDS[NodeName.TELEMANIPULATOR])))
+    stopped(results, "mm from where it stood")
+    assert neutral(end.said[-1])
+
+
+def test_a_bus_that_a_site_commands_is_left_alone() -> None:
+    end = VirtualNode(Exoskeleton())
+    other = can.Message(arbitration_id=0x110, data=bytes(8), is_extended_id=False)
+    end.spoil = lambda frame: [frame, other]
+    with pytest.raises(ValueError, match="FingerForces is on the bus: end the site"):
+        NodeTalk(end, KINDS[NodeName.EXOSKELETON])
+    assert end.said == []
