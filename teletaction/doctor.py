@@ -1,7 +1,7 @@
 """What keeps a site from working: each device found and named, keys, tables, the network; and what to do."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,14 +9,21 @@ from typing import Any
 from common.can_frames import FrameReceiver
 from common.can_line import CanAddress, CanLine
 from common.config import OperatorConfig, RemoteConfig, load_site
+from common.fingers import FINGERS
 from common.keys import TrustedKeys, fingerprint, load_keys
 from common.serial_line import open_line
 from common.serial_messages import DeviceKind
 from operator_site.remote_key import remote_public_key
 from remote_site.calibrated_tables import load_tables
+from teletaction.conformance.checklist import How, Verdict
+from teletaction.conformance.examination import opened
+from teletaction.conformance.node_talk import EXOSKELETON, TELEMANIPULATOR, NodeKind, NodeName
+from teletaction.find_devices import NETWORK, PORTS, can_interfaces, find_modules, in_words
 
 RATE_S = 1.0
 """How long a device's own rate is measured."""
+EXERCISES = frozenset({"X1", "X2", "D4", "D5", "D6", "T2", "N7", "N8", "E1", "M2"})
+"""Duties of docs/protocols.md that show that a device works: it obeys, the right way round, and lets go by itself."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,39 +35,90 @@ class Finding:
     result: str
 
 
-def examine(config: Path) -> list[Finding]:
-    """Check everything that a site's configuration names.
+@dataclass(frozen=True, slots=True)
+class _Serial:
+    """A serial device of a configuration."""
+
+    kind: DeviceKind
+    finger: str
+    address: str
+
+    @property
+    def name(self) -> str:
+        return f"{self.finger} {self.kind.name.lower().replace('_', ' ')}"
+
+
+def examine(config: Path, exercise: bool = False, ports: Path = PORTS) -> Iterator[Finding]:
+    """Check everything that a site's configuration names, telling of each check once it is done.
+
+    Args:
+        config: TOML file of a site.
+        exercise: also drive each device that is well, a little.
+        ports: folder of serial ports in which a device that is not where it should be is looked for.
 
     Raises:
         ConfigProblem: the file is neither a remote nor an operator configuration.
     """
     site = load_site(config)
-    return _remote(site) if isinstance(site, RemoteConfig) else _operator(site)
+    if isinstance(site, RemoteConfig):
+        yield from _remote(site)
+        sensors = {DeviceKind.TEXTURE_SENSOR: site.texture, DeviceKind.THERMAL_SENSOR: site.thermal_sensors}
+        devices = [_Serial(kind, *one) for kind, addresses in sensors.items() for one in addresses.items()]
+        node, bus = TELEMANIPULATOR, site.telemanipulator
+    else:
+        yield from _operator(site)
+        devices = [_Serial(DeviceKind.TACTTIP, *one) for one in site.tacttip.items()]
+        node, bus = EXOSKELETON, site.exoskeleton
+    lost = []
+    for device in devices:
+        found = _device(device)
+        yield found
+        if not found.good:
+            lost.append(device)
+        elif exercise:
+            yield _exercised(device.name, device.address, device.kind)
+    yield from _elsewhere(lost, ports)
+    found = _can(node, bus)
+    yield found
+    if found.good and exercise:
+        yield _exercised(node.name, str(bus), node.name)
 
 
-def _remote(config: RemoteConfig) -> list[Finding]:
+def _remote(config: RemoteConfig) -> Iterator[Finding]:
     keys = config.link.keys
-    findings = [
-        _check("own key", lambda: fingerprint(load_keys(keys).public)),
-        _check("trusted keys", lambda: _trusted(keys)),
-        _check("calibrated tables", lambda: ", ".join(load_tables(config)[0].names())),
-        _clock(),
-    ]
-    sensors = {DeviceKind.TEXTURE_SENSOR: config.texture, DeviceKind.THERMAL_SENSOR: config.thermal_sensors}
-    for kind, addresses in sensors.items():
-        findings += [_device(kind, finger, address) for finger, address in addresses.items()]
-    frames = ("HandPoseMeasured", "FingerHeightsMeasured", "ContactForces", "TelemanipulatorState")
-    return [*findings, _can("telemanipulator", config.telemanipulator, frames)]
+    yield _check("own key", lambda: fingerprint(load_keys(keys).public))
+    yield _check("trusted keys", lambda: _trusted(keys))
+    yield _check("calibrated tables", lambda: ", ".join(load_tables(config)[0].names()))
+    yield _clock()
 
 
-def _operator(config: OperatorConfig) -> list[Finding]:
-    findings = [
-        _check("own key", lambda: fingerprint(load_keys(config.link.keys).public)),
-        _check("remote site's key", lambda: fingerprint(remote_public_key(config.link))),
-        _clock(),
-    ]
-    findings += [_device(DeviceKind.TACTTIP, finger, address) for finger, address in config.tacttip.items()]
-    return [*findings, _can("exoskeleton", config.exoskeleton, ("HandPose", "FingerHeights", "ExoskeletonState"))]
+def _operator(config: OperatorConfig) -> Iterator[Finding]:
+    yield _check("own key", lambda: fingerprint(load_keys(config.link.keys).public))
+    yield _check("remote site's key", lambda: fingerprint(remote_public_key(config.link)))
+    yield _clock()
+
+
+def _exercised(name: str, address: str, told: DeviceKind | NodeName) -> Finding:
+    def move() -> str:
+        with opened(address, told) as device:
+            results = device.only(EXERCISES).tried({How.LISTEN, How.EXERCISE}, lambda _: None)
+        words = [f"{tried.duty.number} {tried.verdict}: {tried.came}" for tried in results]
+        if any(tried.verdict is not Verdict.PASS for tried in results):
+            raise ValueError("; ".join(words))
+        return "; ".join(words)
+
+    return _check(f"{name}, exercised", move)
+
+
+def _elsewhere(lost: list[_Serial], ports: Path) -> Iterator[Finding]:
+    """Where devices that did not answer at their addresses answer instead."""
+    if not lost:
+        return
+    for found in find_modules(ports):
+        for device in lost:
+            identity = found.identity
+            if identity and (identity.kind, FINGERS[identity.finger]) == (device.kind, device.finger):
+                yield Finding(device.name, False, f'found elsewhere: write {device.finger} = "{found.address}"')
 
 
 def _check(what: str, look: Callable[[], str]) -> Finding:
@@ -78,26 +136,28 @@ def _trusted(keys: Path) -> str:
     return ", ".join(f"{owner.name} ({owner.role.value}) {fingerprint(key)}" for key, owner in owners.items())
 
 
-def _device(kind: DeviceKind, finger: str, address: str) -> Finding:
+def _device(device: _Serial) -> Finding:
+    address, kind = device.address, device.kind
+
     def look() -> str:
-        opened = open_line(address, 921_600)
+        line = open_line(address, 921_600)
         try:
-            found = opened.identity
-            if found.kind is not kind:
-                raise ValueError(f"{address}: is a {found.kind.name.lower()}, expected a {kind.name.lower()}")
+            found = line.identity
+            if (found.kind, FINGERS[found.finger]) != (kind, device.finger):
+                raise ValueError(f"{address}: is the {in_words(found)}; expected the {device.name}")
             received, until_s = 0, time.monotonic() + RATE_S
-            opened.port.timeout = 0.05
+            line.port.timeout = 0.05
             while time.monotonic() < until_s:
                 # Every frame ends with a zero byte that stands nowhere else.
-                received += opened.port.read(4096).count(0)
+                received += line.port.read(4096).count(0)
             rate_hz = received / RATE_S
             if not 0.7 * found.rate_hz <= _values(found.kind, rate_hz) <= 1.3 * found.rate_hz:
                 raise ValueError(f"{address}: {rate_hz:.0f} messages a second, the device promises {found.rate_hz} Hz")
             return f"{address}: serial number {found.serial}, firmware {found.firmware}, {rate_hz:.0f} messages/s"
         finally:
-            opened.port.close()
+            line.port.close()
 
-    return _check(f"{finger} {kind.name.lower().replace('_', ' ')}", look)
+    return _check(device.name, look)
 
 
 def _values(kind: DeviceKind, messages_hz: float) -> float:
@@ -105,8 +165,13 @@ def _values(kind: DeviceKind, messages_hz: float) -> float:
     return messages_hz * 10.0 if kind is DeviceKind.TEXTURE_SENSOR else messages_hz
 
 
-def _can(what: str, address: CanAddress, frames: tuple[str, ...]) -> Finding:
+def _can(node: NodeKind, address: CanAddress) -> Finding:
+    frames = tuple(node.sends_hz)
+
     def look() -> str:
+        if address.interface == "socketcan" and not can_interfaces(NETWORK).get(address.channel, False):
+            there = "is down" if address.channel in can_interfaces(NETWORK) else "is no CAN interface of this host"
+            raise ValueError(f"CAN {address}: {address.channel} {there}: deploy/network/README.md")
         line = CanLine(address, tuple(FrameReceiver(name) for name in frames))
         seen: dict[str, Any] = {}
         try:
@@ -121,7 +186,7 @@ def _can(what: str, address: CanAddress, frames: tuple[str, ...]) -> Finding:
         finally:
             line.close()
 
-    return _check(what, look)
+    return _check(node.name, look)
 
 
 def _clock() -> Finding:

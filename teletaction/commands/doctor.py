@@ -1,21 +1,60 @@
-"""`doctor`: whether a site could work."""
+"""`doctor`: whether a site could work, and what is on this host."""
+
+from pathlib import Path
+from typing import Annotated
 
 import typer
 
-from teletaction.commands.config_file import ConfigFile
 from teletaction.commands.failed import Failed
 
 app = typer.Typer()
 
+WARNING = (
+    "This drives each device in turn: motors for half a second with up to 1 V, Peltier elements for 1 s with 300 "
+    "thousandths, the exoskeleton with 0.3 N on each finger, the telemanipulator by 1 mm. Nobody and nothing touches "
+    "them?"
+)
+
 
 @app.command()
-def doctor(config: ConfigFile) -> None:
+def doctor(
+    config: Annotated[
+        Path | None, typer.Option("--config", help="TOML file of a site; without it: what is on this host.")
+    ] = None,
+    exercise: Annotated[
+        bool, typer.Option("--exercise", help="Also drive each device a little; asked for first.")
+    ] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="Do not ask; nobody touches the devices.")] = False,
+    ports: Annotated[Path, typer.Option(help="Folder of serial ports to look for devices in.")] = Path(
+        "/dev/serial/by-id"
+    ),
+) -> None:
     """Find and name each device of a site's configuration; check keys and clocks; say what to do."""
     from teletaction.doctor import examine
+    from teletaction.interrupt import interrupted_by_sigterm
 
-    findings = examine(config)
-    for finding in findings:
-        typer.echo(f"{'ok  ' if finding.good else 'FAIL'} {finding.what}: {finding.result}")
+    if config is None:
+        if exercise:
+            raise ValueError("--exercise needs --config: what is not known is not driven")
+        _list(ports)
+        return
+    if exercise and not yes:
+        typer.confirm(WARNING, abort=True, err=True)
+    findings = []
+    with interrupted_by_sigterm():
+        for finding in examine(config, exercise, ports):
+            typer.echo(f"{'ok  ' if finding.good else 'FAIL'} {finding.what}: {finding.result}")
+            findings.append(finding)
     bad = [finding for finding in findings if not finding.good]
     if bad:
         raise Failed(f"{len(bad)} of {len(findings)} checks failed; first: {bad[0].what}: {bad[0].result}")
+
+
+def _list(ports: Path) -> None:
+    from teletaction.find_devices import find_modules, find_nodes
+
+    found = [*find_modules(ports), *find_nodes()]
+    for one in found:
+        typer.echo(f"{one.address}: {one.words}")
+    if not any(one.good for one in found):
+        raise Failed(f"no device answers at the serial ports in {ports} or on a CAN interface of this host")

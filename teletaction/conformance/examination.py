@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Container, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from common.can_line import CanAddress, can_address
@@ -49,6 +49,10 @@ class OnTrial:
     trials: list[Trial]
     driven: Driven | None
     warning: dict[How, str]
+
+    def only(self, numbers: Container[str]) -> "OnTrial":
+        """The same device with these duties alone."""
+        return replace(self, trials=[trial for trial in self.trials if trial[0].number in numbers])
 
     def tried(self, allowed: Container[How], tell: Callable[[Tried], None]) -> list[Tried]:
         """Try its duties, tell of each at once, and leave the device neutral, also when it is interrupted."""

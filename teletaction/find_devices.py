@@ -1,0 +1,83 @@
+"""Which devices there are on this host, whatever a configuration says."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from common.can_line import CanAddress
+from common.fingers import FINGERS
+from common.serial_line import DeviceAbsent, open_line
+from common.serial_messages import Identity
+from teletaction.conformance.module_talk import BAUD
+from teletaction.conformance.node_talk import BusEnd, name_of
+
+PORTS = Path("/dev/serial/by-id")
+"""Serial ports under names that stay the same wherever they are plugged in."""
+NETWORK = Path("/sys/class/net")
+_CAN_INTERFACE = "280"
+"""Linux, if_arp.h."""
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """Something that answered, or why nothing did."""
+
+    address: str
+    good: bool
+    words: str
+    identity: Identity | None = None
+
+
+def find_modules(ports: Path = PORTS) -> Iterator[Found]:
+    """Ask whatever is at the ports of a folder who it is: six bytes to each, and a second of patience."""
+    for port in sorted(ports.iterdir()) if ports.is_dir() else ():
+        try:
+            opened = open_line(str(port), BAUD)
+        except DeviceAbsent as error:
+            yield Found(str(port), False, str(error).removeprefix(f"{port}: "))
+            continue
+        opened.port.close()
+        yield Found(str(port), True, in_words(opened.identity), opened.identity)
+
+
+def find_nodes(network: Path = NETWORK) -> Iterator[Found]:
+    """Listen which node is on each CAN interface of the host."""
+    for name, is_up in can_interfaces(network).items():
+        address = CanAddress(interface="socketcan", channel=name)
+        if not is_up:
+            yield Found(str(address), False, "down: deploy/network/README.md brings it up at 1 Mbit/s")
+            continue
+        try:
+            end = BusEnd(address)
+        except DeviceAbsent as error:
+            yield Found(str(address), False, str(error))
+            continue
+        try:
+            yield Found(str(address), True, name_of(end))
+        except DeviceAbsent as error:
+            yield Found(str(address), False, str(error))
+        finally:
+            end.close()
+
+
+def can_interfaces(network: Path = NETWORK) -> dict[str, bool]:
+    """The host's CAN interfaces, and whether each is up."""
+    if not network.is_dir():
+        return {}
+    kinds = {each.name: _told(each / "type") for each in sorted(network.iterdir())}
+    return {
+        name: _told(network / name / "operstate") != "down" for name, kind in kinds.items() if kind == _CAN_INTERFACE
+    }
+
+
+def in_words(identity: Identity) -> str:
+    """Whose device of which kind it is."""
+    kind = identity.kind.name.lower().replace("_", " ")
+    return f"{FINGERS[identity.finger]} {kind}, serial number {identity.serial}, firmware {identity.firmware}"
+
+
+def _told(file: Path) -> str:
+    try:
+        return file.read_text("ascii").strip()
+    except OSError:
+        return ""

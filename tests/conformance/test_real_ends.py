@@ -1,0 +1,95 @@
+"""The ends that are used on hardware, on a real pseudo terminal and on real sockets."""
+
+import pytest
+
+from common.can_line import CanAddress
+from common.serial_line import DeviceAbsent
+from common.serial_messages import DeviceKind
+from sim_sensors.exoskeleton import Exoskeleton
+from sim_sensors.select_loop import SelectLoop
+from sim_sensors.serial_server import serve_serial
+from sim_sensors.socketcand import SocketcandBus
+from sim_sensors.thermal_sensor import ThermalSensor
+from teletaction.conformance.module_talk import ModuleTalk, PortEnd
+from teletaction.conformance.node_talk import EXOSKELETON, BusEnd, NodeName, NodeTalk, name_of
+from tests.conformance.living import alive
+
+
+@pytest.mark.parametrize("where", ["pty", "tcp:127.0.0.1:0"])
+def test_a_module_is_talked_to(where: str) -> None:
+    loop = SelectLoop()
+    module = ThermalSensor(1, loop.now())
+    server = serve_serial(module, loop, where, "thermal")
+    with alive(loop, server.pump):
+        end = PortEnd(server.address)
+        talk = ModuleTalk(end)
+        assert talk.kind is DeviceKind.THERMAL_SENSOR
+        assert talk.identity is not None
+        assert talk.identity.serial == "TH0001"
+        assert len(talk.ask(1.0)) == 1
+        end.look_away(0.05)
+        assert talk.reports(talk.listen(0.2))
+        end.close()
+    server.close()
+
+
+def test_a_port_is_not_shared() -> None:
+    loop = SelectLoop()
+    server = serve_serial(ThermalSensor(1), loop, "pty", "thermal")
+    end = PortEnd(server.address)
+    with pytest.raises(DeviceAbsent, match="thermal"):
+        PortEnd(server.address)
+    end.close()
+    server.close()
+
+
+def test_a_silent_module_is_absent_unless_its_kind_is_told() -> None:
+    loop = SelectLoop()
+    server = serve_serial(ThermalSensor(1), loop, "pty", "thermal")
+    server.silent = True
+    with alive(loop, server.pump):
+        end = PortEnd(server.address)
+        with pytest.raises(DeviceAbsent, match="say with --device"):
+            ModuleTalk(end)
+        assert ModuleTalk(end, DeviceKind.TACTTIP).kind is DeviceKind.TACTTIP
+        end.close()
+    server.close()
+
+
+def test_a_line_that_goes_is_told() -> None:
+    loop = SelectLoop()
+    server = serve_serial(ThermalSensor(1), loop, "tcp:127.0.0.1:0", "thermal")
+    end = PortEnd(server.address)
+    loop.serve(0.0)
+    server.close()
+    with pytest.raises(DeviceAbsent, match="socket://"):
+        end.receive(1.0)
+    end.close()
+
+
+def test_a_node_is_talked_to() -> None:
+    loop = SelectLoop()
+    node = Exoskeleton()
+    bus = SocketcandBus(loop, "127.0.0.1", 0, [node])
+
+    def step(now_s: float) -> None:
+        node.force_n(now_s)
+        bus.pump(now_s)
+
+    with alive(loop, step):
+        end = BusEnd(CanAddress(interface="socketcand", port=bus.port))
+        assert name_of(end) is NodeName.EXOSKELETON
+        talk = NodeTalk(end, EXOSKELETON)
+        talk.say("FingerForces", {"enabled": 1.0, **dict.fromkeys(("thumb", "index", "middle", "ring", "little"), 0.2)})
+        states = talk.states(talk.listen(0.1))
+        assert states[-1][1]["enabled"] == 1.0
+        assert states[-1][0] > states[0][0]
+        end.close()
+    bus.close()
+
+
+def test_a_bus_without_a_node_is_said() -> None:
+    end = BusEnd(CanAddress(interface="virtual", channel="nobody"))
+    with pytest.raises(DeviceAbsent, match="no state frame of a node heard"):
+        name_of(end)
+    end.close()

@@ -1,0 +1,98 @@
+"""The doctor without a session: what it finds on a host, and what it says of a device that is elsewhere."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from sim_sensors.select_loop import SelectLoop
+from sim_sensors.serial_server import SerialServer, serve_serial
+from sim_sensors.tacttip import TactTip
+from teletaction.conformance.examination import CHECKLISTS
+from teletaction.demo_files import DemoOptions, prepare
+from teletaction.doctor import EXERCISES, examine
+from teletaction.find_devices import can_interfaces, find_modules
+from tests.commands import command, one_line
+from tests.conformance.living import alive
+
+INDEX = 1
+
+
+@pytest.fixture
+def ports(tmp_path: Path) -> Iterator[Path]:
+    """A folder of serial ports: the index finger's TactTip, and one that says nothing."""
+    folder = tmp_path / "by-id"
+    folder.mkdir()
+    loop = SelectLoop()
+    servers: list[SerialServer] = [
+        serve_serial(TactTip(INDEX, loop.now()), loop, "pty", name) for name in ("good", "mute")
+    ]
+    servers[1].silent = True
+    for server, name in zip(servers, ("usb-good", "usb-mute"), strict=True):
+        (folder / name).symlink_to(server.address)
+
+    def step(now_s: float) -> None:
+        for server in servers:
+            server.pump(now_s)
+
+    with alive(loop, step):
+        yield folder
+    for server in servers:
+        server.close()
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> Path:
+    """An operator site of one finger whose TactTip is nowhere."""
+    path = prepare(DemoOptions(fingers=1), tmp_path)["operator"]
+    text = path.read_text("utf-8")
+    path.write_text(re.sub(r'(?m)^index = ".*"$', 'index = "/dev/nowhere"', text), "utf-8")
+    return path
+
+
+def test_what_answers_is_found_and_named(ports: Path) -> None:
+    good, mute = find_modules(ports)
+    assert (good.address, good.words) == (str(ports / "usb-good"), "index tacttip, serial number TT0001, firmware 1")
+    assert (mute.good, mute.words) == (False, "a port, but no device answers IDENTIFY within 1 s")
+
+
+def test_without_a_configuration_it_lists_what_is_there(ports: Path) -> None:
+    told = command("doctor", "--ports", ports)
+    assert told.code == 0
+    assert f"{ports / 'usb-good'}: index tacttip, serial number TT0001" in told.out
+
+
+def test_where_nothing_is_it_says_so(tmp_path: Path) -> None:
+    assert "no device answers" in one_line(command("doctor", "--ports", tmp_path / "nothing"), 1)
+
+
+def test_what_is_not_known_is_not_driven() -> None:
+    assert "--exercise needs --config" in one_line(command("doctor", "--exercise", "--yes"), 2)
+
+
+def test_a_device_elsewhere_is_found(config: Path, ports: Path) -> None:
+    findings = [finding for finding in examine(config, ports=ports) if finding.what == "index tacttip"]
+    assert [finding.good for finding in findings] == [False, False]
+    assert "/dev/nowhere" in findings[0].result
+    assert findings[1].result == f'found elsewhere: write index = "{ports / "usb-good"}"'
+
+
+def test_a_device_of_another_finger_is_named(config: Path, ports: Path) -> None:
+    text = config.read_text("utf-8").replace('index = "/dev/nowhere"', f'ring = "{ports / "usb-good"}"')
+    config.write_text(text.replace('fingers = ["index"]', 'fingers = ["ring"]'), "utf-8")
+    (finding,) = [each for each in examine(config, ports=ports) if each.what == "ring tacttip" and not each.good][:1]
+    assert "is the index tacttip, serial number TT0001, firmware 1; expected the ring tacttip" in finding.result
+
+
+def test_can_interfaces_are_those_of_the_kernels_list(tmp_path: Path) -> None:
+    for name, kind, state in (("can0", "280", "up"), ("can1", "280", "down"), ("eth0", "1", "up")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "type").write_text(f"{kind}\n")
+        (tmp_path / name / "operstate").write_text(f"{state}\n")
+    assert can_interfaces(tmp_path) == {"can0": True, "can1": False}
+    assert can_interfaces(tmp_path / "nothing") == {}
+
+
+def test_exercises_are_duties_of_the_page() -> None:
+    assert {duty.number for checklist in CHECKLISTS for duty in checklist.duties} >= EXERCISES
