@@ -117,9 +117,9 @@ def _feeds(drives: Drives, wrong: bytes, what: str) -> Came:
     while drives.talk.end.now() < until_s:
         drives.talk.end.send(wrong)
         doings = drives.listen(REPEAT_S) or doings
-        strange = drives.only(doings, drives.mild)
+        strange = next((doing.applied for doing in doings if doing.applied not in (OFF, drives.mild)), None)
         if strange is not None:
-            return Came(False, f"{what}: {strange.words}")
+            return Came(False, f"{what}: applied {drives.words(strange)}")
     fed = bool(doings) and not doings[-1].timed_out
     return Came(not fed, f"{what}: " + ("holds off the time-out" if fed else "refused"))
 

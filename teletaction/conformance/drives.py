@@ -16,7 +16,7 @@ from common.serial_messages import (
     ThermalReading,
 )
 from common.thermometry import COUNT_MAX, ntc_c, ssr_c
-from teletaction.conformance.checklist import Came, NotApplicable, Unsafe
+from teletaction.conformance.checklist import NotApplicable, Unsafe
 from teletaction.conformance.every_module import device_times_s
 from teletaction.conformance.module_talk import REPORTS, ModuleTalk, Span
 
@@ -124,17 +124,8 @@ class Drives:
     def doings(self, span: Span) -> list[Doing]:
         """The sound reports of a span."""
         reports = self.talk.reports(span)
-        found = []
-        for heard, device_s in zip(reports, device_times_s(reports), strict=False):
-            state = _decode(heard.frame)
-            if state is not None:
-                motor_mv, permille = (
-                    (state.motor_mv, state.peltier_permille)
-                    if isinstance(state, TactTipState)
-                    else (0, state.heater_permille)
-                )
-                found.append(Doing(device_s, *_temperatures(state), state.flags, permille, motor_mv))
-        return found
+        found = (_doing(heard.frame, at_s) for heard, at_s in zip(reports, device_times_s(reports), strict=False))
+        return [doing for doing in found if doing is not None]
 
     def neutral(self) -> None:
         """Everything off, said twice: one frame may be lost."""
@@ -154,11 +145,6 @@ class Drives:
         if not COLDEST_C < before[-1].plate_c < WARMEST_C - 2.0:
             raise NotApplicable(f"the plate is at {before[-1].plate_c:.1f} C: nothing is driven")
 
-    def only(self, doings: Sequence[Doing], *allowed: tuple[int, int]) -> Came | None:
-        """What was applied beyond what is allowed; None where nothing was."""
-        strange = next((doing.applied for doing in doings if doing.applied not in (OFF, *allowed)), None)
-        return None if strange is None else Came(False, f"applied {self.words(strange)}")
-
     def words(self, applied: tuple[int, int]) -> str:
         """What is applied, in words."""
         return f"{applied[0]} thousandths" + (f" and {applied[1]} mV" if self.tacttip else "")
@@ -166,26 +152,25 @@ class Drives:
     def _look(self, frame: Frame) -> None:
         if frame.message_id != REPORTS[self.talk.kind] or not self._driving:
             return
-        state = _decode(frame)
-        self._unread = 0 if state is not None else self._unread + 1
+        doing = _doing(frame)
+        self._unread = 0 if doing is not None else self._unread + 1
         if self._unread > MOST_UNREAD:
             raise Unsafe("reports that cannot be read while it is driven")
-        if state is not None and not COLDEST_C <= _temperatures(state)[0] <= self.warmest_c:
-            raise Unsafe(f"the plate is at {_temperatures(state)[0]:.1f} C")
+        if doing is not None and not COLDEST_C <= doing.plate_c <= self.warmest_c:
+            raise Unsafe(f"the plate is at {doing.plate_c:.1f} C")
 
 
-def _decode(frame: Frame) -> TactTipState | ThermalReading | None:
-    kind = TactTipState if frame.message_id == MessageId.TACTTIP_STATE else ThermalReading
+def _doing(frame: Frame, device_s: float = 0.0) -> Doing | None:
+    """What one report says; None where it cannot be read."""
     try:
-        return kind.decode(frame.payload)
+        if frame.message_id == MessageId.THERMAL_READING:
+            reading = ThermalReading.decode(frame.payload)
+            counts = (reading.plate_counts, reading.ambient_counts)
+            return Doing(device_s, ssr_c(counts[0]), counts, reading.flags, reading.heater_permille, 0)
+        state = TactTipState.decode(frame.payload)
     except BadPayload:
         return None
-
-
-def _temperatures(state: TactTipState | ThermalReading) -> tuple[float, tuple[int, int]]:
-    """Plate, C (hot, where its sensor is broken), and the counts of both sensors."""
-    if isinstance(state, ThermalReading):
-        return ssr_c(state.plate_counts), (state.plate_counts, state.ambient_counts)
-    sound = 0 < state.plate_counts < COUNT_MAX
-    plate_c = ntc_c(state.plate_counts) if sound else PLATE_PEAK_C + 1.0
-    return plate_c, (state.plate_counts, state.hot_side_counts)
+    counts = (state.plate_counts, state.hot_side_counts)
+    # A plate whose sensor is broken may be as hot as it likes.
+    plate_c = ntc_c(counts[0]) if 0 < counts[0] < COUNT_MAX else PLATE_PEAK_C + 1.0
+    return Doing(device_s, plate_c, counts, state.flags, state.peltier_permille, state.motor_mv)
