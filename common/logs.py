@@ -53,14 +53,18 @@ def log_to_stderr(process: str, form: LogForm = "text") -> None:
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(JsonLines(process) if form == "json" else _TextLines(process))
     logging.basicConfig(level=logging.INFO, handlers=[handler], force=True)
-    # These libraries report each failed try to connect; the lines say it once.
-    for library in ("can", "can.interfaces.socketcand"):
-        logging.getLogger(library).setLevel(logging.CRITICAL)
+    quiet_libraries()
     if form == "json":
         logging.captureWarnings(True)
         root = logging.getLogger()
         sys.excepthook = lambda kind, value, trace: root.critical("unexpected", exc_info=(kind, value, trace))
         threading.excepthook = lambda failed: root.critical("unexpected", exc_info=failed.exc_value)
+
+
+def quiet_libraries() -> None:
+    """Let those be silent that report each failed try to connect and each piece of a message; the lines say it once."""
+    for library in ("can", "can.interfaces.socketcand"):
+        logging.getLogger(library).setLevel(logging.CRITICAL)
 
 
 def spoken(line: str) -> str:

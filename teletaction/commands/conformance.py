@@ -49,12 +49,14 @@ def conformance(
     as_json: Json = False,
 ) -> None:
     """Test one serial module or CAN node against docs/protocols.md, duty by duty; exit 1 if it fails in one."""
+    from common.logs import quiet_libraries
     from common.serial_messages import DeviceKind
     from teletaction.conformance.checklist import How, Verdict
     from teletaction.conformance.examination import opened
     from teletaction.conformance.node_talk import NodeName
     from teletaction.interrupt import interrupted_by_sigterm
 
+    quiet_libraries()
     if finger is not None and finger not in FINGERS:
         raise ValueError(f"--finger {finger}: there are {', '.join(FINGERS)}")
     told: DeviceKind | NodeName | None = None

@@ -30,9 +30,11 @@ def doctor(
     ),
 ) -> None:
     """Find and name each device of a site's configuration; check keys and clocks; say what to do."""
+    from common.logs import quiet_libraries
     from teletaction.doctor import examine
     from teletaction.interrupt import interrupted_by_sigterm
 
+    quiet_libraries()
     if config is None:
         if exercise:
             raise ValueError("--exercise needs --config: what is not known is not driven")

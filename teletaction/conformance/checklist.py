@@ -10,6 +10,15 @@ from typing import Any, Generic, Protocol, TypeVar
 
 T = TypeVar("T")
 
+TRIALS = 5
+"""Of what is known to one report only: as often, at other phases."""
+HALF_A_REPORT_S = 0.005
+"""So much beyond a time limit passes: reports are stamped no better than to a few milliseconds by a gateway."""
+PAUSE_S = 0.05
+"""A host that was away for longer than this is no judge of what should have stayed in force."""
+RATE_SHARE = 0.05
+"""Of rates and clocks."""
+
 
 class How(StrEnum):
     """What trying a duty takes, as the page and the command line have it."""

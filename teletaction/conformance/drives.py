@@ -1,6 +1,6 @@
 """What two kinds of module have in common: a plate that a Peltier element drives, and reports of what the drives do."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from common.framing import Frame
@@ -66,6 +66,7 @@ class Drives:
         talk: the module.
         mild: what trials drive with: thousandths of full drive, and millivolts where there is a motor.
         warmest_c: a plate above this ends the trial.
+        away_s: longest time between two commands of the last `hold`: the host's own doing.
     """
 
     def __init__(self, talk: ModuleTalk) -> None:
@@ -73,6 +74,7 @@ class Drives:
         self.tacttip = talk.kind is DeviceKind.TACTTIP
         self.mild = (MILD_PERMILLE, MILD_MV if self.tacttip else 0)
         self.warmest_c = WARMEST_C
+        self.away_s = 0.0
         self._driving = False
         self._unread = 0
         talk.watch = self._look
@@ -87,12 +89,18 @@ class Drives:
         return MessageId.TACTTIP_COMMAND if self.tacttip else MessageId.HEATER_COMMAND
 
     @property
-    def refused(self) -> Sequence[bytes]:
+    def refused(self) -> Mapping[str, bytes]:
         """Payloads of commands with one value out of range each."""
         if not self.tacttip:
-            return [HeaterCommand.LAYOUT.pack(permille) for permille in (1001, -1001, 32767)]
-        wrong = ((3001, 0, 0, 0, 1), (0, 1001, 0, 0, 1), (0, -1001, 0, 0, 1), (0, 0, 3001, 10, 1), (0, 0, 0, 50_001, 1))
-        return [TactTipCommand.LAYOUT.pack(*values) for values in wrong]
+            return {f"{permille} thousandths": HeaterCommand.LAYOUT.pack(permille) for permille in (1001, -1001, 32767)}
+        wrong = {
+            "motor 3001 mV": (3001, 0, 0, 0, 1),
+            "1001 thousandths": (0, 1001, 0, 0, 1),
+            "-1001 thousandths": (0, -1001, 0, 0, 1),
+            "pulse of 3001 mV": (0, 0, 3001, 10, 1),
+            "pulse of 50 001 us": (0, 0, 0, 50_001, 1),
+        }
+        return {what: TactTipCommand.LAYOUT.pack(*values) for what, values in wrong.items()}
 
     def drive(self, permille: int, motor_mv: int = 0) -> None:
         """Send one command."""
@@ -111,8 +119,10 @@ class Drives:
     def hold(self, permille: int, motor_mv: int, seconds: float, each_s: float = REPEAT_S) -> list[Doing]:
         """Command again and again; what reports say meanwhile."""
         spans = []
-        until_s = self.talk.end.now() + seconds
-        while self.talk.end.now() < until_s:
+        self.away_s, sent_s = 0.0, self.talk.end.now()
+        until_s = sent_s + seconds
+        while (now_s := self.talk.end.now()) < until_s:
+            self.away_s, sent_s = max(self.away_s, now_s - sent_s), now_s
             self.drive(permille, motor_mv)
             spans.append(self.talk.listen(each_s))
         return self.doings_of(spans)

@@ -6,13 +6,12 @@ from itertools import pairwise
 from common.framing import MAX_FRAME, encode_frame
 from common.serial_messages import BadPayload, DeviceKind, Identity, MessageId, TactTipState, TextureSamples
 from common.serial_messages import ThermalReading as Reading
-from teletaction.conformance.checklist import Came, Checklist, NotApplicable
+from teletaction.conformance.checklist import RATE_SHARE, Came, Checklist, NotApplicable
 from teletaction.conformance.module_talk import ANSWER_S, REPORTS, Heard, ModuleTalk, damaged
 
 MODULE: Checklist[ModuleTalk] = Checklist("Every serial module")
 
 ASKED = 10
-RATE_SHARE = 0.05
 UNKNOWN_ID = 0x7E
 RANGES = {DeviceKind.TEXTURE_SENSOR: (-10.0, 10.0), DeviceKind.THERMAL_SENSOR: (0.0, 60.0)}
 COMMANDS: dict[int, bytes] = {MessageId.HEATER_COMMAND: b"\0\0", MessageId.TACTTIP_COMMAND: bytes(9)}

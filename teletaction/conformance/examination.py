@@ -95,7 +95,10 @@ def node_on_trial(talk: NodeTalk) -> OnTrial:
         return OnTrial(talk.kind.name, trials, exoskeleton, {How.EXERCISE: "pushes with 0.3 N on each finger"})
     robot = TelemanipulatorOnTrial(talk)
     trials = _each(NODE, robot) + _each(TELEMANIPULATOR, robot)
-    moves = "moves its fingers up by 1 mm and back, and its hand by 1 mm along x and back"
+    moves = (
+        "moves its fingers up by 1 mm and back, after down by up to 2 mm where there is no room above, "
+        "and its hand by 1 mm along x and back"
+    )
     return OnTrial(talk.kind.name, trials, robot, {How.EXERCISE: moves})
 
 

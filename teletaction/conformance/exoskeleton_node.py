@@ -3,14 +3,14 @@
 import can
 
 from common.fingers import FINGERS
-from teletaction.conformance.checklist import Came, Checklist, How, NotApplicable
+from common.limits import FORCE_SAFE_S
+from teletaction.conformance.checklist import HALF_A_REPORT_S, Came, Checklist, How, NotApplicable
 from teletaction.conformance.node_on_trial import FORCE_N, ExoskeletonOnTrial
 from teletaction.conformance.node_talk import REPEAT_S, Values
 
 EXOSKELETON: Checklist[ExoskeletonOnTrial] = Checklist("Exoskeleton; nobody wears it")
 
 NEAR_N = 0.1
-FALLEN_S = 0.150
 _STATE = "ExoskeletonState"
 
 
@@ -51,7 +51,7 @@ def _not_enabled(node: ExoskeletonOnTrial) -> Came:
 def _falls(node: ExoskeletonOnTrial) -> Came:
     node.settle()
     node.talk.say("FingerForces", node.acting("FingerForces"))
-    states = node.talk.states(node.talk.listen(4.0 * FALLEN_S))
+    states = node.talk.states(node.talk.listen(4.0 * FORCE_SAFE_S))
     pushing = [at_s for at_s, values in states if any(values[finger] > 0.0 for finger in FINGERS)]
     lasted_s = pushing[-1] - pushing[0] if pushing else 0.0
-    return Came(lasted_s <= FALLEN_S, f"one frame seen to push for {1e3 * lasted_s:.0f} ms")
+    return Came(lasted_s <= FORCE_SAFE_S + HALF_A_REPORT_S, f"one frame seen to push for {1e3 * lasted_s:.0f} ms")

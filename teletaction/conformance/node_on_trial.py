@@ -55,10 +55,15 @@ class ExoskeletonOnTrial:
 
 
 class TelemanipulatorOnTrial:
-    """A telemanipulator with nothing under its fingers."""
+    """A telemanipulator with nothing under its fingers.
+
+    Attributes:
+        lowered: fingers at the top have been lowered once, to have room above them.
+    """
 
     def __init__(self, talk: NodeTalk) -> None:
         self.talk = talk
+        self.lowered = False
         self._stood: dict[str, Values] = {}
         talk.watch = self._look
 

@@ -150,6 +150,7 @@ class NodeTalk:
         kind: what is on trial.
         watch: looks at every decoded frame as it comes; raises Unsafe.
         newest: last values of each frame, whatever its CRC says.
+        away_s: longest time between two frames that were sent in one go: the host's own doing.
     """
 
     def __init__(self, end: NodeEnd, kind: NodeKind) -> None:
@@ -161,6 +162,7 @@ class NodeTalk:
         self.end, self.kind = end, kind
         self.watch: Callable[[str, Values], None] = lambda name, values: None
         self.newest: dict[str, Values] = {}
+        self.away_s = 0.0
         self._senders = {command.frame: FrameSender(command.frame) for command in kind.commands}
         self._packing = {packing(name).frame_id: (name, packing(name)) for name in kind.sends_hz}
         commanded = {packing(command.frame).frame_id: command.frame for command in kind.commands}

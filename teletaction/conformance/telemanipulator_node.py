@@ -1,19 +1,18 @@
 """Duties of the telemanipulator alone: it follows, it stops, and released it does not go down."""
 
-from collections.abc import Callable
-
 import can
 
 from common.fingers import FINGERS
-from teletaction.conformance.checklist import Came, Checklist, How, NotApplicable
-from teletaction.conformance.every_node import TIMEOUT_S
+from common.limits import MODULE_TIMEOUT_S
+from teletaction.conformance.checklist import HALF_A_REPORT_S, Came, Checklist, How, NotApplicable
 from teletaction.conformance.node_on_trial import TelemanipulatorOnTrial
 from teletaction.conformance.node_talk import REPEAT_S, Values
 
 TELEMANIPULATOR: Checklist[TelemanipulatorOnTrial] = Checklist("Telemanipulator; nothing is under its fingers")
 
 STEP_MM, NEAR_MM, STILL_MM = 1.0, 0.3, 0.15
-HIGHEST_MM = 9.0
+HIGHEST_MM, LOWERED_MM = 9.0, 8.5
+"""A finger above the first has no room to rise, and is lowered to the second."""
 FOLLOWS_S = 1.0
 _HEIGHTS, _POSE = "FingerHeightsMeasured", "HandPoseMeasured"
 
@@ -34,21 +33,32 @@ def _command(
 
 
 def _stands(node: TelemanipulatorOnTrial) -> tuple[Values, Values]:
-    """Heights and pose at this moment."""
+    """Heights and pose at this moment, with room above every finger that is there."""
     node.settle()
-    heights, pose = dict(node.talk.now_at(_HEIGHTS)), dict(node.talk.now_at(_POSE))
-    if max(heights.values()) > HIGHEST_MM:
-        raise NotApplicable(f"a finger is at {max(heights.values()):.1f} mm already: there is no room above it")
-    return heights, pose
+    heights = node.talk.now_at(_HEIGHTS)
+    if not node.lowered and max(heights.values()) > HIGHEST_MM:
+        lower = {finger: min(heights[finger], LOWERED_MM) for finger in FINGERS}
+        _command(node, FOLLOWS_S, {"released": 0.0, **lower}, None)
+        node.settle()
+    node.lowered = True
+    heights = dict(node.talk.now_at(_HEIGHTS))
+    if not _free(heights):
+        raise NotApplicable(f"every finger stays above {HIGHEST_MM:g} mm: there is no room above it")
+    return heights, dict(node.talk.now_at(_POSE))
 
 
-def _raised(heights: Values, by_mm: float, released: bool) -> Values:
-    return {"released": float(released), **{finger: heights[finger] + by_mm for finger in FINGERS}}
+def _free(heights: Values) -> list[str]:
+    """Fingers with room above them; one that is not fitted may be parked at the top."""
+    return [finger for finger in FINGERS if heights[finger] <= HIGHEST_MM]
 
 
-def _moved(before: Values, after: Values, of: Callable[[float], float] = abs) -> float:
+def _raised(heights: Values, by_mm: float) -> Values:
+    return {**heights, **{finger: heights[finger] + by_mm for finger in _free(heights)}}
+
+
+def _moved(before: Values, after: Values) -> float:
     """The largest difference, mm."""
-    return max(of(after[each] - before[each]) for each in before)
+    return max(abs(after[each] - before[each]) for each in before)
 
 
 @TELEMANIPULATOR.duty("M1", "Without set-points hand and fingers stay where they are, within 0.15 mm")
@@ -71,8 +81,8 @@ def _follows(node: TelemanipulatorOnTrial) -> Came:
     heights, pose = _stands(node)
     for by_mm in (STEP_MM, 0.0):
         wanted = {**pose, "x": pose["x"] + by_mm}
-        _command(node, FOLLOWS_S, _raised(heights, by_mm, released=False), wanted)
-        up = {finger: heights[finger] + by_mm for finger in FINGERS}
+        _command(node, FOLLOWS_S, {"released": 0.0, **_raised(heights, by_mm)}, wanted)
+        up = _raised(heights, by_mm)
         off_mm = max(_moved(up, node.talk.now_at(_HEIGHTS)), _moved(wanted, node.talk.now_at(_POSE)))
         if off_mm > NEAR_MM:
             return Came(False, f"{off_mm:.2f} mm off, {by_mm:g} mm from where it stood")
@@ -82,7 +92,7 @@ def _follows(node: TelemanipulatorOnTrial) -> Came:
 @TELEMANIPULATOR.duty("M3", "Released, the hand stays, whatever HandSetpoint says", How.EXERCISE)
 def _hand_stays(node: TelemanipulatorOnTrial) -> Came:
     heights, pose = _stands(node)
-    _command(node, 0.4, _raised(heights, 0.0, released=True), {**pose, "x": pose["x"] + STEP_MM})
+    _command(node, 0.4, {"released": 1.0, **heights}, {**pose, "x": pose["x"] + STEP_MM})
     moved_mm = _moved(pose, node.talk.now_at(_POSE))
     return Came(moved_mm <= STILL_MM, f"moved by {moved_mm:.3f} mm")
 
@@ -90,7 +100,7 @@ def _hand_stays(node: TelemanipulatorOnTrial) -> Came:
 @TELEMANIPULATOR.duty("M4", "Released, no finger goes down to a set-point below it", How.EXERCISE)
 def _no_lower(node: TelemanipulatorOnTrial) -> Came:
     heights, _ = _stands(node)
-    _command(node, 0.4, _raised(heights, -STEP_MM, released=True), None)
+    _command(node, 0.4, {"released": 1.0, **_raised(heights, -STEP_MM)}, None)
     sunk_mm = -min(node.talk.now_at(_HEIGHTS)[finger] - heights[finger] for finger in FINGERS)
     return Came(sunk_mm <= STILL_MM, f"down by {max(0.0, sunk_mm):.3f} mm")
 
@@ -98,9 +108,9 @@ def _no_lower(node: TelemanipulatorOnTrial) -> Came:
 @TELEMANIPULATOR.duty("M5", "Released, every finger rises to a set-point above it", How.EXERCISE)
 def _rises(node: TelemanipulatorOnTrial) -> Came:
     heights, _ = _stands(node)
-    _command(node, FOLLOWS_S, _raised(heights, STEP_MM, released=True), None)
-    risen_mm = min(node.talk.now_at(_HEIGHTS)[finger] - heights[finger] for finger in FINGERS)
-    _command(node, FOLLOWS_S, _raised(heights, 0.0, released=False), None)
+    _command(node, FOLLOWS_S, {"released": 1.0, **_raised(heights, STEP_MM)}, None)
+    risen_mm = min(node.talk.now_at(_HEIGHTS)[finger] - heights[finger] for finger in _free(heights))
+    _command(node, FOLLOWS_S, {"released": 0.0, **heights}, None)
     return Came(risen_mm >= STEP_MM - NEAR_MM, f"risen by {risen_mm:.2f} of {STEP_MM:g} mm")
 
 
@@ -111,13 +121,15 @@ def _rises(node: TelemanipulatorOnTrial) -> Came:
 )
 def _released(node: TelemanipulatorOnTrial) -> Came:
     heights, pose = _stands(node)
-    node.talk.say("HeightSetpoint", _raised(heights, 0.0, released=False))
-    states = _command(node, 4.0 * TIMEOUT_S, None, pose)
+    node.talk.say("HeightSetpoint", {"released": 0.0, **heights})
+    states = _command(node, 4.0 * MODULE_TIMEOUT_S, None, pose)
     following = [at_s for at_s, values in states if values["released"] == 0.0]
     if not following or states[-1][1]["released"] == 0.0:
         return Came(False, "released is 0 in " + ("no state frame" if not following else "every state frame"))
     lasted_s = following[-1] - following[0]
-    return Came(lasted_s <= TIMEOUT_S, f"one frame seen to be followed for {1e3 * lasted_s:.0f} ms")
+    return Came(
+        lasted_s <= MODULE_TIMEOUT_S + HALF_A_REPORT_S, f"one frame seen to be followed for {1e3 * lasted_s:.0f} ms"
+    )
 
 
 @TELEMANIPULATOR.duty(
@@ -125,9 +137,9 @@ def _released(node: TelemanipulatorOnTrial) -> Came:
 )
 def _hand_stops(node: TelemanipulatorOnTrial) -> Came:
     heights, pose = _stands(node)
-    _command(node, 0.2, _raised(heights, 0.0, released=False), pose)
-    _command(node, 0.15, _raised(heights, 0.0, released=False), None)
+    _command(node, 0.2, {"released": 0.0, **heights}, pose)
+    _command(node, 0.15, {"released": 0.0, **heights}, None)
     stopped = dict(node.talk.now_at(_POSE))
-    _command(node, 0.4, _raised(heights, 0.0, released=False), None)
+    _command(node, 0.4, {"released": 0.0, **heights}, None)
     moved_mm = _moved(stopped, node.talk.now_at(_POSE))
     return Came(moved_mm <= STILL_MM, f"moved by {moved_mm:.3f} mm in 0.4 s after its time-out")

@@ -35,7 +35,7 @@ class Bench:
     """Simulated devices of one finger, and the configurations of both sites under the page's names.
 
     Attributes:
-        folder: where commands are given.
+        folder: where the configurations and the sites' status files are.
         names: the page's name of each device, and the simulated one's address.
     """
 
@@ -67,11 +67,12 @@ class Bench:
         """Give one command of the page; what it asks is answered with yes."""
         for name, address in self.names.items():
             line = line.replace(name, address)
+        for site in ("remote", "operator"):
+            line = line.replace(f"{site}.toml", shlex.quote(str(self.folder / f"{site}.toml")))
         program, *arguments = shlex.split(line)
         assert program == "teletaction"
         return subprocess.run(
             [sys.executable, "-m", "teletaction", *arguments],
-            cwd=self.folder,
             input="y\n",
             capture_output=True,
             text=True,
