@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
-from common.can_line import CanAddress, can_address
+from common.can_line import can_address
 from common.serial_messages import DeviceKind
 from teletaction.conformance.checklist import Checklist, Driven, How, Trial, Tried, try_duties
 from teletaction.conformance.cut_out import CUT_OUT, Heating
@@ -131,14 +131,9 @@ def opened(address: str, told: DeviceKind | NodeName | None = None, finger: int 
         return
     if isinstance(told, DeviceKind):
         raise ValueError(f"{address}: a {told.name.lower()} is a serial device, not on CAN")
-    with opened_node(bus, told) as found:
-        yield found
-
-
-@contextmanager
-def opened_node(address: CanAddress, told: NodeName | None = None) -> Iterator[OnTrial]:
-    """Open a bus and find which node is on it; raises as `opened`."""
-    end = BusEnd(address)
+    if finger is not None:
+        raise ValueError(f"{address}: a CAN node serves all fingers")
+    end = BusEnd(bus)
     try:
         yield node_on_trial(NodeTalk(end, KINDS[told or name_of(end)]))
     finally:

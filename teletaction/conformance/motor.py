@@ -4,14 +4,14 @@ from statistics import median
 
 from common.serial_messages import MessageId, TactTipCommand
 from common.thermometry import COUNT_MAX, ntc_c
-from teletaction.conformance.checklist import Came, Checklist, How, NotApplicable
+from teletaction.conformance.checklist import HALF_A_REPORT_S, Came, Checklist, How, NotApplicable
 from teletaction.conformance.drives import Doing, Drives
 
 TACTTIP: Checklist[Drives] = Checklist("TactTip")
 
 HOT_SIDE_C = (10.0, 30.0)
 PULSE_MV, HOLD_MV = 1000, 500
-REPORT_S = 0.01
+PULSE_S, REPORT_S = 0.04, 0.01
 LAG_S = 0.03
 
 
@@ -54,22 +54,30 @@ def _hot_side(drives: Drives) -> Came:
 )
 def _pulse(drives: Drives) -> Came:
     drives.ready()
-    doings = _say(drives, Pulses.new(40_000), 0.09)
+    doings = _say(drives, Pulses.new(round(1e6 * PULSE_S)), 0.09)
     lasted_s, reports = _pulsed_s(doings)
     behind = [doing.motor_mv for doing in doings if doing.motor_mv not in (0, PULSE_MV)]
-    good = 0.04 - 2.0 * REPORT_S <= lasted_s <= 0.04 and reports > 0 and behind and set(behind) == {HOLD_MV}
+    good = (
+        PULSE_S - 2.0 * REPORT_S <= lasted_s <= PULSE_S + HALF_A_REPORT_S
+        and reports > 0
+        and behind
+        and set(behind) == {HOLD_MV}
+    )
     return Came(bool(good), f"40 ms seen for {1e3 * lasted_s:.0f} ms, then {sorted(set(behind))} mV")
 
 
 @TACTTIP.duty("T3", "Later commands with the number of a pulse neither prolong nor repeat it", How.EXERCISE)
 def _same_number(drives: Drives) -> Came:
     drives.ready()
-    command, spans = Pulses.new(40_000), []
+    command, spans = Pulses.new(round(1e6 * PULSE_S)), []
     for _ in range(20):
         drives.say(command)
         spans.append(drives.talk.listen(REPORT_S))
     lasted_s, reports = _pulsed_s(drives.doings_of(spans))
-    return Came(lasted_s <= 0.04, f"40 ms seen for {1e3 * lasted_s:.0f} ms in {reports} reports, of 20 commands")
+    return Came(
+        lasted_s <= PULSE_S + HALF_A_REPORT_S,
+        f"40 ms seen for {1e3 * lasted_s:.0f} ms in {reports} reports, of 20 commands",
+    )
 
 
 @TACTTIP.duty("T4", "A new number begins a new pulse; a length of 0 ends one that is under way", How.EXERCISE)

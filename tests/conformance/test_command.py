@@ -99,6 +99,7 @@ def test_what_is_confirmed_is_done(at: Callable[[Any], Any], monkeypatch: pytest
         (("socketcand://nowhere",), "a CAN bus is socketcan:CHANNEL or socketcand://HOST:PORT/CHANNEL"),
         (("socketcan:can0", "--device", "tacttip"), "a tacttip is a serial device, not on CAN"),
         (("/dev/none", "--device", "exoskeleton"), "the exoskeleton is on CAN"),
+        (("socketcan:can0", "--finger", "index"), "a CAN node serves all fingers"),
         (("/dev/none", "--finger", "toe"), "--finger toe: there are thumb, index"),
     ],
 )

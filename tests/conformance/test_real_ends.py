@@ -1,8 +1,16 @@
 """The ends that are used on hardware, on a real pseudo terminal and on real sockets."""
 
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+
 import pytest
 
+from common.can_frames import FrameReceiver
 from common.can_line import CanAddress
+from common.fingers import FINGERS
 from common.serial_line import DeviceAbsent
 from common.serial_messages import DeviceKind
 from sim_sensors.exoskeleton import Exoskeleton
@@ -13,6 +21,7 @@ from sim_sensors.thermal_sensor import ThermalSensor
 from teletaction.conformance.module_talk import ModuleTalk, PortEnd
 from teletaction.conformance.node_talk import EXOSKELETON, BusEnd, NodeName, NodeTalk, name_of
 from tests.conformance.living import alive
+from tests.conformance.wrong_modules import over
 
 
 @pytest.mark.parametrize("where", ["pty", "tcp:127.0.0.1:0"])
@@ -80,11 +89,40 @@ def test_a_node_is_talked_to() -> None:
         end = BusEnd(CanAddress(interface="socketcand", port=bus.port))
         assert name_of(end) is NodeName.EXOSKELETON
         talk = NodeTalk(end, EXOSKELETON)
-        talk.say("FingerForces", {"enabled": 1.0, **dict.fromkeys(("thumb", "index", "middle", "ring", "little"), 0.2)})
+        talk.say("FingerForces", {"enabled": 1.0, **dict.fromkeys(FINGERS, 0.2)})
         states = talk.states(talk.listen(0.1))
         assert states[-1][1]["enabled"] == 1.0
         assert states[-1][0] > states[0][0]
         end.close()
+    bus.close()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_command_that_is_ended_leaves_the_device_neutral(number: int) -> None:
+    loop = SelectLoop()
+    node = Exoskeleton()
+    bus = SocketcandBus(loop, "127.0.0.1", 0, [node])
+    pushed, heard = threading.Event(), []
+
+    def feed(below: Callable[..., None], frame_id: int, data: bytes, now_s: float) -> None:
+        below(frame_id, data, now_s)
+        heard.append(FrameReceiver("FingerForces").decode(data))
+        if heard[-1]["enabled"]:
+            pushed.set()
+
+    def step(now_s: float) -> None:
+        node.force_n(now_s)
+        bus.pump(now_s)
+
+    over(node, "feed", feed)
+    arguments = ("conformance", f"socketcand://127.0.0.1:{bus.port}/can0", "--exercise", "--yes")
+    with alive(loop, step):
+        command = [sys.executable, "-m", "teletaction", *arguments]
+        with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+            assert pushed.wait(30.0)
+            process.send_signal(number)
+            assert process.wait(10.0) == 130
+    assert heard[-1] == {"enabled": 0.0, **dict.fromkeys(FINGERS, 0.0)}
     bus.close()
 
 

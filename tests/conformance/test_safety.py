@@ -188,6 +188,27 @@ def test_a_telemanipulator_that_runs_away_stops_everything() -> None:
     assert neutral(end.said[-1])
 
 
+def test_a_host_that_paused_does_not_blame_the_device() -> None:
+    end = VirtualNode(Exoskeleton())
+    waiting: list[can.Message] = []
+
+    def send(below: Callable[[can.Message], None], message: can.Message) -> None:
+        below(message)
+        if len(end.said) == 25:
+            waiting.extend(end.receive(0.2))
+
+    def receive(below: Callable[[float], list[can.Message]], seconds: float) -> list[can.Message]:
+        came, waiting[:] = [*waiting, *below(seconds)], []
+        return came
+
+    over(end, "receive", receive)
+    over(end, "send", send)
+    results = examined(node_on_trial(NodeTalk(end, KINDS[NodeName.EXOSKELETON])))
+    obeys = next(tried for tried in results if tried.duty.number == "N7")
+    assert obeys.verdict is Verdict.NOT_APPLICABLE
+    assert obeys.came == "this host paused for 210 ms meanwhile: try again"
+
+
 def test_a_bus_that_a_site_commands_is_left_alone() -> None:
     end = VirtualNode(Exoskeleton())
     other = can.Message(arbitration_id=0x110, data=bytes(8), is_extended_id=False)
