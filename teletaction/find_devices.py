@@ -29,7 +29,7 @@ class Found:
 
 
 def find_modules(ports: Path = PORTS) -> Iterator[Found]:
-    """Ask whatever is at the ports of a folder who it is: six bytes to each, and a second of patience."""
+    """Ask whatever is at the ports of a folder who it is: seven bytes to each, and a second of patience."""
     for port in sorted(ports.iterdir()) if ports.is_dir() else ():
         try:
             opened = open_line(str(port), BAUD)
