@@ -1,5 +1,6 @@
 """One serial device on a tty or a `socket://` address: opened, asked who it is, read in chunks, re-opened."""
 
+import errno
 import logging
 import select
 import socket
@@ -17,6 +18,8 @@ from common.serial_messages import DeviceKind, Identity, MessageId
 
 log = logging.getLogger(__name__)
 
+BAUD = 921_600
+"""Of a real line; a simulated one does not care."""
 _IDENTIFY_S = 1.0
 _CHUNK = 4096
 
@@ -37,21 +40,45 @@ class OpenLine:
     identity: Identity
 
 
-def open_line(address: str, baud: int) -> OpenLine:
+def open_port(address: str, baud: int = BAUD) -> serial.SerialBase:
+    """Open an address; a tty is nobody else's then.
+
+    Raises:
+        DeviceAbsent: nothing there, not to be opened, or another program has it.
+    """
+    try:
+        port = serial.serial_for_url(
+            address, do_not_open=True, baudrate=baud, timeout=0.05, write_timeout=0.5, exclusive=True
+        )
+    except (serial.SerialException, OSError, ValueError) as error:
+        raise DeviceAbsent(f"{address}: {error}") from None
+    try:
+        port.open()
+        if isinstance(connection := getattr(port, "_socket", None), socket.socket):
+            device_socket.tune(connection)
+    except (serial.SerialException, OSError, ValueError) as error:
+        close_port(port)  # also when it did not open: the library leaves a connection that was reset meanwhile open
+        raise DeviceAbsent(f"{address}: {error}{_advice(error)}") from None
+    return port
+
+
+def _advice(error: Exception) -> str:
+    """What to do about a port that cannot be opened."""
+    return {
+        errno.EACCES: "; the group `dialout` may open it: deploy/udev/README.md",
+        errno.EAGAIN: "; another program has it, such as a running site",
+    }.get(getattr(error, "errno", None) or 0, "")
+
+
+def open_line(address: str, baud: int = BAUD) -> OpenLine:
     """Open an address and ask the device for its identity; blocks up to about a second.
 
     Raises:
         DeviceAbsent: nothing there, or it does not answer.
     """
-    try:
-        port = serial.serial_for_url(address, do_not_open=True, baudrate=baud, timeout=0.05, write_timeout=0.5)
-    except (serial.SerialException, OSError, ValueError) as error:
-        raise DeviceAbsent(f"{address}: {error}") from None
+    port = open_port(address, baud)
     reader = FrameReader()
     try:
-        port.open()
-        if isinstance(connection := getattr(port, "_socket", None), socket.socket):
-            device_socket.tune(connection)
         deadline = time.monotonic() + _IDENTIFY_S
         # The zero byte ends whatever half frame an earlier driver left on the line.
         port.write(b"\0" + encode_frame(MessageId.IDENTIFY, 0))
@@ -63,13 +90,15 @@ def open_line(address: str, baud: int) -> OpenLine:
                     port.write_timeout = 0
                     return OpenLine(port, identity)
     except (serial.SerialException, OSError, ValueError) as error:
-        _close(port)  # also when it did not open: the library leaves a connection that was reset meanwhile open
+        close_port(port)
         raise DeviceAbsent(f"{address}: {error}") from None
-    _close(port)
-    raise DeviceAbsent(f"{address}: a port, but no device answers IDENTIFY within {_IDENTIFY_S:g} s")
+    close_port(port)
+    garbage = f"; what comes is no frame: is it at {baud} baud?" if reader.damaged else ""
+    raise DeviceAbsent(f"{address}: a port, but no device answers IDENTIFY within {_IDENTIFY_S:g} s{garbage}")
 
 
-def _close(port: serial.SerialBase) -> None:
+def close_port(port: serial.SerialBase) -> None:
+    """Give an address back."""
     connection = getattr(port, "_socket", None)
     port.close()
     if connection is not None:
@@ -82,7 +111,7 @@ def _discard(opened: OpenLine) -> None:
 
 def _hang_up(port: serial.SerialBase) -> None:
     """Close beside the loop: the library sleeps 0.3 s after closing a socket, and a tty may wait for its output."""
-    threading.Thread(target=_close, args=(port,), daemon=True, name="closer").start()
+    threading.Thread(target=close_port, args=(port,), daemon=True, name="closer").start()
 
 
 @dataclass(slots=True)
@@ -92,7 +121,7 @@ class SerialLine:
     address: str
     kind: DeviceKind
     finger: str
-    baud: int = 921_600
+    baud: int = BAUD
     identity: Identity | None = None
     """Who answered; None while no device is there."""
     reader: FrameReader = field(default_factory=FrameReader)
@@ -169,7 +198,7 @@ class SerialLine:
         opened = open_line(self.address, self.baud)
         found = opened.identity
         if found.kind is not self.kind or FINGERS[found.finger] != self.finger:
-            _close(opened.port)
+            close_port(opened.port)
             raise WrongDevice(
                 f"{self.address}: is the {FINGERS[found.finger]}'s {found.kind.name.lower()} {found.serial}, "
                 f"the configuration says {self.finger}'s {self.kind.name.lower()}"

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.fingers import FINGERS
+from common.serial_line import BAUD
 from common.serial_messages import DRIVE_FULL
 from sim_sensors.faulty_parts import DRIFT_M_S, Babble, Hang, Piezo, Servos, Thermistor
 from sim_sensors.finger_plate import FingerPlates
@@ -25,7 +26,6 @@ from sim_sensors.socketcand import SocketcandBus
 log = logging.getLogger(__name__)
 
 LONGEST_HANG_S = 60.0
-BAUD = 921_600
 """Of the serial lines: what a babbling device can fill."""
 
 T = TypeVar("T")

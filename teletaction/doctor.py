@@ -140,7 +140,7 @@ def _device(device: _Serial) -> Finding:
     address, kind = device.address, device.kind
 
     def look() -> str:
-        line = open_line(address, 921_600)
+        line = open_line(address)
         try:
             found = line.identity
             if (found.kind, FINGERS[found.finger]) != (kind, device.finger):

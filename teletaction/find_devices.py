@@ -8,7 +8,6 @@ from common.can_line import CanAddress
 from common.fingers import FINGERS
 from common.serial_line import DeviceAbsent, open_line
 from common.serial_messages import Identity
-from teletaction.conformance.module_talk import BAUD
 from teletaction.conformance.node_talk import BusEnd, name_of
 
 PORTS = Path("/dev/serial/by-id")
@@ -32,7 +31,7 @@ def find_modules(ports: Path = PORTS) -> Iterator[Found]:
     """Ask whatever is at the ports of a folder who it is: seven bytes to each, and a second of patience."""
     for port in sorted(ports.iterdir()) if ports.is_dir() else ():
         try:
-            opened = open_line(str(port), BAUD)
+            opened = open_line(str(port))
         except DeviceAbsent as error:
             yield Found(str(port), False, str(error).removeprefix(f"{port}: "))
             continue
@@ -49,24 +48,21 @@ def find_nodes(network: Path = NETWORK) -> Iterator[Found]:
             continue
         try:
             end = BusEnd(address)
+            try:
+                yield Found(str(address), True, name_of(end))
+            finally:
+                end.close()
         except DeviceAbsent as error:
-            yield Found(str(address), False, str(error))
-            continue
-        try:
-            yield Found(str(address), True, name_of(end))
-        except DeviceAbsent as error:
-            yield Found(str(address), False, str(error))
-        finally:
-            end.close()
+            yield Found(str(address), False, str(error).removeprefix(f"CAN {address}: "))
 
 
 def can_interfaces(network: Path = NETWORK) -> dict[str, bool]:
     """The host's CAN interfaces, and whether each is up."""
     if not network.is_dir():
         return {}
-    kinds = {each.name: _told(each / "type") for each in sorted(network.iterdir())}
+    kinds = {each.name: _read(each / "type") for each in sorted(network.iterdir())}
     return {
-        name: _told(network / name / "operstate") != "down" for name, kind in kinds.items() if kind == _CAN_INTERFACE
+        name: _read(network / name / "operstate") != "down" for name, kind in kinds.items() if kind == _CAN_INTERFACE
     }
 
 
@@ -76,7 +72,7 @@ def in_words(identity: Identity) -> str:
     return f"{FINGERS[identity.finger]} {kind}, serial number {identity.serial}, firmware {identity.firmware}"
 
 
-def _told(file: Path) -> str:
+def _read(file: Path) -> str:
     try:
         return file.read_text("ascii").strip()
     except OSError:

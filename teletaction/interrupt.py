@@ -1,4 +1,4 @@
-"""A polite end: what is asked for by SIGTERM ends as it does by Ctrl-C, through every `finally`."""
+"""A polite end: asked for by a signal, or by a terminal that is closed, work ends as it does by Ctrl-C."""
 
 import signal
 from collections.abc import Iterator
@@ -6,10 +6,11 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def interrupted_by_sigterm() -> Iterator[None]:
-    """Within it, SIGTERM raises KeyboardInterrupt; afterwards it does what it did."""
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+def ended_as_by_hand() -> Iterator[None]:
+    """Within it, SIGTERM and SIGHUP raise KeyboardInterrupt; afterwards they do what they did."""
+    before = {number: signal.signal(number, signal.default_int_handler) for number in (signal.SIGTERM, signal.SIGHUP)}
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -54,7 +54,7 @@ def conformance(
     from teletaction.conformance.checklist import How, Verdict
     from teletaction.conformance.examination import opened
     from teletaction.conformance.node_talk import NodeName
-    from teletaction.interrupt import interrupted_by_sigterm
+    from teletaction.interrupt import ended_as_by_hand
 
     quiet_libraries()
     if finger is not None and finger not in FINGERS:
@@ -65,7 +65,7 @@ def conformance(
         told = DeviceKind[device.name] if serial else NodeName(device.value)
     allowed = {How.LISTEN, *([How.EXERCISE] if exercise or heat else []), *([How.HEAT] if heat else [])}
     with (
-        interrupted_by_sigterm(),
+        ended_as_by_hand(),
         opened(address, told, FINGERS.index(finger) if finger is not None else None) as found,
     ):
         does = [words for how, words in found.warning.items() if how in allowed]
@@ -83,7 +83,7 @@ def conformance(
             {"duty": t.duty.number, "verdict": t.verdict.value, "expected": t.duty.demand, "came": t.came}
             for t in results
         ]
-        summary = {"address": address, "device": found.name, "conforms": not counts[Verdict.FAIL], "duties": rows}
+        summary = {"address": address, "device": found.name, "counts": counts, "duties": rows}
         typer.echo(json.dumps(summary, indent=1))
     told_counts = ", ".join(f"{count} {verdict}" for verdict, count in counts.items() if count)
     typer.echo(f"{found.name} at {address}: {told_counts}", err=True)

@@ -11,8 +11,8 @@ app = typer.Typer()
 
 WARNING = (
     "This drives each device in turn: motors for half a second with up to 1 V, Peltier elements for 1 s with 300 "
-    "thousandths, the exoskeleton with 0.3 N on each finger, the telemanipulator by 1 mm. Nobody and nothing touches "
-    "them?"
+    "thousandths, the exoskeleton with 0.3 N on each finger, the telemanipulator by 1 mm (its fingers first down by up to "
+    "2 mm where they have no room above). Nobody and nothing touches them?"
 )
 
 
@@ -32,7 +32,7 @@ def doctor(
     """Find and name each device of a site's configuration; check keys and clocks; say what to do."""
     from common.logs import quiet_libraries
     from teletaction.doctor import examine
-    from teletaction.interrupt import interrupted_by_sigterm
+    from teletaction.interrupt import ended_as_by_hand
 
     quiet_libraries()
     if config is None:
@@ -43,7 +43,7 @@ def doctor(
     if exercise and not yes:
         typer.confirm(WARNING, abort=True, err=True)
     findings = []
-    with interrupted_by_sigterm():
+    with ended_as_by_hand():
         for finding in examine(config, exercise, ports):
             typer.echo(f"{'ok  ' if finding.good else 'FAIL'} {finding.what}: {finding.result}")
             findings.append(finding)

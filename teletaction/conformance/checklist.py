@@ -3,7 +3,7 @@
 The words stand here and on that page; a test holds one against the other.
 """
 
-from collections.abc import Callable, Container, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Generic, Protocol, TypeVar
@@ -50,7 +50,7 @@ class NotApplicable(Exception):
 
 
 class Unsafe(Exception):
-    """The device does more than was announced: nothing is tried any further."""
+    """The device does more than was announced, or is another one: nothing is tried any further."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +61,14 @@ class Duty(Generic[T]):
     demand: str
     how: How
     check: Callable[[T], Came]
+
+    def tried_on(self, device: T) -> "Tried":
+        """What becomes of it; raises Unsafe."""
+        try:
+            came = self.check(device)
+        except NotApplicable as reason:
+            return Tried(self, Verdict.NOT_APPLICABLE, str(reason))
+        return Tried(self, Verdict.PASS if came.good else Verdict.FAIL, came.words)
 
 
 class Checklist(Generic[T]):
@@ -113,31 +121,3 @@ class Driven(Protocol):
 
 Trial = tuple[Duty[Any], Any]
 """A duty and the device that its check is given."""
-
-
-def try_duties(trials: Sequence[Trial], allowed: Container[How], driven: Driven | None) -> Iterator[Tried]:
-    """Try one after the other; whoever iterates makes the device neutral in the end.
-
-    Args:
-        trials: what to try on what.
-        allowed: kinds of trial that the user has agreed to.
-        driven: made neutral after each duty that drives it; None where nothing is driven.
-    """
-    stopped = ""
-    for duty, device in trials:
-        if stopped or duty.how not in allowed:
-            yield Tried(duty, Verdict.NOT_TRIED, stopped or f"needs {duty.how}")
-            continue
-        try:
-            came = duty.check(device)
-            if driven is not None and duty.how is not How.LISTEN:
-                driven.settle()
-            tried = Tried(duty, Verdict.PASS if came.good else Verdict.FAIL, came.words)
-        except NotApplicable as reason:
-            tried = Tried(duty, Verdict.NOT_APPLICABLE, str(reason))
-        except Unsafe as danger:
-            if driven is not None:
-                driven.neutral()
-            stopped = f"stopped at {duty.number}: {danger}"
-            tried = Tried(duty, Verdict.FAIL, str(danger))
-        yield tried

@@ -1,7 +1,7 @@
 """Duties of every module that drives something: what it does with commands, and without them."""
 
 from common.limits import MODULE_TIMEOUT_S
-from common.serial_messages import DeviceFlag
+from common.serial_messages import DeviceFlag, MessageId
 from common.thermometry import COUNT_MAX
 from teletaction.conformance.checklist import (
     HALF_A_REPORT_S,
@@ -14,7 +14,7 @@ from teletaction.conformance.checklist import (
     NotApplicable,
 )
 from teletaction.conformance.drives import OFF, REPEAT_S, Doing, Drives
-from teletaction.conformance.every_module import reports_hz
+from teletaction.conformance.every_module import UNKNOWN_ID, foreign_commands, reports_hz
 from teletaction.conformance.module_talk import Heard, Span, damaged
 
 DRIVEN: Checklist[Drives] = Checklist("Every module with drives: thermal sensor, TactTip")
@@ -172,9 +172,15 @@ def _damaged(drives: Drives) -> Came:
     return _all_refused(drives, {"wrong CRC": damaged(frame)})
 
 
-@DRIVEN.duty("D11", "IDENTIFY is no command: it does not feed the time-out", How.EXERCISE)
-def _identify(drives: Drives) -> Came:
-    return _all_refused(drives, {"IDENTIFY": drives.talk.frame(0x01)})
+@DRIVEN.duty(
+    "D11",
+    "IDENTIFY, an unknown id and another device's command are no commands: they do not feed the time-out",
+    How.EXERCISE,
+)
+def _no_commands(drives: Drives) -> Came:
+    none = {"IDENTIFY": (MessageId.IDENTIFY, b""), "an unknown id": (UNKNOWN_ID, b"\1\2\3")}
+    none["another device's command"] = foreign_commands(drives.talk.kind)[0]
+    return _all_refused(drives, {what: drives.talk.frame(*frame) for what, frame in none.items()})
 
 
 @DRIVEN.duty(

@@ -76,6 +76,7 @@ class Drives:
         self.warmest_c = WARMEST_C
         self.away_s = 0.0
         self._driving = False
+        self._pulse_number = 0
         self._unread = 0
         talk.watch = self._look
 
@@ -106,6 +107,11 @@ class Drives:
         """Send one command."""
         self._driving = True
         self.talk.say(self.command_id, self.command(permille, motor_mv))
+
+    def pulse(self, motor_mv: int, pulse_mv: int, pulse_us: int) -> TactTipCommand:
+        """A command with a pulse of a new number, and the voltage that holds behind it."""
+        self._pulse_number = (self._pulse_number + 1) & 0xFF
+        return TactTipCommand(motor_mv, 0, pulse_mv, pulse_us, self._pulse_number)
 
     def say(self, command: TactTipCommand) -> None:
         """Send one command of a TactTip."""

@@ -3,24 +3,40 @@
 from collections.abc import Callable
 from itertools import pairwise
 
+from common.fingers import FINGERS
 from common.framing import MAX_FRAME, encode_frame
-from common.serial_messages import BadPayload, DeviceKind, Identity, MessageId, TactTipState, TextureSamples
-from common.serial_messages import ThermalReading as Reading
-from teletaction.conformance.checklist import RATE_SHARE, Came, Checklist, NotApplicable
-from teletaction.conformance.module_talk import ANSWER_S, REPORTS, Heard, ModuleTalk, damaged
+from common.serial_messages import (
+    BadPayload,
+    DeviceFlag,
+    DeviceKind,
+    HeaterCommand,
+    Identity,
+    MessageId,
+    TactTipCommand,
+    TactTipState,
+    TextureSamples,
+    ThermalReading,
+)
+from teletaction.conformance.checklist import RATE_SHARE, Came, Checklist, NotApplicable, Unsafe
+from teletaction.conformance.module_talk import ANSWER_S, REPORTS, Heard, ModuleTalk, Span, damaged
 
 MODULE: Checklist[ModuleTalk] = Checklist("Every serial module")
 
 ASKED = 10
 UNKNOWN_ID = 0x7E
 RANGES = {DeviceKind.TEXTURE_SENSOR: (-10.0, 10.0), DeviceKind.THERMAL_SENSOR: (0.0, 60.0)}
-COMMANDS: dict[int, bytes] = {MessageId.HEATER_COMMAND: b"\0\0", MessageId.TACTTIP_COMMAND: bytes(9)}
+COMMANDS: dict[DeviceKind, tuple[int, bytes]] = {
+    DeviceKind.THERMAL_SENSOR: (MessageId.HEATER_COMMAND, HeaterCommand(0).encode()),
+    DeviceKind.TACTTIP: (MessageId.TACTTIP_COMMAND, TactTipCommand(0, 0).encode()),
+}
+"""Commands of the devices that have any, asking for nothing."""
 AWAY_S = 2.0
-
+FLAGS_AT = 8
+"""Where the flags stand in the reports of every device that has drives."""
 
 _DECODE: dict[MessageId, Callable[[bytes], object]] = {
     MessageId.TEXTURE_SAMPLES: TextureSamples.decode,
-    MessageId.THERMAL_READING: Reading.decode,
+    MessageId.THERMAL_READING: ThermalReading.decode,
     MessageId.TACTTIP_STATE: TactTipState.decode,
 }
 
@@ -85,8 +101,10 @@ def _told(talk: ModuleTalk) -> Came:
     found = talk.identity
     if found is None or (talk.told_kind is None and talk.told_finger is None):
         raise NotApplicable("nothing was told, or nothing answered")
-    good = talk.told_kind in (None, found.kind) and talk.told_finger in (None, found.finger)
-    return Came(good, f"{found.kind.name.lower().replace('_', ' ')} of finger {found.finger}")
+    words = f"the {FINGERS[found.finger]} {found.kind.name.lower().replace('_', ' ')}"
+    if talk.told_kind not in (None, found.kind) or talk.told_finger not in (None, found.finger):
+        raise Unsafe(f"{words}: what was not meant is not tried")
+    return Came(True, words)
 
 
 @MODULE.duty(
@@ -179,24 +197,33 @@ def _time(talk: ModuleTalk) -> Came:
 
 @MODULE.duty("S11", "A good frame with an unknown id, or a command of another kind of device, changes nothing")
 def _unknown(talk: ModuleTalk) -> Came:
-    foreign = {id_: payload for id_, payload in COMMANDS.items() if id_ not in _own_commands(talk.kind)}
     said_at_rest = {heard.frame.message_id for heard in talk.at_rest.frames}
-    unknown: dict[int, bytes] = {UNKNOWN_ID: b"\1\2\3", **foreign}
-    for message_id, payload in unknown.items():
+    for message_id, payload in [(UNKNOWN_ID, b"\1\2\3"), *foreign_commands(talk.kind)]:
         talk.say(message_id, payload)
         span = talk.listen(0.2)
-        strange = {heard.frame.message_id for heard in span.frames} - said_at_rest
-        if strange or not span.frames:
-            return Came(False, f"message {message_id:#04x}: " + ("answered" if strange else "no reports any more"))
+        if {heard.frame.message_id for heard in span.frames} - said_at_rest:
+            return Came(False, f"message {message_id:#04x}: answered")
+        if not span.frames:
+            return Came(False, f"message {message_id:#04x}: no reports any more")
+        if _timed_out(talk, talk.at_rest) and not _timed_out(talk, span):
+            return Came(False, f"message {message_id:#04x}: taken for a command, COMMAND_TIMEOUT is 0")
     return Came(True, "nothing came of them")
 
 
-def _own_commands(kind: DeviceKind) -> set[MessageId]:
-    return {
-        DeviceKind.TEXTURE_SENSOR: set[MessageId](),
-        DeviceKind.THERMAL_SENSOR: {MessageId.HEATER_COMMAND},
-        DeviceKind.TACTTIP: {MessageId.TACTTIP_COMMAND},
-    }[kind]
+def _timed_out(talk: ModuleTalk, span: Span) -> bool:
+    """Whether every sound report says that no command is in force; a texture sensor has none."""
+    if talk.kind is DeviceKind.TEXTURE_SENSOR:
+        return True
+    return all(
+        heard.frame.payload[FLAGS_AT] & DeviceFlag.COMMAND_TIMEOUT
+        for heard in talk.reports(span)
+        if len(heard.frame.payload) > FLAGS_AT
+    )
+
+
+def foreign_commands(kind: DeviceKind) -> list[tuple[int, bytes]]:
+    """Commands of the other kinds of device, id and payload, that ask for nothing."""
+    return [(message_id, payload) for of, (message_id, payload) in COMMANDS.items() if of is not kind]
 
 
 @MODULE.duty("S12", "An IDENTIFY of a wrong length is refused")

@@ -175,7 +175,7 @@ def _times_out(node: NodeOnTrial) -> Came:
             node.settle()
             node.talk.listen(0.002 * trial)  # a state frame sees the end wherever between two of them it is
             node.talk.say(command.frame, node.acting(command.frame))
-            said = _in_force(node, list(node.talk.listen(4.0 * MODULE_TIMEOUT_S)), command)
+            said = _in_force(node, node.talk.listen(4.0 * MODULE_TIMEOUT_S), command)
             acting = [at_s for at_s, in_force in said if in_force]
             longest_s = max(longest_s, acting[-1] - acting[0] if acting else 0.0)
     return Came(

@@ -7,7 +7,7 @@ from typing import Any
 
 from common.can_line import can_address
 from common.serial_messages import DeviceKind
-from teletaction.conformance.checklist import Checklist, Driven, How, Trial, Tried, try_duties
+from teletaction.conformance.checklist import Checklist, Driven, How, Trial, Tried, Unsafe, Verdict
 from teletaction.conformance.cut_out import CUT_OUT, Heating
 from teletaction.conformance.driven_module import DRIVEN
 from teletaction.conformance.drives import Drives
@@ -55,15 +55,34 @@ class OnTrial:
         return replace(self, trials=[trial for trial in self.trials if trial[0].number in numbers])
 
     def tried(self, allowed: Container[How], tell: Callable[[Tried], None]) -> list[Tried]:
-        """Try its duties, tell of each at once, and leave the device neutral, also when it is interrupted."""
-        results = []
+        """Try its duties, tell of each at once, and leave what was driven neutral, also when it is interrupted.
+
+        Args:
+            allowed: kinds of trial that the user has agreed to.
+            tell: given each duty and what became of it.
+        """
+        results, stopped, driving = [], "", False
         try:
-            for tried in try_duties(self.trials, allowed, self.driven):
+            for duty, device in self.trials:
+                if stopped or duty.how not in allowed:
+                    tried = Tried(duty, Verdict.NOT_TRIED, stopped or f"needs {duty.how}")
+                else:
+                    drives = duty.how is not How.LISTEN
+                    driving = driving or drives
+                    try:
+                        tried = duty.tried_on(device)
+                        if drives and self.driven is not None:
+                            self.driven.settle()
+                    except Unsafe as danger:
+                        if driving and self.driven is not None:
+                            self.driven.neutral()  # before anybody is told
+                        stopped = f"stopped at {duty.number}: {danger}"
+                        tried = Tried(duty, Verdict.FAIL, str(danger))
                 tell(tried)
                 results.append(tried)
             return results
         finally:
-            if self.driven is not None and How.EXERCISE in allowed:
+            if driving and self.driven is not None:
                 self.driven.neutral()
 
 

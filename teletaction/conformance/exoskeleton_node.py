@@ -4,7 +4,7 @@ import can
 
 from common.fingers import FINGERS
 from common.limits import FORCE_SAFE_S
-from teletaction.conformance.checklist import HALF_A_REPORT_S, Came, Checklist, How, NotApplicable
+from teletaction.conformance.checklist import HALF_A_REPORT_S, TRIALS, Came, Checklist, How, NotApplicable
 from teletaction.conformance.node_on_trial import FORCE_N, ExoskeletonOnTrial
 from teletaction.conformance.node_talk import REPEAT_S, Values
 
@@ -49,9 +49,14 @@ def _not_enabled(node: ExoskeletonOnTrial) -> Came:
 
 @EXOSKELETON.duty("E3", "150 ms after the last good frame at the latest every force is exactly 0", How.EXERCISE)
 def _falls(node: ExoskeletonOnTrial) -> Came:
-    node.settle()
-    node.talk.say("FingerForces", node.acting("FingerForces"))
-    states = node.talk.states(node.talk.listen(4.0 * FORCE_SAFE_S))
-    pushing = [at_s for at_s, values in states if any(values[finger] > 0.0 for finger in FINGERS)]
-    lasted_s = pushing[-1] - pushing[0] if pushing else 0.0
-    return Came(lasted_s <= FORCE_SAFE_S + HALF_A_REPORT_S, f"one frame seen to push for {1e3 * lasted_s:.0f} ms")
+    longest_s = 0.0
+    for trial in range(TRIALS):
+        node.settle()
+        node.talk.listen(0.002 * trial)  # a state frame sees the end wherever between two of them it is
+        node.talk.say("FingerForces", node.acting("FingerForces"))
+        states = node.talk.states(node.talk.listen(3.0 * FORCE_SAFE_S))
+        pushing = [at_s for at_s, values in states if any(values[finger] > 0.0 for finger in FINGERS)]
+        longest_s = max(longest_s, pushing[-1] - pushing[0] if pushing else 0.0)
+    return Came(
+        longest_s <= FORCE_SAFE_S + HALF_A_REPORT_S, f"one frame seen to push for {1e3 * longest_s:.0f} ms at most"
+    )

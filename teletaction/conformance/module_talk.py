@@ -1,7 +1,7 @@
 """A conversation with one serial module: whole frames with their times, and frames that are wrong on purpose."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -9,10 +9,9 @@ from typing import Protocol
 import serial
 
 from common.framing import Frame, FrameReader, encode_frame
-from common.serial_line import DeviceAbsent
+from common.serial_line import BAUD, DeviceAbsent, close_port, open_port
 from common.serial_messages import BadPayload, DeviceKind, Identity, MessageId
 
-BAUD = 921_600
 ANSWER_S = 0.1
 """An IDENTIFY is answered within this time."""
 REST_S = 3.0
@@ -28,14 +27,16 @@ _READ_S = 0.002
 class ModuleEnd(Protocol):
     """The host's end of a line, and the clock that goes with it."""
 
+    address: str
+
     def now(self) -> float:
         """Time of the host, s."""
 
     def send(self, data: bytes) -> None:
         """Put bytes on the line."""
 
-    def receive(self, seconds: float) -> Sequence[tuple[float, bytes]]:
-        """Bytes that come within so many seconds, in pieces, with their times of arrival."""
+    def receive(self, seconds: float) -> Iterator[tuple[float, bytes]]:
+        """Bytes that come within so many seconds, each piece at once, with its time of arrival."""
 
     def look_away(self, seconds: float) -> None:
         """Let time go by without reading."""
@@ -50,13 +51,9 @@ class PortEnd:
         Raises:
             DeviceAbsent: it cannot be opened, or another program has it.
         """
-        try:
-            self._port = serial.serial_for_url(address, baudrate=BAUD, timeout=_READ_S, write_timeout=0.5)
-            if hasattr(self._port, "exclusive"):
-                self._port.exclusive = True
-        except (serial.SerialException, OSError, ValueError) as error:
-            raise DeviceAbsent(f"{address}: {error}") from None
-        self._address = address
+        self._port = open_port(address)
+        self._port.timeout = _READ_S
+        self.address = address
         self.now = time.monotonic
 
     def send(self, data: bytes) -> None:
@@ -68,22 +65,22 @@ class PortEnd:
         try:
             self._port.write(data)
         except (serial.SerialException, OSError) as error:
-            raise DeviceAbsent(f"{self._address}: {error}") from None
+            raise DeviceAbsent(f"{self.address}: {error}") from None
 
-    def receive(self, seconds: float) -> Sequence[tuple[float, bytes]]:
+    def receive(self, seconds: float) -> Iterator[tuple[float, bytes]]:
         """Bytes that come, in pieces of 2 ms.
 
         Raises:
             DeviceAbsent: the line is gone.
         """
-        pieces, until_s = [], self.now() + seconds
-        try:
-            while self.now() < until_s:
-                if piece := self._port.read(4096):
-                    pieces.append((self.now(), piece))
-        except (serial.SerialException, OSError) as error:
-            raise DeviceAbsent(f"{self._address}: {error}") from None
-        return pieces
+        until_s = self.now() + seconds
+        while self.now() < until_s:
+            try:
+                piece = self._port.read(4096)
+            except (serial.SerialException, OSError) as error:
+                raise DeviceAbsent(f"{self.address}: {error}") from None
+            if piece:
+                yield self.now(), piece
 
     def look_away(self, seconds: float) -> None:
         """Let time go by without reading."""
@@ -91,7 +88,7 @@ class PortEnd:
 
     def close(self) -> None:
         """Give the port back."""
-        self._port.close()
+        close_port(self._port)
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,11 +137,8 @@ class ModuleTalk:
         self._sequence = 0
         # A zero byte ends what a host before may have left; what had driven the module ends by itself meanwhile.
         end.send(b"\0")
-        end.receive(0.3)
-        self.begin_anew()
+        self.begin_anew(0.3)
         self.identity = self._who()
-        if told_kind is None and self.identity is None:
-            raise DeviceAbsent("no sound answer to IDENTIFY within 1 s; say with --device what it should be")
         self.kind = told_kind or (self.identity and self.identity.kind) or DeviceKind.TACTTIP
 
     @cached_property
@@ -162,13 +156,13 @@ class ModuleTalk:
         """The reports of its kind."""
         return span.of(REPORTS[self.kind])
 
-    def begin_anew(self) -> None:
-        """Forget half a frame: the next one is counted from its delimiter."""
-        for _, piece in self.end.receive(0.02):
+    def begin_anew(self, seconds: float = 0.02) -> None:
+        """Forget what comes for so long, and half a frame: the next one is counted from its delimiter."""
+        for _, piece in self.end.receive(seconds):
             self._reader.feed(piece)
 
     def listen(self, seconds: float) -> Span:
-        """What comes within so many seconds."""
+        """What comes within so many seconds, each frame looked at as it comes."""
         frames, before = [], self._reader.damaged
         for at_s, piece in self.end.receive(seconds):
             for frame in self._reader.feed(piece):
@@ -192,14 +186,26 @@ class ModuleTalk:
         return [heard.at_s - asked_s for heard in self.listen(within_s).of(MessageId.IDENTITY)]
 
     def _who(self) -> Identity | None:
+        """Its answer to IDENTIFY; None if it gives no sound one within 1 s and `told_kind` says what it is."""
         self.say(MessageId.IDENTIFY)
+        frames, damaged_frames, problem = 0, 0, ""
         for _ in range(10):
-            for heard in self.listen(0.1).of(MessageId.IDENTITY):
+            span = self.listen(0.1)
+            frames, damaged_frames = frames + len(span.frames), damaged_frames + span.damaged
+            for heard in span.of(MessageId.IDENTITY):
                 try:
                     return Identity.decode(heard.frame.payload)
-                except BadPayload:
-                    return None
-        return None
+                except BadPayload as error:
+                    problem = str(error)
+        if self.told_kind is not None:
+            return None
+        if not problem:
+            problem = f"no answer to IDENTIFY within 1 s, {frames} other frames, {damaged_frames} damaged"
+        if damaged_frames > frames:
+            problem += f" (is it at {BAUD} baud?)"
+        elif not frames:
+            problem += " (is it powered, are RX and TX crossed?)"
+        raise DeviceAbsent(f"{self.end.address}: {problem}; --device KIND tries a device that does not say what it is")
 
 
 def damaged(frame: bytes) -> bytes:

@@ -4,32 +4,21 @@ from statistics import median
 
 from common.serial_messages import MessageId, TactTipCommand
 from common.thermometry import COUNT_MAX, ntc_c
+from operator_site.hot_side import COLDEST_C, MOVED_K, WARMEST_C
 from teletaction.conformance.checklist import HALF_A_REPORT_S, Came, Checklist, How, NotApplicable
+from teletaction.conformance.driven_module import PLATE_PERMILLE, PLATE_S
 from teletaction.conformance.drives import Doing, Drives
 
 TACTTIP: Checklist[Drives] = Checklist("TactTip")
 
-HOT_SIDE_C = (10.0, 30.0)
 PULSE_MV, HOLD_MV = 1000, 500
 PULSE_S, REPORT_S = 0.04, 0.01
 LAG_S = 0.03
 
 
-class Pulses:
-    """Commands with pulses, each under a number of its own."""
-
-    number = 0
-
-    @classmethod
-    def new(cls, pulse_us: int) -> TactTipCommand:
-        """A pulse of a new number, and the voltage that holds behind it."""
-        cls.number = (cls.number + 1) & 0xFF
-        return TactTipCommand(HOLD_MV, 0, PULSE_MV, pulse_us, cls.number)
-
-
-def _pulsed_s(doings: list[Doing]) -> tuple[float, int]:
+def _pulsed_s(doings: list[Doing], pulse_mv: int) -> tuple[float, int]:
     """From the first to the last report of a pulse, s, and how many there were."""
-    seen = [doing.device_s for doing in doings if doing.motor_mv == PULSE_MV]
+    seen = [doing.device_s for doing in doings if doing.motor_mv == pulse_mv]
     return (seen[-1] - seen[0] if seen else 0.0), len(seen)
 
 
@@ -40,40 +29,47 @@ def _say(drives: Drives, command: TactTipCommand, seconds: float) -> list[Doing]
 
 @TACTTIP.duty("T1", "The hot side is within 10 to 30 C")
 def _hot_side(drives: Drives) -> Came:
-    counts = [doing.counts[1] for doing in drives.doings(drives.talk.at_rest) if 0 < doing.counts[1] < COUNT_MAX]
+    coldest_c, warmest_c = _hot_side_c(drives.doings(drives.talk.at_rest))
+    return Came(coldest_c >= COLDEST_C and warmest_c <= WARMEST_C, f"{coldest_c:.1f} to {warmest_c:.1f} C")
+
+
+def _hot_side_c(doings: list[Doing]) -> tuple[float, float]:
+    """The coldest and the warmest reading of it."""
+    counts = [doing.counts[1] for doing in doings if 0 < doing.counts[1] < COUNT_MAX]
     if not counts:
         raise NotApplicable("no sound reading of it")
-    coldest_c, warmest_c = ntc_c(max(counts)), ntc_c(min(counts))
-    return Came(HOT_SIDE_C[0] <= coldest_c and warmest_c <= HOT_SIDE_C[1], f"{coldest_c:.1f} to {warmest_c:.1f} C")
+    return ntc_c(max(counts)), ntc_c(min(counts))
 
 
 @TACTTIP.duty(
     "T2",
-    "A pulse is at the motor for its length, timed by the module, and the voltage behind it after that",
+    "A pulse, of 1 V or of 0, is at the motor for its length, timed by the module, and after it what is to hold",
     How.EXERCISE,
 )
 def _pulse(drives: Drives) -> Came:
     drives.ready()
-    doings = _say(drives, Pulses.new(round(1e6 * PULSE_S)), 0.09)
-    lasted_s, reports = _pulsed_s(doings)
-    behind = [doing.motor_mv for doing in doings if doing.motor_mv not in (0, PULSE_MV)]
-    good = (
-        PULSE_S - 2.0 * REPORT_S <= lasted_s <= PULSE_S + HALF_A_REPORT_S
-        and reports > 0
-        and behind
-        and set(behind) == {HOLD_MV}
-    )
-    return Came(bool(good), f"40 ms seen for {1e3 * lasted_s:.0f} ms, then {sorted(set(behind))} mV")
+    words = []
+    for pulse_mv in (PULSE_MV, 0):
+        drives.hold(0, HOLD_MV, 0.04)
+        said = _say(drives, drives.pulse(HOLD_MV, pulse_mv, round(1e6 * PULSE_S)), 0.09)
+        doings = [doing for doing in said if not doing.timed_out]  # a host that is late hears the time-out too
+        lasted_s, _ = _pulsed_s(doings, pulse_mv)
+        other_mv = sorted({doing.motor_mv for doing in doings} - {pulse_mv})
+        words.append(f"40 ms of {pulse_mv} mV seen for {1e3 * lasted_s:.0f} ms, else {other_mv} mV")
+        in_time = PULSE_S - 2.0 * REPORT_S <= lasted_s <= PULSE_S + HALF_A_REPORT_S
+        if not in_time or other_mv != [HOLD_MV]:
+            return Came(False, words[-1])
+    return Came(True, "; ".join(words))
 
 
 @TACTTIP.duty("T3", "Later commands with the number of a pulse neither prolong nor repeat it", How.EXERCISE)
 def _same_number(drives: Drives) -> Came:
     drives.ready()
-    command, spans = Pulses.new(round(1e6 * PULSE_S)), []
+    command, spans = drives.pulse(HOLD_MV, PULSE_MV, round(1e6 * PULSE_S)), []
     for _ in range(20):
         drives.say(command)
         spans.append(drives.talk.listen(REPORT_S))
-    lasted_s, reports = _pulsed_s(drives.doings_of(spans))
+    lasted_s, reports = _pulsed_s(drives.doings_of(spans), PULSE_MV)
     return Came(
         lasted_s <= PULSE_S + HALF_A_REPORT_S,
         f"40 ms seen for {1e3 * lasted_s:.0f} ms in {reports} reports, of 20 commands",
@@ -85,7 +81,7 @@ def _new_and_none(drives: Drives) -> Came:
     drives.ready()
     seen = []
     for _ in range(3):
-        command = Pulses.new(50_000)
+        command = drives.pulse(HOLD_MV, PULSE_MV, 50_000)
         began = _say(drives, command, 0.015)
         ended = _say(drives, TactTipCommand(HOLD_MV, 0, PULSE_MV, 0, command.pulse_number), 0.03)
         seen.append((any(doing.motor_mv == PULSE_MV for doing in began), ended[-1].motor_mv if ended else PULSE_MV))
@@ -110,3 +106,12 @@ def _budget(drives: Drives) -> Came:
     if not late_s:
         return Came(False, "none of 200 commands was reported")
     return Came(median(late_s) < LAG_S, f"{1e3 * median(late_s):.1f} ms old (median of {len(late_s)})")
+
+
+@TACTTIP.duty("T6", "Water holds the hot side within 2.5 K while the plate is driven for 1 s each way", How.EXERCISE)
+def _water(drives: Drives) -> Came:
+    drives.ready()
+    coldest_c, warmest_c = _hot_side_c(
+        drives.hold(PLATE_PERMILLE, 0, PLATE_S) + drives.hold(-PLATE_PERMILLE, 0, PLATE_S)
+    )
+    return Came(warmest_c - coldest_c <= MOVED_K, f"{coldest_c:.1f} to {warmest_c:.1f} C")

@@ -7,7 +7,7 @@ from teletaction.conformance.checklist import Unsafe
 from teletaction.conformance.node_talk import EXOSKELETON, QUIET_S, NodeTalk, Values
 
 FORCE_N, MOST_N = 0.3, 1.0
-"""Trials push with so much; a node that applies more than the second ends them."""
+"""Trials push with so much; a node that applies more than the second, or a finger that meets it, ends them."""
 LOWEST_MM = -10.24
 MOST_MM = 5.0
 """A telemanipulator that goes further than this from where it stood ends the trials."""
@@ -65,13 +65,14 @@ class TelemanipulatorOnTrial:
         self.talk = talk
         self.lowered = False
         self._stood: dict[str, Values] = {}
+        self._holds: dict[str, Values] = {}
         talk.watch = self._look
 
     def acting(self, frame: str) -> Values:
-        """To where it stands."""
+        """To where it stood when it was last at rest: one that sags under its set-point must not be lowered by it."""
         if frame == "HandSetpoint":
-            return self.talk.now_at("HandPoseMeasured")
-        return {"released": 0.0, **self.talk.now_at("FingerHeightsMeasured")}
+            return self._hold("HandPoseMeasured")
+        return {"released": 0.0, **self._hold("FingerHeightsMeasured")}
 
     def neutral(self) -> None:
         """Released where it stands; said twice: one frame may be lost."""
@@ -83,8 +84,14 @@ class TelemanipulatorOnTrial:
         """Released, and silence until the time-outs have acted."""
         self.neutral()
         self.talk.listen(QUIET_S)
+        self._holds.clear()
+
+    def _hold(self, name: str) -> Values:
+        return self._holds.setdefault(name, dict(self.talk.now_at(name)))
 
     def _look(self, name: str, values: Values) -> None:
+        if name == "ContactForces" and self.talk.commanded and max(values.values()) > MOST_N:
+            raise Unsafe(f"a finger meets something with {max(values.values()):.2f} N")
         if name not in ("HandPoseMeasured", "FingerHeightsMeasured"):
             return
         stood = self._stood.setdefault(name, values)

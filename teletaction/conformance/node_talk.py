@@ -1,7 +1,7 @@
 """A conversation with one CAN node: frames with the bus's own times, and frames that are wrong on purpose."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
@@ -73,14 +73,16 @@ KINDS = {kind.name: kind for kind in (EXOSKELETON, TELEMANIPULATOR)}
 class NodeEnd(Protocol):
     """The host's end of a bus, and the clock that goes with it."""
 
+    address: str
+
     def now(self) -> float:
         """Time of the host, s."""
 
     def send(self, message: can.Message) -> None:
         """Put a frame on the bus."""
 
-    def receive(self, seconds: float) -> Sequence[can.Message]:
-        """Frames that come within so many seconds; `timestamp` is the bus's."""
+    def receive(self, seconds: float) -> Iterator[can.Message]:
+        """Frames that come within so many seconds, each at once; `timestamp` is the bus's."""
 
 
 class BusEnd:
@@ -93,7 +95,7 @@ class BusEnd:
             DeviceAbsent: it cannot be opened.
         """
         self._bus = address.open()
-        self._address = address
+        self.address = f"CAN {address}"
         self.now = time.monotonic
 
     def send(self, message: can.Message) -> None:
@@ -105,22 +107,22 @@ class BusEnd:
         try:
             self._bus.send(message)
         except (can.CanError, OSError) as error:
-            raise DeviceAbsent(f"CAN {self._address}: {error}") from None
+            raise DeviceAbsent(f"{self.address}: {error}") from None
 
-    def receive(self, seconds: float) -> Sequence[can.Message]:
+    def receive(self, seconds: float) -> Iterator[can.Message]:
         """Frames that come within so many seconds.
 
         Raises:
             DeviceAbsent: the bus is gone.
         """
-        messages, until_s = [], self.now() + seconds
-        try:
-            while (left_s := until_s - self.now()) > 0.0:
-                if (message := self._bus.recv(left_s)) is not None:
-                    messages.append(message)
-        except (can.CanError, OSError) as error:
-            raise DeviceAbsent(f"CAN {self._address}: {error}") from None
-        return messages
+        until_s = self.now() + seconds
+        while (left_s := until_s - self.now()) > 0.0:
+            try:
+                message = self._bus.recv(left_s)
+            except (can.CanError, OSError) as error:
+                raise DeviceAbsent(f"{self.address}: {error}") from None
+            if message is not None:
+                yield message
 
     def close(self) -> None:
         """Leave the bus."""
@@ -136,9 +138,8 @@ def name_of(end: NodeEnd) -> NodeName:
     heard = {message.arbitration_id for message in end.receive(0.5) if not message.is_error_frame}
     found = [kind.name for kind in KINDS.values() if packing(kind.state).frame_id in heard]
     if len(found) != 1:
-        raise DeviceAbsent(
-            f"CAN: open, but {' and '.join(found) or 'no state frame of a node'} heard; say with --device which"
-        )
+        heard_of = " and ".join(found) or "no state frame of a node"
+        raise DeviceAbsent(f"{end.address}: open, but {heard_of} heard; --device says which is to be tried")
     return found[0]
 
 
@@ -150,6 +151,7 @@ class NodeTalk:
         kind: what is on trial.
         watch: looks at every decoded frame as it comes; raises Unsafe.
         newest: last values of each frame, whatever its CRC says.
+        commanded: whether it was sent a command.
         away_s: longest time between two frames that were sent in one go: the host's own doing.
     """
 
@@ -162,6 +164,7 @@ class NodeTalk:
         self.end, self.kind = end, kind
         self.watch: Callable[[str, Values], None] = lambda name, values: None
         self.newest: dict[str, Values] = {}
+        self.commanded = False
         self.away_s = 0.0
         self._senders = {command.frame: FrameSender(command.frame) for command in kind.commands}
         self._packing = {packing(name).frame_id: (name, packing(name)) for name in kind.sends_hz}
@@ -171,14 +174,15 @@ class NodeTalk:
             raise ValueError(f"{commanded[foreign.pop()]} is on the bus: end the site that sends it first")
 
     @cached_property
-    def at_rest(self) -> Sequence[can.Message]:
+    def at_rest(self) -> list[can.Message]:
         """What it says by itself, without set-points."""
         return self.listen(REST_S)
 
-    def listen(self, seconds: float) -> Sequence[can.Message]:
-        """What comes within so many seconds."""
-        messages = self.end.receive(seconds)
-        for message in messages:
+    def listen(self, seconds: float) -> list[can.Message]:
+        """What comes within so many seconds, each frame looked at as it comes."""
+        messages = []
+        for message in self.end.receive(seconds):
+            messages.append(message)
             name, layout = self._packing.get(message.arbitration_id, ("", None))
             if layout is not None and len(message.data) == 8 and not message.is_error_frame:
                 self.newest[name] = layout.unpack(bytes(message.data))[0]
@@ -206,6 +210,7 @@ class NodeTalk:
 
     def frame(self, name: str, values: Values) -> can.Message:
         """The next good frame of a command."""
+        self.commanded = True
         return self._senders[name].encode(values)
 
     def now_at(self, name: str) -> Values:

@@ -11,7 +11,8 @@ import pytest
 from common.can_frames import FrameReceiver
 from common.can_line import CanAddress
 from common.fingers import FINGERS
-from common.serial_line import DeviceAbsent
+from common.framing import encode_frame
+from common.serial_line import DeviceAbsent, close_port, open_line
 from common.serial_messages import DeviceKind
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.select_loop import SelectLoop
@@ -21,6 +22,7 @@ from sim_sensors.thermal_sensor import ThermalSensor
 from teletaction.conformance.module_talk import ModuleTalk, PortEnd
 from teletaction.conformance.node_talk import EXOSKELETON, BusEnd, NodeName, NodeTalk, name_of
 from tests.conformance.living import alive
+from tests.conformance.virtual_ends import VirtualModule
 from tests.conformance.wrong_modules import over
 
 
@@ -45,10 +47,12 @@ def test_a_module_is_talked_to(where: str) -> None:
 def test_a_port_is_not_shared() -> None:
     loop = SelectLoop()
     server = serve_serial(ThermalSensor(1), loop, "pty", "thermal")
-    end = PortEnd(server.address)
-    with pytest.raises(DeviceAbsent, match="thermal"):
-        PortEnd(server.address)
-    end.close()
+    with alive(loop, server.pump):
+        site = open_line(server.address)
+        with pytest.raises(DeviceAbsent, match=r"thermal.*another program has it"):
+            PortEnd(server.address)
+        close_port(site.port)
+        PortEnd(server.address).close()
     server.close()
 
 
@@ -58,11 +62,29 @@ def test_a_silent_module_is_absent_unless_its_kind_is_told() -> None:
     server.silent = True
     with alive(loop, server.pump):
         end = PortEnd(server.address)
-        with pytest.raises(DeviceAbsent, match="say with --device"):
+        with pytest.raises(DeviceAbsent, match=r"thermal: no answer.*0 other frames, 0 damaged .is it powered"):
             ModuleTalk(end)
         assert ModuleTalk(end, DeviceKind.TACTTIP).kind is DeviceKind.TACTTIP
         end.close()
     server.close()
+
+
+@pytest.mark.parametrize(
+    ("says", "problem"),
+    [
+        (b"\xf0\x0f\xaa\x55\0", "no answer to IDENTIFY within 1 s, 0 other frames, .*is it at 921600 baud"),
+        (
+            encode_frame(0x20, 1, bytes(11)),
+            "no answer to IDENTIFY within 1 s, [1-9][0-9]* other frames, 0 damaged; --dev",
+        ),
+        (encode_frame(0x02, 1, bytes(22)), "identity: .*; --device KIND tries"),
+    ],
+)
+def test_what_does_not_say_who_it_is_is_told_apart(says: bytes, problem: str) -> None:
+    end = VirtualModule(ThermalSensor(1))
+    end.module.take_output = lambda now_s: says  # type: ignore[method-assign]
+    with pytest.raises(DeviceAbsent, match=f"a virtual line: {problem}"):
+        ModuleTalk(end)
 
 
 def test_a_line_that_goes_is_told() -> None:
@@ -72,7 +94,7 @@ def test_a_line_that_goes_is_told() -> None:
     loop.serve(0.0)
     server.close()
     with pytest.raises(DeviceAbsent, match="socket://"):
-        end.receive(1.0)
+        list(end.receive(1.0))
     end.close()
 
 
@@ -97,7 +119,7 @@ def test_a_node_is_talked_to() -> None:
     bus.close()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_command_that_is_ended_leaves_the_device_neutral(number: int) -> None:
     loop = SelectLoop()
     node = Exoskeleton()
@@ -128,6 +150,6 @@ def test_a_command_that_is_ended_leaves_the_device_neutral(number: int) -> None:
 
 def test_a_bus_without_a_node_is_said() -> None:
     end = BusEnd(CanAddress(interface="virtual", channel="nobody"))
-    with pytest.raises(DeviceAbsent, match="no state frame of a node heard"):
+    with pytest.raises(DeviceAbsent, match="CAN virtual:nobody: open, but no state frame of a node heard"):
         name_of(end)
     end.close()

@@ -1,6 +1,6 @@
 """Emulated devices on a clock of their own: a whole examination takes no time but that of working it out."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import can
@@ -40,6 +40,8 @@ class Plate:
 class VirtualModule:
     """An emulated module at the end of a line that holds 4 KiB."""
 
+    address = "a virtual line"
+
     def __init__(self, module: SerialModule, blocking: bool = False) -> None:
         self.module, self.plate = module, Plate()
         self.polarity, self.hot_side_c = 1.0, 20.0
@@ -62,17 +64,18 @@ class VirtualModule:
         self.said.append(data)
         self.module.feed(data, self._device_s)
 
-    def receive(self, seconds: float) -> Sequence[tuple[float, bytes]]:
+    def receive(self, seconds: float) -> Iterator[tuple[float, bytes]]:
         return self._go(seconds, reading=True)
 
     def look_away(self, seconds: float) -> None:
-        self._go(seconds, reading=False)
+        for _ in self._go(seconds, reading=False):
+            pass
 
-    def _go(self, seconds: float, reading: bool) -> list[tuple[float, bytes]]:
-        pieces: list[tuple[float, bytes]] = []
+    def _go(self, seconds: float, reading: bool) -> Iterator[tuple[float, bytes]]:
+        pieces: list[bytes] = []
 
         def read(data: bytes) -> int:
-            pieces.append((self._now_s, data))
+            pieces.append(data)
             return len(data)
 
         until_s = self._now_s + seconds - 1e-9
@@ -89,7 +92,8 @@ class VirtualModule:
                 self._line.push(output)
             if reading:
                 self._line.write(read)
-        return pieces
+            yield from ((self._now_s, piece) for piece in pieces)
+            pieces.clear()
 
     def _measure(self) -> None:
         match self.module:
@@ -123,6 +127,8 @@ class VirtualNode:
         spoil: changes frames on their way to the bus.
     """
 
+    address = "a virtual bus"
+
     def __init__(self, node: CanNode) -> None:
         self.node, self.hand = node, Hand()
         self.spoil: Callable[[can.Message], list[can.Message]] = lambda frame: [frame]
@@ -138,8 +144,7 @@ class VirtualNode:
         self.said.append(message)
         self.node.feed(message.arbitration_id, bytes(message.data), self._now_s)
 
-    def receive(self, seconds: float) -> Sequence[can.Message]:
-        frames: list[can.Message] = []
+    def receive(self, seconds: float) -> Iterator[can.Message]:
         until_s = self._now_s + seconds - 1e-9
         while self._now_s < until_s:
             self.steps += 1
@@ -149,8 +154,7 @@ class VirtualNode:
             self._live()
             for frame in self.node.take_frames():
                 frame.timestamp = self._now_s
-                frames += self.spoil(frame)
-        return frames
+                yield from self.spoil(frame)
 
     def _live(self) -> None:
         hand = self.hand

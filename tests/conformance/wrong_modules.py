@@ -209,6 +209,19 @@ def echo() -> VirtualModule:
     return VirtualModule(module)
 
 
+def feels_addressed() -> VirtualModule:
+    """Before its first command it takes that of a TactTip for one of its own."""
+    module = ThermalSensor(FINGER, BORN_S)
+
+    def obey(below: Callable[..., None], frame: Frame, now_s: float) -> None:
+        if frame.message_id == MessageId.TACTTIP_COMMAND and not module._watchdog.limit_s:
+            module._watchdog.obeyed(now_s)
+        below(frame, now_s)
+
+    over(module, "_obey", obey)
+    return VirtualModule(module)
+
+
 def any_length_of_identify() -> VirtualModule:
     module = ThermalSensor(FINGER, BORN_S)
     over(module, "_answer", lambda below, frame: below(Frame(frame.message_id, frame.sequence, b"")))
@@ -445,6 +458,18 @@ def identify_feeds() -> VirtualModule:
     return VirtualModule(module)
 
 
+def unknown_frames_feed() -> VirtualModule:
+    module = ThermalSensor(FINGER, BORN_S)
+
+    def obey(below: Callable[..., None], frame: Frame, now_s: float) -> None:
+        if frame.message_id == 0x7E and not module._watchdog.expired:
+            module._watchdog.obeyed(now_s)
+        below(frame, now_s)
+
+    over(module, "_obey", obey)
+    return VirtualModule(module)
+
+
 def commands_delay_reports() -> VirtualModule:
     module = ThermalSensor(FINGER, BORN_S)
 
@@ -554,6 +579,12 @@ def short_pulses() -> VirtualModule:
     return VirtualModule(module)
 
 
+def does_not_brake() -> VirtualModule:
+    module = TactTip(FINGER, BORN_S)
+    over(module, "_pulse", lambda below, command, now_s: below(command, now_s) if command.pulse_mv else None)
+    return VirtualModule(module)
+
+
 def repeats_its_pulse() -> VirtualModule:
     module = TactTip(FINGER, BORN_S)
 
@@ -588,6 +619,17 @@ def slow_with_many() -> VirtualModule:
     return VirtualModule(module)
 
 
+def little_water() -> VirtualModule:
+    end = VirtualModule(TactTip(FINGER, BORN_S))
+
+    def step(below: Callable[[float], None], drive: float) -> None:
+        below(drive)
+        end.hot_side_c += 0.02 * (20.0 - 15.0 * drive - end.hot_side_c)
+
+    over(end.plate, "step", step)
+    return end
+
+
 WRONG_MODULES: list[tuple[str, Callable[[], VirtualModule]]] = [
     ("S1", twice),
     ("S1", slow_at_rest),
@@ -605,6 +647,7 @@ WRONG_MODULES: list[tuple[str, Callable[[], VirtualModule]]] = [
     ("S10", fast_clock),
     ("S10", clock_goes_back),
     ("S11", echo),
+    ("S11", feels_addressed),
     ("S12", any_length_of_identify),
     ("S13", any_crc),
     ("S14", one_zero_only),
@@ -625,6 +668,7 @@ WRONG_MODULES: list[tuple[str, Callable[[], VirtualModule]]] = [
     ("D9", any_length),
     ("D10", any_crc_of_commands),
     ("D11", identify_feeds),
+    ("D11", unknown_frames_feed),
     ("D12", commands_delay_reports),
     ("D13", busy_with_commands),
     ("D14", cuts_out_late),
@@ -637,7 +681,9 @@ WRONG_MODULES: list[tuple[str, Callable[[], VirtualModule]]] = [
     ("D16", deaf_when_cut_out),
     ("T1", no_water),
     ("T2", short_pulses),
+    ("T2", does_not_brake),
     ("T3", repeats_its_pulse),
     ("T4", finishes_its_pulse),
     ("T5", slow_with_many),
+    ("T6", little_water),
 ]

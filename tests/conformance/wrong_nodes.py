@@ -335,6 +335,20 @@ def hand_runs_on() -> VirtualNode:
     return going(change)
 
 
+def reads_at_100_hz() -> VirtualNode:
+    end = telemanipulator()
+    turns, kept = 0, None
+
+    def measure(below: Callable[..., None], x_m: float, y_m: float, z_m: Any, force_n: Any) -> None:
+        nonlocal turns, kept
+        kept = z_m.copy() if turns % 5 == 0 else kept
+        turns += 1
+        below(x_m, y_m, kept, force_n)
+
+    over(end.node, "measure", measure)
+    return end
+
+
 EXO, ROBOT = NodeName.EXOSKELETON, NodeName.TELEMANIPULATOR
 WRONG_NODES: list[tuple[str, NodeName, Callable[[], VirtualNode]]] = [
     ("N1", EXO, babbles),
@@ -366,4 +380,5 @@ WRONG_NODES: list[tuple[str, NodeName, Callable[[], VirtualNode]]] = [
     ("M5", ROBOT, does_not_rise),
     ("M6", ROBOT, slow_to_release),
     ("M7", ROBOT, hand_runs_on),
+    ("M8", ROBOT, reads_at_100_hz),
 ]

@@ -107,7 +107,7 @@ def test_what_is_on_this_host_is_listed(bench: Bench) -> None:
 
 
 def test_each_device_keeps_its_duties(bench: Bench) -> None:
-    # Two at a time, and never two at one device.
+    # All devices at once, and never two trials at one of them.
     by_device: dict[str, list[str]] = {}
     for line in TRIALS:
         by_device.setdefault(next(name for name in bench.names if name in line), []).append(line)
@@ -116,7 +116,7 @@ def test_each_device_keeps_its_duties(bench: Bench) -> None:
     def give(lines: list[str]) -> list[subprocess.CompletedProcess[str]]:
         return [bench.give(line) for line in lines]
 
-    with ThreadPoolExecutor(2) as pool:
+    with ThreadPoolExecutor(len(bench.names)) as pool:
         for told in (each for group in pool.map(give, by_device.values()) for each in group):
             assert told.returncode == 0, told.stdout + told.stderr
             assert "S1   pass" in told.stdout or "N1   pass" in told.stdout
