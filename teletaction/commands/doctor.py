@@ -11,8 +11,8 @@ app = typer.Typer()
 
 WARNING = (
     "This drives each device in turn: motors for half a second with up to 1 V, Peltier elements for 1 s with 300 "
-    "thousandths, the exoskeleton with 0.3 N on each finger, the telemanipulator by 1 mm (its fingers first down by up to "
-    "2 mm where they have no room above). Nobody and nothing touches them?"
+    "thousandths, the exoskeleton with 0.3 N on each finger, the telemanipulator by 1 mm (its fingers first down by up "
+    "to 2 mm where they have no room above). Nobody and nothing touches them?"
 )
 
 

@@ -13,8 +13,9 @@ from teletaction.conformance.checklist import (
     How,
     NotApplicable,
 )
+from teletaction.conformance.disturbed_module import UNKNOWN_ID, foreign_commands
 from teletaction.conformance.drives import OFF, REPEAT_S, Doing, Drives
-from teletaction.conformance.every_module import UNKNOWN_ID, foreign_commands, reports_hz
+from teletaction.conformance.every_module import reports_hz
 from teletaction.conformance.module_talk import Heard, Span, damaged
 
 DRIVEN: Checklist[Drives] = Checklist("Every module with drives: thermal sensor, TactTip")

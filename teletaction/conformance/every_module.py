@@ -1,38 +1,25 @@
-"""Duties of every serial module: who it is, its frames, its reports, and what it must not be put off by."""
+"""Duties of every serial module: who it is, its frames, and its reports."""
 
 from collections.abc import Callable
 from itertools import pairwise
 
 from common.fingers import FINGERS
-from common.framing import MAX_FRAME, encode_frame
 from common.serial_messages import (
     BadPayload,
-    DeviceFlag,
     DeviceKind,
-    HeaterCommand,
     Identity,
     MessageId,
-    TactTipCommand,
     TactTipState,
     TextureSamples,
     ThermalReading,
 )
 from teletaction.conformance.checklist import RATE_SHARE, Came, Checklist, NotApplicable, Unsafe
-from teletaction.conformance.module_talk import ANSWER_S, REPORTS, Heard, ModuleTalk, Span, damaged
+from teletaction.conformance.module_talk import ANSWER_S, REPORTS, Heard, ModuleTalk
 
 MODULE: Checklist[ModuleTalk] = Checklist("Every serial module")
 
 ASKED = 10
-UNKNOWN_ID = 0x7E
 RANGES = {DeviceKind.TEXTURE_SENSOR: (-10.0, 10.0), DeviceKind.THERMAL_SENSOR: (0.0, 60.0)}
-COMMANDS: dict[DeviceKind, tuple[int, bytes]] = {
-    DeviceKind.THERMAL_SENSOR: (MessageId.HEATER_COMMAND, HeaterCommand(0).encode()),
-    DeviceKind.TACTTIP: (MessageId.TACTTIP_COMMAND, TactTipCommand(0, 0).encode()),
-}
-"""Commands of the devices that have any, asking for nothing."""
-AWAY_S = 2.0
-FLAGS_AT = 8
-"""Where the flags stand in the reports of every device that has drives."""
 
 _DECODE: dict[MessageId, Callable[[bytes], object]] = {
     MessageId.TEXTURE_SAMPLES: TextureSamples.decode,
@@ -49,25 +36,6 @@ def device_times_s(reports: list[Heard]) -> list[float]:
         step = (after - before) & 0xFFFFFFFF
         times.append(times[-1] + (step if step < 1 << 31 else step - (1 << 32)))
     return [1e-6 * us for us in times]
-
-
-def _ignores(talk: ModuleTalk, wrong: bytes, what: str) -> Came:
-    """Whether what was sent brings no answer, and the next IDENTIFY brings one."""
-    talk.end.send(wrong)
-    answers = talk.listen(ANSWER_S).of(MessageId.IDENTITY)
-    if answers:
-        return Came(False, f"{what} was answered")
-    if not talk.ask(2.0 * ANSWER_S):
-        return Came(False, f"no answer to a good IDENTIFY after {what}")
-    return Came(True, f"{what}: ignored")
-
-
-def _all(talk: ModuleTalk, wrong: dict[str, bytes]) -> Came:
-    for what, data in wrong.items():
-        came = _ignores(talk, data, what)
-        if not came.good:
-            return came
-    return Came(True, f"ignored: {', '.join(wrong)}")
 
 
 @MODULE.duty("S1", "Answers each IDENTIFY with one IDENTITY within 100 ms, while its reports go on")
@@ -176,7 +144,7 @@ def _rate(talk: ModuleTalk) -> Came:
     return Came(abs(rate_hz / talk.rate_hz - 1.0) <= RATE_SHARE, f"{rate_hz:.1f} a second")
 
 
-def _pace(talk: ModuleTalk) -> tuple[float, list[float]]:
+def pace_of(talk: ModuleTalk) -> tuple[float, list[float]]:
     """Seconds of the device in one of the host, and the device times at rest."""
     reports = talk.reports(talk.at_rest)
     if len(reports) < 2:
@@ -187,92 +155,9 @@ def _pace(talk: ModuleTalk) -> tuple[float, list[float]]:
 
 @MODULE.duty("S10", "Device time is in microseconds, rises from report to report, and keeps the host's pace within 5 %")
 def _time(talk: ModuleTalk) -> Came:
-    pace, times_s = _pace(talk)
+    pace, times_s = pace_of(talk)
     least_s = min(b - a for a, b in pairwise(times_s))
     return Came(
         least_s > 0.0 and abs(pace - 1.0) <= RATE_SHARE,
         f"{pace:.3f} s of the device in one of the host, smallest step {1e3 * least_s:.3f} ms",
     )
-
-
-@MODULE.duty("S11", "A good frame with an unknown id, or a command of another kind of device, changes nothing")
-def _unknown(talk: ModuleTalk) -> Came:
-    said_at_rest = {heard.frame.message_id for heard in talk.at_rest.frames}
-    for message_id, payload in [(UNKNOWN_ID, b"\1\2\3"), *foreign_commands(talk.kind)]:
-        talk.say(message_id, payload)
-        span = talk.listen(0.2)
-        if {heard.frame.message_id for heard in span.frames} - said_at_rest:
-            return Came(False, f"message {message_id:#04x}: answered")
-        if not span.frames:
-            return Came(False, f"message {message_id:#04x}: no reports any more")
-        if _timed_out(talk, talk.at_rest) and not _timed_out(talk, span):
-            return Came(False, f"message {message_id:#04x}: taken for a command, COMMAND_TIMEOUT is 0")
-    return Came(True, "nothing came of them")
-
-
-def _timed_out(talk: ModuleTalk, span: Span) -> bool:
-    """Whether every sound report says that no command is in force; a texture sensor has none."""
-    if talk.kind is DeviceKind.TEXTURE_SENSOR:
-        return True
-    return all(
-        heard.frame.payload[FLAGS_AT] & DeviceFlag.COMMAND_TIMEOUT
-        for heard in talk.reports(span)
-        if len(heard.frame.payload) > FLAGS_AT
-    )
-
-
-def foreign_commands(kind: DeviceKind) -> list[tuple[int, bytes]]:
-    """Commands of the other kinds of device, id and payload, that ask for nothing."""
-    return [(message_id, payload) for of, (message_id, payload) in COMMANDS.items() if of is not kind]
-
-
-@MODULE.duty("S12", "An IDENTIFY of a wrong length is refused")
-def _long_identify(talk: ModuleTalk) -> Came:
-    return _ignores(talk, talk.frame(MessageId.IDENTIFY, b"\1"), "IDENTIFY with a byte too many")
-
-
-@MODULE.duty("S13", "Damaged frames are ignored, and the next good one is not: wrong CRC, COBS, length")
-def _damaged(talk: ModuleTalk) -> Came:
-    good = talk.frame(MessageId.IDENTIFY)
-    wrong = {
-        "wrong CRC": damaged(good),
-        "wrong COBS": b"\xf0" + good[1:],
-        "3 bytes": b"\x04\x01\x02\x03\0",
-        f"{MAX_FRAME + 1} bytes": _too_long(talk),
-    }
-    return _all(talk, wrong)
-
-
-def _too_long(talk: ModuleTalk) -> bytes:
-    """One byte more than a frame may have; all of it not zero, so that its COBS is one block."""
-    longest = encode_frame(UNKNOWN_ID, 1, b"\x55" * (MAX_FRAME - 4))
-    return bytes((longest[0] + 1,)) + longest[1:-1] + b"\x55\0"
-
-
-@MODULE.duty("S14", "Zero bytes between frames are no error, and a zero byte ends a frame that was left in the middle")
-def _delimiters(talk: ModuleTalk) -> Came:
-    good = talk.frame(MessageId.IDENTIFY)
-    talk.end.send(good[:3] + b"\0\0\0" + good)
-    answers = len(talk.listen(2.0 * ANSWER_S).of(MessageId.IDENTITY))
-    return Came(answers > 0, f"{answers} answers to one IDENTIFY behind half a frame and three zero bytes")
-
-
-@MODULE.duty("S15", "Any number of bytes without a zero byte is borne, and the frame after the next zero byte is read")
-def _endless(talk: ModuleTalk) -> Came:
-    return _ignores(talk, b"\xa5" * 5000 + b"\0", "5000 bytes without a zero byte")
-
-
-@MODULE.duty("S16", "A host that does not read for 2 s finds the newest report current: the oldest were dropped, whole")
-def _unread(talk: ModuleTalk) -> Came:
-    pace, _ = _pace(talk)
-    before = talk.reports(talk.listen(0.2))
-    if not before or pace <= 0.0:
-        raise NotApplicable("no reports, or a clock that stands")
-    talk.end.look_away(AWAY_S)
-    talk.begin_anew()
-    after = talk.reports(talk.listen(0.5))
-    if not after:
-        return Came(False, "no reports any more")
-    newest = [before[-1], after[-1]]
-    late_s = newest[1].at_s - newest[0].at_s - device_times_s(newest)[-1] / pace
-    return Came(abs(late_s) <= ANSWER_S, f"the newest report is {1e3 * late_s:.0f} ms older than before")

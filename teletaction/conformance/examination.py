@@ -1,14 +1,16 @@
 """One device at one address, tried from the first duty to the last, and neutral at the end whatever happens."""
 
 from collections.abc import Callable, Container, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
 from common.can_line import can_address
+from common.serial_line import DeviceAbsent
 from common.serial_messages import DeviceKind
 from teletaction.conformance.checklist import Checklist, Driven, How, Trial, Tried, Unsafe, Verdict
 from teletaction.conformance.cut_out import CUT_OUT, Heating
+from teletaction.conformance.disturbed_module import DISTURBED
 from teletaction.conformance.driven_module import DRIVEN
 from teletaction.conformance.drives import Drives
 from teletaction.conformance.every_module import MODULE
@@ -23,6 +25,7 @@ from teletaction.conformance.texture_module import TEXTURE
 
 CHECKLISTS: tuple[Checklist[Any], ...] = (
     MODULE,
+    DISTURBED,
     TEXTURE,
     DRIVEN,
     CUT_OUT,
@@ -73,16 +76,22 @@ class OnTrial:
                         tried = duty.tried_on(device)
                         if drives and self.driven is not None:
                             self.driven.settle()
-                    except Unsafe as danger:
-                        if driving and self.driven is not None:
-                            self.driven.neutral()  # before anybody is told
+                    except (Unsafe, DeviceAbsent) as danger:
+                        if driving:
+                            self._let_go()  # before anybody is told
                         stopped = f"stopped at {duty.number}: {danger}"
                         tried = Tried(duty, Verdict.FAIL, str(danger))
                 tell(tried)
                 results.append(tried)
             return results
         finally:
-            if driving and self.driven is not None:
+            if driving:
+                self._let_go()
+
+    def _let_go(self) -> None:
+        """Make it neutral, if it is still there."""
+        if self.driven is not None:
+            with suppress(DeviceAbsent):
                 self.driven.neutral()
 
 
@@ -91,7 +100,7 @@ def module_on_trial(talk: ModuleTalk) -> OnTrial:
     name = talk.kind.name.lower().replace("_", " ")
     if talk.identity is not None:
         name += f" {talk.identity.serial}"
-    trials = _each(MODULE, talk)
+    trials = _each(MODULE, talk) + _each(DISTURBED, talk)
     if talk.kind is DeviceKind.TEXTURE_SENSOR:
         return OnTrial(name, trials + _each(TEXTURE, talk), None, {})
     drives = Drives(talk)

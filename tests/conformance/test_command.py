@@ -14,7 +14,7 @@ from sim_sensors.telemanipulator import Telemanipulator
 from teletaction.conformance import examination
 from tests.commands import command, one_line
 from tests.conformance.virtual_ends import VirtualModule, VirtualNode
-from tests.conformance.wrong_modules import strange_flag
+from tests.conformance.wrong_drives import strange_flag
 
 ADDRESS = "/dev/serial/by-id/virtual"
 

@@ -22,8 +22,8 @@ from sim_sensors.thermal_sensor import ThermalSensor
 from teletaction.conformance.module_talk import ModuleTalk, PortEnd
 from teletaction.conformance.node_talk import EXOSKELETON, BusEnd, NodeName, NodeTalk, name_of
 from tests.conformance.living import alive
+from tests.conformance.spoiled_module import over
 from tests.conformance.virtual_ends import VirtualModule
-from tests.conformance.wrong_modules import over
 
 
 @pytest.mark.parametrize("where", ["pty", "tcp:127.0.0.1:0"])

@@ -9,6 +9,7 @@ import pytest
 from common.can_frames import packing
 from common.fingers import FINGERS
 from common.framing import FrameReader
+from common.serial_line import DeviceAbsent
 from common.serial_messages import HeaterCommand, MessageId, TactTipCommand
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.tacttip import TactTip
@@ -20,9 +21,11 @@ from teletaction.conformance.drives import Drives
 from teletaction.conformance.examination import OnTrial, module_on_trial, node_on_trial
 from teletaction.conformance.module_talk import ModuleTalk
 from teletaction.conformance.node_talk import KINDS, NodeName, NodeTalk
+from tests.conformance.spoiled_module import changed_reports, over
+from tests.conformance.spoiled_node import changed_states
 from tests.conformance.virtual_ends import VirtualModule, VirtualNode, values_of
-from tests.conformance.wrong_modules import changed_reports, over, reversed_polarity
-from tests.conformance.wrong_nodes import changed_states, going
+from tests.conformance.wrong_drives import reversed_polarity
+from tests.conformance.wrong_telemanipulators import going
 
 ALL = frozenset(How)
 LISTENING = frozenset({How.LISTEN})
@@ -230,6 +233,20 @@ def test_a_device_that_was_not_meant_is_left_alone() -> None:
     results = examined(module_on_trial(ModuleTalk(end, told_finger=3)))
     stopped(results, "the index tacttip: what was not meant is not tried")
     assert commands(end) == []
+
+
+def test_a_device_that_goes_when_it_is_driven_has_failed() -> None:
+    end = VirtualModule(TactTip(1, BORN_S))
+
+    def send(below: Callable[[bytes], None], data: bytes) -> None:
+        below(data)
+        if end.module.peltier_drive:  # type: ignore[attr-defined]
+            raise DeviceAbsent("a virtual line: brown-out")
+
+    over(end, "send", send)
+    results = examined(module_on_trial(ModuleTalk(end)))
+    stopped(results, "brown-out")
+    assert commands(end)[-1] == TactTipCommand(0, 0)
 
 
 def test_what_could_not_be_judged_is_made_neutral_too() -> None:

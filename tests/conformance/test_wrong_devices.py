@@ -8,11 +8,20 @@ from teletaction.conformance.checklist import How, Tried, Verdict
 from teletaction.conformance.examination import CHECKLISTS, module_on_trial, node_on_trial
 from teletaction.conformance.module_talk import ModuleTalk
 from teletaction.conformance.node_talk import KINDS, NodeName, NodeTalk
+from tests.conformance.spoiled_module import FINGER
 from tests.conformance.virtual_ends import VirtualModule, VirtualNode
-from tests.conformance.wrong_modules import FINGER, WRONG_MODULES
-from tests.conformance.wrong_nodes import WRONG_NODES
+from tests.conformance.wrong_cut_outs import WRONG_CUT_OUTS
+from tests.conformance.wrong_drives import WRONG_DRIVES
+from tests.conformance.wrong_exoskeletons import WRONG_EXOSKELETONS
+from tests.conformance.wrong_hearing import WRONG_HEARING
+from tests.conformance.wrong_nodes import WRONG_NODES as WRONG_FRAMES
+from tests.conformance.wrong_reports import WRONG_REPORTS
+from tests.conformance.wrong_tacttips import WRONG_TACTTIPS
+from tests.conformance.wrong_telemanipulators import WRONG_TELEMANIPULATORS
 
 ALL = frozenset(How)
+WRONG_MODULES = WRONG_REPORTS + WRONG_HEARING + WRONG_DRIVES + WRONG_CUT_OUTS + WRONG_TACTTIPS
+WRONG_NODES = WRONG_FRAMES + WRONG_EXOSKELETONS + WRONG_TELEMANIPULATORS
 
 
 def failures(results: list[Tried]) -> dict[str, str]:
