@@ -105,7 +105,7 @@ class Drives:
 
     def drive(self, permille: int, motor_mv: int = 0) -> None:
         """Send one command."""
-        self._driving = True
+        self._driving = self._driving or bool(permille or motor_mv)
         self.talk.say(self.command_id, self.command(permille, motor_mv))
 
     def pulse(self, motor_mv: int, pulse_mv: int, pulse_us: int) -> TactTipCommand:

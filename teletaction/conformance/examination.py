@@ -89,10 +89,13 @@ class OnTrial:
                 self._let_go()
 
     def _let_go(self) -> None:
-        """Make it neutral, if it is still there."""
+        """Make it neutral, if it is still there, and stay until it has heard that.
+
+        A TCP connection that is closed with frames unread is reset, and what was sent last may be lost.
+        """
         if self.driven is not None:
-            with suppress(DeviceAbsent):
-                self.driven.neutral()
+            with suppress(DeviceAbsent, Unsafe):
+                self.driven.settle()
 
 
 def module_on_trial(talk: ModuleTalk) -> OnTrial:

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
+from contextlib import closing
 
 import pytest
 
@@ -31,7 +32,7 @@ def test_a_module_is_talked_to(where: str) -> None:
     loop = SelectLoop()
     module = ThermalSensor(1, loop.now())
     server = serve_serial(module, loop, where, "thermal")
-    with alive(loop, server.pump):
+    with closing(server), alive(loop, server.pump):
         end = PortEnd(server.address)
         talk = ModuleTalk(end)
         assert talk.kind is DeviceKind.THERMAL_SENSOR
@@ -41,32 +42,29 @@ def test_a_module_is_talked_to(where: str) -> None:
         end.look_away(0.05)
         assert talk.reports(talk.listen(0.2))
         end.close()
-    server.close()
 
 
 def test_a_port_is_not_shared() -> None:
     loop = SelectLoop()
     server = serve_serial(ThermalSensor(1), loop, "pty", "thermal")
-    with alive(loop, server.pump):
+    with closing(server), alive(loop, server.pump):
         site = open_line(server.address)
         with pytest.raises(DeviceAbsent, match=r"thermal.*another program has it"):
             PortEnd(server.address)
         close_port(site.port)
         PortEnd(server.address).close()
-    server.close()
 
 
 def test_a_silent_module_is_absent_unless_its_kind_is_told() -> None:
     loop = SelectLoop()
     server = serve_serial(ThermalSensor(1), loop, "pty", "thermal")
     server.silent = True
-    with alive(loop, server.pump):
+    with closing(server), alive(loop, server.pump):
         end = PortEnd(server.address)
         with pytest.raises(DeviceAbsent, match=r"thermal: no answer.*0 other frames, 0 damaged .is it powered"):
             ModuleTalk(end)
         assert ModuleTalk(end, DeviceKind.TACTTIP).kind is DeviceKind.TACTTIP
         end.close()
-    server.close()
 
 
 @pytest.mark.parametrize(
@@ -107,7 +105,7 @@ def test_a_node_is_talked_to() -> None:
         node.force_n(now_s)
         bus.pump(now_s)
 
-    with alive(loop, step):
+    with closing(bus), alive(loop, step):
         end = BusEnd(CanAddress(interface="socketcand", port=bus.port))
         assert name_of(end) is NodeName.EXOSKELETON
         talk = NodeTalk(end, EXOSKELETON)
@@ -116,7 +114,6 @@ def test_a_node_is_talked_to() -> None:
         assert states[-1][1]["enabled"] == 1.0
         assert states[-1][0] > states[0][0]
         end.close()
-    bus.close()
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
@@ -138,14 +135,13 @@ def test_a_command_that_is_ended_leaves_the_device_neutral(number: int) -> None:
 
     over(node, "feed", feed)
     arguments = ("conformance", f"socketcand://127.0.0.1:{bus.port}/can0", "--exercise", "--yes")
-    with alive(loop, step):
+    with closing(bus), alive(loop, step):
         command = [sys.executable, "-m", "teletaction", *arguments]
         with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
             assert pushed.wait(30.0)
             process.send_signal(number)
             assert process.wait(10.0) == 130
     assert heard[-1] == {"enabled": 0.0, **dict.fromkeys(FINGERS, 0.0)}
-    bus.close()
 
 
 def test_a_bus_without_a_node_is_said() -> None:

@@ -101,7 +101,7 @@ def test_interrupted_anywhere_a_module_is_left_neutral(kind: Callable[..., Any])
     for point in range(POINTS):
         end = VirtualModule(kind(1, BORN_S))
         # A prime share of the steps, so that no two stops are in the same place of a trial.
-        interrupted(end, lambda e=end: module_on_trial(ModuleTalk(e)), 0.23 + 0.109 * point, whole.steps)
+        interrupted(end, lambda e=end: module_on_trial(ModuleTalk(e)), 0.33 + 0.093 * point, whole.steps)
         sent = commands(end)
         assert sent[-1] == off
         driving += off not in sent[-3:-2]
