@@ -7,6 +7,7 @@ import socket
 import threading
 import time
 from dataclasses import dataclass, field
+from urllib.parse import urlsplit
 
 import serial
 
@@ -47,6 +48,8 @@ def open_port(address: str, baud: int = BAUD) -> serial.SerialBase:
         DeviceAbsent: nothing there, not to be opened, or another program has it.
     """
     try:
+        if address.startswith("socket://") and urlsplit(address).port is None:
+            raise ValueError("a device behind TCP is socket://HOST:PORT")
         port = serial.serial_for_url(
             address, do_not_open=True, baudrate=baud, timeout=0.05, write_timeout=0.5, exclusive=True
         )

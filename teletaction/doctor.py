@@ -18,7 +18,7 @@ from remote_site.calibrated_tables import load_tables
 from teletaction.conformance.checklist import How, Verdict
 from teletaction.conformance.examination import opened
 from teletaction.conformance.node_talk import EXOSKELETON, TELEMANIPULATOR, NodeKind, NodeName
-from teletaction.find_devices import NETWORK, PORTS, can_interfaces, find_modules, in_words
+from teletaction.find_devices import PORTS, find_modules, in_words, require_interface
 
 RATE_S = 1.0
 """How long a device's own rate is measured."""
@@ -169,9 +169,7 @@ def _can(node: NodeKind, address: CanAddress) -> Finding:
     frames = tuple(node.sends_hz)
 
     def look() -> str:
-        if address.interface == "socketcan" and not can_interfaces(NETWORK).get(address.channel, False):
-            there = "is down" if address.channel in can_interfaces(NETWORK) else "is no CAN interface of this host"
-            raise ValueError(f"CAN {address}: {address.channel} {there}: deploy/network/README.md")
+        require_interface(address)
         line = CanLine(address, tuple(FrameReceiver(name) for name in frames))
         seen: dict[str, Any] = {}
         try:

@@ -41,12 +41,10 @@ def find_modules(ports: Path = PORTS) -> Iterator[Found]:
 
 def find_nodes(network: Path = NETWORK) -> Iterator[Found]:
     """Listen which node is on each CAN interface of the host."""
-    for name, is_up in can_interfaces(network).items():
+    for name in can_interfaces(network):
         address = CanAddress(interface="socketcan", channel=name)
-        if not is_up:
-            yield Found(str(address), False, "down: deploy/network/README.md brings it up at 1 Mbit/s")
-            continue
         try:
+            require_interface(address, network)
             end = BusEnd(address)
             try:
                 yield Found(str(address), True, name_of(end))
@@ -64,6 +62,18 @@ def can_interfaces(network: Path = NETWORK) -> dict[str, bool]:
     return {
         name: _read(network / name / "operstate") != "down" for name, kind in kinds.items() if kind == _CAN_INTERFACE
     }
+
+
+def require_interface(address: CanAddress, network: Path = NETWORK) -> None:
+    """Say what is wrong with an interface of this host before anybody tries to open it.
+
+    Raises:
+        DeviceAbsent: there is none of that name, or it is down.
+    """
+    if address.interface != "socketcan" or (is_up := can_interfaces(network).get(address.channel)):
+        return
+    problem = "is no CAN interface of this host" if is_up is None else "is down"
+    raise DeviceAbsent(f"CAN {address}: {address.channel} {problem}: deploy/network/README.md brings it up at 1 Mbit/s")
 
 
 def in_words(identity: Identity) -> str:

@@ -93,5 +93,10 @@ def conformance(
 
 
 def _tell(tried: "Tried") -> None:
+    from teletaction.conformance.checklist import Verdict
+
+    if tried.verdict is Verdict.NOT_TRIED:
+        typer.echo(f"{tried.duty.number:4} {tried.verdict:9} {tried.came}")
+        return
     typer.echo(f"{tried.duty.number:4} {tried.verdict:9} expected: {tried.duty.demand}")
     typer.echo(f"{'':14} came:     {tried.came}")

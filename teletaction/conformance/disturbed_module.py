@@ -124,4 +124,4 @@ def _unread(talk: ModuleTalk) -> Came:
         return Came(False, "no reports any more")
     newest = [before[-1], after[-1]]
     late_s = newest[1].at_s - newest[0].at_s - device_times_s(newest)[-1] / pace
-    return Came(abs(late_s) <= ANSWER_S, f"the newest report is {1e3 * late_s:.0f} ms older than before")
+    return Came(abs(late_s) <= ANSWER_S, f"the newest report is {round(1e3 * late_s)} ms older than before")

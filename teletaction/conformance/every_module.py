@@ -67,8 +67,10 @@ def _identity(talk: ModuleTalk) -> Came:
 @MODULE.duty("S3", "It is of the kind and of the finger that it is told to be")
 def _told(talk: ModuleTalk) -> Came:
     found = talk.identity
-    if found is None or (talk.told_kind is None and talk.told_finger is None):
-        raise NotApplicable("nothing was told, or nothing answered")
+    if found is None:
+        raise NotApplicable("no sound answer")
+    if talk.told_kind is None and talk.told_finger is None:
+        raise NotApplicable("nothing was told: --device and --finger do")
     words = f"the {FINGERS[found.finger]} {found.kind.name.lower().replace('_', ' ')}"
     if talk.told_kind not in (None, found.kind) or talk.told_finger not in (None, found.finger):
         raise Unsafe(f"{words}: what was not meant is not tried")

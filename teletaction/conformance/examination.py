@@ -22,6 +22,7 @@ from teletaction.conformance.node_on_trial import ExoskeletonOnTrial, Telemanipu
 from teletaction.conformance.node_talk import KINDS, BusEnd, NodeName, NodeTalk, name_of
 from teletaction.conformance.telemanipulator_node import TELEMANIPULATOR
 from teletaction.conformance.texture_module import TEXTURE
+from teletaction.find_devices import require_interface
 
 CHECKLISTS: tuple[Checklist[Any], ...] = (
     MODULE,
@@ -164,6 +165,7 @@ def opened(address: str, told: DeviceKind | NodeName | None = None, finger: int 
         raise ValueError(f"{address}: a {told.name.lower()} is a serial device, not on CAN")
     if finger is not None:
         raise ValueError(f"{address}: a CAN node serves all fingers")
+    require_interface(bus)
     end = BusEnd(bus)
     try:
         yield node_on_trial(NodeTalk(end, KINDS[told or name_of(end)]))

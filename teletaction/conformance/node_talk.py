@@ -156,10 +156,10 @@ class NodeTalk:
     """
 
     def __init__(self, end: NodeEnd, kind: NodeKind) -> None:
-        """Listen whether somebody else commands it.
+        """Listen whether somebody else commands it, and whether it is another one.
 
         Raises:
-            ValueError: there are set-points on the bus: a site is running.
+            ValueError: there are set-points on the bus: a site is running. Or it is the other node.
         """
         self.end, self.kind = end, kind
         self.watch: Callable[[str, Values], None] = lambda name, values: None
@@ -169,9 +169,14 @@ class NodeTalk:
         self._senders = {command.frame: FrameSender(command.frame) for command in kind.commands}
         self._packing = {packing(name).frame_id: (name, packing(name)) for name in kind.sends_hz}
         commanded = {packing(command.frame).frame_id: command.frame for command in kind.commands}
-        foreign = {message.arbitration_id for message in self.listen(QUIET_S)} & set(commanded)
-        if foreign:
-            raise ValueError(f"{commanded[foreign.pop()]} is on the bus: end the site that sends it first")
+        heard = {message.arbitration_id for message in self.listen(QUIET_S)}
+        if foreign := heard & set(commanded):
+            raise ValueError(
+                f"{end.address}: {commanded[foreign.pop()]} is on the bus: end the site that sends it first"
+            )
+        there = [other.name for other in KINDS.values() if packing(other.state).frame_id in heard]
+        if there and kind.name not in there:
+            raise ValueError(f"{end.address}: the {there[0]} is there; expected the {kind.name}")
 
     @cached_property
     def at_rest(self) -> list[can.Message]:

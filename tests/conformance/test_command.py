@@ -17,6 +17,7 @@ from tests.conformance.virtual_ends import VirtualModule, VirtualNode
 from tests.conformance.wrong_drives import strange_flag
 
 ADDRESS = "/dev/serial/by-id/virtual"
+BUS = "socketcand://127.0.0.1:1/can0"
 
 
 @pytest.fixture
@@ -68,9 +69,9 @@ def test_the_results_for_a_program(at: Callable[[Any], Any]) -> None:
 @pytest.mark.parametrize(("node", "frames"), [(Exoskeleton, 2), (Telemanipulator, 2)])
 def test_a_node_says_by_its_frames_what_it_is(at: Callable[[Any], Any], node: Callable[[], Any], frames: int) -> None:
     end = at(VirtualNode(node()))
-    told = command("conformance", "socketcan:can0", "--exercise", "--yes")
+    told = command("conformance", BUS, "--exercise", "--yes")
     assert told.code == 0, told
-    assert told.err.startswith(f"{node.__name__.lower()} at socketcan:can0: ")
+    assert told.err.startswith(f"{node.__name__.lower()} at {BUS}: ")
     assert len(end.said) > frames
 
 
@@ -80,7 +81,7 @@ def test_nothing_is_driven_before_it_is_confirmed(
 ) -> None:
     end = at(VirtualNode(Exoskeleton()))
     monkeypatch.setattr("sys.stdin", io.StringIO(answer))
-    told = command("conformance", "socketcan:can0", "--exercise")
+    told = command("conformance", BUS, "--exercise")
     assert (told.code, told.out.strip(), end.said) == (130, "", [])
     assert "pushes with 0.3 N on each finger" in told.err
 
@@ -88,7 +89,7 @@ def test_nothing_is_driven_before_it_is_confirmed(
 def test_what_is_confirmed_is_done(at: Callable[[Any], Any], monkeypatch: pytest.MonkeyPatch) -> None:
     end = at(VirtualNode(Exoskeleton()))
     monkeypatch.setattr("sys.stdin", io.StringIO("y\n"))
-    assert command("conformance", "socketcan:can0", "--exercise").code == 0
+    assert command("conformance", BUS, "--exercise").code == 0
     assert end.said
 
 
@@ -98,6 +99,8 @@ def test_what_is_confirmed_is_done(at: Callable[[Any], Any], monkeypatch: pytest
         (("/dev/none",), "/dev/none"),
         (("socket://127.0.0.1:1",), "socket://127.0.0.1:1"),
         (("socketcand://nowhere",), "a CAN bus is socketcan:CHANNEL or socketcand://HOST:PORT/CHANNEL"),
+        (("socket://127.0.0.1",), "a device behind TCP is socket://HOST:PORT"),
+        (("socketcan:can77",), "can77 is no CAN interface of this host: deploy/network/README.md"),
         (("socketcan:can0", "--device", "tacttip"), "a tacttip is a serial device, not on CAN"),
         (("/dev/none", "--device", "exoskeleton"), "the exoskeleton is on CAN"),
         (("socketcan:can0", "--finger", "index"), "a CAN node serves all fingers"),

@@ -287,6 +287,13 @@ def test_a_host_that_paused_does_not_blame_the_device() -> None:
     assert obeys.came == "this host paused for 210 ms meanwhile: try again"
 
 
+def test_the_other_node_is_left_alone() -> None:
+    end = VirtualNode(Exoskeleton())
+    with pytest.raises(ValueError, match="the exoskeleton is there; expected the telemanipulator"):
+        NodeTalk(end, KINDS[NodeName.TELEMANIPULATOR])
+    assert end.said == []
+
+
 def test_a_bus_that_a_site_commands_is_left_alone() -> None:
     end = VirtualNode(Exoskeleton())
     other = can.Message(arbitration_id=0x110, data=bytes(8), is_extended_id=False)

@@ -6,13 +6,15 @@ from pathlib import Path
 
 import pytest
 
+from common.can_line import CanAddress
+from common.serial_line import DeviceAbsent
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.serial_server import SerialServer, serve_serial
 from sim_sensors.tacttip import TactTip
 from teletaction.conformance.examination import CHECKLISTS
 from teletaction.demo_files import DemoOptions, prepare
 from teletaction.doctor import EXERCISES, examine
-from teletaction.find_devices import can_interfaces, find_modules
+from teletaction.find_devices import can_interfaces, find_modules, require_interface
 from tests.commands import command, one_line
 from tests.conformance.living import alive
 
@@ -92,6 +94,9 @@ def test_can_interfaces_are_those_of_the_kernels_list(tmp_path: Path) -> None:
         (tmp_path / name / "operstate").write_text(f"{state}\n")
     assert can_interfaces(tmp_path) == {"can0": True, "can1": False}
     assert can_interfaces(tmp_path / "nothing") == {}
+    require_interface(CanAddress(interface="socketcan", channel="can0"), tmp_path)
+    with pytest.raises(DeviceAbsent, match="can1 is down"):
+        require_interface(CanAddress(interface="socketcan", channel="can1"), tmp_path)
 
 
 def test_exercises_are_duties_of_the_page() -> None:
