@@ -1,11 +1,13 @@
 """The ends that are used on hardware, on a real pseudo terminal and on real sockets."""
 
+import re
 import signal
 import subprocess
 import sys
 import threading
 from collections.abc import Callable
 from contextlib import closing
+from pathlib import Path
 
 import pytest
 
@@ -22,6 +24,7 @@ from sim_sensors.socketcand import SocketcandBus
 from sim_sensors.thermal_sensor import ThermalSensor
 from teletaction.conformance.module_talk import ModuleTalk, PortEnd
 from teletaction.conformance.node_talk import EXOSKELETON, BusEnd, NodeName, NodeTalk, name_of
+from teletaction.demo_files import DemoOptions, prepare
 from tests.conformance.living import alive
 from tests.conformance.spoiled_module import over
 from tests.conformance.virtual_ends import VirtualModule
@@ -116,8 +119,11 @@ def test_a_node_is_talked_to() -> None:
         end.close()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_command_that_is_ended_leaves_the_device_neutral(number: int) -> None:
+@pytest.mark.parametrize(
+    ("name", "number"),
+    [("conformance", signal.SIGINT), ("conformance", signal.SIGTERM), ("doctor", signal.SIGHUP)],
+)
+def test_a_command_that_is_ended_leaves_the_device_neutral(name: str, number: int, tmp_path: Path) -> None:
     loop = SelectLoop()
     node = Exoskeleton()
     bus = SocketcandBus(loop, "127.0.0.1", 0, [node])
@@ -134,7 +140,10 @@ def test_a_command_that_is_ended_leaves_the_device_neutral(number: int) -> None:
         bus.pump(now_s)
 
     over(node, "feed", feed)
-    arguments = ("conformance", f"socketcand://127.0.0.1:{bus.port}/can0", "--exercise", "--yes")
+    site = prepare(DemoOptions(fingers=1), tmp_path)["operator"]
+    site.write_text(re.sub(r"(?m)^port = .*$", f"port = {bus.port}", site.read_text("utf-8")), "utf-8")
+    what = {"conformance": [f"socketcand://127.0.0.1:{bus.port}/can0"], "doctor": ["--config", str(site)]}
+    arguments = (name, *what[name], "--exercise", "--yes")
     with closing(bus), alive(loop, step):
         command = [sys.executable, "-m", "teletaction", *arguments]
         with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:

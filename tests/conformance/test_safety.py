@@ -30,7 +30,7 @@ from tests.conformance.wrong_telemanipulators import going
 ALL = frozenset(How)
 LISTENING = frozenset({How.LISTEN})
 BORN_S = 90.0
-POINTS = 7
+POINTS = 4
 
 
 def commands(end: VirtualModule) -> list[HeaterCommand | TactTipCommand]:
@@ -101,7 +101,7 @@ def test_interrupted_anywhere_a_module_is_left_neutral(kind: Callable[..., Any])
     for point in range(POINTS):
         end = VirtualModule(kind(1, BORN_S))
         # A prime share of the steps, so that no two stops are in the same place of a trial.
-        interrupted(end, lambda e=end: module_on_trial(ModuleTalk(e)), 0.33 + 0.093 * point, whole.steps)
+        interrupted(end, lambda e=end: module_on_trial(ModuleTalk(e)), 0.35 + 0.16 * point, whole.steps)
         sent = commands(end)
         assert sent[-1] == off
         driving += off not in sent[-3:-2]
@@ -114,7 +114,7 @@ def test_interrupted_anywhere_a_node_is_left_neutral(name: NodeName, kind: Calla
     examined(node_on_trial(NodeTalk(whole, KINDS[name])))
     for point in range(POINTS):
         end = VirtualNode(kind())
-        interrupted(end, lambda e=end: node_on_trial(NodeTalk(e, KINDS[name])), 0.13 + 0.119 * point, whole.steps)
+        interrupted(end, lambda e=end: node_on_trial(NodeTalk(e, KINDS[name])), 0.13 + 0.231 * point, whole.steps)
         assert neutral(end.said[-1])
 
 

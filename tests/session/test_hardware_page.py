@@ -29,6 +29,8 @@ DOCTORS = [line for line in COMMANDS if line.startswith("teletaction doctor --co
 SESSION = [line for line in COMMANDS if re.match(r"teletaction (remote|operator|session) ", line)]
 CONTAINERS = [line for line in COMMANDS if line.startswith("docker-compose ")]
 HERE = "teletaction doctor"
+DEVICES = (("index texture sensor", "index thermal sensor", "telemanipulator"), ("index tacttip", "exoskeleton"))
+"""Of the remote site and of the operator's, in the doctor's order."""
 
 
 class Bench:
@@ -126,19 +128,22 @@ def test_the_doctor_finds_and_exercises_the_devices(bench: Bench) -> None:
     for line in DOCTORS:
         told = bench.give(line)
         assert told.returncode == 0, told.stdout + told.stderr
+        found = [words.split(":")[0] for words in told.stdout.splitlines()]
+        devices = DEVICES["operator.toml" in line]
+        assert [f"ok   {device}" for device in devices] == [each for each in found if each[5:] in devices]
         assert ("index tacttip, exercised: D4 pass" in told.stdout) == ("--exercise" in line)
 
 
 def test_the_session_is_run_as_the_page_says(bench: Bench) -> None:
     for line in SESSION:
-        if line.startswith("teletaction session clear"):
-            assert bench.give("teletaction session estop --config remote.toml").returncode == 0
         words = line.split()
         if words[1] in ("remote", "operator"):
             assert words[2:] == ["--config", f"{words[1]}.toml"]
             bench.processes.start(words[1], bench.folder / words[3])
             continue
         bench.until(lambda: bench.state("operator") not in ("not there", "disconnected"), "no session")
+        if line.startswith("teletaction session clear"):
+            assert bench.give("teletaction session estop --config remote.toml").returncode == 0
         told = bench.give(line)
         assert told.returncode == 0, (line, told.stdout + told.stderr)
 

@@ -1,4 +1,4 @@
-"""What only shows with devices and a far side there: swapped devices, keys that are not allowed, and the doctor."""
+"""What only shows with devices and a far side there: swapped devices and keys that are not allowed."""
 
 import subprocess
 import sys
@@ -66,23 +66,3 @@ def test_a_key_that_is_not_trusted_is_told_so(simulated: dict[str, Path], tmp_pa
     assert refused.returncode == 2
     assert "does not trust this site's key" in last_line(refused.stderr)
     assert "Traceback" not in refused.stderr
-
-
-@pytest.mark.parametrize("site", ["remote", "operator"])
-def test_the_doctor_names_every_device(simulated: dict[str, Path], site: str) -> None:
-    well = run("doctor", "--config", str(simulated[site]))
-    assert well.returncode == 0, well.stdout + well.stderr
-    assert "FAIL" not in well.stdout
-    kinds = ("texture sensor", "thermal sensor") if site == "remote" else ("tacttip",)
-    for finger in ("index", "middle"):
-        for kind in kinds:
-            assert f"{finger} {kind}" in well.stdout
-
-
-def test_the_doctor_says_what_is_missing(tmp_path: Path) -> None:
-    configurations = prepare(DemoOptions(fingers=1), tmp_path)
-    ill = run("doctor", "--config", str(configurations["remote"]))
-    assert ill.returncode == 1
-    assert "FAIL index texture sensor" in ill.stdout
-    assert "Connection refused" in ill.stdout
-    assert "ok   own key" in ill.stdout

@@ -73,6 +73,19 @@ def test_what_is_not_known_is_not_driven() -> None:
     assert "--exercise needs --config" in one_line(command("doctor", "--exercise", "--yes"), 2)
 
 
+def test_what_is_missing_is_said(tmp_path: Path) -> None:
+    told = command("doctor", "--config", prepare(DemoOptions(fingers=1), tmp_path)["remote"])
+    assert told.code == 1
+    lines = told.out.splitlines()
+    assert lines[0].startswith("ok   own key: curve:")
+    assert [line.split(":")[0] for line in lines if line.startswith("FAIL")] == [
+        "FAIL index texture sensor",
+        "FAIL index thermal sensor",
+        "FAIL telemanipulator",
+    ]
+    assert "Connection refused" in told.out
+
+
 def test_a_device_elsewhere_is_found(config: Path, ports: Path) -> None:
     findings = [finding for finding in examine(config, ports=ports) if finding.what == "index tacttip"]
     assert [finding.good for finding in findings] == [False, False]
