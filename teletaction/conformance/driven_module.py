@@ -20,7 +20,8 @@ from teletaction.conformance.module_talk import Heard, Span, damaged
 
 DRIVEN: Checklist[Drives] = Checklist("Every module with drives: thermal sensor, TactTip")
 
-PLATE_PERMILLE, PLATE_S, PLATE_MOVES_K = 300, 1.0, 0.1
+REPORTS, PLATE_MOVES_K = 10, 0.1
+"""The mean of so many reports is a plate's temperature, and so much it has to move."""
 _KNOWN_FLAGS = sum(DeviceFlag)
 
 
@@ -73,12 +74,8 @@ def _obeys(drives: Drives) -> Came:
     How.EXERCISE,
 )
 def _heats(drives: Drives) -> Came:
-    drives.ready()
-    reached_c = [_mean_c(drives.listen(0.2))]
-    for permille in (PLATE_PERMILLE, -PLATE_PERMILLE):
-        drives.hold(permille, 0, PLATE_S)
-        reached_c.append(_mean_c(drives.hold(permille, 0, 0.2)))
-    heated_k, cooled_k = reached_c[1] - reached_c[0], reached_c[2] - reached_c[1]
+    at_rest_c, heated_c, cooled_c = (_mean_c(doings[-REPORTS:]) for doings in drives.each_way)
+    heated_k, cooled_k = heated_c - at_rest_c, cooled_c - heated_c
     return Came(
         heated_k >= PLATE_MOVES_K and cooled_k <= -PLATE_MOVES_K, f"{heated_k:+.2f} K heated, {cooled_k:+.2f} K cooled"
     )
@@ -123,11 +120,11 @@ def _holds(drives: Drives) -> Came:
 
 
 def _feeds(drives: Drives, wrong: bytes, what: str) -> Came:
-    """One good command, then for 0.3 s only what is none: nothing else may be applied, and the time-out must act."""
+    """One good command, then for 0.25 s only what is none: nothing else may be applied, and the time-out must act."""
     drives.settle()
     drives.drive(*drives.mild)
     doings: list[Doing] = []
-    until_s = drives.talk.end.now() + 3.0 * MODULE_TIMEOUT_S
+    until_s = drives.talk.end.now() + 2.5 * MODULE_TIMEOUT_S
     while drives.talk.end.now() < until_s:
         drives.talk.end.send(wrong)
         doings = drives.listen(REPEAT_S) or doings

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from common.framing import Frame
 from common.limits import PLATE_PEAK_C
@@ -25,6 +26,7 @@ QUIET_S = 0.15
 WARMEST_C, COLDEST_C = 40.0, 5.0
 """A trial that is not of the cut-out starts and stays between these."""
 MILD_PERMILLE, MILD_MV = 100, 500
+PLATE_PERMILLE, PLATE_S = 300, 1.0
 REPEAT_S = 0.02
 MOST_UNREAD = 5
 
@@ -132,6 +134,17 @@ class Drives:
             self.drive(permille, motor_mv)
             spans.append(self.talk.listen(each_s))
         return self.doings_of(spans)
+
+    @cached_property
+    def each_way(self) -> tuple[list[Doing], list[Doing], list[Doing]]:
+        """What reports say at rest, of the plate heated for 1 s, and cooled for 1 s; driven once, for all duties.
+
+        Raises:
+            NotApplicable: the plate is too hot or too cold to begin with.
+        """
+        self.ready()
+        at_rest = self.listen(0.2)
+        return at_rest, self.hold(PLATE_PERMILLE, 0, PLATE_S), self.hold(-PLATE_PERMILLE, 0, PLATE_S)
 
     def doings_of(self, spans: Sequence[Span]) -> list[Doing]:
         """The sound reports of several spans, with one device time over all of them."""

@@ -18,7 +18,7 @@ from teletaction.conformance.module_talk import ANSWER_S, REPORTS, Heard, Module
 
 MODULE: Checklist[ModuleTalk] = Checklist("Every serial module")
 
-ASKED = 10
+ASKED = 5
 RANGES = {DeviceKind.TEXTURE_SENSOR: (-10.0, 10.0), DeviceKind.THERMAL_SENSOR: (0.0, 60.0)}
 
 _DECODE: dict[MessageId, Callable[[bytes], object]] = {

@@ -6,7 +6,6 @@ from common.serial_messages import MessageId, TactTipCommand
 from common.thermometry import COUNT_MAX, ntc_c
 from operator_site.hot_side import COLDEST_C, MOVED_K, WARMEST_C
 from teletaction.conformance.checklist import HALF_A_REPORT_S, Came, Checklist, How, NotApplicable
-from teletaction.conformance.driven_module import PLATE_PERMILLE, PLATE_S
 from teletaction.conformance.drives import Doing, Drives
 
 TACTTIP: Checklist[Drives] = Checklist("TactTip")
@@ -110,8 +109,5 @@ def _budget(drives: Drives) -> Came:
 
 @TACTTIP.duty("T6", "Water holds the hot side within 2.5 K while the plate is driven for 1 s each way", How.EXERCISE)
 def _water(drives: Drives) -> Came:
-    drives.ready()
-    coldest_c, warmest_c = _hot_side_c(
-        drives.hold(PLATE_PERMILLE, 0, PLATE_S) + drives.hold(-PLATE_PERMILLE, 0, PLATE_S)
-    )
+    coldest_c, warmest_c = _hot_side_c([doing for doings in drives.each_way for doing in doings])
     return Came(warmest_c - coldest_c <= MOVED_K, f"{coldest_c:.1f} to {warmest_c:.1f} C")

@@ -46,7 +46,6 @@ def _command(
 
 def _stands(node: TelemanipulatorOnTrial) -> tuple[Values, Values]:
     """Heights and pose at this moment, with room above every finger that is there."""
-    node.settle()
     heights = node.talk.now_at(_HEIGHTS)
     if not node.lowered and max(heights.values()) > HIGHEST_MM:
         lower = {finger: min(heights[finger], LOWERED_MM) for finger in FINGERS}
@@ -134,6 +133,7 @@ def _rises(node: TelemanipulatorOnTrial) -> Came:
 def _released(node: TelemanipulatorOnTrial) -> Came:
     longest_s = 0.0
     for trial in range(TRIALS):
+        node.settle()
         heights, pose = _stands(node)
         node.talk.listen(0.002 * trial)  # a state frame sees the end wherever between two of them it is
         node.talk.say("HeightSetpoint", {"released": 0.0, **heights})
