@@ -30,12 +30,16 @@ class Witness:
     """A process that does nothing but wake up, and knows how late it was at worst.
 
     Attributes:
+        limit_s: what is longer disturbs.
         process: it.
         longest_s: longest time between two awakenings; known when the watch is over.
     """
 
     process: subprocess.Popen[str]
     longest_s: float
+
+    def __init__(self, limit_s: float = STOOD_STILL_S) -> None:
+        self.limit_s = limit_s
 
     def __enter__(self) -> Self:
         self.process = subprocess.Popen(
@@ -54,7 +58,7 @@ class Witness:
     @property
     def disturbed(self) -> bool:
         """Whether the machine stood still."""
-        return self.longest_s > STOOD_STILL_S
+        return self.longest_s > self.limit_s
 
 
 def wait_for_calm() -> None:
@@ -67,7 +71,11 @@ def wait_for_calm() -> None:
             return
 
 
-def undisturbed(tell: Callable[[], Found], fine: Callable[[Found], bool] = lambda found: False) -> Found:
+def undisturbed(
+    tell: Callable[[], Found],
+    fine: Callable[[Found], bool] = lambda found: False,
+    limit_s: float = STOOD_STILL_S,
+) -> Found:
     """Tell a story of real processes, anew if the machine stood still meanwhile; the last attempt counts.
 
     What a product does while its machine stands still is another test's matter. A story that was not disturbed is
@@ -76,9 +84,10 @@ def undisturbed(tell: Callable[[], Found], fine: Callable[[Found], bool] = lambd
     Args:
         tell: tells the story, each time in a folder of its own.
         fine: whether a story is good in spite of a disturbance, where that can be said at once.
+        limit_s: standing still for longer disturbs.
     """
     for _ in range(ATTEMPTS - 1):
-        witness = Witness()
+        witness = Witness(limit_s)
         try:
             with witness:
                 found = tell()

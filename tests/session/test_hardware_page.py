@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from common.config import OperatorConfig, RemoteConfig, load_config
+from teletaction.conformance.checklist import HALF_A_REPORT_S
 from teletaction.demo_files import DemoOptions, prepare
 from teletaction.processes import SessionProcesses
 from tests.undisturbed import undisturbed
@@ -85,7 +86,7 @@ class Bench:
 
     def give_in_peace(self, line: str) -> subprocess.CompletedProcess[str]:
         """Give one that judges devices by their times: again, if it failed while the machine stood still."""
-        return undisturbed(lambda: self.give(line), fine=lambda told: told.returncode == 0)
+        return undisturbed(lambda: self.give(line), fine=lambda told: told.returncode == 0, limit_s=HALF_A_REPORT_S)
 
     def state(self, site: str) -> str:
         """What a site's status file says of its session."""
