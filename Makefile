@@ -10,6 +10,7 @@ BIN := .venv/bin
 READY := .venv/ready
 OUT := demo-out
 SOAK_OUT := soak-out
+RESULTS := docs/results
 
 .PHONY: help
 help:
@@ -21,6 +22,8 @@ help:
 	@echo "make containers  tests that run the composition in containers (needs an engine)"
 	@echo "make console     the console's page in a real Chromium (\$$CHROMIUM, or the system's)"
 	@echo "make faults      every fault of the table on real processes; writes docs/faults.md"
+	@echo "make dask        studies on a Dask cluster of two workers, one of which is killed"
+	@echo "make results     every study in full into $(RESULTS)/, with an overview; ARGUMENTS=--quick"
 	@echo "make soak        ten minutes of work with faults at random; ARGUMENTS='--seconds 3000 --seed 7'"
 	@echo "make check       style, types, import arrows"
 	@echo "make coverage    both gates must be covered to 100 % of lines and branches"
@@ -45,7 +48,7 @@ demo: $(READY)
 
 .PHONY: test
 test: $(READY)
-	$(BIN)/pytest -n auto -m 'not containers and not session and not virtual and not hardening and not netns and not faults and not console'
+	$(BIN)/pytest -n auto -m 'not containers and not session and not virtual and not hardening and not netns and not faults and not console and not dask'
 
 .PHONY: session
 session: $(READY)
@@ -99,6 +102,15 @@ coverage: $(READY)
 	$(BIN)/pytest -q tests/operator_site/test_gate.py tests/remote_site/test_patient_gate.py --cov-branch \
 		--cov-report=term-missing --cov-fail-under=100 \
 		$(addprefix --cov=,$(sort $(OPERATOR_GATE) $(PATIENT_GATE)))
+
+.PHONY: dask
+dask: $(READY)
+	$(BIN)/pytest -m dask
+
+# Interrupted, it goes on where it was; `teletaction study --compare OLD NEW` tells what became worse.
+.PHONY: results
+results: $(READY)
+	$(BIN)/teletaction study --all --out $(RESULTS) $(ARGUMENTS)
 
 .PHONY: picture
 picture: $(READY) $(OUT)/session.mcap

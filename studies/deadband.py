@@ -7,6 +7,7 @@ between packets is what it was told last, or goes on as it went.
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,13 @@ import numpy as np
 from common.deadband import REFRESH_S, REPEATS
 from common.limits import GAP_S
 from common.perceptible import HEIGHT_M, PLANE_M
+from studies.compared import Compared
 from studies.deadband_channel import RECKONINGS, error_m, sent
 from studies.deadband_courses import RECORDED_HZ, Course, recorded, recorded_forces_n, scripted
 from studies.deadband_figure import plot
-from studies.deadband_loss import LIMIT_M, LOSSES, after_loss_rows, lossy_rows
+from studies.deadband_loss import LIMIT_M, LOSSES, REPEATS_TRIED, after_loss_rows, lossy_rows
 from studies.deadband_touch import force_rows, touch_rows
+from studies.pieces import HERE, Piece, Work, rows_of
 from studies.registry import Tell
 
 __all__ = ["plot", "run", "tables"]
@@ -34,15 +37,22 @@ MOST_GAPS_IN_AN_HOUR = 1.0
 REFRESHES_S = (0.004, 0.006, 0.008, 0.010, 0.012, 0.014, 0.016, 0.020, 0.025, 0.033, 0.050)
 GAP_LOSSES = (0.01, 0.05, 0.10, 0.20)
 TABLES = ("sweep", "recordings", "loss", "after_loss", "gaps", "forces", "touch")
+COMPARED = (
+    Compared("recordings", "sent_share", "less", ("recording", "rate_hz"), absolute=0.005),
+    Compared("recordings", "largest_mm", "less", ("recording", "rate_hz"), absolute=0.005),
+    Compared("loss", "mended_p99_mm", "less", ("rate_hz", "reckoning", "repeats", "loss"), absolute=0.05, relative=0.3),
+    Compared("touch", "sent_share", "less", ("act",), absolute=0.03),
+)
 
 
-def run(quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
+def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
     """Send everything through deadbands: rows of TABLES. Where there are no recordings, `skipped` says so.
 
     Args:
         quick: two recordings, one draw, a short piece of work.
         seed: of hands and losses.
         tell: is told the share done, 0..1.
+        work: who does it.
     """
     hands, forces_n = recorded(), recorded_forces_n()
     skipped = [] if hands else ["recorded motions: no bilateral_1dof in the folder that TELETACTION_DATA names"]
@@ -50,23 +60,25 @@ def run(quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
         hands, forces_n = hands[::4], forces_n[::4]
     seconds, draws = (3.0, 1) if quick else (30.0, 5)
     hand = scripted(RECORDED_HZ, seconds, seed)
-    found: dict[str, list[Row]] = {name: [] for name in TABLES}
-    for number, rate_hz in enumerate(RATES_HZ):
+    pieces: dict[str, list[Piece]] = {name: [] for name in TABLES}
+    # The longest first, so that no processor waits for it in the end.
+    pieces["touch"].append((touch_rows, (2.0 if quick else 60.0, seed)))
+    for rate_hz in RATES_HZ:
         at_rate = [course.thinned(rate_hz) for course in hands]
-        found["sweep"] += _sweep("scripted", [hand.thinned(rate_hz)])
+        pieces["sweep"].append((_sweep, ("scripted", [hand.thinned(rate_hz)])))
         if hands:
             every = round(RECORDED_HZ / rate_hz)
-            found["sweep"] += _sweep("recorded", at_rate)
-            found["recordings"] += _recordings(at_rate)
-            found["forces"] += force_rows([force_n[::every] for force_n in forces_n], rate_hz)
-            tell(0.1 + 0.3 * number)
-            found["loss"] += [{"rate_hz": rate_hz, **row} for row in lossy_rows(at_rate, draws, seed)]
-        tell(0.3 + 0.3 * number)
+            pieces["sweep"].append((_sweep, ("recorded", at_rate)))
+            pieces["recordings"].append((_recordings, (at_rate,)))
+            pieces["forces"].append((force_rows, ([force_n[::every] for force_n in forces_n], rate_hz)))
+            pieces["loss"] += [
+                (lossy_rows, (at_rate, way, n, draws, seed)) for way, n in product(RECKONINGS, REPEATS_TRIED)
+            ]
     if hands:
-        found["after_loss"] += after_loss_rows(hands, draws, seed)
-    found["gaps"] += _gaps(seed)
-    tell(0.7)
-    found["touch"] += touch_rows(2.0 if quick else 60.0, seed)
+        ways = product(RECKONINGS, REPEATS_TRIED[:2])
+        pieces["after_loss"] += [(after_loss_rows, (hands, way, repeats, draws, seed)) for way, repeats in ways]
+    pieces["gaps"].append((_gaps, (seed,)))
+    found = rows_of(pieces, work, tell)
     return {
         "quick": quick,
         "skipped": skipped,

@@ -23,60 +23,61 @@ _BEFORE_S, _AFTER_S = 0.2, 0.1
 _ROUNDING_S = 1e-9
 
 
-def lossy_rows(courses: Sequence[Course], draws: int, seed: int) -> Iterator[dict[str, Any]]:
-    """A row for each way to reckon, number of repeats and loss; the step is that of a finger's height."""
-    for reckoning in ("hold", "linear"):
-        for repeats in REPEATS_TRIED:
-            sent_at = [sent(course, reckoning, HEIGHT_M, repeats) for course in courses]
-            for loss in LOSSES:
-                rng = np.random.default_rng([seed, repeats])
-                errors, mended = list[Floats](), list[float]()
-                for course, ticks in zip(courses, sent_at, strict=True):
-                    for _ in range(draws if loss else 1):
-                        arrives = kept(ticks, loss, rng)
-                        errors.append(error_m(course, reckoning, arrives))
-                        mended += _mended_m(ticks, arrives, errors[-1])
-                period_s = 1.0 / courses[0].rate_hz
-                above_s = [period_s * ticks for error in errors for ticks in _runs(error > LIMIT_M)]
-                yield {
-                    "reckoning": reckoning,
-                    "repeats": repeats,
-                    "loss": loss,
-                    "sent_share": _share(sent_at),
-                    "largest_mm": 1e3 * max(float(error.max()) for error in errors),
-                    "above_share": sum(above_s) / (period_s * sum(map(len, errors))),
-                    "times_above": len(above_s),
-                    "above_longer_than_a_refresh": sum(time_s > REFRESH_S + _ROUNDING_S for time_s in above_s),
-                    "longest_above_ms": 1e3 * max(above_s, default=0.0),
-                    "mended": len(mended),
-                    "mended_p99_mm": 1e3 * float(np.quantile(mended, 0.99)) if mended else 0.0,
-                    "mended_largest_mm": 1e3 * max(mended, default=0.0),
-                    "right_again_ms": 1e3 * _right_again_s(courses, sent_at, reckoning, loss, rng),
-                }
+def lossy_rows(
+    courses: Sequence[Course], reckoning: str, repeats: int, draws: int, seed: int
+) -> Iterator[dict[str, Any]]:
+    """A row for each loss, of one way to reckon and number of repeats; the step is that of a finger's height."""
+    sent_at = [sent(course, reckoning, HEIGHT_M, repeats) for course in courses]
+    for loss in LOSSES:
+        rng = np.random.default_rng([seed, repeats])
+        errors, mended = list[Floats](), list[float]()
+        for course, ticks in zip(courses, sent_at, strict=True):
+            for _ in range(draws if loss else 1):
+                arrives = kept(ticks, loss, rng)
+                errors.append(error_m(course, reckoning, arrives))
+                mended += _mended_m(ticks, arrives, errors[-1])
+        period_s = 1.0 / courses[0].rate_hz
+        above_s = [period_s * ticks for error in errors for ticks in _runs(error > LIMIT_M)]
+        yield {
+            "rate_hz": courses[0].rate_hz,
+            "reckoning": reckoning,
+            "repeats": repeats,
+            "loss": loss,
+            "sent_share": _share(sent_at),
+            "largest_mm": 1e3 * max(float(error.max()) for error in errors),
+            "above_share": sum(above_s) / (period_s * sum(map(len, errors))),
+            "times_above": len(above_s),
+            "above_longer_than_a_refresh": sum(time_s > REFRESH_S + _ROUNDING_S for time_s in above_s),
+            "longest_above_ms": 1e3 * max(above_s, default=0.0),
+            "mended": len(mended),
+            "mended_p99_mm": 1e3 * float(np.quantile(mended, 0.99)) if mended else 0.0,
+            "mended_largest_mm": 1e3 * max(mended, default=0.0),
+            "right_again_ms": 1e3 * _right_again_s(courses, sent_at, reckoning, loss, rng),
+        }
 
 
-def after_loss_rows(courses: Sequence[Course], draws: int, seed: int) -> Iterator[dict[str, Any]]:
+def after_loss_rows(
+    courses: Sequence[Course], reckoning: str, repeats: int, draws: int, seed: int
+) -> Iterator[dict[str, Any]]:
     """Error in the time after a packet was lost that followed one that came, with a fifth of all lost."""
-    for reckoning in ("hold", "linear"):
-        for repeats in REPEATS_TRIED[:2]:
-            rng, found = np.random.default_rng([seed, repeats]), []
-            for course in courses:
-                ticks = sent(course, reckoning, HEIGHT_M, repeats)
-                for _ in range(draws):
-                    arrives = kept(ticks, LOSSES[-1], rng)
-                    found.append(_after_losses(course, ticks, arrives, error_m(course, reckoning, arrives)))
-            times = np.concatenate(found)
-            for after, error in enumerate(times.T):
-                p50, p95, p99 = np.quantile(error, (0.5, 0.95, 0.99)).tolist()
-                yield {
-                    "reckoning": reckoning,
-                    "repeats": repeats,
-                    "losses": len(times),
-                    "after_ms": 1e3 * after / courses[0].rate_hz,
-                    "p50_mm": 1e3 * p50,
-                    "p95_mm": 1e3 * p95,
-                    "p99_mm": 1e3 * p99,
-                }
+    rng, found = np.random.default_rng([seed, repeats]), []
+    for course in courses:
+        ticks = sent(course, reckoning, HEIGHT_M, repeats)
+        for _ in range(draws):
+            arrives = kept(ticks, LOSSES[-1], rng)
+            found.append(_after_losses(course, ticks, arrives, error_m(course, reckoning, arrives)))
+    times = np.concatenate(found)
+    for after, error in enumerate(times.T):
+        p50, p95, p99 = np.quantile(error, (0.5, 0.95, 0.99)).tolist()
+        yield {
+            "reckoning": reckoning,
+            "repeats": repeats,
+            "losses": len(times),
+            "after_ms": 1e3 * after / courses[0].rate_hz,
+            "p50_mm": 1e3 * p50,
+            "p95_mm": 1e3 * p95,
+            "p99_mm": 1e3 * p99,
+        }
 
 
 def _mended_m(ticks: Ticks, arrives: Ticks, error: Floats) -> list[float]:

@@ -15,6 +15,7 @@ from common.exploration import Exploration
 from common.messages import ExplorationMode
 from sim_sensors.simulated_exploration import Explored, sense
 from sim_sensors.told_hand import TICK_S
+from studies.compared import Compared
 from studies.exploration_modes_figure import plot
 from studies.exploration_scenes import BARELY, SCENES, scene
 from studies.mode_judge import (
@@ -29,6 +30,7 @@ from studies.mode_judge import (
     tap_speeds,
     wrong_switches,
 )
+from studies.pieces import HERE, Work
 from studies.plain_thresholds import PlainThresholds
 from studies.registry import Tell
 
@@ -40,6 +42,11 @@ SEEDS, QUICK_SEEDS = 100, 8
 SPEEDS_M_S = (0.015, 0.03, 0.06, 0.12, 0.4)
 SOON_S = 0.005
 TABLES = ("levels", "scenes", "latencies", "taps", "confusion", "barely")
+COMPARED = (
+    Compared("levels", "right", "more", ("noise",), {"method": MACHINE}, absolute=0.005),
+    Compared("levels", "wrong_switches", "less", ("noise",), {"method": MACHINE}, absolute=5.0, relative=0.2),
+    Compared("latencies", "p50_s", "less", ("noise", "switch"), {"method": MACHINE}, absolute=0.005, relative=0.2),
+)
 
 
 class _Count:
@@ -53,6 +60,17 @@ class _Count:
         self.never = Counter[str]()
         self.contacts = self.soon = self.stood_still = self.invented_taps = 0
         self.taps: list[tuple[float, float]] = []
+
+    def add(self, more: "_Count") -> None:
+        """What was counted elsewhere, after what was counted here."""
+        for counted in ("ticks", "right", "confusion", "never"):
+            getattr(self, counted).update(getattr(more, counted))
+        for counted in ("true_switches", "switches", "wrong", "contacts", "soon", "stood_still", "invented_taps"):
+            setattr(self, counted, getattr(self, counted) + getattr(more, counted))
+        for name, late_s in more.late_s.items():
+            self.late_s[name] += late_s
+        self.longest_run = max(self.longest_run, more.longest_run)
+        self.taps += more.taps
 
     def take(self, kind: str, explored: Explored, told: Told) -> None:
         true = explored.mode
@@ -78,24 +96,36 @@ class _Count:
         self.invented_taps += max(0, len(told.taps) - len(speeds))
 
 
-def run(quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
+_Counts = dict[tuple[str, float], _Count]
+
+
+def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
     """Explore, sense and judge: rows of TABLES; all but `barely` are of SCENES alone."""
-    counts = {(method, noise): _Count() for method in METHODS for noise in NOISES}
-    barely = {each: _Count() for each in counts}
-    seeds = QUICK_SEEDS if quick else SEEDS
-    for number in range(seeds):
-        tell(number / seeds)
-        for kind in (*SCENES, BARELY):
-            explored = scene(kind, 1000 * seed + number)
-            for noise in NOISES:
-                sensed = sense(explored, noise, np.random.default_rng([seed, number, round(noise)]))
-                for method, make in METHODS.items():
-                    (barely if kind == BARELY else counts)[method, noise].take(
-                        kind, explored, listen(make, explored, sensed)
-                    )
+    counts, barely = _counts(), _counts()
+    for each, each_barely in work([(_explored, (seed, n)) for n in range(QUICK_SEEDS if quick else SEEDS)], tell):
+        for key in counts:
+            counts[key].add(each[key])
+            barely[key].add(each_barely[key])
     ways = {"levels": _level, "scenes": _scenes, "latencies": _latencies, "taps": _taps, "confusion": _confusion}
     found = {name: _rows(counts, way) for name, way in ways.items()} | {"barely": _rows(barely, _level)}
     return {"quick": quick, "seconds": TICK_S * sum(counts[MACHINE, JUDGED].ticks.values())} | found
+
+
+def _counts() -> _Counts:
+    return {(method, noise): _Count() for method in METHODS for noise in NOISES}
+
+
+def _explored(seed: int, number: int) -> tuple[_Counts, _Counts]:
+    """One hand in each kind of scene: what was counted in SCENES, and in BARELY."""
+    counts, barely = _counts(), _counts()
+    for kind in (*SCENES, BARELY):
+        explored = scene(kind, 1000 * seed + number)
+        for noise in NOISES:
+            sensed = sense(explored, noise, np.random.default_rng([seed, number, round(noise)]))
+            for method, make in METHODS.items():
+                told = listen(make, explored, sensed)
+                (barely if kind == BARELY else counts)[method, noise].take(kind, explored, told)
+    return counts, barely
 
 
 def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:

@@ -20,6 +20,8 @@ from common.messages import Event, EventKind
 from operator_site.groove_timing import GrooveTiming
 from operator_site.vibration import PlayedEvents
 from remote_site.followed_hand import FollowedHand, HandPlace
+from studies.compared import Compared
+from studies.pieces import HERE, Piece, Work, rows_of
 from studies.registry import Tell
 from teletaction.figure_style import BLUE, RED, STYLE
 
@@ -36,15 +38,19 @@ JITTERS_S = (0.0, 0.002, 0.005, 0.010, 0.015, 0.020, 0.030)
 LOSSES = (0.0, 0.2)
 AS_THEY_COME, AT_THEIR_TIME = "as they come", "at their time"
 WAYS = {AS_THEY_COME: RED, AT_THEIR_TIME: BLUE}
+COMPARED = (
+    Compared("spacing", "spacing_sd_mm", "less", ("way", "jitter_ms", "loss"), absolute=0.02, relative=0.1),
+    Compared("spacing", "behind_ms", "less", ("way", "jitter_ms", "loss"), absolute=2.0, relative=0.05),
+    Compared("spacing", "felt", "more", ("way", "jitter_ms", "loss"), absolute=1.0),
+)
 
 
-def run(quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
+def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
     """A row for each network: standard deviation of the spacing, and how far behind the hand, in both ways."""
-    rows, jitters = list[dict[str, Any]](), JITTERS_S[:: 3 if quick else 1]
-    for number, (loss, jitter) in enumerate(product(LOSSES, jitters)):
-        tell(number / (len(LOSSES) * len(jitters)))
-        rows += _rows(jitter, loss, seed)
-    return {"quick": quick, "grooves_mm": 1e3 * GROOVES_M, "stroke_mm_s": 1e3 * STROKE_M_S, "spacing": rows}
+    networks = product(LOSSES, JITTERS_S[:: 3 if quick else 1])
+    pieces: dict[str, list[Piece]] = {"spacing": [(_rows, (jitter, loss, seed)) for loss, jitter in networks]}
+    found = rows_of(pieces, work, tell)
+    return {"quick": quick, "grooves_mm": 1e3 * GROOVES_M, "stroke_mm_s": 1e3 * STROKE_M_S, **found}
 
 
 def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:

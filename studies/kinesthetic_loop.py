@@ -15,12 +15,14 @@ from typing import Any
 import numpy as np
 
 from common.loop import PeriodicLoop, become_timely
+from studies.compared import Compared
 from studies.kinesthetic_ends import DeviceEnd, gateway_end, virtual_end
 from studies.kinesthetic_figure import plot
 from studies.kinesthetic_step import PARTS, STIFFNESS_N_M, BareStep, KinestheticStep, part_costs_us
 
 __all__ = ["measure", "plot", "run", "tables"]
 
+MEASURES_THIS_MACHINE = "how late loops are on this machine"
 RATE_HZ, SITE_HZ = 1000.0, 500.0
 BUDGET = 0.05
 """Share of a 1 ms period that five contacts and the gate's limits of their forces may cost."""
@@ -29,6 +31,7 @@ _SETTLE_S = 0.3
 _KEEP_UP_EVERY = 20
 _CONNECT_S = 20.0
 _QUANTILES = (0.5, 0.9, 0.99, 0.999)
+COMPARED = (Compared("answers", "p50_ms", "less", ("bus", "rate_hz"), absolute=0.5, relative=0.3),)
 
 
 @dataclass(slots=True)

@@ -5,37 +5,46 @@ The figure shows where the method fails, too: the networks on which the session 
 
 import os
 import platform
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import zmq
 
 from studies import link_age, link_figure, link_latency, link_load
+from studies.compared import Compared
 from studies.link_faults import DEFAULT_FAULTS, safe_state_times
 from studies.link_packets import size_table
+from studies.pieces import HERE, Work, part_of
+from studies.registry import Tell
 
-Tell = Callable[[float], object]
 _RATES_HZ = (100.0, 200.0, 500.0, 1000.0)
+COMPARED = (
+    Compared("latency.ways", "to_bare", "less", ("way",), {"way": link_latency.LINK}, relative=0.2),
+    Compared("cpu", "link_to_bare", "less", relative=0.2),
+    Compared("age", "safe_state_share", "less", ("delay_ms", "jitter_ms", "loss_percent", "max_age_ms"), absolute=0.05),
+)
 
 
-def run(quick: bool, seed: int, tell: Tell = lambda _: None) -> dict[str, Any]:
-    """Measure everything; what the fault matrix found is left out, with a note, when its file is not there.
+def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
+    """Measure everything, what depends on this machine by itself.
+
+    What the fault matrix found is left out, with a note, when its file is not there.
 
     Args:
-        quick: a minute and a half with coarse grids instead of some ten minutes.
+        quick: a minute and a quarter with coarse grids instead of some ten minutes.
         seed: of the order in which ways take turns, and of the networks.
         tell: is told the share done, 0..1.
+        work: who does what is on virtual time: the age.
 
     Raises:
         FaultsProblem: that file holds something else.
         EndLost: a process of a measurement ended.
     """
     safe_states = safe_state_times(DEFAULT_FAULTS)
-    latency = link_latency.measure(40 if quick else 200, seed, _part(tell, 0.0, 0.15))
-    cpu = link_load.compare(2 if quick else 6, 2.0 if quick else 4.0, _part(tell, 0.15, 0.4))
-    scaling = link_load.scale(quick, 1.5 if quick else 4.0, _part(tell, 0.4, 0.7))
-    age = link_age.sweep(quick, seed, _part(tell, 0.7, 1.0))
+    latency = link_latency.measure(25 if quick else 200, seed, part_of(tell, 0.0, 0.15))
+    cpu = link_load.compare(2 if quick else 6, 1.5 if quick else 4.0, part_of(tell, 0.15, 0.4))
+    scaling = link_load.scale(quick, 1.0 if quick else 4.0, part_of(tell, 0.4, 0.7))
+    age = work(link_age.sweep(quick, seed), part_of(tell, 0.7, 1.0))
     return {
         "machine": {
             "processors": os.cpu_count(),
@@ -49,7 +58,7 @@ def run(quick: bool, seed: int, tell: Tell = lambda _: None) -> dict[str, Any]:
         "cpu": {"measurements": cpu, **link_load.ratios(cpu)},
         "scaling": scaling,
         "bytes": size_table(_RATES_HZ),
-        "age": age,
+        "age": [row for rows in age for row in rows],
         "safe_states": safe_states,
     }
 
@@ -68,7 +77,3 @@ def tables(data: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
 def plot(data: dict[str, Any], path: Path) -> None:
     """Draw what `run` returned."""
     link_figure.plot(data, path)
-
-
-def _part(tell: Tell, start: float, end: float) -> Tell:
-    return lambda share: tell(start + (end - start) * share)

@@ -7,7 +7,7 @@ what is found for loss is an upper bound.
 """
 
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import product
 from random import Random
@@ -23,6 +23,7 @@ from sim_sensors.network_conditions import Conditions
 from sim_sensors.network_path import NetworkPath
 from sim_sensors.network_stream import TcpStream
 from studies.link_packets import SESSION, framed_bytes, next_touch, touch_parts
+from studies.pieces import Piece
 
 AGES_S = (AGE_DEFAULT_S, AGE_MAX_S)
 TICK_NS = 2_000_000
@@ -143,15 +144,16 @@ def grid(quick: bool) -> list[Conditions]:
     ]
 
 
-def sweep(quick: bool, seed: int, tell: Callable[[float], object] = lambda _: None) -> list[dict[str, Any]]:
-    """A row for each network of `grid` and each limit of age."""
-    networks, seconds, rows = grid(quick), 5.0 if quick else 20.0, []
-    for number, network in enumerate(networks):
-        where = {
-            "delay_ms": round(network.delay_s * 1e3),
-            "jitter_ms": round(network.jitter_s * 1e3),
-            "loss_percent": round(network.loss * 1e2, 3),
-        }
-        rows += [{**where, **row} for row in ages(network, seconds, seed + number)]
-        tell((number + 1) / len(networks))
-    return rows
+def sweep(quick: bool, seed: int) -> list[Piece]:
+    """A piece for each network of `grid`: a row for each limit of age."""
+    seconds = 5.0 if quick else 20.0
+    return [(_on, (network, seconds, seed + number)) for number, network in enumerate(grid(quick))]
+
+
+def _on(network: Conditions, seconds: float, seed: int) -> list[dict[str, Any]]:
+    where = {
+        "delay_ms": round(network.delay_s * 1e3),
+        "jitter_ms": round(network.jitter_s * 1e3),
+        "loss_percent": round(network.loss * 1e2, 3),
+    }
+    return [{**where, **row} for row in ages(network, seconds, seed)]

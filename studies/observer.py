@@ -11,7 +11,9 @@ from typing import Any
 from common.config import RenderingConfig
 from common.limits import PLATE_COOLING_K_S, PLATE_HEATING_K_S
 from sim_sensors.finger_plate import DEEP_C, ROOM_C
+from studies.compared import Compared
 from studies.observer_figure import plot
+from studies.pieces import HERE, Piece, Work, rows_of
 from studies.registry import Tell
 from studies.teleoperation import DELAY_S, SCENE
 from studies.texture_comparison import OWN_STIFFNESS, Strokes, confusion_rows, feature_rows, matching_rows, strokes
@@ -22,6 +24,7 @@ from studies.thermal_comparison import (
     ablation_rows,
     answer_rows,
     change_rows,
+    course_pieces,
     course_rows,
     courses,
 )
@@ -46,20 +49,35 @@ ASSUMED = (
     "All surfaces are displayed equally stiff, as in the paper, but for the prediction about foam.",
 )
 """What the paper leaves open, or a simulation has to choose."""
+COMPARED = (
+    Compared("answers", "predicted_percent", "same", ("side", "pair", "dwell_s", "first_is_felt"), absolute=5.0),
+    Compared("matching", "predicted_percent", "same", ("side", "features", "surface"), absolute=8.0),
+    Compared("predictions", "holds", "more", ("prediction",)),
+)
 
 
-def run(quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
+def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
     """Both experiments."""
-    drawn = STROKES_QUICK if quick else STROKES
-    sides = courses(TOUCHES_QUICK if quick else TOUCHES, seed, lambda share: tell(0.7 * share))
-    stroked = []
-    for number in range(drawn):
-        stroked.append(strokes(seed + number))
-        tell(0.7 + 0.3 * (number + 1) / drawn)
-    return {"quick": quick, **findings(sides, stroked, seed, DRAWS_QUICK if quick else DRAWS)}
+    pieces: dict[str, list[Piece]] = {
+        "strokes": [(_stroked, (seed + number,)) for number in range(STROKES_QUICK if quick else STROKES)],
+        "touches": course_pieces(TOUCHES_QUICK if quick else TOUCHES, seed),
+        "ablations": [(ablation_rows, ())],
+    }
+    found = rows_of(pieces, work, tell)
+    sides = courses(found["touches"])
+    return {
+        "quick": quick,
+        **findings(sides, found["strokes"], found["ablations"], seed, DRAWS_QUICK if quick else DRAWS),
+    }
 
 
-def findings(sides: Mapping[str, Courses], stroked: Sequence[Strokes], seed: int, draws: int) -> dict[str, Any]:
+def _stroked(seed: int) -> list[Strokes]:
+    return [strokes(seed)]
+
+
+def findings(
+    sides: Mapping[str, Courses], stroked: Sequence[Strokes], ablations: list[dict[str, Any]], seed: int, draws: int
+) -> dict[str, Any]:
     """What follows from touches and strokes."""
     data: dict[str, Any] = {
         "seed": seed,
@@ -67,7 +85,7 @@ def findings(sides: Mapping[str, Courses], stroked: Sequence[Strokes], seed: int
         "answers": answer_rows(sides),
         "changes": change_rows(sides),
         "courses": course_rows(sides),
-        "ablations": ablation_rows(),
+        "ablations": ablations,
         "matching": matching_rows(stroked, seed, draws),
         "confusion": confusion_rows(stroked[0], seed, draws),
         "features": feature_rows(stroked[0]),

@@ -13,7 +13,9 @@ from common.materials import material
 from common.messages import ExplorationMode
 from sim_sensors.motor import RPM_PER_RAD_S
 from sim_sensors.surface import make_profile, relief_of
+from studies.compared import Compared
 from studies.paper_panels import plot
+from studies.pieces import HERE, Piece, Work, rows_of
 from studies.registry import Tell
 from studies.remote_identification import MATERIAL, OBJECT_C, PAPER_S, identification_rows
 from studies.rendered_stroke import VirtualSurface, rendered_stroke
@@ -26,17 +28,19 @@ SURFACE = "widely_grooved_pvc"
 SHOWN_S = 2.0
 BRISK_S = 0.08
 """A finger that comes down within this taps hard enough for the decay of Eq. 1 to be seen."""
+COMPARED = (
+    Compared("layers", "epidermis_c", "same", ("start", "object", "time_s"), absolute=0.02),
+    Compared("identification", "object_c", "same", ("time_s",), absolute=0.05),
+)
 
 
-def run(quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
+def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
     """All three; they are quick."""
-    tell(0.0)
-    motor = motor_rows(seed)
-    tell(0.2)
-    layers = layer_rows()
-    tell(0.3)
-    identification = identification_rows(seed)
-    tell(1.0)
+    pieces: dict[str, list[Piece]] = {
+        "motor": [(motor_rows, (seed,))],
+        "layers": [(layer_rows, ())],
+        "identification": [(identification_rows, (seed,))],
+    }
     return {
         "quick": quick,
         "seed": seed,
@@ -44,9 +48,7 @@ def run(quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
         "object_c": OBJECT_C,
         "effusivity_j_m2ks05": material(MATERIAL).effusivity,
         "paper_s": PAPER_S,
-        "motor": motor,
-        "layers": layers,
-        "identification": identification,
+        **rows_of(pieces, work, tell),
     }
 
 

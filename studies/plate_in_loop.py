@@ -14,6 +14,7 @@ from common.fingers import FINGERS
 from common.materials import materials
 from studies.felt_error import felt_error, tolerance_k
 from studies.ideal_plate import ideal_plate_touch
+from studies.pieces import Piece
 from studies.real_touch import real_touch
 from studies.rendered_hand import RenderedHand
 from studies.simulated_finger import STEP_S, Array
@@ -57,31 +58,35 @@ def rendered_courses(
     return courses[0], courses[1]
 
 
-def loop_rows(
+def loop_pieces(
     names: Sequence[str] | None = None,
     temperatures_c: Sequence[float] = TEMPERATURES_C,
     ticks_s: Sequence[float] = TICKS_S,
     seed: int = 0,
-) -> Iterator[dict[str, Any]]:
-    """Errors of every touch; all materials where none are named."""
-    for object_c in temperatures_c:
-        every = sorted(materials()) if names is None else list(names)
-        for five in (every[at : at + len(FINGERS)] for at in range(0, len(every), len(FINGERS))):
-            true = [real_touch(name, object_c, SECONDS) for name in five]
-            ideal = [ideal_plate_touch(name, object_c, SECONDS) for name in five]
-            at_once = [ideal_plate_touch(name, object_c, SECONDS, faster=AT_ONCE) for name in five]
-            for tick_s in ticks_s:
-                for noise_k, delay_s in ((0.0, 0.0), (BAD_NOISE_K, BAD_DELAY_S)):
-                    felt, plate = rendered_courses(five, object_c, tick_s, noise_k, delay_s, seed)
-                    for finger, name in enumerate(five):
-                        yield {
-                            "object": name,
-                            "object_c": object_c,
-                            "tick_s": tick_s,
-                            "noise_k": noise_k,
-                            "delay_s": delay_s,
-                            **_judged(felt[finger], plate[finger], true[finger], ideal[finger], at_once[finger]),
-                        }
+) -> list[Piece]:
+    """A piece for each temperature and five materials; all materials where none are named."""
+    every = sorted(materials()) if names is None else list(names)
+    fives = [every[at : at + len(FINGERS)] for at in range(0, len(every), len(FINGERS))]
+    return [(loop_rows, (five, object_c, tuple(ticks_s), seed)) for object_c in temperatures_c for five in fives]
+
+
+def loop_rows(five: Sequence[str], object_c: float, ticks_s: Sequence[float], seed: int) -> Iterator[dict[str, Any]]:
+    """Errors of every touch of up to five materials, a finger each."""
+    true = [real_touch(name, object_c, SECONDS) for name in five]
+    ideal = [ideal_plate_touch(name, object_c, SECONDS) for name in five]
+    at_once = [ideal_plate_touch(name, object_c, SECONDS, faster=AT_ONCE) for name in five]
+    for tick_s in ticks_s:
+        for noise_k, delay_s in ((0.0, 0.0), (BAD_NOISE_K, BAD_DELAY_S)):
+            felt, plate = rendered_courses(five, object_c, tick_s, noise_k, delay_s, seed)
+            for finger, name in enumerate(five):
+                yield {
+                    "object": name,
+                    "object_c": object_c,
+                    "tick_s": tick_s,
+                    "noise_k": noise_k,
+                    "delay_s": delay_s,
+                    **_judged(felt[finger], plate[finger], true[finger], ideal[finger], at_once[finger]),
+                }
 
 
 def _judged(felt: Array, plate: Array, true: Array, ideal: Array, at_once: Array) -> dict[str, Any]:

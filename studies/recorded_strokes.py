@@ -25,8 +25,10 @@ from remote_site.spectrum_calibration import LabelledStroke, calibrate_spectra, 
 from remote_site.surface_spectrum import MOTIONS, Along, bands, sensor_noise, spectrum, unevenness
 from remote_site.traces import StrokeTrace, read_stroke
 from studies.binomial_interval import clopper_pearson
+from studies.compared import Compared
+from studies.pieces import HERE, Piece, Work
 from studies.recorded_strokes_figure import plot
-from studies.registry import Unavailable
+from studies.registry import Tell, Unavailable
 from studies.texture_baselines import band_powers, classifiers, moments
 
 __all__ = ["plot", "run", "tables"]
@@ -34,13 +36,16 @@ __all__ = ["plot", "run", "tables"]
 Array = NDArray[np.float64]
 Row = dict[str, Any]
 Answers = NDArray[np.str_]
-Tell = Callable[[float], object]
 
 SHIPPED = "shipped"
 WITHIN = 0.01
 BOARD = re.compile(r"board(\d+)mm_force(\d+)_speed(\d+)mmps")
 FABRIC = re.compile(r"(\w+?)_force(\d+)_speed(\d+)mmps_\d+")
 _FOLDS = 5
+COMPARED = (
+    Compared("accuracy", "share", "more", ("split", "group"), {"method": SHIPPED}, counted="strokes"),
+    Compared("taxels", "within_1_percent", "more"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +59,12 @@ class Stroke:
 
 
 def run(
-    *, quick: bool = False, seed: int = 0, tell: Tell = lambda _: None, folder: Path | None = None
+    *,
+    quick: bool = False,
+    seed: int = 0,
+    tell: Tell = lambda _: None,
+    work: Work = HERE,
+    folder: Path | None = None,
 ) -> dict[str, Any]:
     """Periods of all boards, and fabrics by the shipped method and the classic ones on the same splits.
 
@@ -62,6 +72,7 @@ def run(
         quick: fewer baselines, no ablations.
         seed: of the random forests and random splits.
         tell: is told the share done, 0..1.
+        work: who does it.
         folder: holds groove_boards and fabric_strokes; None: the folder that TELETACTION_DATA names.
 
     Raises:
@@ -73,29 +84,32 @@ def run(
             raise Unavailable("TELETACTION_DATA has to name the folder that holds groove_boards and fabric_strokes")
         folder = Path(data)
     board_strokes = read_strokes(folder / "groove_boards", BOARD)
-    found = boards(board_strokes)
-    tell(0.1)
     fabrics = read_strokes(folder / "fabric_strokes", FABRIC)
-    accuracy: list[Row] = []
-    confusion: list[Row] = []
-    methods = _methods(quick, seed)
-    for number, (name, method) in enumerate(methods.items()):
-        for split, groups in splits(fabrics, seed).items():
-            rows, wrong = judged(fabrics, groups, method)
-            accuracy += [{"method": name, "split": split, **row} for row in rows]
-            if name == SHIPPED and split == "setting left out":
-                confusion = wrong
-        accuracy += [{"method": name, "split": "one setting learned", **row} for row in _one_setting(fabrics, method)]
-        accuracy += [{"method": name, "split": "other half", **row} for row in _other_half(fabrics, method)]
-        tell(0.1 + 0.9 * (number + 1) / len(methods))
+    methods: list[Piece] = [(_fabrics, (fabrics, name, seed)) for name in _methods(quick, seed)]
+    found, by_taxel, *by_method = work([(boards, (board_strokes,)), (taxels, (board_strokes,)), *methods], tell)
     return {
         "seed": seed,
         "surfaces": sorted({stroke.surface for stroke in fabrics}),
         "boards": found,
-        "taxels": taxels(board_strokes),
-        "accuracy": accuracy,
-        "errors": confusion,
+        "taxels": by_taxel,
+        "accuracy": [row for rows, _ in by_method for row in rows],
+        "errors": [row for _, wrong in by_method for row in wrong],
     }
+
+
+def _fabrics(fabrics: Sequence[Stroke], name: str, seed: int) -> tuple[list[Row], list[Row]]:
+    """How many fabrics a method gets right, by split; and which the shipped one gets wrong with a setting left out."""
+    method = _methods(False, seed)[name]
+    accuracy: list[Row] = []
+    confusion: list[Row] = []
+    for split, groups in splits(fabrics, seed).items():
+        rows, wrong = judged(fabrics, groups, method)
+        accuracy += [{"method": name, "split": split, **row} for row in rows]
+        if name == SHIPPED and split == "setting left out":
+            confusion = wrong
+    accuracy += [{"method": name, "split": "one setting learned", **row} for row in _one_setting(fabrics, method)]
+    accuracy += [{"method": name, "split": "other half", **row} for row in _other_half(fabrics, method)]
+    return accuracy, confusion
 
 
 def tables(data: Mapping[str, Any]) -> dict[str, list[Row]]:

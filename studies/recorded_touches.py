@@ -30,14 +30,17 @@ from remote_site.identify_thermal import identify_thermal
 from remote_site.material_table import MaterialTable
 from remote_site.thermal_calibration import calibrate_thermal
 from remote_site.traces import ThermalTrace, read_thermal
+from studies.compared import Compared
+from studies.pieces import HERE, Piece, Work
 from studies.recorded_touches_figure import plot
-from studies.registry import Unavailable
+from studies.registry import Tell, Unavailable
 
 __all__ = ["plot", "run", "tables"]
 
 Array = NDArray[np.float64]
 Row = dict[str, Any]
-Tell = Callable[[float], object]
+Judge = Callable[[Sequence["Touch"], Sequence["Touch"], float], Iterator[Row]]
+"""Judges touches by what was learned from others; with ln odds of metal among these."""
 
 TIMES_S = (0.5, 1.5, 4.0)
 """After first contact (force > 0.3 N)."""
@@ -51,6 +54,7 @@ _BEFORE_S, _BLOCK_S, _READING_S = 0.25, 0.25, 0.01
 _SHRINKAGE = 0.003
 """Part of each feature's variance that is added to it: the pooled covariance of few touches can be inverted."""
 _NAME = re.compile(r"set(\d+)_(\w+)_\d+")
+COMPARED = (Compared("accuracy", "share", "more", ("method", "sensors", "prior", "t_s"), counted="touches"),)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,15 +69,21 @@ class Touch:
 
 
 def run(
-    *, quick: bool = False, seed: int = 0, tell: Tell = lambda _: None, folder: Path | None = None
+    *,
+    quick: bool = False,
+    seed: int = 0,
+    tell: Tell = lambda _: None,
+    work: Work = HERE,
+    folder: Path | None = None,
 ) -> dict[str, Any]:
     """Leave each set out in turn and judge its touches.
 
     Args:
         folder: of recordings `setNN_CLASS_K.csv`; None: `thermal_contact` in the folder that TELETACTION_DATA names.
-        quick: judge every sixth set only; all others are still learned from.
+        quick: judge every ninth set only; all others are still learned from.
         seed: of the noise.
         tell: is told the share done, 0..1.
+        work: who does it.
 
     Raises:
         Unavailable: there are no such recordings.
@@ -84,12 +94,10 @@ def run(
             raise Unavailable("TELETACTION_DATA has to name the folder that holds thermal_contact")
         folder = Path(data) / "thermal_contact"
     touches = read_touches(folder, seed)
-    groups = sorted({touch.group for touch in touches})[:: 6 if quick else 1]
-    answers: list[Row] = []
-    with TemporaryDirectory() as scratch:
-        for done, group in enumerate(groups):
-            answers += _judge_set(touches, group, Path(scratch) / str(group))
-            tell((done + 1) / len(groups))
+    groups = sorted({touch.group for touch in touches})[:: 9 if quick else 1]
+    judges = (_judge_linear, _judge_heated, _judge_both)
+    pieces: list[Piece] = [(_judge_set, (judge, touches, group)) for group in groups for judge in judges]
+    answers = [row for rows in work(pieces, tell) for row in rows]
     return {
         "seed": seed,
         "noise_k": NOISE_K,
@@ -201,14 +209,13 @@ def linear_score(features: Array, metal: NDArray[np.bool_], judged: Array) -> Ar
     return np.asarray((judged - 0.5 * (means[0] + means[1])) @ direction)
 
 
-def _judge_set(touches: Sequence[Touch], group: int, scratch: Path) -> Iterator[Row]:
+def _judge_set(judge: Judge, touches: Sequence[Touch], group: int) -> Iterator[Row]:
     learned = [touch for touch in touches if touch.group != group]
     judged = [touch for touch in touches if touch.group == group]
     ln_odds = float(
         np.log(np.mean([t.material == METAL for t in learned]) / np.mean([t.material == WOOD for t in learned]))
     )
-    yield from _judge_linear(learned, judged, ln_odds)
-    yield from _judge_estimator(learned, judged, ln_odds, scratch)
+    yield from judge(learned, judged, ln_odds)
 
 
 def _judge_linear(learned: Sequence[Touch], judged: Sequence[Touch], ln_odds: float) -> Iterator[Row]:
@@ -221,25 +228,34 @@ def _judge_linear(learned: Sequence[Touch], judged: Sequence[Touch], ln_odds: fl
                 yield from _answers("linear", sensors, touch, t_s, float(score) + ln_odds, ln_odds)
 
 
-def _judge_estimator(learned: Sequence[Touch], judged: Sequence[Touch], ln_odds: float, scratch: Path) -> Iterator[Row]:
-    calibrated = {}
-    for name in (HEATED, BOTH):
-        folder = scratch / name
-        folder.mkdir(parents=True)
+def _judge_heated(learned: Sequence[Touch], judged: Sequence[Touch], ln_odds: float) -> Iterator[Row]:
+    return _judge_estimator(learned, judged, ln_odds, (HEATED,))
+
+
+def _judge_both(learned: Sequence[Touch], judged: Sequence[Touch], ln_odds: float) -> Iterator[Row]:
+    return _judge_estimator(learned, judged, ln_odds, (HELPED, BOTH))
+
+
+def _judge_estimator(
+    learned: Sequence[Touch], judged: Sequence[Touch], ln_odds: float, all_sensors: Sequence[str]
+) -> Iterator[Row]:
+    """By one table for all of these sensors: it is calibrated beside the unheated sensor where that is among them."""
+    with TemporaryDirectory() as scratch:
+        folder = Path(scratch) / "learned"
+        folder.mkdir()
         for touch in learned:
-            _write(folder / touch.file, touch, beside=name == BOTH)
+            _write(folder / touch.file, touch, beside=BOTH in all_sensors)
         lines = [f"{touch.file},{touch.material}\n" for touch in learned]
         (folder / "labels.csv").write_text("file,material\n" + "".join(lines), "utf-8")
-        calibrate_thermal(folder, scratch / f"{name}.json")
-        calibrated[name] = MaterialTable.load(scratch / f"{name}.json")
-    for sensors in SENSORS:
-        table = calibrated[HEATED if sensors == HEATED else BOTH]
-        for touch in judged:
-            path = scratch / touch.file
-            _write(path, touch, beside=sensors == BOTH, until_s=TIMES_S[-1])
-            for line in identify_thermal(table, [path], TIMES_S):
-                if not line["final"]:
-                    yield from _answers("estimator", sensors, touch, line["t_s"], _ln_odds(line), ln_odds)
+        calibrate_thermal(folder, Path(scratch) / "table.json")
+        table = MaterialTable.load(Path(scratch) / "table.json")
+        for sensors in all_sensors:
+            for touch in judged:
+                path = Path(scratch) / touch.file
+                _write(path, touch, beside=sensors == BOTH, until_s=TIMES_S[-1])
+                for line in identify_thermal(table, [path], TIMES_S):
+                    if not line["final"]:
+                        yield from _answers("estimator", sensors, touch, line["t_s"], _ln_odds(line), ln_odds)
 
 
 def _answers(method: str, sensors: str, touch: Touch, t_s: float, score: float, ln_odds: float) -> Iterator[Row]:

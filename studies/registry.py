@@ -1,19 +1,31 @@
 """The studies there are, and how one is run: its data, its tables and its figure are written to a folder.
 
-A study is a module with `run(quick=..., seed=..., tell=...)` that returns what can be written as JSON, and
-`plot(data, path)`. It may have `tables(data)`: rows by name, written as CSV. Its data may have `problems`: what is
-wrong, a line each. While it runs it tells how far it is: the share done, 0..1, or what it is at, in words. The first
-line of its docstring says what it shows.
+A study is a module with `run(quick=..., seed=..., tell=..., work=...)` that returns what can be written as JSON, and
+`plot(data, path)`. Its `work` does pieces wherever there are processors for them (studies/pieces.py); what it times on
+this machine it times in its own process, while no piece is being done. A study of such times alone has no `work`, and
+says in `MEASURES_THIS_MACHINE` what they are. `COMPARED` are the numbers by which two runs are compared. It may have
+`tables(data)`: rows by name, written as CSV. Its data may have `problems`: what is wrong, a line each. While it runs it
+tells how far it is: the share done, 0..1, or what it is at, in words. The first line of its docstring says what it
+shows.
 """
 
 import csv
+import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
+import pickle
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any
+
+from studies.kept_pieces import KeptPieces
+from studies.overview import overview_rows
+from studies.overview import plot as draw_overview
+from studies.overview_parts import parts_in
+from studies.pieces import Workers, code_version, here, working
 
 Tell = Callable[[float | str], object]
 STUDIES = {
@@ -37,6 +49,8 @@ STUDIES = {
     "paper-figures": "studies.paper_figures",
 }
 """Module of each study by its name."""
+PIECES = ".pieces"
+"""Folder, in that of the results, of what an interrupted run has done."""
 
 
 class UnknownStudy(ValueError):
@@ -72,15 +86,25 @@ def described() -> dict[str, str]:
     return {name: (study(name).__doc__ or "").partition("\n")[0] for name in STUDIES}
 
 
-def run_study(name: str, out: Path, *, quick: bool = False, seed: int = 0, tell: Tell = lambda _: None) -> Result:
+def run_study(
+    name: str,
+    out: Path,
+    *,
+    quick: bool = False,
+    seed: int = 0,
+    tell: Tell = lambda _: None,
+    workers: Workers = here,
+) -> Result:
     """Run a study and write NAME.json, NAME-TABLE.csv and NAME.png to `out`.
 
     Args:
         name: of the study.
-        out: folder; made when it is not there.
+        out: folder; made when it is not there. Pieces are kept in it until the study is done: one that was interrupted
+            goes on where it was.
         quick: whether to measure less.
         seed: of everything random in it.
         tell: is told how far it is.
+        workers: who does its pieces.
 
     Raises:
         UnknownStudy: there is none of this name.
@@ -89,7 +113,9 @@ def run_study(name: str, out: Path, *, quick: bool = False, seed: int = 0, tell:
     """
     module = study(name)
     out.mkdir(parents=True, exist_ok=True)
-    data = module.run(quick=quick, seed=seed, tell=tell)
+    kept = KeptPieces(out / PIECES / name)
+    who = {} if hasattr(module, "MEASURES_THIS_MACHINE") else {"work": working(workers, kept)}
+    data = {"quick": quick, "seed": seed} | module.run(quick=quick, seed=seed, tell=tell, **who)
     written = [out / f"{name}.json"]
     written[0].write_text(json.dumps(data, indent=1) + "\n", "utf-8")
     for table, rows in module.tables(data).items() if hasattr(module, "tables") else ():
@@ -97,7 +123,38 @@ def run_study(name: str, out: Path, *, quick: bool = False, seed: int = 0, tell:
         write_table(written[-1], rows)
     written.append(out / f"{name}.png")
     module.plot(data, written[-1])
+    kept.forget()
     return Result(written, data.get("problems", []))
+
+
+def run_all(
+    out: Path, *, quick: bool, seed: int, telling: Callable[[str], AbstractContextManager[Tell]], workers: Workers
+) -> Iterator[tuple[str, Result | Unavailable]]:
+    """Run every study, one after the other, and draw an overview: what became of each, as soon as it is there.
+
+    Where this was interrupted before, what the same code has finished is not run again. `telling` makes what a study
+    tells how far it is; for the rest see `run_study`.
+    """
+    finished = KeptPieces(out / PIECES / "all")
+    for name in STUDIES:
+        key = hashlib.sha256(repr((code_version(), name, quick, seed)).encode()).hexdigest()
+        if (before := finished.find(key)) is not None:
+            yield name, pickle.loads(before)
+            continue
+        try:
+            with telling(name) as tell:
+                result = run_study(name, out, quick=quick, seed=seed, tell=tell, workers=workers)
+        except Unavailable as missing:
+            yield name, missing
+            continue
+        finished.keep(key, pickle.dumps(result))
+        yield name, result
+    parts = parts_in(out)
+    table, figure = out / "overview.csv", out / "overview.png"
+    write_table(table, overview_rows(parts))
+    draw_overview(parts, figure)
+    finished.forget()
+    yield "overview", Result([table, figure], [])
 
 
 def write_table(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:

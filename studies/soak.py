@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from studies.compared import Compared
 from studies.soak_figure import plot
 from studies.soak_growth import GROWTH_MIB_H, Life, lives
 from studies.soak_judge import LIMITS, Episode, account, over_limits
@@ -23,9 +24,11 @@ from studies.soak_session import Soak, Tell
 from studies.soak_watch import Sample, read_samples
 
 __all__ = ["plot", "run"]
+MEASURES_THIS_MACHINE = "a session of real processes, in real time"
 USUAL_S, QUICK_S = 600.0, 75.0
 _SAMPLES_KEPT = 500
 """Of each life, for the figure."""
+COMPARED = (Compared("again_s", "max", "less", absolute=2.0, relative=0.5),)
 
 
 def run(

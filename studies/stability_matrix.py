@@ -1,12 +1,13 @@
 """The matrix: every architecture at every hand, wall, delay, kind of link and period; a row for each run."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
 import numpy as np
 
+from studies.pieces import Piece
 from studies.stability_cases import HANDS, Floats, cases
 from studies.stability_direct import DirectForce
 from studies.stability_local_model import LocalModel, blended, passive
@@ -71,33 +72,39 @@ QUICK = Matrix(
 )
 
 
-def matrix_rows(
-    matrix: Matrix, seed: int, architectures: Mapping[str, Any] = ARCHITECTURES
-) -> Iterator[dict[str, Any]]:
-    """A row for each run; the links of a hand and period are the same for all architectures."""
-    for (number, period_s), (place, hand) in product(enumerate(matrix.periods_s), enumerate(matrix.hands)):
-        varied = list(product(matrix.links, matrix.round_trips_s, matrix.walls_n_m))
-        links = [LINKS[name] for name, _, _ in varied]
-        runs = cases((HANDS[hand], wall, link.breath_m) for (_, _, wall), link in zip(varied, links, strict=True))
-        rng = np.random.default_rng([seed, number, place])
-        jitter_s, loss = np.array([link.jitter_s for link in links]), np.array([link.loss for link in links])
-        round_trip_s = np.array([each for _, each, _ in varied])
-        ticks = round(SECONDS / period_s)
-        forward, backward = (way(ticks, period_s, round_trip_s, jitter_s, loss, rng) for _ in range(2))
-        for name, make in architectures.items():
-            sites = make(np.full(len(runs), START_M), period_s)
-            noise = np.random.default_rng([seed, number, place, 1])
-            course = simulate(runs, sites, PressTwice(runs), forward, backward, period_s=period_s, rng=noise)
-            for (link_name, trip_s, wall), measured in zip(varied, measure(course), strict=True):
-                yield {
-                    "architecture": name,
-                    "hand": hand,
-                    "period_ms": 1e3 * period_s,
-                    "link": link_name,
-                    "round_trip_ms": 1e3 * trip_s,
-                    "wall_n_m": wall,
-                    **measured,
-                }
+def matrix_pieces(matrix: Matrix, seed: int) -> list[Piece]:
+    """A piece for each period, hand and architecture."""
+    places = product(range(len(matrix.periods_s)), range(len(matrix.hands)), ARCHITECTURES)
+    return [(matrix_rows, (matrix, number, place, name, seed)) for number, place, name in places]
+
+
+def matrix_rows(matrix: Matrix, number: int, place: int, name: str, seed: int) -> Iterator[dict[str, Any]]:
+    """A row for each run of a period and hand, by their places in the matrix, and an architecture, by its name.
+
+    The links of a hand and period are the same for all architectures.
+    """
+    period_s, hand = matrix.periods_s[number], matrix.hands[place]
+    varied = list(product(matrix.links, matrix.round_trips_s, matrix.walls_n_m))
+    links = [LINKS[link] for link, _, _ in varied]
+    runs = cases((HANDS[hand], wall, link.breath_m) for (_, _, wall), link in zip(varied, links, strict=True))
+    rng = np.random.default_rng([seed, number, place])
+    jitter_s, loss = np.array([link.jitter_s for link in links]), np.array([link.loss for link in links])
+    round_trip_s = np.array([each for _, each, _ in varied])
+    ticks = round(SECONDS / period_s)
+    forward, backward = (way(ticks, period_s, round_trip_s, jitter_s, loss, rng) for _ in range(2))
+    sites = ARCHITECTURES[name](np.full(len(runs), START_M), period_s)
+    noise = np.random.default_rng([seed, number, place, 1])
+    course = simulate(runs, sites, PressTwice(runs), forward, backward, period_s=period_s, rng=noise)
+    for (link_name, trip_s, wall), measured in zip(varied, measure(course), strict=True):
+        yield {
+            "architecture": name,
+            "hand": hand,
+            "period_ms": 1e3 * period_s,
+            "link": link_name,
+            "round_trip_ms": 1e3 * trip_s,
+            "wall_n_m": wall,
+            **measured,
+        }
 
 
 def summary(rows: list[dict[str, Any]], most_mj: float, most_n: float) -> Iterator[dict[str, Any]]:

@@ -6,12 +6,13 @@ means to do, at the end of a lever of 30 mm; in contact its wall begins where th
 """
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path as File
 from typing import Any
 
 import numpy as np
 
+from studies.pieces import Piece
 from studies.stability_cases import HANDS, Floats, cases
 from studies.stability_matrix import ARCHITECTURES
 from studies.stability_measures import SECONDS, START_M, PressTwice, produced_j
@@ -31,19 +32,19 @@ def folder() -> File:
     return File(os.environ.get("TELETACTION_DATA", File(__file__).parents[2] / "shared" / "data"))
 
 
-def recorded_rows(quick: bool, seed: int) -> Iterator[dict[str, Any]]:
-    """A row for each architecture, recording, hand and wall (or delay); quick: over one link only.
+def recorded_pieces(quick: bool, seed: int) -> list[Piece]:
+    """Pieces that make a row for each architecture, recording, hand and wall (or delay); quick: over one link only.
 
-    Nothing where there are no recordings.
+    None where there are no recordings.
     """
     links = sorted((folder() / "network_rtt").glob("*.csv"))
     motions = sorted((folder() / "bilateral_1dof").glob("*.csv"))
     if quick:
         links, motions = links[3:4], []
-    if links:
-        yield from _over_links(links, seed)
-    if motions:
-        yield from _by_hands(motions, seed)
+    trips_s = {file.stem: round_trip_s(file, round(SECONDS / PERIOD_S)) for file in links}
+    paths_m = {file.stem: _leader_m(file) for file in motions}
+    pieces: list[Piece] = [(_over_links, (name, trips_s, seed)) for name in ARCHITECTURES if links]
+    return pieces + [(_by_hands, (name, paths_m, seed)) for name in ARCHITECTURES if motions]
 
 
 def round_trip_s(file: File, ticks: int) -> Floats:
@@ -55,27 +56,25 @@ def round_trip_s(file: File, ticks: int) -> Floats:
     return np.asarray(1e-3 * rtt_ms[np.maximum(0, last)])
 
 
-def _over_links(files: list[File], seed: int) -> Iterator[dict[str, Any]]:
-    ticks = round(SECONDS / PERIOD_S)
-    varied = [(file, hand, wall) for file in files for hand in HANDS for wall in WALLS_N_M]
-    trips = {file: round_trip_s(file, ticks) for file in files}
-    half_s = 0.5 * np.stack([trips[file] for file, _, _ in varied], axis=1)
+def _over_links(name: str, trips_s: Mapping[str, Floats], seed: int) -> Iterator[dict[str, Any]]:
+    """One architecture over recorded round trips, s at each tick, by their recording."""
+    varied = [(recording, hand, wall) for recording in trips_s for hand in HANDS for wall in WALLS_N_M]
+    half_s = 0.5 * np.stack([trips_s[recording] for recording, _, _ in varied], axis=1)
     one_way = newest(half_s, np.zeros(half_s.shape, bool), PERIOD_S)
     runs = cases((HANDS[hand], wall, 0.0) for _, hand, wall in varied)
-    for name, make in ARCHITECTURES.items():
-        sites, rng = make(np.full(len(runs), START_M), PERIOD_S), np.random.default_rng(seed)
-        course = simulate(runs, sites, PressTwice(runs), one_way, one_way, period_s=PERIOD_S, rng=rng)
-        for (file, hand, wall), worth in zip(varied, _judged(course), strict=True):
-            longest_ms = 1e3 * float(trips[file].max())
-            yield _row(name, "round trips", file.stem, hand, longest_ms, wall) | worth
+    sites, rng = ARCHITECTURES[name](np.full(len(runs), START_M), PERIOD_S), np.random.default_rng(seed)
+    course = simulate(runs, sites, PressTwice(runs), one_way, one_way, period_s=PERIOD_S, rng=rng)
+    for (recording, hand, wall), worth in zip(varied, _judged(course), strict=True):
+        longest_ms = 1e3 * float(trips_s[recording].max())
+        yield _row(name, "round trips", recording, hand, longest_ms, wall) | worth
 
 
-def _by_hands(files: list[File], seed: int) -> Iterator[dict[str, Any]]:
-    paths = [_leader_m(file) for file in files]
-    ticks = min(len(path) for path in paths)
-    varied = [(n, hand, trip_s) for n in range(len(files)) for hand in HANDS for trip_s in ROUND_TRIPS_S]
-    walls = [next(wall for word, wall in TOUCHED_N_M.items() if word in files[n].stem) for n, _, _ in varied]
-    meant = np.stack([paths[n][:ticks] for n, _, _ in varied], axis=1)
+def _by_hands(name: str, paths_m: Mapping[str, Floats], seed: int) -> Iterator[dict[str, Any]]:
+    """One architecture with recorded hands, depth in m at each tick, by their recording."""
+    ticks = min(len(path) for path in paths_m.values())
+    varied = [(recording, hand, trip_s) for recording in paths_m for hand in HANDS for trip_s in ROUND_TRIPS_S]
+    walls = [next(wall for word, wall in TOUCHED_N_M.items() if word in recording) for recording, _, _ in varied]
+    meant = np.stack([paths_m[recording][:ticks] for recording, _, _ in varied], axis=1)
     pace = np.gradient(meant, PERIOD_S, axis=0)
     runs = cases((HANDS[hand], wall, 0.0) for (_, hand, _), wall in zip(varied, walls, strict=True))
     rng = np.random.default_rng(seed)
@@ -87,11 +86,10 @@ def _by_hands(files: list[File], seed: int) -> Iterator[dict[str, Any]]:
         return meant[tick], pace[tick]
 
     follow: Path = path
-    for name, make in ARCHITECTURES.items():
-        sites = make(meant[0].copy(), PERIOD_S)
-        course = simulate(runs, sites, follow, forward, backward, period_s=PERIOD_S, rng=np.random.default_rng(seed))
-        for (n, hand, trip_s), wall, worth in zip(varied, walls, _judged(course), strict=True):
-            yield _row(name, "hands", files[n].stem, hand, 1e3 * trip_s, wall) | worth
+    sites = ARCHITECTURES[name](meant[0].copy(), PERIOD_S)
+    course = simulate(runs, sites, follow, forward, backward, period_s=PERIOD_S, rng=np.random.default_rng(seed))
+    for (recording, hand, trip_s), wall, worth in zip(varied, walls, _judged(course), strict=True):
+        yield _row(name, "hands", recording, hand, 1e3 * trip_s, wall) | worth
 
 
 def _leader_m(file: File) -> Floats:

@@ -11,7 +11,9 @@ from typing import Any
 import numpy as np
 
 from remote_site.touched_surface import TouchedSurface
+from studies.compared import Compared
 from studies.felt_surface import STEPS, TICK_S, Felt, Floats, sense
+from studies.pieces import HERE, Piece, Work, one_thread, part_of, rows_of
 from studies.registry import Tell
 from studies.surface_identification_figure import plot
 from studies.surface_scenes import HAND_STEP_M, STROKE_FROM_S, Told, pressed, rested, stroked, tell
@@ -34,44 +36,69 @@ EDGES_M = (0.0, 2e-3, 5e-3)
 SLOPE = 0.1
 MOST_LAG_TICKS = 100
 TABLES = ("presses", "known", "dampings", "jitter", "moving", "nodule", "slope", "cost")
+COMPARED = (
+    Compared("known", "seconds_p50", "less", ("steps", "stiffness_n_m"), absolute=0.01, relative=0.3),
+    Compared("known", "ever_told_wrong", "less", ("steps", "stiffness_n_m"), absolute=1.0),
+    Compared("known", "harder_n", "less", ("steps", "stiffness_n_m"), absolute=0.02),
+    Compared("dampings", "error_p50", "less", ("damping_s_m",), absolute=0.005, relative=0.5),
+    Compared("jitter", "told_mm", "less", ("stiffness_n_m",), relative=0.3),
+    Compared("moving", "lag_ms", "less", ("moves", "stiffness_n_m"), absolute=4.0),
+    Compared("cost", "times_a_bare_call", "less", ("while",), relative=0.5),
+)
 
 
-def run(quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
-    """Press, rest, breathe and stroke: rows of TABLES, and three courses for the figure."""
-    rng = np.random.default_rng([seed, 20])
+def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
+    """Press, rest, breathe and stroke: rows of TABLES, and three courses for the figure.
+
+    What it costs is measured here, when all else is done.
+    """
     count = QUICK_PRESSES if quick else PRESSES
-    presses, known = [], []
-    for number, stiffness_n_m in enumerate(STIFFNESSES_N_M):
-        tell(0.8 * number / len(STIFFNESSES_N_M))
-        felt, force_n = pressed(np.full(count, stiffness_n_m), rng)
-        for steps in STEPS:
-            judged = [_judge(felt, finger, each) for finger, each in enumerate(_told(felt, rng, steps))]
-            kind = {"steps": steps, "stiffness_n_m": stiffness_n_m}
-            presses += [kind | row for row in _by_force(judged, force_n)]
-            known.append(kind | _known(judged))
-    tell(0.8)
-    dampings = list(_dampings(count, rng))
-    jitter = list(_jitter(rng))
-    moving, breath = _moving(rng)
-    nodule, lump = _nodule(rng)
-    tell(0.95)
+    pieces: dict[str, list[Piece]] = {
+        "pressed": [(_pressed, (stiffness_n_m, count, seed)) for stiffness_n_m in STIFFNESSES_N_M],
+        "dampings": [(_damping, (damping_s_m, count, seed)) for damping_s_m in DAMPINGS_S_M],
+        "jitter": [(_jitter, (seed,))],
+        "moving": [(_moving, (name, seed)) for name in MOVES],
+        "nodule": [(_nodule, (edge_m, seed)) for edge_m in EDGES_M],
+        "slope": [(_slope, (seed,))],
+    }
+    found = rows_of(pieces, work, part_of(tell, 0.0, 0.95))
+    with one_thread():
+        cost = _cost(_chance(seed, "cost"))
+    breaths, lumps = ([course for _, course in found[name]] for name in ("moving", "nodule"))
     return {
         "quick": quick,
-        "presses": presses,
-        "known": known,
-        "dampings": dampings,
-        "jitter": jitter,
-        "moving": moving,
-        "nodule": nodule,
-        "slope": list(_slope(rng)),
-        "cost": _cost(rng),
-        "courses": {"breath": breath, "nodule": lump},
+        "presses": [row for presses, _ in found["pressed"] for row in presses],
+        "known": [row for _, known in found["pressed"] for row in known],
+        "dampings": found["dampings"],
+        "jitter": found["jitter"],
+        "moving": [row for rows, _ in found["moving"] for row in rows],
+        "nodule": [row for rows, _ in found["nodule"] for row in rows],
+        "slope": found["slope"],
+        "cost": cost,
+        "courses": {"breath": breaths[0], "nodule": lumps[1]},
     }
 
 
 def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
     """All rows by what they tell."""
     return {name: data[name] for name in TABLES}
+
+
+def _chance(seed: int, *what: str | float) -> np.random.Generator:
+    """Each piece has chances of its own, wherever it is done."""
+    return np.random.default_rng([seed, *repr(what).encode()])
+
+
+def _pressed(
+    stiffness_n_m: float, count: int, seed: int
+) -> Iterator[tuple[list[dict[str, Any]], list[dict[str, Any]]]]:
+    """Presses of one stiffness: rows of errors, and of when it is known, for each way to sense."""
+    rng = _chance(seed, "pressed", stiffness_n_m)
+    felt, force_n = pressed(np.full(count, stiffness_n_m), rng)
+    for steps in STEPS:
+        judged = [_judge(felt, finger, each) for finger, each in enumerate(_told(felt, rng, steps))]
+        kind = {"steps": steps, "stiffness_n_m": stiffness_n_m}
+        yield [kind | row for row in _by_force(judged, force_n)], [kind | _known(judged)]
 
 
 def _told(felt: Felt, rng: np.random.Generator, steps: str = "12 bits") -> list[Told]:
@@ -127,33 +154,33 @@ def _quantiles(name: str, values: list[float]) -> dict[str, float]:
     return {f"{name}_p50": p50, f"{name}_p95": p95, f"{name}_most": most}
 
 
-def _dampings(count: int, rng: np.random.Generator) -> Iterator[dict[str, Any]]:
+def _damping(damping_s_m: float, count: int, seed: int) -> Iterator[dict[str, Any]]:
     """Presses of all stiffnesses on objects of other damping."""
-    for damping_s_m in DAMPINGS_S_M:
-        felt, force_n = pressed(np.repeat(STIFFNESSES_N_M, max(2, count // 5)), rng, damping_s_m)
-        told = _told(felt, rng)
-        judged = [_judge(felt, finger, each) for finger, each in enumerate(told)]
-        constants = [
-            each.damping_n_s_m[last] / felt.force_n[last, finger]
-            for finger, each in enumerate(told)
-            if each.damping_n_s_m[last := int(np.flatnonzero(felt.force_n[:, finger] > 1.0)[-1])] > 0.0
-        ]
-        yield (
-            {
-                "damping_s_m": damping_s_m,
-                "count": len(force_n),
-                "unknown_at_end": sum(not each["known"] for each in judged),
-                "ever_told_wrong": sum(each["right_ticks"] < each["known_ticks"] for each in judged),
-                "damping_told": len(constants),
-                "told_p50_s_m": float(np.median(constants)) if constants else None,
-            }
-            | _quantiles("error", [each["error"] for each in judged if each["known"]])
-        )
+    rng = _chance(seed, "damping", damping_s_m)
+    felt, force_n = pressed(np.repeat(STIFFNESSES_N_M, max(2, count // 5)), rng, damping_s_m)
+    told = _told(felt, rng)
+    judged = [_judge(felt, finger, each) for finger, each in enumerate(told)]
+    constants = [
+        each.damping_n_s_m[last] / felt.force_n[last, finger]
+        for finger, each in enumerate(told)
+        if each.damping_n_s_m[last := int(np.flatnonzero(felt.force_n[:, finger] > 1.0)[-1])] > 0.0
+    ]
+    yield (
+        {
+            "damping_s_m": damping_s_m,
+            "count": len(force_n),
+            "unknown_at_end": sum(not each["known"] for each in judged),
+            "ever_told_wrong": sum(each["right_ticks"] < each["known_ticks"] for each in judged),
+            "damping_told": len(constants),
+            "told_p50_s_m": float(np.median(constants)) if constants else None,
+        }
+        | _quantiles("error", [each["error"] for each in judged if each["known"]])
+    )
 
 
-def _jitter(rng: np.random.Generator) -> Iterator[dict[str, Any]]:
+def _jitter(seed: int) -> Iterator[dict[str, Any]]:
     """Standard deviation of the surface of a finger that rests with 1 N, told and raw, z + F/k."""
-    stiffness_n_m = np.array(RESTED_N_M)
+    rng, stiffness_n_m = _chance(seed, "jitter"), np.array(RESTED_N_M)
     felt = rested(stiffness_n_m, 1.0, 6.0)
     late = felt.time_s > SETTLED_S
     force_n, z_m = sense(felt, rng, STEPS["12 bits"])
@@ -168,31 +195,31 @@ def _jitter(rng: np.random.Generator) -> Iterator[dict[str, Any]]:
         }
 
 
-def _moving(rng: np.random.Generator) -> tuple[list[dict[str, Any]], dict[str, list[float]]]:
-    """Surfaces that breathe below a resting finger: how late they are told; and one's course."""
+def _moving(name: str, seed: int) -> Iterator[tuple[list[dict[str, Any]], dict[str, list[float]]]]:
+    """Surfaces that breathe below a resting finger: how late they are told; and the course of the one of 500 N/m."""
+    amplitude_m, frequency_hz = MOVES[name]
+    felt = rested(np.array(MOVED_N_M), MOVED_N, 8.0, amplitude_m=amplitude_m, frequency_hz=frequency_hz)
+    late = felt.time_s > SETTLED_S
     rows: list[dict[str, Any]] = []
     course: dict[str, list[float]] = {}
-    for name, (amplitude_m, frequency_hz) in MOVES.items():
-        felt = rested(np.array(MOVED_N_M), MOVED_N, 8.0, amplitude_m=amplitude_m, frequency_hz=frequency_hz)
-        late = felt.time_s > SETTLED_S
-        for finger, told in enumerate(_told(felt, rng)):
-            true_m = felt.surface_m[:, finger]
-            shown_n = told.stiffness_n_m * np.maximum(0.0, told.surface_m - felt.z_m[:, finger])
-            rows.append(
-                {
-                    "moves": name,
-                    "stiffness_n_m": MOVED_N_M[finger],
-                    "lag_ms": 1e3 * TICK_S * _lag_ticks(told.surface_m, true_m, late),
-                    "offset_mm": 1e3 * float((told.surface_m - true_m)[late].mean()),
-                    "off_beside_mm": 1e3 * float((told.surface_m - true_m)[late].std()),
-                    "force_off_rms_n": float(np.sqrt(((shown_n - felt.force_n[:, finger])[late] ** 2).mean())),
-                    "stiffness_error": float(np.median(told.stiffness_n_m[late]) / MOVED_N_M[finger] - 1.0),
-                    "share_known": float(told.known[late].mean()),
-                }
-            )
-            if not course and MOVED_N_M[finger] == 500.0:
-                course = _course(felt.time_s, true_mm=1e3 * true_m, told_mm=1e3 * told.surface_m)
-    return rows, course
+    for finger, told in enumerate(_told(felt, _chance(seed, "moving", name))):
+        true_m = felt.surface_m[:, finger]
+        shown_n = told.stiffness_n_m * np.maximum(0.0, told.surface_m - felt.z_m[:, finger])
+        rows.append(
+            {
+                "moves": name,
+                "stiffness_n_m": MOVED_N_M[finger],
+                "lag_ms": 1e3 * TICK_S * _lag_ticks(told.surface_m, true_m, late),
+                "offset_mm": 1e3 * float((told.surface_m - true_m)[late].mean()),
+                "off_beside_mm": 1e3 * float((told.surface_m - true_m)[late].std()),
+                "force_off_rms_n": float(np.sqrt(((shown_n - felt.force_n[:, finger])[late] ** 2).mean())),
+                "stiffness_error": float(np.median(told.stiffness_n_m[late]) / MOVED_N_M[finger] - 1.0),
+                "share_known": float(told.known[late].mean()),
+            }
+        )
+        if MOVED_N_M[finger] == 500.0:
+            course = _course(felt.time_s, true_mm=1e3 * true_m, told_mm=1e3 * told.surface_m)
+    yield rows, course
 
 
 def _lag_ticks(told_m: Floats, true_m: Floats, late: Any) -> int:
@@ -201,35 +228,32 @@ def _lag_ticks(told_m: Floats, true_m: Floats, late: Any) -> int:
     return min(range(MOST_LAG_TICKS), key=lambda lag: float((told_m[ticks] - true_m[ticks - lag]).std()))
 
 
-def _nodule(rng: np.random.Generator) -> tuple[list[dict[str, Any]], dict[str, list[float]]]:
-    """A stroke from tissue over a nodule with soft and hard edges, and one's course."""
+def _nodule(edge_m: float, seed: int) -> Iterator[tuple[list[dict[str, Any]], dict[str, list[float]]]]:
+    """A stroke from tissue over a nodule with a soft or hard edge, and one's course."""
+    width_m = max(edge_m, 1e-6)
+
+    def stiffness_n_m(x_m: Floats) -> Floats:
+        upon = np.clip((x_m - NODULE_FROM_M) / width_m, 0.0, 1.0) - np.clip((x_m - NODULE_TO_M) / width_m, 0.0, 1.0)
+        return TISSUE_N_M + (NODULE_N_M - TISSUE_N_M) * upon
+
+    felt = stroked(stiffness_n_m, np.array([TISSUE_N_M] * 4), 1.0, STROKE_FROM_S + 2.4)
+    x_m, stroking = felt.x_m[:, 0], felt.time_s > STROKE_FROM_S
+    all_told = _told(felt, _chance(seed, "nodule", edge_m))
     rows: list[dict[str, Any]] = []
-    course: dict[str, list[float]] = {}
-    for edge_m in EDGES_M:
-
-        def stiffness_n_m(x_m: Floats, edge_m: float = max(edge_m, 1e-6)) -> Floats:
-            upon = np.clip((x_m - NODULE_FROM_M) / edge_m, 0.0, 1.0) - np.clip((x_m - NODULE_TO_M) / edge_m, 0.0, 1.0)
-            return TISSUE_N_M + (NODULE_N_M - TISSUE_N_M) * upon
-
-        felt = stroked(stiffness_n_m, np.array([TISSUE_N_M] * 4), 1.0, STROKE_FROM_S + 2.4)
-        for told in _told(felt, rng):
-            ratio = told.stiffness_n_m / felt.stiffness_n_m[:, 0]
-            x_m, stroking = felt.x_m[:, 0], felt.time_s > STROKE_FROM_S
-            rows.append(
-                {
-                    "edge_mm": 1e3 * edge_m,
-                    "onto_ms": _settles_ms(ratio, x_m, NODULE_FROM_M + edge_m, NODULE_TO_M),
-                    "off_ms": _settles_ms(ratio, x_m, NODULE_TO_M + edge_m, math.inf),
-                    "nodule_error": float(ratio[x_m < NODULE_TO_M][-1] - 1.0),
-                    "after_error": float(ratio[-1] - 1.0),
-                    "surface_off_most_mm": 1e3 * float(np.abs(told.surface_m[stroking]).max()),
-                }
-            )
-            if not course and edge_m == EDGES_M[1]:
-                course = _course(
-                    1e3 * x_m[stroking], true_n_m=felt.stiffness_n_m[stroking, 0], told_n_m=told.stiffness_n_m[stroking]
-                )
-    return rows, course
+    for told in all_told:
+        ratio = told.stiffness_n_m / felt.stiffness_n_m[:, 0]
+        rows.append(
+            {
+                "edge_mm": 1e3 * edge_m,
+                "onto_ms": _settles_ms(ratio, x_m, NODULE_FROM_M + edge_m, NODULE_TO_M),
+                "off_ms": _settles_ms(ratio, x_m, NODULE_TO_M + edge_m, math.inf),
+                "nodule_error": float(ratio[x_m < NODULE_TO_M][-1] - 1.0),
+                "after_error": float(ratio[-1] - 1.0),
+                "surface_off_most_mm": 1e3 * float(np.abs(told.surface_m[stroking]).max()),
+            }
+        )
+    told_n_m = all_told[0].stiffness_n_m[stroking]
+    yield rows, _course(1e3 * x_m[stroking], true_n_m=felt.stiffness_n_m[stroking, 0], told_n_m=told_n_m)
 
 
 def _settles_ms(ratio: Floats, x_m: Floats, from_m: float, to_m: float) -> float | None:
@@ -241,11 +265,11 @@ def _settles_ms(ratio: Floats, x_m: Floats, from_m: float, to_m: float) -> float
     return 1e3 * TICK_S * (int(wrong[-1]) + 1 if len(wrong) else 0)
 
 
-def _slope(rng: np.random.Generator) -> Iterator[dict[str, Any]]:
+def _slope(seed: int) -> Iterator[dict[str, Any]]:
     """A stroke up a slope: when it is told, and how well."""
     wall = np.array(RESTED_N_M[1:])
     felt = stroked(lambda _: wall, wall, 1.5, STROKE_FROM_S + 1.5, slope=SLOPE)
-    for finger, told in enumerate(_told(felt, rng)):
+    for finger, told in enumerate(_told(felt, _chance(seed, "slope"))):
         tells = told.slope != 0.0
         late = tells & (felt.time_s > STROKE_FROM_S + 0.5)
         yield {

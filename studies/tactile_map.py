@@ -7,7 +7,6 @@ that takes less heat: the place that was found warm is rested on once more, with
 """
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,9 @@ from operator_site.console.map_tiles import CONFIDENT_SD, picture
 from operator_site.console.tactile_map import TactileMap
 from sim_sensors.hand import ScriptedHand
 from sim_sensors.hand_plan import Segment
+from studies.compared import Compared
 from studies.found_targets import Found, find_highest, value_near
+from studies.pieces import HERE, Work
 from studies.registry import Tell
 from studies.remote_hand import RemoteHand
 from studies.rendered_hand import TICK_S
@@ -38,39 +39,39 @@ PACKET_EVERY = 2
 MEASURING: tuple[Finger, ...] = ("thumb", "index")
 MEASURED_S = 6.0
 GOAL_M, GOAL_K, GOAL_SHARE = 5e-3, 0.5, 0.20
+COMPARED = (
+    Compared("targets", "place_error_mm", "less", ("seed", "target"), absolute=1.0),
+    Compared("targets", "within_goal", "more", ("seed", "target")),
+)
 
 
-def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
+def run(*, quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
     """Sweep once, or SEEDS times; each session has its own sensors, tissue and contacts."""
     scene = quick_scene() if quick else load_scene(SCENE)
-    fingers = MEASURING if quick else FINGERS
-    seeds = range(seed, seed + (1 if quick else SEEDS))
-    rows: list[dict[str, Any]] = []
-    shown: dict[str, Any] = {}
-    seconds = {}
-    for number, one in enumerate(seeds):
-        sweep = Sweep(scene, one, fingers)
-        segments = sweep.explore(scene.script, _part(tell, number, len(seeds)))
-        seconds, felt = _durations(segments), sweep.felt
-        found = {name: find_highest(felt, quantity) for name, quantity in TARGETS.items()}
-        shown = shown or {quantity: _shown(felt, quantity) for quantity in TARGETS.values()}
-        if (warm := found["warm_spot"]) is not None:
-            sweep.measure(warm)
-        rows += [{"seed": one} | _judge(scene, felt, name, found[name]) for name in TARGETS]
+    sessions = work([(_session, (quick, one)) for one in range(seed, seed + (1 if quick else SEEDS))], tell)
+    rows = [row for session in sessions for row in session["targets"]]
     return {
         "quick": quick,
         "targets": rows,
-        "seconds": seconds,
-        "maps": shown,
+        "seconds": sessions[-1]["seconds"],
+        "maps": sessions[0]["maps"],
         "objects": {name: scene.object_named(name).model_dump() for name in TARGETS},
         "goals": {"place_m": GOAL_M, "temperature_k": GOAL_K, "stiffness_share": GOAL_SHARE},
         "problems": [_problem(row) for row in rows if not row["within_goal"]],
     }
 
 
-def _part(tell: Tell, number: int, of: int) -> Callable[[float], object]:
-    """Tells how far all is by how far one part of it is."""
-    return lambda share: tell((number + share) / of)
+def _session(quick: bool, seed: int) -> dict[str, Any]:
+    """One sweep: what was found, how long it took, and the maps before the warm place was rested on again."""
+    scene = quick_scene() if quick else load_scene(SCENE)
+    sweep = Sweep(scene, seed, MEASURING if quick else FINGERS)
+    seconds, felt = _durations(sweep.explore(scene.script)), sweep.felt
+    found = {name: find_highest(felt, quantity) for name, quantity in TARGETS.items()}
+    maps = {quantity: _shown(felt, quantity) for quantity in TARGETS.values()}
+    if (warm := found["warm_spot"]) is not None:
+        sweep.measure(warm)
+    rows = [{"seed": seed} | _judge(scene, felt, name, found[name]) for name in TARGETS]
+    return {"targets": rows, "seconds": seconds, "maps": maps}
 
 
 def tables(data: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
@@ -110,18 +111,15 @@ class Sweep:
         self._scene, self._seed, self._fingers = scene, seed, fingers
         self._remote = RemoteHand(scene, seed, fingers)
 
-    def explore(self, script: tuple[Step, ...], tell: Callable[[float], object] = lambda _: None) -> list[Segment]:
+    def explore(self, script: tuple[Step, ...]) -> list[Segment]:
         """Let the hand do a script once; returns its movements."""
         scene = self._scene.model_copy(update={"script": script})
         hand = ScriptedHand(scene, seed=self._seed, fingers=self._fingers)
         for _ in range(round(WARM_UP_S / TICK_S)):
             self._step(hand)
         hand.start()
-        ticks = round(hand.total_seconds() / TICK_S)
-        for tick in range(ticks):
+        for _ in range(round(hand.total_seconds() / TICK_S)):
             self._step(hand)
-            if tick % 1000 == 0:
-                tell(tick / ticks)
         return hand.timeline()
 
     def measure(self, place: Found) -> None:

@@ -5,16 +5,18 @@ for a matrix of delays, walls, hands, periods and links, with the analytic limit
 and recorded round trips and hands as further runs.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from studies.compared import Compared
+from studies.pieces import HERE, Piece, Work, rows_of
 from studies.registry import Tell
 from studies.stability_cases import DEVICE_NS_M, HANDS
 from studies.stability_figure import plot
 from studies.stability_limits import FREE, Loop, sampled_wall_n_m, simulated_n_m, simulated_wall_n_m, worked_out_n_m
-from studies.stability_matrix import FULL, LOCAL, QUICK, matrix_rows, summary
+from studies.stability_matrix import FULL, LOCAL, QUICK, matrix_pieces, summary
 from studies.stability_measures import FORCE_MOST_N, PRODUCED_J
-from studies.stability_recorded import recorded_rows
+from studies.stability_recorded import recorded_pieces
 
 __all__ = ["plot", "run", "tables"]
 
@@ -24,33 +26,31 @@ BORDER_S = ((0.0, 0.010, 0.020, 0.050), (0.100, 0.200), (0.400,))
 """Round trips whose border is looked for, in the groups that are watched for equally long."""
 QUICK_BORDER_S = ((0.020, 0.100),)
 PERIODS_S = (0.001, 0.002, 0.005)
+COMPARED = (
+    *(
+        Compared("summary", column, "less", ("link",), {"architecture": LOCAL})
+        for column in ("swing", "produce_energy", "push_too_hard")
+    ),
+    Compared("summary", "most_produced_mj", "less", ("link",), {"architecture": LOCAL}, relative=0.1),
+    Compared("summary", "peak_n", "less", ("link",), {"architecture": LOCAL}, relative=0.1),
+    Compared("borders", "simulated_share", "same", ("hand", "round_trip_ms"), absolute=0.05),
+)
 
 
-def run(quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
-    """The matrix, its summary, borders, sampled walls, recorded runs, and `problems` of local model and borders."""
-    tell("borders")
-    borders = [row for trips_s in (QUICK_BORDER_S if quick else BORDER_S) for row in _borders(trips_s, seed)]
-    walls = list(_walls(PERIODS_S[:1] if quick else PERIODS_S))
-    tell("recorded round trips and hands")
-    recorded = list(recorded_rows(quick, seed))
-    if not recorded:
-        tell("no recordings: name their folder in TELETACTION_DATA")
-    tell("matrix")
-    matrix, rows = (QUICK if quick else FULL), []
-    total = 5 * len(matrix.periods_s) * len(matrix.hands)
-    total *= len(matrix.links) * len(matrix.round_trips_s) * len(matrix.walls_n_m)
-    for row in matrix_rows(matrix, seed):
-        rows.append(row)
-        if len(rows) % 100 == 0:
-            tell(len(rows) / total)
-    data = {
-        "quick": quick,
-        "summary": list(summary(rows, 1e3 * PRODUCED_J, FORCE_MOST_N)),
-        "borders": borders,
-        "walls": walls,
-        "recorded": recorded,
-        "matrix": rows,
+def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
+    """The matrix, its summary, borders, sampled walls, recorded runs, and `problems` of local model and borders.
+
+    Without recordings in the folder that TELETACTION_DATA names there are no recorded runs.
+    """
+    matrix = QUICK if quick else FULL
+    pieces: dict[str, list[Piece]] = {
+        "borders": [(_borders, (trips_s, seed)) for trips_s in (QUICK_BORDER_S if quick else BORDER_S)],
+        "walls": [(_walls, ([period_s],)) for period_s in (PERIODS_S[:1] if quick else PERIODS_S)],
+        "recorded": recorded_pieces(quick, seed),
+        "matrix": matrix_pieces(matrix, seed),
     }
+    found = rows_of(pieces, work, tell)
+    data = {"quick": quick, "summary": list(summary(found["matrix"], 1e3 * PRODUCED_J, FORCE_MOST_N)), **found}
     return data | {"problems": list(_problems(data))}
 
 
@@ -74,7 +74,7 @@ def _borders(trips_s: tuple[float, ...], seed: int) -> Iterator[dict[str, Any]]:
         }
 
 
-def _walls(periods_s: tuple[float, ...]) -> Iterator[dict[str, Any]]:
+def _walls(periods_s: Sequence[float]) -> Iterator[dict[str, Any]]:
     """The device alone on its own virtual wall."""
     for period_s in periods_s:
         yield {

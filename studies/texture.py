@@ -4,7 +4,9 @@ All strokes are simulated, over the paper's six surfaces, at 20..150 mm/s and 0.
 learns from the same strokes, and is judged by others.
 """
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -15,11 +17,13 @@ from sim_sensors.simulated_stroke import simulate_stroke
 from sim_sensors.surface import GROOVE_DEPTH_M
 from sim_sensors.texture_touch import NOISE_V
 from studies.binomial_interval import clopper_pearson
+from studies.compared import Compared
 from studies.paper_texture import PaperRoughness, paper_felt
+from studies.pieces import HERE, Piece, Work, one_thread, part_of, rows_of
 from studies.registry import Tell
 from studies.texture_figure import plot
-from studies.texture_methods import METHODS, Learned, answers, learn
-from studies.texture_strokes import Drawn, changes, felt_blocks, grooves_counted, strokes, stroking
+from studies.texture_methods import METHODS, PAPER, SHIPPED, Learned, answers, learn
+from studies.texture_strokes import Asked, Drawn, changes, felt_blocks, grooves_counted, strokes, stroking
 from teletaction.make_tables import STROKED
 
 __all__ = ["plot", "run", "tables"]
@@ -31,8 +35,25 @@ GROOVED = ("closely_grooved_pvc", "widely_grooved_pvc")
 SPEEDS_MM_S = (20.0, 50.0, 80.0, 110.0, 150.0)
 DEPTHS_M = (5e-6, 10e-6, 20e-6, 40e-6, 80e-6, 250e-6)
 NOISES_V = (NOISE_V, 3.0 * NOISE_V, 10.0 * NOISE_V, 30.0 * NOISE_V)
+CASES = (
+    *(("speed_mm_s", value) for value in SPEEDS_MM_S),
+    *(("groove_depth_m", value) for value in DEPTHS_M),
+    *(("noise_v", value) for value in NOISES_V),
+)
+"""Grooves are crossed with one thing varied at a time."""
+COURSES = (("plain_pvc", "sandpaper"), ("sandpaper", "plain_pvc"))
+COSTED = 12
+"""Strokes that a cost is the median of: two over each surface."""
+_IN_A_PIECE = 20
 BASELINE = "one numpy.fft.rfft of 200 samples"
 BASELINE_RUNS = 2000
+COMPARED = (
+    Compared("accuracy", "share", "more", ("method", "time_s"), {"method": SHIPPED}, counted="strokes"),
+    Compared("scatter", "scatter", "less", ("surface",), {"normalised": True}, absolute=0.01, relative=0.2),
+    Compared("grooves", "share", "less", ("against", "value"), {"method": SHIPPED}, counted="crossed"),
+    Compared("changes", "share", "more", counted="strokes"),
+    Compared("cost.methods", "baselines_a_second", "less", ("method",), {"method": SHIPPED}, relative=0.3),
+)
 
 
 class Sizes(NamedTuple):
@@ -47,32 +68,36 @@ class Sizes(NamedTuple):
 FULL, QUICK = Sizes(16, 100, 300, 6), Sizes(2, 4, 8, 1)
 
 
-def run(quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
-    """All parts; `quick` takes fewer strokes of each."""
-    return {"quick": quick, **measure(QUICK if quick else FULL, seed, tell)}
+def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
+    """All parts; `quick` takes fewer strokes of each. The costs are measured here, when all else is done."""
+    return {"quick": quick, **measure(QUICK if quick else FULL, seed, tell, work)}
 
 
-def measure(sizes: Sizes, seed: int, tell: Tell) -> dict[str, Any]:
+def measure(sizes: Sizes, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
     """All parts with so many strokes of each."""
-    tell("learning")
-    learned = learn(list(strokes(sizes.learn, TIMES_S[-1], 1000 + seed)), TIMES_S)
+    learned: Learned = work([(_learn, (sizes.learn, seed))], part_of(tell, 0.0, 0.1))[0]
     table = learned.fit.table
-    tell("telling surfaces apart")
-    accuracy, roughness, cost = _judge(list(strokes(sizes.judge, TIMES_S[-1], 2000 + seed)), learned)
-    tell("changes of surface")
-    seen = _changes(list(changes(sizes.changes, 3000 + seed)), table)
-    tell("grooves")
-    grooves = _grooves(table, sizes.grooves, 4000 + seed)
-    tell("latch-up and drift")
+    asked = list(strokes(sizes.judge, TIMES_S[-1], 2000 + seed))
+    pieces: dict[str, list[Piece]] = {
+        "judged": [(_judge, (some, learned)) for some in _parts(asked)],
+        "changes": [(_change, (some, table)) for some in _parts(list(changes(sizes.changes, 3000 + seed)))],
+        "grooves": [(_grooves, (table, number, sizes.grooves, 4000 + seed)) for number in range(len(CASES))],
+        "courses": [(_course, (table, *pair, seed)) for pair in COURSES],
+    }
+    found = rows_of(pieces, work, part_of(tell, 0.1, 0.95))
+    roughness = [row for _, row in found["judged"]]
+    with one_thread():
+        cost = _cost(asked[:COSTED], learned)
+    tell(1.0)
     return {
         "law": learned.fit.law.law.model_dump(),
-        "accuracy": accuracy,
+        "accuracy": _accuracy([one.surface for one in asked], [names for names, _ in found["judged"]]),
         "roughness": roughness,
         "scatter": _scatter(roughness),
         "cost": {"baseline": BASELINE, **cost},
-        "changes": seen,
-        "grooves": grooves,
-        "courses": _courses(table, seed),
+        "changes": _changes(found["changes"]),
+        "grooves": found["grooves"],
+        "courses": found["courses"],
     }
 
 
@@ -88,40 +113,51 @@ def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
     }
 
 
-def _judge(
-    drawn: Sequence[Drawn], learned: Learned
-) -> tuple[list[dict[str, Any]], list[dict[str, Any]], dict[str, Any]]:
-    """Accuracy by method and time; roughness of every stroke, before and after normalisation; cost."""
-    right = {(method, time_s): 0 for method in METHODS for time_s in TIMES_S}
-    wrong: dict[tuple[str, float], dict[str, int]] = {key: {} for key in right}
-    rows, spent, unit_s = [], [], _baseline_s()
-    for one in drawn:
-        found, took_s = answers(one, learned, TIMES_S)
-        spent.append(took_s)
-        for key, surface in found.items():
-            right[key] += surface == one.surface
-            if surface != one.surface:
-                pair = f"{one.surface} for {surface}"
-                wrong[key][pair] = wrong[key].get(pair, 0) + 1
+def _learn(each: int, seed: int) -> Learned:
+    return learn([one.drawn() for one in strokes(each, TIMES_S[-1], 1000 + seed)], TIMES_S)
+
+
+def _parts(asked: Sequence[Asked]) -> list[Sequence[Asked]]:
+    return [asked[first : first + _IN_A_PIECE] for first in range(0, len(asked), _IN_A_PIECE)]
+
+
+def _judge(asked: Sequence[Asked], learned: Learned) -> Iterator[tuple[dict[tuple[str, float], str], dict[str, Any]]]:
+    """What each method says of each stroke, and its roughness before and after normalisation."""
+    for one in (each.drawn() for each in asked):
+        names, _ = answers(one, learned, TIMES_S)
         blocks = felt_blocks(one, learned.fit.table)
         course = paper_felt(one.even, [block.mode for block in blocks])
-        felt = [block.texture.roughness_v for block in stroking(blocks)[::1] if block.texture.valid]
-        rows.append(
+        felt = [block.texture.roughness_v for block in stroking(blocks) if block.texture.valid]
+        yield (
+            names,
             {
                 "surface": one.surface,
                 "speed_mm_s": round(one.speed_mm_s, 1),
                 "force_n": round(one.force_n, 2),
                 "before_v": course[-1].mean_v,
                 "after_v": float(np.sqrt(np.mean(np.square(felt[len(felt) // 3 :])))),
-            }
+            },
         )
-    count = len(drawn)
-    accuracy = [
-        {"method": method, "time_s": time_s, "right": hits, "strokes": count, **_shares(hits, count)}
-        | {"wrong": "; ".join(f"{n} {pair}" for pair, n in sorted(wrong[method, time_s].items(), key=lambda x: -x[1]))}
-        for (method, time_s), hits in right.items()
-    ]
-    middle_s = np.median(spent, axis=0)
+
+
+def _accuracy(true: Sequence[str], named: Sequence[Mapping[tuple[str, float], str]]) -> list[dict[str, Any]]:
+    """A row for each method and time."""
+    rows = []
+    for method, time_s in product(METHODS, TIMES_S):
+        said = [(surface, names[method, time_s]) for surface, names in zip(true, named, strict=True)]
+        hits = sum(surface == name for surface, name in said)
+        wrong = Counter(f"{surface} for {name}" for surface, name in said if surface != name)
+        rows.append(
+            {"method": method, "time_s": time_s, "right": hits, "strokes": len(said), **_shares(hits, len(said))}
+            | {"wrong": "; ".join(f"{count} {pair}" for pair, count in wrong.most_common())}
+        )
+    return rows
+
+
+def _cost(asked: Sequence[Asked], learned: Learned) -> dict[str, Any]:
+    """Median time of each method for a second of signal, in its own units and in baselines."""
+    unit_s = _baseline_s()
+    middle_s = np.median([answers(one.drawn(), learned, TIMES_S)[1] for one in asked], axis=0)
     cost = [
         {
             "method": method,
@@ -131,7 +167,7 @@ def _judge(
         }
         for method, took_s in zip(METHODS, middle_s, strict=True)
     ]
-    return accuracy, rows, {"baseline_us": 1e6 * unit_s, "methods": cost}
+    return {"baseline_us": 1e6 * unit_s, "methods": cost}
 
 
 def _shares(hits: int, count: int) -> dict[str, float]:
@@ -167,106 +203,94 @@ def _scatter(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     return found
 
 
-def _changes(drawn: Sequence[Drawn], table: SurfaceTable) -> dict[str, Any]:
-    """How many changes of surface are seen, how late, and how many are told where there is none."""
-    seen = false = recognised = 0
-    late_m, missed = [], []
-    for one in drawn:
+def _change(asked: Sequence[Asked], table: SurfaceTable) -> Iterator[dict[str, Any]]:
+    """Of each stroke from one surface to another: how late that is seen, if it is, and what else is told."""
+    for one in (each.drawn() for each in asked):
         border_s = one.trace.border_s
         assert border_s is not None
         blocks = felt_blocks(one, table)
         window_s = max(1e3 * SEEN_M / one.speed_mm_s, SEEN_S)
         told = [block.texture.changed_s - border_s for block in blocks if block.texture.changed_s is not None]
         hits = [after_s for after_s in told if 0.0 <= after_s <= window_s]
-        seen += bool(hits)
-        false += len(told) - len(hits)
-        if hits:
-            late_m.append(1e-3 * one.speed_mm_s * hits[0])
-        else:
-            missed.append(f"{one.surface} to {one.then}, {one.speed_mm_s:.0f} mm/s, {one.force_n:.1f} N")
         within = [block for block in blocks if block.end_s <= border_s + window_s]
-        recognised += within[-1].texture.best == one.then
-    count = len(drawn)
+        yield {
+            "stroke": f"{one.surface} to {one.then}, {one.speed_mm_s:.0f} mm/s, {one.force_n:.1f} N",
+            "late_m": 1e-3 * one.speed_mm_s * hits[0] if hits else None,
+            "false": len(told) - len(hits),
+            "recognised": within[-1].texture.best == one.then,
+        }
+
+
+def _changes(strokes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """How many changes of surface are seen, how late, and how many are told where there is none."""
+    late_m = [one["late_m"] for one in strokes if one["late_m"] is not None]
     return {
-        "strokes": count,
-        "seen": seen,
-        **_shares(seen, count),
-        "recognised": recognised,
-        "told_but_not_there": false,
-        "metres_stroked": 0.14 * count,
+        "strokes": len(strokes),
+        "seen": len(late_m),
+        **_shares(len(late_m), len(strokes)),
+        "recognised": sum(one["recognised"] for one in strokes),
+        "told_but_not_there": sum(one["false"] for one in strokes),
+        "metres_stroked": 0.14 * len(strokes),
         "late_mm": [round(1e3 * float(np.quantile(late_m, part)), 1) for part in (0.5, 0.95)],
-        "missed": missed,
+        "missed": [one["stroke"] for one in strokes if one["late_m"] is None],
     }
 
 
-def _grooves(table: SurfaceTable, repeats: int, seed: int) -> list[dict[str, Any]]:
-    """Missed and invented by the paper's and the shipped method: against speed, depth and noise, one at a time."""
-    cases: list[tuple[str, float, dict[str, float]]] = [
-        *(("speed_mm_s", value, {"speed_mm_s": value}) for value in SPEEDS_MM_S),
-        *(("groove_depth_m", value, {"groove_depth_m": value}) for value in DEPTHS_M),
-        *(("noise_v", value, {"noise_v": value}) for value in NOISES_V),
-    ]
-    rows = []
-    for number, (what, value, how) in enumerate(cases):
-        counts = {method: np.zeros(3, dtype=int) for method in METHODS[:2]}
-        chance = np.random.default_rng([seed, number])
-        for repeat in range(repeats):
-            for surface in GROOVED:
-                speed_mm_s = how.get("speed_mm_s", float(chance.uniform(20.0, 150.0)))
-                force_n = float(chance.uniform(0.56, 4.5))
-                trace = simulate_stroke(
-                    surface,
-                    seed + 1000 * number + repeat,
-                    speed_mm_s,
-                    force_n,
-                    groove_depth_m=how.get("groove_depth_m", GROOVE_DEPTH_M),
-                    noise_v=how.get("noise_v", NOISE_V),
-                )
-                one = Drawn(surface, None, speed_mm_s, force_n, trace)
-                blocks = felt_blocks(one, table)
-                begin_s = stroking(blocks)[0].begin_s
-                told = {
-                    METHODS[1]: [impulse.time_s for block in blocks for impulse in block.texture.impulses],
-                    METHODS[0]: list(paper_felt(one.even, [block.mode for block in blocks])[-1].patterns_s),
-                }
-                for method, times_s in told.items():
-                    counts[method] += grooves_counted(one, begin_s, times_s)
-        for method, (crossed, missed, invented) in counts.items():
-            rows.append(
-                {
-                    "against": what,
-                    "value": value,
-                    "method": method,
-                    "crossed": int(crossed),
-                    "missed": int(missed),
-                    "invented": int(invented),
-                    "share": float((missed + invented) / max(crossed, 1)),
-                }
+def _grooves(table: SurfaceTable, number: int, repeats: int, seed: int) -> Iterator[dict[str, Any]]:
+    """Missed and invented by the paper's and the shipped method, in one of CASES."""
+    what, value = CASES[number]
+    how = {what: value}
+    counts = {method: np.zeros(3, dtype=int) for method in (PAPER, SHIPPED)}
+    chance = np.random.default_rng([seed, number])
+    for repeat in range(repeats):
+        for surface in GROOVED:
+            speed_mm_s = how.get("speed_mm_s", float(chance.uniform(20.0, 150.0)))
+            force_n = float(chance.uniform(0.56, 4.5))
+            trace = simulate_stroke(
+                surface,
+                seed + 1000 * number + repeat,
+                speed_mm_s,
+                force_n,
+                groove_depth_m=how.get("groove_depth_m", GROOVE_DEPTH_M),
+                noise_v=how.get("noise_v", NOISE_V),
             )
-    return rows
-
-
-def _courses(table: SurfaceTable, seed: int) -> list[dict[str, Any]]:
-    """Smooth to rough, where the paper's hold latches; and rough to smooth, where its mean drifts."""
-    found = []
-    for before, after in (("plain_pvc", "sandpaper"), ("sandpaper", "plain_pvc")):
-        trace = simulate_stroke(before, 5000 + seed, 60.0, 1.5, length_m=0.24, then=after)
-        one = Drawn(before, after, 60.0, 1.5, trace)
-        felt = stroking(felt_blocks(one, table))
-        paper, course = PaperRoughness(), []
-        for block in felt:
-            first = int(np.searchsorted(one.even.time_s, block.begin_s))
-            paper.step(one.even.signal_v[first : first + 10])
-            course.append((paper.mean_v, paper.pattern))
-        assert trace.border_s is not None
-        found.append(
-            {
-                "before": before,
-                "after": after,
-                "after_border_s": [round(block.end_s - trace.border_s, 4) for block in felt],
-                "paper_v": [mean_v for mean_v, _ in course],
-                "held": [held for _, held in course],
-                "shipped_v": [block.texture.roughness_v if block.texture.valid else None for block in felt],
+            one = Drawn(surface, None, speed_mm_s, force_n, trace)
+            blocks = felt_blocks(one, table)
+            begin_s = stroking(blocks)[0].begin_s
+            told = {
+                SHIPPED: [impulse.time_s for block in blocks for impulse in block.texture.impulses],
+                PAPER: list(paper_felt(one.even, [block.mode for block in blocks])[-1].patterns_s),
             }
-        )
-    return found
+            for method, times_s in told.items():
+                counts[method] += grooves_counted(one, begin_s, times_s)
+    for method, (crossed, missed, invented) in counts.items():
+        yield {
+            "against": what,
+            "value": value,
+            "method": method,
+            "crossed": int(crossed),
+            "missed": int(missed),
+            "invented": int(invented),
+            "share": float((missed + invented) / max(crossed, 1)),
+        }
+
+
+def _course(table: SurfaceTable, before: str, after: str, seed: int) -> Iterator[dict[str, Any]]:
+    """From one surface to another: where the paper's hold latches, and where its mean drifts."""
+    trace = simulate_stroke(before, 5000 + seed, 60.0, 1.5, length_m=0.24, then=after)
+    one = Drawn(before, after, 60.0, 1.5, trace)
+    felt = stroking(felt_blocks(one, table))
+    paper, course = PaperRoughness(), []
+    for block in felt:
+        first = int(np.searchsorted(one.even.time_s, block.begin_s))
+        paper.step(one.even.signal_v[first : first + 10])
+        course.append((paper.mean_v, paper.pattern))
+    assert trace.border_s is not None
+    yield {
+        "before": before,
+        "after": after,
+        "after_border_s": [round(block.end_s - trace.border_s, 4) for block in felt],
+        "paper_v": [mean_v for mean_v, _ in course],
+        "held": [held for _, held in course],
+        "shipped_v": [block.texture.roughness_v if block.texture.valid else None for block in felt],
+    }

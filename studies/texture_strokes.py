@@ -34,25 +34,41 @@ class Drawn(NamedTuple):
         return EvenStroke(trace.time_s, trace.pressure_v, trace.force_n, 1e-3 * trace.speed_mm_s)
 
 
-def strokes(each: int, seconds: float, seed: int) -> Iterator[Drawn]:
+class Asked(NamedTuple):
+    """A stroke that can be simulated anywhere: over one surface, or from it to another."""
+
+    surface: str
+    then: str | None
+    seed: int
+    speed_mm_s: float
+    force_n: float
+    length_m: float
+
+    def drawn(self) -> Drawn:
+        """Simulate it."""
+        trace = simulate_stroke(
+            self.surface, self.seed, self.speed_mm_s, self.force_n, length_m=self.length_m, then=self.then
+        )
+        return Drawn(self.surface, self.then, self.speed_mm_s, self.force_n, trace)
+
+
+def strokes(each: int, seconds: float, seed: int) -> Iterator[Asked]:
     """So many strokes over each surface, of so many seconds."""
     chance = np.random.default_rng([seed, 1])
     for number in range(each):
         for surface in STROKED:
             speed_mm_s, force_n = float(chance.uniform(*SPEED_MM_S)), float(chance.uniform(*FORCE_N))
             length_m = min(1e-3 * speed_mm_s * (seconds + 0.2), LONGEST_M)
-            trace = simulate_stroke(surface, (seed << 20) + number, speed_mm_s, force_n, length_m=length_m)
-            yield Drawn(surface, None, speed_mm_s, force_n, trace)
+            yield Asked(surface, None, (seed << 20) + number, speed_mm_s, force_n, length_m)
 
 
-def changes(count: int, seed: int) -> Iterator[Drawn]:
+def changes(count: int, seed: int) -> Iterator[Asked]:
     """So many strokes that come from one surface to another, 70 mm on each."""
     chance = np.random.default_rng([seed, 2])
     for number in range(count):
         before, after = (STROKED[k] for k in chance.choice(len(STROKED), 2, replace=False))
         speed_mm_s, force_n = float(chance.uniform(*SPEED_MM_S)), float(chance.uniform(*FORCE_N))
-        trace = simulate_stroke(before, (seed << 20) + 500_000 + number, speed_mm_s, force_n, length_m=0.14, then=after)
-        yield Drawn(before, after, speed_mm_s, force_n, trace)
+        yield Asked(before, after, (seed << 20) + 500_000 + number, speed_mm_s, force_n, 0.14)
 
 
 def stroking(blocks: list[FeltBlock]) -> list[FeltBlock]:

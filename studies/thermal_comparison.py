@@ -1,12 +1,13 @@
 """Table 2 again: pairs of objects told apart by temperature, on real objects, virtual ones, and remote ones."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
 from studies.ideal_plate import ideal_plate_touch
 from studies.paper_tables import COMPARED, COMPARING_OF, beside
+from studies.pieces import Piece
 from studies.real_touch import real_touch
 from studies.remote_touch import remote_touch
 from studies.rendered_touch import rendered_touches
@@ -27,23 +28,38 @@ Courses = Mapping[str, list[Array]]
 """Changes of the felt temperature in an object's touches, K, first at contact, by the object's letter."""
 
 
-def courses(seeds: int, seed: int, tell: Callable[[float], object]) -> dict[str, Courses]:
+Course = tuple[str, str, Array]
+"""Side, letter of the object, and change of the felt temperature in one touch, K."""
+
+
+def course_pieces(seeds: int, seed: int) -> list[Piece]:
     """Touches of all objects on each side; remote ones are drawn `seeds` times, the others have no chance in them.
 
     A plate's sensor is noisy, but nothing of that reaches the finger.
     """
-    longest_s = max(DWELLS_S)
-    real = {letter: [real_touch(name, OBJECT_C, longest_s)] for letter, name in OBJECTS.items()}
-    found: dict[str, Courses] = {"real": real}
-    for side, ahead in (("virtual", False), (KNOWN_AHEAD, True)):
-        felt = rendered_touches(list(OBJECTS.values()), OBJECT_C, longest_s, seed, known_ahead=ahead)
-        found[side] = {letter: [felt[name]] for letter, name in OBJECTS.items()}
-    remote: dict[str, list[Array]] = {letter: [] for letter in OBJECTS}
-    for done in range(seeds):
-        for letter, name in OBJECTS.items():
-            remote[letter].append(remote_touch(name, OBJECT_C, longest_s, seed + done))
-        tell((done + 1) / seeds)
-    return found | {"remote": remote}
+    remote: list[Piece] = [(_remote, (letter, seed + done)) for done in range(seeds) for letter in OBJECTS]
+    return [*remote, (_real, ()), (_virtual, ("virtual", seed)), (_virtual, (KNOWN_AHEAD, seed))]
+
+
+def courses(found: Iterable[Course]) -> dict[str, Courses]:
+    """Touches by side and object."""
+    sides: dict[str, dict[str, list[Array]]] = {side: {} for side in ("real", "virtual", KNOWN_AHEAD, "remote")}
+    for side, letter, course in found:
+        sides[side].setdefault(letter, []).append(course)
+    return dict(sides)
+
+
+def _real() -> list[Course]:
+    return [("real", letter, real_touch(name, OBJECT_C, max(DWELLS_S))) for letter, name in OBJECTS.items()]
+
+
+def _virtual(side: str, seed: int) -> list[Course]:
+    felt = rendered_touches(list(OBJECTS.values()), OBJECT_C, max(DWELLS_S), seed, known_ahead=side == KNOWN_AHEAD)
+    return [(side, letter, felt[name]) for letter, name in OBJECTS.items()]
+
+
+def _remote(letter: str, seed: int) -> list[Course]:
+    return [("remote", letter, remote_touch(OBJECTS[letter], OBJECT_C, max(DWELLS_S), seed))]
 
 
 def changes_k(touches: list[Array], dwell_s: float) -> list[float]:

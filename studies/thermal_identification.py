@@ -14,14 +14,16 @@ from remote_site.material_table import MaterialTable
 from remote_site.touch_guesses import FOREIGN
 from sim_sensors.ssr_converter import NOISE_C
 from studies import thermal_figure, thermal_maps
+from studies.compared import Compared
+from studies.pieces import HERE, Piece, TellShare, Work, one_thread, part_of
+from studies.registry import Tell
 from studies.thermal_answers import Answered, knowledge_of
 from studies.thermal_bound import bounds
 from studies.thermal_cost import BASELINE, cost_by_materials, costs
 from studies.thermal_goals import goals
-from studies.thermal_jobs import ONE, Calibration, Examples, by_network, calibrate, examine, examples, learn
 from studies.thermal_maps import Axes
 from studies.thermal_network import Network
-from studies.thermal_processes import Job, Run, Tell, processes, use_one_thread
+from studies.thermal_pieces import ONE, Calibration, Examples, by_network, calibrate, examine, examples, learn
 from studies.thermal_shares import errors, reliability, shares
 from studies.thermal_situations import EQUAL_K, FOUR, SECONDS, STAGGERED_K, TWELVE, Situation, touched
 
@@ -33,6 +35,12 @@ _TEST_CHUNK, _HAND_CHUNK = 30, 10
 _COST_CALIBRATION_S = 2.05
 """Touches behind the largest table: of that only the cost matters, not how well it judges."""
 _SEEDS = {"calibration": 1, "learning": 100, "test": 2, "hands": 3, "maps": 4, "cost": 5}
+COMPARED = (
+    Compared("accuracy", "right", "more", ("materials", "method", "t_s"), counted="touches"),
+    Compared("accuracy", "wrong", "less", ("materials", "method", "t_s"), counted="touches"),
+    Compared("accuracy", "object_rms_k", "less", ("materials", "method", "t_s"), absolute=0.05, relative=0.2),
+    Compared("cost", "ratio_all", "less", ("method",), relative=0.3),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +48,6 @@ class Sizes:
     """How much is measured; touches are those of each material.
 
     Attributes:
-        processes: that share the work.
         calibration: touches that calibrate.
         learning: touches that the network learns from, with four materials and with twelve; and the hands of two
             fingers with four, 0: no such network.
@@ -55,7 +62,6 @@ class Sizes:
         seconds, calibration_s: a touch that is judged or learned from lasts, and one that calibrates, s.
     """
 
-    processes: int
     calibration: int
     learning: tuple[int, int, int]
     test: tuple[int, int]
@@ -73,9 +79,8 @@ class Sizes:
 
 
 QUICK = Sizes(
-    processes=os.cpu_count() or 1,
     calibration=25,
-    learning=(1000, 150, 0),
+    learning=(400, 60, 0),
     test=(16, 3),
     hands=(4, 0),
     times_s=(0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 7.0),
@@ -87,7 +92,7 @@ QUICK = Sizes(
         changes=((0.5, 0.0), (1.5, 0.0), (1.0, 0.3)),
         spreads=(0.15, 0.5),
         foreign=6,
-        touches=3,
+        touches=2,
         times_s=(0.5, 1.0, 2.0, 3.0, 5.0),
         seconds=5.05,
     ),
@@ -96,7 +101,6 @@ QUICK = Sizes(
     cost_materials=(4, 8, 12, 24),
 )
 FULL = Sizes(
-    processes=os.cpu_count() or 1,
     calibration=25,
     learning=(1250, 1000, 1000),
     test=(150, 40),
@@ -119,23 +123,23 @@ FULL = Sizes(
 )
 
 
-def run(quick: bool, seed: int, tell: Tell = lambda _: None) -> dict[str, Any]:
+def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
     """Measure everything.
 
     Args:
         quick: less than two minutes on two processors instead of less than twenty.
         seed: of every touch.
         tell: is told the share done, 0..1.
+        work: who does it; the costs are measured here, when all else is done.
     """
-    return measure(QUICK if quick else FULL, seed, tell) | {"quick": quick}
+    return measure(QUICK if quick else FULL, seed, tell, work) | {"quick": quick}
 
 
-def measure(sizes: Sizes, seed: int, tell: Tell = lambda _: None) -> dict[str, Any]:
+def measure(sizes: Sizes, seed: int, tell: TellShare = lambda _: None, work: Work = HERE) -> dict[str, Any]:
     """Measure as much as `sizes` says."""
-    with processes(sizes.processes) as work:
-        prepared = _prepare(sizes, seed, work, _part(tell, 0.0, 0.35))
-        found = _judge(sizes, seed, prepared, work, _part(tell, 0.35, 0.95))
-    with use_one_thread():
+    prepared = _prepare(sizes, seed, work, part_of(tell, 0.0, 0.35))
+    found = _judge(sizes, seed, prepared, work, part_of(tell, 0.35, 0.95))
+    with one_thread():
         cost = _cost(sizes, seed, prepared, found.networks)
     tell(1.0)
     accuracy, counted = [], []
@@ -210,22 +214,22 @@ def _materials(sizes: Sizes) -> dict[int, tuple[str, ...]]:
     return {len(names): names for names, touches in zip((FOUR, TWELVE), sizes.test, strict=True) if touches}
 
 
-def _prepare(sizes: Sizes, seed: int, work: Run, tell: Tell) -> _Prepared:
+def _prepare(sizes: Sizes, seed: int, work: Work, tell: TellShare) -> _Prepared:
     calibration_seed, learning_seed = (_seed(seed, what) for what in ("calibration", "learning"))
     usual = thermal_maps.default_noise(sizes.maps)
     noises_k = [noise_k for noise_k in sizes.maps.noises_k if noise_k != usual]
     largest = (*TWELVE, *(name for name in materials() if name not in TWELVE))[: max(sizes.cost_materials)]
 
-    def calibration(names: tuple[str, ...], noise_k: float, times_s: tuple[float, ...] = ()) -> Job:
+    def calibration(names: tuple[str, ...], noise_k: float, times_s: tuple[float, ...] = ()) -> Piece:
         return calibrate, (names, sizes.calibration, calibration_seed, noise_k, sizes.calibration_s, times_s)
 
     sets = _materials(sizes)
-    jobs: list[Job] = [
+    pieces: list[Piece] = [
         (calibrate, (largest, sizes.cost_calibration, calibration_seed, usual, _COST_CALIBRATION_S, ())),
         *(calibration(names, usual, sizes.times_s) for names in sets.values()),
         *(calibration(FOUR, noise_k) for noise_k in noises_k),
     ]
-    calibrations = len(jobs)
+    calibrations = len(pieces)
     labels = []
     for what, names, touches, preheats_k in (
         ("4", FOUR, sizes.learning[0], EQUAL_K[:1]),
@@ -236,11 +240,11 @@ def _prepare(sizes: Sizes, seed: int, work: Run, tell: Tell) -> _Prepared:
         for name in names:
             for number, part in enumerate(_chunks(touches, _CHUNK)):
                 own = learning_seed + number + (1000 if what == "two" else 0)
-                jobs.append((examples, (Situation(name, own, part, preheats_k, seconds=sizes.seconds), times_s)))
+                pieces.append((examples, (Situation(name, own, part, preheats_k, seconds=sizes.seconds), times_s)))
                 labels.append(what)
-    learned = len(jobs)
-    jobs += [(bounds, (name, plates_k, sizes.times_s)) for name in FOUR for plates_k in (EQUAL_K, STAGGERED_K)]
-    done = work(jobs, tell)
+    learned = len(pieces)
+    pieces += [(bounds, (name, plates_k, sizes.times_s)) for name in FOUR for plates_k in (EQUAL_K, STAGGERED_K)]
+    done = work(pieces, tell)
     parts: dict[str, list[Examples]] = {}
     for what, each in zip(labels, done[calibrations:learned], strict=True):
         parts.setdefault(what, []).append(each)
@@ -256,24 +260,24 @@ def _prepare(sizes: Sizes, seed: int, work: Run, tell: Tell) -> _Prepared:
     )
 
 
-def _judge(sizes: Sizes, seed: int, prepared: _Prepared, work: Run, tell: Tell) -> _Found:
+def _judge(sizes: Sizes, seed: int, prepared: _Prepared, work: Work, tell: TellShare) -> _Found:
     keys = [(what, t_s) for what, each in prepared.learning.items() for t_s in each.rows]
-    jobs: dict[str, list[Job]] = {
+    pieces: dict[str, list[Piece]] = {
         "networks": [
             (learn, (prepared.learning[what].rows[t_s], *prepared.learning[what][1:], _seed(seed, "learning")))
             for what, t_s in keys
         ]
     }
     for place, (count, names) in enumerate(_materials(sizes).items()):
-        jobs[f"hands {count}"] = _hand_jobs(sizes, seed, names, sizes.hands[place], prepared.by_count[count])
-        jobs[f"one {count}"] = _one_jobs(sizes, seed, names, sizes.test[place], prepared.by_count[count])
+        pieces[f"hands {count}"] = _hand_pieces(sizes, seed, names, sizes.hands[place], prepared.by_count[count])
+        pieces[f"one {count}"] = _one_pieces(sizes, seed, names, sizes.test[place], prepared.by_count[count])
     axes, map_seed, table = sizes.maps, _seed(seed, "maps"), prepared.by_count[len(FOUR)].table
-    jobs["difference"] = thermal_maps.difference_jobs(axes, prepared.by_noise, map_seed)
-    jobs["contact"] = thermal_maps.change_jobs(axes, table, map_seed)
-    jobs["spread"] = thermal_maps.spread_jobs(axes, table, map_seed)
-    jobs["untrained"] = thermal_maps.foreign_jobs(axes, table, map_seed)
-    done = iter(work([job for each in jobs.values() for job in each], tell))
-    results = {what: [next(done) for _ in each] for what, each in jobs.items()}
+    pieces["difference"] = thermal_maps.difference_pieces(axes, prepared.by_noise, map_seed)
+    pieces["contact"] = thermal_maps.change_pieces(axes, table, map_seed)
+    pieces["spread"] = thermal_maps.spread_pieces(axes, table, map_seed)
+    pieces["untrained"] = thermal_maps.foreign_pieces(axes, table, map_seed)
+    done = iter(work([piece for each in pieces.values() for piece in each], tell))
+    results = {what: [next(done) for _ in each] for what, each in pieces.items()}
     networks = dict(zip(keys, results["networks"], strict=True))
     answers: dict[int, list[Answered]] = {}
     for count in prepared.by_count:
@@ -306,7 +310,7 @@ def _with_strangers(found: _Found) -> list[dict[str, Any]]:
     return [row | {"method": WITH_STRANGERS} for row in rows]
 
 
-def _hand_jobs(sizes: Sizes, seed: int, names: tuple[str, ...], hands: int, calibration: Calibration) -> list[Job]:
+def _hand_pieces(sizes: Sizes, seed: int, names: tuple[str, ...], hands: int, calibration: Calibration) -> list[Piece]:
     """Hands with equal plates, then with staggered ones; the network sees their first two fingers."""
     last_s = sizes.hand_times_s[-1]
     learned = 2, [t for t in sizes.network_times_s if t <= last_s]
@@ -327,7 +331,7 @@ def _hand_jobs(sizes: Sizes, seed: int, names: tuple[str, ...], hands: int, cali
     ]
 
 
-def _one_jobs(sizes: Sizes, seed: int, names: tuple[str, ...], touches: int, calibration: Calibration) -> list[Job]:
+def _one_pieces(sizes: Sizes, seed: int, names: tuple[str, ...], touches: int, calibration: Calibration) -> list[Piece]:
     """Touches of one finger."""
     learned = 1, sizes.network_times_s
     return [
@@ -378,7 +382,3 @@ def _seed(seed: int, what: str) -> int:
 
 def _chunks(count: int, size: int) -> list[int]:
     return [min(size, count - start) for start in range(0, count, size)]
-
-
-def _part(tell: Tell, start: float, end: float) -> Tell:
-    return lambda share: tell(start + (end - start) * share)

@@ -1,6 +1,6 @@
 """Where identification fails: little difference and much noise, contact lost, contacts that scatter, foreign materials.
 
-Each map is a list of jobs with what it varies, and the rows that their answers make.
+Each map is a list of pieces with what it varies, and the rows that their answers make.
 """
 
 from collections.abc import Sequence
@@ -11,9 +11,9 @@ import numpy as np
 
 from common.materials import material, materials
 from sim_sensors.ssr_converter import NOISE_C
+from studies.pieces import Piece
 from studies.thermal_answers import Answered
-from studies.thermal_jobs import in_session, one_finger, with_noise
-from studies.thermal_processes import Job
+from studies.thermal_pieces import in_session, one_finger, with_noise
 from studies.thermal_shares import shares
 from studies.thermal_situations import FOUR, PREHEAT_K, SECONDS, Situation
 
@@ -46,8 +46,8 @@ class Axes:
     seconds: float = SECONDS
 
 
-def difference_jobs(axes: Axes, tables: dict[float, str], seed: int) -> list[Job]:
-    """Difference x noise x time; a job for each difference and material."""
+def difference_pieces(axes: Axes, tables: dict[float, str], seed: int) -> list[Piece]:
+    """Difference x noise x time; a piece for each difference and material."""
     return [
         (with_noise, (_situation(axes, name, seed, offset_c=(above_k, above_k)), tables, axes.times_s))
         for above_k in (PREHEAT_K - difference_k for difference_k in axes.differences_k)
@@ -56,7 +56,7 @@ def difference_jobs(axes: Axes, tables: dict[float, str], seed: int) -> list[Job
 
 
 def difference_rows(axes: Axes, found: Sequence[list[tuple[float, list[Answered]]]]) -> list[dict[str, Any]]:
-    """Of the results of `difference_jobs`."""
+    """Of the results of `difference_pieces`."""
     rows = []
     for place, difference_k in enumerate(axes.differences_k):
         cell = found[place * len(FOUR) : (place + 1) * len(FOUR)]
@@ -66,8 +66,8 @@ def difference_rows(axes: Axes, found: Sequence[list[tuple[float, list[Answered]
     return rows
 
 
-def change_jobs(axes: Axes, table: str, seed: int) -> list[Job]:
-    """Contact lost or pressed otherwise; a job for each change and material."""
+def change_pieces(axes: Axes, table: str, seed: int) -> list[Piece]:
+    """Contact lost or pressed otherwise; a piece for each change and material."""
     return [
         (in_session, (_situation(axes, name, seed, later=change), table, axes.times_s))
         for change in axes.changes
@@ -76,15 +76,15 @@ def change_jobs(axes: Axes, table: str, seed: int) -> list[Job]:
 
 
 def change_rows(axes: Axes, found: Sequence[list[Answered]]) -> list[dict[str, Any]]:
-    """Of the results of `change_jobs`."""
+    """Of the results of `change_pieces`."""
     rows = []
     for place, (at_s, share) in enumerate(axes.changes):
         rows += shares(_cell(found, place), change_s=at_s, force_share=share)
     return rows
 
 
-def spread_jobs(axes: Axes, table: str, seed: int) -> list[Job]:
-    """Contacts that scatter otherwise than in calibration; a job for each spread and material."""
+def spread_pieces(axes: Axes, table: str, seed: int) -> list[Piece]:
+    """Contacts that scatter otherwise than in calibration; a piece for each spread and material."""
     return [
         (one_finger, (_situation(axes, name, seed, contact_spread=spread), table, axes.times_s))
         for spread in axes.spreads
@@ -93,7 +93,7 @@ def spread_jobs(axes: Axes, table: str, seed: int) -> list[Job]:
 
 
 def spread_rows(axes: Axes, found: Sequence[list[Answered]]) -> list[dict[str, Any]]:
-    """Of the results of `spread_jobs`."""
+    """Of the results of `spread_pieces`."""
     rows = []
     for place, spread in enumerate(axes.spreads):
         rows += shares(_cell(found, place), contact_spread=spread)
@@ -113,13 +113,13 @@ def foreign_materials(axes: Axes) -> list[tuple[str, float]]:
     return [away[place] for place in places]
 
 
-def foreign_jobs(axes: Axes, table: str, seed: int) -> list[Job]:
-    """Untrained materials; a job for each."""
+def foreign_pieces(axes: Axes, table: str, seed: int) -> list[Piece]:
+    """Untrained materials; a piece for each."""
     return [(one_finger, (_situation(axes, name, seed), table, axes.times_s)) for name, _ in foreign_materials(axes)]
 
 
 def foreign_rows(axes: Axes, found: Sequence[list[Answered]]) -> list[dict[str, Any]]:
-    """Of the results of `foreign_jobs`; `right` means nothing here, and every `identified` is wrong."""
+    """Of the results of `foreign_pieces`; `right` means nothing here, and every `identified` is wrong."""
     rows = []
     for (name, away_ln), answers in zip(foreign_materials(axes), found, strict=True):
         rows += shares(answers, material=name, away_ln=round(away_ln, 3))

@@ -19,7 +19,9 @@ from operator_site.scene_skin import SceneSkin
 from operator_site.skin import STEP_S, SkinModel, SkinStep, Touched, skin_rates, skin_step
 from operator_site.tissue import Body, Floats, rest
 from studies import plate_in_loop
+from studies.compared import Compared
 from studies.naive_inverse import inverse_rows
+from studies.pieces import HERE, Piece, Work, part_of, rows_of
 from studies.plate_strategies import rate_rows, strategy_rows, told_apart_rows
 from studies.reference_finger import felt_course
 from studies.registry import Tell
@@ -50,27 +52,44 @@ SOLVERS = ("RK45", "LSODA", "BDF")
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6)
 RUNGE_KUTTA_REACH = 3.3
 """The stability region of RK45 (Dormand & Prince 1980) ends here on the negative axis; explicit Euler's at 2."""
+COMPARED = (
+    Compared("models", "share_of_tolerance", "less", ("object", "model"), absolute=0.01, relative=0.02),
+    Compared("models", "products", "less", ("object", "model"), relative=0.5),
+    Compared(
+        "loop",
+        "share_where_rate_allows",
+        "less",
+        ("object", "object_c", "tick_s", "noise_k"),
+        absolute=0.05,
+        relative=0.02,
+    ),
+)
 
 
-def run(quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
-    """All parts; `seed` is of the thermistors' noise, nothing else has chance in it."""
+def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
+    """All parts; `seed` is of the thermistors' noise, nothing else has chance in it.
+
+    Models and integrators are timed here, before all else.
+    """
     tell(0.0)
     unit_us = _product_us()
     models = list(_models(unit_us))
     tell(0.1)
     integrators = list(_integrators(unit_us, 1.0 if quick else SECONDS))
-    tell(0.3)
     few: dict[str, Any] = {"names": QUICK_LOOP, "temperatures_c": (25.0,), "ticks_s": (0.002, 0.05)} if quick else {}
+    pieces: dict[str, list[Piece]] = {
+        "rates": [(rate_rows, ())],
+        "strategies": [(strategy_rows, ())],
+        "told_apart": [(told_apart_rows, ())],
+        "inverse": [(inverse_rows, (seed,))],
+        "loop": plate_in_loop.loop_pieces(seed=seed, **few),
+    }
     return {
         "quick": quick,
         "product_us": unit_us,
         "models": models,
         "integrators": integrators,
-        "rates": list(rate_rows()),
-        "strategies": list(strategy_rows()),
-        "told_apart": list(told_apart_rows()),
-        "inverse": list(inverse_rows(seed)),
-        "loop": list(plate_in_loop.loop_rows(seed=seed, **few)),
+        **rows_of(pieces, work, part_of(tell, 0.3, 1.0)),
     }
 
 

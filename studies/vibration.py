@@ -22,6 +22,8 @@ from operator_site.motor_drive import FULL_V, MOTOR, RPM_TO_RAD_S, MotorDrive, M
 from operator_site.vibration import FingerVibration, Surface
 from sim_sensors.motor import VibrationMotors
 from sim_sensors.tacttip import TactTip
+from studies.compared import Compared
+from studies.pieces import HERE, Piece, Work, rows_of
 from studies.registry import Tell
 from studies.vibration_figure import plot
 
@@ -51,24 +53,25 @@ OTHERS = {
     "resistance +15 %": replace(MOTOR, resistance_ohm=1.15 * MOTOR.resistance_ohm),
     "friction +40 %": replace(MOTOR, friction_n_m=1.4 * MOTOR.friction_n_m),
 }
+COMPARED = (
+    Compared("taps", "peak_intensity_share", "more", ("attack_rpm", "way"), absolute=0.01),
+    Compared("taps", "near_after_s", "less", ("attack_rpm", "way"), absolute=TICK_S),
+    Compared("motors", "end_intensity_share", "same", ("motor",), absolute=0.01),
+)
 
 
-def run(quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
+def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
     """All four parts; `seed` changes nothing, there is no chance in it."""
     del seed
-    tell(0.0)
-    taps = list(_taps(ATTACKS_RPM[::3] if quick else ATTACKS_RPM))
-    tell(0.3)
-    impulses = list(_impulses(RATES_HZ[::3] if quick else RATES_HZ))
-    tell(0.9)
-    return {
-        "quick": quick,
-        "taps": taps,
-        "courses": list(_courses()),
-        "impulses": impulses,
-        "scales": list(_scales()),
-        "motors": list(_motors()),
+    every = 3 if quick else 1
+    pieces: dict[str, list[Piece]] = {
+        "taps": [(_taps, ((attack_rpm,),)) for attack_rpm in ATTACKS_RPM[::every]],
+        "courses": [(_courses, ())],
+        "impulses": [(_impulses, ((rate_hz,),)) for rate_hz in RATES_HZ[::every]],
+        "scales": [(_scales, ())],
+        "motors": [(_motors, ())],
     }
+    return {"quick": quick, **rows_of(pieces, work, tell)}
 
 
 def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:

@@ -1,8 +1,10 @@
 """`study`: measurements of the system under conditions set on purpose."""
 
+import csv
+import sys
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -17,37 +19,86 @@ def study_command(
     name: Annotated[str | None, typer.Argument(help="Which study; --list tells what there are.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for NAME.json, NAME-TABLE.csv and NAME.png.")] = None,
     list_studies: Annotated[bool, typer.Option("--list", help="Print each study's name and what it shows.")] = False,
-    all_studies: Annotated[bool, typer.Option("--all", help="Run all studies, one after the other.")] = False,
+    all_studies: Annotated[
+        bool, typer.Option("--all", help="Run all studies, one after the other, and draw an overview.")
+    ] = False,
     quick: Annotated[bool, typer.Option("--quick", help="Measure less, and sooner.")] = False,
     seed: Annotated[int, typer.Option(min=0, help="Seed of everything random in a study.")] = 0,
+    processes: Annotated[
+        int | None, typer.Option(min=1, help="Processes that share the work.", show_default="one for each processor")
+    ] = None,
+    dask: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Share the work on the Dask cluster with this scheduler.")
+    ] = None,
+    compare: Annotated[
+        tuple[Path, Path] | None,
+        typer.Option(metavar="OLD NEW", help="Print what differs between the results in two folders; 1 if worse."),
+    ] = None,
 ) -> None:
-    """Measure the system under conditions set on purpose: data as JSON and CSV, and a figure."""
+    """Measure the system under conditions set on purpose: data as JSON and CSV, and a figure.
+
+    What is random comes from the seed alone: the same seed gives the same data on any number of processors. A run that
+    was interrupted goes on where it was when it is called again with the same folder.
+    """
     # By name: nothing but this command may depend on the studies, and they may depend on everything.
     registry = import_module("studies.registry")
     if list_studies:
         for study_name, line in registry.described().items():
             typer.echo(f"{study_name}: {line}")
         return
+    if name is not None:
+        registry.study(name)
+    if compare is not None:
+        _compare(*compare, name)
+        return
     if all_studies == (name is not None):
         raise ValueError(f"name one study, or --all; there are {', '.join(registry.STUDIES)}")
-    names: list[str] = list(registry.STUDIES) if name is None else [name]
-    for study_name in names:
-        registry.study(study_name)
     if out is None:
         raise ValueError("a study needs --out DIR")
-    found = []
-    for study_name in names:
-        try:
-            with progress_line(study_name) as tell:
-                result = registry.run_study(study_name, out, quick=quick, seed=seed, tell=tell)
-        except registry.Unavailable as missing:
-            if not all_studies:
-                raise
-            typer.echo(f"{study_name}: skipped: {missing}", err=True)
-            continue
-        typer.echo(f"{study_name}: wrote {', '.join(str(path) for path in result.written)}", err=True)
-        found += [f"{study_name}: {problem}" for problem in result.problems]
+    if processes is not None and dask is not None:
+        raise ValueError("--processes are of this machine: not with --dask")
+    who = import_module("studies.workers")
+    try:
+        with who.workers(processes, dask) as workers:
+            found = _run(name, out, {"quick": quick, "seed": seed, "workers": workers})
+    except who.WorkersLost as lost:
+        raise Failed(f"{lost}; the same command goes on where this was") from None
     for problem in found:
         typer.echo(problem, err=True)
     if found:
         raise Failed(f"problems found: {len(found)}")
+
+
+def _run(name: str | None, out: Path, how: dict[str, Any]) -> list[str]:
+    """Run a study, or all where none is named; the problems that were found."""
+    registry = import_module("studies.registry")
+    if name is None:
+        results = registry.run_all(out, telling=progress_line, **how)
+    else:
+        with progress_line(name) as tell:
+            results = [(name, registry.run_study(name, out, tell=tell, **how))]
+    found = []
+    for study_name, result in results:
+        if isinstance(result, registry.Unavailable):
+            typer.echo(f"{study_name}: skipped: {result}", err=True)
+            continue
+        typer.echo(f"{study_name}: wrote {', '.join(str(path) for path in result.written)}", err=True)
+        found += [f"{study_name}: {problem}" for problem in result.problems]
+    return found
+
+
+def _compare(old: Path, new: Path, name: str | None) -> None:
+    """Print what changed between two folders as CSV; raises Failed where something became worse."""
+    comparison = import_module("studies.comparison")
+    changes, alone = comparison.compare_folders(old, new, *([] if name is None else [[name]]))
+    differ = [change for change in changes if change.verdict != "same"]
+    writer = csv.writer(sys.stdout, lineterminator="\n")
+    writer.writerow(("verdict", "study", "number", "old", "new", "may_differ"))
+    for each in sorted(differ, key=lambda change: comparison.ORDER.index(change.verdict)):
+        writer.writerow((each.verdict, each.study, each.number, each.old, each.new, each.may_differ))
+    if alone:
+        typer.echo(f"not compared, in one folder only: {', '.join(alone)}", err=True)
+    counts = ", ".join(f"{sum(each.verdict == verdict for each in changes)} {verdict}" for verdict in comparison.ORDER)
+    typer.echo(f"{len(changes)} numbers: {counts}", err=True)
+    if worse := [each for each in changes if each.verdict in comparison.WORSE]:
+        raise Failed(f"worse or gone: {len(worse)} numbers")

@@ -27,7 +27,7 @@ from studies.stroke_features import FLOOR_RAD_S, motor_features, surface_feature
 from studies.stroke_path import LENGTH_M, REST_S, SLOW_M_S, SPEED_M_S, measured
 from studies.texture_comparison import BY_INTENSITY, OWN_STIFFNESS, SLOWLY, SURFACES, Strokes
 from studies.texture_observer import Features
-from studies.thermal_comparison import DWELLS_S, KNOWN_AHEAD, OBJECT_C, OBJECTS, PAIRS
+from studies.thermal_comparison import DWELLS_S, KNOWN_AHEAD, OBJECT_C, OBJECTS, PAIRS, ablation_rows
 
 AT_3_S = round(3.0 / STEP_S)
 
@@ -169,7 +169,7 @@ def data() -> dict[str, Any]:
     soft = rendered_stroke(replace(VirtualSurface.of("foam"), stiffness_n_m=40.0))
     varied = {SLOWLY: strokes, BY_INTENSITY: strokes, OWN_STIFFNESS: [soft, *strokes[1:]]}
     one = Strokes([profile(name) for name in SURFACES], strokes, strokes, varied)
-    return findings(sides, [one], seed=0, draws=500)
+    return findings(sides, [one], ablation_rows(), seed=0, draws=500)
 
 
 def test_every_real_cell_of_table_2_is_inside_the_paper_s_interval() -> None:

@@ -86,7 +86,7 @@ def test_both_methods_answer_every_touch_of_a_set_that_was_left_out(tmp_path: Pa
     told: list[float] = []
     data = recorded_touches.run(folder=tmp_path, quick=True, tell=told.append)
     assert data["sets"] == [1]
-    assert told == [1.0]
+    assert told == [0.0, 1 / 3, 2 / 3, 1.0]
     judged = {path.name for path in found if path.name.startswith("set01")}
     rows = data["accuracy"]
     for method, sensors in (("linear", 2), ("estimator", 3)):

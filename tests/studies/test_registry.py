@@ -4,6 +4,7 @@ import csv
 import json
 import sys
 from collections.abc import Callable
+from inspect import signature
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -27,6 +28,7 @@ def told(monkeypatch: pytest.MonkeyPatch) -> list[object]:
 
     module = ModuleType("plain_study", "What it shows.\n\nMore of it.")
     vars(module).update(
+        MEASURES_THIS_MACHINE="nothing",
         run=run,
         plot=lambda data, path: path.write_text(f"{len(data['rows'])}"),
         tables=lambda data: {"rows": data["rows"], "none": []},
@@ -42,7 +44,7 @@ def problems(told: list[object], monkeypatch: pytest.MonkeyPatch) -> list[str]:
     found: list[str] = []
     module = ModuleType("strict_study", "What it shows.")
     vars(module).update(
-        run=lambda quick, seed, tell: {"problems": found}, plot=lambda data, path: path.write_text("drawn")
+        run=lambda quick, seed, tell, work: {"problems": found}, plot=lambda data, path: path.write_text("drawn")
     )
     monkeypatch.setitem(sys.modules, "strict_study", module)
     monkeypatch.setattr(registry, "STUDIES", {"strict": "strict_study", **registry.STUDIES})
@@ -72,7 +74,7 @@ def test_on_a_terminal_a_line_tells_how_far_it_is(
     assert told == [(False, 0)]
     assert "plain: 50%" in err
     assert "plain: in words" in err
-    assert err.count("\n") == 1
+    assert err.count("\n") == 2, "where plain was written, and the overview"
 
 
 def test_problems_that_a_study_finds_are_told_and_a_failure(
@@ -87,7 +89,7 @@ def test_problems_that_a_study_finds_are_told_and_a_failure(
     _, *told, last = said.err.splitlines()
     assert told == ["strict: it grew", "strict: it stopped"]
     assert last == "teletaction: problems found: 2"
-    assert json.loads((tmp_path / "strict.json").read_text()) == {"problems": problems}
+    assert json.loads((tmp_path / "strict.json").read_text()) == {"quick": False, "seed": 0, "problems": problems}
     assert (tmp_path / "strict.png").read_text() == "drawn"
 
 
@@ -98,6 +100,7 @@ def test_what_one_study_finds_wrong_does_not_keep_another_from_running(
     assert main(["study", "--all", "--out", str(tmp_path)]) == 1
     assert told == [(False, 0)]
     assert (tmp_path / "plain.json").exists()
+    assert {path.name for path in tmp_path.glob("overview.*")} == {"overview.csv", "overview.png"}
 
 
 def test_the_list_tells_what_each_shows(told: list[object], capsys: pytest.CaptureFixture[str]) -> None:
@@ -130,7 +133,8 @@ def test_a_wrong_request_is_one_line_and_exit_2(
 @pytest.mark.parametrize("name", registry.STUDIES)
 def test_each_study_has_what_the_registry_asks_for(name: str) -> None:
     module = registry.study(name)
-    assert callable(module.run)
+    shares_its_work = "work" in signature(module.run).parameters
+    assert shares_its_work != hasattr(module, "MEASURES_THIS_MACHINE")
     assert callable(module.plot)
     line = registry.described()[name]
     assert line.endswith(".")
@@ -149,3 +153,42 @@ def test_all_studies_go_on_past_one_that_lacks_something_and_that_one_alone_does
     assert "strict: skipped: RECORDINGS has to name a folder" in capsys.readouterr().err
     assert main(["study", "strict", "--out", str(tmp_path)]) == 2
     assert "RECORDINGS has to name a folder" in capsys.readouterr().err
+
+
+def test_all_studies_go_on_where_they_were_interrupted(
+    problems: list[str], told: list[object], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """`strict` has ended, and found something wrong, when `plain` is interrupted."""
+    problems.append("it grew")
+    plain = sys.modules["plain_study"]
+    measured = plain.run
+
+    def interrupted(**_: object) -> dict[str, Any]:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(plain, "run", interrupted)
+    assert main(["study", "--all", "--quick", "--out", str(tmp_path)]) == 130
+    (tmp_path / "strict.json").unlink()
+    monkeypatch.setattr(plain, "run", measured)
+    assert main(["study", "--all", "--quick", "--out", str(tmp_path)]) == 1, "what was wrong still is"
+    assert told == [(True, 0)]
+    assert not (tmp_path / "strict.json").exists(), "it was not run again"
+    assert main(["study", "--all", "--quick", "--out", str(tmp_path)]) == 1
+    assert (tmp_path / "strict.json").exists(), "a run that came to its end begins anew"
+
+
+def test_another_seed_goes_on_from_nothing(
+    problems: list[str], told: list[object], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    plain = sys.modules["plain_study"]
+    measured = plain.run
+
+    def interrupted(**_: object) -> dict[str, Any]:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(plain, "run", interrupted)
+    assert main(["study", "--all", "--out", str(tmp_path)]) == 130
+    monkeypatch.setattr(plain, "run", measured)
+    (tmp_path / "strict.json").unlink()
+    assert main(["study", "--all", "--seed", "2", "--out", str(tmp_path)]) == 0
+    assert json.loads((tmp_path / "strict.json").read_text())["seed"] == 2

@@ -14,10 +14,9 @@ from studies.thermal_answers import Answered, by_fingers, by_product, by_rate, k
 from studies.thermal_bound import bounds, reading_noise_k
 from studies.thermal_exponential import WAYS, LaggedResponse
 from studies.thermal_goals import goals
-from studies.thermal_jobs import Calibration, calibrate
 from studies.thermal_maps import Axes, foreign_materials
 from studies.thermal_network import Network, features
-from studies.thermal_processes import processes
+from studies.thermal_pieces import Calibration, calibrate
 from studies.thermal_shares import errors, reliability, shares
 from studies.thermal_situations import FOUR, STAGGERED_K, Hand, Situation, noisier, touched
 
@@ -25,7 +24,6 @@ TIMES_S = (0.5, 1.0)
 SHORT_S = (0.25, 0.5)
 TINY = replace(
     thermal_identification.QUICK,
-    processes=1,
     calibration=8,
     learning=(12, 0, 0),
     test=(2, 0),
@@ -168,14 +166,6 @@ def test_foreign_materials_span_from_the_nearest_to_the_farthest() -> None:
     assert away == sorted(away)
     assert away[0] < 0.2
     assert away[-1] > 1.0
-
-
-@pytest.mark.parametrize("count", [1, 2])
-def test_jobs_come_back_in_their_order(count: int) -> None:
-    told: list[float] = []
-    with processes(count) as run:
-        assert run([(divmod, (7, 2)), (max, (1, 5))], told.append) == [(3, 1), 5]
-    assert told == [0.5, 1.0]
 
 
 def test_a_goal_that_is_missed_is_said_to_be() -> None:

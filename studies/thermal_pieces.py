@@ -1,4 +1,4 @@
-"""The pieces of work that the study of thermal identification hands to its processes; each simulates what it needs."""
+"""The pieces of work of the study of thermal identification; each simulates what it needs."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple

@@ -1,0 +1,98 @@
+"""Two runs of the studies side by side: what became worse, what became better, and what is gone."""
+
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from studies.compared import Compared, Number
+from studies.registry import STUDIES, study
+
+Verdict = Literal["same", "better", "worse", "gone", "new"]
+ORDER: tuple[Verdict, ...] = ("worse", "gone", "better", "new", "same")
+"""Verdicts, the gravest first."""
+WORSE: tuple[Verdict, ...] = ("worse", "gone")
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A number in two runs.
+
+    Attributes:
+        study, number: whose, and which.
+        old, new: what it was and is; None: there is none.
+        may_differ: how far apart they may be; None where one is missing.
+        verdict: what that means.
+    """
+
+    study: str
+    number: str
+    old: float | None
+    new: float | None
+    may_differ: float | None
+    verdict: Verdict
+
+
+def compare_folders(old: Path, new: Path, names: Sequence[str] = tuple(STUDIES)) -> tuple[list[Change], list[str]]:
+    """All numbers of the studies that both folders hold; and the names of those that only one holds.
+
+    Raises:
+        ValueError: the folders have no study in common, a file is none of a study, or one run was quick and one not.
+        OSError: a file cannot be read.
+    """
+    changes: list[Change] = []
+    alone, compared = [], 0
+    for name in names:
+        files = [folder / f"{name}.json" for folder in (old, new)]
+        there = [file.exists() for file in files]
+        if all(there):
+            compared += 1
+            changes += compare(name, *_of_one_kind(files), declared(name))
+        elif any(there):
+            alone.append(name)
+    if not compared:
+        raise ValueError(f"{old} and {new} have no study in common")
+    return changes, alone
+
+
+def declared(name: str) -> tuple[Compared, ...]:
+    """The numbers by which runs of a study are compared."""
+    return tuple(study(name).COMPARED)
+
+
+def compare(name: str, old: Mapping[str, Any], new: Mapping[str, Any], numbers: Iterable[Compared]) -> Iterator[Change]:
+    """What became of each number of a study, and of the problems that it finds."""
+    for each in numbers:
+        before, after = each.numbers(old), each.numbers(new)
+        for number in before | after:
+            yield _change(name, number, each, before.get(number, Number(None)), after.get(number, Number(None)))
+    problems = Compared("", "problems", "less")
+    counts = (Number(float(len(data.get("problems", [])))) for data in (old, new))
+    yield _change(name, "problems", problems, *counts)
+
+
+def _change(name: str, number: str, how: Compared, old: Number, new: Number) -> Change:
+    if old.value is None or new.value is None:
+        verdict: Verdict = "gone" if old.value is not None else "new" if new.value is not None else "same"
+        return Change(name, number, old.value, new.value, None, verdict)
+    allowed, worse_by = how.may_differ(old, new), how.worse_by(old, new)
+    verdict = "same" if -allowed <= worse_by <= allowed else "worse" if worse_by > allowed else "better"
+    return Change(name, number, old.value, new.value, allowed, verdict)
+
+
+def _of_one_kind(files: Sequence[Path]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The old run and the new one, both quick or both in full."""
+    runs = []
+    for file in files:
+        try:
+            data = json.loads(file.read_text("utf-8"))
+        except ValueError as wrong:
+            raise ValueError(f"{file}: no JSON: {wrong}") from None
+        if not isinstance(data, dict):
+            raise ValueError(f"{file}: no data of a study")
+        runs.append(data)
+    if runs[0].get("quick") != runs[1].get("quick"):
+        quick, full = files if runs[0].get("quick") else files[::-1]
+        raise ValueError(f"{quick} is of a quick run and {full} is not: compare runs of one kind")
+    return runs[0], runs[1]

@@ -1,0 +1,121 @@
+"""Speed against accuracy on one page: what each part of the system costs and how far off it is, with baselines."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import cycle
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from teletaction.figure_style import BLUE, GREY, STYLE, absent, plain_ticks
+
+_COLUMNS = 3
+_MARKS = "osD^vPX<>*"
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """One way to do it: its cost and its error in the part's units; `baseline`: it is what else one might take."""
+
+    name: str
+    cost: float
+    error: float
+    baseline: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A part of the system.
+
+    Attributes:
+        title: which, and what was asked of it.
+        cost, error: what these are, with their units.
+        ways: the ways there are, with a cost and an error each.
+        powers: the axes that span powers of ten: "", "x", "y" or "xy".
+    """
+
+    title: str
+    cost: str
+    error: str
+    ways: Sequence[Way]
+    powers: str = "x"
+
+
+def overview_rows(parts: Mapping[str, Part | None]) -> list[dict[str, Any]]:
+    """A row for each way of each part, by the study that measured it."""
+    return [
+        {
+            "study": study,
+            "part": part.title,
+            "way": way.name,
+            "baseline": way.baseline,
+            "cost": way.cost,
+            "cost_is": part.cost,
+            "error": way.error,
+            "error_is": part.error,
+        }
+        for study, part in parts.items()
+        if part is not None
+        for way in part.ways
+    ]
+
+
+def plot(parts: Mapping[str, Part | None], path: Path) -> None:
+    """Draw the parts as PNG; where a study was not run that is said."""
+    with mpl.rc_context(STYLE):
+        lines = -(-len(parts) // _COLUMNS)
+        figure = Figure(figsize=(13.0, 4.2 * lines), layout="constrained")
+        FigureCanvasAgg(figure)
+        figure.suptitle(
+            "Speed against accuracy: further down and to the left is better; ours in blue, baselines hollow"
+        )
+        places = list(figure.subplots(lines, _COLUMNS, squeeze=False).flat)
+        for axes, (study, part) in zip(places, parts.items(), strict=False):
+            if part is None:
+                axes.set_axis_off()
+                absent(axes, f"{study}: not measured")
+            else:
+                draw(axes, part)
+        for axes in places[len(parts) :]:
+            axes.set_axis_off()
+        figure.savefig(path, dpi=150)
+
+
+def draw(axes: Axes, part: Part) -> None:
+    """One part: a mark for each way, named in the legend."""
+    for mark, way in zip(cycle(_MARKS), part.ways, strict=False):
+        colour = GREY if way.baseline else BLUE
+        axes.plot(
+            [way.cost],
+            [way.error],
+            marker=mark,
+            markersize=7,
+            color=colour,
+            markerfacecolor="white" if way.baseline else colour,
+            linestyle="none",
+            clip_on=False,
+            zorder=3,
+            label=way.name,
+        )
+    _scale(axes, "x", [way.cost for way in part.ways], "x" in part.powers)
+    _scale(axes, "y", [way.error for way in part.ways], "y" in part.powers)
+    axes.set(title=part.title, xlabel=part.cost, ylabel=part.error)
+    axes.legend(frameon=True, framealpha=0.8, edgecolor="none", fontsize=8)
+
+
+def _scale(axes: Axes, axis: str, values: Sequence[float], powers: bool) -> None:
+    """From 0 to beyond the largest, or over the decades that the values lie in."""
+    if not powers:
+        axes.set(**{f"{axis}lim": (0.0, 1.15 * max(values) or 1.0)})
+        return
+    low, high = 0.6 * min(values), 1.8 * max(values)
+    decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    ticks = [lead * 10.0**power for power in decades for lead in (1.0, 3.0)]
+    axes.set(**{f"{axis}scale": "log"})
+    plain_ticks(axes.xaxis if axis == "x" else axes.yaxis, [tick for tick in ticks if low <= tick <= high])
+    axes.set(**{f"{axis}lim": (low, high)})

@@ -1,0 +1,130 @@
+"""Who does the pieces of a study's work: processes of this machine, or a Dask cluster that is there already."""
+
+import os
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from importlib import import_module
+from multiprocessing import active_children, get_context
+from typing import Any
+
+from studies.pieces import OtherCode, Workers, code_version, do, here
+from teletaction.processes import die_with_parent
+
+CONNECT_S = 10.0
+_DEATHS = 3
+"""So many in a row without a finished piece between them, and it is the work that kills."""
+
+
+class WorkersLost(RuntimeError):
+    """Nobody is left to do the work; what was finished is kept."""
+
+
+def processors() -> int:
+    """How many this process may use."""
+    return len(os.sched_getaffinity(0))
+
+
+@contextmanager
+def workers(processes: int | None = None, dask: str | None = None) -> Iterator[Workers]:
+    """Processes of this machine, one for each processor where no number is told; with 1 this one alone; or a cluster.
+
+    Args:
+        processes: how many.
+        dask: address of a cluster's scheduler.
+
+    Raises:
+        ValueError: Dask is not installed, or a worker of the cluster has other code.
+        OSError: there is no cluster at this address.
+    """
+    if dask is not None:
+        with _cluster(dask) as cluster:
+            yield cluster
+        return
+    count = processes or processors()
+    if count == 1:
+        yield here
+        return
+    own = Processes(count)
+    try:
+        yield own
+    finally:
+        own.end()
+
+
+class Processes:
+    """Processes that begin with the first piece; when one dies, others do what was left."""
+
+    def __init__(self, count: int) -> None:
+        self.count = count
+        self._before = set(active_children())
+        self._pool: ProcessPoolExecutor | None = None
+
+    def __call__(self, packed: Sequence[bytes]) -> Iterator[tuple[int, bytes]]:
+        """Do packed pieces; raises WorkersLost when process after process dies of them."""
+        left, deaths = set(range(len(packed))), 0
+        while left:
+            try:
+                for place, result in self._try(packed, left):
+                    left.remove(place)
+                    deaths = 0
+                    yield place, result
+            except BrokenProcessPool:
+                self.end()
+                deaths += 1
+                if deaths >= _DEATHS:
+                    raise WorkersLost(
+                        f"{deaths} processes in a row died of their work; is there enough memory?"
+                    ) from None
+
+    def _try(self, packed: Sequence[bytes], left: set[int]) -> Iterator[tuple[int, bytes]]:
+        if self._pool is None:
+            self._pool = ProcessPoolExecutor(self.count, get_context("spawn"), die_with_parent)
+        futures = {self._pool.submit(do, code_version(), packed[place]): place for place in sorted(left)}
+        try:
+            for future in as_completed(futures):
+                yield futures[future], future.result()
+        finally:
+            for future in futures:
+                future.cancel()
+
+    def end(self) -> None:
+        """End all processes, whatever they are at."""
+        if self._pool is not None:
+            self._pool.shutdown(wait=False, cancel_futures=True)
+            for process in set(active_children()) - self._before:
+                process.terminate()
+            self._pool.shutdown(wait=True)
+            self._pool = None
+
+
+@contextmanager
+def _cluster(address: str) -> Iterator[Workers]:
+    try:
+        distributed = import_module("distributed")
+    except ModuleNotFoundError as missing:
+        raise ValueError(f"--dask: {missing.name} is not installed: pip install 'teletaction[dask]'") from None
+    with distributed.Client(address, timeout=CONNECT_S, set_as_default=False) as client:
+        if any(found != code_version() for found in client.run(code_version).values()):
+            raise OtherCode(f"{address}: a worker has other code or libraries than this study: install the same there")
+
+        def cluster(packed: Sequence[bytes]) -> Iterator[tuple[int, bytes]]:
+            futures = {client.submit(do, code_version(), each, pure=False): place for place, each in enumerate(packed)}
+            try:
+                for future in distributed.as_completed(futures, loop=client.loop):
+                    yield futures[future], _result(future, address)
+            finally:
+                client.cancel(list(futures), force=True)
+
+        yield cluster
+
+
+def _result(future: Any, address: str) -> bytes:
+    """Of a piece that is done; raises what it raised, or WorkersLost."""
+    try:
+        return bytes(future.result())
+    except Exception as failed:
+        if type(failed).__module__.startswith(("distributed", "dask")):
+            raise WorkersLost(f"{address}: {failed}") from failed
+        raise

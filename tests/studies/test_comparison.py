@@ -1,0 +1,172 @@
+"""Two runs of the studies compared: what is worse, better, gone and new, and what is chance."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from studies.compared import Compared, Number
+from studies.comparison import Change, compare
+from studies.registry import STUDIES, study
+from teletaction.cli import main
+
+RIGHT = Compared("accuracy", "right", "more", ("method", "t_s"), {"shipped": True}, absolute=0.02)
+LATE = Compared("latency.ways", "late_us", "less", ("way",), absolute=1.0, relative=0.1)
+BORDER = Compared("borders", "share", "same", absolute=0.05)
+DATA: dict[str, Any] = {
+    "accuracy": [
+        {"method": "ours", "t_s": 1.0, "right": 0.9, "shipped": True},
+        {"method": "ours", "t_s": 2.0, "right": 0.95, "shipped": True},
+        {"method": "theirs", "t_s": 1.0, "right": 0.5, "shipped": False},
+    ],
+    "latency": {"ways": [{"way": "link", "late_us": 50.0}, {"way": "bare", "late_us": None}]},
+    "borders": {"share": 1.0},
+    "problems": [],
+}
+
+
+def changed(**rows: Any) -> dict[str, str]:
+    """Verdicts, but `same`, of data of which some parts are other ones."""
+    found = compare("made-up", DATA, DATA | rows, (RIGHT, LATE, BORDER))
+    return {change.number: change.verdict for change in found if change.verdict != "same"}
+
+
+def ours(*right: float | None) -> list[dict[str, Any]]:
+    return [{"method": "ours", "t_s": 1.0 + n, "right": each, "shipped": True} for n, each in enumerate(right)]
+
+
+def test_a_run_is_no_worse_than_itself() -> None:
+    assert changed() == {}
+
+
+@pytest.mark.parametrize(
+    ("rows", "verdicts"),
+    [
+        ({"accuracy": ours(0.89, 0.96)}, {}),
+        ({"accuracy": ours(0.87, 0.99)}, {"1.0": "worse", "2.0": "better"}),
+        ({"accuracy": ours(0.9)}, {"2.0": "gone"}),
+        ({"accuracy": ours(0.9, None)}, {"2.0": "gone"}),
+        ({"accuracy": ours(0.9, float("nan"))}, {"2.0": "gone"}),
+        ({"accuracy": ours(0.9, 0.95, 0.97)}, {"3.0": "new"}),
+    ],
+)
+def test_accuracy_that_falls_is_worse(rows: dict[str, Any], verdicts: dict[str, str]) -> None:
+    assert changed(**rows) == {f"accuracy right method=ours, t_s={t_s}": what for t_s, what in verdicts.items()}
+
+
+def test_what_is_better_may_be_less_or_the_same() -> None:
+    slower, quicker = ({"ways": [{"way": "link", "late_us": us}, {"way": "bare", "late_us": 9.0}]} for us in (60, 40))
+    assert changed(latency=slower) == {"latency.ways late_us way=link": "worse", "latency.ways late_us way=bare": "new"}
+    assert changed(latency=quicker)["latency.ways late_us way=link"] == "better"
+    assert changed(borders={"share": 0.9}) == {"borders share": "worse"} == changed(borders={"share": 1.1})
+
+
+def test_problems_that_were_not_there_are_worse() -> None:
+    assert changed(problems=["it grew"]) == {"problems": "worse"}
+
+
+def test_rows_that_cannot_be_told_apart_are_an_error() -> None:
+    with pytest.raises(ValueError, match=r"accuracy right: several rows of one name"):
+        Compared("accuracy", "right", "more").numbers(DATA)
+
+
+def test_a_part_that_is_no_longer_there_is_gone() -> None:
+    assert set(changed(latency="not measured").values()) == {"gone"}
+
+
+@given(right=st.integers(0, 60), more=st.integers(1, 30))
+def test_few_draws_prove_little_and_many_prove_the_same_difference(right: int, more: int) -> None:
+    share = Compared("accuracy", "right", "more", counted="touches")
+
+    def proved(draws: int) -> bool:
+        old, new = Number((right + more) / 90.0, draws), Number(right / 90.0, draws)
+        return share.worse_by(old, new) > share.may_differ(old, new)
+
+    assert not proved(1)
+    assert proved(1_000_000)
+    known = [proved(90 * 4**n) for n in range(8)]
+    assert known == sorted(known), "once it is proved, more of the same prove it too"
+
+
+numbers = st.floats(-1e6, 1e6)
+
+
+@given(old=numbers, new=numbers, absolute=st.floats(0.0, 10.0), relative=st.floats(0.0, 1.0))
+def test_what_is_worse_one_way_is_better_the_other(old: float, new: float, absolute: float, relative: float) -> None:
+    verdicts = {}
+    for better in ("less", "more", "same"):
+        how = Compared("", "x", better, absolute=absolute, relative=relative)  # type: ignore[arg-type]
+        verdicts[better] = next(compare("made-up", {"x": old}, {"x": new}, [how])).verdict
+    assert (verdicts["less"] == "same") == (verdicts["more"] == "same") == (verdicts["same"] == "same")
+    assert (verdicts["less"] == "worse") == (verdicts["more"] == "better")
+    assert verdicts["same"] in {"same", "worse"}
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_each_study_declares_what_is_compared(name: str) -> None:
+    assert study(name).COMPARED
+    assert all(each.absolute >= 0.0 and each.relative >= 0.0 for each in study(name).COMPARED)
+
+
+@pytest.fixture
+def folders(tmp_path: Path) -> tuple[Path, Path]:
+    """Two runs of two studies, of which one holds another, too."""
+    spacing = [{"way": "w", "jitter_ms": 1.0, "loss": 0.0, "spacing_sd_mm": 0.1, "behind_ms": 100.0, "felt": 9}]
+    for name in ("old", "new"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "groove-spacing.json").write_text(json.dumps({"quick": True, "spacing": spacing}))
+        (tmp_path / name / "soak.json").write_text(json.dumps({"quick": True, "again_s": {"max": 3.0}}))
+    (tmp_path / "old" / "texture.json").write_text("{}")
+    return tmp_path / "old", tmp_path / "new"
+
+
+def test_the_command_prints_what_differs_and_fails_where_it_is_worse(
+    folders: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    old, new = map(str, folders)
+    assert main(["study", "--compare", old, new]) == 0
+    said = capsys.readouterr()
+    assert said.out == "verdict,study,number,old,new,may_differ\n"
+    assert "in one folder only: texture" in said.err
+    assert "6 numbers: 0 worse, 0 gone, 0 better, 0 new, 6 same" in said.err
+    file = folders[1] / "groove-spacing.json"
+    file.write_text(file.read_text().replace('"behind_ms": 100.0', '"behind_ms": 120.0'))
+    assert main(["study", "--compare", old, new]) == 1
+    line = 'worse,groove-spacing,"spacing behind_ms way=w, jitter_ms=1.0, loss=0.0",100.0,120.0,7.0'
+    assert capsys.readouterr().out.splitlines()[1:] == [line]
+    assert main(["study", "--compare", new, old]) == 0, "what was worse before is better now"
+    assert capsys.readouterr().out.splitlines()[1].startswith("better,")
+    assert main(["study", "soak", "--compare", old, new]) == 0, "only what was asked for"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[]", "no data of a study"),
+        ("{", "no JSON"),
+        ('{"quick": false}', "quick run"),
+    ],
+)
+def test_files_that_cannot_be_compared_are_one_line_and_exit_2(
+    folders: tuple[Path, Path], text: str, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folders[1] / "soak.json").write_text(text)
+    assert main(["study", "--compare", *map(str, folders)]) == 2
+    said = capsys.readouterr()
+    assert said.err.count("\n") == 1
+    assert words in said.err
+    assert str(folders[1] / "soak.json") in said.err
+    assert said.out == ""
+
+
+def test_folders_without_a_study_in_common_are_an_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["study", "--compare", str(tmp_path), str(tmp_path / "none")]) == 2
+    assert "no study in common" in capsys.readouterr().err
+
+
+def test_a_change_tells_all_of_it() -> None:
+    (change, *_) = compare("made-up", DATA, DATA | {"borders": {"share": 0.9}}, [BORDER])
+    assert change == Change("made-up", "borders share", 1.0, 0.9, 0.05, "worse")

@@ -1,0 +1,168 @@
+"""Work in pieces: the same results here, in processes and on a cluster; what is done is kept, whole or not at all."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from studies import registry
+from studies.kept_pieces import KeptPieces
+from studies.pieces import HERE, OtherCode, Piece, Workers, code_version, do, here, rows_of, working
+from studies.workers import Processes, WorkersLost, workers
+from teletaction.cli import main
+from tests.studies import pieces_of_work
+from tests.studies.pieces_of_work import dies, drawn, noted, numbers
+
+PIECES: list[Piece] = [(drawn, (seed, 60)) for seed in range(5)]
+LINES = "done\n"
+
+
+@pytest.fixture
+def two() -> Iterator[Workers]:
+    own = Processes(2)
+    yield own
+    own.end()
+
+
+def test_the_results_are_the_same_to_the_last_bit_here_and_in_processes(two: Workers) -> None:
+    told: list[float] = []
+    expected = working(here)(PIECES, told.append)
+    assert expected == [drawn(*arguments) for _, arguments in PIECES]
+    assert told == [0.0, 0.2, 0.4, 0.6, 0.8, 1.0]
+    assert working(two)(PIECES) == expected
+    assert working(two)(PIECES[::-1]) == expected[::-1]
+
+
+def test_rows_come_in_the_order_of_their_pieces_and_what_is_yielded_is_a_list() -> None:
+    assert HERE([(numbers, (2, 3))]) == [[0, 1, 0, 1, 2]]
+    found = rows_of({"a": [(numbers, (2,)), (numbers, (1,))], "b": []}, HERE, lambda _: None)
+    assert found == {"a": [0, 1, 0], "b": []}
+    assert HERE([]) == []
+
+
+def test_what_was_done_is_not_done_again(tmp_path: Path) -> None:
+    kept, told = KeptPieces(tmp_path / "kept"), []
+    pieces: list[Piece] = [(noted, (tmp_path, name, name == "b")) for name in "abc"]
+    with pytest.raises(RuntimeError, match="interrupted"):
+        working(here, kept)(pieces)
+    (tmp_path / "mended").touch()
+    assert working(here, kept)(pieces, told.append) == ["a", "b", "c"]
+    assert [(tmp_path / name).read_text() for name in "abc"] == [LINES, 2 * LINES, LINES]
+    assert told == [1 / 3, 2 / 3, 1.0]
+    kept.forget()
+    assert not (tmp_path / "kept").exists()
+
+
+def test_other_arguments_are_another_piece(tmp_path: Path) -> None:
+    work = working(here, KeptPieces(tmp_path))
+    assert work([(drawn, (1, 3))]) != work([(drawn, (2, 3))])
+
+
+@given(result=st.binary(max_size=50), data=st.data())
+def test_a_half_written_piece_is_never_taken_for_a_whole_one(
+    tmp_path_factory: pytest.TempPathFactory, result: bytes, data: st.DataObject
+) -> None:
+    folder = tmp_path_factory.mktemp("kept")
+    kept = KeptPieces(folder)
+    kept.keep("key", result)
+    assert kept.find("key") == result
+    assert kept.find("another") is None
+    whole = (folder / "key").read_bytes()
+    (folder / "key").write_bytes(whole[: data.draw(st.integers(0, len(whole) - 1))])
+    assert kept.find("key") is None
+    at = data.draw(st.integers(0, len(whole) - 1))
+    (folder / "key").write_bytes(whole[:at] + bytes([whole[at] ^ data.draw(st.integers(1, 255))]) + whole[at + 1 :])
+    assert kept.find("key") is None
+    assert [path.name for path in folder.iterdir()] == ["key"]
+
+
+def test_a_worker_with_other_code_does_nothing() -> None:
+    with pytest.raises(OtherCode, match="install the same"):
+        do(f"not {code_version()}", b"never read")
+
+
+def test_a_process_that_is_killed_costs_time_only(two: Workers, tmp_path: Path) -> None:
+    pieces: list[Piece] = [*PIECES, (dies, (tmp_path, "once", 1)), (dies, (tmp_path, "twice", 2))]
+    assert working(two)(pieces) == [*HERE(PIECES), "once", "twice"]
+
+
+def test_a_piece_that_kills_every_process_ends_the_run(tmp_path: Path) -> None:
+    with pytest.raises(WorkersLost, match="in a row"), workers(2) as own:
+        working(own)([(dies, (tmp_path, "always", 99))])
+
+
+def test_a_piece_that_fails_says_so_wherever_it_is_done(two: Workers, tmp_path: Path) -> None:
+    for doing in (here, two):
+        with pytest.raises(RuntimeError, match="interrupted"):
+            working(doing)([(noted, (tmp_path, "a", True)), *PIECES])
+    assert working(two)(PIECES[:1]) == HERE(PIECES[:1]), "and the next work is done"
+
+
+@pytest.fixture
+def plain(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The only study there is: `plain`, nothing but pieces."""
+    module = ModuleType("plain_study", "What it shows.")
+    vars(module).update(run=pieces_of_work.run, plot=lambda data, path: path.write_text("drawn"))
+    monkeypatch.setitem(sys.modules, "plain_study", module)
+    monkeypatch.setattr(registry, "STUDIES", {"plain": "plain_study"})
+
+
+@pytest.mark.usefixtures("plain")
+def test_a_study_writes_the_same_file_with_any_number_of_processes(tmp_path: Path) -> None:
+    written = []
+    for processes in ("1", "2"):
+        out = tmp_path / processes
+        assert main(["study", "plain", "--seed", "3", "--processes", processes, "--out", str(out)]) == 0
+        written.append((out / "plain.json").read_bytes())
+        assert sorted(path.name for path in out.iterdir()) == ["plain.json", "plain.png"], "no piece is kept for ever"
+    assert written[0] == written[1]
+    assert json.loads(written[0])["numbers"] == [[0, 1, 0, 1, 2]]
+
+
+@pytest.mark.usefixtures("plain")
+def test_a_cluster_that_is_not_there_is_one_line_and_exit_2(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    assert main(["study", "plain", "--out", str(tmp_path), "--dask", "tcp://127.0.0.1:1"]) == 2
+    assert "teletaction[dask]" in capsys.readouterr().err
+    assert main(["study", "plain", "--out", str(tmp_path), "--dask", "x", "--processes", "2"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.session
+def test_a_run_that_is_killed_goes_on_where_it_was_and_comes_to_the_same(tmp_path: Path) -> None:
+    """The command is killed (-9) when some pieces are done; its processes end with it."""
+    command = [sys.executable, "-m", "teletaction", "study", "groove-spacing", "--quick", "--processes", "2", "--out"]
+    kept = tmp_path / "out" / registry.PIECES / "groove-spacing"
+    with subprocess.Popen([*command, str(tmp_path / "out")], stderr=subprocess.DEVNULL) as running:
+        deadline_s = time.monotonic() + 60.0
+        while len([path for path in kept.glob("*") if path.suffix == ""]) < 2:
+            assert time.monotonic() < deadline_s
+            time.sleep(0.01)
+        running.kill()
+    assert not (tmp_path / "out" / "groove-spacing.json").exists()
+    told: list[float | str] = []
+    registry.run_study("groove-spacing", tmp_path / "out", quick=True, tell=told.append)
+    assert told[0] >= 2 / 6
+    registry.run_study("groove-spacing", tmp_path / "anew", quick=True)
+    written = [(tmp_path / out / "groove-spacing.json").read_bytes() for out in ("out", "anew")]
+    assert written[0] == written[1]
+    assert not kept.exists()
+
+
+def test_a_run_takes_the_processors_that_it_may_use(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 3, 5})
+    with workers() as many, workers(1) as one:
+        assert isinstance(many, Processes)
+        assert many.count == 3
+        assert one is here
