@@ -92,7 +92,7 @@ def _of_one_kind(files: Sequence[Path]) -> tuple[dict[str, Any], dict[str, Any]]
         if not isinstance(data, dict):
             raise ValueError(f"{file}: no data of a study")
         runs.append(data)
-    if runs[0].get("quick") != runs[1].get("quick"):
+    if bool(runs[0].get("quick")) != bool(runs[1].get("quick")):
         quick, full = files if runs[0].get("quick") else files[::-1]
         raise ValueError(f"{quick} is of a quick run and {full} is not: compare runs of one kind")
     return runs[0], runs[1]

@@ -23,6 +23,11 @@ def numbers(*until: int) -> Iterator[int]:
         yield from range(each)
 
 
+def emptied(values: list[int]) -> int:
+    """Take the last value away, as a pure function must not."""
+    return values.pop()
+
+
 def noted(folder: Path, name: str, fails: bool = False) -> str:
     """Leave a line in a file: how often it was done; may fail."""
     with (folder / name).open("a") as file:

@@ -5,7 +5,7 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import ModuleType
 
@@ -19,7 +19,7 @@ from studies.pieces import HERE, OtherCode, Piece, Workers, code_version, do, he
 from studies.workers import Processes, WorkersLost, workers
 from teletaction.cli import main
 from tests.studies import pieces_of_work
-from tests.studies.pieces_of_work import dies, drawn, noted, numbers
+from tests.studies.pieces_of_work import dies, drawn, emptied, noted, numbers
 
 PIECES: list[Piece] = [(drawn, (seed, 60)) for seed in range(5)]
 LINES = "done\n"
@@ -39,6 +39,35 @@ def test_the_results_are_the_same_to_the_last_bit_here_and_in_processes(two: Wor
     assert told == [0.0, 0.2, 0.4, 0.6, 0.8, 1.0]
     assert working(two)(PIECES) == expected
     assert working(two)(PIECES[::-1]) == expected[::-1]
+
+
+@given(order=st.permutations(range(len(PIECES))), kept=st.sets(st.sampled_from(range(len(PIECES)))))
+def test_the_order_in_which_pieces_are_done_changes_nothing(
+    tmp_path_factory: pytest.TempPathFactory, order: list[int], kept: set[int]
+) -> None:
+    """Some are kept from before, the others are done in any order."""
+    store = KeptPieces(tmp_path_factory.mktemp("kept"))
+    pieces: list[Piece] = [(divmod, (100 + number, 7)) for number in range(len(PIECES))]
+    working(here, store)([pieces[number] for number in sorted(kept)])
+
+    def in_order(packed: Sequence[bytes]) -> Iterator[tuple[int, bytes]]:
+        assert len(packed) == len(pieces) - len(kept)
+        for place in (each for each in order if each < len(packed)):
+            yield place, do(code_version(), packed[place])
+
+    assert working(in_order, store)(pieces) == [divmod(100 + number, 7) for number in range(len(pieces))]
+
+
+def test_a_piece_cannot_change_what_another_one_sees() -> None:
+    shared = [3]
+    assert HERE([(emptied, (shared,)), (emptied, (shared,))]) == [3, 3]
+    assert shared == [3]
+
+
+def test_without_what_studies_need_one_line_says_what(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "threadpoolctl", None)
+    with pytest.raises(ValueError, match=r"pip install 'teletaction\[studies\]'"):
+        HERE(PIECES[:1])
 
 
 def test_rows_come_in_the_order_of_their_pieces_and_what_is_yielded_is_a_list() -> None:
