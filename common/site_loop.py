@@ -6,6 +6,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Protocol
 
+from common.held_rate import HeldRate, spent
 from common.ladder import NOTICE_S
 from common.loop import PeriodicLoop, become_timely
 from common.notify import Supervisor
@@ -54,6 +55,7 @@ def run_site_loop(
     """
     become_timely()
     loop = PeriodicLoop(1.0 / rate_hz, now=lambda: clock_ns() * 1e-9, sleep=sleep)
+    held = HeldRate(rate_hz)
     status_file = StatusFile(status, name, loop)
     due_ns = None
     with supervisor or Supervisor() as told, watchdog(lambda: loop.ticks):
@@ -66,14 +68,15 @@ def run_site_loop(
             if due_ns is None or now_ns >= due_ns:
                 due_ns = now_ns + round(NOTICE_S * 1e9)
                 each_second()
-                figures = site.figures()
+                figures = {**site.figures(), **held.look(now_ns * 1e-9, spent(loop))}
                 status_file.write(now_ns * 1e-9, figures)
                 tell(now_ns, figures)
                 told.alive(in_words(figures))
-        status_file.write(clock_ns() * 1e-9, site.figures())
+        ended_s = clock_ns() * 1e-9
+        status_file.write(ended_s, {**site.figures(), **held.look(ended_s, spent(loop))})
 
 
 def in_words(figures: Mapping[str, object]) -> str:
     """A site's state in one line, with what is wrong or missing."""
-    why = figures.get("fault") or figures.get("missing") or figures.get("refusal")
+    why = figures.get("fault") or figures.get("missing") or figures.get("refusal") or figures.get("behind")
     return f"{figures.get('state', 'running')}" + (f": {why}" if why else "")

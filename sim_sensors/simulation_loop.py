@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+from common.held_rate import HeldRate, spent
 from common.loop import PeriodicLoop, become_timely
 from common.process import StatusFile
 from sim_sensors.select_loop import SelectLoop
@@ -57,6 +58,7 @@ def run_world(world: World, sockets: SelectLoop, stop: Callable[[], bool], name:
     become_timely()
     periodic = PeriodicLoop(STEP_S, now=sockets.now, sleep=sockets.serve)
     clock = StepClock(sockets.now())
+    held = HeldRate(1.0 / STEP_S)
     status_file = StatusFile(status, name, periodic)
     while not stop():
         if periodic.wait() > STEP_S / 4.0:
@@ -65,4 +67,5 @@ def run_world(world: World, sockets: SelectLoop, stop: Callable[[], bool], name:
         for step_s in clock.due(now_s):
             world.step(step_s)
         if status_file.due(now_s):
-            status_file.write(now_s, {"lost_s": clock.lost_s, **world.figures()})
+            rate = held.look(now_s, spent(periodic))
+            status_file.write(now_s, {"lost_s": clock.lost_s, **rate, **world.figures()})

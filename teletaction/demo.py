@@ -52,12 +52,15 @@ def _conclude(
 ) -> str:
     # Plots and statistics are loaded only now: while the session ran they would have cost it memory and time.
     from teletaction.conclude import conclude  # noqa: PLC0415
+    from teletaction.report_words import behind  # noqa: PLC0415
 
-    conclude(out, out, options, usage, wall_s, ping.round_trips_s)
+    summary = conclude(out, out, options, usage, wall_s, ping.round_trips_s)
     for process in PROCESSES:
         (out / f"{process}.mcap").unlink()
     for part in out.glob(f"{CONSOLE}*.mcap"):
         part.unlink()
+    if late := behind(summary):
+        _say(f"rate not held: {late}; the logs in {out} say why")
     _say(f"summary {out / 'summary.json'}, report {out / 'report.html'}, recording {out / 'session.mcap'}")
     return "" if gentle else "a process did not end by itself within 2 s"
 

@@ -24,6 +24,9 @@ METRICS: dict[str, tuple[str, str]] = {
     "status_age_seconds": ("gauge", "Since the status file was written."),
     "loop_period_seconds": ("gauge", "Nominal period of the loop."),
     "loop_late_seconds": ("gauge", "Lateness of the loop's ticks since the start, by quantile (1 is the maximum)."),
+    "loop_rate_hertz": ("gauge", "Ticks a second, over the last seconds."),
+    "loop_behind": ("gauge", "Whether the loop does not hold its rate."),
+    "loop_behind_seconds": ("counter", "For how long the loop has not held its rate."),
     "loop_ticks": ("counter", "Ticks of the loop."),
     "loop_overruns": ("counter", "Ticks that came more than one period late."),
     "loop_ticks_held_back": ("counter", "Ticks whose commands were too old to be sent to the devices when they ended."),
@@ -125,6 +128,10 @@ def _of_process(told: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, str
     yield "loop_period_seconds", {}, _scaled(loop.get("period_ms"), 1e-3)
     for quantile, field in (("0.5", "late_p50_us"), ("0.99", "late_p99_us"), ("1", "late_max_us")):
         yield "loop_late_seconds", {"quantile": quantile}, _scaled(loop.get(field), 1e-6)
+    yield "loop_rate_hertz", {}, told.get("rate_hz")
+    yield "loop_behind_seconds", {}, told.get("behind_s")
+    if "behind" in told:
+        yield "loop_behind", {}, bool(told["behind"])
     yield "loop_ticks", {}, loop.get("ticks")
     yield "loop_overruns", {}, loop.get("overruns")
     yield "loop_ticks_held_back", {}, told.get("held_back")

@@ -26,6 +26,7 @@ from teletaction.report_parts import figure, png, section
 from teletaction.report_style import CSS
 from teletaction.report_words import (
     NONE,
+    behind,
     confusion_table,
     contacts_table,
     histogram_table,
@@ -204,6 +205,7 @@ def _header(summary: Mapping[str, Any]) -> str:
         "contacts": f"{len(words)}: " + ", ".join(f"{words.count(w)} {w}" for w in ("right", "wrong", "no answer")),
         "modes agree": _percent((summary.get("modes") or {}).get("agreement")),
         "contact to motor, median": "–" if latency is None else f"{shown(latency, 1)} ms",
+        "rate not held": escape(behind(summary)) or NONE,
         "faults": _faults(summary.get("faults") or []),
     }
     listed = "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in facts.items())

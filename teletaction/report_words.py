@@ -146,7 +146,7 @@ def process_table(summary: Mapping[str, Any]) -> str:
     """Lateness, CPU and memory of each process."""
     loops: Mapping[str, Any] = summary.get("loop") or {}
     memory: Mapping[str, Any] = summary.get("rss_mib") or {}
-    fields = ("period_ms", "ticks", "late_p50_us", "late_p99_us", "late_max_us", "overruns", "cpu")
+    fields = ("period_ms", "ticks", "late_p50_us", "late_p99_us", "late_max_us", "overruns", "behind_s", "cpu")
     rows = []
     for name in dict.fromkeys((*loops, *memory)):
         loop = loops.get(name) or {}
@@ -160,10 +160,17 @@ def process_table(summary: Mapping[str, Any]) -> str:
         "late, 99 % (µs)",
         "late, largest (µs)",
         "overruns",
+        "rate not held (s)",
         "CPU (cores)",
         "memory (MiB)",
     )
     return table(head, rows)
+
+
+def behind(summary: Mapping[str, Any]) -> str:
+    """Which processes did not hold their rates, and for how long; empty where all did."""
+    loops: Mapping[str, Any] = summary.get("loop") or {}
+    return ", ".join(f"{name} for {loop['behind_s']:.0f} s" for name, loop in loops.items() if (loop or {}).get("behind_s"))
 
 
 def packets_table(packets: Mapping[str, Any]) -> str:

@@ -67,7 +67,8 @@ def summarise(
         "force_n": _range(data.fingertips, "force_n", used, ("max",)),
         "contact_force_n": _range(data.contact, "force_n", used, ("max",)),
         "loop": {
-            name: dict(status["loop"]) | {"cpu": round(usage.get(name, (0.0, 0.0))[0], 3)}
+            name: dict(status["loop"])
+            | {"cpu": round(usage.get(name, (0.0, 0.0))[0], 3), "behind_s": status.get("behind_s")}
             for name, status in statuses.items()
         },
         "cpu_cores": round(sum(cpu for cpu, _ in usage.values()), 3),

@@ -99,6 +99,17 @@ def test_once_a_second_it_tells_its_figures_and_the_supervisor(tmp_path: Path) -
     assert status["made"] == len(site.ticked_ns), "written again at the end"
 
 
+def test_a_loop_that_cannot_hold_its_rate_tells_it_everywhere(tmp_path: Path) -> None:
+    clock = Clock()
+    site = Site(clock, costs_ms=dict.fromkeys(range(10_000), 4))
+    told: list[dict[str, object]] = []
+    heard = run(clock, site, 7_000, tmp_path / "remote.json", tell=lambda _, figures: told.append(figures))
+    words = json.loads((tmp_path / "remote.json").read_text("utf-8"))["behind"]
+    assert words.startswith("250 of 500 ticks a second; it works ")
+    assert heard.lines[-2][1].startswith("STATUS=engaged: 250 of 500 ticks a second")
+    assert told[-1]["rate_hz"] == pytest.approx(250.0, abs=1.0)
+
+
 def test_the_hook_is_called_without_a_status_file_too() -> None:
     clock = Clock()
     seconds: list[int] = []
@@ -206,6 +217,7 @@ def test_a_real_supervisor_is_found_in_the_environment(tmp_path: Path, monkeypat
         ({"state": "engaged", "fault": "", "missing": ""}, "engaged"),
         ({"state": "fault", "fault": "thumb: too hot", "missing": "x"}, "fault: thumb: too hot"),
         ({"state": "disconnected", "missing": "index tacttip: opening"}, "disconnected: index tacttip: opening"),
+        ({"state": "engaged", "behind": "400 of 500 ticks a second"}, "engaged: 400 of 500 ticks a second"),
         ({}, "running"),
     ],
 )

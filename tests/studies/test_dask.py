@@ -42,12 +42,15 @@ def test_a_worker_killed_in_mid_run_costs_time_only(cluster: Any, tmp_path: Path
 
 
 def test_any_worker_may_be_killed_from_outside(cluster: Any) -> None:
+    """When a piece is done, and others are under way and wait."""
+    pieces: list[Piece] = [(drawn, (seed, 400)) for seed in range(8)]
+
     def kill_one(share: float) -> None:
-        if share < 0.2:
+        if share == 1 / len(pieces):
             os.kill(next(iter(cluster.workers.values())).pid, signal.SIGKILL)
 
     with workers(dask=cluster.scheduler_address) as there:
-        assert working(there)(PIECES, kill_one) == HERE(PIECES)
+        assert working(there)(pieces, kill_one) == HERE(pieces)
 
 
 def test_what_a_piece_raises_is_raised(cluster: Any, tmp_path: Path) -> None:

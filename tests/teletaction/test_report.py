@@ -184,7 +184,7 @@ def test_names_are_escaped_everywhere(tmp_path):
         modes={"confusion": {NAME: {NAME: 1}}},
         impulses={"crossed": 1, "by_object": {NAME: {"crossed": 1}}},
         packets={NAME: {"sent": 1}},
-        loop={NAME: {}},
+        loop={NAME: {"behind_s": 3.0}},
         rss_mib={NAME: 1.0},
     )
     html, page = report(tmp_path, session(NAME), told)
@@ -210,6 +210,13 @@ def test_any_stream_may_be_missing(tmp_path, stream):
     _, page = report(tmp_path, data, summary(fingers=1))
     assert len(page.sources) == len(FIGURES) - (stream == "thermal")
     write_figure(data, tmp_path / "session.png")
+
+
+def test_a_rate_that_was_not_held_is_said_at_the_top(tmp_path):
+    _, page = report(tmp_path, session(), summary(loop={"remote": {"behind_s": 12.2}, "operator": {"behind_s": 0.0}}))
+    assert "rate not held remote for 12 s faults" in page.text
+    _, page = report(tmp_path, session(), summary())
+    assert "rate not held none faults" in page.text
 
 
 def test_one_finger_takes_less_room_than_five(tmp_path):

@@ -1,0 +1,102 @@
+"""A loop that does not hold its rate says so, and what keeps it from it."""
+
+import logging
+import os
+import subprocess
+import sys
+import time
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from common.held_rate import HELD, HELD_AGAIN, WINDOW_S, HeldRate, Spent, spent
+from common.loop import PeriodicLoop
+
+RATE_HZ = 500.0
+LOOP = PeriodicLoop(1.0 / RATE_HZ)
+
+
+def looks(shares: list[float], waited: float | None = 0.0) -> list[dict[str, object]]:
+    """What is told after each second, of which the loop made so large a share of its ticks."""
+    held, ticks, told = HeldRate(RATE_HZ), 0, []
+    for second, share in enumerate([0.0, *shares]):
+        ticks += round(share * RATE_HZ)
+        wait_s = None if waited is None else waited * second
+        told.append(held.look(100.0 + second, Spent(ticks, 0.25 * second, wait_s)))
+    return told[1:]
+
+
+def test_a_loop_on_time_has_its_rate_and_nothing_to_say() -> None:
+    assert looks([1.0] * 10)[-1] == {"rate_hz": 500.0, "behind": "", "behind_s": 0.0}
+
+
+def test_before_the_first_second_has_passed_nothing_is_known() -> None:
+    assert HeldRate(RATE_HZ).look(3.0, Spent(0, 0.0, None)) == {"rate_hz": None, "behind": "", "behind_s": 0.0}
+
+
+def test_a_rate_that_is_not_held_is_told_with_what_the_loop_did_instead() -> None:
+    told = looks([0.8] * 8, waited=0.7)
+    assert [bool(each["behind"]) for each in told] == [False] * 4 + [True] * 4
+    words = "400 of 500 ticks a second; it works 25% of the time and waits for a processor 70%"
+    assert told[-1] == {"rate_hz": 400.0, "behind": words, "behind_s": 3.0}
+
+
+def test_where_the_system_does_not_tell_who_waits_that_is_left_out() -> None:
+    assert looks([0.8] * 8, waited=None)[-1]["behind"] == "400 of 500 ticks a second; it works 25% of the time"
+
+
+def test_one_short_stop_is_no_rate_that_is_not_held() -> None:
+    assert not any(each["behind"] for each in looks([1.0] * 5 + [0.8] + [1.0] * 5))
+
+
+def test_it_is_told_once_when_it_begins_and_once_when_it_is_over(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.INFO)
+    told = looks([1.0] * 5 + [0.5] * 10 + [1.0] * 10)
+    assert [record.levelname for record in caplog.records] == ["WARNING", "INFO"]
+    assert "the loop is behind: " in caplog.messages[0]
+    assert caplog.messages[1] == "the loop holds its 500 ticks a second again"
+    assert not told[-1]["behind"]
+    assert 10.0 <= float(str(told[-1]["behind_s"])) <= 10.0 + WINDOW_S
+
+
+def test_at_the_edge_it_does_not_come_and_go() -> None:
+    between = 0.5 * (HELD + HELD_AGAIN)
+    assert not any(each["behind"] for each in looks([between] * 10))
+    assert all(each["behind"] for each in looks([0.5] * 5 + [between] * 10)[4:])
+
+
+@given(st.lists(st.floats(0.0, 1.0), min_size=6, max_size=30))
+def test_behind_is_what_the_last_seconds_were(shares: list[float]) -> None:
+    told = looks(shares)
+    for second in range(round(WINDOW_S), len(shares) + 1):
+        made = sum(round(share * RATE_HZ) for share in shares[second - round(WINDOW_S) : second])
+        share = made / (WINDOW_S * RATE_HZ)
+        assert told[second - 1]["rate_hz"] == pytest.approx(share * RATE_HZ, abs=0.06)
+        if share < HELD:
+            assert told[second - 1]["behind"]
+        if share >= HELD_AGAIN:
+            assert not told[second - 1]["behind"]
+
+
+def test_a_thread_that_waits_for_a_processor_is_seen_to() -> None:
+    """Two that want one processor: each works half of the time, and waits for the other half."""
+    allowed = os.sched_getaffinity(0)
+    one = min(allowed)
+    code = f"import os; os.sched_setaffinity(0, {{{one}}}); print('begun', flush=True)\nwhile True: pass"
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as other:
+        assert other.stdout is not None
+        assert other.stdout.readline() == "begun\n"
+        os.sched_setaffinity(0, {one})
+        try:
+            before, end_s = spent(LOOP), time.monotonic() + 0.5
+            while time.monotonic() < end_s:
+                pass
+            after = spent(LOOP)
+        finally:
+            os.sched_setaffinity(0, allowed)
+            other.kill()
+    assert after.worked_s > before.worked_s
+    if before.waited_s is None or after.waited_s is None:
+        pytest.skip("this system does not count how long a thread waits")
+    assert after.waited_s - before.waited_s > 0.05
