@@ -13,6 +13,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -23,7 +24,7 @@ from numpy.typing import NDArray
 from studies.compared import Compared
 from studies.consoles_figure import plot
 from studies.fault_session import read_figures
-from studies.registry import Tell
+from studies.registry import Tell, Unavailable
 from studies.soak_growth import lives
 from studies.soak_watch import Sample, sample
 from teletaction.demo_files import CONSOLE, DemoOptions, prepare
@@ -47,7 +48,13 @@ COMPARED = (Compared("", "core_per_page", "less", absolute=0.05),)
 
 
 def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
-    """Measure the three ways in turns, then watch."""
+    """Measure the three ways in turns, then watch.
+
+    Raises:
+        Unavailable: what the console needs is not installed.
+    """
+    if find_spec("starlette") is None:
+        raise Unavailable("the console is not installed: pip install 'teletaction[console]'")
     if quick:
         return measure(QUICK_TURN_S, QUICK_TURNS, QUICK_WATCHED_S, seed, tell)
     return measure(TURN_S, TURNS, WATCHED_S, seed, tell)

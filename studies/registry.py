@@ -46,6 +46,7 @@ STUDIES = {
     "observer": "studies.observer",
     "tactile-map": "studies.tactile_map",
     "consoles": "studies.consoles",
+    "sessions": "studies.sessions",
     "paper-figures": "studies.paper_figures",
 }
 """Module of each study by its name."""

@@ -36,7 +36,7 @@ def workers(processes: int | None = None, dask: str | None = None) -> Iterator[W
 
     Raises:
         ValueError: Dask is not installed, or a worker of the cluster has other code.
-        OSError: there is no cluster at this address.
+        OSError: there is no cluster at this address, or one without workers.
     """
     if dask is not None:
         with _cluster(dask) as cluster:
@@ -106,8 +106,7 @@ def _cluster(address: str) -> Iterator[Workers]:
     except ModuleNotFoundError as missing:
         raise ValueError(f"--dask: {missing.name} is not installed: pip install 'teletaction[dask]'") from None
     with distributed.Client(address, timeout=CONNECT_S, set_as_default=False) as client:
-        if any(found != code_version() for found in client.run(code_version).values()):
-            raise OtherCode(f"{address}: a worker has other code or libraries than this study: install the same there")
+        _refuse_other_code(client, address)
 
         def cluster(packed: Sequence[bytes]) -> Iterator[tuple[int, bytes]]:
             futures = {client.submit(do, code_version(), each, pure=False): place for place, each in enumerate(packed)}
@@ -118,6 +117,23 @@ def _cluster(address: str) -> Iterator[Workers]:
                 client.cancel(list(futures), force=True)
 
         yield cluster
+
+
+def _refuse_other_code(client: Any, address: str) -> None:
+    """Ask each worker for its version.
+
+    Raises:
+        OtherCode: one has another.
+        ConnectionError: there is none.
+    """
+    try:
+        found = client.run(code_version)
+    except Exception as failed:  # what a worker cannot load has no common base
+        raise OtherCode(f"{address}: a worker cannot load this study: {failed}; install the same there") from failed
+    if not found:
+        raise ConnectionError(f"{address}: this cluster has no workers: start `dask worker --nthreads 1 {address}`")
+    if any(version != code_version() for version in found.values()):
+        raise OtherCode(f"{address}: a worker has other code or libraries than this study: install the same there")
 
 
 def _result(future: Any, address: str) -> bytes:

@@ -170,7 +170,9 @@ def process_table(summary: Mapping[str, Any]) -> str:
 def behind(summary: Mapping[str, Any]) -> str:
     """Which processes did not hold their rates, and for how long; empty where all did."""
     loops: Mapping[str, Any] = summary.get("loop") or {}
-    return ", ".join(f"{name} for {loop['behind_s']:.0f} s" for name, loop in loops.items() if (loop or {}).get("behind_s"))
+    return ", ".join(
+        f"{name} for {loop['behind_s']:.0f} s" for name, loop in loops.items() if (loop or {}).get("behind_s")
+    )
 
 
 def packets_table(packets: Mapping[str, Any]) -> str:

@@ -1,0 +1,113 @@
+"""The figure of how many sessions a machine carries: rates, lateness, processors and age, with where each fails."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from common.held_rate import HELD
+from common.limits import GAP_S
+from teletaction.demo_files import PROCESSES
+from teletaction.figure_style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, STYLE, plain_ticks
+
+Rows = Sequence[Mapping[str, Any]]
+_COLOURS = dict(zip(PROCESSES, (GREEN, PURPLE, BLUE, ORANGE), strict=True))
+_MARKS = dict(zip(PROCESSES, "^vos", strict=True))
+_FAILS: dict[str, Any] = {"color": RED, "alpha": 0.12, "linewidth": 0.0}
+
+
+def plot(data: Mapping[str, Any], path: Path) -> None:
+    """Write the figure of what `run` returned as PNG."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(10.0, 7.0), layout="constrained")
+        FigureCanvasAgg(figure)
+        places = figure.subplots(2, 2)
+        _rates(places[0, 0], data["loops"])
+        _lateness(places[0, 1], data["loops"])
+        _processors(places[1, 0], data)
+        _packets(places[1, 1], data["streams"])
+        for axes in places.flat:
+            plain_ticks(axes.xaxis, [row["sessions"] for row in data["counts"]])
+            axes.set_xlabel("one-finger sessions on this machine")
+        figure.savefig(path, dpi=150)
+
+
+def _rates(axes: Axes, loops: Rows) -> None:
+    axes.axhspan(0.0, 100.0 * HELD, label="rate not held", **_FAILS)
+    for process, mark in _MARKS.items():
+        mine = [row for row in loops if row["process"] == process]
+        colour = _COLOURS[process]
+        axes.plot(_places(mine), [100.0 * row["made"] for row in mine], mark, color=colour, alpha=0.35, markersize=4)
+        _through(axes, mine, "made", 100.0, color=colour, marker=mark, label=process)
+    axes.set(xscale="log", ylim=(0.0, 103.0), ylabel="ticks made, of those wanted (%)")
+    axes.set_title("Rate of each loop; lines: middle session", loc="left")
+    axes.legend(loc="lower left")
+
+
+def _lateness(axes: Axes, loops: Rows) -> None:
+    sites = [row for row in loops if row.get("off_p99_us")]
+    for process in ("remote", "operator"):
+        mine = [row for row in sites if row["process"] == process]
+        how: dict[str, Any] = {"color": _COLOURS[process], "marker": _MARKS[process]}
+        _through(axes, mine, "off_p99_us", 1e-3, label=f"{process}, 99 % below", **how)
+        _through(axes, mine, "off_p50_us", 1e-3, label=f"{process}, median", linestyle="--", **how)
+    top_ms = max([2e-3 * row["off_p99_us"] for row in sites], default=10.0)
+    period_ms = 1e3 / min([row["wanted_hz"] for row in sites], default=500.0)
+    axes.axhspan(period_ms, max(top_ms, 2.0 * period_ms), label="a tick is missed", **_FAILS)
+    axes.set(xscale="log", yscale="log", ylabel="a tick comes too late or too soon by (ms)")
+    axes.set_title("Loops of the sites, the middle session", loc="left")
+    axes.legend(loc="lower right")
+
+
+def _processors(axes: Axes, data: Mapping[str, Any]) -> None:
+    counts = [row["sessions"] for row in data["counts"]]
+    below = [0.0] * len(counts)
+    for process in PROCESSES:
+        cores = [
+            sum(row["core"] for row in data["loops"] if (row["sessions"], row["process"]) == (count, process))
+            for count in counts
+        ]
+        axes.bar(counts, cores, [0.3 * count for count in counts], below, color=_COLOURS[process], label=process)
+        below = [low + more for low, more in zip(below, cores, strict=True)]
+    for row, top in zip(data["counts"], below, strict=True):
+        axes.annotate(
+            f"{row['idle']:.0%} idle", (row["sessions"], top), (0, 3), textcoords="offset points", ha="center"
+        )
+    axes.axhline(data["processors"], color=BLACK, linestyle=":", label="processors of this machine")
+    axes.axhspan(data["processors"], 1.25 * data["processors"], **_FAILS)
+    axes.set(xscale="log", ylim=(0.0, 1.25 * data["processors"]), ylabel="processors used")
+    axes.set_title("Processor time", loc="left")
+    axes.legend(loc="center right")
+
+
+def _packets(axes: Axes, streams: Rows) -> None:
+    gaps = [row["longest_gap_ms"] for row in streams]
+    axes.axhspan(1e3 * GAP_S, max([200.0, *(1.5 * gap for gap in gaps)]), label="gap: safe state", **_FAILS)
+    for stream, colour in (("touch", BLUE), ("motion", ORANGE)):
+        mine = [row for row in streams if row["stream"] == stream]
+        how: dict[str, Any] = {"color": colour}
+        axes.plot(_places(mine), [row["longest_gap_ms"] for row in mine], "x", alpha=0.5, **how)
+        _through(axes, mine, "longest_gap_ms", 1.0, marker="x", linestyle=":", label=f"{stream}, longest gap", **how)
+        _through(axes, mine, "age_p99_ms", 1.0, marker="s", label=f"{stream}, age, 99 % below", **how)
+        _through(axes, mine, "age_p50_ms", 1.0, marker="o", linestyle="--", label=f"{stream}, age, median", **how)
+    axes.set(xscale="log", yscale="log", ylabel="ms")
+    axes.set_title("Packets between the sites; lines: middle session", loc="left")
+    axes.legend(loc="lower right", fontsize=8)
+
+
+def _places(rows: Rows) -> list[int]:
+    return [row["sessions"] for row in rows]
+
+
+def _through(axes: Axes, rows: Rows, value: str, scale: float, **how: Any) -> None:
+    """A line through the median of all sessions at each number of them."""
+    found: dict[int, list[float]] = {}
+    for row in rows:
+        if row[value] is not None:
+            found.setdefault(row["sessions"], []).append(scale * row[value])
+    axes.plot(list(found), [median(each) for each in found.values()], **how)

@@ -1,0 +1,80 @@
+"""What the recordings of a session tell of any while of it: when its loops ticked, and how old packets were."""
+
+from collections import defaultdict
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mcap.records import Channel, Message
+from numpy.typing import NDArray
+
+from common.cut_recording import CutRecording
+from common.messages import Motion, Touch
+
+Times = NDArray[np.float64]
+TICKS = {"remote": "remote/gate", "operator": "operator/input"}
+"""A site records these in every tick."""
+ARRIVALS = {"motion": "remote/motion", "touch": "operator/touch"}
+"""A site records these in the tick in which it acts on a packet for the first time."""
+_PACKETS: dict[str, type[Motion | Touch]] = {"remote/motion": Motion, "operator/touch": Touch}
+
+
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """Times by stream, s of the machine's monotonic clock.
+
+    Attributes:
+        times_s: of each tick or arrival, (n,).
+        sources_s: for arrivals, when the far site made the packet, (n,).
+    """
+
+    times_s: dict[str, Times]
+    sources_s: dict[str, Times]
+
+    @classmethod
+    def read(cls, folder: Path) -> "Recorded":
+        """Read both sites' recordings, as far as they can be read; of a site that never began there is none."""
+        times: dict[str, list[int]] = defaultdict(list)
+        sources: dict[str, list[int]] = defaultdict(list)
+        for path in (folder / f"{site}.mcap" for site in TICKS):
+            if not path.exists():
+                continue
+            topics: dict[int, str] = {}
+            with path.open("rb") as file:
+                for record in CutRecording(file).records():
+                    if isinstance(record, Channel):
+                        topics[record.id] = record.topic
+                    elif isinstance(record, Message):
+                        topic = topics[record.channel_id]
+                        times[topic].append(record.log_time)
+                        if topic in _PACKETS:
+                            sources[topic].append(_PACKETS[topic].decode(record.data).time_ns)
+        return cls(*({topic: np.array(ns) * 1e-9 for topic, ns in each.items()} for each in (times, sources)))
+
+    def lateness(self, site: str, begin_s: float, end_s: float, period_s: float) -> dict[str, float | None]:
+        """How far two ticks of a site's loop were from one period apart, us: median and 99 %."""
+        times_s, _ = self._between(TICKS[site], begin_s, end_s)
+        off_us = np.abs(np.diff(times_s) - period_s) * 1e6
+        return {f"off_p{percent}_us": _quantile(off_us, percent) for percent in (50, 99)}
+
+    def arrivals(self, stream: str, begin_s: float, end_s: float) -> dict[str, Any]:
+        """Age of the packets when they were acted on, ms: median and 99 %; and the longest time without one, ms."""
+        times_s, sources_s = self._between(ARRIVALS[stream], begin_s, end_s)
+        age_ms = (times_s - sources_s) * 1e3
+        gaps_ms = np.diff(np.concatenate(([begin_s], times_s, [end_s]))) * 1e3
+        return {
+            **{f"age_p{percent}_ms": _quantile(age_ms, percent) for percent in (50, 99)},
+            "longest_gap_ms": round(float(gaps_ms.max()), 1),
+        }
+
+    def _between(self, topic: str, begin_s: float, end_s: float) -> tuple[Times, Times]:
+        nothing = np.zeros(0)
+        times_s = self.times_s.get(topic, nothing)
+        kept = (begin_s <= times_s) & (times_s < end_s)
+        sources_s = self.sources_s.get(topic, nothing)
+        return times_s[kept], sources_s[kept] if len(sources_s) else nothing
+
+
+def _quantile(values: Times, percent: int) -> float | None:
+    return round(float(np.percentile(values, percent)), 2) if len(values) else None
