@@ -5,7 +5,6 @@ already, so that the first one is seen beside more and more others. Each number 
 pair has come to work: rate and lateness of the loops, packets and their age, processor time, waiting and memory.
 """
 
-import os
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
@@ -20,6 +19,7 @@ from studies.registry import Tell
 from studies.sessions_figure import plot
 from studies.sessions_look import Look, Processors, look
 from studies.sessions_recorded import TICKS, Recorded
+from studies.workers import processors
 from teletaction.demo_files import PROCESSES, DemoOptions, prepare
 from teletaction.processes import SessionProcesses
 
@@ -77,7 +77,7 @@ def measure(counts: Sequence[int], seconds: float, seed: int, tell: Tell) -> dic
     counted = [stage.counted(loops) for stage in stages]
     return {
         "seconds": seconds,
-        "processors": os.cpu_count(),
+        "processors": processors(),
         "counts": counted,
         "loops": loops,
         "streams": [row for stage in stages for row in stage.streams(recorded)],
@@ -112,7 +112,7 @@ class Stage:
         return cls(begin, [look(pair) for pair in pairs], shares)
 
     def loops(self, recorded: Sequence[Recorded]) -> list[Row]:
-        """A row for each process; those of sites with the lateness of their ticks."""
+        """A row for each process; the lateness of its ticks is known of sites."""
         rows = []
         for number, (begin, end) in enumerate(zip(self.begin, self.end, strict=True)):
             for name in PROCESSES:
@@ -121,10 +121,8 @@ class Stage:
                 row: Row = {"sessions": len(self.end), "session": number + 1, "process": name} | end[name].since(
                     begin[name]
                 )
-                if name in TICKS:
-                    while_s = begin[name].told_s, end[name].told_s
-                    row |= recorded[number].lateness(name, *while_s, 1.0 / row["wanted_hz"])
-                rows.append(row)
+                while_s = begin[name].told_s, end[name].told_s
+                rows.append(row | recorded[number].lateness(name, *while_s, 1.0 / row["wanted_hz"]))
         return rows
 
     def streams(self, recorded: Sequence[Recorded]) -> list[Row]:
@@ -144,7 +142,11 @@ class Stage:
         return rows
 
     def counted(self, loops: Sequence[Row]) -> Row:
-        """One row: what all sessions did and used; `made_least` is the share of its ticks that the worst loop made."""
+        """One row: what all sessions did and used.
+
+        `made_least` is the share of its ticks that the worst loop made; `others`, of the processors' time what went to
+        whatever else ran on this machine, and to its kernel on nobody's account.
+        """
         count = len(self.end)
         mine = [row for row in loops if row["sessions"] == count]
         behind = {row["session"] for row in mine if row["made"] < HELD}
@@ -154,9 +156,10 @@ class Stage:
             "hold_their_rates": len({row["session"] for row in mine} - behind),
             "engaged_at_end": sum(engaged),
             "made_least": min((row["made"] for row in mine), default=0.0),
-            "cores": round(sum(row["core"] for row in mine), 3),
+            "cores": (cores := round(sum(row["core"] for row in mine), 3)),
             "memory_mib": round(sum(row["memory_mib"] for row in mine), 1),
             **self.shares,
+            "others": round(max(0.0, 1.0 - self.shares["idle"] - self.shares["stolen"] - cores / processors()), 4),
         }
 
 
@@ -164,10 +167,11 @@ def does_not_fit(counted: Row, loops: Sequence[Row]) -> list[str]:
     """Which loops of so many sessions do not hold their rates, a line for each process, and what is lacking."""
     count, lines = counted["sessions"], []
     sessions = f"{count} session{'s' if count > 1 else ''}"
-    full = counted["idle"] < _FULL
-    lacking = (
-        f"processors: {counted['idle']:.0%} of their time is idle" if full else "no processor: the loop's own time"
-    )
+    others = f"{counted['others']:.0%} goes to others"
+    if counted["idle"] < _FULL:
+        lacking = f"processors: {counted['idle']:.0%} of their time is idle, {others}"
+    else:
+        lacking = f"no processor but the loop's own time; {others}"
     for process in PROCESSES:
         mine = [row for row in loops if (row["sessions"], row["process"]) == (count, process)]
         behind = sorted((row for row in mine if row["made"] < HELD), key=lambda row: float(row["made"]))

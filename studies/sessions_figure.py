@@ -13,18 +13,19 @@ from matplotlib.figure import Figure
 from common.held_rate import HELD
 from common.limits import GAP_S
 from teletaction.demo_files import PROCESSES
-from teletaction.figure_style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, STYLE, plain_ticks
+from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PURPLE, RED, STYLE, plain_ticks
 
 Rows = Sequence[Mapping[str, Any]]
 _COLOURS = dict(zip(PROCESSES, (GREEN, PURPLE, BLUE, ORANGE), strict=True))
 _MARKS = dict(zip(PROCESSES, "^vos", strict=True))
+_DECADES = [lead * 10.0**power for power in range(-2, 4) for lead in (1.0, 3.0)]
 _FAILS: dict[str, Any] = {"color": RED, "alpha": 0.12, "linewidth": 0.0}
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
     """Write the figure of what `run` returned as PNG."""
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(10.0, 7.0), layout="constrained")
+        figure = Figure(figsize=(11.5, 7.0), layout="constrained")
         FigureCanvasAgg(figure)
         places = figure.subplots(2, 2)
         _rates(places[0, 0], data["loops"])
@@ -46,7 +47,7 @@ def _rates(axes: Axes, loops: Rows) -> None:
         _through(axes, mine, "made", 100.0, color=colour, marker=mark, label=process)
     axes.set(xscale="log", ylim=(0.0, 103.0), ylabel="ticks made, of those wanted (%)")
     axes.set_title("Rate of each loop; lines: middle session", loc="left")
-    axes.legend(loc="lower left")
+    axes.legend(loc="upper right")
 
 
 def _lateness(axes: Axes, loops: Rows) -> None:
@@ -60,29 +61,29 @@ def _lateness(axes: Axes, loops: Rows) -> None:
     period_ms = 1e3 / min([row["wanted_hz"] for row in sites], default=500.0)
     axes.axhspan(period_ms, max(top_ms, 2.0 * period_ms), label="a tick is missed", **_FAILS)
     axes.set(xscale="log", yscale="log", ylabel="a tick comes too late or too soon by (ms)")
-    axes.set_title("Loops of the sites, the middle session", loc="left")
-    axes.legend(loc="lower right")
+    plain_ticks(axes.yaxis, _DECADES)
+    axes.set_title("Loops of the sites, middle session", loc="left")
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
 def _processors(axes: Axes, data: Mapping[str, Any]) -> None:
     counts = [row["sessions"] for row in data["counts"]]
+    widths = [0.3 * count for count in counts]
     below = [0.0] * len(counts)
     for process in PROCESSES:
         cores = [
             sum(row["core"] for row in data["loops"] if (row["sessions"], row["process"]) == (count, process))
             for count in counts
         ]
-        axes.bar(counts, cores, [0.3 * count for count in counts], below, color=_COLOURS[process], label=process)
+        axes.bar(counts, cores, widths, below, color=_COLOURS[process])
         below = [low + more for low, more in zip(below, cores, strict=True)]
-    for row, top in zip(data["counts"], below, strict=True):
-        axes.annotate(
-            f"{row['idle']:.0%} idle", (row["sessions"], top), (0, 3), textcoords="offset points", ha="center"
-        )
-    axes.axhline(data["processors"], color=BLACK, linestyle=":", label="processors of this machine")
+    others = [data["processors"] * (row["others"] + row["stolen"]) for row in data["counts"]]
+    axes.bar(counts, others, widths, below, color=PALE, edgecolor=GREY, label="others")
+    axes.axhline(data["processors"], color=BLACK, linestyle=":", label="all there is")
     axes.axhspan(data["processors"], 1.25 * data["processors"], **_FAILS)
     axes.set(xscale="log", ylim=(0.0, 1.25 * data["processors"]), ylabel="processors used")
-    axes.set_title("Processor time", loc="left")
-    axes.legend(loc="center right")
+    axes.set_title("Processor time; colours as above", loc="left")
+    axes.legend(loc="upper right")
 
 
 def _packets(axes: Axes, streams: Rows) -> None:
@@ -96,8 +97,9 @@ def _packets(axes: Axes, streams: Rows) -> None:
         _through(axes, mine, "age_p99_ms", 1.0, marker="s", label=f"{stream}, age, 99 % below", **how)
         _through(axes, mine, "age_p50_ms", 1.0, marker="o", linestyle="--", label=f"{stream}, age, median", **how)
     axes.set(xscale="log", yscale="log", ylabel="ms")
+    plain_ticks(axes.yaxis, _DECADES)
     axes.set_title("Packets between the sites; lines: middle session", loc="left")
-    axes.legend(loc="lower right", fontsize=8)
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
 def _places(rows: Rows) -> list[int]:

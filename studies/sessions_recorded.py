@@ -10,6 +10,7 @@ from mcap.records import Channel, Message
 from numpy.typing import NDArray
 
 from common.cut_recording import CutRecording
+from common.limits import GAP_S
 from common.messages import Motion, Touch
 
 Times = NDArray[np.float64]
@@ -53,19 +54,23 @@ class Recorded:
         return cls(*({topic: np.array(ns) * 1e-9 for topic, ns in each.items()} for each in (times, sources)))
 
     def lateness(self, site: str, begin_s: float, end_s: float, period_s: float) -> dict[str, float | None]:
-        """How far two ticks of a site's loop were from one period apart, us: median and 99 %."""
-        times_s, _ = self._between(TICKS[site], begin_s, end_s)
+        """How far two ticks of a site's loop were from one period apart, us: median and 99 %. None: not recorded."""
+        times_s, _ = self._between(TICKS.get(site, ""), begin_s, end_s)
         off_us = np.abs(np.diff(times_s) - period_s) * 1e6
         return {f"off_p{percent}_us": _quantile(off_us, percent) for percent in (50, 99)}
 
     def arrivals(self, stream: str, begin_s: float, end_s: float) -> dict[str, Any]:
-        """Age of the packets when they were acted on, ms: median and 99 %; and the longest time without one, ms."""
+        """Age of the packets when they were acted on, ms: median and 99 %; and the longest time without one, ms.
+
+        `gap_share` is the share of the time for which the last one was older than a gap may be: outputs are safe then.
+        """
         times_s, sources_s = self._between(ARRIVALS[stream], begin_s, end_s)
         age_ms = (times_s - sources_s) * 1e3
         gaps_ms = np.diff(np.concatenate(([begin_s], times_s, [end_s]))) * 1e3
         return {
             **{f"age_p{percent}_ms": _quantile(age_ms, percent) for percent in (50, 99)},
             "longest_gap_ms": round(float(gaps_ms.max()), 1),
+            "gap_share": round(float(np.maximum(0.0, gaps_ms - 1e3 * GAP_S).sum() / (1e3 * (end_s - begin_s))), 4),
         }
 
     def _between(self, topic: str, begin_s: float, end_s: float) -> tuple[Times, Times]:

@@ -6,8 +6,10 @@ from typing import Any
 import msgpack
 import pytest
 
+from common.limits import GAP_S
 from common.recording import PACKET_SCHEMA, Recorder
 from studies.link_packets import next_motion
+from studies.registry import write_table
 from studies.sessions import Stage, does_not_fit, measure, plot, silent, tables
 from studies.sessions_look import Look, Processors
 from studies.sessions_recorded import Recorded
@@ -57,7 +59,10 @@ def test_sessions_that_fit_have_nothing_to_say() -> None:
 
 def test_what_does_not_fit_is_told_with_the_process_and_what_is_lacking() -> None:
     remote = {"remote": {"hz": 300.0, "behind": "300 of 500 ticks a second"}}
-    for idle, lacking in ((0.01, "lacking is processors: 1% of their time is idle"), (0.6, "lacking is no processor")):
+    for idle, lacking in (
+        (0.01, "lacking is processors: 1% of their time is idle, "),
+        (0.6, "lacking is no processor"),
+    ):
         both = stage({}, remote, idle=idle)
         loops = both.loops([RECORDED] * 2)
         (line,) = does_not_fit(both.counted(loops), loops)
@@ -92,6 +97,7 @@ def test_packets_are_counted_at_both_ends() -> None:
     assert rates == {"sent": 80.0, "spared": 420.0, "received": 79.0, "superseded": 1.0, "refused": 0.0}
     assert motion["age_p50_ms"] is None
     assert motion["longest_gap_ms"] == SECONDS * 1e3, "none came at all"
+    assert motion["gap_share"] == pytest.approx(1.0 - GAP_S / SECONDS)
 
 
 def test_age_and_lateness_are_read_from_the_recordings(tmp_path: Path) -> None:
@@ -107,7 +113,8 @@ def test_age_and_lateness_are_read_from_the_recordings(tmp_path: Path) -> None:
     assert read.lateness("remote", 1.0, 3.0, 0.002) == {"off_p50_us": 0.0, "off_p99_us": pytest.approx(1000.0)}
     assert read.lateness("operator", 1.0, 3.0, 0.002) == {"off_p50_us": None, "off_p99_us": None}
     told = read.arrivals("motion", 1.5, 2.5)
-    assert told == {"age_p50_ms": 3.0, "age_p99_ms": 3.0, "longest_gap_ms": 10.0}
+    assert told == {"age_p50_ms": 3.0, "age_p99_ms": 3.0, "longest_gap_ms": 10.0, "gap_share": 0.0}
+    assert read.arrivals("motion", 2.0, 4.0)["gap_share"] == pytest.approx(0.45, abs=0.01)
     assert Recorded.read(tmp_path / "never began").times_s == {}
 
 
@@ -135,6 +142,8 @@ def test_the_figure_shows_sessions_that_fit_and_those_that_do_not(tmp_path: Path
 @pytest.mark.session
 def test_a_real_session_is_measured_and_ended(tmp_path: Path) -> None:
     data = measure((1,), seconds=3.0, seed=0, tell=lambda _: None)
+    for name, rows in tables(data).items():
+        write_table(tmp_path / f"{name}.csv", rows)
     assert [row["process"] for row in data["loops"]] == list(PROCESSES)
     assert all(row["rate_hz"] > 0.0 and row["core"] > 0.0 and row["memory_mib"] > 10.0 for row in data["loops"])
     assert [row["stream"] for row in data["streams"]] == ["motion", "touch"]
@@ -142,4 +151,4 @@ def test_a_real_session_is_measured_and_ended(tmp_path: Path) -> None:
         assert row["sent_hz"] + row["spared_hz"] > 0.5 * data["loops"][0]["rate_hz"]
         assert 0.0 < row["age_p50_ms"] < 150.0
     assert data["counts"][0]["engaged_at_end"] == 1
-    assert {name: len(rows) for name, rows in tables(data).items()} == {"counts": 1, "loops": 4, "streams": 2}
+    assert [len(rows) for rows in tables(data).values()] == [1, 4, 2]
