@@ -26,7 +26,7 @@ from teletaction.processes import SessionProcesses
 __all__ = ["plot", "run", "tables"]
 MEASURES_THIS_MACHINE = "how many sessions it carries"
 COUNTS, SECONDS = (1, 2, 4, 8), 20.0
-QUICK_COUNTS, QUICK_SECONDS = (1, 2), 8.0
+QUICK_COUNTS, QUICK_SECONDS = (1, 2), 6.0
 _START_S = 60.0
 _SETTLE_S = 3.0
 """A process that has just started still loads."""
