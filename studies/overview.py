@@ -109,9 +109,9 @@ def draw(axes: Axes, part: Part) -> None:
 
 
 def _scale(axes: Axes, axis: str, values: Sequence[float], powers: bool) -> None:
-    """From 0 to beyond the largest, or over the decades that the values lie in."""
+    """From 0 to beyond the largest, with room for the legend above, or over the decades that the values lie in."""
     if not powers:
-        axes.set(**{f"{axis}lim": (0.0, 1.15 * max(values) or 1.0)})
+        axes.set(**{f"{axis}lim": (0.0, (1.35 if axis == "y" else 1.15) * max(values) or 1.0)})
         return
     low, high = 0.6 * min(values), 1.8 * max(values)
     decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
