@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -169,8 +170,11 @@ def test_a_cluster_that_is_not_there_is_one_line_and_exit_2(
 
 
 @pytest.mark.session
-def test_a_run_that_is_killed_goes_on_where_it_was_and_comes_to_the_same(tmp_path: Path) -> None:
-    """The command is killed (-9) when some pieces are done; its processes end with it."""
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGKILL, -signal.SIGKILL), (signal.SIGINT, 130)])
+def test_a_run_that_is_ended_goes_on_where_it_was_and_comes_to_the_same(
+    number: signal.Signals, code: int, tmp_path: Path
+) -> None:
+    """The command is killed, or interrupted as by Ctrl-C, when some pieces are done; its processes end with it."""
     command = [sys.executable, "-m", "teletaction", "study", "groove-spacing", "--quick", "--processes", "2", "--out"]
     kept = tmp_path / "out" / registry.PIECES / "groove-spacing"
     with subprocess.Popen([*command, str(tmp_path / "out")], stderr=subprocess.DEVNULL) as running:
@@ -178,7 +182,8 @@ def test_a_run_that_is_killed_goes_on_where_it_was_and_comes_to_the_same(tmp_pat
         while len([path for path in kept.glob("*") if path.suffix == ""]) < 2:
             assert time.monotonic() < deadline_s
             time.sleep(0.01)
-        running.kill()
+        running.send_signal(number)
+        assert running.wait(20.0) == code
     assert not (tmp_path / "out" / "groove-spacing.json").exists()
     told: list[float | str] = []
     registry.run_study("groove-spacing", tmp_path / "out", quick=True, tell=told.append)
