@@ -105,6 +105,11 @@ def _cluster(address: str) -> Iterator[Workers]:
         distributed = import_module("distributed")
     except ModuleNotFoundError as missing:
         raise ValueError(f"--dask: {missing.name} is not installed: pip install 'teletaction[dask]'") from None
+    try:
+        # A client that fails over its address is half made, and takes 20 s to go.
+        import_module("distributed.comm").get_address_host_port(address)
+    except ValueError as wrong:
+        raise ValueError(f"--dask {address}: {wrong}; a scheduler's is tcp://HOST:8786") from None
     with distributed.Client(address, timeout=CONNECT_S, set_as_default=False) as client:
         _refuse_other_code(client, address)
 

@@ -109,9 +109,12 @@ def test_workers_that_cannot_load_the_study_are_refused(
             worker.kill()
 
 
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "127.0.0.1:1", "nonsense"])
 def test_no_cluster_is_one_line(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    address: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("studies.workers.CONNECT_S", 0.5)
-    assert main(["study", "vibration", "--quick", "--dask", "tcp://127.0.0.1:1", "--out", str(tmp_path)]) == 2
-    assert "127.0.0.1:1" in capsys.readouterr().err
+    assert main(["study", "vibration", "--quick", "--dask", address, "--out", str(tmp_path)]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert address in said
