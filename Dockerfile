@@ -1,31 +1,44 @@
-# One image for every process; PROCESS says which one a container runs.
-FROM python:3.11-slim
+# One image for every process; PROCESS says which one a container runs. How small, and why: docs/decisions/0026-containers.md
+# For the very same base each time, name it by its digest: docker-compose build --build-arg BASE=python:3.11-slim@sha256:...
+ARG BASE=python:3.11-slim
+FROM ${BASE} AS packages
 
-ENV PIP_NO_CACHE_DIR=1 PIP_ROOT_USER_ACTION=ignore PYTHONUNBUFFERED=1 PYTHONDONTWRITEBYTECODE=1 MPLCONFIGDIR=/tmp
-
-RUN useradd --uid 10001 --create-home --shell /usr/sbin/nologin teletaction \
-    && install -d -o teletaction -g teletaction -m 0700 /keys/remote /keys/operator /keys/console \
-    && install -d -o teletaction -g teletaction /session
-
+ENV PIP_NO_CACHE_DIR=1 PIP_ROOT_USER_ACTION=ignore PIP_DISABLE_PIP_VERSION_CHECK=1
+# Constraints count for what packages are built with, too.
+ENV PIP_CONSTRAINT=/build/constraints.txt PIP_BUILD_CONSTRAINT=/build/constraints.txt
 WORKDIR /build
 # What the project needs changes less often than the project: a layer of its own.
 COPY pyproject.toml constraints.txt ./
+# Left out: what only the libraries' own tests and compilers need.
 RUN python -c "import tomllib; project = tomllib.load(open('pyproject.toml', 'rb'))['project']; \
         print(*project['dependencies'], *project['optional-dependencies']['console'], sep='\n')" > requirements.txt \
-    && pip install --only-binary=:all: -c constraints.txt -r requirements.txt
-
+    && python -m venv --without-pip /opt/teletaction \
+    && pip --python /opt/teletaction install --no-compile --only-binary=:all: -r requirements.txt \
+    && find /opt/teletaction -depth -type d \( -name tests -o -name sample_data \) -exec rm -r {} + \
+    && find /opt/teletaction \( -name '*.pyi' -o -name '*.pxd' -o -name '*.h' -o -name '*.a' \) -delete
 COPY LICENSE README.md ./
 COPY common common
 COPY remote_site remote_site
 COPY operator_site operator_site
 COPY sim_sensors sim_sensors
 COPY teletaction teletaction
-RUN pip install --no-deps . && cp -r remote_site/tables /calibration && rm -rf /build/*
+# Compiled here, since nothing can be written later; by content, not by date, so that the same source gives the same bytes.
+RUN pip --python /opt/teletaction install --no-compile --no-deps . \
+    && /opt/teletaction/bin/python -m compileall -q --invalidation-mode unchecked-hash /opt/teletaction/lib
+
+FROM ${BASE}
+ENV PATH=/opt/teletaction/bin:$PATH PYTHONUNBUFFERED=1 PYTHONDONTWRITEBYTECODE=1 MPLCONFIGDIR=/tmp
+RUN useradd --uid 10001 --create-home --shell /usr/sbin/nologin teletaction \
+    && install -d -o teletaction -g teletaction -m 0700 /keys/remote /keys/operator /keys/console \
+    && install -d -o teletaction -g teletaction /session
+COPY remote_site/tables /calibration
 COPY docker/*.sh /usr/local/bin/
+COPY --from=packages /opt/teletaction /opt/teletaction
 
 WORKDIR /session
 USER teletaction
 ENV PROCESS=remote
-HEALTHCHECK --interval=5s --timeout=5s --start-period=15s --retries=3 \
-    CMD python -m common.health "/session/$PROCESS.json"
+# Safe and fresh, as common/health.py has it. Unhealthy within 15 s at most.
+HEALTHCHECK --interval=5s --timeout=4s --start-period=30s --retries=2 \
+    CMD ["sh", "-c", "exec python -m common.health /session/$PROCESS.json"]
 CMD ["run_process.sh"]

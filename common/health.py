@@ -1,6 +1,7 @@
-"""`python -m common.health FILE [--state STATE]`: whether a process of a session is alive, for supervisors.
+"""`python -m common.health FILE [--state STATE]`: whether a process of a session may be relied on, for supervisors.
 
-A process rewrites its status file every second; one that hangs leaves it as it was.
+*Fresh*: it has rewritten its status file lately, and what it acts on or shows is not old. *Safe*: no fault is latched,
+no device is missing. A site that waits for somebody to engage is healthy.
 """
 
 import argparse
@@ -13,6 +14,8 @@ from typing import Any
 from common.ladder import SUPERVISOR_WATCHDOG_S
 
 OLDEST_S = SUPERVISOR_WATCHDOG_S
+_ILLS = ("fault", "missing", "stale")
+"""What a process says in its own words, and each is empty where there is none."""
 
 
 class NoStatus(ValueError):
@@ -53,8 +56,11 @@ def ill(status: Path, now_ns: int, state: str | None = None) -> str:
         return str(problem)
     if not young(age_s):
         return f"{status}: {age_s:.1f} s old, expected less than {OLDEST_S:g} s"
+    for name in _ILLS:
+        if told.get(name):
+            return f"{status}: {name}: {told[name]}"
     if state is not None and told.get("state") != state:
-        why = told.get("fault") or told.get("missing") or told.get("refusal") or ""
+        why = told.get("paused") or told.get("refusal") or ""
         return f"{status}: {told.get('state', 'no session state')}, expected {state}" + (f" ({why})" if why else "")
     return ""
 

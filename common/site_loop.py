@@ -78,5 +78,6 @@ def run_site_loop(
 
 def in_words(figures: Mapping[str, object]) -> str:
     """A site's state in one line, with what is wrong or missing."""
-    why = figures.get("fault") or figures.get("missing") or figures.get("refusal") or figures.get("behind")
+    told = ("fault", "missing", "refusal", "stale", "behind")
+    why = next((figures[name] for name in told if figures.get(name)), None)
     return f"{figures.get('state', 'running')}" + (f": {why}" if why else "")

@@ -34,6 +34,10 @@ class SessionEnd(Protocol):
         """Its state and latched fault."""
 
     @property
+    def both_engaged(self) -> bool:
+        """Whether outputs may act."""
+
+    @property
     def acceptance(self) -> Acceptance:
         """Of the packets that the site acts on."""
 
@@ -82,6 +86,23 @@ def in_brief(end: SessionEnd, missing: str) -> dict[str, Any]:
     }
 
 
+def staleness(end: SessionEnd, acts_on: str, now_ns: int, gap_s: float) -> str:
+    """What a site that acts has waited for too long; empty while that is fresh, and while the site does not act.
+
+    Args:
+        end: this site's end of the session.
+        acts_on: the stream that `end` accepts packets of.
+        now_ns: this site's clock.
+        gap_s: without an accepted packet for longer, outputs go to safe.
+    """
+    if not end.both_engaged:
+        return ""
+    gap_ns = end.acceptance.gap_ns(now_ns)
+    if gap_ns is None:
+        return f"no {acts_on} has come yet"
+    return f"no {acts_on} for {gap_ns * 1e-9:.2f} s" if gap_ns > gap_s * 1e9 else ""
+
+
 def desk_answer(verb: str, end: SessionEnd, not_ready: str) -> dict[str, Any]:
     """What a person is told at the desk once a request was carried out; all but questions are logged.
 
@@ -105,6 +126,7 @@ def site_figures(
     sent: dict[str, int],
     spared: dict[str, int],
     acts_on: str,
+    stale: str,
 ) -> dict[str, object]:
     """What the status file tells of session, devices, limits, packets and recording.
 
@@ -116,10 +138,12 @@ def site_figures(
         sent: packets of each latest-only stream that went out.
         spared: ticks of each that were not worth a packet.
         acts_on: the stream that `end` accepts packets of.
+        stale: what the site has waited for too long; empty where all is fresh.
     """
     acceptance = end.acceptance
     return {
         **in_brief(end, devices.missing()),
+        "stale": stale,
         "devices": devices.figures(),
         "limited": {FINGERS[finger]: limits for finger, limits in enumerate(limited) if limits},
         "age_ms": round(acceptance.age_ns * 1e-6, 3),

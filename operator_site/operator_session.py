@@ -16,10 +16,6 @@ class OperatorSession(SessionEnd, Protocol):
     """Engage as soon as everything is ready. A fault ends the wish: engaging again is a deliberate act."""
 
     @property
-    def both_engaged(self) -> bool:
-        """Whether outputs may act."""
-
-    @property
     def touch(self) -> Touch | None:
         """The newest touch of this session."""
 

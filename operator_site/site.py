@@ -19,7 +19,7 @@ from common.link import OperatorLink
 from common.packets import Floats, LinkState
 from common.recording import Recorder
 from common.site_loop import run_site_loop
-from common.site_report import site_figures
+from common.site_report import site_figures, staleness
 from common.startup import wait_for_devices
 from operator_site.admission import Admission
 from operator_site.attendance import Attendance
@@ -69,6 +69,7 @@ class OperatorSite:
         self._recording = None if recorder is None and feed is None else SiteRecording(recorder, feed)
         self.attendance = Attendance(config.console_required_s)
         self._desk = desk
+        self._gap_s = config.link.gap_s
         self.rendering = Rendering(config.rendering, 1.0 / config.rate_hz, config.link.gap_s)
         self._now_ns = 0
         self._limited: list[int] = []
@@ -105,8 +106,20 @@ class OperatorSite:
         client = self.client
         limited = [limit_names(bits) for bits in self._limited]
         sent, spared = {"motion": self.motions_sent}, {"motion": client.spared}
+        stale = staleness(client, "touch", self._now_ns, self._gap_s)
+        if client.session.state is LinkState.DISCONNECTED:
+            stale = client.refusal or "no remote site"
         return {
-            **site_figures(client, self._devices, self._recorder, limited, sent=sent, spared=spared, acts_on="touch"),
+            **site_figures(
+                client,
+                self._devices,
+                self._recorder,
+                limited,
+                sent=sent,
+                spared=spared,
+                acts_on="touch",
+                stale=stale,
+            ),
             "stiffest_n_m": self.rendering.wall.stiffest_n_m,
             "produced_mj": self.rendering.produced_mj,
             "remote_fault": client.remote_fault,

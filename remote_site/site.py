@@ -19,7 +19,7 @@ from common.packets import LinkState
 from common.perceptible import touch_felt
 from common.recording import Recorder
 from common.site_loop import run_site_loop
-from common.site_report import site_figures
+from common.site_report import site_figures, staleness
 from common.startup import wait_for_devices
 from remote_site.calibrated_tables import load_tables
 from remote_site.desk_requests import answer_desk
@@ -73,11 +73,13 @@ class RemoteSite:
         self._deadband = Deadband(1.0 / config.rate_hz) if config.link.deadband else None
         self._told: Touch | None = None
         self._limited: list[int] = []
+        self._now_ns = 0
         self.touches_sent = 0
 
     def tick(self, now_ns: int) -> None:
         """Read, identify, gate, write, tell."""
         now_s = now_ns * 1e-9
+        self._now_ns = now_ns
         server = self.server
         sensed_now = self._devices.read(now_s, self._followed())
         missing = self._devices.missing()
@@ -107,11 +109,21 @@ class RemoteSite:
         server = self.server
         limited = [limit_names(bits) for bits in self._limited]
         sent = {"touch": self.touches_sent}
+        stale = staleness(server, "motion", self._now_ns, self._gap_ns * 1e-9)
         spared = {"touch": 0 if self._deadband is None else self._deadband.spared}
         touches = self.perception.touches
         faults = {FINGERS[finger]: touch.texture_fault for finger, touch in touches.items() if touch.texture_fault}
         return {
-            **site_figures(server, self._devices, self._recorder, limited, sent=sent, spared=spared, acts_on="motion"),
+            **site_figures(
+                server,
+                self._devices,
+                self._recorder,
+                limited,
+                sent=sent,
+                spared=spared,
+                acts_on="motion",
+                stale=stale,
+            ),
             "texture_faults": faults,
             "left_mj": dict(zip(FINGERS, self.gate.left_mj, strict=True)),
             "observers": len(server.observers),

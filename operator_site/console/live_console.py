@@ -24,6 +24,7 @@ from operator_site.console.kept_before import KeptBefore
 from operator_site.console.pages import Pages
 from operator_site.console.reporting import Reporting
 from operator_site.console.shown_state import shown_state
+from operator_site.console.site_now import SILENT_S
 from operator_site.feed import BATCH_S, FeedReader
 
 log = logging.getLogger(__name__)
@@ -104,7 +105,9 @@ class LiveConsole:
 
     def figures(self) -> dict[str, object]:
         """What the status file tells."""
+        silent_s = self.console.site.silent_s(time.monotonic())
         return {
+            "stale": f"no word of the operator site for {silent_s:.1f} s" if silent_s > SILENT_S else "",
             "clients": len(self.pages.clients),
             "pictures_skipped": sum(client.skipped for client in self.pages.clients),
             "damaged": self.console.damaged,

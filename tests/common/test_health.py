@@ -25,10 +25,22 @@ def test_a_status_must_be_young(tmp_path: Path, age_s: float, healthy: bool) -> 
 
 
 def test_a_site_must_be_in_the_state_asked_for(tmp_path: Path) -> None:
-    path = status(tmp_path, time_ns=NOW_NS, state="fault", fault="thumb plate 42.3 C")
+    path = status(tmp_path, time_ns=NOW_NS, state="connected", paused="console was hidden for 3 s")
     assert ill(path, NOW_NS) == ""
-    assert ill(path, NOW_NS, "fault") == ""
-    assert ill(path, NOW_NS, "engaged").endswith("fault, expected engaged (thumb plate 42.3 C)")
+    assert ill(path, NOW_NS, "connected") == ""
+    assert ill(path, NOW_NS, "engaged").endswith("connected, expected engaged (console was hidden for 3 s)")
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("fault", "thumb plate 42.3 C"), ("missing", "index texture sensor: opening"), ("stale", "no touch for 0.30 s")],
+)
+def test_what_is_not_safe_or_not_fresh_is_not_healthy(tmp_path: Path, name: str, words: str) -> None:
+    sound = dict.fromkeys(("fault", "missing", "stale"), "")
+    assert ill(status(tmp_path, time_ns=NOW_NS, state="engaged", **sound), NOW_NS, "engaged") == ""
+    path = status(tmp_path, time_ns=NOW_NS, state="engaged", **(sound | {name: words}))
+    assert ill(path, NOW_NS).endswith(f"{name}: {words}")
+    assert ill(path, NOW_NS, "engaged").endswith(f"{name}: {words}")
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"time_ns": "soon"}', '{"time_ns": null}'])

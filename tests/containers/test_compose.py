@@ -1,31 +1,24 @@
-"""The composition as it stands: built, brought up, a process killed, taken down, and the session judged."""
+"""The demonstration as its how-to has it: started, used, a process killed, an emergency stop, ended, and judged."""
 
 import json
-import os
-import shutil
 import socket
 import ssl
 import subprocess
 import time
-import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
-from urllib.error import HTTPError
-from urllib.request import Request, urlopen
 
 import pytest
-from websockets.exceptions import ConnectionClosed
 
 from common import limits
 from common.fingers import FINGERS
-from teletaction.conclude import conclude
-from teletaction.demo_files import DemoOptions
-from tests.session.page import opened
+from tests.containers.checkout import Checkout, run, wait_for
+from tests.containers.console_page import assert_closed_to_strangers, assert_used_by_its_tokens, read_tokens
+from tests.containers.howto import blocks, named_in_passing
 
 pytestmark = [pytest.mark.containers, pytest.mark.timeout(600)]
 
-ROOT = Path(__file__).parents[2]
+PAGE = "docs/howto/first-session.md"
 SERVICES = {
     "sim-remote": "sim-remote",
     "sim-operator": "sim-operator",
@@ -33,160 +26,117 @@ SERVICES = {
     "operator": "operator-site",
     "console": "console",
 }
-PAGE = 8090
+"""Service of each process."""
 KILL = "import json, os; os.kill(json.load(open('/session/remote.json'))['pid'], 9)"
-
-
-def run(*command: str, seconds: float = 60.0) -> str:
-    """Run a command and return what it printed."""
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=seconds, check=False)
-    assert done.returncode == 0, f"{' '.join(command)}: {done.stdout[-3000:]} {done.stderr[-3000:]}"
-    return done.stdout
-
-
-class Composition:
-    """One project of its own; its containers, network and volumes carry its name."""
-
-    def __init__(self) -> None:
-        has_plugin = subprocess.run(("docker", "compose", "version"), capture_output=True, timeout=30, check=False)
-        compose = ("docker", "compose") if has_plugin.returncode == 0 else ("docker-compose",)
-        self._compose = (*compose, "-p", f"teletaction-test-{uuid.uuid4().hex[:8]}")
-        os.environ["CONSOLE_PORT"] = str(free_port())
-
-    def __call__(self, *words: str, seconds: float = 60.0) -> str:
-        return run(*self._compose, *words, seconds=seconds)
-
-    def container(self, process: str) -> str:
-        return self("ps", "-q", SERVICES[process]).strip()
-
-    def health(self, process: str) -> str:
-        return run("docker", "inspect", "-f", "{{.State.Health.Status}}", self.container(process)).strip()
-
-    def restarts(self, process: str) -> int:
-        return int(run("docker", "inspect", "-f", "{{.RestartCount}}", self.container(process)))
-
-    def status(self, process: str) -> dict[str, Any]:
-        text = run("docker", "exec", self.container("sim-operator"), "cat", f"/session/{process}.json")
-        status: dict[str, Any] = json.loads(text)
-        return status
-
-    def page(self, folder: Path) -> tuple[str, ssl.SSLContext]:
-        """Where the console is on this host, and what its certificate is checked against."""
-        certificate = folder / "certificate.pem"
-        run("docker", "cp", f"{self.container('console')}:/keys/console/certificate.pem", str(certificate))
-        published = self("port", "operator-host", str(PAGE)).strip()
-        assert published == f"127.0.0.1:{os.environ['CONSOLE_PORT']}"
-        return f"https://{published}", ssl.create_default_context(cafile=certificate)
-
-    def tokens(self) -> dict[str, str]:
-        """The console's tokens by what they are for."""
-        lines = run("docker", "exec", self.container("console"), "cat", "/keys/console/tokens").splitlines()
-        return {role: token for _, role, token in map(str.split, lines)}
-
-    def engaged(self) -> bool:
-        return all(self.status(site)["state"] == "engaged" for site in ("remote", "operator"))
-
-
-def free_port() -> int:
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        port: int = server.getsockname()[1]
-        return port
+SESSION = "docker-compose exec -T operator-site python -m teletaction session {} --config /config/operator.toml"
 
 
 @pytest.fixture
-def composition() -> Iterator[Composition]:
-    if shutil.which("docker") is None:
-        pytest.fail('no docker here: `eval "$(tests/containers/engine.sh)"` first')
-    found = Composition()
+def demo(tmp_path: Path) -> Iterator[Checkout]:
+    checkout = Checkout(tmp_path / "teletaction")
     try:
-        yield found
+        yield checkout
     finally:
-        found("down", "--volumes", "--timeout", "3", seconds=120.0)
+        checkout.remove()
 
 
-def wait_for(what: Callable[[], bool], told: str, seconds: float) -> None:
-    """Poll once a second; an answer that cannot be had yet counts as no."""
-    deadline_s = time.monotonic() + seconds
-    while time.monotonic() < deadline_s:
-        try:
-            if what():
-                return
-        except AssertionError:
-            pass  # its container is just being restarted
-        time.sleep(1.0)
-    raise AssertionError(f"{told}: not within {seconds:g} s")
+def test_the_demonstration_of_the_how_to_survives_a_killed_site_and_keeps_every_limit(demo: Checkout) -> None:
+    up, look, tokens, engaged, end = blocks(PAGE)["In containers"]
+    begin_s = time.monotonic()
+    attached = demo.start(up)
+    try:
+        wait_for(lambda: all(demo.healthy(service) for service in SERVICES.values()), "all healthy", 400.0)
+        print(f"from nothing to healthy: {time.monotonic() - begin_s:.0f} s")
+        demo(look)
+        assert_confined(demo)
+        wait_for(lambda: demo(engaged) == "", "engaged", 60.0)
+        use_console(demo, read_tokens(demo(tokens)))
+        kill_a_site(demo)
+        wait_for(lambda: demo(engaged) == "", "engaged again", 60.0)
+        stop_in_an_emergency(demo)
+        wait_for(lambda: demo(engaged) == "", "engaged after the stop", 60.0)
+        worked_s = script_s(demo)
+        wait_for(lambda: script_s(demo) > worked_s + 8.0, "8 s more of work", 60.0)
+        demo(end, seconds=180.0)
+        attached.wait(30.0)
+    finally:
+        attached.kill()
+        attached.communicate()
+    assert set(named_in_passing("README.md")) <= set(demo.ran), "the README names commands that nobody tried"
+    judge(demo.folder / "session-result")
 
 
-def use_console(composition: Composition, folder: Path) -> None:
-    """Its page is for who has a token; a finding is made on it."""
-    address, trust = composition.page(folder)
-    tokens = composition.tokens()
-    with pytest.raises(HTTPError, match="401"):
-        urlopen(address + "/page/main.js", context=trust)
-    for headers in ({}, {"Cookie": "teletaction=" + "0" * 64}):
-        with opened(address, ssl=trust, **headers) as stranger, pytest.raises(ConnectionClosed):
-            stranger.until(lambda page=stranger: page.state, "nothing")
-    with (
-        opened(address, ssl=trust, Cookie=f"teletaction={tokens['act']}") as page,
-        opened(address, ssl=trust, Cookie=f"teletaction={tokens['observe']}") as observer,
-    ):
-        page.until(lambda: page.state and page.state["session"]["state"] == "engaged", "an engaged session")
-        page.until(lambda: page.picture is not None and len(page.picture.bins) > 0, "a picture")
-        assert page.state["meaning"].startswith("Calibrated ")
-        assert page.ask("begin", pseudonym="P-0417")["ok"]
-        assert page.ask("finding", finger="index", kind="warm")["details"]["saved"]
-        observer.until(lambda: observer.state and observer.state["findings"], "the finding")
-        assert not observer.ask("estop")["ok"]
-        # A machine that builds and starts all of this may let a request wait too long: a person asks again.
-        page.until(lambda: page.ask("end")["ok"], "the end")
-        page.until(lambda: (page.state["session"]["saved"] or {}).get("report"), "the report", 120.0)
-        assert page.ask("sound", answer="refused")["ok"]
-        page.until(lambda: page.ask("engage")["ok"], "engaging again")
-        report = Request(address + page.state["session"]["saved"]["report"])
-    report.add_header("Cookie", f"teletaction={tokens['observe']}")
-    assert "P-0417" in urlopen(report, context=trust).read().decode()
+def assert_confined(demo: Checkout) -> None:
+    """Each service is nobody of importance, writes nowhere but where it must, and has a share of the machine."""
+    for service in (*SERVICES.values(), "operator-host"):
+        container = json.loads(run("docker", "inspect", demo.container(service)))[0]
+        host = container["HostConfig"]
+        assert container["Config"]["User"] == "teletaction"
+        assert host["ReadonlyRootfs"]
+        assert host["Init"]
+        assert host["CapDrop"] == ["ALL"]
+        assert host["SecurityOpt"] == ["no-new-privileges:true"]
+        assert 0 < host["Memory"] <= 2**30
+        assert 0 < host["NanoCpus"] <= 1.5e9
+        assert 0 < host["PidsLimit"] <= 64
+        who = run("docker", "exec", demo.container(service), "sh", "-c", "id -u; touch /usr/x 2>&1 || true")
+        assert who.startswith("10001\n")
+        assert "Read-only file system" in who
 
 
-def test_a_composition_survives_a_killed_site_and_keeps_every_limit(composition: Composition, tmp_path: Path) -> None:
-    composition("build", seconds=400.0)
-    composition("up", "--detach", seconds=120.0)
-    wait_for(lambda: all(composition.health(process) == "healthy" for process in SERVICES), "all healthy", 90.0)
-    wait_for(composition.engaged, "engaged", 60.0)
-    wait_for(lambda: composition.status("sim-operator")["script_s"] > 15.0, "15 s of work", 60.0)
+def script_s(demo: Checkout) -> float:
+    return float(demo.status("sim-operator", "sim-operator")["script_s"])
 
-    use_console(composition, tmp_path)
-    ticks, restarts = composition.status("remote")["loop"]["ticks"], composition.restarts("remote")
-    # Its exit code says nothing: the command may end with the container whose process it kills.
-    kill = ("docker", "exec", composition.container("remote"), "python", "-c", KILL)
-    subprocess.run(kill, capture_output=True, timeout=30, check=False)
-    wait_for(lambda: composition.restarts("remote") == restarts + 1, "restarted", 30.0)
-    wait_for(lambda: composition.status("remote")["loop"]["ticks"] < ticks, "running again", 60.0)
-    wait_for(composition.engaged, "engaged again", 60.0)
-    run(
-        "docker",
-        "exec",
-        composition.container("remote"),
-        "python",
-        "-m",
-        "common.health",
-        "/session/remote.json",
-        "--state",
-        "engaged",
+
+def use_console(demo: Checkout, tokens: dict[str, str]) -> None:
+    """It is published on this machine's loopback alone, and is for who has a token there."""
+    port = int(demo.environment["CONSOLE_PORT"])
+    network = f"{demo.environment['COMPOSE_PROJECT_NAME']}_session"
+    outside = run("docker", "network", "inspect", "-f", "{{(index .IPAM.Config 0).Gateway}}", network).strip()
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection((outside, port), timeout=5.0)
+    certificate = demo.folder / "certificate.pem"
+    run("docker", "cp", f"{demo.container('console')}:/keys/console/certificate.pem", str(certificate))
+    address, trust = f"https://localhost:{port}", ssl.create_default_context(cafile=certificate)
+    assert_closed_to_strangers(address, trust)
+    assert_used_by_its_tokens(address, trust, tokens)
+
+
+def kill_a_site(demo: Checkout) -> None:
+    """The engine starts again what has ended."""
+    ticks, restarts = (
+        demo.status("remote-site", "remote")["loop"]["ticks"],
+        int(demo.inspect("remote-site", ".RestartCount")),
     )
-    before = composition.status("sim-operator")["script_s"]
-    wait_for(lambda: composition.status("sim-operator")["script_s"] > before + 8.0, "8 s more of work", 60.0)
-    source = f"{composition.container('sim-operator')}:/session/."
-    composition("stop", "--timeout", "5", seconds=90.0)
-    run("docker", "cp", source, str(tmp_path / "session"))
+    # Its exit code says nothing: the command may end with the container whose process it kills.
+    kill = ("docker", "exec", demo.container("remote-site"), "python", "-c", KILL)
+    subprocess.run(kill, capture_output=True, timeout=30, check=False)
+    wait_for(lambda: int(demo.inspect("remote-site", ".RestartCount")) == restarts + 1, "restarted", 30.0)
+    wait_for(lambda: demo.status("remote-site", "remote")["loop"]["ticks"] < ticks, "running again", 60.0)
 
-    assert (tmp_path / "session" / "remote-1.mcap").stat().st_size > 0, "the killed site's recording was not kept"
-    conclude(tmp_path / "session", tmp_path / "result", DemoOptions())
-    summary = json.loads((tmp_path / "result" / "summary.json").read_text("utf-8"))
-    assert (tmp_path / "result" / "report.html").stat().st_size > 0
+
+def stop_in_an_emergency(demo: Checkout) -> None:
+    """Both sites latch, are not healthy while they do, and engage again when a person has said so."""
+    begin_s = time.monotonic()
+    demo(SESSION.format("estop"))
+    wait_for(lambda: demo.inspect("operator-site", ".State.Health.Status") == "unhealthy", "operator unhealthy", 20.0)
+    wait_for(lambda: demo.inspect("remote-site", ".State.Health.Status") == "unhealthy", "remote unhealthy", 20.0)
+    print(f"unhealthy {time.monotonic() - begin_s:.1f} s after an emergency stop")
+    assert demo.healthy("console")
+    demo(SESSION.format("clear"))
+    demo(SESSION.format("engage"))
+    wait_for(lambda: demo.healthy("operator-site") and demo.healthy("remote-site"), "healthy again", 20.0)
+
+
+def judge(result: Path) -> None:
+    """What really happened at the simulated devices."""
+    assert (result / "report.html").stat().st_size > 0
+    summary = json.loads((result / "summary.json").read_text("utf-8"))
     assert summary["duration_s"] > 20.0
     assert {contact["finger"] for contact in summary["contacts"]} == set(FINGERS)
     assert 0 < summary["taps"]["played"] <= summary["taps"]["made"]
-    assert summary["faults"] == []
+    assert len(summary["faults"]) > 0
+    assert all("emergency stop" in json.dumps(fault) for fault in summary["faults"])
     assert limits.COMFORT.low_c <= summary["plate_c"]["min"]
     assert summary["plate_c"]["max"] <= limits.PLATE_FAULT_C
     assert summary["sensor_plate_c"]["max"] <= limits.SENSOR_PLATE_C
@@ -194,4 +144,7 @@ def test_a_composition_survives_a_killed_site_and_keeps_every_limit(composition:
     assert 0.0 < summary["contact_force_n"]["max"] <= limits.CONTACT_FORCE_N
     assert summary["vibration_rpm"]["free_max"] < limits.MOTOR_FLOOR_RPM
     # As the containers are limited: a process that needed more would have been killed.
+    print(
+        "memory, MiB:", summary["rss_mib"], "processor:", {name: loop["cpu"] for name, loop in summary["loop"].items()}
+    )
     assert all(mib < 200.0 for mib in summary["rss_mib"].values())

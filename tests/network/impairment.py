@@ -1,4 +1,4 @@
-"""Delays, jitters and drops the packets of netfilter queue 1.
+"""Delays, jitters and drops the packets of the netfilter queue whose number is its argument.
 
 A program of its own: it needs NetfilterQueue and nothing else. Each line `DELAY_MS JITTER_MS LOSS` on its input sets
 what happens to packets from then on and is answered with the numbers of packets passed on and dropped so far. Packets
@@ -52,7 +52,7 @@ class Impairment:
 def main() -> None:
     """Serve the queue until the input ends."""
     impairment, queue = Impairment(random.Random(1)), NetfilterQueue()
-    queue.bind(1, impairment.take, max_len=10_000)
+    queue.bind(int(sys.argv[1]), impairment.take, max_len=10_000)
     print("ready", flush=True)
     while True:
         readable, _, _ = select.select([sys.stdin, queue.get_fd()], [], [], impairment.release())

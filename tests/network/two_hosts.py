@@ -16,7 +16,6 @@ from types import TracebackType
 REMOTE, OPERATOR = "192.0.2.1", "192.0.2.2"
 """Addresses of the two hosts, from a range that is nobody's."""
 _CABLE = "cable"
-_ARRIVING = ("INPUT", "-i", _CABLE)
 _IMPAIRMENT = Path(__file__).with_name("impairment.py")
 
 
@@ -98,25 +97,29 @@ class Passed:
 
 
 class Host:
-    """One namespace. What is done to packets is done where they arrive.
+    """One network namespace. What is done to packets is done where they arrive.
 
     Where they leave would be the wrong place: there the kernel still counts a held packet as the sender's own and sends
     no more until it is gone, and a dropped one is an error that the sender hears of.
+
+    Attributes:
+        pid: the process that the namespace belongs to.
     """
 
-    def __init__(self, ends: ExitStack) -> None:
-        self._ends = ends
-        self._holder = ends.enter_context(
-            Program("unshare", "--net", "sh", "-c", "ip link set lo up && echo up && exec cat")
-        )
-        self._holder.hear()
-        self._inside = ("nsenter", "--target", str(self.pid), "--net")
-        self._impairment: Program | None = None
+    def __init__(self, ends: ExitStack, pid: int, arriving: tuple[str, ...], queue: int = 1) -> None:
+        """Work in the namespace of a process.
 
-    @property
-    def pid(self) -> int:
-        """The process that the namespace belongs to."""
-        return self._holder.pid
+        Args:
+            ends: ends what was started in here.
+            pid: the process.
+            arriving: chain and match of the packets that arrive.
+            queue: number of the netfilter queue for them; one of its own for each Host of a namespace.
+        """
+        self._ends = ends
+        self.pid = pid
+        self._arriving, self._queue = arriving, str(queue)
+        self._inside = ("nsenter", "--target", str(pid), "--net")
+        self._impairment: Program | None = None
 
     @property
     def namespace(self) -> str:
@@ -136,19 +139,26 @@ class Host:
     def impair(self, delay_ms: float, jitter_ms: float, loss: float) -> Passed:
         """Delay each packet that arrives by a normal distribution and lose a share of them, from now on."""
         if self._impairment is None:
-            self._impairment = self.start(os.environ["IMPAIRMENT_PYTHON"], str(_IMPAIRMENT))
+            self._impairment = self.start(os.environ["IMPAIRMENT_PYTHON"], str(_IMPAIRMENT), self._queue)
             assert self._impairment.hear() == "ready"
-            self.run("iptables", "-A", *_ARRIVING, "-j", "NFQUEUE", "--queue-num", "1")
+            self.run("iptables", "-A", *self._arriving, "-j", "NFQUEUE", "--queue-num", self._queue)
         self._impairment.say(f"{delay_ms} {jitter_ms} {loss}")
         return Passed(*(int(word) for word in self._impairment.hear().split()))
 
     def cut(self) -> None:
         """Drop every packet that arrives from now on; nobody is told."""
-        self.run("iptables", "-I", *_ARRIVING, "-j", "DROP")
+        self.run("iptables", "-I", *self._arriving, "-j", "DROP")
 
     def heal(self) -> None:
         """Take back what `cut` did."""
-        self.run("iptables", "-D", *_ARRIVING, "-j", "DROP")
+        self.run("iptables", "-D", *self._arriving, "-j", "DROP")
+
+
+def new_host(ends: ExitStack) -> Host:
+    """A host of its own; it lives as long as a process that reads its input from this one."""
+    holder = ends.enter_context(Program("unshare", "--net", "sh", "-c", "ip link set lo up && echo up && exec cat"))
+    holder.hear()
+    return Host(ends, holder.pid, ("INPUT", "-i", _CABLE))
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,7 +178,7 @@ class TwoHosts:
 def two_hosts() -> Iterator[TwoHosts]:
     """Set the two hosts up, and take everything down again."""
     with ExitStack() as ends:
-        remote, operator = Host(ends), Host(ends)
+        remote, operator = new_host(ends), new_host(ends)
         remote.run("ip", "link", "add", _CABLE, "type", "veth", "peer", "name", _CABLE, "netns", str(operator.pid))
         for host, address in ((remote, REMOTE), (operator, OPERATOR)):
             host.run("ip", "address", "add", f"{address}/24", "dev", _CABLE)

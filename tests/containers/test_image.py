@@ -1,0 +1,52 @@
+"""The image by itself: small, made of the pinned packages and of nothing else, and without anything secret."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.containers.checkout import ROOT, Checkout, run
+
+pytestmark = [pytest.mark.containers, pytest.mark.timeout(600)]
+
+LARGEST_MB = 350.0
+"""Of what is added to the base image."""
+FREEZE = "from importlib.metadata import distributions; [print(d.name, d.version) for d in distributions()]"
+
+
+def sizes_mb(image: str) -> float:
+    return int(run("docker", "image", "inspect", "-f", "{{.Size}}", image)) * 1e-6
+
+
+def in_image(*command: str) -> str:
+    return run("docker", "run", "--rm", "--network", "none", "--read-only", "teletaction", *command)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def image(tmp_path_factory: pytest.TempPathFactory) -> None:
+    Checkout(tmp_path_factory.mktemp("image") / "teletaction")("docker-compose build keys", seconds=400.0)
+
+
+def test_it_is_small() -> None:
+    base, whole = sizes_mb("python:3.11-slim"), sizes_mb("teletaction")
+    print(f"base {base:.0f} MB, added {whole - base:.0f} MB")
+    print(in_image("sh", "-c", "cd /opt/teletaction/lib/python3.11/site-packages && du -sm * | sort -rn | head -12"))
+    assert whole - base < LARGEST_MB
+
+
+def test_each_package_in_it_is_pinned() -> None:
+    pins = dict(re.findall(r"^([A-Za-z0-9._-]+)==(\S+)$", (ROOT / "constraints.txt").read_text("utf-8"), re.MULTILINE))
+    pinned = {re.sub(r"[-_.]+", "-", name).lower(): version for name, version in pins.items()}
+    found = dict(line.split() for line in in_image("/opt/teletaction/bin/python", "-Ic", FREEZE).splitlines())
+    installed = {re.sub(r"[-_.]+", "-", name).lower(): version for name, version in found.items()}
+    del installed["teletaction"]
+    assert len(installed) > 20
+    assert installed.items() <= pinned.items()
+
+
+def test_there_is_no_key_and_no_token_in_it() -> None:
+    assert in_image("find", "/keys", "/session", "-type", "f") == ""
+
+
+def test_what_is_built_from_is_the_program_and_nothing_beside() -> None:
+    assert Path(ROOT / ".dockerignore").read_text("utf-8").startswith("*\n")

@@ -1,0 +1,304 @@
+"""Two hosts as their how-to sets them up, on two networks joined by a link that delays, loses and breaks."""
+
+import json
+import socket
+import ssl
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from common import limits
+from studies.faults import read_truth
+from tests.containers.checkout import run, wait_for
+from tests.containers.console_page import assert_closed_to_strangers, read_tokens
+from tests.containers.howto import blocks
+from tests.containers.two_networks import OPERATOR_ADDRESS, TwoNetworks, two_networks
+from tests.network.two_hosts import why_not
+from tests.session.page import opened
+from tests.session.truth import LATE_S, Floats, Truth, between, written
+
+pytestmark = [pytest.mark.containers, pytest.mark.timeout(600)]
+
+PAGE = "docs/howto/containers.md"
+DELAY_MS, JITTER_MS, LOSS = 20.0, 5.0, 0.01
+PARTITION_S = 5.0
+STOPS_WITHIN_S = 2.0
+RESTARTED = (
+    ("remote", "remote", "remote"),
+    ("remote", "devices", "sim-remote"),
+    ("operator", "operator", "operator"),
+    ("operator", "devices", "sim-operator"),
+    ("operator", "operator-console", "console"),
+)
+"""Host, service and process."""
+NOTICED_S = {"sim-remote": 0.150}
+"""Dead devices of the far side are noticed from what its site then says."""
+HEALTH = "docker-compose exec -T {} python -m common.health /session/{}.json --state engaged"
+
+
+@dataclass
+class Story:
+    """What was done when, s, and what was seen."""
+
+    folder: Path
+    cut_s: float = 0.0
+    healed_s: float = 0.0
+    stopped: dict[str, tuple[float, float, float]] = field(default_factory=dict)
+    """Of each process: when it was told to stop, when it was gone, and when it was started again."""
+    stops_s: dict[str, float] = field(default_factory=dict)
+    revoked_s: float = 0.0
+    rotated_s: float = 0.0
+    shares: list[float] = field(default_factory=list)
+
+
+@pytest.fixture(scope="module")
+def story(tmp_path_factory: pytest.TempPathFactory) -> Story:
+    reason = why_not()
+    if reason:
+        pytest.skip(reason)
+    folder = tmp_path_factory.mktemp("hosts")
+    with two_networks(folder) as hosts:
+        return tell(hosts, Story(folder))
+
+
+def tell(hosts: TwoNetworks, story: Story) -> Story:
+    steps = blocks(PAGE)
+    set_up(hosts, steps)
+    time.sleep(5.0)
+    use_console(hosts, read_tokens(hosts.operator(steps["Start"][1])))
+    part(hosts, story)
+    for host, service, process in RESTARTED:
+        restart(hosts, story, host, service, process)
+    hosts.operator(*steps["One service anew"])
+    wait_until_engaged(hosts, time.monotonic())
+    rotate_keys(hosts, story, steps["A new key"])
+    passed = hosts.impair(DELAY_MS, JITTER_MS, LOSS)
+    story.shares = [way.dropped / (way.dropped + way.passed) for way in passed]
+    operator_end, remote_end = steps["The end"]
+    hosts.operator(operator_end)
+    hosts.remote(remote_end)
+    assert {line for made in steps.values() for block in made for line in block.splitlines()} <= {
+        *hosts.remote.ran,
+        *hosts.operator.ran,
+    }, "the how-to has commands that nobody tried"
+    return story
+
+
+def set_up(hosts: TwoNetworks, steps: dict[str, list[str]]) -> None:
+    """As a person would, but for the addresses of devices, which are simulated."""
+    for checkout in (hosts.remote, hosts.operator):
+        for name in ("remote", "operator"):
+            config = checkout.folder / "docker" / f"{name}.toml"
+            (config.parent / "hardware" / config.name).write_text(config.read_text("utf-8"), "utf-8")
+    remote_key = key_printed(hosts.remote(*steps["The remote site's host"]))
+    operator_key = key_printed(hosts.operator(*steps["The operator's host"]))
+    to_remote, to_operator = steps["Trust"]
+    hosts.remote(to_remote, OPERATOR_KEY=operator_key)
+    hosts.operator(to_operator, REMOTE_KEY=remote_key)
+    begin_s = time.monotonic()
+    hosts.operator(steps["Start"][0])
+    hosts.remote(steps["Start"][0])
+    hosts.connect()
+    hosts.impair(DELAY_MS, JITTER_MS, LOSS)
+    wait_until_engaged(hosts, begin_s)
+    print(f"from up to engaged: {time.monotonic() - begin_s:.1f} s")
+    wait_for(lambda: hosts.remote.healthy("remote"), "a healthy remote site", 30.0)
+    wait_for(lambda: hosts.operator.healthy("operator"), "a healthy operator site", 30.0)
+    wait_for(lambda: hosts.operator.healthy("operator-console"), "a healthy console", 30.0)
+    hosts.operator(*steps["How they are"])
+
+
+def key_printed(said: str) -> str:
+    """A public key stands alone in its line."""
+    return next(line for line in said.splitlines() if len(line) == 40 and " " not in line)
+
+
+def wait_until_engaged(hosts: TwoNetworks, since_s: float) -> None:
+    """Both sites say so, and have said it after `since_s`."""
+
+    def engaged() -> bool:
+        told = hosts.remote.status("remote", "remote"), hosts.operator.status("operator", "operator")
+        assert not any(site["fault"] for site in told), told
+        return all(site["state"] == "engaged" and site["time_ns"] * 1e-9 > since_s + 1.0 for site in told)
+
+    wait_for(engaged, "both engaged", 60.0)
+
+
+def use_console(hosts: TwoNetworks, tokens: dict[str, str]) -> None:
+    """From another machine of its network, only with a token; an observer's does nothing; nothing else is open."""
+    trust = ssl.create_default_context(cafile=hosts.operator.folder / "secrets" / "certificate.pem")
+    trust.check_hostname = False  # here its name leads nowhere
+    address = f"https://{OPERATOR_ADDRESS}:8090"
+    assert_closed_to_strangers(address, trust)
+    with (
+        opened(address, ssl=trust, Cookie=f"teletaction={tokens['act']}") as page,
+        opened(address, ssl=trust, Cookie=f"teletaction={tokens['observe']}") as observer,
+    ):
+        page.until(lambda: page.state and page.state["session"]["state"] == "engaged", "an engaged session")
+        observer.until(lambda: observer.state, "a session to look at")
+        for verb in ("estop", "pause", "begin", "engage"):
+            assert not observer.ask(verb)["ok"], verb
+        assert page.ask("begin", pseudonym="P-0418")["ok"]
+        observer.until(lambda: observer.state["session"]["pseudonym"] == "P-0418", "what the other one did")
+    for port in (5609, 5610):
+        with pytest.raises(ConnectionRefusedError):
+            socket.create_connection((OPERATOR_ADDRESS, port), timeout=5.0)
+
+
+def part(hosts: TwoNetworks, story: Story) -> None:
+    """Nothing passes for five seconds."""
+    story.cut_s = time.monotonic()
+    hosts.cut()
+    time.sleep(PARTITION_S - 2.0)
+    with pytest.raises(AssertionError, match=r"stale: no remote site|expected engaged|stale: "):
+        hosts.operator(HEALTH.format("operator", "operator"))
+    time.sleep(max(0.0, story.cut_s + PARTITION_S - time.monotonic()))
+    hosts.heal()
+    story.healed_s = time.monotonic()
+    wait_until_engaged(hosts, story.healed_s)
+
+
+def restart(hosts: TwoNetworks, story: Story, host: str, service: str, process: str) -> None:
+    """One service is stopped and started; the session goes on by itself."""
+    checkout = hosts.remote if host == "remote" else hosts.operator
+    begin_s = time.monotonic()
+    story.stops_s[process] = checkout.stop(service)
+    gone_s = time.monotonic()
+    time.sleep(1.0)
+    run("docker", "start", checkout.container(service))
+    story.stopped[process] = begin_s, gone_s, time.monotonic()
+
+    def fresh() -> bool:
+        told = checkout.status(service, process)
+        return told["time_ns"] * 1e-9 > story.stopped[process][2] and not told.get("stale")
+
+    wait_for(fresh, f"{process} again", 60.0)
+    wait_until_engaged(hosts, story.stopped[process][2])
+
+
+def rotate_keys(hosts: TwoNetworks, story: Story, steps: list[str]) -> None:
+    """While all runs: the old key is refused, the new one works."""
+    new_key, at_remote, anew = steps
+    operator_key = key_printed(hosts.operator(new_key))
+    revoke, trust = at_remote.splitlines()
+    story.revoked_s = time.monotonic()
+    hosts.remote(revoke)
+
+    def refused() -> bool:
+        told = hosts.operator.status("operator", "operator")
+        return told["state"] == "disconnected" and "does not trust" in told["stale"]
+
+    wait_for(refused, "the old key refused", 20.0)
+    hosts.remote(trust, OPERATOR_KEY=operator_key)
+    time.sleep(2.0)
+    assert refused(), "the old key is let in with the new one"
+    begin_s = time.monotonic()
+    hosts.operator(anew)
+    wait_until_engaged(hosts, begin_s)
+    story.rotated_s = time.monotonic()
+    assert hosts.operator.status("operator-console", "console")["stale"] == ""
+
+
+@pytest.fixture(scope="module")
+def truth(story: Story) -> Truth:
+    """What the simulated devices of both hosts wrote down."""
+    return read_truth(recordings(story))
+
+
+def recordings(story: Story) -> Path:
+    """Of both hosts, in one folder."""
+    folder = story.folder / "recordings"
+    folder.mkdir(exist_ok=True)
+    for host in ("remote", "operator"):
+        for path in (story.folder / host / f"session-{host}").glob("*.mcap"):
+            if not (folder / path.name).exists():
+                path.rename(folder / path.name)
+    return folder
+
+
+def engaged_s(story: Story) -> list[Floats]:
+    """When each site engaged, s."""
+    return [
+        np.sort(
+            [
+                t
+                for path in recordings(story).glob(f"{site}*.mcap")
+                for t, entry in written(path, f"{site}/session", may_be_cut=True)
+                if entry[0] == "engaged"  # type: ignore[index]
+            ]
+        )
+        for site in ("remote", "operator")
+    ]
+
+
+def engaged_again_s(story: Story, since_s: float) -> float:
+    """When both were engaged again after something that ended the session, s."""
+    return max(float(times[times > since_s][0]) for times in engaged_s(story))
+
+
+def test_packets_were_delayed_and_lost_as_asked(story: Story) -> None:
+    status = json.loads((story.folder / "operator" / "session-operator" / "operator.json").read_text("utf-8"))
+    print(f"lost: {story.shares}, age of touch {status['age_ms']} ms")
+    assert all(LOSS / 2.0 <= share <= 2.0 * LOSS for share in story.shares)
+    assert status["age_ms"] > DELAY_MS - 2.0 * JITTER_MS
+
+
+def test_every_service_stops_within_two_seconds(story: Story) -> None:
+    print("stopped within, s:", {process: round(took_s, 2) for process, took_s in story.stops_s.items()})
+    assert len(story.stops_s) == len(RESTARTED)
+    assert max(story.stops_s.values()) < STOPS_WITHIN_S
+
+
+def test_the_session_recovers_from_the_partition_and_each_restart(story: Story) -> None:
+    healed_s = engaged_again_s(story, story.cut_s + 1.5) - story.healed_s
+    recovered = {
+        process: engaged_again_s(story, gone_s) - started_s
+        for process, (_, gone_s, started_s) in story.stopped.items()
+        if process != "console"
+    }
+    print(f"engaged {healed_s:.1f} s after the partition, and after each start:", recovered)
+    console_s = story.stopped["console"]
+    lost = [times[(times > console_s[0]) & (times < console_s[2] + 1.0)] for times in engaged_s(story)]
+    assert not any(len(times) for times in lost), "the console's restart has ended the session"
+
+
+def test_nothing_acts_while_the_sites_are_apart(story: Story, truth: Truth) -> None:
+    spans = {"partition": (story.cut_s, story.healed_s)} | {
+        process: (gone_s, engaged_again_s(story, gone_s))
+        for process, (_, gone_s, _) in story.stopped.items()
+        if process != "console"
+    }
+    revoked_s = story.revoked_s + 1.5
+    spans["revoked"] = revoked_s, engaged_again_s(story, revoked_s)
+    for name, (begin_s, end_s) in spans.items():
+        late_s = LATE_S + NOTICED_S.get(name, 0.0) + truth.pause_s(begin_s - 0.2, begin_s + 1.0, name)
+        for what, time_s, outputs, hold_s, own in (
+            ("force", truth.finger_s, truth.force_n, limits.FORCE_SAFE_S, "sim-operator"),
+            ("motor", truth.finger_s, truth.motor_mv, limits.MOTOR_SAFE_S, "sim-operator"),
+            ("peltier", truth.finger_s, truth.peltier, limits.THERMAL_SAFE_S, "sim-operator"),
+            ("heater", truth.patient_s, truth.heater, limits.THERMAL_SAFE_S, "sim-remote"),
+        ):
+            if name != own:
+                after = between(time_s, outputs, begin_s + hold_s + late_s, end_s)
+                assert not after.any(), f"{name}: {what} up to {np.abs(after).max()}"
+
+
+def test_no_output_was_ever_beyond_its_limit(story: Story, truth: Truth) -> None:
+    touched = [
+        max(entry["force_n"])
+        for path in recordings(story).glob("sim-remote*.mcap")
+        for _, entry in written(path, "truth_contact", may_be_cut=True)
+    ]
+    print(
+        f"force {truth.force_n.max():.2f} N, on the object {max(touched):.2f} N, plates {truth.plate_c.min():.1f} to "
+        f"{truth.plate_c.max():.1f} C, sensors' plates {truth.sensor_plate_c.max():.1f} C, faults {truth.faults}"
+    )
+    assert 0.0 < truth.force_n.max() <= limits.FINGER_FORCE_N
+    assert 0.0 < max(touched) <= limits.CONTACT_FORCE_N
+    assert truth.plate_c.max() <= limits.PLATE_FAULT_C
+    assert truth.sensor_plate_c.max() <= limits.SENSOR_PLATE_C
+    assert truth.motor_rpm.max() <= limits.MOTOR_MAX_RPM
+    assert truth.faults == []

@@ -1,0 +1,68 @@
+"""The remote site's host and the operator's in containers, each in its network, and the router between them."""
+
+import uuid
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.containers.checkout import ROOT, Checkout, run
+from tests.network.two_hosts import Host, Passed
+
+HOSTS = ROOT / "tests" / "containers" / "hosts"
+REMOTE_ADDRESS, OPERATOR_ADDRESS = "192.0.2.2", "198.51.100.2"
+_ROUTER = {REMOTE_ADDRESS: "192.0.2.3", OPERATOR_ADDRESS: "198.51.100.3"}
+
+
+@dataclass
+class TwoNetworks:
+    """Both hosts; the router forwards from each network through a queue of its own."""
+
+    remote: Checkout
+    operator: Checkout
+    router: str
+    ends: ExitStack
+    ways: tuple[Host, ...] = ()
+
+    def connect(self) -> None:
+        """Tell both hosts of the router; done once their networks are there."""
+        for host, own, far in (
+            (self.remote, REMOTE_ADDRESS, OPERATOR_ADDRESS),
+            (self.operator, OPERATOR_ADDRESS, REMOTE_ADDRESS),
+        ):
+            inside = ("nsenter", "--target", host.inspect("host", ".State.Pid"), "--net")
+            run(*inside, "ip", "route", "replace", f"{far}/32", "via", _ROUTER[own])
+        pid = run("docker", "inspect", "-f", "{{.State.Pid}}", self.router).strip()
+        arriving = [("FORWARD", "-s", address) for address in (REMOTE_ADDRESS, OPERATOR_ADDRESS)]
+        self.ways = tuple(Host(self.ends, int(pid), match, queue) for queue, match in enumerate(arriving, 1))
+
+    def impair(self, delay_ms: float, jitter_ms: float, loss: float) -> list[Passed]:
+        """Impair each direction by itself; the numbers of what came so far are of each."""
+        return [way.impair(delay_ms, jitter_ms, loss) for way in self.ways]
+
+    def cut(self) -> None:
+        """Drop every packet from now on; nobody is told."""
+        for way in self.ways:
+            way.cut()
+
+    def heal(self) -> None:
+        """Take back what `cut` did."""
+        for way in self.ways:
+            way.heal()
+
+
+@contextmanager
+def two_networks(folder: Path) -> Iterator[TwoNetworks]:
+    """Two hosts with nothing on them yet, and take everything down again."""
+    name = f"teletaction-{uuid.uuid4().hex[:8]}"
+    with ExitStack() as ends:
+        wires = Checkout(folder / "router", COMPOSE_FILE=str(HOSTS / "network.yml"), NETWORKS=name)
+        remote, operator = (
+            Checkout(folder / host, HOSTS / f"{host}.yml", COMPOSE_PROFILES=host, NETWORKS=name)
+            for host in ("remote", "operator")
+        )
+        remote("docker-compose build", seconds=400.0)  # the router is of the same image
+        for host in (wires, remote, operator):
+            ends.callback(host.remove)
+        wires("docker-compose up --detach")
+        yield TwoNetworks(remote, operator, wires.container("router"), ends)
