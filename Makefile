@@ -57,7 +57,7 @@ session: $(READY)
 
 .PHONY: containers
 containers: $(READY)
-	$(BIN)/pytest -m containers
+	@settings=$$(PYTHON=$(PYTHON) tests/network/prepare.sh); eval "$$settings"; $(BIN)/pytest -m containers -rPs
 
 # A session at 500 Hz beside its attackers: a core must not be busy with something else.
 ALONE := tests/hardening/test_hostile_connections.py

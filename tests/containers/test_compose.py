@@ -117,8 +117,8 @@ def kill_a_site(demo: Checkout) -> None:
 
 def stop_in_an_emergency(demo: Checkout) -> None:
     """Both sites latch, are not healthy while they do, and engage again when a person has said so."""
-    begin_s = time.monotonic()
     demo(SESSION.format("estop"))
+    begin_s = time.monotonic()
     wait_for(lambda: demo.inspect("operator-site", ".State.Health.Status") == "unhealthy", "operator unhealthy", 20.0)
     wait_for(lambda: demo.inspect("remote-site", ".State.Health.Status") == "unhealthy", "remote unhealthy", 20.0)
     print(f"unhealthy {time.monotonic() - begin_s:.1f} s after an emergency stop")
@@ -135,8 +135,9 @@ def judge(result: Path) -> None:
     assert summary["duration_s"] > 20.0
     assert {contact["finger"] for contact in summary["contacts"]} == set(FINGERS)
     assert 0 < summary["taps"]["played"] <= summary["taps"]["made"]
-    assert len(summary["faults"]) > 0
-    assert all("emergency stop" in json.dumps(fault) for fault in summary["faults"])
+    assert {fault["fault"] for fault in summary["faults"] if fault["what"] == "fault"} == {
+        "emergency stop by the operator"
+    }
     assert limits.COMFORT.low_c <= summary["plate_c"]["min"]
     assert summary["plate_c"]["max"] <= limits.PLATE_FAULT_C
     assert summary["sensor_plate_c"]["max"] <= limits.SENSOR_PLATE_C

@@ -1,5 +1,6 @@
 """The remote site's host and the operator's in containers, each in its network, and the router between them."""
 
+import json
 import uuid
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -10,8 +11,6 @@ from tests.containers.checkout import ROOT, Checkout, run
 from tests.network.two_hosts import Host, Passed
 
 HOSTS = ROOT / "tests" / "containers" / "hosts"
-REMOTE_ADDRESS, OPERATOR_ADDRESS = "192.0.2.2", "198.51.100.2"
-_ROUTER = {REMOTE_ADDRESS: "192.0.2.3", OPERATOR_ADDRESS: "198.51.100.3"}
 
 
 @dataclass
@@ -24,17 +23,22 @@ class TwoNetworks:
     ends: ExitStack
     ways: tuple[Host, ...] = ()
 
+    def address(self, name: str, container: str) -> str:
+        """Of a container in the network of this name."""
+        network = f"{self.remote.environment['NETWORKS']}-{name}"
+        found = json.loads(run("docker", "inspect", container))[0]["NetworkSettings"]["Networks"]
+        return str(found[network]["IPAddress"])
+
     def connect(self) -> None:
-        """Tell both hosts of the router; done once their networks are there."""
-        for host, own, far in (
-            (self.remote, REMOTE_ADDRESS, OPERATOR_ADDRESS),
-            (self.operator, OPERATOR_ADDRESS, REMOTE_ADDRESS),
-        ):
+        """Tell both hosts, which have their networks by now, of the router."""
+        hosts = {"remote": self.remote, "operator": self.operator}
+        addresses = {name: self.address(name, host.container("host")) for name, host in hosts.items()}
+        for (name, host), far in zip(hosts.items(), reversed(addresses.values()), strict=True):
             inside = ("nsenter", "--target", host.inspect("host", ".State.Pid"), "--net")
-            run(*inside, "ip", "route", "replace", f"{far}/32", "via", _ROUTER[own])
-        pid = run("docker", "inspect", "-f", "{{.State.Pid}}", self.router).strip()
-        arriving = [("FORWARD", "-s", address) for address in (REMOTE_ADDRESS, OPERATOR_ADDRESS)]
-        self.ways = tuple(Host(self.ends, int(pid), match, queue) for queue, match in enumerate(arriving, 1))
+            run(*inside, "ip", "route", "replace", f"{far}/32", "via", self.address(name, self.router))
+        pid = int(run("docker", "inspect", "-f", "{{.State.Pid}}", self.router))
+        arriving = [("FORWARD", "-s", address) for address in addresses.values()]
+        self.ways = tuple(Host(self.ends, pid, match, queue) for queue, match in enumerate(arriving, 1))
 
     def impair(self, delay_ms: float, jitter_ms: float, loss: float) -> list[Passed]:
         """Impair each direction by itself; the numbers of what came so far are of each."""
