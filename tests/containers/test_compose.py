@@ -43,27 +43,31 @@ def demo(tmp_path: Path) -> Iterator[Checkout]:
 def test_the_demonstration_of_the_how_to_survives_a_killed_site_and_keeps_every_limit(demo: Checkout) -> None:
     up, look, tokens, engaged, end = blocks(PAGE)["In containers"]
     begin_s = time.monotonic()
-    attached = demo.start(up)
-    try:
-        wait_for(lambda: all(demo.healthy(service) for service in SERVICES.values()), "all healthy", 400.0)
-        print(f"from nothing to healthy: {time.monotonic() - begin_s:.0f} s")
-        demo(look)
-        assert_confined(demo)
-        wait_for(lambda: demo(engaged) == "", "engaged", 60.0)
-        use_console(demo, read_tokens(demo(tokens)))
-        kill_a_site(demo)
-        wait_for(lambda: demo(engaged) == "", "engaged again", 60.0)
-        stop_in_an_emergency(demo)
-        wait_for(lambda: demo(engaged) == "", "engaged after the stop", 60.0)
-        worked_s = script_s(demo)
-        wait_for(lambda: script_s(demo) > worked_s + 8.0, "8 s more of work", 60.0)
-        demo(end, seconds=180.0)
-        attached.wait(30.0)
-    finally:
-        attached.kill()
-        attached.communicate()
+    with demo.start(up) as attached:
+        try:
+            use(demo, begin_s, look, tokens, engaged)
+            demo(end, seconds=180.0)
+            attached.communicate(timeout=30.0)
+        finally:
+            attached.kill()
     assert set(named_in_passing("README.md")) <= set(demo.ran), "the README names commands that nobody tried"
     judge(demo.folder / "session-result")
+
+
+def use(demo: Checkout, begin_s: float, look: str, tokens: str, engaged: str) -> None:
+    """All that happens between up and stop."""
+    wait_for(lambda: all(demo.healthy(service) for service in SERVICES.values()), "all healthy", 400.0)
+    print(f"from nothing to healthy: {time.monotonic() - begin_s:.0f} s")
+    demo(look)
+    assert_confined(demo)
+    wait_for(lambda: demo(engaged) == "", "engaged", 60.0)
+    use_console(demo, read_tokens(demo(tokens)))
+    kill_a_site(demo)
+    wait_for(lambda: demo(engaged) == "", "engaged again", 60.0)
+    stop_in_an_emergency(demo)
+    wait_for(lambda: demo(engaged) == "", "engaged after the stop", 60.0)
+    worked_s = script_s(demo)
+    wait_for(lambda: script_s(demo) > worked_s + 8.0, "8 s more of work", 60.0)
 
 
 def assert_confined(demo: Checkout) -> None:
