@@ -11,6 +11,7 @@ READY := .venv/ready
 OUT := demo-out
 SOAK_OUT := soak-out
 RESULTS := docs/results
+SITE := site
 
 .PHONY: help
 help:
@@ -25,6 +26,7 @@ help:
 	@echo "make dask        studies on a Dask cluster of two workers, one of which is killed"
 	@echo "make results     every study in full into $(RESULTS)/, with an overview; ARGUMENTS=--quick"
 	@echo "make soak        ten minutes of work with faults at random; ARGUMENTS='--seconds 3000 --seed 7'"
+	@echo "make docs        the documentation as a site in $(SITE)/; what is broken in it is an error"
 	@echo "make check       style, types, import arrows"
 	@echo "make coverage    both gates must be covered to 100 % of lines and branches"
 	@echo "make picture     docs/session.png from the last demo"
@@ -91,6 +93,13 @@ check: $(READY)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+# Warnings are errors; -n: also of links whose target is not there.
+.PHONY: docs
+docs: $(READY)
+	$(BIN)/pip install --quiet --disable-pip-version-check --prefer-binary -c constraints.txt -e '.[docs]'
+	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going --nitpicky --fresh-env docs $(SITE)
+	@echo "the site is $(SITE)/index.html"
+
 # What stands before every device: the two gates and the parts they are made of.
 OPERATOR_GATE := operator_site.gate operator_site.force_limits operator_site.plate_follow common.port_energy \
 	common.oscillation common.skin_dose
@@ -143,4 +152,4 @@ golden: $(READY)
 
 .PHONY: clean
 clean:
-	rm -rf .venv $(OUT) $(SOAK_OUT) build .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .coverage *.egg-info
+	rm -rf .venv $(OUT) $(SOAK_OUT) $(SITE) build .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .coverage *.egg-info

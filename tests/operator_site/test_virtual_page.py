@@ -13,7 +13,7 @@ from common.scene import SceneObject, load_scene, scene_names
 from operator_site.virtual_environment import VirtualEnvironment
 
 PAGE = (Path(__file__).parents[2] / "docs" / "howto" / "virtual.md").read_text("utf-8")
-EXAMPLES = dict(re.findall(r"^```toml (\S+)\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL))
+EXAMPLES = dict(re.findall(r"^```toml (\S+)[^\n]*\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL))
 
 
 def example(name: str, folder: Path) -> Path:

@@ -1,0 +1,34 @@
+"""The documentation as a site: Markdown by MyST, theme Furo, equations as MathML, nothing from elsewhere.
+
+Why these: docs/decisions/0027-documentation-site.md. `make docs` builds it; what is broken is an error there.
+"""
+
+import sys
+import tomllib
+from pathlib import Path
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE / "_extensions"))
+
+project = "teletaction"
+copyright = "the teletaction developers, MIT licence"  # the name that Sphinx reads
+release = tomllib.loads((HERE.parent / "pyproject.toml").read_text("utf-8"))["project"]["version"]
+
+extensions = ["myst_parser", "mathml", "without_network"]
+exclude_patterns = ["_extensions"]
+nitpicky = True
+
+myst_enable_extensions = ["dollarmath"]
+myst_heading_anchors = 3
+"""Headings down to ### can be linked to, as on a page of the repository."""
+myst_links_external_new_tab = False
+
+html_theme = "furo"
+html_title = "teletaction"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_math_renderer = "mathml"
+html_show_sphinx = False
+html_copy_source = False
+highlight_language = "none"
+"""Of blocks that name none: commands and what they print."""

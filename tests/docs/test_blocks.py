@@ -1,0 +1,93 @@
+"""What stands in a page's blocks is what the program reads; what nobody runs says why."""
+
+import ast
+import json
+import re
+import shutil
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pydantic import BaseModel, ValidationError
+
+from common.config import ConsoleConfig, OperatorConfig, RemoteConfig, SimOperatorConfig, SimRemoteConfig, load_config
+from common.scene import load_scene
+from tests.docs.pages import LASTING, NAMES, NOT_RUN, PRINTED, ROOT, RUN_BY, Block, blocks
+
+BLOCKS = [block for name in NAMES for block in blocks(name)]
+KINDS: dict[str, type[BaseModel]] = {
+    "console": ConsoleConfig,
+    "operator": OperatorConfig,
+    "remote": RemoteConfig,
+    "sim-operator": SimOperatorConfig,
+    "sim-remote": SimRemoteConfig,
+}
+"""Second word behind a fence of `toml`: what reads it. A third is the file's name, or `part`: not all of the file."""
+OTHER = {"golden", "text", "nginx", "{literalinclude}", "{toctree}"}
+"""Blocks with tests of their own, or nothing to test."""
+
+
+def of(language: str) -> list[Block]:
+    return [block for block in BLOCKS if block.info[:1] == (language,)]
+
+
+def named(found: list[Block]) -> Any:
+    return pytest.mark.parametrize("block", found, ids=[block.where for block in found])
+
+
+def test_every_block_is_of_a_kind_that_is_tested() -> None:
+    known = {"sh", "toml", "json", "python", *OTHER}
+    assert [block.where for block in BLOCKS if block.info and block.info[0] not in known] == []
+
+
+def test_every_comment_is_one_that_is_understood() -> None:
+    for block in BLOCKS:
+        assert block.said.keys() <= {PRINTED, LASTING, RUN_BY, NOT_RUN}, block.where
+
+
+def test_who_runs_a_block_exists_and_who_runs_none_says_why() -> None:
+    for block in BLOCKS:
+        if RUN_BY in block.said:
+            assert (ROOT / block.said[RUN_BY]).is_file(), block.where
+        if NOT_RUN in block.said:
+            assert len(block.said[NOT_RUN].split()) >= 3, f"{block.where}: why not?"
+
+
+def test_every_target_of_make_is_one() -> None:
+    targets = set(re.findall(r"(?m)^([\w-]+):", (ROOT / "Makefile").read_text("utf-8")))
+    for name in NAMES:
+        text = (ROOT / name).read_text("utf-8")
+        named_here = set(re.findall(r"(?m)^\s*make ([\w-]+)", text)) | set(re.findall(r"`make ([\w-]+)", text))
+        assert named_here <= targets, name
+
+
+@named(of("toml"))
+def test_toml_is_what_the_program_reads(block: Block, tmp_path: Path) -> None:
+    kind, *rest = block.info[1:] or ("",)
+    path = tmp_path / "file.toml"
+    path.write_text(block.text, "utf-8")
+    if kind == "scene":
+        load_scene(str(path))
+        return
+    assert kind in KINDS, f"{block.where}: say behind the fence what reads it"
+    if rest != ["part"]:
+        for table in re.findall(r'"([\w./-]+\.(?:json|toml))"', block.text):
+            (tmp_path / table).parent.mkdir(exist_ok=True, parents=True)
+            shutil.copy(ROOT / "remote_site/tables/materials.json", tmp_path / table)
+        load_config(path, KINDS[kind])
+        return
+    with pytest.raises(ValidationError) as wrong:  # what it names is right; the rest of the file is missing
+        KINDS[kind].model_validate(tomllib.loads(block.text) | {"not a field": 0})
+    assert {error["type"] for error in wrong.value.errors()} <= {"missing", "extra_forbidden"}
+    assert [error["loc"] for error in wrong.value.errors() if error["type"] == "extra_forbidden"] == [("not a field",)]
+
+
+@pytest.mark.parametrize("text", [block.text for block in of("json")])
+def test_json_is_json(text: str) -> None:
+    json.loads(text)
+
+
+@pytest.mark.parametrize("text", [block.text for block in of("python")])
+def test_python_is_python(text: str) -> None:
+    ast.parse(text)

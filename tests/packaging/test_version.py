@@ -1,0 +1,41 @@
+"""The version stands in one place; changelog and licence agree with it."""
+
+import re
+import tomllib
+from pathlib import Path
+
+from packaging.version import Version
+
+ROOT = Path(__file__).parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+VERSION = Version(PROJECT["version"])
+
+
+def headings() -> list[str]:
+    return re.findall(r"(?m)^## \[(.+?)\]", (ROOT / "CHANGELOG.md").read_text("utf-8"))
+
+
+def test_no_file_repeats_the_version() -> None:
+    said = re.compile(rf"(?<![\d.]){re.escape(PROJECT['version'])}(?![\d.])")
+    rooms = ("common", "remote_site", "operator_site", "sim_sensors", "teletaction", "studies", "docker", "deploy")
+    files = [path for room in rooms for path in (ROOT / room).rglob("*") if path.suffix in {".py", ".toml", ".js"}]
+    found = [path for path in [*files, ROOT / "Dockerfile", ROOT / "docker-compose.yml"] if said.search(_text(path))]
+    assert found == []
+
+
+def _text(path: Path) -> str:
+    return path.read_text("utf-8")
+
+
+def test_the_changelog_goes_down_from_what_is_not_released() -> None:
+    unreleased, *released = headings()
+    assert unreleased == "Unreleased"
+    versions = [Version(heading) for heading in released]
+    assert versions == sorted(set(versions), reverse=True)
+    assert all(version <= VERSION for version in versions), "a release is newer than pyproject.toml says"
+
+
+def test_the_licence_is_there_and_is_the_one_that_is_told() -> None:
+    assert PROJECT["license"] == "MIT"
+    assert PROJECT["license-files"] == ["LICENSE"]
+    assert (ROOT / "LICENSE").read_text("utf-8").startswith("MIT License\n")
