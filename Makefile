@@ -97,8 +97,8 @@ check: $(READY)
 .PHONY: docs
 docs: $(READY)
 	$(BIN)/pip install --quiet --disable-pip-version-check --prefer-binary -c constraints.txt -e '.[docs]'
-	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going --nitpicky --fresh-env docs $(SITE)
-	@echo "the site is $(SITE)/index.html"
+	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going --nitpicky --fresh-env -c docs . $(SITE)
+	@echo "the site is $(SITE)/docs/index.html"
 
 # What stands before every device: the two gates and the parts they are made of.
 OPERATOR_GATE := operator_site.gate operator_site.force_limits operator_site.plate_follow common.port_energy \

@@ -7,6 +7,9 @@ import sys
 import tomllib
 from pathlib import Path
 
+from pygments.lexers.special import TextLexer
+from sphinx.application import Sphinx
+
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "_extensions"))
 
@@ -15,7 +18,10 @@ copyright = "the teletaction developers, MIT licence"  # the name that Sphinx re
 release = tomllib.loads((HERE.parent / "pyproject.toml").read_text("utf-8"))["project"]["version"]
 
 extensions = ["myst_parser", "mathml", "without_network"]
-exclude_patterns = ["_extensions"]
+root_doc = "docs/index"
+include_patterns = ["docs/**", "deploy/**", "CHANGELOG.md"]
+"""The repository is the source: pages link to each other as they lie there."""
+exclude_patterns = [".*", "docs/_extensions", "site", "build"]
 nitpicky = True
 
 myst_enable_extensions = ["dollarmath"]
@@ -32,3 +38,8 @@ html_show_sphinx = False
 html_copy_source = False
 highlight_language = "none"
 """Of blocks that name none: commands and what they print."""
+
+
+def setup(app: Sphinx) -> None:
+    """Bytes of the protocols have no language of their own."""
+    app.add_lexer("golden", TextLexer)
