@@ -1,6 +1,7 @@
 """Every command of README and pages is given, in order, a page in a folder of its own. What is not says why there.
 
-Demos are cut short, and two that differ in nothing but their folder are run once.
+Demos are cut short and have one finger, calibrations have fewer touches. Two demos that differ in nothing but their
+folder are run once.
 """
 
 import os
@@ -18,13 +19,14 @@ import pytest
 from tests.commands import command
 from tests.docs.pages import LASTING, NAMES, NOT_RUN, ROOT, RUN_BY, Block, blocks
 
-pytestmark = [pytest.mark.session, pytest.mark.timeout(300)]
+pytestmark = pytest.mark.timeout(300)
 
 RECORD = "docs/results.md"
 """Not a page to follow: what was run, and when."""
-DEMO_S = "4"
+DEMO_S = "3"
 PATIENCE_S = 30.0
-SHELL = set("|<>&;$`")
+TOUCHES = "5"
+SHELL = set("|<>&;()")
 """What only a shell understands."""
 
 
@@ -69,20 +71,23 @@ class Reader:
         assert code == 0, f"{block.where}: {line}\n{told}\n{self._last_words()}"
 
     def _give(self, line: str) -> tuple[int, str]:
-        if not line.startswith("teletaction ") or SHELL & set(line):
+        if not line.startswith("teletaction ") or any(set(word) <= SHELL for word in _words(line)):
             run = subprocess.run(
                 ["bash", "-euc", line], capture_output=True, text=True, timeout=120, env=self.environment, check=False
             )
             return run.returncode, run.stdout + run.stderr
-        words = shlex.split(line, comments=True)[1:]
+        words = _words(line)[1:]
         if words[0] == "demo":
             return self._explore(words)
+        if "--touches" in words and words[0] == "simulate":
+            words[words.index("--touches") + 1] = TOUCHES
         told = command(*words)
         return told.code, told.out + told.err
 
     def _explore(self, words: list[str]) -> tuple[int, str]:
         """A demo, cut short; or what one with the same options left."""
         words[words.index("--seconds") + 1] = DEMO_S
+        words += [] if "--fingers" in words else ["--fingers", "1"]
         out = words.index("--out") + 1
         options = " ".join(words[:out] + words[out + 1 :])
         if options in _demos:
@@ -96,10 +101,15 @@ class Reader:
         return [sys.executable, "-m", "teletaction", *words]
 
     def _start(self, line: str) -> None:
-        words = shlex.split(line, comments=True)[1:]
+        words = _words(line)[1:]
         with (self.folder / f"{len(self.lasting)}.log").open("w") as log:
             process = subprocess.Popen(self._python(words), stderr=log, text=True, env=self.environment)
         self.lasting.append((line, process))
+        end_s = time.monotonic() + PATIENCE_S
+        while not _told_of_its_end(process.pid):
+            assert process.poll() is None, f"{line}\n{self._last_words()}"
+            assert time.monotonic() < end_s, f"{line}: does not begin"
+            time.sleep(0.05)
 
     def end(self) -> None:
         """End what lasts, as Ctrl-C does; it must not have ended before, and must end well."""
@@ -121,12 +131,32 @@ class Reader:
         return "\n".join(log.read_text("utf-8")[-500:] for log in logs)
 
 
+def _told_of_its_end(pid: int) -> bool:
+    """Whether a process has come so far that it ends in order when it is told to: it catches SIGTERM."""
+    caught = re.search(r"(?m)^SigCgt:\s*(\w+)$", Path(f"/proc/{pid}/status").read_text("utf-8"))
+    return caught is not None and bool(int(caught[1], 16) >> (signal.SIGTERM - 1) & 1)
+
+
+def _words(line: str) -> list[str]:
+    """Words of a command; what only a shell understands stands by itself, comments are left out."""
+    words = shlex.shlex(line, posix=True, punctuation_chars=True)
+    words.whitespace_split = True
+    return list(words)
+
+
 def one_by_one(block: Block) -> list[str]:
     """The commands of a block; a line that ends in a backslash goes on."""
     return [line for line in block.text.replace("\\\n", " ").splitlines() if line.strip()]
 
 
-@pytest.mark.parametrize("name", PAGES)
+def explored(name: str) -> bool:
+    """Whether following a page starts a session's processes."""
+    return any(LASTING in block.said or " demo " in block.text for block in blocks(name) if given(block))
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.session) if explored(name) else name for name in PAGES]
+)
 def test_commands_of_a_page_succeed(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     page = blocks(name)
