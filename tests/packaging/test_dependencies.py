@@ -3,21 +3,16 @@
 import ast
 import re
 import sys
-import tomllib
-from collections.abc import Iterator
-from importlib.metadata import PackageNotFoundError, distribution, packages_distributions, requires
-from pathlib import Path
+from importlib.metadata import PackageNotFoundError, distribution, packages_distributions
 
 import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-ROOT = Path(__file__).parents[2]
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-EXTRAS: dict[str, list[str]] = PROJECT["optional-dependencies"]
+from tests.packaging.requirements import EXTRAS, PROJECT, ROOMS, ROOT, closure, names
+
 USERS = ("console", "metrics", "studies")
 """Extras with which somebody may run or pass on the project; the others are for working on it."""
-ROOMS = ("common", "remote_site", "operator_site", "sim_sensors", "teletaction", "studies")
 
 PERMISSIVE = (
     *("MIT", "MIT-CMU", "BSD", "Apache", "ISC", "Python Software Foundation", "PSF-2.0", "0BSD", "Zlib", "CC0-1.0"),
@@ -26,7 +21,7 @@ PERMISSIVE = (
 """May be passed on with the project under its own licence; matched at the beginning."""
 NOTED = {
     "python-can": "LGPL-3.0-only",
-    "certifi": "MPL-2.0",
+    "certifi": "Mozilla Public License 2.0 (MPL 2.0)",
     "docutils": "Public Domain",  # but for parts under BSD, and an editor's mode under GPL that is not installed
     "hypothesis": "MPL-2.0",
     "pathspec": "Mozilla Public License 2.0 (MPL 2.0)",
@@ -34,10 +29,6 @@ NOTED = {
 """Others, each looked at: used unchanged as a library, which these licences allow to programs of any licence."""
 UNSTATED = {"axe-playwright-python"}
 """Says nothing in its metadata; MIT by its repository. Only for tests in a browser."""
-
-
-def names(requirements: list[str]) -> set[str]:
-    return {canonicalize_name(Requirement(line).name) for line in requirements}
 
 
 DIRECT = names(PROJECT["dependencies"]).union(*(names(lines) for lines in EXTRAS.values()))
@@ -64,22 +55,6 @@ def licences(name: str) -> list[str]:
         classes = [line for line in metadata.get_all("Classifier") or () if line.startswith("License :: ")]
         said = " AND ".join(line.split(" :: ")[-1] for line in classes) or metadata.get("License") or ""
     return [part.strip(" ()") if part.count("(") != 1 else part.strip() for part in re.split(r" AND | OR ", said)]
-
-
-def closure(wanted: list[str]) -> Iterator[str]:
-    """All packages that these requirements bring along on this machine."""
-    waiting, seen = [Requirement(line) for line in wanted], set[tuple[str, frozenset[str]]]()
-    while waiting:
-        requirement = waiting.pop()
-        name, extras = canonicalize_name(requirement.name), frozenset(requirement.extras)
-        if (name, extras) in seen:
-            continue
-        seen.add((name, extras))
-        yield name
-        for line in requires(name) or ():
-            further = Requirement(line)
-            if further.marker is None or any(further.marker.evaluate({"extra": extra}) for extra in ("", *extras)):
-                waiting.append(further)
 
 
 def installed(requirements: list[str]) -> list[str]:

@@ -1,13 +1,12 @@
 """The version stands in one place; changelog and licence agree with it."""
 
 import re
-import tomllib
 from pathlib import Path
 
 from packaging.version import Version
 
-ROOT = Path(__file__).parents[2]
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+from tests.packaging.requirements import PROJECT, ROOMS, ROOT
+
 VERSION = Version(PROJECT["version"])
 
 
@@ -17,8 +16,12 @@ def headings() -> list[str]:
 
 def test_no_file_repeats_the_version() -> None:
     said = re.compile(rf"(?<![\d.]){re.escape(PROJECT['version'])}(?![\d.])")
-    rooms = ("common", "remote_site", "operator_site", "sim_sensors", "teletaction", "studies", "docker", "deploy")
-    files = [path for room in rooms for path in (ROOT / room).rglob("*") if path.suffix in {".py", ".toml", ".js"}]
+    files = [
+        path
+        for room in (*ROOMS, "docker", "deploy")
+        for path in (ROOT / room).rglob("*")
+        if path.suffix in {".py", ".toml", ".js"}
+    ]
     found = [path for path in [*files, ROOT / "Dockerfile", ROOT / "docker-compose.yml"] if said.search(_text(path))]
     assert found == []
 

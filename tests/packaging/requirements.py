@@ -1,0 +1,35 @@
+"""What the project requires, and what that brings along on this machine."""
+
+import tomllib
+from collections.abc import Iterator
+from importlib.metadata import requires
+from pathlib import Path
+
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+ROOT = Path(__file__).parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+EXTRAS: dict[str, list[str]] = PROJECT["optional-dependencies"]
+ROOMS = ("common", "remote_site", "operator_site", "sim_sensors", "teletaction", "studies")
+
+
+def names(requirements: list[str]) -> set[str]:
+    """The packages that requirements name."""
+    return {canonicalize_name(Requirement(line).name) for line in requirements}
+
+
+def closure(wanted: list[str]) -> Iterator[str]:
+    """All packages that these requirements bring along, themselves included."""
+    waiting, seen = [Requirement(line) for line in wanted], set[tuple[str, frozenset[str]]]()
+    while waiting:
+        requirement = waiting.pop()
+        name, extras = canonicalize_name(requirement.name), frozenset(requirement.extras)
+        if (name, extras) in seen:
+            continue
+        seen.add((name, extras))
+        yield name
+        for line in requires(name) or ():
+            further = Requirement(line)
+            if further.marker is None or any(further.marker.evaluate({"extra": extra}) for extra in ("", *extras)):
+                waiting.append(further)
