@@ -4,7 +4,9 @@ import re
 from pathlib import Path
 
 from sphinx.application import Sphinx
-from sphinx.errors import ExtensionError
+from sphinx.util import logging
+
+log = logging.getLogger(__name__)
 
 _ASKED_FOR = re.compile(
     r"""<(?:script|img|source|iframe)\b[^>]*\bsrc=["']?((?:https?:)?//[^"'\s>]+)"""
@@ -25,8 +27,8 @@ def asked_for(folder: Path) -> list[str]:
 
 
 def _refuse(app: Sphinx, exception: Exception | None) -> None:
-    if exception is None and (found := asked_for(Path(app.outdir))):
-        raise ExtensionError("the site would ask for: " + "; ".join(found))
+    for found in [] if exception else asked_for(Path(app.outdir)):
+        log.warning("the site would ask for what is elsewhere: %s", found)
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

@@ -1,0 +1,29 @@
+"""The site's own parts; what `make docs` finds broken is its own test."""
+
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from tests.docs.pages import ROOT
+
+pytest.importorskip("sphinx", reason="the extra `docs` is not installed")
+
+
+@pytest.mark.parametrize(
+    ("page", "elsewhere"),
+    [
+        ('<img src="https://example.org/x.png">', ["https://example.org/x.png"]),
+        ('<link rel="stylesheet" href="//example.org/x.css">', ["//example.org/x.css"]),
+        ("<style>@import 'http://example.org/x.css';</style>", ["http://example.org/x.css"]),
+        ('<a href="https://example.org">a link</a> <script src="_static/x.js"></script>', []),
+    ],
+)
+def test_what_a_page_asks_for_elsewhere_is_found(
+    page: str, elsewhere: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "path", [str(ROOT / "docs" / "_extensions"), *sys.path])
+    (tmp_path / "page.html").write_text(page, "utf-8")
+    found = import_module("without_network").asked_for(tmp_path)
+    assert found == [f"page.html: {address}" for address in elsewhere]
