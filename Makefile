@@ -26,6 +26,7 @@ help:
 	@echo "make dask        studies on a Dask cluster of two workers, one of which is killed"
 	@echo "make results     every study in full into $(RESULTS)/, with an overview; ARGUMENTS=--quick"
 	@echo "make soak        ten minutes of work with faults at random; ARGUMENTS='--seconds 3000 --seed 7'"
+	@echo "make pages       every command of README and pages; the demo as installed from the source distribution"
 	@echo "make docs        the documentation as a site in $(SITE)/; what is broken in it is an error"
 	@echo "make check       style, types, import arrows"
 	@echo "make coverage    both gates must be covered to 100 % of lines and branches"
@@ -50,7 +51,7 @@ demo: $(READY)
 
 .PHONY: test
 test: $(READY)
-	$(BIN)/pytest -n auto -m 'not containers and not session and not virtual and not hardening and not netns and not faults and not console and not dask'
+	$(BIN)/pytest -n auto -m 'not containers and not session and not virtual and not hardening and not netns and not faults and not console and not dask and not pages'
 
 .PHONY: session
 session: $(READY)
@@ -93,7 +94,11 @@ check: $(READY)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-# Warnings are errors; -n: also of links whose target is not there.
+.PHONY: pages
+pages: $(READY)
+	$(BIN)/pytest -m pages -n 2
+
+# Warnings are errors, also those about links that lead nowhere.
 .PHONY: docs
 docs: $(READY)
 	$(BIN)/pip install --quiet --disable-pip-version-check --prefer-binary -c constraints.txt -e '.[docs]'

@@ -19,7 +19,7 @@ import pytest
 from tests.commands import command
 from tests.docs.pages import LASTING, NAMES, NOT_RUN, ROOT, RUN_BY, Block, blocks
 
-pytestmark = pytest.mark.timeout(300)
+pytestmark = [pytest.mark.pages, pytest.mark.timeout(300)]
 
 RECORD = "docs/results.md"
 """Not a page to follow: what was run, and when."""
@@ -149,14 +149,7 @@ def one_by_one(block: Block) -> list[str]:
     return [line for line in block.text.replace("\\\n", " ").splitlines() if line.strip()]
 
 
-def explored(name: str) -> bool:
-    """Whether following a page starts a session's processes."""
-    return any(LASTING in block.said or " demo " in block.text for block in blocks(name) if given(block))
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.session) if explored(name) else name for name in PAGES]
-)
+@pytest.mark.parametrize("name", PAGES)
 def test_commands_of_a_page_succeed(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     page = blocks(name)

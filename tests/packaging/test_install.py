@@ -16,7 +16,7 @@ import pytest
 
 from tests.packaging.requirements import PROJECT, ROOMS, ROOT, closure
 
-pytestmark = [pytest.mark.session, pytest.mark.timeout(600)]
+pytestmark = [pytest.mark.pages, pytest.mark.timeout(600)]
 
 VERSION: str = PROJECT["version"]
 PIP = (sys.executable, "-m", "pip", "--disable-pip-version-check")
