@@ -1,7 +1,7 @@
 """Every command of README and pages is given, in order, a page in a folder of its own. What is not says why there.
 
-Demos are cut short and have one finger, calibrations have fewer touches. Two demos that differ in nothing but their
-folder are run once.
+Demos are cut short and have one finger, calibrations have fewer touches and strokes. Two demos that differ in nothing
+but their folder are run once.
 """
 
 import os
@@ -25,7 +25,7 @@ RECORD = "docs/results.md"
 """Not a page to follow: what was run, and when."""
 DEMO_S = "3"
 PATIENCE_S = 30.0
-TOUCHES = "5"
+FEWER = {"--touches": "4", "--strokes": "2"}
 SHELL = set("|<>&;()")
 """What only a shell understands."""
 
@@ -79,8 +79,8 @@ class Reader:
         words = _words(line)[1:]
         if words[0] == "demo":
             return self._explore(words)
-        if "--touches" in words and words[0] == "simulate":
-            words[words.index("--touches") + 1] = TOUCHES
+        for option in FEWER.keys() & set(words) if words[0] == "simulate" else ():
+            words[words.index(option) + 1] = FEWER[option]
         told = command(*words)
         return told.code, told.out + told.err
 
