@@ -1,4 +1,4 @@
-# One image for every process; PROCESS says which one a container runs. How small, and why: docs/decisions/0026-containers.md
+# One image for every process; PROCESS says which one a container runs. How small, and why: docs/decisions/0029-containers.md
 # For the very same base each time, name it by its digest: docker-compose build --build-arg BASE=python:3.11-slim@sha256:...
 ARG BASE=python:3.11-slim
 FROM ${BASE} AS packages

@@ -11,7 +11,7 @@ from packaging.utils import canonicalize_name
 
 from tests.packaging.requirements import EXTRAS, PROJECT, ROOMS, ROOT, closure, names
 
-USERS = ("console", "metrics", "studies")
+USERS = ("console", "metrics", "studies", "dask")
 """Extras with which somebody may run or pass on the project; the others are for working on it."""
 
 PERMISSIVE = (
