@@ -150,9 +150,15 @@ def test_missed_goals_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "0.6 times" in problems[4]
 
 
+def touch_rows(seconds: float, seed: int) -> list[dict[str, Any]]:
+    """In place of a session's: a piece of work is a function of a module."""
+    rows: list[dict[str, Any]] = data()["touch"]
+    return rows
+
+
 def test_without_recordings_it_says_so_and_shows_the_rest(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(deadband_courses, "folder", lambda: tmp_path)
-    monkeypatch.setattr(deadband, "touch_rows", lambda seconds, seed: data()["touch"])
+    monkeypatch.setattr(deadband, "touch_rows", touch_rows)
     found = run(quick=True, seed=3, tell=lambda _: None)
     assert len(found["skipped"]) == 1
     assert {row["motion"] for row in found["sweep"]} == {"scripted"}

@@ -192,6 +192,9 @@ def test_a_disk_that_became_full_leaves_a_file_that_is_good_up_to_there(tmp_path
             return getattr(self.file, name)
 
     class FullPath:
+        def is_file(self) -> bool:
+            return False
+
         def open(self, mode: str) -> IO[bytes]:
             return cast(IO[bytes], FullDisk())
 
