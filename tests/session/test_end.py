@@ -121,7 +121,7 @@ def test_the_supervisor_hears_the_whole_life_of_a_site(
         processes.start("operator", configurations["operator"])
         assert heard.recv(1000) == b"READY=1"
         for _ in range(2):
-            assert heard.recv(1000) == b"WATCHDOG=1\nSTATUS=disconnected"
+            assert heard.recv(1000) == b"WATCHDOG=1\nSTATUS=disconnected: no remote site"
         assert end(processes.running["operator"]) == 0
         last = b""
         while last != b"STOPPING=1":

@@ -29,7 +29,6 @@ COMMANDS = [line[4:] for line in re.findall(r"(?m)^    .*$", PAGE) if not line[4
 TRIALS = [line for line in COMMANDS if line.startswith("teletaction conformance ")]
 DOCTORS = [line for line in COMMANDS if line.startswith("teletaction doctor --config ")]
 SESSION = [line for line in COMMANDS if re.match(r"teletaction (remote|operator|session) ", line)]
-CONTAINERS = [line for line in COMMANDS if line.startswith("docker-compose ")]
 HERE = "teletaction doctor"
 DEVICES = (("index texture sensor", "index thermal sensor", "telemanipulator"), ("index tacttip", "exoskeleton"))
 """Of the remote site and of the operator's, in the doctor's order."""
@@ -104,8 +103,8 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
 
 
 def test_every_command_of_the_page_is_known_here() -> None:
-    assert sorted(COMMANDS) == sorted([HERE, *TRIALS, *DOCTORS, *SESSION, *CONTAINERS])
-    assert all((TRIALS, DOCTORS, SESSION, CONTAINERS))
+    assert sorted(COMMANDS) == sorted([HERE, *TRIALS, *DOCTORS, *SESSION])
+    assert all((TRIALS, DOCTORS, SESSION))
 
 
 def test_what_is_on_this_host_is_listed(bench: Bench) -> None:
@@ -153,11 +152,3 @@ def test_the_session_is_run_as_the_page_says(bench: Bench) -> None:
             assert bench.give("teletaction session estop --config remote.toml").returncode == 0
         told = bench.give(line)
         assert told.returncode == 0, (line, told.stdout + told.stderr)
-
-
-@pytest.mark.parametrize("line", CONTAINERS)
-def test_the_composition_has_the_service(line: str) -> None:
-    *given, service = line.split()
-    assert given == ["docker-compose", "--profile", "hardware", "up"]
-    composition = (ROOT / "docker-compose.yml").read_text("utf-8")
-    assert "profiles: [hardware]" in composition.split(f"\n  {service}:\n")[1].split("\n\n")[0]
