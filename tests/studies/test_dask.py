@@ -93,9 +93,8 @@ def test_a_cluster_without_workers_or_with_one_of_other_code_is_refused(
 def test_workers_that_cannot_load_the_study_are_refused(
     lone: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """One is started where another package has the name of this one."""
-    (tmp_path / "studies").mkdir()
-    (tmp_path / "studies" / "__init__.py").touch()
+    """One is started where another module has the name of this package."""
+    (tmp_path / "studies.py").touch()
     command = [sys.executable, "-m", "distributed.cli.dask_worker", "--nthreads", "1", "--no-nanny", "--no-dashboard"]
     without = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     with subprocess.Popen(
