@@ -34,8 +34,8 @@ RESTARTED = (
     ("operator", "operator-console", "console"),
 )
 """Host, service and process."""
-NOTICED_S = {"sim-remote": 0.150}
-"""Dead devices of the far side are noticed from what its site then says."""
+NOTICED_S = {"sim-remote": 0.150, "revoked": 1.0}
+"""Dead devices of the far side are noticed from what its site then says; the list of keys is read once a second."""
 SESSION = "docker-compose exec -T operator python -m teletaction session {} --config /config/operator.toml"
 HEALTH = "docker-compose exec -T {} python -m common.health /session/{}.json --state engaged"
 
@@ -188,8 +188,8 @@ def rotate_keys(hosts: TwoNetworks, story: Story, steps: list[str]) -> None:
     new_key, at_remote, anew = steps
     operator_key = key_printed(hosts.operator(new_key))
     revoke, trust = at_remote.splitlines()
-    story.revoked_s = time.monotonic()
     hosts.remote(revoke)
+    story.revoked_s = time.monotonic()
 
     def refused() -> bool:
         told = hosts.operator.status("operator", "operator")
@@ -285,8 +285,7 @@ def test_nothing_acts_while_the_sites_are_apart(story: Story, truth: Truth) -> N
     gone_s, complete_s = spans["sim-operator"]
     heard_s = happened_s(story, "heard")[0]
     spans["sim-operator"] = gone_s, min([complete_s, *heard_s[heard_s > gone_s][:1]])
-    revoked_s = story.revoked_s + 1.5
-    spans["revoked"] = revoked_s, engaged_again_s(story, revoked_s)
+    spans["revoked"] = story.revoked_s, engaged_again_s(story, story.revoked_s)
     for name, (begin_s, end_s) in spans.items():
         late_s = LATE_S + NOTICED_S.get(name, 0.0) + truth.pause_s(begin_s - 0.2, begin_s + 1.0, name)
         for what, time_s, outputs, hold_s, own in (
