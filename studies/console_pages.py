@@ -8,7 +8,6 @@ what its pages were sent, as JSON.
 import asyncio
 import contextlib
 import json
-import os
 import signal
 import sys
 from collections import Counter
@@ -16,6 +15,7 @@ from collections import Counter
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.typing import Origin
 
+from common.give_way import give_way
 from operator_site.console.picture import HEADER, Kind
 
 _ALIVE_S = 0.5
@@ -50,7 +50,7 @@ async def _say_alive(page: ClientConnection) -> None:
 
 async def main(address: str, count: int) -> None:
     """Open the pages, and look until told to end."""
-    os.nice(_LEAST)
+    give_way(_LEAST)
     sent = [Counter[str]() for _ in range(count)]
     looking = asyncio.gather(*(look(address, counted) for counted in sent))
     asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, looking.cancel)

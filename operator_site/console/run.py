@@ -3,7 +3,6 @@
 import asyncio
 import contextlib
 import logging
-import os
 import socket as sockets
 import time
 from collections.abc import Callable, Iterator
@@ -14,6 +13,7 @@ import uvicorn
 from starlette.applications import Starlette
 
 from common.config import ConsoleConfig
+from common.give_way import give_way
 from common.notify import Supervisor
 from common.process import StatusFile
 from operator_site.console.access import Access
@@ -49,7 +49,7 @@ def run_console(config: ConsoleConfig, stop: Callable[[], bool]) -> None:
         ValueError, OSError: the page may not be offered like that, its port is in use, or keys cannot be used.
     """
     # The site's loop shares the machine: where both want a processor, the page waits; its report, written below, too.
-    os.nice(_GIVES_WAY)
+    give_way(_GIVES_WAY)
     with ExitStack() as opened:
         access = Access(config)
         _serve(LiveConsole(config, opened), config, access, stop, opened)
