@@ -66,10 +66,12 @@ class Chromium:
 
     def tab(self, address: str) -> Tab:
         """Open a page and show it."""
-        with urlopen(Request(f"{self._devtools}/json/new?{address}", method="PUT")) as response:
+        with urlopen(Request(f"{self._devtools}/json/new?about:blank", method="PUT")) as response:
             told = json.load(response)
         connection = self._opened.enter_context(connect(told["webSocketDebuggerUrl"], max_size=_LONGEST_MESSAGE))
-        return Tab(self._devtools, told["id"], connection)
+        tab = Tab(self._devtools, told["id"], connection)
+        tab.send("Page.navigate", url=address)  # answered when there is a page to speak to
+        return tab
 
 
 @contextmanager

@@ -111,7 +111,7 @@ def test_a_stop_is_confirmed_by_each_device_and_seen_at_them(
     page.wait_for_selector(f"#answers-title:has-text('STOPPED. All {DEVICES} devices confirmed in 0.')")
     stopped_s = time.monotonic()
     assert page.locator("#answers-list li.stopped").count() == DEVICES
-    assert page.inner_text("#state-word") == "STOPPED"
+    page.wait_for_selector("#state-word:text-is('STOPPED')")
     picture_of(page, "live stopped")
     before = at_devices(session, "truth_fingertips", pressed_s - 0.3, pressed_s)
     after = at_devices(session, "truth_fingertips", stopped_s, stopped_s + 0.5)
