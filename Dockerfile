@@ -41,4 +41,4 @@ ENV PROCESS=remote
 # Safe and fresh, as common/health.py has it. Unhealthy within 15 s; what was never healthy is starting for its first 15 s.
 HEALTHCHECK --interval=5s --timeout=4s --start-period=15s --retries=2 \
     CMD ["sh", "-c", "exec python -m common.health /session/$PROCESS.json"]
-CMD ["run_process.sh"]
+CMD ["sh", "-c", "exec python -m teletaction $PROCESS --config /config/$PROCESS.toml"]

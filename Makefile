@@ -77,11 +77,13 @@ netns: $(READY)
 faults: $(READY)
 	FAULT_PAGE=docs/faults.md $(BIN)/pytest -m faults -rP tests/faults/test_fault_matrix.py
 
-# SCREENSHOTS=folder keeps a picture of every state.
+# SCREENSHOTS=folder keeps a picture of every state. Sessions in real time need the machine to themselves.
+LIVE := $(wildcard tests/console/test_live_*.py)
 .PHONY: console
 console: $(READY)
 	$(BIN)/pip install --quiet --disable-pip-version-check --prefer-binary -c constraints.txt -e '.[browser]'
-	$(BIN)/pytest -m console -rs
+	$(BIN)/pytest -m console -rs -n 2 tests/console $(addprefix --ignore=,$(LIVE))
+	$(BIN)/pytest -m console -rs $(LIVE)
 
 .PHONY: soak
 soak: $(READY)
@@ -113,7 +115,7 @@ PATIENT_GATE := remote_site.patient_gate remote_site.finger_height remote_site.a
 
 .PHONY: coverage
 coverage: $(READY)
-	$(BIN)/pytest -q tests/operator_site/test_gate.py tests/remote_site/test_patient_gate.py --cov-branch \
+	$(BIN)/pytest -q -n 2 tests/operator_site/test_gate.py tests/remote_site/test_patient_gate.py --cov-branch \
 		--cov-report=term-missing --cov-fail-under=100 \
 		$(addprefix --cov=,$(sort $(OPERATOR_GATE) $(PATIENT_GATE)))
 

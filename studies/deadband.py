@@ -14,7 +14,7 @@ import numpy as np
 
 from common.deadband import REFRESH_S, REPEATS
 from common.limits import GAP_S
-from common.perceptible import HEIGHT_M, PLANE_M
+from common.perceptible import HEIGHT_M
 from studies.compared import Compared
 from studies.deadband_channel import RECKONINGS, error_m, sent
 from studies.deadband_courses import RECORDED_HZ, Course, recorded, recorded_forces_n, scripted
@@ -29,8 +29,6 @@ __all__ = ["plot", "run", "tables"]
 Row = dict[str, Any]
 RATES_HZ = (RECORDED_HZ, 500.0)
 STEPS_MM = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0)
-SITE_M = np.array([PLANE_M, PLANE_M, HEIGHT_M])
-"""The steps of the sites themselves, for places of fingers."""
 SPARED = 0.85
 """Goal: share of the packets on the recorded motions that is not sent."""
 MOST_GAPS_IN_AN_HOUR = 1.0

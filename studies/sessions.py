@@ -32,6 +32,8 @@ _SETTLE_S = 3.0
 """A process that has just started still loads."""
 _FULL = 0.1
 """With less of the processors' time idle than this, it is processors that are lacking."""
+_MEET = 0.1
+"""With a larger share of its time spent waiting than this, a loop finds no processor when it wants one."""
 _SURELY = 0.02
 """So far below HELD a rate is not held in whatever seconds one looks."""
 COMPARED = (
@@ -167,20 +169,23 @@ def does_not_fit(counted: Row, loops: Sequence[Row]) -> list[str]:
     """Which loops of so many sessions do not hold their rates, a line for each process, and what is lacking."""
     count, lines = counted["sessions"], []
     sessions = f"{count} session{'s' if count > 1 else ''}"
-    others = f"{counted['others']:.0%} goes to others"
-    if counted["idle"] < _FULL:
-        lacking = f"processors: {counted['idle']:.0%} of their time is idle, {others}"
-    else:
-        lacking = f"no processor but the loop's own time; {others}"
+    shares = f"{counted['idle']:.0%} of their time is idle, {counted['stolen']:.0%} has the machine's host taken"
+    shares += f", {counted['others']:.0%} goes to others"
     for process in PROCESSES:
         mine = [row for row in loops if (row["sessions"], row["process"]) == (count, process)]
         behind = sorted((row for row in mine if row["made"] < HELD), key=lambda row: float(row["made"]))
         if behind:
             worst = behind[0]
+            if counted["idle"] < _FULL:
+                lacking = "processors"
+            elif worst["loop_waits"] > _MEET:
+                lacking = "a free processor when it is wanted"
+            else:
+                lacking = "no processor but the loop's own time"
             lines.append(
                 f"{sessions}: {len(behind)} x {process} behind, {worst['rate_hz']:.0f} of {worst['wanted_hz']:g} ticks "
                 f"a second at worst; works {worst['loop_works']:.0%} of the time and waits for a processor "
-                f"{worst['loop_waits']:.0%}; lacking is {lacking}"
+                f"{worst['loop_waits']:.0%}; lacking is {lacking}: {shares}"
             )
     if fallen := count - counted["engaged_at_end"]:
         lines.append(f"{sessions}: {fallen} not engaged any more")

@@ -4,11 +4,21 @@ import os
 import signal
 import time
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 from tests import undisturbed as module
-from tests.undisturbed import ATTEMPTS, CALM_S, LONGEST_WAIT_S, STOOD_STILL_S, Witness, undisturbed, wait_for_calm
+from tests.undisturbed import (
+    ATTEMPTS,
+    CALM_S,
+    LONGEST_WAIT_S,
+    STOOD_STILL_S,
+    Witness,
+    passes_its_tests,
+    undisturbed,
+    wait_for_calm,
+)
 
 HELD_UP_S = 5 * STOOD_STILL_S
 
@@ -74,6 +84,31 @@ def test_a_disturbed_story_is_told_again_whether_it_ended_or_broke(still_s: list
 def test_a_disturbed_story_that_is_good_stays(still_s: list[float]) -> None:
     still_s[:] = [2.0 * STOOD_STILL_S]
     assert undisturbed(Story("good", "another"), fine=lambda found: found == "good") == "good"
+
+
+def test_a_story_is_fine_when_all_that_its_module_asks_of_it_is_so() -> None:
+    def test_it_is_long(story: str) -> None:
+        assert len(story) > 2
+
+    @pytest.mark.parametrize("word", ["a", "b"])
+    def test_a_word_is_in_it(story: str, word: str) -> None:
+        assert word in story
+
+    @pytest.mark.parametrize(("at", "word"), [(0, "a"), (1, "b")])
+    def test_a_word_has_its_place(at: int, word: str, story: str) -> None:
+        assert story[at] == word
+
+    def test_it_is_kept(story: str, tmp_path: object) -> None:
+        raise AssertionError("judges more than the story")
+
+    def test_of_something_else() -> None:
+        raise AssertionError("judges something else")
+
+    tests = {name: test for name, test in locals().items() if name.startswith("test_")}
+    request: Any = SimpleNamespace(module=SimpleNamespace(**tests), fixturename="story")
+    fine = passes_its_tests(request)
+    assert fine("abc")
+    assert not any(fine(story) for story in ("ab", "axa", "cab", 7))
 
 
 def test_the_last_attempt_counts_however_the_machine_ran(still_s: list[float]) -> None:

@@ -4,8 +4,11 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from inspect import signature
 from types import TracebackType
-from typing import Self, TypeVar
+from typing import Any, Self, TypeVar
+
+import pytest
 
 STOOD_STILL_S = 0.040
 """A process that only wakes up is never so late by the work of a session, nor by four busy loops beside it."""
@@ -100,3 +103,35 @@ def undisturbed(
         print(f"told again: the machine stood still for {witness.longest_s * 1e3:.0f} ms", file=sys.stderr)
         wait_for_calm()
     return tell()
+
+
+def passes_its_tests(request: pytest.FixtureRequest) -> Callable[[object], bool]:
+    """For a fixture that tells a story: whether all tests of its module that judge nothing but this story pass."""
+    tests = [test for name, test in vars(request.module).items() if name.startswith("test_")]
+
+    def fine(found: object) -> bool:
+        return all(_passes(test, {request.fixturename: found, **case}) for test in tests for case in _cases(test))
+
+    return fine
+
+
+def _cases(test: Callable[..., None]) -> list[dict[str, Any]]:
+    """The arguments of each time that a test is run, by its mark; none of these tests has two."""
+    for mark in getattr(test, "pytestmark", ()):
+        if mark.name == "parametrize":
+            names, values = mark.args
+            if isinstance(names, str):
+                return [{names: value} for value in values]
+            return [dict(zip(names, value, strict=True)) for value in values]
+    return [{}]
+
+
+def _passes(test: Callable[..., None], arguments: dict[str, Any]) -> bool:
+    """Whether a test passes; one that needs more than these arguments, or nothing of them, judges something else."""
+    if signature(test).parameters.keys() != arguments.keys():
+        return True
+    try:
+        test(**arguments)
+    except Exception:  # a test fails by whatever exception
+        return False
+    return True

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from studies.consoles import NONE, PAGES, SEEN, UNSEEN, measure, plot, tables
+from studies.consoles import NONE, PAGES, SEEN, UNSEEN, measure, more_than, plot, tables
 
 
 @pytest.mark.session
@@ -20,3 +20,10 @@ def test_five_pages_are_shown_everything_and_cost_less_than_the_loop(tmp_path: P
     assert [row["way"] for row in tables(data)["ways"]] == [NONE, UNSEEN, SEEN]
     plot(data, tmp_path / "figure.png")
     assert (tmp_path / "figure.png").stat().st_size > 10_000
+
+
+def test_what_is_more_is_told_turn_by_turn() -> None:
+    without = [{"off_us": 100.0}, {"off_us": 300.0}, {"off_us": 200.0}]
+    assert more_than([{"off_us": 130.0}, {"off_us": 270.0}, {"off_us": 203.0}], without) == {
+        "off_us": {"median": 3.0, "least": -30.0, "most": 30.0}
+    }

@@ -26,7 +26,7 @@ from studies.fault_session import FaultSession
 from studies.fault_table import FREE, STROKING
 from tests.commands import Told, command
 from tests.session.truth import FELT_N, HEATS, LATE_S, STROKES, Floats, Truth, between, read_truth
-from tests.undisturbed import undisturbed
+from tests.undisturbed import passes_its_tests, undisturbed
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(400)]
 
@@ -98,9 +98,9 @@ class Story:
 
 
 @pytest.fixture(scope="module")
-def story(tmp_path_factory: pytest.TempPathFactory) -> Story:
+def story(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Story:
     """A session that was stopped from either desk, and with a module at either site that does not confirm."""
-    return undisturbed(lambda: tell(tmp_path_factory.mktemp("stopped")))
+    return undisturbed(lambda: tell(tmp_path_factory.mktemp("stopped")), passes_its_tests(request))
 
 
 def tell(folder: Path) -> Story:

@@ -18,8 +18,6 @@ from teletaction.processes import END_S, SessionProcesses
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(90)]
 
-SIMULATIONS = ("sim-remote", "sim-operator")
-
 
 @pytest.fixture
 def session(tmp_path: Path) -> Iterator[tuple[SessionProcesses, dict[str, Path]]]:

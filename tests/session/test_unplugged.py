@@ -16,7 +16,7 @@ from studies.stroking_scene import write_stroking_scene
 from teletaction.demo_files import HOST, PROCESSES, DemoOptions, prepare
 from teletaction.processes import SessionProcesses
 from tests.session.truth import LATE_S, written
-from tests.undisturbed import undisturbed
+from tests.undisturbed import passes_its_tests, undisturbed
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(400)]
 
@@ -98,9 +98,9 @@ class Running:
 
 
 @pytest.fixture(scope="module")
-def pulled(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Pulled]:
+def pulled(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> dict[str, Pulled]:
     """One session in which each cable was pulled, missed, and put back."""
-    return undisturbed(lambda: tell(tmp_path_factory.mktemp("unplugged")))
+    return undisturbed(lambda: tell(tmp_path_factory.mktemp("unplugged")), passes_its_tests(request))
 
 
 def tell(folder: Path) -> dict[str, Pulled]:

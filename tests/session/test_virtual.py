@@ -14,7 +14,7 @@ from teletaction.demo_files import DemoOptions, prepare
 from teletaction.processes import SessionProcesses
 from tests.commands import command
 from tests.session.truth import written
-from tests.undisturbed import undisturbed
+from tests.undisturbed import passes_its_tests, undisturbed
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(400)]
 
@@ -58,8 +58,8 @@ def tell(folder: Path) -> Path:
 
 
 @pytest.fixture(scope="module")
-def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return undisturbed(lambda: tell(tmp_path_factory.mktemp("virtual")))
+def session(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Path:
+    return undisturbed(lambda: tell(tmp_path_factory.mktemp("virtual")), passes_its_tests(request))
 
 
 def test_the_hand_feels_force_vibration_and_heat(session: Path) -> None:

@@ -59,17 +59,18 @@ def test_sessions_that_fit_have_nothing_to_say() -> None:
 
 def test_what_does_not_fit_is_told_with_the_process_and_what_is_lacking() -> None:
     remote = {"remote": {"hz": 300.0, "behind": "300 of 500 ticks a second"}}
-    for idle, lacking in (
-        (0.01, "lacking is processors: 1% of their time is idle, "),
-        (0.6, "lacking is no processor"),
+    for idle, waits, lacking in (
+        (0.01, 0.5, "lacking is processors: 1% of their time is idle, "),
+        (0.6, 0.5, "lacking is a free processor when it is wanted: 60% of their time is idle, "),
+        (0.6, 0.05, "lacking is no processor but the loop's own time: "),
     ):
         both = stage({}, remote, idle=idle)
-        loops = both.loops([RECORDED] * 2)
+        loops = [row | {"loop_waits": waits} for row in both.loops([RECORDED] * 2)]
         (line,) = does_not_fit(both.counted(loops), loops)
         assert line.startswith(
             "2 sessions: 1 x remote behind, 300 of 500 ticks a second at worst; works 27% of the time"
         )
-        assert "waits for a processor 50%" in line
+        assert f"waits for a processor {waits:.0%}" in line
         assert lacking in line
         assert silent(loops) == [], "its status says so"
     assert both.counted(loops)["hold_their_rates"] == 1
