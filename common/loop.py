@@ -1,29 +1,12 @@
 """A periodic loop on absolute monotonic deadlines, with statistics of its lateness."""
 
-import ctypes
-import gc
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
-_PR_SET_TIMERSLACK = 29
 _BUCKETS_US = np.concatenate(([0.0], np.geomspace(1.0, 1e6, 241)))
-
-
-def become_timely() -> None:
-    """Prepare this process for a loop that must not be late; called once, before the loop.
-
-    Asks the kernel for 1 ns timer slack (Linux; 50 us by default), and takes what start-up left in memory out of the
-    garbage collector's sight: looking through it again and again would hold the loop for tens of milliseconds.
-    """
-    gc.collect()
-    gc.freeze()
-    try:
-        ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
-    except (OSError, AttributeError):
-        return
 
 
 @dataclass(slots=True)

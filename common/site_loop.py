@@ -8,9 +8,10 @@ from typing import Protocol
 
 from common.held_rate import HeldRate, spent
 from common.ladder import NOTICE_S
-from common.loop import PeriodicLoop, become_timely
+from common.loop import PeriodicLoop
 from common.notify import Supervisor
 from common.process import StatusFile
+from common.scheduling import become_timely
 from common.watchdog import LoopWatchdog
 
 

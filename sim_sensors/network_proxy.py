@@ -11,8 +11,9 @@ from contextlib import ExitStack
 from random import Random
 
 from common.config import SimNetworkConfig
-from common.loop import PeriodicLoop, become_timely
+from common.loop import PeriodicLoop
 from common.process import StatusFile
+from common.scheduling import become_timely
 from common.streams import STREAMS, Stream
 from sim_sensors.fault_port import FaultPort
 from sim_sensors.network_connection import BUFFER_BYTES, Connection

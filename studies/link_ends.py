@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from common.keys import Role, TrustedKeys, create_keys
-from common.loop import become_timely
+from common.scheduling import become_timely
 from common.streams import STREAMS
 from teletaction.demo_files import HOST, free_port_block
 from teletaction.processes import die_with_parent

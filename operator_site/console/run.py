@@ -13,9 +13,9 @@ import uvicorn
 from starlette.applications import Starlette
 
 from common.config import ConsoleConfig
-from common.give_way import give_way
 from common.notify import Supervisor
 from common.process import StatusFile
+from common.scheduling import give_way
 from operator_site.console.access import Access
 from operator_site.console.due import Due
 from operator_site.console.live_console import LiveConsole

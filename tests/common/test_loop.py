@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.loop import PeriodicLoop, become_timely
+from common.loop import PeriodicLoop
 
 
 class Clock:
@@ -68,7 +68,3 @@ def test_quantiles_of_lateness_are_right_within_a_bucket(late_s: list[float], qu
     found = loop.late_us(quantile)
     assert any(found <= true * 1.0001 and true <= max(1.0, found) * 1.07 for true in measured)
     assert loop.late_us(1.0) <= loop.late_max_s * 1e6 * 1.0001
-
-
-def test_timers_can_be_sharpened_anywhere() -> None:
-    become_timely()

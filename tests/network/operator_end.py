@@ -19,9 +19,10 @@ from common.clock import ClockOffset
 from common.keys import load_keys
 from common.limits import AGE_DEFAULT_S
 from common.link import OperatorLink
-from common.loop import PeriodicLoop, become_timely
+from common.loop import PeriodicLoop
 from common.messages import Touch
 from common.packets import LinkState
+from common.scheduling import become_timely
 from common.session_messages import Heartbeat
 from common.streams import STREAMS
 

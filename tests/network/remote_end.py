@@ -15,9 +15,10 @@ import numpy as np
 
 from common.keys import TrustedKeys, load_keys
 from common.link import RemoteLink
-from common.loop import PeriodicLoop, become_timely
+from common.loop import PeriodicLoop
 from common.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch
 from common.packets import LinkState
+from common.scheduling import become_timely
 from common.session_messages import Heartbeat
 from common.streams import STREAMS
 

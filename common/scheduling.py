@@ -1,0 +1,55 @@
+"""Who gets a processor first: a loop that must not be late, before a process that stands back."""
+
+import ctypes
+import gc
+import os
+import platform
+import struct
+from contextlib import suppress
+from pathlib import Path
+
+_PR_SET_TIMERSLACK = 29
+_SCHED_SETATTR = {"x86_64": 314, "aarch64": 274}
+"""Numbers of the system call, for which there is no function."""
+_ATTRIBUTES = struct.Struct("=IIQiIQQQ")
+"""Size, policy, flags, nice, priority, slice in ns, deadline and period: `struct sched_attr` of sched_setattr(2)."""
+_SLICE_NS = 300_000
+"""For so long a loop's thread may hold a processor against others: a good part of a tick's work."""
+_GROUP = Path("/proc/self/autogroup")
+"""Where the kernel shares out processors among sessions of processes, `nice` only counts within one of them."""
+
+
+def become_timely() -> None:
+    """Prepare this process, and this thread of it, for a loop that must not be late; called once, before the loop.
+
+    Asks the kernel for 1 ns timer slack (Linux; 50 us by default) and for short time slices, and takes what start-up
+    left in memory out of the garbage collector's sight: looking through it again and again would hold the loop for tens
+    of milliseconds.
+    """
+    gc.collect()
+    gc.freeze()
+    with suppress(OSError, AttributeError):
+        ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
+        _ask_for_short_slices()
+
+
+def _ask_for_short_slices() -> None:
+    """Who asks for a shorter slice than the one who has the processor gets it on waking up (Linux >= 6.12).
+
+    Without, a console on the same processors is let finish its own, 1.4 ms here and 2.8 ms elsewhere. What the system
+    does not know, or forbids, stays as it was; so does a real-time policy.
+    """
+    number = _SCHED_SETATTR.get(platform.machine())
+    if number is None or os.sched_getscheduler(0) != os.SCHED_OTHER:
+        return
+    nice = os.getpriority(os.PRIO_PROCESS, 0)
+    attributes = _ATTRIBUTES.pack(_ATTRIBUTES.size, os.SCHED_OTHER, 0, nice, 0, _SLICE_NS, 0, 0)
+    ctypes.CDLL(None, use_errno=True).syscall(number, 0, attributes, 0)
+
+
+def give_way(steps: int) -> None:
+    """Lower this process's priority by `steps` of `nice`, 0..19, and that of its session where it leads one."""
+    os.nice(steps)
+    if os.getsid(0) == os.getpid():
+        with suppress(OSError):  # a kernel that knows no such groups
+            _GROUP.write_text(str(steps), "ascii")

@@ -1,0 +1,57 @@
+"""What a process asks of the system's scheduler, as the system then tells; each in a process of its own."""
+
+import os
+import platform
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from common.scheduling import _SLICE_NS
+
+LOOK = """
+import os
+from pathlib import Path
+group = Path("/proc/self/autogroup")
+print(os.getpriority(os.PRIO_PROCESS, 0), os.sched_getscheduler(0))
+print(group.read_text("ascii").split()[-1] if group.exists() else "none")
+print(next((line.split()[-1] for line in open("/proc/self/sched") if line.startswith("se.slice")), 0))
+"""
+SHORT = "from common.scheduling import become_timely; become_timely()"
+GIVES_WAY = "from common.scheduling import give_way; give_way(7)"
+KNOWS_SLICES = tuple(int(part) for part in re.findall(r"\d+", platform.release())[:2]) >= (6, 12)
+KNOWS_GROUPS = Path("/proc/self/autogroup").exists()
+DEFAULT_NICE = os.getpriority(os.PRIO_PROCESS, 0)
+
+
+def told(does: str, *, leads: bool = False) -> list[str]:
+    """Nice, policy, nice of the group, and slice in ns, after doing something."""
+    run = [sys.executable, "-c", f"{does}\n{LOOK}"]
+    return subprocess.run(run, capture_output=True, text=True, check=True, start_new_session=leads).stdout.split()
+
+
+@pytest.mark.skipif(not KNOWS_SLICES, reason="this kernel gives no slices that were asked for (Linux 6.12 does)")
+def test_a_loop_has_short_slices_and_all_else_stays() -> None:
+    before, after = told(""), told(SHORT)
+    assert after == [*before[:3], str(_SLICE_NS)]
+    assert told(f"import os; os.nice(2)\n{SHORT}")[0] == str(DEFAULT_NICE + 2)
+
+
+def test_a_real_time_policy_stays() -> None:
+    real_time = "os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))"
+    try:
+        plain = told(f"import os; {real_time}")
+    except subprocess.CalledProcessError:
+        pytest.skip("no real-time policy may be set here")
+    assert told(f"import os; {real_time}\n{SHORT}")[1] == plain[1] == str(os.SCHED_RR)
+
+
+def test_who_gives_way_lowers_itself_and_the_session_that_it_leads() -> None:
+    nice = str(DEFAULT_NICE + 7)
+    leads, follows = told(GIVES_WAY, leads=True), told(GIVES_WAY)
+    assert leads[0] == follows[0] == nice
+    if KNOWS_GROUPS:
+        assert leads[2] == "7"
+        assert follows[2] == told("")[2], "the group is another process's affair"
