@@ -129,6 +129,8 @@ def _noticed(fault: Fault, told: Mapping[str, Any], before: Mapping[str, Any]) -
     device = _ON_CAN[fault.where] if on_can else " ".join(named)
     if told["missing"].startswith(device):
         return True
+    if word == "piezo":
+        return target[0] in told["texture_faults"]
     if any(limit.endswith("_unknown") for limit in told["limited"].get(target[0] if target else "", ())):
         return True
     counts = _counts(told, device)

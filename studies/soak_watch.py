@@ -21,7 +21,8 @@ from teletaction.processes import die_with_parent
 EVERY_S = 1.0
 WATCHED = (*PROCESSES, NETWORK)
 _KIB_PER_MIB = 1024.0
-_TOLD = ("state", "fault", "missing", "limited", "devices", "delay_ms", "recording_lost", "recording_failed")
+_OF_DEVICES = ("fault", "missing", "limited", "texture_faults", "devices")
+_TOLD = ("state", *_OF_DEVICES, "delay_ms", "recording_lost", "recording_failed")
 
 
 @dataclass(frozen=True, slots=True)

@@ -121,6 +121,7 @@ CALM: dict[str, Any] = {
     "fault": "",
     "missing": "",
     "limited": {"middle": ["heater_contact"]},
+    "texture_faults": {},
     "devices": {
         "middle texture_sensor": {"times_lost": 1, "damaged": 0, "missed": 7},
         "exoskeleton": {"times_lost": 0, "refused": {"HandPose": 1}},
@@ -159,6 +160,7 @@ def lost(**counts: int) -> dict[str, dict[str, int]]:
         ("sim-operator-silence-can", seen("operator", missing="exoskeleton: silent")),
         ("sim-operator-damage-can-crc-0.01", seen("operator", devices={"exoskeleton": {"refused": {"HandPose": 2}}})),
         ("sim-operator-unplug-middle-tacttip", seen("operator", limited={"middle": ["plate_unknown"]})),
+        ("sim-remote-piezo-middle-saturated", seen("remote", texture_faults={"middle": "saturated"})),
         ("remote-kill", seen("remote", pid=2)),
         ("remote-stop-3-s", seen("remote", overruns=4)),
         ("sim-operator-slow", seen("sim-operator", overruns=70)),
