@@ -70,6 +70,8 @@ def causes(
     delay_ms, sd_ms = link["delay_ms"], link["delay_sd_ms"]
     if delay_ms is not None and sd_ms is not None and delay_ms > LINK_SLOW_MS and "link" not in found:
         found["link"] = Cause(Priority.MEDIUM, words.link_slow(delay_ms, sd_ms))
+    if behind := str(site.figures.get("behind", "")):
+        found["behind"] = Cause(Priority.LOW, words.site_slow(behind))
     return found | _recording(site, around) | _lesser(around, live)
 
 

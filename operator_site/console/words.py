@@ -84,6 +84,11 @@ def plate_held(name: str, limit_c: float) -> str:
     return f"{finger(name)}: plate held at {limit_c:.1f} °C limit. Lift the finger."
 
 
+def site_slow(behind: str) -> str:
+    """A loop that does not hold its rate, by what its site says of it: `442 of 500 ticks a second; ...`."""
+    return f"Site slow: {behind.partition(';')[0]}. Close other programs."
+
+
 def link_slow(delay_ms: float, sd_ms: float) -> str:
     """A link that is slower than a hand expects."""
     return f"Link slow: {delay_ms:.0f} ± {max(1.0, sd_ms):.0f} ms. Move slowly."

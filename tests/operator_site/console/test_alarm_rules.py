@@ -169,6 +169,16 @@ def test_a_recording_of_the_site_that_failed_is_told(console: Console) -> None:
     assert shown(console, 102.0) == [(Priority.MEDIUM, "Disk full. Recording stopped, findings are kept.")]
 
 
+def test_a_site_that_does_not_hold_its_rate_is_told(console: Console) -> None:
+    behind = "442 of 500 ticks a second; it works 32% of the time and waits for a processor 23%"
+    console.take("operator/figures", 102 * S, figures(behind=behind))
+    assert shown(console, 102.0) == [
+        (Priority.LOW, "Site slow: 442 of 500 ticks a second. Close other programs."),
+    ]
+    console.take("operator/figures", 103 * S, figures(behind=""))
+    assert shown(console, 103.0) == []
+
+
 def test_a_recording_is_neither_silent_nor_slow(console: Console) -> None:
     console.live = False
     console.around = replace(console.around, skipped_lately=True, disk_used=1.0)
