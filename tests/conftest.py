@@ -1,6 +1,7 @@
 """What all tests share: the bytes of the protocol document, and hypothesis without chance or stopwatch."""
 
 import re
+import signal
 import socket
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -13,6 +14,10 @@ from common.keys import TrustedKeys, create_keys
 
 settings.register_profile("suite", deadline=None, derandomize=True, print_blob=True)
 settings.load_profile("suite")
+
+# Where a shell runs all this in the background Ctrl-C is ignored, and would be by every process that a test interrupts.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 PROTOCOLS = Path(__file__).parent.parent / "docs" / "protocols.md"
 _BLOCK = re.compile(r"^```golden (\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)

@@ -11,6 +11,9 @@ pytestmark = [pytest.mark.containers, pytest.mark.timeout(600)]
 
 LARGEST_MB = 350.0
 """Of what is added to the base image."""
+FILES = "find / -xdev -readable -not -path '/proc/*' -not -path '/sys/*' -not -path '/etc/host*'"
+HELD = f"{FILES} -printf '%p %m %U:%G %l\\n' | sort; {FILES} -type f -print0 | sort -z | xargs -0 sha256sum"
+"""Of all that its user may read: place, permissions, owner, and what is in it. Names of hosts are the container's."""
 FREEZE = "from importlib.metadata import distributions; [print(d.name, d.version) for d in distributions()]"
 
 
@@ -23,8 +26,11 @@ def in_image(*command: str) -> str:
 
 
 @pytest.fixture(scope="module", autouse=True)
-def image(tmp_path_factory: pytest.TempPathFactory) -> None:
-    Checkout(tmp_path_factory.mktemp("image") / "teletaction")("docker-compose build keys", seconds=400.0)
+def image(tmp_path_factory: pytest.TempPathFactory) -> Checkout:
+    """The checkout that it was built from."""
+    checkout = Checkout(tmp_path_factory.mktemp("image") / "teletaction")
+    checkout("docker-compose build keys", seconds=400.0)
+    return checkout
 
 
 def test_it_is_small() -> None:
@@ -42,6 +48,13 @@ def test_each_package_in_it_is_pinned() -> None:
     del installed["teletaction"]
     assert len(installed) > 20
     assert installed.items() <= pinned.items()
+
+
+def test_built_again_from_nothing_it_holds_the_same(image: Checkout) -> None:
+    first = in_image("sh", "-c", HELD)
+    assert len(first.splitlines()) > 10_000
+    image("docker-compose build --no-cache keys", seconds=400.0)
+    assert in_image("sh", "-c", HELD) == first
 
 
 def test_there_is_no_key_and_no_token_in_it() -> None:
