@@ -36,7 +36,7 @@ def become_timely() -> None:
 def _ask_for_short_slices() -> None:
     """Who asks for a shorter slice than the one who has the processor gets it on waking up (Linux >= 6.12).
 
-    Without, a console on the same processors is let finish its own, 1.4 ms here and 2.8 ms elsewhere. What the system
+    Without, a console on the same processors is let finish its own of some milliseconds. What the system
     does not know, or forbids, stays as it was; so does a real-time policy.
     """
     number = _SCHED_SETATTR.get(platform.machine())
