@@ -15,8 +15,9 @@ LOOK = """
 import os
 from pathlib import Path
 group = Path("/proc/self/autogroup")
+words = group.read_text("ascii").split() if group.exists() else []  # empty: a child of init's, in the group of all
 print(os.getpriority(os.PRIO_PROCESS, 0), os.sched_getscheduler(0))
-print(group.read_text("ascii").split()[-1] if group.exists() else "none")
+print(words[-1] if words else "none")
 print(next((line.split()[-1] for line in open("/proc/self/sched") if line.startswith("se.slice")), 0))
 """
 SHORT = "from common.scheduling import become_timely; become_timely()"
