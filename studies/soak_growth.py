@@ -36,8 +36,9 @@ class Life:
     def growth(self) -> dict[str, Any]:
         """First and last values after the warm-up, and what is wrong with them.
 
-        Of memory the medians of first and last third count; of files and threads the least of each half: a fault
-        keeps some open for a while (whoever looks for five devices has five threads that look), a leak for good.
+        Of memory the medians of first and last third count; of files and threads those of the two halves: a fault
+        keeps some open for a while (whoever looks for five devices has five threads that look) or closes some (those
+        of dead devices), a leak keeps them for good.
         """
         time_s = self.time_s
         start_s = time_s[0] + min(WARM_S, 0.5 * (time_s[-1] - time_s[0]))
@@ -52,10 +53,10 @@ class Life:
         span_s = float(np.median(time_s[-third:]) - np.median(time_s[:third]))
         half = max(1, len(time_s) // 2)
 
-        def least(values: NDArray[np.float64]) -> tuple[float, float]:
-            return float(values[settled][:half].min()), float(values[settled][-half:].min())
+        def halves(values: NDArray[np.float64]) -> tuple[float, float]:
+            return float(np.median(values[settled][:half])), float(np.median(values[settled][-half:]))
 
-        rss, files, threads = ends(self.rss_mib), least(self.open_files), least(self.threads)
+        rss, files, threads = ends(self.rss_mib), halves(self.open_files), halves(self.threads)
         enough = time_s[-1] - time_s[0] >= _RATE_FROM_S
         rate = float(np.polyfit(time_s - time_s[0], self.rss_mib[settled], 1)[0]) * 3600.0 if enough else None
         allowed_mib = STEP_MIB + GROWTH_MIB_H * span_s / 3600.0

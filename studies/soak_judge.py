@@ -90,8 +90,8 @@ def _frozen(fault: Fault) -> bool:
 
 
 def _may_pass_unseen(fault: Fault, others: Sequence[Fault]) -> bool:
-    if fault.begin == "burn" or _frozen(fault):
-        return True
+    if fault.begin == "burn" or fault.begin.startswith("water") or _frozen(fault):
+        return True  # a stroke cools too little to warm a dry hot side in so short a time
     site = _SITES.get(fault.where)
     hidden = any(other.begin in TO_PROCESS and other.where == site for other in others)
     # While another fault keeps outputs neutral, a drive that does not obey may do nothing wrong.

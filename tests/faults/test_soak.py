@@ -109,6 +109,8 @@ def test_a_file_left_open_by_every_fault_is_found_and_one_open_for_a_while_is_no
     assert "files open at its end" in wrong
     coming_and_going = 20.0 + 3.0 * MORE_FILES * (time_s % 50.0 < 10.0)
     assert life(100.0, coming_and_going).growth()["wrong"] == []
+    devices_dead_at_first = 20.0 - 9.0 * ((time_s > 200.0) & (time_s < 220.0))
+    assert life(100.0, devices_dead_at_first).growth()["wrong"] == []
 
 
 def test_a_restarted_process_begins_a_life_of_its_own() -> None:
@@ -182,6 +184,11 @@ def test_what_a_site_could_not_see_since_it_was_stopped_is_not_missed() -> None:
     stopped = seen("remote", overruns=4)
     assert wrong(stopped, "remote-stop-3-s", "sim-remote-silence-middle-texture") == []
     assert wrong(stopped, "sim-remote-silence-middle-texture") != []
+
+
+def test_what_warms_or_freezes_too_slowly_to_be_seen_is_not_missed() -> None:
+    for key in ("sim-operator-water-middle", "sim-remote-thermistor-index-frozen"):
+        assert wrong(seen("operator"), key) == []
 
 
 def test_a_latched_reason_must_stand_in_the_recording_and_only_where_something_latches() -> None:
