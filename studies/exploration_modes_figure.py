@@ -36,7 +36,7 @@ def draw_time_right(axes: Axes, data: Mapping[str, Any]) -> None:
         )
         for row in rows:
             axes.annotate(
-                f"{100 * row['wrong_switches'] / row['switches']:.1f} % wrong",
+                f"{100 * row['wrong_switches'] / row['switches']:.1f}",
                 (row["noise"], 100 * row["right"]),
                 (0, 6),
                 textcoords="offset points",
@@ -52,7 +52,7 @@ def draw_time_right(axes: Axes, data: Mapping[str, Any]) -> None:
     axes.set_ylim(None, 101.5)
     axes.set_xlabel("noise / nominal")
     axes.set_ylabel("time in the right mode (%)")
-    axes.set_title("Modes; numbers: switches that were wrong", loc="left")
+    axes.set_title("Modes; numbers: % of switches that were wrong", loc="left")
     axes.legend(loc="lower left")
 
 
@@ -92,7 +92,7 @@ def draw_tap_speeds(axes: Axes, data: Mapping[str, Any]) -> None:
     plain_ticks(axes.xaxis, (20, 50, 100, 200))
     axes.set_ylim(0.0, None)
     axes.set_xlabel("approach speed (mm/s)")
-    axes.set_ylabel("error that 95 % of the taps stay within (%)")
+    axes.set_ylabel("error, 95 % of the taps (%)")
     axes.set_title("Taps: speed before the impact", loc="left")
     axes.legend()
 
