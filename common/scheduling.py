@@ -5,6 +5,7 @@ import gc
 import os
 import platform
 import struct
+import sys
 from contextlib import suppress
 from pathlib import Path
 
@@ -15,6 +16,8 @@ _ATTRIBUTES = struct.Struct("=IIQiIQQQ")
 """Size, policy, flags, nice, priority, slice in ns, deadline and period: `struct sched_attr` of sched_setattr(2)."""
 _SLICE_NS = 300_000
 """For so long a loop's thread may hold a processor against others: a good part of a tick's work."""
+_SWITCH_S = 1e-4
+"""Within so long another thread of this process, the recording's above all, lets the loop have the interpreter."""
 _GROUP = Path("/proc/self/autogroup")
 """Where the kernel shares out processors among sessions of processes, `nice` only counts within one of them."""
 
@@ -22,12 +25,14 @@ _GROUP = Path("/proc/self/autogroup")
 def become_timely() -> None:
     """Prepare this process, and this thread of it, for a loop that must not be late; called once, before the loop.
 
-    Asks the kernel for 1 ns timer slack (Linux; 50 us by default) and for short time slices, and takes what start-up
-    left in memory out of the garbage collector's sight: looking through it again and again would hold the loop for tens
-    of milliseconds.
+    Takes what start-up left in memory out of the garbage collector's sight: looking through it again and again would
+    hold the loop for tens of milliseconds. Has other threads give up the interpreter soon: by default the loop waits
+    5 ms for one that computes, more than two ticks. Asks the kernel for 1 ns timer slack (Linux; 50 us by default) and
+    for short time slices.
     """
     gc.collect()
     gc.freeze()
+    sys.setswitchinterval(_SWITCH_S)
     with suppress(OSError, AttributeError):
         ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
         _ask_for_short_slices()

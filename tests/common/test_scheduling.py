@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from common.scheduling import _SLICE_NS
+from common.scheduling import _SLICE_NS, _SWITCH_S
 
 LOOK = """
 import os
@@ -24,6 +24,7 @@ SHORT = "from common.scheduling import become_timely; become_timely()"
 GIVES_WAY = "from common.scheduling import give_way; give_way(7)"
 KNOWS_SLICES = tuple(int(part) for part in re.findall(r"\d+", platform.release())[:2]) >= (6, 12)
 KNOWS_GROUPS = Path("/proc/self/autogroup").exists()
+TICK_S = 0.002
 DEFAULT_NICE = os.getpriority(os.PRIO_PROCESS, 0)
 
 
@@ -38,6 +39,13 @@ def test_a_loop_has_short_slices_and_all_else_stays() -> None:
     before, after = told(""), told(SHORT)
     assert after == [*before[:3], str(_SLICE_NS)]
     assert told(f"import os; os.nice(2)\n{SHORT}")[0] == str(DEFAULT_NICE + 2)
+
+
+def test_other_threads_give_up_the_interpreter_within_a_small_part_of_a_tick() -> None:
+    code = f"{SHORT}; import sys; print(sys.getswitchinterval())"
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert float(said) == pytest.approx(_SWITCH_S)
+    assert _SWITCH_S <= 0.1 * TICK_S
 
 
 def test_a_real_time_policy_stays() -> None:
