@@ -1,8 +1,9 @@
 """What consoles cost: lateness of the operator's loop with none, with one that nobody looks at, and with five pages.
 
 Real processes on this machine: simulated devices, an operator site on a virtual environment, a console, and pages that
-take and confirm every picture. The three ways take turns in one session, so that what else the machine does falls on
-all of them. After the turns the pages look on for minutes, and the console's memory is watched.
+take and confirm every picture. The three ways take turns in one session, each turn in another order, so that what else
+the machine does, and what an end of one way leaves to the next, falls on all of them. After the turns the pages look
+on for minutes, and the console's memory is watched.
 """
 
 import json
@@ -12,8 +13,9 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from importlib.util import find_spec
+from itertools import cycle, islice, permutations
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -34,6 +36,7 @@ from teletaction.recorded_session import RecordedSession
 __all__ = ["plot", "run", "tables"]
 MEASURES_THIS_MACHINE = "how late loops are on this machine"
 NONE, UNSEEN, SEEN = "no console", "a console, no page", "five pages"
+WAYS = (NONE, UNSEEN, SEEN)
 PAGES = 5
 CPU_GOAL = 0.30
 """Of one core, that a page may cost the console."""
@@ -66,9 +69,9 @@ def measure(turn_s: float, turns: int, watched_s: float, seed: int, tell: Tell) 
     with TemporaryDirectory(prefix="consoles-") as spare:
         session = Watched(Path(spare), seed)
         with session.running():
-            for turn in range(turns):
-                tell(f"turn {turn + 1} of {turns}")
-                session.take_turn(turn_s)
+            for turn, ways in enumerate(islice(cycle(permutations(WAYS)), turns), 1):
+                tell(f"turn {turn} of {turns}")
+                session.take_turn(ways, turn_s)
             tell(f"five pages for {watched_s:.0f} s")
             memory = session.watch(watched_s)
         judged = session.judged()
@@ -109,15 +112,16 @@ class Watched:
         finally:
             self._processes.end()
 
-    def take_turn(self, seconds: float) -> None:
-        """Each of the three ways for so long, s."""
-        self._stretch(NONE, seconds)
-        with self._console() as address:
-            time.sleep(_SETTLE_S)
-            self._stretch(UNSEEN, seconds)
-            with self._looking(address):
+    def take_turn(self, ways: Sequence[str], seconds: float) -> None:
+        """Each of the ways for so long, s."""
+        for way in ways:
+            with ExitStack() as there:
+                if way != NONE:
+                    address = there.enter_context(self._console())
+                    if way == SEEN:
+                        there.enter_context(self._looking(address))
                 time.sleep(_SETTLE_S)
-                self._stretch(SEEN, seconds)
+                self._stretch(way, seconds)
 
     def watch(self, seconds: float) -> dict[str, Any]:
         """Five pages for so long: memory of the console."""
@@ -147,7 +151,7 @@ class Watched:
         ways: dict[str, Any] = {}
         late: dict[str, Any] = {}
         turns: dict[str, list[Row]] = {}
-        for way in (NONE, UNSEEN, SEEN):
+        for way in WAYS:
             stretches = [stretch for stretch in self._stretches if stretch[0] == way]
             apart = [np.diff(times_s[(begin < times_s) & (times_s < end)]) for _, begin, end, _ in stretches]
             turns[way] = [lateness(ticks_s, period_s) for ticks_s in apart]
