@@ -10,12 +10,13 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import _lru_cache_wrapper
-from pathlib import Path
 from time import perf_counter_ns
 from typing import TypeVar
 
 import numpy as np
 import pytest
+
+from tests.hardening.own_memory import own_resident_bytes
 
 T = TypeVar("T")
 FRAMES = [20_000, pytest.param(1_000_000, marks=[pytest.mark.hardening, pytest.mark.timeout(600)])]
@@ -43,15 +44,15 @@ class Survival:
     """The slowest of the 20 slowest frames when each is decoded again, best of five: what is the frame's own doing."""
     blocks_grown: int
     """Python's allocated memory blocks at the end beyond those after a tenth of the frames."""
-    resident_grown_bytes: int
-    """Likewise the process's resident memory; 0 where the system does not tell it."""
+    own_grown_bytes: int
+    """Likewise the process's own resident memory; 0 where the system does not tell it."""
 
     def __str__(self) -> str:
         return (
             f"{self.frames} frames, {self.accepted} accepted; a good one takes {self.good_ns / 1e3:.1f} us, "
             f"a broken one {self.median_ratio:.2f} times that at the median, {self.slowest_ratio:.0f} times at worst "
             f"({self.slowest_again_ratio:.1f} when decoded again); memory {self.blocks_grown:+d} blocks, "
-            f"{self.resident_grown_bytes / 1024:+.0f} KiB"
+            f"{self.own_grown_bytes / 1024:+.0f} KiB"
         )
 
 
@@ -110,7 +111,7 @@ def survive(
         slowest_ratio=max(slowest)[0] / good_ns,
         slowest_again_ratio=max(min(_time_ns(decode, f, declared) for _ in range(5)) for _, f in slowest) / good_ns,
         blocks_grown=after[0] - before[0],
-        resident_grown_bytes=after[1] - before[1],
+        own_grown_bytes=after[1] - before[1],
     )
 
 
@@ -120,7 +121,7 @@ def check(survival: Survival) -> None:
     assert 0 < survival.accepted < survival.frames, "one side of the decoder was never reached"
     assert survival.median_ratio < 8.0, survival
     assert survival.blocks_grown < 100, survival
-    assert survival.resident_grown_bytes < 4 * 2**20, survival
+    assert survival.own_grown_bytes < 4 * 2**20, survival
 
 
 def _time_ns(decode: Callable[[bytes], object], frame: bytes, declared: tuple[type[Exception], ...] = ()) -> int:
@@ -131,13 +132,11 @@ def _time_ns(decode: Callable[[bytes], object], frame: bytes, declared: tuple[ty
 
 
 def _memory() -> tuple[int, int]:
-    """Allocated blocks and resident bytes, without what caches of bounded size remember: they fill up, and end."""
+    """Allocated blocks and own resident bytes, without what caches of bounded size remember: they fill up, and end."""
     decoders = [module for name, module in sys.modules.items() if name.startswith("common.")]
     for kept in [value for module in decoders for value in vars(module).values()]:
         if isinstance(kept, _lru_cache_wrapper) and kept.cache_info().maxsize is not None:
             kept.cache_clear()
     vars(struct)["_clearcache"]()  # of the last hundred layouts
     gc.collect()
-    table = Path("/proc/self/statm")
-    pages = int(table.read_text().split()[1]) if table.exists() else 0
-    return sys.getallocatedblocks(), pages * 4096
+    return sys.getallocatedblocks(), own_resident_bytes()

@@ -1,6 +1,5 @@
 """Ten thousand connections of those who do not belong, while a session runs: nothing but counters changes."""
 
-import resource
 import subprocess
 import sys
 import time
@@ -18,6 +17,7 @@ from common.loop import PeriodicLoop
 from common.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch
 from operator_site.session_client import SessionClient
 from remote_site.session_server import SessionServer
+from tests.hardening.own_memory import own_resident_bytes
 
 pytestmark = [pytest.mark.hardening, pytest.mark.timeout(300)]
 
@@ -34,11 +34,6 @@ MOST_GROWTH_MIB = 8.0
 class Keys(Protocol):
     remote: Path
     operator: Path
-
-
-def resident_mib() -> float:
-    pages = int(Path("/proc/self/statm").read_text("ascii").split()[1])
-    return pages * resource.getpagesize() / 2**20
 
 
 class Served:
@@ -114,14 +109,15 @@ def test_hostile_connections_change_nothing_but_counters(served: Served, base_po
                 process.kill()  # an attacker that hangs must not hang the test
 
     attack(COUNT // 10)  # buffers and threads have their size after these
-    before_mib, ident = resident_mib(), served.server.session.ident
+    before_bytes, ident = own_resident_bytes(), served.server.session.ident
     loop = attack(COUNT)
+    grown_mib = (own_resident_bytes() - before_bytes) / 2**20
     print(
         f"{kind}: {loop.ticks} ticks, late {loop.late_us(0.5):.0f} us median, {loop.late_us(0.99):.0f} us p99; "
-        f"handshakes {dict(served.remote_link.handshakes)}; {resident_mib() - before_mib:+.1f} MiB; "
+        f"handshakes {dict(served.remote_link.handshakes)}; {grown_mib:+.1f} MiB; "
         f"longest gap {served.longest_gap_ns / 1e6:.0f} ms"
     )
-    assert resident_mib() - before_mib < MOST_GROWTH_MIB
+    assert grown_mib < MOST_GROWTH_MIB
     assert not served.server.damaged
     assert not served.client.damaged
     assert served.remote_link.handshakes["admitted"] == 4
