@@ -40,7 +40,7 @@ WAYS = (NONE, UNSEEN, SEEN)
 PAGES = 5
 CPU_GOAL = 0.30
 """Of one core, that a page may cost the console."""
-TURN_S, TURNS, WATCHED_S = 10.0, 6, 600.0
+TURN_S, TURNS, WATCHED_S = 10.0, 12, 600.0
 QUICK_TURN_S, QUICK_TURNS, QUICK_WATCHED_S = 5.0, 1, 15.0
 _SETTLE_S = 2.0
 """A process that has just started still loads, and a page gets the whole picture first."""
@@ -244,7 +244,7 @@ def lateness(apart_s: NDArray[np.float64], period_s: float) -> Row:
 def more_than(turns: Sequence[Mapping[str, float]], others: Sequence[Mapping[str, float]]) -> dict[str, Row]:
     """By how much each figure is larger than in the other way's turn: median, least and most of the turns.
 
-    What is measured has the same sign in all of them: by chance that happens once in 32 times with six turns.
+    What is measured has the same sign in nearly all of them: by chance ten or more of twelve have it once in 26 times.
     """
     found = {}
     for name in turns[0]:
