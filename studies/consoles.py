@@ -3,10 +3,12 @@
 Real processes on this machine: simulated devices, an operator site on a virtual environment, a console, and pages that
 take and confirm every picture. The three ways take turns in one session, each turn in another order, so that what else
 the machine does, and what an end of one way leaves to the next, falls on all of them. After the turns the pages look
-on for minutes, and the console's memory is watched.
+on for minutes, and the console's memory is watched. Then, where that is allowed, the loop's thread gets real-time
+priority, and takes turns without a console and with five pages again.
 """
 
 import json
+import os
 import re
 import signal
 import subprocess
@@ -37,6 +39,11 @@ __all__ = ["plot", "run", "tables"]
 MEASURES_THIS_MACHINE = "how late loops are on this machine"
 NONE, UNSEEN, SEEN = "no console", "a console, no page", "five pages"
 WAYS = (NONE, UNSEEN, SEEN)
+NONE_FIRST, SEEN_FIRST = "no console, real-time loop", "five pages, real-time loop"
+FIRST_WAYS = (NONE_FIRST, SEEN_FIRST)
+_ALONE, _LOOKED_AT = (NONE, NONE_FIRST), (SEEN, SEEN_FIRST)
+_WITHOUT = {UNSEEN: NONE, SEEN: NONE, SEEN_FIRST: NONE_FIRST}
+_REAL_TIME_PRIORITY = 10
 PAGES = 5
 CPU_GOAL = 0.30
 """Of one core, that a page may cost the console."""
@@ -65,15 +72,17 @@ def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
 
 
 def measure(turn_s: float, turns: int, watched_s: float, seed: int, tell: Tell) -> dict[str, Any]:
-    """Three ways of `turn_s` each, `turns` times, and `watched_s` (at least 15 s) of memory."""
+    """Each way for `turn_s`, `turns` times, and `watched_s` (at least 15 s) of memory."""
     with TemporaryDirectory(prefix="consoles-") as spare:
         session = Watched(Path(spare), seed)
         with session.running():
-            for turn, ways in enumerate(islice(cycle(permutations(WAYS)), turns), 1):
-                tell(f"turn {turn} of {turns}")
-                session.take_turn(ways, turn_s)
+            session.take_turns(WAYS, turns, turn_s, tell)
             tell(f"five pages for {watched_s:.0f} s")
             memory = session.watch(watched_s)
+            if session.put_loop_first():
+                session.take_turns(FIRST_WAYS, turns, turn_s, tell)
+            else:
+                tell("real-time priority is not allowed here: left out")
         judged = session.judged()
         return judged | memory | {"problems": judged["problems"] + memory["memory"]["wrong"]}
 
@@ -112,16 +121,27 @@ class Watched:
         finally:
             self._processes.end()
 
-    def take_turn(self, ways: Sequence[str], seconds: float) -> None:
-        """Each of the ways for so long, s."""
-        for way in ways:
-            with ExitStack() as there:
-                if way != NONE:
-                    address = there.enter_context(self._console())
-                    if way == SEEN:
-                        there.enter_context(self._looking(address))
-                time.sleep(_SETTLE_S)
-                self._stretch(way, seconds)
+    def take_turns(self, ways: Sequence[str], turns: int, seconds: float, tell: Tell) -> None:
+        """Each of the ways for so long, s, so many times, in changing order."""
+        for turn, ordered in enumerate(islice(cycle(permutations(ways)), turns), 1):
+            tell(f"turn {turn} of {turns}")
+            for way in ordered:
+                with ExitStack() as there:
+                    if way not in _ALONE:
+                        address = there.enter_context(self._console())
+                        if way in _LOOKED_AT:
+                            there.enter_context(self._looking(address))
+                    time.sleep(_SETTLE_S)
+                    self._stretch(way, seconds)
+
+    def put_loop_first(self) -> bool:
+        """Give the loop's thread real-time priority from now on; False where that is not allowed."""
+        loop = self._processes.running["virtual"].pid  # a process's first thread has its number
+        try:
+            os.sched_setscheduler(loop, os.SCHED_RR, os.sched_param(_REAL_TIME_PRIORITY))
+        except PermissionError:
+            return False
+        return True
 
     def watch(self, seconds: float) -> dict[str, Any]:
         """Five pages for so long: memory of the console."""
@@ -151,7 +171,7 @@ class Watched:
         ways: dict[str, Any] = {}
         late: dict[str, Any] = {}
         turns: dict[str, list[Row]] = {}
-        for way in WAYS:
+        for way in [way for way in WAYS + FIRST_WAYS if any(stretch[0] == way for stretch in self._stretches)]:
             stretches = [stretch for stretch in self._stretches if stretch[0] == way]
             apart = [np.diff(times_s[(begin < times_s) & (times_s < end)]) for _, begin, end, _ in stretches]
             turns[way] = [lateness(ticks_s, period_s) for ticks_s in apart]
@@ -172,7 +192,9 @@ class Watched:
             "period_ms": period_s * 1e3,
             "ways": ways,
             "turns": turns,
-            "more_than_without": {way: more_than(turns[way], turns[NONE]) for way in (UNSEEN, SEEN)},
+            "more_than_without": {
+                way: more_than(turns[way], turns[other]) for way, other in _WITHOUT.items() if way in turns
+            },
             "off_us": late,
             "core_per_page": round(a_page, 3),
             "core_per_page_with_its_share": round(with_all, 3),

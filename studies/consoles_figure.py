@@ -1,4 +1,4 @@
-"""The figure of what consoles cost: lateness of the operator's loop in three ways, processor time, and memory."""
+"""The figure of what consoles cost: lateness of the operator's loop in each way, and memory of the console."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from teletaction.figure_style import BLACK, BLUE, GREEN, ORANGE, STYLE, plain_ticks
+from teletaction.figure_style import BLACK, BLUE, GREEN, ORANGE, RED, STYLE, plain_ticks
 
-_COLOURS = (BLACK, ORANGE, BLUE)
-_DASHES = ("-", "--", "-.")
+_COLOURS = (BLACK, ORANGE, BLUE, GREEN, RED)
+_DASHES = ("-", "--", "-.", (0, (1, 1)), (0, (4, 1)))
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
@@ -28,7 +28,7 @@ def plot(data: Mapping[str, Any], path: Path) -> None:
 
 
 def _plot_late(axes: Axes, data: Mapping[str, Any]) -> None:
-    for (way, off_us), colour, dash in zip(data["off_us"].items(), _COLOURS, _DASHES, strict=True):
+    for (way, off_us), colour, dash in zip(data["off_us"].items(), _COLOURS, _DASHES, strict=False):
         rarer = 1.0 - np.linspace(0.0, 1.0, len(off_us))
         axes.loglog(np.maximum(off_us, 1.0)[:-1], rarer[:-1], color=colour, linestyle=dash, label=way)
     plain_ticks(axes.xaxis, (1, 10, 100, 1000))

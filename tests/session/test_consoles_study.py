@@ -4,20 +4,22 @@ from pathlib import Path
 
 import pytest
 
-from studies.consoles import NONE, PAGES, SEEN, WAYS, measure, more_than, plot, tables
+from studies.consoles import FIRST_WAYS, NONE, PAGES, SEEN, WAYS, measure, more_than, plot, tables
 
 
 @pytest.mark.session
 def test_five_pages_are_shown_everything_and_cost_less_than_the_loop(tmp_path: Path) -> None:
     data = measure(turn_s=3.0, turns=1, watched_s=15.0, seed=0, tell=lambda _: None)
-    assert list(data["ways"]) == list(WAYS)
+    taken = list(data["ways"])
+    assert taken in ([*WAYS, *FIRST_WAYS], [*WAYS])  # real-time priority is a right that not everybody has
+    assert list(data["more_than_without"]) == [way for way in taken if "no console" not in way]
     assert all(row["ticks"] > 0 for row in data["ways"].values())
     assert data["ways"][NONE]["console_core"] == 0.0
     assert data["core_per_page_with_its_share"] < data["ways"][SEEN]["virtual_core"]
     assert len(data["page"]["pictures_per_s"]) == PAGES
     assert min(data["page"]["pictures_per_s"]) > 15.0
     assert data["memory"]["open_files"][0] > 0
-    assert [row["way"] for row in tables(data)["ways"]] == list(WAYS)
+    assert [row["way"] for row in tables(data)["ways"]] == taken
     plot(data, tmp_path / "figure.png")
     assert (tmp_path / "figure.png").stat().st_size > 10_000
 
