@@ -48,7 +48,7 @@ PAGES = 5
 CPU_GOAL = 0.30
 """Of one core, that a page may cost the console."""
 TURN_S, TURNS, WATCHED_S = 10.0, 12, 600.0
-QUICK_TURN_S, QUICK_TURNS, QUICK_WATCHED_S = 5.0, 1, 15.0
+QUICK_TURN_S, QUICK_TURNS, QUICK_WATCHED_S = 3.0, 1, 15.0
 _SETTLE_S = 2.0
 """A process that has just started still loads, and a page gets the whole picture first."""
 _START_S = 30.0
