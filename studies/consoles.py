@@ -41,8 +41,10 @@ NONE, UNSEEN, SEEN = "no console", "a console, no page", "five pages"
 WAYS = (NONE, UNSEEN, SEEN)
 NONE_FIRST, SEEN_FIRST = "no console, real-time loop", "five pages, real-time loop"
 FIRST_WAYS = (NONE_FIRST, SEEN_FIRST)
+"""With real-time priority for the loop's thread: whatever else wants its processor waits."""
 _ALONE, _LOOKED_AT = (NONE, NONE_FIRST), (SEEN, SEEN_FIRST)
 _WITHOUT = {UNSEEN: NONE, SEEN: NONE, SEEN_FIRST: NONE_FIRST}
+"""What each way is compared with."""
 _REAL_TIME_PRIORITY = 10
 PAGES = 5
 CPU_GOAL = 0.30
@@ -171,7 +173,7 @@ class Watched:
         ways: dict[str, Any] = {}
         late: dict[str, Any] = {}
         turns: dict[str, list[Row]] = {}
-        for way in [way for way in WAYS + FIRST_WAYS if any(stretch[0] == way for stretch in self._stretches)]:
+        for way in dict.fromkeys(stretch[0] for stretch in self._stretches):
             stretches = [stretch for stretch in self._stretches if stretch[0] == way]
             apart = [np.diff(times_s[(begin < times_s) & (times_s < end)]) for _, begin, end, _ in stretches]
             turns[way] = [lateness(ticks_s, period_s) for ticks_s in apart]
