@@ -7,7 +7,8 @@ at the energy that is left:
 
     F <= sqrt(2 k (account + PRODUCED_J))
 
-Such a wall is itself passive, so the controller never chatters, adds no force, and lets every softer spring alone; one
+Such a wall is itself passive, so the controller never chatters, adds no force, and lets every softer spring alone. It
+has to be one that the loop can show as it runs now: a loop that holds its forces longer says so (`show`). A controller
 that pays itself from the account ends at 0 N when the port has given out PRODUCED_J more than it was given. A debt is
 forgiven while no force acts (FORGIVEN_W), and when outputs do not act at all.
 """
@@ -59,7 +60,8 @@ class PortEnergy:
             damping_n_s_m: the device's own, between the force and the finger: it takes some of what the force does.
             delay_s: from measuring a height to the force that answers it, beyond the loop's period.
         """
-        self._twice_n_m, self._kept_j = 2.0 * stiffest_n_m, kept_j
+        self.show(stiffest_n_m)
+        self._kept_j = kept_j
         self._damping_n_s_m, self._delay_s = damping_n_s_m, delay_s
         self._forces: deque[tuple[float, float]] = deque(((-math.inf, 0.0),), maxlen=MOST_FORCES)
         """When each force began, and the force; the first is the oldest that still counts."""
@@ -94,6 +96,10 @@ class PortEnergy:
                 self.account_j = min(0.0, self.account_j + FORGIVEN_W * dt_s)
         self.most_produced_j = max(self.most_produced_j, -self.account_j)
         self._t_s, self._z_m = t_s, z_m
+
+    def show(self, stiffest_n_m: float) -> None:
+        """From now on this is the stiffest wall that the device, and the loop as it runs, can show passively, N/m."""
+        self._twice_n_m = 2.0 * stiffest_n_m
 
     def rest(self) -> None:
         """Nothing may come out now, whatever the account says: what does later owes nothing of before."""

@@ -30,6 +30,10 @@ class ForceLimits:
         self.force_n = 0.0
         self.out_of_range = self.overdrawn = self.ramped = False
 
+    def show(self, wall: SampledWall) -> None:
+        """From now on a debt, too, is shown as no stiffer wall than this."""
+        self.energy.show(wall.stiffest_n_m)
+
     def begin_from_neutral(self) -> None:
         """After a standstill: the device has let go by itself, or was about to."""
         self._ceiling_n = 0.0

@@ -97,6 +97,7 @@ class OperatorGate:
         self._profile = profile
         self._t_s = math.nan
         self._fault: str | None = None
+        self._wall = wall
         self._force = [ForceLimits(wall) for _ in range(n)]
         self._set_c = [min(profile.high_c, max(profile.low_c, SKIN_NEUTRAL_C))] * n
         self._drive = [0.0] * n
@@ -121,6 +122,13 @@ class OperatorGate:
         """What was produced before is forgotten; neither faults nor doses are."""
         for force in self._force:
             force.energy.most_produced_j = 0.0
+
+    def show(self, wall: SampledWall) -> None:
+        """From now on this is what the exoskeleton can show: less while its loop holds forces for longer."""
+        if wall is not self._wall:
+            self._wall = wall
+            for force in self._force:
+                force.show(wall)
 
     def trip(self, reason: str) -> None:
         """Latch a fault found elsewhere; the first reason is kept."""

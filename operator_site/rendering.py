@@ -90,6 +90,7 @@ class Rendering:
         located = now.time_s - min(now.pose_s, now.heights_s) <= GAP_S
         self._held.step(now.time_s, now.heights_s)
         self.fingertips.show(self.wall)
+        self._gate.show(self.wall)
         requested = self.fingertips.step(
             now.time_s,
             now.engaged and fresh and located,
