@@ -153,16 +153,17 @@ class FaultSession:
         return said
 
     def wait_until_working(self, seconds: float = _WORKING_S) -> None:
-        """Return once both sites are engaged, the remote hand has come, and the hand has worked for a while since.
+        """Return once both sites are engaged and act on each other, and the hand has worked for a while since.
 
         Raises:
             NotWorking: they do not become so in time.
         """
-        end_s, since_s = time.monotonic() + seconds, None
-        while time.monotonic() < end_s:
+        begin_s = time.monotonic()
+        since_s = None
+        while time.monotonic() < begin_s + seconds:
             if (
                 all(state == "engaged" for state in self.states().values())
-                and not self._approaches()
+                and self._acts_since(begin_s)
                 and float(self.figures("sim-operator").get("script_s") or 0.0) > 2.0
             ):
                 since_s = since_s or time.monotonic()
@@ -173,10 +174,16 @@ class FaultSession:
             time.sleep(0.05)
         raise NotWorking(f"not working after {seconds:g} s: {self.states()}")
 
-    def _approaches(self) -> bool:
-        """Whether the remote hand, by its site's last word, is still on its way to the operator's."""
-        limited: dict[str, list[str]] = self.figures("remote").get("limited") or {}
-        return any("approach" in limits for limits in limited.values())
+    def _acts_since(self, begin_s: float) -> bool:
+        """Whether both sites, by words of theirs from after `begin_s`, act on what is fresh and the hand has come.
+
+        A site stays engaged while nothing reaches it, and then its hand has a way to go; each tells once a second.
+        """
+        told = {site: self.figures(site) for site in ("remote", "operator")}
+        if any(each.get("time_ns", 0) * 1e-9 < begin_s or each.get("stale") for each in told.values()):
+            return False
+        limited: dict[str, list[str]] = told["remote"].get("limited") or {}
+        return not any("approach" in limits for limits in limited.values())
 
     def clear_and_engage(self) -> None:
         """What a person does after a latched fault, at each site that has one; again, while something is hot."""
