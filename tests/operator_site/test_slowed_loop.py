@@ -92,7 +92,7 @@ class Finger:
 
 @pytest.mark.parametrize("deep_m", [0.003, 0.005, 0.008])
 def test_a_finger_that_is_owed_for_does_not_swing_and_feels_the_same_again_afterwards(deep_m: float) -> None:
-    """It lay in the surface when outputs began to act: what holds it is lent, and the port's guard is what limits it."""
+    """It lay in the surface when outputs began to act: what holds it is lent; the port's guard limits it."""
     finger = Finger(deep_m)
     finger.run(0.2, engaged=False)
     _, before_n = finger.run(1.0)
