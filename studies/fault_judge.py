@@ -149,7 +149,7 @@ def judge(done: Done, truth: Truth) -> Finding:
         fault.expected is Outcome.CONTINUES and finding.outcome is Outcome.RESUMES and finding.paused_s > GAP_S / 2.0
     )
     if finding.outcome is not fault.expected and not better and not paused:
-        finding.wrong.append(f"{finding.outcome.value if finding.outcome else 'never worked again'}")
+        finding.wrong.append(finding.outcome.value if finding.outcome else _afterwards(done, truth))
     _judge_ramp(finding, truth, again_s)
     _judge_temperatures(finding, truth, done)
     return finding
@@ -202,6 +202,16 @@ def _felt(truth: Truth) -> NDArray[np.bool_]:
     finger = FINGERS.index(STROKING)
     felt: NDArray[np.bool_] = (truth.force_n[:, finger] > FELT_N) & (truth.motor_mv[:, finger] > 0.0)
     return felt
+
+
+def _afterwards(done: Done, truth: Truth) -> str:
+    """What the stroking finger felt instead of what it should, from when it might have."""
+    then = (truth.finger_s >= (done.cleared_s or done.end_s)) & (truth.finger_s < done.next_s)
+    if not then.any():
+        return "never worked again: nothing was written down"
+    finger = FINGERS.index(STROKING)
+    force_n, vibrated = truth.force_n[then, finger], truth.motor_mv[then, finger] > 0.0
+    return f"never worked again: {force_n.max():.2f} N at most, vibration {vibrated.mean():.0%} of the time"
 
 
 def _felt_again(truth: Truth, since_s: float, until_s: float) -> float | None:
