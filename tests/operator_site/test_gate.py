@@ -423,6 +423,18 @@ def test_a_finger_that_put_nothing_in_feels_little_and_without_known_heights_it_
     assert out.force_n == pytest.approx([at_rest_n] * 5)
 
 
+def test_what_is_owed_for_is_shown_as_no_stiffer_a_wall_than_the_loop_can_as_it_runs():
+    """A loop that holds its forces four times as long can show a quarter of the stiffness; back in time, all of it."""
+    rig = Rig(wall=WALL)
+    at_rest_n = math.sqrt(2.0 * 400.0 * PRODUCED_J)
+    slowed = SampledWall(WALL.damping_n_s_m, 4.0 * WALL.period_s, 4.0 * WALL.delay_s)
+    for wall, limit_n in ((WALL, at_rest_n), (slowed, 0.5 * at_rest_n), (WALL, at_rest_n)):
+        rig.gate.show(wall)
+        out = rig.warm_up(force_n=5.0)
+        assert out.force_n == pytest.approx([limit_n] * 5)
+        assert out.limited == [Limit.PASSIVITY] * 5
+
+
 def test_a_height_that_is_late_is_the_same_one_again():
     rig, z_m = Rig(wall=WALL), 0.0
     for tick in range(300):
