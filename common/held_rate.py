@@ -32,20 +32,26 @@ class Spent(NamedTuple):
 
 
 class HeldRate:
-    """Looks at a loop once a second, over the last WINDOW_S. Pure: times are arguments, s."""
+    """Looks at a loop once a second, over the last WINDOW_S. Pure: times are arguments, s.
+
+    Attributes:
+        behind: why the rate is not held, in words; empty while it is, and in the first WINDOW_S.
+        works: share of the time that the loop's thread works; None in the first WINDOW_S.
+    """
 
     def __init__(self, rate_hz: float) -> None:
         self._wanted_hz = rate_hz
         self._looks: deque[tuple[float, Spent]] = deque()
-        self._behind = ""
         self._behind_s = 0.0
+        self.behind = ""
+        self.works: float | None = None
 
     def look(self, now_s: float, spent: Spent) -> dict[str, object]:
-        """What the status tells: ticks a second, why the rate is not held, for how long in all it was not.
+        """What the status tells: ticks a second, `works`, `behind`, and for how long in all the rate was not held.
 
-        `behind` is empty while the rate is held, and in the first WINDOW_S; the log has when it is so and when no more.
+        The log has when it is so and when no more.
         """
-        if self._behind:
+        if self.behind:
             self._behind_s += now_s - self._looks[-1][0]
         self._looks.append((now_s, spent))
         while len(self._looks) > 2 and now_s - self._looks[1][0] >= WINDOW_S:
@@ -57,25 +63,25 @@ class HeldRate:
             self._judge(rate_hz, seconds, then, spent)
         return {
             "rate_hz": None if rate_hz is None else round(rate_hz, 1),
-            "behind": self._behind,
+            "works": None if self.works is None else round(self.works, 3),
+            "behind": self.behind,
             "behind_s": round(self._behind_s, 1),
         }
 
     def _judge(self, rate_hz: float, seconds: float, then: Spent, now: Spent) -> None:
-        was_behind = bool(self._behind)
+        works = self.works = (now.worked_s - then.worked_s) / seconds
+        was_behind = bool(self.behind)
         held = rate_hz >= (HELD_AGAIN if was_behind else HELD) * self._wanted_hz
-        self._behind = "" if held else self._words(rate_hz, seconds, then, now)
+        self.behind = ""
+        if not held:
+            self.behind = f"{rate_hz:.0f} of {self._wanted_hz:g} ticks a second; it works {works:.0%} of the time"
+            if now.waited_s is not None and then.waited_s is not None:
+                waits = (now.waited_s - then.waited_s) / seconds
+                self.behind += f" and waits for a processor {waits:.0%}"
         if held and was_behind:
             log.info("the loop holds its %g ticks a second again", self._wanted_hz)
         elif not held and not was_behind:
-            log.warning("the loop is behind: %s", self._behind)
-
-    def _words(self, rate_hz: float, seconds: float, then: Spent, now: Spent) -> str:
-        works = (now.worked_s - then.worked_s) / seconds
-        words = f"{rate_hz:.0f} of {self._wanted_hz:g} ticks a second; it works {works:.0%} of the time"
-        if now.waited_s is not None and then.waited_s is not None:
-            words += f" and waits for a processor {(now.waited_s - then.waited_s) / seconds:.0%}"
-        return words
+            log.warning("the loop is behind: %s", self.behind)
 
 
 def spent(loop: PeriodicLoop) -> Spent:

@@ -10,6 +10,7 @@ from common.held_rate import HeldRate, spent
 from common.ladder import NOTICE_S
 from common.loop import PeriodicLoop
 from common.notify import Supervisor
+from common.precedence import Precedence
 from common.process import StatusFile
 from common.scheduling import become_timely
 from common.watchdog import LoopWatchdog
@@ -38,6 +39,7 @@ def run_site_loop(
     sleep: Callable[[float], None] = time.sleep,
     watchdog: Callable[[Callable[[], int]], AbstractContextManager[object]] = LoopWatchdog,
     supervisor: Supervisor | None = None,
+    precedence: Precedence | None = None,
 ) -> None:
     """Run `site` until `stop()`; called when its devices are there.
 
@@ -53,10 +55,12 @@ def run_site_loop(
         sleep: waits for s on the same clock.
         watchdog: watches the count of ticks while the loop runs.
         supervisor: is told when the loop runs, how it is, and when it ends; by default whom the environment names.
+        precedence: gives the loop real-time priority while it may have it; by default the system's.
     """
     become_timely()
     loop = PeriodicLoop(1.0 / rate_hz, now=lambda: clock_ns() * 1e-9, sleep=sleep)
     held = HeldRate(rate_hz)
+    precedence = precedence or Precedence()
     status_file = StatusFile(status, name, loop)
     due_ns = None
     with supervisor or Supervisor() as told, watchdog(lambda: loop.ticks):
@@ -70,11 +74,13 @@ def run_site_loop(
                 due_ns = now_ns + round(NOTICE_S * 1e9)
                 each_second()
                 figures = {**site.figures(), **held.look(now_ns * 1e-9, spent(loop))}
+                figures["real_time"] = precedence.look(not held.behind, held.works)
                 status_file.write(now_ns * 1e-9, figures)
                 tell(now_ns, figures)
                 told.alive(in_words(figures))
         ended_s = clock_ns() * 1e-9
-        status_file.write(ended_s, {**site.figures(), **held.look(ended_s, spent(loop))})
+        figures = {**site.figures(), **held.look(ended_s, spent(loop)), "real_time": precedence.first}
+        status_file.write(ended_s, figures)
 
 
 def in_words(figures: Mapping[str, object]) -> str:

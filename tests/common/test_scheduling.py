@@ -16,7 +16,7 @@ import os
 from pathlib import Path
 group = Path("/proc/self/autogroup")
 words = group.read_text("ascii").split() if group.exists() else []  # empty: a child of init's, in the group of all
-print(os.getpriority(os.PRIO_PROCESS, 0), os.sched_getscheduler(0))
+print(os.getpriority(os.PRIO_PROCESS, 0), os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK)
 print(words[-1] if words else "none")
 print(next((line.split()[-1] for line in open("/proc/self/sched") if line.startswith("se.slice")), 0))
 """
@@ -55,6 +55,49 @@ def test_a_real_time_policy_stays() -> None:
     except subprocess.CalledProcessError:
         pytest.skip("no real-time policy may be set here")
     assert told(f"import os; {real_time}\n{SHORT}")[1] == plain[1] == str(os.SCHED_RR)
+
+
+FIRST = "from common.scheduling import come_first; print(come_first())"
+POLICIES = """
+import os, subprocess, sys, threading
+from common.scheduling import policy
+ask = "import os; print(os.sched_getscheduler(0))"
+inside = []
+thread = threading.Thread(target=lambda: inside.append(os.sched_getscheduler(0)))
+thread.start(); thread.join()
+print(policy(), *inside, subprocess.run(
+    [sys.executable, "-c", ask], capture_output=True, text=True, check=True).stdout)
+"""
+
+
+def test_a_loop_comes_first_where_it_may_and_what_it_starts_does_not() -> None:
+    run = [sys.executable, "-c", f"{SHORT}\n{FIRST}\n{POLICIES}"]
+    allowed, *policies = subprocess.run(run, capture_output=True, text=True, check=True).stdout.split()
+    own = os.SCHED_RR if allowed == "True" else os.SCHED_OTHER
+    assert policies == [str(own), str(os.SCHED_OTHER), str(os.SCHED_OTHER)]
+
+
+def test_a_loop_that_came_first_stands_in_line_again_with_its_nice_and_short_slices() -> None:
+    both = "from common.scheduling import come_first, stand_in_line; first = come_first(); stand_in_line()"
+    assert told(f"import os; os.nice(2)\n{SHORT}\n{both}") == told(f"import os; os.nice(2)\n{SHORT}")
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root can become an ordinary user, who is denied a right for sure")
+def test_an_ordinary_user_may_stand_in_line_and_come_first_only_by_the_limit_of_priorities() -> None:
+    code = f"""
+import os, resource
+from common.scheduling import come_first, policy, stand_in_line
+{SHORT}
+print(come_first())
+resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))
+os.setuid(65534)
+stand_in_line()
+print(policy(), come_first(), policy())
+"""
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    if said[0] == "False":
+        pytest.skip("no real-time policy may be set here")
+    assert said[1:] == [str(os.SCHED_OTHER), "False", str(os.SCHED_OTHER)]
 
 
 def test_who_gives_way_lowers_itself_and_the_session_that_it_leads() -> None:

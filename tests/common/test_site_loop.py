@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from common.notify import Supervisor
+from common.precedence import Precedence
 from common.site_loop import in_words, run_site_loop
 
 MS = 1_000_000
@@ -54,6 +55,18 @@ class Heard(Supervisor):
         self.lines.append(lines)
 
 
+class Asked(Precedence):
+    """What the loop told of itself; the system is left alone."""
+
+    def __init__(self) -> None:
+        self.told: list[tuple[bool, float | None]] = []
+        super().__init__(come_first=lambda: True, stand_in_line=lambda: None)
+
+    def look(self, holds_rate: bool, works: float | None) -> bool:
+        self.told.append((holds_rate, works))
+        return super().look(holds_rate, works)
+
+
 def unwatched(ticks: object) -> AbstractContextManager[object]:
     return nullcontext()
 
@@ -71,7 +84,7 @@ def run(clock: Clock, site: Site, until_ms: int, status: Path | None = None, **m
         sleep=clock.sleep,
         watchdog=unwatched,
         supervisor=heard,
-        **more,  # type: ignore[arg-type]
+        **{"precedence": Asked()} | more,  # type: ignore[arg-type]
     )
     return heard
 
@@ -108,6 +121,19 @@ def test_a_loop_that_cannot_hold_its_rate_tells_it_everywhere(tmp_path: Path) ->
     assert words.startswith("250 of 500 ticks a second; it works ")
     assert heard.lines[-2][1].startswith("STATUS=engaged: 250 of 500 ticks a second")
     assert told[-1]["rate_hz"] == pytest.approx(250.0, abs=1.0)
+
+
+def test_a_loop_on_time_comes_first_once_that_is_known_and_one_that_is_behind_does_not(tmp_path: Path) -> None:
+    for costs_ms, first in ((0, True), (4, False)):
+        clock, asked = Clock(), Asked()
+        site = Site(clock, costs_ms=dict.fromkeys(range(10_000), costs_ms))
+        told: list[dict[str, object]] = []
+        run(clock, site, 7_000, tmp_path / "remote.json", tell=lambda _, each: told.append(each), precedence=asked)  # noqa: B023
+        assert [works is None for _, works in asked.told] == [True] * 5 + [False] * (len(asked.told) - 5)
+        assert asked.told[-1][0] == first
+        assert not told[0]["real_time"]
+        assert told[-1]["real_time"] == first
+        assert json.loads((tmp_path / "remote.json").read_text("utf-8"))["real_time"] == first
 
 
 def test_the_hook_is_called_without_a_status_file_too() -> None:

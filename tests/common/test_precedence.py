@@ -1,0 +1,78 @@
+"""A loop comes first while it is on time and leaves others enough; what it asked for is what the system then tells."""
+
+import logging
+import os
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from common.precedence import MOST_WORK, Precedence
+from common.scheduling import policy
+
+BUSY, EASY = MOST_WORK + 0.01, MOST_WORK
+
+
+class System:
+    """Gives and takes real-time priority, or refuses it."""
+
+    def __init__(self, *, allows: bool = True) -> None:
+        self._allows = allows
+        self.asked = 0
+        self.first = False
+
+    def come_first(self) -> bool:
+        self.asked += 1
+        self.first = self._allows
+        return self._allows
+
+    def stand_in_line(self) -> None:
+        assert self.first, "only who came first can stand back"
+        self.first = False
+
+    def precedence(self) -> Precedence:
+        return Precedence(self.come_first, self.stand_in_line)
+
+
+@given(st.lists(st.tuples(st.booleans(), st.none() | st.floats(0.0, 1.0)), max_size=30))
+def test_it_comes_first_just_while_it_is_known_to_be_on_time_and_to_leave_enough(
+    looks: list[tuple[bool, float | None]],
+) -> None:
+    system = System()
+    precedence = system.precedence()
+    for holds_rate, works in looks:
+        assert precedence.look(holds_rate, works) == system.first == precedence.first
+        assert system.first == (holds_rate and works is not None and works <= MOST_WORK)
+
+
+def test_it_is_asked_for_once_where_it_is_refused(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.INFO)
+    system = System(allows=False)
+    precedence = system.precedence()
+    assert not any([precedence.look(True, EASY), precedence.look(False, EASY), precedence.look(True, EASY)])
+    assert system.asked == 1
+    assert caplog.messages == ["the loop has ordinary priority"]
+
+
+def test_each_change_is_told(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.INFO)
+    precedence = System().precedence()
+    for holds_rate, works in ((True, None), (True, EASY), (True, EASY), (True, BUSY), (False, EASY), (True, EASY)):
+        precedence.look(holds_rate, works)
+    again = "the loop has ordinary priority again: it is behind, or leaves others too little"
+    assert caplog.messages == ["the loop has real-time priority", again, "the loop has real-time priority"]
+
+
+def test_half_a_processor_is_left_where_a_site_needs_half() -> None:
+    assert 0.5 < MOST_WORK < 1.0
+
+
+def test_a_thread_that_was_given_another_policy_by_somebody_else_keeps_it() -> None:
+    if policy() != os.SCHED_OTHER:
+        pytest.skip("the tests themselves run with a policy of their own")
+    os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
+    try:
+        assert not Precedence().look(True, EASY)
+        assert os.sched_getscheduler(0) == os.SCHED_BATCH
+    finally:
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
