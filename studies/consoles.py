@@ -3,8 +3,8 @@
 Real processes on this machine: simulated devices, an operator site on a virtual environment, a console, and pages that
 take and confirm every picture. The three ways take turns in one session, each turn in another order, so that what else
 the machine does, and what an end of one way leaves to the next, falls on all of them. After the turns the pages look
-on for minutes, and the console's memory is watched. Then, where that is allowed, the loop's thread gets real-time
-priority, and takes turns without a console and with five pages again.
+on for minutes, and the console's memory is watched. Where the loop has real-time priority, as it does if it may, it
+then takes turns with ordinary priority, without a console and with five pages again.
 """
 
 import json
@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from common.scheduling import policy, stand_in_line
 from studies.compared import Compared
 from studies.consoles_figure import plot
 from studies.fault_session import read_figures
@@ -39,13 +40,12 @@ __all__ = ["plot", "run", "tables"]
 MEASURES_THIS_MACHINE = "how late loops are on this machine"
 NONE, UNSEEN, SEEN = "no console", "a console, no page", "five pages"
 WAYS = (NONE, UNSEEN, SEEN)
-NONE_FIRST, SEEN_FIRST = "no console, real-time loop", "five pages, real-time loop"
-FIRST_WAYS = (NONE_FIRST, SEEN_FIRST)
-"""With real-time priority for the loop's thread: whatever else wants its processor waits."""
-_ALONE, _LOOKED_AT = (NONE, NONE_FIRST), (SEEN, SEEN_FIRST)
-_WITHOUT = {UNSEEN: NONE, SEEN: NONE, SEEN_FIRST: NONE_FIRST}
+NONE_ORDINARY, SEEN_ORDINARY = "no console, ordinary loop", "five pages, ordinary loop"
+ORDINARY_WAYS = (NONE_ORDINARY, SEEN_ORDINARY)
+"""As where real-time priority is not allowed: the loop's thread stands in line with all that wants its processor."""
+_ALONE, _LOOKED_AT = (NONE, NONE_ORDINARY), (SEEN, SEEN_ORDINARY)
+_WITHOUT = {UNSEEN: NONE, SEEN: NONE, SEEN_ORDINARY: NONE_ORDINARY}
 """What each way is compared with."""
-_REAL_TIME_PRIORITY = 10
 PAGES = 5
 CPU_GOAL = 0.30
 """Of one core, that a page may cost the console."""
@@ -81,10 +81,11 @@ def measure(turn_s: float, turns: int, watched_s: float, seed: int, tell: Tell) 
             session.take_turns(WAYS, turns, turn_s, tell)
             tell(f"five pages for {watched_s:.0f} s")
             memory = session.watch(watched_s)
-            if session.put_loop_first():
-                session.take_turns(FIRST_WAYS, turns, turn_s, tell)
+            if session.has_real_time():
+                session.put_loop_in_line()
+                session.take_turns(ORDINARY_WAYS, turns, turn_s, tell)
             else:
-                tell("real-time priority is not allowed here: left out")
+                tell("the loop has no real-time priority here: all of this was measured with ordinary priority")
         judged = session.judged()
         return judged | memory | {"problems": judged["problems"] + memory["memory"]["wrong"]}
 
@@ -99,7 +100,7 @@ class Watched:
 
     def __init__(self, folder: Path, seed: int):
         self._folder = folder
-        self._stretches: list[tuple[str, float, float, dict[str, float]]] = []
+        self._stretches: list[tuple[str, float, float, dict[str, float], bool]] = []
         self._pages: list[dict[str, int]] = []
         self._configurations = prepare(
             DemoOptions(seconds=3600.0, fingers=5, scene="phantom_sweep", seed=seed, console=True), folder
@@ -119,6 +120,7 @@ class Watched:
         self._processes.start("virtual", self._configurations["operator"], *environment)
         try:
             self._wait("operator", lambda told: told.get("state") == "engaged")
+            self._wait("operator", lambda told: told.get("works") is not None)  # it has the priority that it may have
             yield
         finally:
             self._processes.end()
@@ -136,14 +138,16 @@ class Watched:
                     time.sleep(_SETTLE_S)
                     self._stretch(way, seconds)
 
-    def put_loop_first(self) -> bool:
-        """Give the loop's thread real-time priority from now on; False where that is not allowed."""
-        loop = self._processes.running["virtual"].pid  # a process's first thread has its number
-        try:
-            os.sched_setscheduler(loop, os.SCHED_RR, os.sched_param(_REAL_TIME_PRIORITY))
-        except PermissionError:
-            return False
-        return True
+    def has_real_time(self) -> bool:
+        """Whether the loop's thread comes before all ordinary work."""
+        return policy(self._loop()) == os.SCHED_RR
+
+    def put_loop_in_line(self) -> None:
+        """Give the loop's thread ordinary priority from now on."""
+        stand_in_line(self._loop())
+
+    def _loop(self) -> int:
+        return self._processes.running["virtual"].pid  # a process's first thread has its number
 
     def watch(self, seconds: float) -> dict[str, Any]:
         """Five pages for so long: memory of the console."""
@@ -175,15 +179,16 @@ class Watched:
         turns: dict[str, list[Row]] = {}
         for way in dict.fromkeys(stretch[0] for stretch in self._stretches):
             stretches = [stretch for stretch in self._stretches if stretch[0] == way]
-            apart = [np.diff(times_s[(begin < times_s) & (times_s < end)]) for _, begin, end, _ in stretches]
+            apart = [np.diff(times_s[(begin < times_s) & (times_s < end)]) for _, begin, end, *_ in stretches]
             turns[way] = [lateness(ticks_s, period_s) for ticks_s in apart]
             all_s = np.concatenate(apart)
             off_us = np.abs(all_s - period_s) * 1e6
             late[way] = [round(float(value), 1) for value in np.quantile(off_us, np.linspace(0.0, 1.0, 201))]
-            seconds = sum(end - begin for _, begin, end, _ in stretches)
+            seconds = sum(end - begin for _, begin, end, *_ in stretches)
             used = {name: sum(stretch[3].get(name, 0.0) for stretch in stretches) / seconds for name in _ACCOUNTED}
             ways[way] = {
                 "ticks": len(all_s),
+                "real_time_share": round(sum(first for *_, first in stretches) / len(stretches), 3),
                 **lateness(all_s, period_s),
                 **{f"{name}_core": round(used[name], 3) for name in _ACCOUNTED},
             }
@@ -207,7 +212,7 @@ class Watched:
         begin_s, before = time.monotonic(), self._used()
         time.sleep(seconds)
         used = {name: value - before.get(name, 0.0) for name, value in self._used().items()}
-        self._stretches.append((way, begin_s, time.monotonic(), used))
+        self._stretches.append((way, begin_s, time.monotonic(), used, self.has_real_time()))
 
     def _used(self) -> dict[str, float]:
         """Processor time of each process so far, s."""

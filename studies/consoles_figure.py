@@ -28,7 +28,7 @@ def plot(data: Mapping[str, Any], path: Path) -> None:
 
 
 def _plot_late(axes: Axes, data: Mapping[str, Any]) -> None:
-    # Real-time ways are missing where they are not allowed.
+    # Ways with ordinary priority are missing where all of it is ordinary.
     for (way, off_us), colour, dash in zip(data["off_us"].items(), _COLOURS, _DASHES, strict=False):
         rarer = 1.0 - np.linspace(0.0, 1.0, len(off_us))
         axes.loglog(np.maximum(off_us, 1.0)[:-1], rarer[:-1], color=colour, linestyle=dash, label=way)
