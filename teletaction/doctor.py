@@ -11,6 +11,7 @@ from common.can_line import CanAddress, CanLine
 from common.config import OperatorConfig, RemoteConfig, load_site
 from common.fingers import FINGERS
 from common.keys import TrustedKeys, fingerprint, load_keys
+from common.scheduling import come_first, stand_in_line
 from common.serial_line import open_line
 from common.serial_messages import DeviceKind
 from operator_site.remote_key import remote_public_key
@@ -90,12 +91,14 @@ def _remote(config: RemoteConfig) -> Iterator[Finding]:
     yield _check("trusted keys", lambda: _trusted(keys))
     yield _check("calibrated tables", lambda: ", ".join(load_tables(config)[0].names()))
     yield _clock()
+    yield _priority()
 
 
 def _operator(config: OperatorConfig) -> Iterator[Finding]:
     yield _check("own key", lambda: fingerprint(load_keys(config.link.keys).public))
     yield _check("remote site's key", lambda: fingerprint(remote_public_key(config.link)))
     yield _clock()
+    yield _priority()
 
 
 def _exercised(name: str, address: str, told: DeviceKind | NodeName) -> Finding:
@@ -191,3 +194,12 @@ def _clock() -> Finding:
     resolution_s = time.get_clock_info("monotonic").resolution
     good = resolution_s <= 1e-5
     return Finding("monotonic clock", good, f"resolution {resolution_s * 1e9:.0f} ns")
+
+
+def _priority() -> Finding:
+    """What the loop would get from whoever asks here; ordinary priority is no fault."""
+    if come_first():
+        stand_in_line()
+        return Finding("loop's priority", True, "real-time may be had: the loop comes before all ordinary work")
+    words = "ordinary: beside other work the loop is late more often. LimitRTPRIO=10 in its unit, or `ulimit -r 10`"
+    return Finding("loop's priority", True, words)

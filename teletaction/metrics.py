@@ -26,6 +26,8 @@ METRICS: dict[str, tuple[str, str]] = {
     "loop_late_seconds": ("gauge", "Lateness of the loop's ticks since the start, by quantile (1 is the maximum)."),
     "loop_rate_hertz": ("gauge", "Ticks a second, over the last seconds."),
     "loop_behind": ("gauge", "Whether the loop does not hold its rate."),
+    "loop_works_ratio": ("gauge", "Share of the time that the loop's thread works, over the last seconds."),
+    "loop_real_time": ("gauge", "Whether the loop comes before all ordinary work on its machine."),
     "loop_behind_seconds": ("counter", "For how long the loop has not held its rate."),
     "loop_ticks": ("counter", "Ticks of the loop."),
     "loop_overruns": ("counter", "Ticks that came more than one period late."),
@@ -132,6 +134,9 @@ def _of_process(told: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, str
     yield "loop_behind_seconds", {}, told.get("behind_s")
     if "behind" in told:
         yield "loop_behind", {}, bool(told["behind"])
+    yield "loop_works_ratio", {}, told.get("works")
+    if "real_time" in told:
+        yield "loop_real_time", {}, bool(told["real_time"])
     yield "loop_ticks", {}, loop.get("ticks")
     yield "loop_overruns", {}, loop.get("overruns")
     yield "loop_ticks_held_back", {}, told.get("held_back")

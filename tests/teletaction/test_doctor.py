@@ -84,6 +84,8 @@ def test_what_is_missing_is_said(tmp_path: Path) -> None:
         "FAIL telemanipulator",
     ]
     assert "Connection refused" in told.out
+    (priority,) = (line for line in lines if "loop's priority" in line)
+    assert priority.startswith(("ok   loop's priority: real-time may be had", "ok   loop's priority: ordinary"))
 
 
 def test_a_device_elsewhere_is_found(config: Path, ports: Path) -> None:

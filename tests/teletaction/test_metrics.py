@@ -42,6 +42,8 @@ STATUS: dict[str, Any] = {
     "age_ms": 4.5,
     "max_age_ms": 150.0,
     "rate_hz": 412.5,
+    "works": 0.6,
+    "real_time": False,
     "behind": "413 of 500 ticks a second",
     "behind_s": 17.5,
     "held_back": 15,
@@ -122,6 +124,7 @@ def test_what_a_site_tells_is_served(tmp_path: Path) -> None:
     assert value("loop_late_seconds", quantile="1") == pytest.approx(1.5e-3)
     assert (value("loop_ticks_total"), value("loop_overruns_total")) == (1000.0, 3.0)
     assert (value("loop_rate_hertz"), value("loop_behind"), value("loop_behind_seconds_total")) == (412.5, 1.0, 17.5)
+    assert (value("loop_works_ratio"), value("loop_real_time")) == (0.6, 0.0)
     assert value("loop_ticks_held_back_total") == 15.0
     assert value("cpu_ratio") == 0.2
     assert value("resident_memory_peak_bytes") == 80.5 * 2**20
