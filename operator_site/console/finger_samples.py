@@ -8,9 +8,9 @@ of it has been felt.
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from common.fingers import FINGER_Y_M
 from common.messages import STIFFNESS_KNOWN_LN_SD, TOUCH_COLUMN, ExplorationMode, ThermalStatus
@@ -43,7 +43,8 @@ class Sample(NamedTuple):
     """One quantity felt at one place.
 
     Attributes:
-        quantity: "temperature" (C), "roughness" (ln of V), "stiffness" (ln of N/m), or "material" (probability).
+        quantity: "temperature" (C), "roughness" (ln of V), "stiffness" (ln of N/m), "material" (probability), or
+            "slant" (1: the surface is steep here).
         key: a sample replaces the one of its quantity that has the same key.
         touch: number of the contact that it comes from; unique for a finger.
         finger: number of the finger.
@@ -65,6 +66,20 @@ class Sample(NamedTuple):
     name: str = ""
 
 
+def slant(t_s: float, finger: int, x_m: float, y_m: float) -> Sample:
+    """A finger in contact where the surface is steep; no touch is counted for it, and nothing replaces it."""
+    return Sample("slant", (finger, 0, 0), 0, finger, x_m, y_m, t_s, 1.0, LEAST_VARIANCE)
+
+
+def samples_of(record: Mapping[str, Any]) -> list[Sample]:
+    """The samples that a record of `console/felt` holds.
+
+    Raises:
+        KeyError, TypeError, ValueError: it holds none.
+    """
+    return [Sample(quantity, (*key,), *rest) for quantity, key, *rest in record["samples"]]
+
+
 class FingerSamples:
     """Samples of one finger. Pure; step it with every packet."""
 
@@ -84,6 +99,10 @@ class FingerSamples:
         """Way, m, and place of the stroke so far, as far back as samples may still come from."""
         self._painted_m = 0.0
         self._strokes = 0
+
+    def count_from(self, touch: int) -> None:
+        """So many touches at least were counted before the next one."""
+        self._touch = max(self._touch, touch)
 
     def step(self, t_s: float, row: Sequence[float], told: Told) -> list[Sample]:
         """Take one packet.

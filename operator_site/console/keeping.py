@@ -27,6 +27,11 @@ SCHEMAS: dict[str, dict[str, object]] = {
     },
     "console/act": {"type": "object", "description": "at_s, who, verb, details, ok, answer: who asked for what"},
     "console/alarm": {"type": "object", "description": "an alarm as it began, rose or ended"},
+    "console/felt": {
+        "type": "object",
+        "description": "samples: quantity, key, touch, finger, x_m, y_m, t_s, value, variance, name of each that the "
+        "map took since the record before; a console that goes on with the examination shows them again",
+    },
     "console/session": {"type": "object", "description": "what (begin, end), at_s, pseudonym, wall_clock, who, sides"},
 }
 AGAIN_S = 5.0

@@ -16,7 +16,7 @@ log = logging.getLogger(__name__)
 
 Entry = tuple[int, str, dict[str, Any]]
 """Time, ns of the machine's monotonic clock, stream and record."""
-_STREAMS = ("console/session", "console/finding")
+_STREAMS = ("console/session", "console/finding", "console/felt")
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +25,7 @@ class KeptBefore:
 
     Attributes:
         files: those that hold it, oldest first.
-        records: stream and record of its begin and of its findings, in order of time.
+        records: stream and record of its begin, of its findings and of what was felt, in order of time.
         cut_off: its study number, where the machine was restarted since: then it cannot be gone on with, for its
             times are of a clock that began anew.
     """

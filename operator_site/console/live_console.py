@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import logging
+import math
 import shutil
 import time
 from contextlib import ExitStack
@@ -19,6 +20,7 @@ from operator_site.console.console import Console
 from operator_site.console.control import Control
 from operator_site.console.desk_line import DeskLine, Told
 from operator_site.console.due import Due
+from operator_site.console.finger_samples import samples_of
 from operator_site.console.keeping import Keeping
 from operator_site.console.kept_before import KeptBefore
 from operator_site.console.pages import Pages
@@ -78,6 +80,7 @@ class LiveConsole:
             self._tell_desk()
         if self._second(now_s):
             self._look_around()
+            self._keep_felt(now_s)
         if self._keep(now_s):
             self.keeping.step(now_s)
             for alarm in self.console.alarms.take_changes():
@@ -92,16 +95,30 @@ class LiveConsole:
     def _go_on(self, before: KeptBefore) -> None:
         """Take up the examination that an earlier run has left under way; say so where that cannot be done."""
         self._gone_on_s: float | None = None
+        self._kept_s = -math.inf
         if before.cut_off:
             text = words.cut_off(before.cut_off, len(before.findings), [path.name for path in before.files])
             self.acts.saved = {"text": text, "report": None}
             return
         for stream, record in before.records:
             try:
-                self.console.book.take(stream, record)
-            except (KeyError, TypeError, ValueError) as error:
+                if stream == "console/felt":
+                    for sample in samples_of(record):
+                        self.console.felt.take_again(sample)
+                        self._kept_s = max(self._kept_s, sample.t_s)
+                else:
+                    self.console.book.take(stream, record)
+            except (KeyError, TypeError, ValueError, IndexError) as error:
                 log.warning("%s of an earlier run: %r", stream, error)
         self._gone_on_s = self.console.book.began_s
+
+    def _keep_felt(self, now_s: float) -> None:
+        """What was felt during an examination is kept, so that another run of the console can show it."""
+        if self.console.book.pseudonym is None or not self.keeping.enabled:
+            return
+        if samples := self.console.felt.after(self._kept_s):
+            self._kept_s = samples[-1].t_s
+            self.keeping.write("console/felt", now_s, {"samples": [tuple(sample) for sample in samples]})
 
     def figures(self) -> dict[str, object]:
         """What the status file tells."""

@@ -104,6 +104,14 @@ class Layer:
             self.tiles[tile_of(before.x_m, before.y_m)].samples.pop(key, None)
             del self._newest[finger]
 
+    def after(self, t_s: float) -> Iterator[Sample]:
+        """Samples felt after a moment, s."""
+        for tile in self.tiles.values():
+            for sample in reversed(tile.samples.values()):  # the newest was put last
+                if sample.t_s <= t_s:
+                    break
+                yield sample
+
     def near(self, x_m: float, y_m: float, radius_m: float) -> Iterator[Sample]:
         """Samples within a radius."""
         low, high = tile_of(x_m - radius_m, y_m - radius_m), tile_of(x_m + radius_m, y_m + radius_m)

@@ -5,6 +5,7 @@ Pure: touch packets go in, in any tempo; the map grows where something was felt,
 
 import math
 from collections.abc import Sequence
+from itertools import takewhile
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from common.fingers import FINGER_Y_M, FINGERS
 from common.messages import TOUCH_COLUMN
 from common.told import Told
-from operator_site.console.finger_samples import FingerSamples, Sample
+from operator_site.console.finger_samples import FingerSamples, Sample, slant
 from operator_site.console.map_layer import CELL_M, KERNEL_M, REACH_M, TILE, Layer, tile_of
 
 QUANTITIES = ("temperature", "roughness", "stiffness", "material")
@@ -75,6 +76,8 @@ class TactileMap:
         self.named: dict[str, Layer] = {}
         self._steep: dict[tuple[int, int], tuple[NDArray[np.bool_], int]] = {}
         """Cells of each tile that are steep, and the revision since when."""
+        self._slants: list[Sample] = []
+        """Those by which a cell was found to be steep."""
         self._fingers = [FingerSamples(finger) for finger in range(len(FINGERS))]
         self._corner: tuple[int, int] | None = None
         """Tile at the frame's left and near edge."""
@@ -109,7 +112,7 @@ class TactileMap:
         for finger, samples in enumerate(self._fingers):
             row = rows[finger]
             if row[_CONTACT] and math.hypot(row[_SLOPE_X], row[_SLOPE_Y]) >= STEEP_SLOPE:
-                self._slant(row[_X], row[_Y] + FINGER_Y_M[finger])
+                self.take(slant(t_s, finger, row[_X], row[_Y] + FINGER_Y_M[finger]))
             for sample in samples.step(t_s, row, told[finger]):
                 shared = sample.quantity == "temperature" and _is_shared(rows, finger)
                 self.take(sample._replace(variance=sample.variance + SHARED_SD_K**2) if shared else sample)
@@ -123,8 +126,9 @@ class TactileMap:
         """When a cell of a tile was last found to be steep; 0 where none is."""
         return self._steep[place][1] if place in self._steep else 0
 
-    def _slant(self, x_m: float, y_m: float) -> None:
+    def _slant(self, sample: Sample) -> None:
         """The surface is steep under a finger, and with it as far around as a sample reaches."""
+        x_m, y_m, before = sample.x_m, sample.y_m, self.revision
         for column in range(math.floor((x_m - KERNEL_M) / CELL_M), math.floor((x_m + KERNEL_M) / CELL_M) + 1):
             for row in range(math.floor((y_m - KERNEL_M) / CELL_M), math.floor((y_m + KERNEL_M) / CELL_M) + 1):
                 place, cell = (column // TILE, row // TILE), (row % TILE, column % TILE)
@@ -132,9 +136,14 @@ class TactileMap:
                     self.revision += 1
                     known[cell] = True
                     self._steep[place] = known, self.revision
+        if self.revision != before:
+            self._slants.append(sample)
 
     def take(self, sample: Sample) -> None:
         """Take one sample."""
+        if sample.quantity == "slant":
+            self._slant(sample)
+            return
         self.revision += 1
         self._follow(sample.x_m, sample.y_m)
         if sample.quantity == "material":
@@ -146,6 +155,18 @@ class TactileMap:
         if sample.quantity == "temperature":
             self._centre(sample)
         self.layers[sample.quantity].put(sample, self.revision)
+
+    def after(self, t_s: float) -> list[Sample]:
+        """Samples felt after a moment, s, in order of time: what another map has to take to show the same."""
+        layers = (*self.layers.values(), *self.named.values())
+        felt = [sample for layer in layers for sample in layer.after(t_s)]
+        felt += takewhile(lambda slant: slant.t_s > t_s, reversed(self._slants))
+        return sorted(felt, key=lambda sample: sample.t_s)
+
+    def take_again(self, sample: Sample) -> None:
+        """Take a sample of an earlier map; touches that come now are others than its."""
+        self._fingers[sample.finger].count_from(sample.touch)
+        self.take(sample)
 
     def legend(self, quantity: str) -> tuple[float, float]:
         """Ends of a quantity's scale, in its unit; the middle of temperature is 33 C before anything was felt."""

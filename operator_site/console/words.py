@@ -22,7 +22,7 @@ DISK_FULL = "Disk full. Recording stopped, findings are kept."
 NOT_RECORDED = "Recording stopped. Check the disk, then start again."
 STUDY_NUMBER = "Use a study number, not a name."
 NOT_SOUNDED = "Cannot engage: sound not checked."
-GONE_ON = "Console was restarted. Findings are kept, the map is new."
+GONE_ON = "Console was restarted. Findings and map are kept."
 NOTHING_HERE = "Nothing was felt here."
 
 

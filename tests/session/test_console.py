@@ -9,10 +9,12 @@ from urllib.request import Request, urlopen
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from websockets.exceptions import ConnectionClosed
 
 from operator_site.console.clients import CREDIT
 from operator_site.console.fingers_now import FIELDS
+from operator_site.console.map_tiles import NOT_FELT
 from operator_site.console.picture import Kind
 from operator_site.console.session_book import LONGEST_NOTE
 from studies.fault_session import read_figures
@@ -57,6 +59,10 @@ def engage(page: Page) -> None:
         told = page.ask("engage")
         assert told["ok"], told
     page.until(lambda: page.state["session"]["state"] == "engaged", "engaged")
+
+
+def newest_tiles(page: Page) -> dict[tuple[str, int, int], NDArray[np.uint16]]:
+    return {(tile.quantity, tile.column, tile.row): tile.value for tile in page.tiles}
 
 
 def test_a_page_is_given_all_that_there_is_and_then_every_bin_once(session: Session) -> None:
@@ -251,6 +257,9 @@ def test_a_console_that_is_killed_is_gone_on_with_by_the_next(session: Session) 
         page.until(lambda: page.state["session"]["state"] == "paused", "the pause")
         page.until(lambda: len(page.state["findings"]) == ident, "the finding")
         before, clock_s = page.state, page.state["session"]["clock_s"]
+        page.look(1.5)  # the map is kept once a second
+        felt = newest_tiles(page)
+        assert felt
     session.restart_console()
     with opened(session.address) as page:
         page.until(lambda: page.state and page.state["session"]["state"] == "paused", "the pause")
@@ -258,6 +267,10 @@ def test_a_console_that_is_killed_is_gone_on_with_by_the_next(session: Session) 
         assert page.state["findings"] == before["findings"]
         assert page.state["session"]["clock_s"] > clock_s
         page.until(lambda: any(alarm["id"] == "gone on" for alarm in page.state["alarms"]), "word of the restart")
+        page.until(lambda: felt.keys() <= newest_tiles(page).keys(), "the map")
+        shown = newest_tiles(page)
+        for place, before_values in felt.items():
+            assert (shown[place][before_values != NOT_FELT] != NOT_FELT).all(), "what was felt is shown again"
         assert page.ask("finding", finger="index", kind="warm")["details"]["id"] == ident + 1
         assert f"{ident + 1} findings" in page.ask("end")["text"]
     recordings = (session.folder / "operator.mcap", *sorted(session.folder.glob("console*.mcap")))

@@ -43,6 +43,22 @@ def test_an_examination_goes_on_over_any_number_of_runs(tmp_path: Path) -> None:
     assert run(path) == KeptBefore()
 
 
+def test_what_was_felt_is_among_it(tmp_path: Path) -> None:
+    path = tmp_path / "console.mcap"
+    keeping = Keeping(path, {})
+    kept = [
+        ("console/session", session("begin", 1.0)),
+        ("console/felt", {"samples": []}),
+        ("console/finding", finding(1, 3.0)),
+    ]
+    for now_s, (stream, record) in enumerate(kept, 1):
+        keeping.write(stream, float(now_s), record)
+    keeping.close()
+    before = run(path)
+    assert list(before.records) == kept
+    assert before.findings == {1}
+
+
 def test_what_was_saved_by_an_earlier_run_is_saved_and_goes_into_the_report(tmp_path: Path) -> None:
     path = tmp_path / "console.mcap"
     run(path, (1.0, session("begin", 1.0)), (2.0, finding(1, 2.0)))

@@ -1,19 +1,22 @@
 """The map shows what was felt where it was felt, whatever the order, and nothing elsewhere."""
 
 import math
+from itertools import product
 
+import msgpack
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from common.fingers import FINGERS
+from common.messages import ThermalStatus
 from common.told import NOTHING
 from operator_site.console import map_tiles
-from operator_site.console.finger_samples import Sample
+from operator_site.console.finger_samples import Sample, samples_of
 from operator_site.console.map_layer import CELL_M, REACH_M, TILE
 from operator_site.console.tactile_map import SHARED_SD_K, TactileMap
-from tests.operator_site.console.felt_rows import hand, row, sample
+from tests.operator_site.console.felt_rows import INDEX, hand, row, sample
 
 PLACES = st.floats(-0.040, 0.040)
 SAMPLES = st.lists(st.tuples(PLACES, PLACES, st.floats(20.0, 45.0), st.floats(0.01, 1.0)), min_size=1, max_size=12)
@@ -69,6 +72,50 @@ def test_a_replaced_sample_leaves_no_trace(rows: list[tuple[float, float, float,
             np.testing.assert_allclose(tile.mean()[0], plain.tiles[place].mean()[0], atol=1e-5)
         else:
             assert not tile.felt.any()
+
+
+NAMES = ("pvc", "pine")
+KEPT = st.tuples(
+    st.sampled_from(("temperature", "roughness", "stiffness", "slant", *NAMES)), st.booleans(), PLACES, PLACES
+)
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.lists(st.tuples(KEPT, st.booleans()), min_size=1, max_size=25))
+def test_a_map_made_of_what_was_kept_now_and_then_shows_the_same(
+    course: list[tuple[tuple[str, bool, float, float], bool]],
+) -> None:
+    """Samples that are replaced while a touch goes on, also by another material's, are kept in between or not."""
+    felt, again, kept_s, touch = TactileMap(), TactileMap(), -math.inf, 1
+    for second, ((what, lifted, x_m, y_m), keeps) in enumerate(course):
+        touch += lifted
+        quantity, name = ("material", what) if what in NAMES else (what, "")
+        felt.take(sample(quantity, touch, x_m, y_m, 0.5 + 0.01 * second, 0.04, name)._replace(t_s=float(second)))
+        if keeps or second == len(course) - 1:
+            for one in samples_of(msgpack.unpackb(msgpack.packb({"samples": felt.after(kept_s)}))):
+                again.take_again(one)
+                kept_s = one.t_s
+    for old, new in ((felt.layers, again.layers), (felt.named, again.named)):
+        for layer, tiles in old.items():
+            for place, tile in tiles.tiles.items():
+                if tile.felt.any():
+                    assert tile.samples == new[layer].tiles[place].samples
+                    for mine, theirs in zip(tile.mean(), new[layer].tiles[place].mean(), strict=True):
+                        np.testing.assert_allclose(mine, theirs, rtol=1e-6, atol=1e-6)
+    for place in product(range(-2, 2), repeat=2):  # PLACES are within these tiles
+        np.testing.assert_array_equal(again.steep(place), felt.steep(place))
+    assert again.at(0.0, 0.0, 1.0) == felt.at(0.0, 0.0, 1.0)
+
+
+def test_a_touch_after_what_was_kept_replaces_nothing_of_it() -> None:
+    felt = TactileMap()
+    felt.take_again(sample("temperature", 7, 0.0, 0.0, 36.0, 0.01))
+    for tick in range(40):
+        known = row(INDEX, 0.0, 0.0, object_c=33.0, object_c_sd=0.1, thermal_status=float(ThermalStatus.IDENTIFIED))
+        felt.felt(100.0 + 0.1 * tick, hand(index=known), (NOTHING,) * len(FINGERS))
+    place = felt.at(0.0, 0.0)
+    assert place.temperature is not None
+    assert place.temperature.touches == 2
 
 
 def test_a_cell_has_the_mean_of_its_samples_by_their_precision() -> None:
