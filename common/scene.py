@@ -30,7 +30,8 @@ class SceneObject(_Strict):
 
     Without `y_m` and `width_m` it covers all y. Without `stiffness_n_m` it has that of its surface.
     Its temperature is `absolute_c`, or ambient plus a value drawn from `offset_c` at each session. Objects of the
-    same `body` are zones of one piece: one specimen, and one drawn temperature.
+    same `body` are zones of one piece: one specimen, and one drawn temperature. A `target` stands out from what is
+    around it in that quantity: it is there to be found.
     """
 
     name: str = Field(min_length=1, max_length=40)
@@ -46,6 +47,7 @@ class SceneObject(_Strict):
     thickness_m: float | None = Field(default=None, gt=0.0005, le=1.0)
     offset_c: tuple[Offset, Offset] = (-3.0, 3.0)
     absolute_c: float | None = Field(default=None, ge=-10.0, le=60.0)
+    target: Literal["temperature", "roughness", "stiffness"] | None = None
 
     @field_validator("material")
     @classmethod
@@ -75,6 +77,11 @@ class SceneObject(_Strict):
     def stiffness(self) -> float:
         """Contact stiffness, N/m."""
         return surface_kind(self.surface).stiffness_n_m if self.stiffness_n_m is None else self.stiffness_n_m
+
+    @property
+    def middle_m(self) -> tuple[float, float]:
+        """Place of its middle, m."""
+        return self.x_at(0.5), sum(self.y_range_m) / 2.0
 
     @property
     def y_range_m(self) -> tuple[float, float]:

@@ -12,25 +12,24 @@ from typing import Any
 import numpy as np
 
 from common.fingers import FINGER_Y_M, FINGERS
-from common.scene import Scene, load_scene
+from common.scene import Scene, SceneObject, load_scene
 from common.script import Finger, Presses, Step, Strokes
 from operator_site.console.map_tiles import CONFIDENT_SD, picture
 from operator_site.console.tactile_map import TactileMap
 from sim_sensors.hand import ScriptedHand
 from sim_sensors.hand_plan import Segment
 from studies.compared import Compared
-from studies.found_targets import Found, find_highest, value_near
 from studies.pieces import HERE, Work
 from studies.registry import Tell
 from studies.remote_hand import RemoteHand
 from studies.rendered_hand import TICK_S
 from studies.tactile_map_figure import plot
+from teletaction.found_targets import Found, find_highest, judged
 
 __all__ = ["plot", "run", "tables"]
 
 SCENE = "phantom_sweep"
-TARGETS = {"warm_spot": "temperature", "lesion": "roughness", "nodule": "stiffness"}
-"""Object of the scene and the quantity that it stands out in."""
+TARGETS = {thing.name: thing for thing in load_scene(SCENE).objects if thing.target is not None}
 SEEDS = 4
 WARM_UP_S = 3.0
 """The sensors reach their pre-heat before the first touch."""
@@ -47,7 +46,6 @@ COMPARED = (
 
 def run(*, quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
     """Sweep once, or SEEDS times; each session has its own sensors, tissue and contacts."""
-    scene = quick_scene() if quick else load_scene(SCENE)
     sessions = work([(_session, (quick, one)) for one in range(seed, seed + (1 if quick else SEEDS))], tell)
     rows = [row for session in sessions for row in session["targets"]]
     return {
@@ -55,7 +53,7 @@ def run(*, quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, A
         "targets": rows,
         "seconds": sessions[-1]["seconds"],
         "maps": sessions[0]["maps"],
-        "objects": {name: scene.object_named(name).model_dump() for name in TARGETS},
+        "objects": {name: thing.model_dump() for name, thing in TARGETS.items()},
         "goals": {"place_m": GOAL_M, "temperature_k": GOAL_K, "stiffness_share": GOAL_SHARE},
         "problems": [_problem(row) for row in rows if not row["within_goal"]],
     }
@@ -66,11 +64,12 @@ def _session(quick: bool, seed: int) -> dict[str, Any]:
     scene = quick_scene() if quick else load_scene(SCENE)
     sweep = Sweep(scene, seed, MEASURING if quick else FINGERS)
     seconds, felt = _durations(sweep.explore(scene.script)), sweep.felt
-    found = {name: find_highest(felt, quantity) for name, quantity in TARGETS.items()}
-    maps = {quantity: _shown(felt, quantity) for quantity in TARGETS.values()}
+    quantities = {name: str(thing.target) for name, thing in TARGETS.items()}
+    found = {name: find_highest(felt, quantity) for name, quantity in quantities.items()}
+    maps = {quantity: _shown(felt, quantity) for quantity in quantities.values()}
     if (warm := found["warm_spot"]) is not None:
         sweep.measure(warm)
-    rows = [{"seed": seed} | _judge(scene, felt, name, found[name]) for name in TARGETS]
+    rows = [{"seed": seed} | _judge(thing, felt, found[name]) for name, thing in TARGETS.items()]
     return {"targets": rows, "seconds": seconds, "maps": maps}
 
 
@@ -155,34 +154,14 @@ def _durations(segments: list[Segment]) -> dict[str, float]:
     return {"strokes": strokes_s, "presses": rests_s - strokes_s, "rests": whole_s - rests_s, "whole": whole_s}
 
 
-def _judge(scene: Scene, felt: TactileMap, name: str, found: Found | None) -> dict[str, Any]:
-    thing, quantity = scene.object_named(name), TARGETS[name]
-    true_x_m, true_y_m = thing.x_at(0.5), sum(thing.y_range_m) / 2.0
-    true_value = {"temperature": thing.absolute_c, "stiffness": thing.stiffness}.get(quantity)
-    if found is None:
-        return {"target": name, "quantity": quantity, "within_goal": False, "place_error_mm": None, "value": None}
-    error_m = math.dist((found.x_m, found.y_m), (true_x_m, true_y_m))
-    here = value_near(felt, quantity, found)
-    error = None if true_value is None else here.value - true_value
-    around = getattr(felt.around(found.x_m, found.y_m), quantity)
-    good = {
-        "temperature": error is not None and abs(error) <= GOAL_K,
-        "stiffness": error is not None and true_value is not None and abs(error) <= GOAL_SHARE * true_value,
-    }.get(quantity, True)
-    return {
-        "target": name,
-        "quantity": quantity,
-        "within_goal": good and error_m <= GOAL_M,
-        "place_error_mm": 1e3 * error_m,
-        "x_mm": 1e3 * found.x_m,
-        "y_mm": 1e3 * found.y_m,
-        "value": here.value,
-        "sd": here.sd,
-        "touches": here.touches,
-        "true_value": true_value,
-        "error": error,
-        "around": None if around is None else around.value,
-    }
+def _judge(thing: SceneObject, felt: TactileMap, found: Found | None) -> dict[str, Any]:
+    row = judged(thing, felt, found)
+    good = row["value"] is not None and row["place_error_mm"] <= 1e3 * GOAL_M
+    if row["quantity"] == "temperature":
+        good = good and abs(row["error"]) <= GOAL_K
+    elif row["quantity"] == "stiffness":
+        good = good and abs(row["error"]) <= GOAL_SHARE * row["true_value"]
+    return row | {"within_goal": good}
 
 
 def _problem(row: dict[str, Any]) -> str:

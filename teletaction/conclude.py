@@ -6,8 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from common.scene import load_scene
 from teletaction.demo_files import CONSOLE, NETWORK, PROCESSES, DemoOptions
 from teletaction.examination import Examination
+from teletaction.found_targets import found_targets
 from teletaction.merge import merge_recordings
 from teletaction.report import write_report
 from teletaction.session_data import SessionData
@@ -53,9 +55,11 @@ def conclude(
     out.mkdir(parents=True, exist_ok=True)
     merge_recordings(recordings, out / "session.mcap")
     data = SessionData.read(out / "session.mcap")
+    examination = Examination.read(out / "session.mcap")
     summary = summarise(data, options, statuses, usage, wall_s, round_trips_s or [])
+    summary["targets"] = found_targets(load_scene(options.scene), examination.felt)
     (out / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", "utf-8")
-    write_report(data, summary, out / "report.html", Examination.read(out / "session.mcap"))
+    write_report(data, summary, out / "report.html", examination)
     return summary
 
 

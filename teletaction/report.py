@@ -36,6 +36,7 @@ from teletaction.report_words import (
     process_table,
     shown,
     tally_table,
+    targets_table,
     verdict,
 )
 from teletaction.session_curves import SessionCurves
@@ -82,6 +83,11 @@ _CONTACTS = (
     "<p>Contacts of at least 1 s. The true material and temperature are those of the simulated object; the rest is "
     "what the remote site told when the contact ended. The paper's answer is that of its own method (Kron &amp; "
     "Schmidt 2003, Eq. 11) on the same data.</p>"
+)
+_TARGETS = (
+    "<p>What the scene has for finding, beside what the map shows: the place where a quantity stands out most, and "
+    "what was felt nearest to it. True are the middle of the simulated target and its value; a surface has no true "
+    "roughness in the sensor’s unit.</p>"
 )
 _TRUE = (
     "<p>“True” is what happened in the simulated world, at the simulated devices. Everything else is what a site "
@@ -155,7 +161,9 @@ def _page(
     felt = f"<p>Taps: {shown(taps.get('made'))} made, {shown(taps.get('played'))} played.</p>"
     cores = f"<p>All processes together: {shown(summary.get('cpu_cores'))} cores.</p>"
     latency = latency_table(summary.get("latency_ms") or {}) + f'<div class="side">{delays}</div>'
+    targets = summary.get("targets") or []
     parts: tuple[str, ...] = (
+        *((section("Targets", _TARGETS + targets_table(targets)),) if targets else ()),
         section("Contacts", _CONTACTS + tally_table(contacts) + contacts_table(contacts)),
         figures,
         section("Limits", extremes_table(summary) + _ACTED + acted_table(session)),

@@ -5,6 +5,8 @@ from html import escape
 from itertools import pairwise
 from typing import Any
 
+from operator_site.console.findings import UNIT, signed, with_sd
+
 NONE = "none"
 _RIGHT, _WRONG, _SILENT = "right", "wrong", "no answer"
 
@@ -45,6 +47,30 @@ def _judged(contact: Mapping[str, Any], name: str) -> str:
     sign = {_RIGHT: "✓", _WRONG: "✗", _SILENT: "–"}[word]
     mark = f'<span class="{word.replace(" ", "-")}">{sign}&nbsp;{word}</span>'
     return mark if answer is None else f"{shown(answer)} {mark}"
+
+
+def targets_table(targets: Sequence[Mapping[str, Any]]) -> str:
+    """Each target of a simulated scene: how far beside its place it was found, and how wrong its value is."""
+    head = ("target", "stands out in", "found beside its place (mm)", "felt", "around it", "true", "error")
+    rows = []
+    for target in targets:
+        row = [shown(target.get("target")), shown(target.get("quantity"))]
+        if target.get("value") is None:
+            rows.append([*row, "not felt", "–", "–", "–", "–"])
+            continue
+        unit, value, sd = UNIT[str(target.get("quantity"))], target["value"], target["sd"]
+        around, true, error = (target.get(name) for name in ("around", "true_value", "error"))
+        rows.append(
+            [
+                *row,
+                shown(target["place_error_mm"], 1),
+                f"{with_sd(value, sd)} {unit}",
+                "–" if around is None else f"{around:.3g} {unit}",
+                "–" if true is None else f"{true:g} {unit}",
+                "–" if error is None else f"{signed(error, sd)} {'K' if unit == '°C' else unit}",
+            ]
+        )
+    return table(head, rows)
 
 
 def contacts_table(contacts: Sequence[Mapping[str, Any]]) -> str:

@@ -168,6 +168,16 @@ def test_report_holds_all_figures_and_numbers(tmp_path):
         assert words in page.text, words
 
 
+def test_targets_of_a_scene_are_told_where_there_are_any(tmp_path):
+    target = {"target": "nodule", "quantity": "stiffness", "place_error_mm": 0.62, "value": 1790.0, "sd": 31.0}
+    html, _ = report(tmp_path, session(), summary(targets=[target | {"true_value": 1800.0, "error": -10.0}]))
+    assert "<h2>Targets</h2>" in html
+    assert "1790 ± 30 N/m" in html
+    assert "−10 ± 30 N/m" in html
+    html, _ = report(tmp_path, session(), summary())
+    assert "Targets" not in html
+
+
 def test_report_needs_nothing_from_outside(tmp_path):
     html, page = report(tmp_path, session(), summary())
     assert not {"script", "link", "iframe"} & set(page.tags)

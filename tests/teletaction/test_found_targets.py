@@ -1,0 +1,89 @@
+"""Targets on a map: found where the quantity stands out most, and judged by what is true of them."""
+
+import math
+
+import pytest
+
+from common.scene import Scene, SceneObject, load_scene
+from operator_site.console.finger_samples import Sample
+from operator_site.console.tactile_map import TactileMap
+from teletaction.found_targets import find_highest, found_targets, value_near
+from teletaction.report_words import targets_table
+
+
+def presses(*hot_mm: tuple[int, int]) -> TactileMap:
+    """Presses every 7 mm, stiffer at these."""
+    felt = TactileMap()
+    for number, (x, y) in enumerate((x, y) for x in range(0, 56, 7) for y in range(0, 56, 7)):
+        value = math.log(1800.0 if (x, y) in hot_mm else 600.0)
+        felt.take(Sample("stiffness", (1, number, 0), number, 1, 1e-3 * x, 1e-3 * y, 0.0, value, 0.03**2))
+    return felt
+
+
+def test_a_target_is_the_middle_of_what_stands_out() -> None:
+    felt = presses((14, 14), (21, 14), (14, 21), (21, 21))
+    found = find_highest(felt, "stiffness")
+    assert found is not None
+    assert (found.x_m, found.y_m) == pytest.approx((0.0175, 0.0175), abs=0.3e-3)
+    assert value_near(felt, "stiffness", found).value == pytest.approx(1800.0, rel=1e-3)
+
+
+def test_of_two_places_the_larger_counts() -> None:
+    found = find_highest(presses((14, 14), (21, 14), (49, 49)), "stiffness")
+    assert found is not None
+    assert (found.x_m, found.y_m) == pytest.approx((0.0175, 0.014), abs=0.3e-3)
+
+
+def test_where_nothing_was_felt_nothing_is_found() -> None:
+    assert find_highest(TactileMap(), "roughness") is None
+    assert find_highest(presses(), "temperature") is None
+
+
+def scene() -> Scene:
+    """A stiff target, its middle at 18 and 17 mm, and a warm one where nobody was."""
+    stiff = SceneObject(
+        name="<b>stiff</b>",
+        material="skin_dermis",
+        surface="skin",
+        x_m=0.010,
+        length_m=0.016,
+        y_m=0.010,
+        width_m=0.014,
+        stiffness_n_m=1700.0,
+        target="stiffness",
+    )
+    warm = stiff.model_copy(update={"name": "warm", "x_m": 0.2, "target": "temperature", "absolute_c": 35.0})
+    return load_scene("phantom_sweep").model_copy(update={"objects": (stiff, warm)})
+
+
+def test_a_target_is_judged_by_its_place_and_its_value() -> None:
+    stiff, warm = found_targets(scene(), presses((14, 14), (21, 14), (14, 21), (21, 21)))
+    assert stiff["place_error_mm"] == pytest.approx(math.hypot(0.5, 0.5), abs=0.4)
+    assert stiff["error"] == pytest.approx(100.0, rel=0.01)
+    assert stiff["around"] == pytest.approx(600.0, rel=1e-3)
+    assert (warm["target"], warm["value"], warm["place_error_mm"]) == ("warm", None, None)
+
+
+def test_what_nobody_has_felt_is_not_found_elsewhere() -> None:
+    away = scene().model_copy(update={"objects": (scene().objects[0].model_copy(update={"x_m": 0.1}),)})
+    (row,) = found_targets(away, presses((14, 14), (21, 14)))
+    assert row["value"] is None
+
+
+def test_the_scene_for_finding_has_one_of_each() -> None:
+    rows = found_targets(load_scene("phantom_sweep"), TactileMap())
+    assert {row["target"]: row["quantity"] for row in rows} == {
+        "warm_spot": "temperature",
+        "lesion": "roughness",
+        "nodule": "stiffness",
+    }
+    assert found_targets(load_scene("materials"), TactileMap()) == []
+
+
+def test_a_report_tells_each_target_in_a_row() -> None:
+    html = targets_table(found_targets(scene(), presses((14, 14), (21, 14), (14, 21), (21, 21))))
+    assert "&lt;b&gt;stiff&lt;/b&gt;" in html
+    assert "<td>1700 N/m</td>" in html
+    assert "<td>600 N/m</td>" in html
+    assert "<td>+100 ± 50 N/m</td>" in html
+    assert "<td>not felt</td>" in html
