@@ -257,9 +257,9 @@ def test_a_console_that_is_killed_is_gone_on_with_by_the_next(session: Session) 
         page.until(lambda: page.state["session"]["state"] == "paused", "the pause")
         page.until(lambda: len(page.state["findings"]) == ident, "the finding")
         before, clock_s = page.state, page.state["session"]["clock_s"]
-        page.look(1.5)  # the map is kept once a second
         felt = newest_tiles(page)
         assert felt
+        page.look(2.5)  # what the map took in is kept once a second
     session.restart_console()
     with opened(session.address) as page:
         page.until(lambda: page.state and page.state["session"]["state"] == "paused", "the pause")
