@@ -5,10 +5,12 @@
     disconnected    no sample differs from the next: a sensor that is there has noise
     noise only      it stays noise when the finger comes down, or lifts: loose
 
-The last needs a change of force by a finger that does not stroke: it is told at the next contact, and ended by one.
-Neither units nor delays matter to it: force and texture come from two devices, and on a busy host either may come 0.1 s
-after the other. So it is not asked whether the signal has the shape of the force, only whether it has any: in noise a
-value tells nothing of the next. A sensor that moves with something else than its finger is not found out.
+The last needs a change of force by a finger that does not stroke: it is told at the next contact. It ends when the
+signal goes anywhere, or becomes louder than its noise, whatever the finger does: a force sensor that jumps may have
+told of a contact that there was not. Neither units nor delays matter to it: force and texture come from two devices,
+and on a busy host either may come 0.1 s after the other. So it is not asked whether the signal has the shape of the
+force, only whether it has any: in noise a value tells nothing of the next. A sensor that moves with something else than
+its finger is not found out.
 """
 
 import math
@@ -41,6 +43,9 @@ NOISE_STEP = 0.5
 """Mean square of the signal's steps, over twice its variance, from which on it is noise. White noise has 1 +- 0.11 in
 80 blocks, hum of 50 Hz has 1; a fingertip that bounces at 25 Hz has 0.3, one that rests or is pressed less."""
 
+LOUDER = 4.0
+"""Noise does not become so much more by itself, in its mean square; by a stroke over plain plastic it does."""
+
 
 class _Block(NamedTuple):
     low_v: float
@@ -59,13 +64,14 @@ class TextureFault:
         fault: its name; None while the sensor is sound.
     """
 
-    __slots__ = ("_blocks", "_deaf", "_force_n", "_pressed_n", "_railed", "fault")
+    __slots__ = ("_blocks", "_force_n", "_noise_v2", "_pressed_n", "_railed", "fault")
 
     def __init__(self, block_s: float) -> None:
         """Take the length of a block, s."""
         self.fault: str | None = None
         self._blocks: deque[_Block] = deque(maxlen=math.ceil(CLIPPED_S / block_s))
-        self._deaf = False
+        self._noise_v2: float | None = None
+        """Mean square of the steps of a signal that is noise only."""
         self._force_n: float | None = None
         self._pressed_n = 0.0
         self._railed = 0
@@ -88,8 +94,8 @@ class TextureFault:
         mean_v = sum(samples_v) / count
         self._blocks.append(_Block(low_v, high_v, railed, count, mean_v, self._pressed_n, resting))
         self._railed = sum(block.railed for block in self._blocks) if self._railed or railed else 0
-        if resting:
-            self._watch_force(count / RATE_HZ)
+        if resting or self._noise_v2 is not None:
+            self._watch_signal(count / RATE_HZ)
         self.fault = self._name(count / RATE_HZ)
         return self.fault
 
@@ -103,21 +109,28 @@ class TextureFault:
             flat = self._lately(FLAT_S, block_s)
             if max(b.high_v for b in flat) - min(b.low_v for b in flat) < STILL_V:
                 return DISCONNECTED
-        return NOISE_ONLY if self._deaf else None
+        return None if self._noise_v2 is None else NOISE_ONLY
 
     def _lately(self, seconds: float, block_s: float) -> list[_Block]:
         """The last blocks, as many as there are."""
         wanted = round(seconds / block_s)
         return list(islice(self._blocks, max(0, len(self._blocks) - wanted), None))
 
-    def _watch_force(self, block_s: float) -> None:
-        """Whether the signal went anywhere, where the force did."""
+    def _watch_signal(self, block_s: float) -> None:
+        """Whether the signal went anywhere, where the force did; also where that is not known, once it did not."""
         blocks = self._lately(FOLLOWS_S, block_s)
-        if len(blocks) < round(FOLLOWS_S / block_s) or not all(block.resting for block in blocks):
+        if len(blocks) < round(FOLLOWS_S / block_s):
             return
-        late = round(LATE_S / block_s)
-        pressed = np.array([block.pressed_n for block in blocks[late:-late]])
-        if float(np.ptp(pressed)) < PRESSED_N:
-            return
+        if self._noise_v2 is None:
+            late = round(LATE_S / block_s)
+            pressed = np.array([block.pressed_n for block in blocks[late:-late]])
+            if float(np.ptp(pressed)) < PRESSED_N or not all(block.resting for block in blocks):
+                return
         signal = np.array([block.mean_v for block in blocks])
-        self._deaf = float(np.mean(np.diff(signal) ** 2)) >= NOISE_STEP * 2.0 * float(np.var(signal))
+        steps_v2 = float(np.mean(np.diff(signal) ** 2))
+        if steps_v2 < NOISE_STEP * 2.0 * float(np.var(signal)):
+            self._noise_v2 = None
+        elif self._noise_v2 is None:
+            self._noise_v2 = steps_v2
+        elif steps_v2 > LOUDER * self._noise_v2:
+            self._noise_v2 = None

@@ -60,6 +60,29 @@ def test_noise_of_any_size_is_no_signal(noise_v):
 
 
 @pytest.mark.parametrize("surface", SIX)
+def test_a_sensor_that_was_named_for_a_force_that_was_none_is_sound_again_when_it_is_felt_with(surface):
+    """A force sensor that is biased for a while before the finger comes down, at once into a stroke."""
+    trace = drawn(surface, 86_000)
+    came_s = trace.stroke_s[0] + 0.15
+    before = np.arange(-0.8, 0.0, 1.0 / RATE_HZ)
+    quiet = np.random.default_rng(3).normal(0.0, 0.008, len(before))
+    later = trace.time_s >= came_s
+    biased_n = np.where((before > -0.5) & (before < -0.25), 1.5, 0.0)
+    both = dataclasses.replace(
+        trace,
+        time_s=np.concatenate([came_s + before, trace.time_s[later]]),
+        pressure_v=np.concatenate([quiet, trace.pressure_v[later]]),
+        force_n=np.concatenate([biased_n, trace.force_n[later]]),
+        speed_mm_s=np.concatenate([np.zeros(len(before)), trace.speed_mm_s[later]]),
+    )
+    blocks = played(both)
+    assert NOISE_ONLY in {block.texture.fault for block in blocks}
+    stroking = [block for block in blocks if block.mode is ExplorationMode.STROKING]
+    assert stroking[-1].texture.fault is None
+    assert stroking[-1].texture.valid
+
+
+@pytest.mark.parametrize("surface", SIX)
 def test_a_sound_sensor_has_no_fault(surface):
     for seed in range(84_000, 84_005):
         assert {block.texture.fault for block in played(drawn(surface, seed))} == {None}
