@@ -55,23 +55,23 @@ test: $(READY)
 
 .PHONY: session
 session: $(READY)
-	$(BIN)/pytest -m virtual -n auto
+	$(BIN)/pytest -m virtual -n auto tests/virtual
 	$(BIN)/pytest -m session
 
 .PHONY: containers
 containers: $(READY)
-	@settings=$$(PYTHON=$(PYTHON) tests/network/prepare.sh); eval "$$settings"; $(BIN)/pytest -m containers -rPs
+	@settings=$$(PYTHON=$(PYTHON) tests/network/prepare.sh); eval "$$settings"; $(BIN)/pytest -m containers -rPs tests/containers
 
 # A session at 500 Hz beside its attackers: a core must not be busy with something else.
 ALONE := tests/hardening/test_hostile_connections.py
 .PHONY: hardening
 hardening: $(READY)
-	$(BIN)/pytest -m hardening -n 2 --ignore $(ALONE)
+	$(BIN)/pytest -m hardening -n 2 --ignore $(ALONE) tests/hardening
 	$(BIN)/pytest -m hardening $(ALONE)
 
 .PHONY: netns
 netns: $(READY)
-	@settings=$$(PYTHON=$(PYTHON) tests/network/prepare.sh); eval "$$settings"; $(BIN)/pytest -m netns -rPs
+	@settings=$$(PYTHON=$(PYTHON) tests/network/prepare.sh); eval "$$settings"; $(BIN)/pytest -m netns -rPs tests/network
 
 .PHONY: faults
 faults: $(READY)
@@ -98,7 +98,7 @@ check: $(READY)
 
 .PHONY: pages
 pages: $(READY)
-	$(BIN)/pytest -m pages -n 2
+	$(BIN)/pytest -m pages -n 2 tests/docs tests/packaging
 
 # Warnings are errors, also those about links that lead nowhere.
 .PHONY: docs
@@ -121,7 +121,7 @@ coverage: $(READY)
 
 .PHONY: dask
 dask: $(READY)
-	$(BIN)/pytest -m dask
+	$(BIN)/pytest -m dask tests/studies
 
 # Interrupted, it goes on where it was; `teletaction study --compare OLD NEW` tells what became worse.
 .PHONY: results
