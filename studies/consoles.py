@@ -82,7 +82,6 @@ def measure(turn_s: float, turns: int, watched_s: float, seed: int, tell: Tell) 
             tell(f"five pages for {watched_s:.0f} s")
             memory = session.watch(watched_s)
             if session.has_real_time():
-                session.put_loop_in_line()
                 session.take_turns(ORDINARY_WAYS, turns, turn_s, tell)
             else:
                 tell("the loop has no real-time priority here: all of this was measured with ordinary priority")
@@ -135,6 +134,8 @@ class Watched:
                         address = there.enter_context(self._console())
                         if way in _LOOKED_AT:
                             there.enter_context(self._looking(address))
+                    if way in ORDINARY_WAYS:
+                        self._put_loop_in_line()
                     time.sleep(_SETTLE_S)
                     self._stretch(way, seconds)
 
@@ -142,8 +143,8 @@ class Watched:
         """Whether the loop's thread comes before all ordinary work."""
         return policy(self._loop()) == os.SCHED_RR
 
-    def put_loop_in_line(self) -> None:
-        """Give the loop's thread ordinary priority from now on."""
+    def _put_loop_in_line(self) -> None:
+        """Give the loop's thread ordinary priority, until it has been behind and is on time again."""
         stand_in_line(self._loop())
 
     def _loop(self) -> int:
