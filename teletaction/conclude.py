@@ -39,9 +39,10 @@ def conclude(
         round_trips_s: of a bare ping that ran beside the session, s.
 
     Raises:
-        ValueError: a recording or a status is missing or cannot be read.
+        ValueError: the scene is unknown, or a recording or a status is missing or cannot be read.
         OSError: `out` cannot be written.
     """
+    scene = load_scene(options.scene)
     recordings = [path for name in PROCESSES for path in recordings_of(folder, name)]
     if any(folder.glob(f"{CONSOLE}*.mcap")):
         recordings += recordings_of(folder, CONSOLE)
@@ -57,7 +58,7 @@ def conclude(
     data = SessionData.read(out / "session.mcap")
     examination = Examination.read(out / "session.mcap")
     summary = summarise(data, options, statuses, usage, wall_s, round_trips_s or [])
-    summary["targets"] = found_targets(load_scene(options.scene), examination.felt)
+    summary["targets"] = found_targets(scene, examination.felt)
     (out / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", "utf-8")
     write_report(data, summary, out / "report.html", examination)
     return summary

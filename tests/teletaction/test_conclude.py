@@ -71,6 +71,12 @@ def test_a_restarted_process_has_several_recordings(tmp_path: Path) -> None:
     assert [p.name for p in recordings_of(tmp_path, "remote")] == ["remote-1.mcap", "remote-2.mcap", "remote.mcap"]
 
 
+def test_a_scene_that_is_none_is_refused_before_anything_is_written(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="unknown scene 'nowhere'; known: "):
+        conclude(tmp_path, tmp_path / "out", DemoOptions(scene="nowhere"))
+    assert not (tmp_path / "out").exists()
+
+
 def test_what_is_missing_is_named(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"no recording of sim-remote \(sim-remote\.mcap\)"):
         conclude(tmp_path, tmp_path / "out", DemoOptions())
