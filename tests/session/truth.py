@@ -15,7 +15,7 @@ from studies.fault_judge import Floats, Truth
 from studies.fault_table import FREE, STROKING
 from studies.faults import read_truth
 
-__all__ = ["FELT_N", "HEATS", "LATE_S", "STROKES", "Floats", "Truth", "between", "read_truth", "written"]
+__all__ = ["FELT_N", "HEATS", "LATE_S", "STROKES", "Floats", "Truth", "between", "packets", "read_truth", "written"]
 
 STROKES, HEATS = FINGERS.index(STROKING), FINGERS.index(FREE)
 """The finger that strokes an object, and the one in the air whose sensor is heated."""
@@ -34,8 +34,14 @@ def between(time_s: Floats, values: Floats, from_s: float, to_s: float) -> Float
 
 def written(
     path: Path, stream: str, from_s: float = -math.inf, to_s: float = math.inf, *, may_be_cut: bool = False
-) -> list[tuple[float, dict[str, Any]]]:
-    """What a simulation wrote into one stream in from_s..to_s, and when, s.
+) -> list[tuple[float, Any]]:
+    """What a process wrote into one stream in from_s..to_s, and when, s; `may_be_cut` as for `packets`."""
+    found = packets(path, stream, may_be_cut=may_be_cut)
+    return [(time_s, msgpack.unpackb(packet)) for time_s, packet in found if from_s <= time_s < to_s]
+
+
+def packets(path: Path, stream: str, *, may_be_cut: bool = False) -> list[tuple[float, bytes]]:
+    """The packets of one stream, and when each was written, s.
 
     A recording may be cut where its process was killed, or was given no time by a busy machine; elsewhere it is whole.
     """
@@ -46,7 +52,5 @@ def written(
             if isinstance(record, Channel):
                 topics[record.id] = record.topic
             elif isinstance(record, Message) and topics[record.channel_id] == stream:
-                time_s = record.log_time * 1e-9
-                if from_s <= time_s < to_s:
-                    found.append((time_s, msgpack.unpackb(record.data)))
+                found.append((record.log_time * 1e-9, record.data))
     return found
