@@ -10,7 +10,7 @@ that carries one site; on one that carries too many, all of them are behind, and
 import logging
 from collections.abc import Callable
 
-from common.scheduling import come_first, stand_in_line
+from common.scheduling import come_first, has_real_time, stand_in_line
 
 log = logging.getLogger(__name__)
 
@@ -21,10 +21,10 @@ MOST_WORK = 0.7
 class Precedence:
     """Gives the loop's thread real-time priority and takes it back; called from that thread, once a second.
 
-    Where it is not allowed, or somebody else has already chosen a policy, that stays as it is.
+    Where it is not allowed, or somebody else has already chosen a policy, that stays as it is. Made in that thread.
 
     Attributes:
-        first: whether the loop has it.
+        first: whether the loop has it, from here or from whoever started it.
     """
 
     def __init__(
@@ -32,7 +32,8 @@ class Precedence:
     ) -> None:
         self._come_first, self._stand_in_line = come_first, stand_in_line
         self._refused = False
-        self.first = False
+        self._given = has_real_time()
+        self.first = self._given
 
     def look(self, holds_rate: bool, works: float | None) -> bool:
         """Return whether the loop comes first from now on.
@@ -41,6 +42,8 @@ class Precedence:
             holds_rate: whether the loop makes the ticks that it should.
             works: share of the time that its thread works; None while it is not known.
         """
+        if self._given:
+            return True
         deserved = holds_rate and works is not None and works <= MOST_WORK
         if deserved and not self.first and not self._refused:
             self.first = self._come_first()

@@ -61,6 +61,11 @@ def policy(thread: int = 0) -> int:
     return os.sched_getscheduler(thread) & ~os.SCHED_RESET_ON_FORK
 
 
+def has_real_time() -> bool:
+    """Whether the calling thread comes before all ordinary work, whoever gave it that policy."""
+    return policy() in (os.SCHED_FIFO, os.SCHED_RR)
+
+
 def come_first() -> bool:
     """Real-time priority for this thread, and for none that it starts later; False where that is not allowed.
 

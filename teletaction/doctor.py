@@ -11,7 +11,7 @@ from common.can_line import CanAddress, CanLine
 from common.config import OperatorConfig, RemoteConfig, load_site
 from common.fingers import FINGERS
 from common.keys import TrustedKeys, fingerprint, load_keys
-from common.scheduling import come_first, stand_in_line
+from common.scheduling import come_first, has_real_time, stand_in_line
 from common.serial_line import open_line
 from common.serial_messages import DeviceKind
 from operator_site.remote_key import remote_public_key
@@ -198,6 +198,8 @@ def _clock() -> Finding:
 
 def _priority() -> Finding:
     """What the loop would get from whoever asks here; ordinary priority is no fault."""
+    if has_real_time():
+        return Finding("loop's priority", True, "real-time, given by whoever started this; a loop started so keeps it")
     if come_first():
         stand_in_line()
         return Finding("loop's priority", True, "real-time may be had: the loop comes before all ordinary work")

@@ -2,6 +2,8 @@
 
 import logging
 import os
+import subprocess
+import sys
 
 import pytest
 from hypothesis import given
@@ -76,3 +78,20 @@ def test_a_thread_that_was_given_another_policy_by_somebody_else_keeps_it() -> N
         assert os.sched_getscheduler(0) == os.SCHED_BATCH
     finally:
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+
+
+def test_real_time_priority_that_somebody_else_gave_is_told_and_never_taken() -> None:
+    code = f"""
+import os, sys
+from common.precedence import Precedence
+try:
+    os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
+except PermissionError:
+    sys.exit("denied")
+precedence = Precedence()
+print(precedence.first, precedence.look(True, {EASY}), precedence.look(False, None), os.sched_getscheduler(0))
+"""
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    if told.stderr == "denied\n":
+        pytest.skip("no real-time policy may be set here")
+    assert told.stdout.split() == ["True", "True", "True", str(os.SCHED_FIFO)]
