@@ -1,34 +1,42 @@
-"""Recording to MCAP by a thread of its own: at most the last half second is lost when the process is killed.
+"""Recording to MCAP by a process of its own: at most the last half second is lost when the machine stops.
 
 A full disk, a slow disk or a crash of the writer never reaches the loop: `write` only puts into a bounded queue and
 counts what did not fit. A recording that failed stays stopped, even if the disk has room again; the file is good up to
 there, and `teletaction recover` makes a whole one of it.
 """
 
-import contextlib
 import json
 import logging
 import os
-import queue
-import threading
-from collections import Counter
+import select
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections import Counter, deque
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
+from typing import IO
 
-from mcap.writer import CompressionType, Writer
+import msgpack
 
 from common.earlier_file import set_aside
 from common.software_version import software_version
 
 log = logging.getLogger(__name__)
 
-CHUNK_BYTES = 256 * 1024
-"""More than is written between two flushes: the library keeps an index entry in memory for each chunk of the file."""
-FLUSH_S = 0.25
-"""Between two ends of a chunk: half of what may be lost, the other half is for a busy machine."""
+_HAND_NS = 33_000_000
+"""Between two handings over of what waits."""
+_BATCH = 256
+"""Messages handed over at once, at most."""
 _QUEUE_LENGTH = 20_000
 _CLOSE_S = 5.0
+_TOLD_BYTES = 1 << 16
+_OWNERS_ENDS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+"""Told to all processes of a service or a terminal at once; the writer's end comes after its owner's."""
 PACKET_SCHEMA: dict[str, object] = {
     "type": "array",
     "description": "a packet of the link as it stands on the wire, see docs/protocols.md",
@@ -44,10 +52,6 @@ class Recorder:
     """Writes streams to one MCAP file.
 
     Each payload is MessagePack; the channel's schema (JSON schema text) names its fields.
-
-    Attributes:
-        written: messages of each stream that were handed to the system; with `durable`, that are on the disk.
-        failed: why the recording stopped; None while it has not.
     """
 
     def __init__(
@@ -59,7 +63,7 @@ class Recorder:
         *,
         durable: bool = False,
     ):
-        """Open `path` and start the writing thread.
+        """Create `path` and start the writing process.
 
         Args:
             path: file to create; its folder must exist. What an earlier run recorded there is set aside as -1, -2 ...
@@ -73,35 +77,55 @@ class Recorder:
         Raises:
             OSError: the file cannot be created, or an earlier one not set aside.
         """
-        self.written: Counter[str] = Counter()
-        self.failed: str | None = None
+        self._failed: str | None = None
+        self._written: Counter[str] = Counter()
         self._refused = 0
+        self._slow_said = False
         self._taken = 0
         self._closed = False
+        self._mark_left = False
+        """The closing mark is on its way, or there."""
+        self._ended = False
+        """The writer has told its last."""
         self._durable = durable
-        self._due = threading.Event()
-        """Something is to be written before the next flush."""
-        self._queue: queue.SimpleQueue[tuple[str, int, bytes] | None] = queue.SimpleQueue()
+        self._streams = {stream: number for number, stream in enumerate(schemas)}
+        self._waiting: deque[tuple[int, int, bytes]] = deque()
+        self._handed_ns = 0
+        self._leaving = memoryview(
+            msgpack.packb(
+                {
+                    "metadata": {"version": software_version(), **metadata},
+                    "schemas": {stream: json.dumps(schema).encode() for stream, schema in schemas.items()},
+                    "attachments": dict(attachments or {}),
+                    "durable": durable,
+                }
+            )
+        )
+        """The rest of what is being handed over."""
+        self._told = msgpack.Unpacker()
         set_aside(path)
-        self._file = path.open("wb")
-        self._writer = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.NONE)
-        self._writer.start(profile="teletaction", library="teletaction")
-        self._writer.add_metadata("session", {"version": software_version(), **metadata})
-        for name, content in (attachments or {}).items():
-            self._writer.add_attachment(0, 0, name, "application/octet-stream", content)
-        self._channels: dict[str, int] = {}
-        for stream, schema in schemas.items():
-            schema_id = self._writer.register_schema(stream, "jsonschema", json.dumps(schema).encode())
-            self._channels[stream] = self._writer.register_channel(stream, "msgpack", schema_id)
+        with path.open("wb") as file:
+            self._writer, self._process = _start_writer(file)
         if durable:
             _sync_folder(path.parent)
-        self._thread = threading.Thread(target=self._drain, name="recorder", daemon=True)
-        self._thread.start()
+        self._exchange()
+
+    @property
+    def written(self) -> Counter[str]:
+        """Messages of each stream that were handed to the system; with `durable`, that are on the disk."""
+        self._exchange()
+        return self._written
+
+    @property
+    def failed(self) -> str | None:
+        """Why the recording stopped; None while it has not."""
+        self._exchange()
+        return self._failed
 
     @property
     def lost(self) -> int:
         """Messages that did not fit into the queue or came to a recording that had stopped."""
-        abandoned = 0 if self.failed is None else self._taken - self.written.total()
+        abandoned = 0 if self._failed is None else self._taken - self._written.total()
         return self._refused + abandoned
 
     def write(self, stream: str, time_ns: int, payload: bytes) -> None:
@@ -110,25 +134,33 @@ class Recorder:
         Raises:
             ValueError: the recording has no such stream.
         """
-        if stream not in self._channels:
-            raise ValueError(f"stream {stream!r} is not in the recording's schemas: {', '.join(self._channels)}")
-        if self._closed or self.failed is not None or self._queue.qsize() >= _QUEUE_LENGTH:
+        if stream not in self._streams:
+            raise ValueError(f"stream {stream!r} is not in the recording's schemas: {', '.join(self._streams)}")
+        if self._ended or self._closed or len(self._waiting) >= _QUEUE_LENGTH:
             self._refused += 1
-            return
-        self._taken += 1
-        self._queue.put((stream, time_ns, payload))
-        if self._durable:
-            self._due.set()
+        else:
+            self._taken += 1
+            self._waiting.append((self._streams[stream], time_ns, payload))
+        if self._durable or not 0 <= time_ns - self._handed_ns < _HAND_NS:
+            self._handed_ns = time_ns
+            self._exchange()
 
     def close(self) -> None:
-        """Write what is queued, close the file with its index, end the thread."""
+        """Write what is queued, close the file with its index, end the process."""
         if self._closed:
             return
         self._closed = True
-        self._queue.put(None)
-        self._due.set()
-        self._thread.join(timeout=_CLOSE_S)
-        if self._thread.is_alive():
+        end_s = time.monotonic() + _CLOSE_S
+        self._exchange()
+        while not self._ended and (left_s := end_s - time.monotonic()) > 0.0:
+            ready = select.poll()
+            ready.register(self._writer, select.POLLIN | (select.POLLOUT if self._leaving else 0))
+            ready.poll(left_s * 1e3)
+            self._exchange()
+        self._writer.close()
+        if self._ended:
+            self._process.wait()
+        else:  # left alone, it still writes what it has got when the disk moves again
             self._fail(f"the disk took nothing for {_CLOSE_S:g} s")
 
     def __enter__(self) -> "Recorder":
@@ -139,52 +171,63 @@ class Recorder:
     ) -> None:
         self.close()
 
-    def _drain(self) -> None:
-        slow_said = False
-        try:
-            while self._write_queued():
-                if self._refused and not slow_said:
-                    slow_said = True
-                    log.warning("recording: the disk is slower than the data, %d messages lost so far", self._refused)
-                # One wake-up per flush keeps this thread off the interpreter while the loop runs.
-                self._due.wait(FLUSH_S)
-                self._due.clear()
-            self._writer.finish()  # type: ignore[no-untyped-call]  # the library leaves it untyped
-            self._sync()
-            self._file.close()
-        except Exception as error:  # whatever it is, it must end the recording only
-            self._fail(str(error) or type(error).__name__)
-            with contextlib.suppress(OSError):  # what it still holds cannot be written either
-                self._file.close()
+    def _exchange(self) -> None:
+        """Hand over what waits, as far as it is taken, and take what the writer tells; never waits."""
+        if self._ended:
+            return
+        with suppress(BlockingIOError, ConnectionError):  # a writer that is gone has said why
+            while self._leaving or self._pack():
+                self._leaving = self._leaving[self._writer.send(self._leaving) :]
+        with suppress(BlockingIOError):
+            while not self._ended:
+                self._listen()
+        if self._refused and not self._slow_said:
+            self._slow_said = True
+            log.warning("recording: the disk is slower than the data, %d messages lost so far", self._refused)
 
-    def _write_queued(self) -> bool:
-        """Write all that is queued and end the chunk; False once the closing mark was met."""
-        written: Counter[str] = Counter()
-        going_on = True
-        for _ in range(self._queue.qsize()):
-            item = self._queue.get()
-            if item is None:
-                going_on = False
-                break
-            stream, time_ns, payload = item
-            self._writer.add_message(self._channels[stream], time_ns, payload, time_ns)
-            written[stream] += 1
-        self._writer.flush()  # type: ignore[no-untyped-call]
-        if written:
-            self._sync()
-        self.written.update(written)
-        return going_on
+    def _pack(self) -> bool:
+        """Make ready what is to be handed over next; False if there is nothing."""
+        batch = [self._waiting.popleft() for _ in range(min(len(self._waiting), _BATCH))]
+        if not batch and (self._mark_left or not self._closed):
+            return False
+        self._mark_left = not batch
+        self._leaving = memoryview(msgpack.packb(batch or None))
+        return True
 
-    def _sync(self) -> None:
-        """Wait until the disk has what the system was handed."""
-        if self._durable:
-            self._file.flush()
-            os.fsync(self._file.fileno())
+    def _listen(self) -> None:
+        told = b""
+        with suppress(ConnectionError):
+            told = self._writer.recv(_TOLD_BYTES)
+        if not told:
+            self._fail("the process that writes it has ended")
+        self._told.feed(told)
+        for written, why, whole in self._told:
+            self._written = Counter(
+                {stream: count for stream, count in zip(self._streams, written, strict=False) if count}
+            )
+            self._ended = whole
+            if why is not None:
+                self._fail(why)
 
     def _fail(self, why: str) -> None:
-        if self.failed is None:
-            self.failed = why
+        self._ended = True
+        self._waiting.clear()
+        if self._failed is None:
+            self._failed = why
             log.error("recording stopped: %s", why)
+
+
+def _start_writer(file: IO[bytes]) -> tuple[socket.socket, "subprocess.Popen[bytes]"]:
+    """Start the process that writes to a file; this end of the socket to it, and the process."""
+    ours, theirs = socket.socketpair()
+    ours.setblocking(False)
+    command = [sys.executable, "-m", "common.recording_writer"]
+    with theirs:
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, _OWNERS_ENDS)  # the process inherits and keeps that
+        try:
+            return ours, subprocess.Popen(command, stdin=theirs.fileno(), stdout=file)
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _sync_folder(folder: Path) -> None:

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from teletaction.demo_files import NETWORK, PROCESSES
-from teletaction.processes import die_with_parent
+from teletaction.processes import die_with_parent, family
 
 EVERY_S = 1.0
 WATCHED = (*PROCESSES, NETWORK)
@@ -32,7 +32,7 @@ class Sample:
     Attributes:
         time_s: monotonic clock.
         pid: tells a restarted process from the one before.
-        rss_mib, open_files, threads: from /proc.
+        rss_mib, open_files, threads: from /proc, with those of the processes that it started.
         told: what its status file says of its state, its devices, its loop, the faults it did.
     """
 
@@ -72,10 +72,7 @@ def sample(folder: Path, process: str) -> Sample | None:
     """One look at a process; None while it has told nothing, or is gone."""
     try:
         told = json.loads((folder / f"{process}.json").read_text("utf-8"))
-        proc = Path("/proc") / str(told["pid"])
-        status = dict(line.split(":\t", 1) for line in (proc / "status").read_text("ascii").splitlines())
-        open_files = len(os.listdir(proc / "fd"))
-        rss_mib = int(status["VmRSS"].split()[0]) / _KIB_PER_MIB
+        looks = [_look(pid) for pid in family(told["pid"])]
     except (OSError, ValueError, KeyError):  # not started yet, killed a moment ago, or dying: it has no memory then
         return None
     kept = {name: told[name] for name in _TOLD if name in told}
@@ -83,7 +80,15 @@ def sample(folder: Path, process: str) -> Sample | None:
         kept["overruns"] = told["loop"]["overruns"]
     if process == NETWORK:
         kept["faults"] = Counter(fault["kind"] for fault in told["faults"])
-    return Sample(time.monotonic(), process, told["pid"], round(rss_mib, 2), open_files, int(status["Threads"]), kept)
+    rss_mib, open_files, threads = (sum(figures) for figures in zip(*looks, strict=True))
+    return Sample(time.monotonic(), process, told["pid"], round(rss_mib, 2), int(open_files), int(threads), kept)
+
+
+def _look(pid: int) -> tuple[float, int, int]:
+    """Memory in MiB, open files and threads."""
+    proc = Path("/proc") / str(pid)
+    status = dict(line.split(":\t", 1) for line in (proc / "status").read_text("ascii").splitlines())
+    return int(status["VmRSS"].split()[0]) / _KIB_PER_MIB, len(os.listdir(proc / "fd")), int(status["Threads"])
 
 
 def main(folder: Path) -> None:

@@ -67,14 +67,34 @@ class SessionProcesses:
         return gentle
 
     def usage(self) -> dict[str, tuple[float, float]]:
-        """CPU time used so far (s) and largest resident memory (MiB) of each running process."""
+        """CPU time used so far (s) and largest resident memory (MiB) of each running process and those it started."""
         found = {}
         for name, process in self.running.items():
-            try:
-                stat = Path(f"/proc/{process.pid}/stat").read_text("ascii").rsplit(")", 1)[1].split()
-                status = Path(f"/proc/{process.pid}/status").read_text("ascii")
-            except (FileNotFoundError, ProcessLookupError):
-                continue
-            peak = next((line.split()[1] for line in status.splitlines() if line.startswith("VmHWM")), "0")
-            found[name] = ((int(stat[11]) + int(stat[12])) / _TICKS_PER_S, int(peak) / 1024.0)
+            used = [one for pid in family(process.pid) if (one := _used(pid)) is not None]
+            if used:
+                found[name] = (sum(cpu_s for cpu_s, _ in used), sum(peak_mib for _, peak_mib in used))
         return found
+
+
+def family(pid: int) -> list[int]:
+    """A process and those that it started, a recording's writer above all, as far as they run."""
+    started = [int(child) for file in Path(f"/proc/{pid}/task").glob("*/children") for child in _read(file).split()]
+    return [pid, *(member for child in started for member in family(child))]
+
+
+def _used(pid: int) -> tuple[float, float] | None:
+    """CPU time (s), with that of what it started and saw end, and largest memory (MiB); None for one that is gone."""
+    stat, status = _read(Path(f"/proc/{pid}/stat")), _read(Path(f"/proc/{pid}/status"))
+    if not stat:
+        return None
+    ticks = sum(int(number) for number in stat.rsplit(")", 1)[1].split()[11:15])
+    peak = next((line.split()[1] for line in status.splitlines() if line.startswith("VmHWM")), "0")
+    return ticks / _TICKS_PER_S, int(peak) / 1024.0
+
+
+def _read(file: Path) -> str:
+    """What the system tells of a process; nothing, if that is gone."""
+    try:
+        return file.read_text("ascii")
+    except (FileNotFoundError, ProcessLookupError):
+        return ""

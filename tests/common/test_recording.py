@@ -1,30 +1,30 @@
 import contextlib
 import json
 import os
+import signal
+import socket
 import stat
 import struct
 import threading
 import time
 from collections import Counter
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO, Any, cast
 
+import msgpack
 import pytest
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
 from mcap.records import Message
 from mcap.stream_reader import StreamReader
 
-from common import recording
+from common import recording, recording_writer
 from common.recording import Recorder, recording_figures
 from common.software_version import software_version
+from tests.writer_thread import write_in_a_thread
 
 SCHEMAS = {"touch": {"type": "array", "description": "a packet"}, "event": {"type": "object"}}
-
-
-@pytest.fixture(autouse=True)
-def _no_pause(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(recording, "FLUSH_S", 0.002)
 
 
 def record(path: Path, messages: int) -> Recorder:
@@ -57,10 +57,9 @@ def test_the_public_reader_finds_everything(tmp_path: Path) -> None:
 
 
 def test_between_two_flushes_a_recording_grows_by_one_chunk_however_much_is_written(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path,
 ) -> None:
     """Each chunk of the file costs memory until the file is closed: a session of hours must not pay by the byte."""
-    monkeypatch.setattr(recording, "FLUSH_S", 0.25)
     record(tmp_path / "s.mcap", 1500)
     with (tmp_path / "s.mcap").open("rb") as file:
         summary = make_reader(file).get_summary()
@@ -71,7 +70,8 @@ def test_between_two_flushes_a_recording_grows_by_one_chunk_however_much_is_writ
 
 
 def test_a_file_cut_anywhere_still_yields_its_closed_chunks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(recording, "CHUNK_BYTES", 16 * 1024)
+    write_in_a_thread(monkeypatch)
+    monkeypatch.setattr(recording_writer, "CHUNK_BYTES", 16 * 1024)
     record(tmp_path / "s.mcap", 2000)
     whole = (tmp_path / "s.mcap").read_bytes()
     for share in (0.3, 0.5, 0.77):
@@ -85,7 +85,7 @@ def test_a_file_cut_anywhere_still_yields_its_closed_chunks(tmp_path: Path, monk
         numbers = [int.from_bytes(m.data[:4], "little") for m in found if m.data != b"event"]
         assert numbers == list(range(len(numbers)))
         # At most the chunk under way is lost; chunk and index take some bytes more than the messages.
-        chunk_messages = recording.CHUNK_BYTES / 131
+        chunk_messages = recording_writer.CHUNK_BYTES / 131
         assert len(numbers) >= 2000 * share * 0.95 - 2 * chunk_messages
 
 
@@ -108,28 +108,49 @@ class SlowDisk:
         self.moving.wait(30.0)
         return self.file.write(data)
 
+    def __enter__(self) -> "SlowDisk":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Open until the test has ended."""
+
     def __getattr__(self, name: str) -> Any:
         return getattr(self.file, name)
 
 
+@pytest.fixture
+def disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[SlowDisk]:
+    write_in_a_thread(monkeypatch)
+    disk = SlowDisk(tmp_path / "s.mcap")
+    yield disk
+    disk.moving.set()
+    disk.file.close()
+
+
+def until(reached: Callable[[], object]) -> None:
+    end_s = time.monotonic() + 30.0
+    while not reached():
+        assert time.monotonic() < end_s
+        time.sleep(0.001)
+
+
 def test_a_stuck_disk_never_makes_the_loop_wait_and_what_does_not_fit_is_counted_and_said_once(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    disk: SlowDisk, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(recording, "_QUEUE_LENGTH", 10)
-    disk = SlowDisk(tmp_path / "s.mcap")
-    recorder = Recorder(cast(Path, disk), SCHEMAS, {})
     disk.moving.clear()
+    recorder = Recorder(cast(Path, disk), SCHEMAS, {})
+    payload = bytes(50_000)
     for n in range(1000):
-        recorder.write("touch", n, b"x")  # each comes back although nothing moves before all are written
+        recorder.write("touch", n * 2_000_000, payload)  # each comes back although nothing moves before all are written
     assert not disk.moving.is_set()
     lost = recorder.lost
-    # Ten wait in the queue; ten more may have been taken from it before the disk was stuck.
-    assert 980 <= lost <= 990
+    # Ten wait in the queue, ten or a few more are being handed over; the sockets hold a few hundred kilobytes.
+    assert 900 <= lost <= 990
     disk.moving.set()
-    while recorder.written["touch"] < 1000 - lost:
-        time.sleep(0.001)
+    until(lambda: recorder.written["touch"] == 1000 - lost)
     for n in range(3):
-        recorder.write("touch", 2000 + n, b"x")
+        recorder.write("touch", 10**10 + n, b"x")
     recorder.close()
     assert recorder.failed is None
     assert recorder.written == Counter(touch=1000 - lost + 3)
@@ -137,18 +158,17 @@ def test_a_stuck_disk_never_makes_the_loop_wait_and_what_does_not_fit_is_counted
     assert "the disk is slower than the data" in caplog.text
 
 
-def test_a_disk_that_stays_stuck_does_not_keep_the_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_disk_that_stays_stuck_does_not_keep_the_process(disk: SlowDisk, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(recording, "_CLOSE_S", 0.05)
-    disk = SlowDisk(tmp_path / "s.mcap")
-    recorder = Recorder(cast(Path, disk), SCHEMAS, {})
     disk.moving.clear()
+    recorder = Recorder(cast(Path, disk), SCHEMAS, {})
     recorder.write("touch", 1, b"x")
     recorder.close()
     assert recorder.failed == "the disk took nothing for 0.05 s"
     assert recorder.lost == 1
     assert recording_figures(recorder) == {"recorded": {}, "recording_lost": 1, "recording_failed": recorder.failed}
     disk.moving.set()
-    recorder._thread.join(30.0)
+    recorder._process.wait()
 
 
 def test_a_full_disk_stops_the_recording_and_not_the_loop(caplog: pytest.LogCaptureFixture) -> None:
@@ -173,14 +193,75 @@ def test_a_writer_that_dies_of_anything_stops_the_recording_and_not_the_loop(
         raise RuntimeError("out of order")
 
     monkeypatch.setattr("mcap.writer.Writer.add_message", die)
+    write_in_a_thread(monkeypatch)
     recorder = Recorder(tmp_path / "s.mcap", SCHEMAS, {})
     recorder.write("touch", 1, b"x")
-    recorder._thread.join(30.0)
+    until(lambda: recorder.failed)
     for n in range(10):
         recorder.write("touch", n, b"x")
     recorder.close()
     assert recording_figures(recorder) == {"recorded": {}, "recording_lost": 11, "recording_failed": "out of order"}
     assert [record.getMessage() for record in caplog.records] == ["recording stopped: out of order"]
+
+
+def test_a_writer_that_is_killed_stops_the_recording_and_not_the_loop(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    recorder = Recorder(tmp_path / "s.mcap", SCHEMAS, {})
+    recorder.write("touch", 1, b"x")
+    until(lambda: recorder.written)
+    os.kill(recorder._process.pid, signal.SIGKILL)
+    until(lambda: recorder.failed)
+    for n in range(10):
+        recorder.write("touch", 10**9 * n, b"x")
+    recorder.close()
+    why = "the process that writes it has ended"
+    assert recording_figures(recorder) == {"recorded": {"touch": 1}, "recording_lost": 10, "recording_failed": why}
+    assert [record.getMessage() for record in caplog.records] == [f"recording stopped: {why}"]
+
+
+def test_an_end_that_is_told_to_all_processes_does_not_end_the_recording_before_its_owner(tmp_path: Path) -> None:
+    with Recorder(tmp_path / "s.mcap", SCHEMAS, {}) as recorder:
+        recorder.write("touch", 1, b"x")
+        until(lambda: recorder.written)
+        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+            os.kill(recorder._process.pid, number)
+        recorder.write("touch", 10**9, b"y")
+    assert (recorder.written, recorder.lost, recorder.failed) == (Counter(touch=2), 0, None)
+
+
+def test_what_was_handed_over_outlasts_its_owner(tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path / "s.mcap", SCHEMAS, {})
+    for n in range(5):
+        recorder.write("touch", 10**9 * (n + 1), b"x")
+    recorder._writer.close()  # as if the owner had been killed
+    assert recorder._process.wait() == 0
+    with (tmp_path / "s.mcap").open("rb") as file:
+        assert [message.log_time for _, _, message in make_reader(file).iter_messages()] == [
+            10**9 * (n + 1) for n in range(5)
+        ]
+
+
+def test_an_owner_that_never_listens_does_not_stop_the_writer(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """What it tells does not fit into the socket after a while, and stands in the next that does."""
+    monkeypatch.setattr(recording_writer, "FLUSH_S", 0.0)
+    ours, theirs = socket.socketpair()
+    theirs.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
+    head = {"metadata": {}, "schemas": {"touch": b"{}"}, "attachments": {}, "durable": False}
+    with ours, theirs, (tmp_path / "s.mcap").open("wb") as file:
+        writer = threading.Thread(target=recording_writer.write_recording, args=(theirs, file))
+        writer.start()
+        ours.sendall(msgpack.packb(head))
+        for n in range(2000):
+            ours.sendall(msgpack.packb([[0, n, b"x"]]))
+        ours.sendall(msgpack.packb(None))
+        told = msgpack.Unpacker()
+        last = [[], None, False]
+        while not last[2]:
+            told.feed(ours.recv(1 << 16))
+            last = [last, *told][-1]
+        writer.join(30.0)
+    assert last == [[2000], None, True]
 
 
 def test_an_unknown_stream_is_the_callers_error_and_the_recording_goes_on(tmp_path: Path) -> None:
@@ -204,8 +285,7 @@ def test_what_was_written_is_in_the_file_without_closing_it(tmp_path: Path) -> N
     """However little it is: the chunk under way is ended on time, not when it is full."""
     recorder = Recorder(tmp_path / "s.mcap", SCHEMAS, {})
     recorder.write("touch", 7, b"seven")
-    while not recorder.written:
-        time.sleep(0.001)
+    until(lambda: recorder.written)
     found: list[bytes] = []
     with (tmp_path / "s.mcap").open("rb") as file, contextlib.suppress(McapError, struct.error):
         found.extend(item.data for item in StreamReader(file).records if isinstance(item, Message))
@@ -236,24 +316,28 @@ def test_closing_twice_is_no_error(tmp_path: Path) -> None:
 def test_a_durable_recording_calls_written_only_what_the_disk_has_and_does_not_wait_for_the_next_flush(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(recording, "FLUSH_S", 60.0)
+    monkeypatch.setattr(recording_writer, "FLUSH_S", 60.0)
+    write_in_a_thread(monkeypatch)
     synced: list[int] = []
-    moving = threading.Event()
+    asked, moving = threading.Event(), threading.Event()
+    moving.set()
 
     def sync(number: int) -> None:
         if stat.S_ISREG(os.fstat(number).st_mode):
+            asked.set()
             assert moving.wait(30.0)
             synced.append(os.fstat(number).st_size)
 
     monkeypatch.setattr(os, "fsync", sync)
     recorder = Recorder(tmp_path / "s.mcap", SCHEMAS, {}, durable=True)
+    until(lambda: synced)  # the head is there
+    moving.clear()
+    asked.clear()
     recorder.write("touch", 7, b"seven")
-    while recorder._queue.qsize():
-        time.sleep(0.001)
+    assert asked.wait(30.0)
     assert not recorder.written, "the disk has not got it yet"
     moving.set()
-    while not recorder.written:
-        time.sleep(0.001)
-    assert synced == [(tmp_path / "s.mcap").stat().st_size]
+    until(lambda: recorder.written)
+    assert synced[-1] == (tmp_path / "s.mcap").stat().st_size
     recorder.close()
     assert synced[-1] == (tmp_path / "s.mcap").stat().st_size

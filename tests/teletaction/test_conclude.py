@@ -6,18 +6,20 @@ import msgpack
 import pytest
 from mcap.reader import make_reader
 
-from common import recording
+from common import recording_writer
 from common.recording import Recorder
 from teletaction.conclude import conclude, recordings_of
 from teletaction.demo_files import DemoOptions
 from teletaction.merge import merge_recordings
+from tests.writer_thread import write_in_a_thread
 
 COUNT = 3000
 
 
 @pytest.fixture(autouse=True)
 def _many_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(recording, "CHUNK_BYTES", 4096)
+    write_in_a_thread(monkeypatch)
+    monkeypatch.setattr(recording_writer, "CHUNK_BYTES", 4096)
 
 
 def record(path: Path, stream: str, times_ns: range) -> Path:

@@ -2,6 +2,7 @@
 
 import os
 import random
+import signal
 import subprocess
 import sys
 import time
@@ -17,10 +18,11 @@ from mcap.reader import make_reader
 from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
 
-from common import recording
+from common import recording, recording_writer
 from common.recording import Recorder
 from teletaction.cli import main
 from teletaction.recover import Recovered, recover
+from tests.writer_thread import write_in_a_thread
 
 CHILD = Path(__file__).with_name("recording_child.py")
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(recording.__file__).parents[1])}
@@ -33,7 +35,8 @@ LOST_AT_MOST_NS = 500_000_000
 def _small_chunks() -> Iterator[None]:
     """So that a short recording has many of them."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(recording, "CHUNK_BYTES", 16 * 1024)
+        write_in_a_thread(patch)
+        patch.setattr(recording_writer, "CHUNK_BYTES", 16 * 1024)
         yield
 
 
@@ -71,9 +74,9 @@ def test_a_file_cut_anywhere_is_made_whole_with_metadata_and_attachments(
     restored = messages(result.out)
     (tmp_path / "whole.mcap").write_bytes(whole)
     assert restored == messages(tmp_path / "whole.mcap")[: len(restored)]
-    assert result.messages.total() == len(restored) > COUNT * share - 2 * recording.CHUNK_BYTES / 131
+    assert result.messages.total() == len(restored) > COUNT * share - 2 * recording_writer.CHUNK_BYTES / 131
     assert result.seconds == pytest.approx((restored[-1][1] - restored[0][1]) * 1e-9)
-    assert 0 < result.unreadable_bytes < 2 * recording.CHUNK_BYTES
+    assert 0 < result.unreadable_bytes < 2 * recording_writer.CHUNK_BYTES
     with result.out.open("rb") as file:
         reader = make_reader(file)
         assert [entry.metadata["configuration"] for entry in reader.iter_metadata()] == ["rate_hz = 500.0\n"]
@@ -110,7 +113,7 @@ def test_a_damaged_chunk_is_left_out_and_the_rest_is_kept(tmp_path: Path, whole:
     numbers = [int.from_bytes(data[:4], "little") for stream, _, data in messages(result.out) if stream == "touch"]
     missing = sorted(set(range(COUNT)) - set(numbers))
     assert missing == list(range(missing[0], missing[-1] + 1))
-    assert 50 < len(missing) < 2 * recording.CHUNK_BYTES / 131
+    assert 50 < len(missing) < 2 * recording_writer.CHUNK_BYTES / 131
 
 
 def test_whatever_the_damage_all_that_stands_before_it_is_restored(
@@ -144,14 +147,16 @@ def recovered_messages(path: Path, out: Path) -> list[tuple[str, int, bytes]]:
     return messages(out)
 
 
-def test_a_killed_process_loses_at_most_half_a_second(tmp_path: Path) -> None:
+def test_a_recorder_and_its_writer_killed_lose_at_most_half_a_second(tmp_path: Path) -> None:
     moments = random.Random(3)
     for turn in range(5):
         path, progress = tmp_path / f"{turn}.mcap", tmp_path / f"{turn}.progress"
         progress.write_bytes(bytes(8))
         payload_bytes = moments.choice([0, 30, 300, 3000])
         child = subprocess.Popen(
-            [sys.executable, str(CHILD), str(path), str(progress), str(payload_bytes)], env=ENVIRONMENT
+            [sys.executable, str(CHILD), str(path), str(progress), str(payload_bytes)],
+            env=ENVIRONMENT,
+            start_new_session=True,
         )
         try:
             while not any(progress.read_bytes()):
@@ -159,7 +164,7 @@ def test_a_killed_process_loses_at_most_half_a_second(tmp_path: Path) -> None:
                 time.sleep(0.01)
             time.sleep(moments.uniform(0.5, 1.3))
         finally:
-            child.kill()
+            os.killpg(child.pid, signal.SIGKILL)  # and its writer, as when the machine stops
             child.wait()
         last_ns = int.from_bytes(progress.read_bytes(), "little")
         result = recovered(path)
@@ -188,6 +193,12 @@ def test_a_disk_that_became_full_leaves_a_file_that_is_good_up_to_there(tmp_path
                 raise OSError(28, "No space left on device")
             return taken
 
+        def __enter__(self) -> "FullDisk":
+            return self
+
+        def __exit__(self, *_: object) -> None:
+            pass
+
         def __getattr__(self, name: str) -> Any:
             return getattr(self.file, name)
 
@@ -196,12 +207,14 @@ def test_a_disk_that_became_full_leaves_a_file_that_is_good_up_to_there(tmp_path
             return False
 
         def open(self, mode: str) -> IO[bytes]:
-            return cast(IO[bytes], FullDisk())
+            return cast(IO[bytes], disk)
 
+    disk = FullDisk()
     recorder = Recorder(cast(Path, FullPath()), SCHEMAS, {})
     for n in range(COUNT):
         recorder.write("touch", n, n.to_bytes(4, "little") * 25)
     recorder.close()
+    disk.file.close()
     assert recorder.failed == "[Errno 28] No space left on device"
     assert 0 < recorder.lost <= COUNT
     result = recovered(path)

@@ -1,6 +1,7 @@
 """What is called saved is on the disk; what a full disk did not take is kept, and written when there is room again."""
 
 import errno
+import resource
 import shutil
 import subprocess
 import time
@@ -11,7 +12,6 @@ from typing import Any
 import msgpack
 import pytest
 
-from common import recording
 from operator_site.console.keeping import AGAIN_S, Keeping
 from tests.session.truth import written
 
@@ -25,23 +25,18 @@ def until_saved(keeping: Keeping, ident: int, now_s: float) -> None:
     while not keeping.is_saved(ident):
         assert time.monotonic() < end_s
         keeping.step(now_s)
-        time.sleep(0.005)  # leaves the processor to the recorder's thread
+        time.sleep(0.005)  # leaves the processor to the recorder's process
 
 
 def until(reached: Callable[[], bool]) -> None:
     end_s = time.monotonic() + 10.0
     while not reached():
         assert time.monotonic() < end_s
-        time.sleep(0.005)  # leaves the processor to the recorder's thread
+        time.sleep(0.005)  # leaves the processor to the recorder's process
 
 
 def disk_free(folder: Path) -> int:
     return shutil.disk_usage(folder).free
-
-
-@pytest.fixture(autouse=True)
-def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(recording, "FLUSH_S", 0.01)
 
 
 def test_a_finding_is_saved_when_its_newest_record_is_on_the_disk(tmp_path: Path) -> None:
@@ -60,32 +55,23 @@ def test_a_finding_is_saved_when_its_newest_record_is_on_the_disk(tmp_path: Path
     keeping.close()
 
 
-class FullDisk:
-    """A file on a disk without room."""
-
-    def __init__(self, file: Any) -> None:
-        self._file = file
-
-    def write(self, data: bytes) -> int:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._file, name)
+def no_more_room(keeping: Keeping, path: Path) -> None:
+    """The file may not grow any more, whatever its writer does."""
+    assert keeping._recorder is not None
+    size = path.stat().st_size
+    resource.prlimit(keeping._recorder._process.pid, resource.RLIMIT_FSIZE, (size, size))
 
 
 def test_a_full_disk_loses_nothing_and_is_tried_again(tmp_path: Path) -> None:
     keeping = Keeping(tmp_path / "console.mcap", {})
     keeping.write("console/finding", 0.5, finding(1))
     until_saved(keeping, 1, 0.5)
-    recorder = keeping._recorder
-    assert recorder is not None
-    writer = recorder._writer
-    writer._Writer__stream = FullDisk(writer._Writer__stream)  # type: ignore[attr-defined]
+    no_more_room(keeping, tmp_path / "console.mcap")
     keeping.write("console/finding", 1.0, finding(2, "lesion"))
     end_s = time.monotonic() + 10.0
     while not keeping.failed:
         assert time.monotonic() < end_s
-        time.sleep(0.005)  # leaves the processor to the recorder's thread
+        time.sleep(0.005)  # leaves the processor to the recorder's process
     keeping.write("console/finding", 2.0, finding(3))
     keeping.write("console/act", 2.0, {"verb": "finding"})
     assert not keeping.is_saved(2)
