@@ -48,6 +48,14 @@ def test_the_console_looks_for_its_site_where_that_is(folder: str) -> None:
     assert "{report}" in console.report_command
 
 
+@pytest.mark.parametrize(("console", "site"), [("console", "operator-site"), ("operator-console", "operator")])
+def test_a_console_stands_back_from_the_sites_as_much_as_it_does_beside_them(console: str, site: str) -> None:
+    (shares,) = re.findall(r"^ +cpu_shares: (\d+)", service(console), re.MULTILINE)
+    weight_nice_10, weight_nice_0 = 110, 1024
+    assert int(shares) / 1024 == pytest.approx(weight_nice_10 / weight_nice_0, rel=0.05)
+    assert "cpu_shares" not in service(site)
+
+
 def test_the_simulated_sessions_page_is_on_this_hosts_loopback_only_and_wants_a_token_over_tls() -> None:
     console = load_config(DOCKER / "console.toml", ConsoleConfig)
     assert re.findall(r"^ +ports: .*$", (ROOT / "docker-compose.yml").read_text("utf-8"), re.MULTILINE) == [
