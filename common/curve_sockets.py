@@ -39,7 +39,7 @@ def prepare_socket(socket: "zmq.Socket[bytes]") -> None:
     socket.setsockopt(zmq.HEARTBEAT_IVL, 500)
     socket.setsockopt(zmq.HEARTBEAT_TIMEOUT, 2000)
     socket.setsockopt(zmq.CONNECT_TIMEOUT, 1000)
-    # The library waits once or twice this long; the handshake comes on top, and after 100 ms without packets outputs end.
+    # The library waits once or twice as long and shakes hands; outputs end after 100 ms without packets.
     socket.setsockopt(zmq.RECONNECT_IVL, 20)
     socket.setsockopt(zmq.RECONNECT_IVL_MAX, 500)
 

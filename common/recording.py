@@ -221,7 +221,8 @@ def _start_writer(file: IO[bytes]) -> tuple[socket.socket, "subprocess.Popen[byt
     """Start the process that writes to a file; this end of the socket to it, and the process."""
     ours, theirs = socket.socketpair()
     ours.setblocking(False)
-    command = [sys.executable, "-m", "common.recording_writer"]
+    # -P: a folder `common` where the program happens to be started is none of ours.
+    command = [sys.executable, "-P", "-m", "common.recording_writer"]
     with theirs:
         before = signal.pthread_sigmask(signal.SIG_BLOCK, _OWNERS_ENDS)  # the process inherits and keeps that
         try:

@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from teletaction.figure_style import BLACK, BLUE, GREEN, ORANGE, RED, STYLE, plain_ticks
+from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, STYLE, plain_ticks
 
-_COLOURS = (BLACK, ORANGE, BLUE, GREEN, RED)
-_DASHES = ("-", "--", "-.", (0, (1, 1)), (0, (4, 1)))
+_COLOURS = (BLACK, GREY, ORANGE, BLUE, GREEN, PURPLE, RED)
+_DASHES = ("-", "-", "--", "-.", (0, (1, 1)), (0, (1, 1)), (0, (4, 1)))
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
