@@ -22,7 +22,7 @@ from common.keys import load_keys
 from common.session import Refused
 from studies.stroking_scene import write_stroking_scene
 from teletaction.demo_files import HOST, NETWORK, DemoOptions, prepare
-from teletaction.processes import SessionProcesses
+from teletaction.processes import SessionProcesses, family
 
 _STROKES = 20
 """To and fro; the middle finger strokes, and the index finger, beside the object, keeps its sensor's heater at work."""
@@ -117,9 +117,9 @@ class FaultSession:
     def fill_disk(self, *, full: bool) -> float:
         """Let neither site write to any file, or let them again; returns when, s."""
         for site in ("remote", "operator"):
-            pid = self.processes.running[site].pid
-            _, hard = resource.prlimit(pid, resource.RLIMIT_FSIZE)
-            resource.prlimit(pid, resource.RLIMIT_FSIZE, (1 if full else hard, hard))
+            for pid in family(self.processes.running[site].pid):
+                _, hard = resource.prlimit(pid, resource.RLIMIT_FSIZE)
+                resource.prlimit(pid, resource.RLIMIT_FSIZE, (1 if full else hard, hard))
         return time.monotonic()
 
     def burn(self, seconds: float) -> float:
