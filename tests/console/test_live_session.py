@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from operator_site.console.reporting import LONGEST_S
+from teletaction.processes import family
 from tests.console.live import FORCE, at_devices, begin, clear, end, engage, opened
 from tests.console.test_every_state import LOOK, axe_findings
 from tests.console.test_page import HOSTILE, LONGEST
@@ -171,14 +172,16 @@ def test_an_observer_has_nothing_to_press_and_is_refused(browser: Any, session: 
 
 @contextmanager
 def full_disk(session: Session) -> Iterator[None]:
-    """The console's process may write to no file."""
+    """The console's process, and what it started, may write to no file."""
     pid = session.processes.running["console"].pid
     _, hard = resource.prlimit(pid, resource.RLIMIT_FSIZE)
-    resource.prlimit(pid, resource.RLIMIT_FSIZE, (1, hard))
+    for member in family(pid):
+        resource.prlimit(member, resource.RLIMIT_FSIZE, (1, hard))
     try:
         yield
     finally:
-        resource.prlimit(pid, resource.RLIMIT_FSIZE, (hard, hard))
+        for member in family(pid):
+            resource.prlimit(member, resource.RLIMIT_FSIZE, (hard, hard))
 
 
 def kept(folder: Path, note: str) -> bool:
