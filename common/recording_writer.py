@@ -85,9 +85,7 @@ class RecordingWriter:
             number = self._writer.register_schema(stream, "jsonschema", schema)
             self._channels.append(self._writer.register_channel(stream, "msgpack", number))
         self._added = [0] * len(schemas)
-        self._writer.flush()  # type: ignore[no-untyped-call]
-        self._sync()
-        self.written = self._added.copy()
+        self.flush()
 
     def _sync(self) -> None:
         if self._durable:

@@ -267,7 +267,7 @@ class Watched:
 
 
 def orders(ways: Sequence[str]) -> Iterator[Sequence[str]]:
-    """Of the ways, without end: each of them comes in each place equally often, and before and after each other one."""
+    """Of the ways, without end: in twice as many turns as there are ways each of them comes in each place twice."""
     while True:
         for first in range(len(ways)):
             order = [*ways[first:], *ways[:first]]

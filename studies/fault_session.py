@@ -117,9 +117,7 @@ class FaultSession:
     def fill_disk(self, *, full: bool) -> float:
         """Let neither site write to any file, or let them again; returns when, s."""
         for site in ("remote", "operator"):
-            for pid in family(self.processes.running[site].pid):
-                _, hard = resource.prlimit(pid, resource.RLIMIT_FSIZE)
-                resource.prlimit(pid, resource.RLIMIT_FSIZE, (1 if full else hard, hard))
+            let_write(self.processes.running[site].pid, allowed=not full)
         return time.monotonic()
 
     def burn(self, seconds: float) -> float:
@@ -203,6 +201,13 @@ class FaultSession:
     def figures(self, process: str) -> dict[str, Any]:
         """What a process last told of itself in its status file; empty before the first."""
         return read_figures(self.out, process)
+
+
+def let_write(pid: int, *, allowed: bool) -> None:
+    """Let a process and those that it started write to files, or to none, as on a full disk."""
+    for member in family(pid):
+        _, hard = resource.prlimit(member, resource.RLIMIT_FSIZE)
+        resource.prlimit(member, resource.RLIMIT_FSIZE, (hard if allowed else 1, hard))
 
 
 def read_figures(out: Path, process: str) -> dict[str, Any]:

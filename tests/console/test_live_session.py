@@ -4,7 +4,6 @@ One session serves all these tests; each of them brings it from whatever state i
 """
 
 import re
-import resource
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -14,7 +13,7 @@ from typing import Any
 import pytest
 
 from operator_site.console.reporting import LONGEST_S
-from teletaction.processes import family
+from studies.fault_session import let_write
 from tests.console.live import FORCE, at_devices, begin, clear, end, engage, opened
 from tests.console.test_every_state import LOOK, axe_findings
 from tests.console.test_page import HOSTILE, LONGEST
@@ -174,14 +173,11 @@ def test_an_observer_has_nothing_to_press_and_is_refused(browser: Any, session: 
 def full_disk(session: Session) -> Iterator[None]:
     """The console's process, and what it started, may write to no file."""
     pid = session.processes.running["console"].pid
-    _, hard = resource.prlimit(pid, resource.RLIMIT_FSIZE)
-    for member in family(pid):
-        resource.prlimit(member, resource.RLIMIT_FSIZE, (1, hard))
+    let_write(pid, allowed=False)
     try:
         yield
     finally:
-        for member in family(pid):
-            resource.prlimit(member, resource.RLIMIT_FSIZE, (hard, hard))
+        let_write(pid, allowed=True)
 
 
 def kept(folder: Path, note: str) -> bool:
