@@ -12,7 +12,7 @@ import pytest
 from common import limits
 from common.messages import Touch
 from studies.faults import read_truth
-from tests.containers.checkout import run, wait_for
+from tests.containers.checkout import Checkout, run, wait_for
 from tests.containers.console_page import assert_closed_to_strangers, read_tokens
 from tests.containers.howto import blocks
 from tests.containers.two_networks import TwoNetworks, two_networks
@@ -179,12 +179,18 @@ def restart(hosts: TwoNetworks, story: Story, host: str, service: str, process: 
     run("docker", "start", checkout.container(service))
     story.stopped[process] = begin_s, gone_s, time.monotonic()
 
+    wait_until_fresh(checkout, service, process, story.stopped[process][2])
+    wait_until_engaged(hosts, story.stopped[process][2])
+
+
+def wait_until_fresh(checkout: Checkout, service: str, process: str, since_s: float) -> None:
+    """It has said after `since_s` that it lacks nothing."""
+
     def fresh() -> bool:
         told = checkout.status(service, process)
-        return told["time_ns"] * 1e-9 > story.stopped[process][2] and not told.get("stale")
+        return told["time_ns"] * 1e-9 > since_s and not told.get("stale")
 
     wait_for(fresh, f"{process} again", 60.0)
-    wait_until_engaged(hosts, story.stopped[process][2])
 
 
 def rotate_keys(hosts: TwoNetworks, story: Story, steps: list[str]) -> None:
@@ -207,7 +213,7 @@ def rotate_keys(hosts: TwoNetworks, story: Story, steps: list[str]) -> None:
     hosts.operator(anew)
     wait_until_engaged(hosts, begin_s)
     story.rotated_s = time.monotonic()
-    assert hosts.operator.status("operator-console", "console")["stale"] == ""
+    wait_until_fresh(hosts.operator, "operator-console", "console", story.rotated_s)  # starts later
 
 
 @pytest.fixture(scope="module")
