@@ -10,20 +10,21 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, STYLE, plain_ticks
+from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, STYLE, plain_ticks
 
-_COLOURS = (BLACK, GREY, ORANGE, BLUE, GREEN, PURPLE, RED)
-_DASHES = ("-", "-", "--", "-.", (0, (1, 1)), (0, (1, 1)), (0, (4, 1)))
+_COLOURS = (BLACK, GREY, ORANGE, BLUE, BLACK, GREY, BLUE)
+_DASHES = (*4 * ("-",), *3 * ((0, (4, 1)),))
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
     """Write the figure of what `run` returned as PNG."""
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 3.4), layout="constrained")
+        figure = Figure(figsize=(9.0, 3.8), layout="constrained")
         FigureCanvasAgg(figure)
         late, memory = figure.subplots(1, 2)
         _plot_late(late, data)
         _plot_memory(memory, data)
+        figure.legend(*late.get_legend_handles_labels(), loc="outside lower center", ncols=4)
         figure.savefig(path, dpi=150)
 
 
@@ -37,7 +38,6 @@ def _plot_late(axes: Axes, data: Mapping[str, Any]) -> None:
     axes.set_xlabel("a tick comes that much too late or too soon (us)")
     axes.set_ylabel("share of ticks that are further off")
     axes.set_title(f"Operator's loop, period {data['period_ms']:g} ms", loc="left")
-    axes.legend()
 
 
 def _plot_memory(axes: Axes, data: Mapping[str, Any]) -> None:

@@ -38,6 +38,7 @@ RESTARTED = (
 """Host, service and process."""
 NOTICED_S = {"sim-remote": 0.150, "revoked": 1.0}
 """Dead devices of the far side are noticed from what its site then says; the list of keys is read once a second."""
+COME_FIRST = "from common.scheduling import come_first; print(come_first())"
 SESSION = "docker-compose exec -T operator python -m teletaction session {} --config /config/operator.toml"
 HEALTH = "docker-compose exec -T {} python -m common.health /session/{}.json --state engaged"
 
@@ -55,6 +56,11 @@ class Story:
     revoked_s: float = 0.0
     rotated_s: float = 0.0
     shares: list[float] = field(default_factory=list)
+    engine_may: bool = False
+    may_come_first: dict[str, bool] = field(default_factory=dict)
+    """Whether the engine may allow real-time priority, and whether it is allowed in each site's container."""
+    came_first: str = ""
+    """What the how-to's command says of the operator's loop."""
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +79,11 @@ def tell(hosts: TwoNetworks, story: Story) -> Story:
     time.sleep(5.0)
     wait_until_engaged(hosts, time.monotonic())
     use_console(hosts, read_tokens(hosts.operator(steps["Start"][1])))
+    for checkout, name in ((hosts.remote, "remote"), (hosts.operator, "operator")):
+        said = run("docker", "exec", checkout.container(name), "python", "-c", COME_FIRST)
+        story.may_come_first[name] = {"True\n": True, "False\n": False}[said]
+    story.engine_may = hosts.real_time
+    story.came_first = hosts.operator(*steps["Real-time priority"]).strip()
     part(hosts, story)
     for host, service, process in RESTARTED:
         restart(hosts, story, host, service, process)
@@ -294,6 +305,13 @@ def test_the_operator_never_took_the_far_clock_for_surer_than_it_was(story: Stor
     worst_ms = max(abs(offset_ns) for offset_ns, _ in compared) * 1e-6
     print(f"offset of the far clock told wrong by {worst_ms:.1f} ms at most, in {len(compared)} times it was told")
     assert all(abs(offset_ns) <= uncertainty_ns for offset_ns, uncertainty_ns in compared)
+
+
+def test_both_sites_loops_may_come_first_where_the_engine_may_allow_it(story: Story) -> None:
+    """Whether one does when it is asked, is up to how busy the machine is."""
+    print(f"allowed: {story.may_come_first}, the operator's loop: {story.came_first}")
+    assert story.may_come_first == {"remote": story.engine_may, "operator": story.engine_may}
+    assert story.came_first in ('"real_time": true', '"real_time": false')
 
 
 def test_every_service_stops_within_two_seconds(story: Story) -> None:

@@ -1,6 +1,7 @@
 """The remote site's host and the operator's in containers, each in its network, and the router between them."""
 
 import json
+import subprocess
 import uuid
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -20,6 +21,8 @@ class TwoNetworks:
     remote: Checkout
     operator: Checkout
     router: str
+    real_time: bool
+    """Whether this engine may let containers' threads come first."""
     ends: ExitStack
     ways: tuple[Host, ...] = ()
 
@@ -69,4 +72,16 @@ def two_networks(folder: Path) -> Iterator[TwoNetworks]:
         for host in (wires, remote, operator):
             ends.callback(host.remove)
         wires("docker-compose up --detach")
-        yield TwoNetworks(remote, operator, wires.container("router"), ends)
+        real_time = may_raise_limits()
+        if not real_time:
+            for host in (remote, operator):
+                host.environment["REAL_TIME_PRIORITY"] = "0"
+        yield TwoNetworks(remote, operator, wires.container("router"), real_time, ends)
+
+
+def may_raise_limits() -> bool:
+    """Whether the engine starts a container with a higher limit than it has; one that stands in a container may not."""
+    command = ("docker", "run", "--rm", "--network", "none", "--ulimit", "rtprio=10", "teletaction", "true")
+    tried = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert tried.returncode == 0 or "setting rlimit" in tried.stderr, tried.stderr
+    return tried.returncode == 0

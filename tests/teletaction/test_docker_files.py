@@ -56,6 +56,16 @@ def test_a_console_stands_back_from_the_sites_as_much_as_it_does_beside_them(con
     assert "cpu_shares" not in service(site)
 
 
+def test_loops_of_real_sites_may_come_first_and_nothing_else_may() -> None:
+    text = (ROOT / "docker-compose.yml").read_text("utf-8")
+    real = text.split("\nx-real: ")[1].split("\n\n")[0]
+    assert 'ulimits: {rtprio: "${REAL_TIME_PRIORITY:-10}"}' in real
+    assert text.count("rtprio") == 1
+    for name in ("remote", "operator"):
+        assert service(name).startswith("    <<: *real\n")
+    assert text.count("*real\n") == 2
+
+
 def test_the_simulated_sessions_page_is_on_this_hosts_loopback_only_and_wants_a_token_over_tls() -> None:
     console = load_config(DOCKER / "console.toml", ConsoleConfig)
     assert re.findall(r"^ +ports: .*$", (ROOT / "docker-compose.yml").read_text("utf-8"), re.MULTILINE) == [
