@@ -48,14 +48,6 @@ def test_the_console_looks_for_its_site_where_that_is(folder: str) -> None:
     assert "{report}" in console.report_command
 
 
-@pytest.mark.parametrize(("console", "site"), [("console", "operator-site"), ("operator-console", "operator")])
-def test_a_console_stands_back_from_the_sites_as_much_as_it_does_beside_them(console: str, site: str) -> None:
-    (shares,) = re.findall(r"^ +cpu_shares: (\d+)", service(console), re.MULTILINE)
-    weight_nice_10, weight_nice_0 = 110, 1024
-    assert int(shares) / 1024 == pytest.approx(weight_nice_10 / weight_nice_0, rel=0.05)
-    assert "cpu_shares" not in service(site)
-
-
 def test_loops_of_real_sites_may_come_first_and_nothing_else_may() -> None:
     text = (ROOT / "docker-compose.yml").read_text("utf-8")
     real = text.split("\nx-real: ")[1].split("\n\n")[0]
