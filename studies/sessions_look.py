@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from studies.fault_session import read_figures
-from teletaction.processes import SessionProcesses
+from teletaction.processes import SessionProcesses, family
 
 _HZ = os.sysconf("SC_CLK_TCK")
 
@@ -20,9 +20,9 @@ class Look:
     Attributes:
         at_s: when, monotonic clock.
         told: its status file.
-        worked_s: processor time of all its threads, s.
+        worked_s: processor time of all its threads, and of the process that writes its recording, s.
         loop_worked_s, loop_waited_s: of its loop's thread: processor time, and for how long it waited for a processor.
-        memory_mib: what it holds alone, and its part of what it shares with others.
+        memory_mib: what both hold alone, and their part of what they share with others.
     """
 
     at_s: float
@@ -108,23 +108,27 @@ class Processors:
 
 def _look(pid: int, told: dict[str, Any]) -> Look:
     process = Path(f"/proc/{pid}")
-    memory = (process / "smaps_rollup").read_text("ascii").splitlines()
-    shared_out_kib = next(int(line.split()[1]) for line in memory if line.startswith("Pss:"))
+    members = [Path(f"/proc/{member}") for member in family(pid)]
     # Its loop runs in its first thread, whose numbers these are.
     waited_ns = int((process / "schedstat").read_bytes().split()[1])
     return Look(
         time.monotonic(),
         told,
-        _worked_s(process / "stat"),
+        sum(_worked_s(member / "stat") for member in members),
         _worked_s(process / "task" / str(pid) / "stat"),
         waited_ns * 1e-9,
-        shared_out_kib / 1024.0,
+        sum(_memory_mib(member) for member in members),
     )
 
 
 def _worked_s(stat: Path) -> float:
     fields = stat.read_text("ascii").rsplit(")", 1)[1].split()
     return (int(fields[11]) + int(fields[12])) / _HZ
+
+
+def _memory_mib(process: Path) -> float:
+    lines = (process / "smaps_rollup").read_text("ascii").splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith("Pss:")) / 1024.0
 
 
 def _count(told: dict[str, Any], counter: str, stream: str) -> int:

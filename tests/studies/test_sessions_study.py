@@ -1,6 +1,9 @@
 """How many sessions a machine carries: what does not fit is told, with what is lacking, and nobody is silent on it."""
 
+import os
+import time
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import msgpack
@@ -11,9 +14,10 @@ from common.recording import PACKET_SCHEMA, Recorder
 from studies.link_packets import next_motion
 from studies.registry import write_table
 from studies.sessions import Stage, does_not_fit, measure, plot, silent, tables
-from studies.sessions_look import Look, Processors
+from studies.sessions_look import Look, Processors, look
 from studies.sessions_recorded import Recorded
 from teletaction.demo_files import PROCESSES
+from teletaction.processes import SessionProcesses
 
 SECONDS = 10.0
 RECORDED = Recorded({}, {})
@@ -123,6 +127,18 @@ def test_shares_of_the_processors_are_what_passed_between_two_looks() -> None:
     assert Processors(150, 10, 300).shares(Processors(100, 0, 200)) == {"idle": 0.5, "stolen": 0.1}
     now = Processors.now()
     assert 0 <= now.idle <= now.total
+
+
+def test_a_process_that_records_is_looked_at_with_the_one_that_writes(tmp_path: Path) -> None:
+    (tmp_path / "operator.json").write_text('{"behind": ""}', "utf-8")
+    this: Any = SimpleNamespace(pid=os.getpid())
+    pair = SessionProcesses(tmp_path, {"operator": this})
+    alone = look(pair)["operator"]
+    with Recorder(tmp_path / "operator.mcap", {"motion": PACKET_SCHEMA}, {}) as recorder:
+        recorder.write("motion", 0, b"")
+        while not recorder.written:
+            time.sleep(0.01)
+        assert look(pair)["operator"].memory_mib > alone.memory_mib + 5.0, "an interpreter's"
 
 
 def test_the_figure_shows_sessions_that_fit_and_those_that_do_not(tmp_path: Path) -> None:
