@@ -43,7 +43,7 @@ class OperatorSession(SessionEnd, Protocol):
     def spared(self) -> int:
         """Motions that were not sent because nothing of them would have been felt."""
 
-    def step(self, now_ns: int, ready: str, unconfirmed: Unconfirmed) -> None:
+    def step(self, now_ns: int, not_ready: str, unconfirmed: Unconfirmed) -> None:
         """Go on by one tick; see `SessionClient.step`."""
 
     def send_motion(self, now_ns: int, block: Floats) -> bytes | None:

@@ -108,12 +108,12 @@ class SessionClient:
         """Motions that were not sent because nothing of them would have been felt."""
         return 0 if self.deadband is None else self.deadband.spared
 
-    def step(self, now_ns: int, ready: str, unconfirmed: Unconfirmed = lambda _: {}) -> None:
+    def step(self, now_ns: int, not_ready: str, unconfirmed: Unconfirmed = lambda _: {}) -> None:
         """Take what came, ask for what is missing.
 
         Args:
             now_ns: this site's clock.
-            ready: empty when the devices allow engaging, else what is missing.
+            not_ready: why the site may not engage, such as a missing device; empty when it may.
             unconfirmed: why a device is not certain to have had its outputs off since a time, s.
         """
         if now_ns < self._now_ns:  # the clock was set back: what was timed by it is timed anew
@@ -134,11 +134,11 @@ class SessionClient:
             self.want_engaged = False
         self.stopping.step(now_ns, unconfirmed)
         if self.session.ident:
-            self._keep_up(now_ns, ready)
+            self._keep_up(now_ns, not_ready)
         else:
             self._ask("hello", now_ns, {**self.capabilities, "role": self.role})
 
-    def _keep_up(self, now_ns: int, ready: str) -> None:
+    def _keep_up(self, now_ns: int, not_ready: str) -> None:
         """What a session needs: heartbeats, and the requests that are still to be answered."""
         if now_ns - self._beat_ns >= _BEAT_NS:
             self._beat_ns = now_ns
@@ -156,7 +156,7 @@ class SessionClient:
             self.remote_fault = self.refusal = ""
         if self._remote_let_go():
             self.session.disengage("the remote site is no longer engaged")
-        if self.want_engaged and self.session.state is LinkState.CONNECTED and self._in_time() and not ready:
+        if self.want_engaged and self.session.state is LinkState.CONNECTED and self._in_time() and not not_ready:
             self._ask("engage", now_ns, {"max_age_s": self.max_age_s})
 
     def _in_time(self) -> bool:

@@ -53,12 +53,12 @@ class VirtualSession:
         """The newest touch as a remote site would have sent it."""
         return b"" if self.touch is None else self.touch.encode()
 
-    def step(self, now_ns: int, ready: str, unconfirmed: Unconfirmed) -> None:
+    def step(self, now_ns: int, not_ready: str, unconfirmed: Unconfirmed) -> None:
         """Engage when that is wished and possible, and see what came of an emergency stop.
 
         Args:
             now_ns: this site's clock.
-            ready: empty when the devices allow engaging, else what is missing.
+            not_ready: why the site may not engage, such as a missing device; empty when it may.
             unconfirmed: why a device is not certain to have had its outputs off since a time, s.
         """
         session = self.session
@@ -73,7 +73,7 @@ class VirtualSession:
             self.want_engaged = False
             return
         self.stopping.forget()
-        if self.want_engaged and not session.engaged and not ready:
+        if self.want_engaged and not session.engaged and not not_ready:
             session.engage()
 
     def send_motion(self, now_ns: int, block: Floats) -> bytes | None:

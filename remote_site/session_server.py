@@ -72,12 +72,12 @@ class SessionServer:
     def __post_init__(self) -> None:
         self.acceptance = Acceptance(max_age_ns=round(self.max_age_s * 1e9))
 
-    def step(self, now_ns: int, ready: str, unconfirmed: Unconfirmed = lambda _: {}) -> None:
+    def step(self, now_ns: int, not_ready: str, unconfirmed: Unconfirmed = lambda _: {}) -> None:
         """Answer what came and take the newest motion.
 
         Args:
             now_ns: this site's clock.
-            ready: empty when the devices allow engaging, else what is missing.
+            not_ready: why the site may not engage, such as a missing device; empty when it may.
             unconfirmed: why a device is not certain to have had its outputs off since a time, s.
         """
         if now_ns < self._now_ns:
@@ -88,7 +88,7 @@ class SessionServer:
         for key in [key for key, heard_ns in self.observers.items() if now_ns - heard_ns > SILENCE_NS]:
             del self.observers[key]
         for received in self.link.requests("control"):
-            self._control(received, now_ns, ready)
+            self._control(received, now_ns, not_ready)
         for received in self.link.requests("heartbeat"):
             self._heartbeat(received, now_ns)
         packet = self.link.receive_latest("motion")
@@ -183,7 +183,7 @@ class SessionServer:
         )
         self.link.answer("heartbeat", received.who, answer.encode())
 
-    def _control(self, received: Received, now_ns: int, ready: str) -> None:
+    def _control(self, received: Received, now_ns: int, not_ready: str) -> None:
         try:
             request = Request.decode(received.packet)
         except WrongVersion as error:
@@ -195,7 +195,7 @@ class SessionServer:
             self._count_damaged("control", error)
             return
         try:
-            details = self._do(request, received.key, now_ns, ready)
+            details = self._do(request, received.key, now_ns, not_ready)
         except (Refused, BadPacket) as error:
             if self._refused.get(received.key) != str(error):  # who asks for ever must not fill the log
                 self._refused[received.key] = str(error)
@@ -226,20 +226,20 @@ class SessionServer:
             self._answer(who, sequence, now_ns, "", told)
         self._stop_asked.clear()
 
-    def _do(self, request: Request, key: str, now_ns: int, ready: str) -> dict[str, Any]:
+    def _do(self, request: Request, key: str, now_ns: int, not_ready: str) -> dict[str, Any]:
         session = self.session
         if request.verb == "hello":
             observes = request.details.get("role") == OBSERVER
             return self._observe(key, now_ns) if observes else self._hello(request, key, now_ns)
         if request.verb == "status":
-            return {"state": session.state.name.lower(), "fault": session.fault, "missing": ready}
+            return {"state": session.state.name.lower(), "fault": session.fault, "missing": not_ready}
         self._check(request, key)
         self._asked = request.sequence
         details: dict[str, Any] = {}
         match request.verb:
             case "engage":
-                if ready:
-                    raise Refused(f"not ready: {ready}")
+                if not_ready:
+                    raise Refused(f"not ready: {not_ready}")
                 agreed_s = details["max_age_s"] = self._agree_on_age(request)
                 session.engage(f"packets up to {agreed_s * 1e3:.0f} ms old count")
                 self._agreed_ns = now_ns

@@ -139,7 +139,7 @@ INDEX = FINGERS.index("index")
 class ScriptedClient(SessionClient):
     """A session whose touch packets the test writes; nothing goes to a link."""
 
-    def step(self, now_ns: int, ready: str, *_: object) -> None:
+    def step(self, now_ns: int, not_ready: str, *_: object) -> None:
         pass
 
     def accept(self, touch: Touch, now_ns: int) -> None:
