@@ -13,10 +13,10 @@ def free_name(path: Path) -> Path:
 
 
 def set_aside(path: Path) -> None:
-    """Give the file at `path` the name of its first free successor; nothing, where there is none.
+    """Give the file at `path` the name of its first free successor; nothing, where there is none, or a link.
 
     Raises:
         OSError: it cannot be renamed.
     """
-    if path.is_file():
+    if path.is_file() and not path.is_symlink():
         path.rename(free_name(path))

@@ -19,6 +19,7 @@ from common.config import load_config
 from common.ladder import NOTICE_S
 from common.logs import LogForm, log_to_stderr
 from common.loop import PeriodicLoop
+from common.private_file import create_private, refuse_link
 
 log = logging.getLogger(__name__)
 
@@ -47,10 +48,21 @@ def rss_mib() -> float:
 
 
 class StatusFile:
-    """Rewrites a small JSON file once a second; the whole file is replaced, so a reader never sees half of one."""
+    """Rewrites a small JSON file once a second; the whole file is replaced, so a reader never sees half of one.
+
+    Only the user of the process can read it.
+    """
 
     def __init__(self, path: Path | None, process: str, loop: PeriodicLoop | None = None):
+        """Write to `path`, or nowhere.
+
+        Raises:
+            OSError: `path` is a symbolic link.
+        """
+        if path is not None:
+            refuse_link(path)
         self._path = path
+        self._refused = ""
         self._process = process
         self._loop = loop
         self._due_s = 0.0
@@ -76,10 +88,16 @@ class StatusFile:
         }
         part = self._path.with_name(self._path.name + ".part")
         try:
-            part.write_text(json.dumps(status), "utf-8")
+            refuse_link(self._path)
+            part.unlink(missing_ok=True)  # left by a process that was killed, or put there by somebody else
+            with create_private(part) as file:
+                file.write(json.dumps(status).encode())
             part.replace(self._path)
+            self._refused = ""
         except OSError as error:
-            log.warning("status file: %s", error)
+            if str(error) != self._refused:
+                log.warning("status file: %s", error)
+            self._refused = str(error)
 
 
 def _figures(loop: PeriodicLoop | None) -> dict[str, object]:

@@ -24,6 +24,7 @@ from typing import IO
 import msgpack
 
 from common.earlier_file import set_aside
+from common.private_file import create_private
 from common.software_version import software_version
 
 log = logging.getLogger(__name__)
@@ -66,7 +67,8 @@ class Recorder:
         """Create `path` and start the writing process.
 
         Args:
-            path: file to create; its folder must exist. What an earlier run recorded there is set aside as -1, -2 ...
+            path: file to create, with mode 0600; its folder must exist. What an earlier run recorded there is set aside
+                as -1, -2 ...
             schemas: for each stream that will be written, its JSON schema.
             metadata: facts about the recording (configuration, own key's fingerprint, hashes of tables), no secret;
                 the program's version is added.
@@ -75,7 +77,7 @@ class Recorder:
                 at once and not with the next flush. For a few records that must not be lost.
 
         Raises:
-            OSError: the file cannot be created, or an earlier one not set aside.
+            OSError: the file cannot be created, an earlier one not set aside, or `path` is a symbolic link.
         """
         self._failed: str | None = None
         self._written: Counter[str] = Counter()
@@ -104,7 +106,7 @@ class Recorder:
         """The rest of what is being handed over."""
         self._told = msgpack.Unpacker()
         set_aside(path)
-        with path.open("wb") as file:
+        with create_private(path) as file:
             self._writer, self._process = _start_writer(file)
         if durable:
             _sync_folder(path.parent)

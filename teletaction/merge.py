@@ -13,6 +13,7 @@ from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import CompressionType, Writer
 
 from common.cut_recording import CutRecording, is_whole
+from common.private_file import create_private
 
 Recorded = tuple[Schema | None, Channel, Message]
 ORIGIN = "recording"
@@ -46,7 +47,7 @@ def merge_recordings(recordings: list[Path], out: Path) -> dict[str, int]:
     counts: Counter[str] = Counter()
     with ExitStack() as files:
         sources = [_open(path.stem, files.enter_context(path.open("rb"))) for path in recordings]
-        writer = Writer(files.enter_context(out.open("wb")), compression=CompressionType.ZSTD)
+        writer = Writer(files.enter_context(create_private(out, replace=True)), compression=CompressionType.ZSTD)
         writer.start(profile="teletaction", library="teletaction")
         for source in sources:
             for entry in source.metadata:

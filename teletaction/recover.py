@@ -8,6 +8,7 @@ from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from common.cut_recording import CutRecording, is_whole
+from common.private_file import create_private
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +71,7 @@ def _rewrite(cut: CutRecording, out: Path) -> tuple[Counter[str], float]:
     first_ns = last_ns = None
     schemas: dict[int, int] = {0: 0}
     channels: dict[int, tuple[int, str]] = {}
-    with out.open("xb") as file:
+    with create_private(out) as file:
         writer = Writer(file, compression=CompressionType.ZSTD)
         writer.start(profile="teletaction", library="teletaction")
         for record in cut.records():

@@ -100,7 +100,7 @@ class SlowDisk:
     def is_file(self) -> bool:
         return False
 
-    def open(self, mode: str) -> IO[bytes]:
+    def open(self) -> IO[bytes]:
         self.file = self.path.open("wb", buffering=0)
         return cast(IO[bytes], self)
 
@@ -122,6 +122,7 @@ class SlowDisk:
 def disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[SlowDisk]:
     write_in_a_thread(monkeypatch)
     disk = SlowDisk(tmp_path / "s.mcap")
+    monkeypatch.setattr(recording, "create_private", lambda _: disk.open())
     yield disk
     disk.moving.set()
     disk.file.close()

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterator
 from io import BytesIO
 from pathlib import Path
-from typing import IO, Any, cast
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -174,7 +174,9 @@ def test_a_recorder_and_its_writer_killed_lose_at_most_half_a_second(tmp_path: P
         assert len(times) == result.messages["touch"]
 
 
-def test_a_disk_that_became_full_leaves_a_file_that_is_good_up_to_there(tmp_path: Path) -> None:
+def test_a_disk_that_became_full_leaves_a_file_that_is_good_up_to_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = tmp_path / "full.mcap"
 
     class FullDisk:
@@ -202,15 +204,9 @@ def test_a_disk_that_became_full_leaves_a_file_that_is_good_up_to_there(tmp_path
         def __getattr__(self, name: str) -> Any:
             return getattr(self.file, name)
 
-    class FullPath:
-        def is_file(self) -> bool:
-            return False
-
-        def open(self, mode: str) -> IO[bytes]:
-            return cast(IO[bytes], disk)
-
     disk = FullDisk()
-    recorder = Recorder(cast(Path, FullPath()), SCHEMAS, {})
+    monkeypatch.setattr(recording, "create_private", lambda _: disk)
+    recorder = Recorder(tmp_path / "absent.mcap", SCHEMAS, {})
     for n in range(COUNT):
         recorder.write("touch", n, n.to_bytes(4, "little") * 25)
     recorder.close()

@@ -1,0 +1,37 @@
+"""Creates files that only their owner reads and writes, never through a symbolic link."""
+
+import errno
+import os
+from pathlib import Path
+from typing import IO
+
+_FLAGS = os.O_WRONLY | os.O_NOFOLLOW | os.O_CLOEXEC
+
+
+def refuse_link(path: Path) -> None:
+    """Raise OSError where `path` is a symbolic link: what is written there would end up elsewhere."""
+    if path.is_symlink():
+        raise OSError(errno.ELOOP, "is a symbolic link, refused", str(path))
+
+
+def create_private(path: Path, *, replace: bool = False) -> IO[bytes]:
+    """Create a file with mode 0600 and open it for writing; a device at `path` is opened as it is.
+
+    Args:
+        path: its folder must exist.
+        replace: remove a file of that name first; without, it is an error.
+
+    Raises:
+        FileExistsError: a file is there already.
+        OSError: `path` is a symbolic link, or cannot be created.
+    """
+    refuse_link(path)
+    if replace and path.is_file():
+        path.unlink()
+    try:
+        number = os.open(path, _FLAGS | os.O_CREAT | os.O_EXCL, 0o600)
+    except FileExistsError:
+        if not path.is_char_device():
+            raise
+        number = os.open(path, _FLAGS)
+    return os.fdopen(number, "wb")

@@ -1,0 +1,109 @@
+"""Status files and recordings concern a patient: only their owner reads them, and no link redirects them."""
+
+import json
+import logging
+import os
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from common.private_file import create_private
+from common.process import StatusFile
+from common.recording import Recorder
+
+
+def mode(path: Path) -> int:
+    return stat.S_IMODE(path.lstat().st_mode)
+
+
+@pytest.fixture
+def open_umask() -> Iterator[None]:
+    before = os.umask(0)
+    yield
+    os.umask(before)
+
+
+@pytest.fixture
+def victim(tmp_path: Path) -> Path:
+    path = tmp_path / "victim"
+    path.write_text("precious", "utf-8")
+    return path
+
+
+@pytest.mark.usefixtures("open_umask")
+def test_a_recording_is_readable_by_its_owner_only(tmp_path: Path) -> None:
+    Recorder(tmp_path / "s.mcap", {}, {}).close()
+    assert mode(tmp_path / "s.mcap") == 0o600
+
+
+@pytest.mark.usefixtures("open_umask")
+def test_a_status_file_is_readable_by_its_owner_only_and_leaves_nothing_beside_it(tmp_path: Path) -> None:
+    path = tmp_path / "s.json"
+    (tmp_path / "s.json.part").write_text("left by a process that was killed", "utf-8")
+    status = StatusFile(path, "s")
+    for number in range(2):
+        status.write(float(number), {"number": number})
+        assert mode(path) == 0o600
+    assert json.loads(path.read_text("utf-8"))["number"] == 1
+    assert [file.name for file in tmp_path.iterdir()] == ["s.json"]
+
+
+@pytest.mark.parametrize("dangling", [False, True])
+def test_a_recording_is_not_written_through_a_link(tmp_path: Path, victim: Path, dangling: bool) -> None:
+    link = tmp_path / "s.mcap"
+    link.symlink_to(tmp_path / "absent" if dangling else victim)
+    with pytest.raises(OSError, match=r"symbolic link, refused.*s\.mcap"):
+        Recorder(link, {}, {})
+    assert link.is_symlink(), "it is not set aside either"
+    assert victim.read_text("utf-8") == "precious"
+    assert not (tmp_path / "absent").exists()
+
+
+def test_a_status_file_is_not_written_through_a_link(tmp_path: Path, victim: Path) -> None:
+    link = tmp_path / "s.json"
+    link.symlink_to(victim)
+    with pytest.raises(OSError, match=r"symbolic link, refused.*s\.json"):
+        StatusFile(link, "s")
+
+
+def test_a_link_that_comes_later_is_refused_and_said_once(
+    tmp_path: Path, victim: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path = tmp_path / "s.json"
+    status = StatusFile(path, "s")
+    path.symlink_to(victim)
+    with caplog.at_level(logging.WARNING):
+        for second in range(3):
+            status.write(float(second), {})
+    assert victim.read_text("utf-8") == "precious"
+    (line,) = caplog.messages
+    assert line == f"status file: [Errno 40] is a symbolic link, refused: '{path}'"
+    path.unlink()
+    status.write(4.0, {})
+    assert json.loads(path.read_text("utf-8"))["process"] == "s"
+
+
+def test_a_link_in_place_of_the_temporary_file_is_not_followed(tmp_path: Path, victim: Path) -> None:
+    path = tmp_path / "s.json"
+    (tmp_path / "s.json.part").symlink_to(victim)
+    StatusFile(path, "s").write(0.0, {})
+    assert victim.read_text("utf-8") == "precious"
+    assert not path.is_symlink()
+    assert json.loads(path.read_text("utf-8"))["process"] == "s"
+
+
+def test_a_file_that_exists_is_kept(victim: Path) -> None:
+    with pytest.raises(FileExistsError):
+        create_private(victim)
+    assert victim.read_text("utf-8") == "precious"
+
+
+def test_a_file_that_is_to_be_replaced_is_a_new_one(victim: Path, tmp_path: Path) -> None:
+    """Who has the old one open keeps its content and its mode."""
+    (tmp_path / "other").hardlink_to(victim)
+    with create_private(victim, replace=True) as file:
+        file.write(b"new")
+    assert (mode(victim), victim.read_text("utf-8")) == (0o600, "new")
+    assert (tmp_path / "other").read_text("utf-8") == "precious"
