@@ -96,8 +96,8 @@ class Fingertips:
         self._block: NDArray[np.float32] | None = None
         self._surface_m = [0.0] * n
         self._rows: list[list[float]] = [[0.0] * len(TOUCH_COLUMN)] * n
-        self.impulses_played: list[int] = []
-        """Idents of the taps and grooves begun in the last step."""
+        self.impulses_played: list[Event] = []
+        """Taps and grooves begun in the last step; the packet that named them may be an earlier one."""
 
     def begin_session(self) -> None:
         """Forget which events were played: a new session numbers its own."""
@@ -179,7 +179,7 @@ class Fingertips:
                 approach_m_s=approach_m_s,
             )
             if mine and speed > 0.0:
-                self.impulses_played += [e.ident for e in mine if e.kind is not EventKind.MATERIAL]
+                self.impulses_played += [event for event in mine if event.kind is not EventKind.MATERIAL]
             rpm.append(speed)
         for finger, measured in enumerate(plate_c):
             driven, self._driven[finger] = self._driven[finger], engaged and plate_age_s[finger] <= GAP_S

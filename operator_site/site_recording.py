@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 
 import msgpack
 
-from common.messages import Event, Touch
+from common.messages import Touch
 from common.recording import PACKET_SCHEMA, SESSION_SCHEMA, Recorder
 from common.session import Happening
 from common.streams import STREAMS
@@ -102,11 +102,8 @@ class SiteRecording:
             time.monotonic(),
         ]
         self._write("operator/rendered", now_ns, msgpack.packb(rendered))
-        if fingertips.impulses_played and touch is not None:
-            by_ident: dict[int, Event] = {event.ident: event for event in touch.events}
-            for ident in fingertips.impulses_played:
-                event = by_ident[ident]
-                self._write("operator/played", now_ns, msgpack.packb([ident, int(event.kind), event.finger]))
+        for event in fingertips.impulses_played:
+            self._write("operator/played", now_ns, msgpack.packb([event.ident, int(event.kind), event.finger]))
         if self._ticks % _SLOW_EVERY == 0:
             skin = fingertips.skin
             slow = [skin.epidermis_c.tolist(), skin.surface_c.tolist(), skin.flux_w_m2.tolist()]

@@ -115,7 +115,7 @@ def test_events_reach_their_own_finger_once_and_only_while_engaged():
     taps = [Event(1, EventKind.TAP, 1, 0, 0, 0.1), Event(2, EventKind.MATERIAL, 2, 0, 0, 0.9, "pvc")]
     out = rig.step(touch, DOWN, events=taps)
     assert [speed > 0.0 for speed in out.motor_rpm] == [False, True, False, False, False]
-    assert rig.tips.impulses_played == [1]
+    assert [event.ident for event in rig.tips.impulses_played] == [1]
     outs = rig.run(0.3, touch, DOWN, events=taps)
     assert rig.tips.impulses_played == []
     assert outs[-1].motor_rpm == [0.0] * 5
