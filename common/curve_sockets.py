@@ -4,6 +4,8 @@ All socket options are set before bind and connect: set later they do nothing.
 """
 
 import contextlib
+import os
+import socket as sockets
 from typing import NamedTuple
 
 import zmq
@@ -23,11 +25,19 @@ class LinkProblem(OSError):
 
 
 class Received(NamedTuple):
-    """A request: which connection it came on, whose key that is (authenticated), and its bytes."""
+    """A packet of a client.
+
+    Attributes:
+        who: routing identity of the client, for the answer; empty on a stream without answers.
+        key: public key of the client, as the handshake authenticated it.
+        packet: the bytes.
+        connection: file descriptor of the TCP connection in this process; 0 where there is none.
+    """
 
     who: bytes
     key: str
     packet: bytes
+    connection: int = 0
 
 
 def prepare_socket(socket: "zmq.Socket[bytes]") -> None:
@@ -68,8 +78,42 @@ def receive_requests(socket: "zmq.Socket[bytes]") -> list[Received]:
         except zmq.Again:
             break
         if len(frames) == 2:
-            found.append(Received(frames[0].bytes, str(frames[1].get("User-Id")), frames[1].bytes))
+            found.append(_received(frames[0].bytes, frames[1]))
     return found
+
+
+def receive_newest(socket: "zmq.Socket[bytes]") -> list[Received]:
+    """The newest unread packet of each connection of a CONFLATE socket, at most 100 at once."""
+    found: dict[int, Received] = {}
+    for _ in range(MOST_AT_ONCE):
+        try:
+            received = _received(b"", socket.recv(zmq.DONTWAIT, copy=False))
+        except zmq.Again:
+            break
+        found[received.connection] = received
+    return list(found.values())
+
+
+def end_connection(connection: int, local_port: int) -> None:
+    """End one TCP connection of this process; libzmq finds it closed and the peer connects again.
+
+    The descriptor may have been closed and reused since: unless it is a TCP socket of `local_port`, nothing happens.
+
+    Args:
+        connection: file descriptor of the connection.
+        local_port: port that the connection was accepted at.
+    """
+    try:
+        end = sockets.socket(fileno=os.dup(connection))
+    except OSError:
+        return
+    with end, contextlib.suppress(OSError):
+        if end.type == sockets.SOCK_STREAM and end.getsockname()[1:2] == (local_port,):
+            end.shutdown(sockets.SHUT_RDWR)
+
+
+def _received(who: bytes, frame: zmq.Frame) -> Received:
+    return Received(who, str(frame.get("User-Id")), frame.bytes, int(str(frame.get("__fd"))))
 
 
 def send_answer(socket: "zmq.Socket[bytes]", who: bytes, packet: bytes) -> None:

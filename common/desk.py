@@ -59,7 +59,8 @@ class Desk:
 
     def serve(self, now_ns: int, do: Do) -> None:
         """Carry out what was asked since the last call, and answer."""
-        for who, _, packet in receive_requests(self._socket):
+        for received in receive_requests(self._socket):
+            who, packet = received.who, received.packet
             try:
                 request = Request.decode(packet)
             except BadPacket:

@@ -68,13 +68,14 @@ class Doorkeeper:
             limited: whether a key that knocks too often is sent away for a while.
         """
         self.answers: Counter[str] = Counter()
-        """How many handshakes were `admitted`, `refused` (key not trusted for this) or `too_many`."""
+        """How many handshakes were `admitted`, `refused` (key not trusted for this), `too_many` or `expelled`."""
         self._context = context
         self._admits = admits
         self._now_s = now_s
         self._limited = limited
         self._limits: dict[str, KnockLimit] = {}
         self._inside: dict[str, set[str]] = {}
+        self._refused_until_s: dict[tuple[str, str], float] = {}
         self._lock = threading.Lock()
         self._said_s = -_QUIET_S
         socket = context.socket(zmq.REP)
@@ -92,6 +93,13 @@ class Doorkeeper:
             for domain, keys in out.items():
                 self._inside[domain] -= keys
         return {domain: keys for domain, keys in out.items() if keys}
+
+    def refuse(self, domain: str, key: str, refuse_s: float) -> None:
+        """Answer handshakes of `key` at `domain` with status 300 for `refuse_s` seconds."""
+        now_s = self._now_s()
+        with self._lock:
+            still = {whom: until_s for whom, until_s in self._refused_until_s.items() if until_s > now_s}
+            self._refused_until_s = {**still, (domain, key): now_s + refuse_s}
 
     def close(self) -> None:
         """End the thread; before the context is destroyed."""
@@ -116,6 +124,10 @@ class Doorkeeper:
             if not self._admits(domain, key):
                 self.answers["refused"] += 1
                 self._say("refused a connection to %s from %s: key %s is not trusted", domain, address, key)
+            elif self._refused_until_s.get((domain, key), 0.0) > self._now_s():
+                self.answers["expelled"] += 1
+                self._say("refused a connection to %s from %s: key %s was expelled", domain, address, key)
+                status, reason = b"300", b"expelled for a while"
             elif self._limited and not self._knock(key):
                 # Not a refusal: the far side's library tries again by itself after a 300.
                 self.answers["too_many"] += 1

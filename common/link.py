@@ -16,7 +16,9 @@ from common.curve_sockets import (
     MOST_AT_ONCE,
     LinkProblem,
     Received,
+    end_connection,
     prepare_socket,
+    receive_newest,
     receive_requests,
     send_answer,
     serve_curve,
@@ -118,7 +120,7 @@ class RemoteLink(_Link):
         self._host, self._base_port, self._keys, self._trusted = host, base_port, keys, trusted
         self._doorkeeper = Doorkeeper(self._context, self._admits)
         self.handshakes = self._doorkeeper.answers
-        """Handshakes so far: `admitted`, `refused`, `too_many`."""
+        """Handshakes so far: `admitted`, `refused`, `too_many`, `expelled`."""
         for stream in STREAMS.values():
             try:
                 self._bind(stream)
@@ -132,6 +134,23 @@ class RemoteLink(_Link):
             self._bind_missing()
         socket = self._sockets.get(stream)
         return [] if socket is None else receive_requests(socket)
+
+    def motions(self) -> list[Received]:
+        """The newest unread motion of each connection, at most 100 at once."""
+        socket = self._sockets.get("motion")
+        return [] if socket is None else receive_newest(socket)
+
+    def expel(self, stream: str, received: Received, refuse_s: float = 0.0) -> None:
+        """End the connection that `received` came on, and refuse its key at this stream for a while.
+
+        Args:
+            stream: name of the stream.
+            received: a packet of that connection.
+            refuse_s: handshakes of the key get status 300 for this time, s; the client's library tries again by itself.
+        """
+        if refuse_s > 0.0:
+            self._doorkeeper.refuse(stream, received.key, refuse_s)
+        end_connection(received.connection, self._base_port + STREAMS[stream].port)
 
     def answer(self, stream: str, who: bytes, packet: bytes) -> None:
         """Answer one client; one that is gone gets nothing."""

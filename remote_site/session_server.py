@@ -91,9 +91,8 @@ class SessionServer:
             self._control(received, now_ns, not_ready)
         for received in self.link.requests("heartbeat"):
             self._heartbeat(received, now_ns)
-        packet = self.link.receive_latest("motion")
-        if packet is not None:
-            self._motion(packet, now_ns)
+        for received in self.link.motions()[-1:]:
+            self._motion(received.packet, now_ns)
         self.session.heard(self.acceptance.gap_ns(now_ns), self.gap_s, "motion")
         if self._operator_let_go():
             self.session.disengage("the operator's site is no longer engaged")

@@ -255,7 +255,7 @@ def test_an_emergency_stop_before_the_remote_site_answers_is_asked_again(make: C
     pair.until(lambda: both_engaged(pair))
     pair.client.stop(pair.operator_now(), "emergency stop by the operator")
     pair.turn_operator()
-    for _, _, _ in pair.remote_link.requests("control"):
+    for _ in pair.remote_link.requests("control"):
         pass  # lost
     pair.operator_shift_ns += SECOND // 4
     pair.until(lambda: pair.server.session.state is LinkState.FAULT)

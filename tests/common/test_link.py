@@ -8,7 +8,7 @@ from typing import Protocol
 import pytest
 import zmq
 
-from common.curve_sockets import LinkProblem
+from common.curve_sockets import LinkProblem, Received, end_connection
 from common.keys import Role, TrustedKeys, load_keys
 from common.link import OperatorLink, RemoteLink
 from common.streams import STREAMS, Stream
@@ -46,7 +46,7 @@ def served(remote: RemoteLink, operator: OperatorLink, question: bytes = b"?", s
 
     def asked_and_answered() -> bool:
         operator.send("control", question)
-        for who, _, packet in remote.requests("control"):
+        for who, _, packet, _ in remote.requests("control"):
             remote.answer("control", who, packet + b"!")
         return question + b"!" in operator.receive("control")
 
@@ -59,7 +59,7 @@ def test_a_trusted_key_is_served_on_every_stream(keys: Keys, base_port: int) -> 
 
         def beaten() -> bool:
             operator.send("heartbeat", b"beat")
-            for who, _, packet in remote.requests("heartbeat"):
+            for who, _, packet, _ in remote.requests("heartbeat"):
                 remote.answer("heartbeat", who, packet)
             return b"beat" in operator.receive("heartbeat")
 
@@ -137,7 +137,7 @@ def test_latest_only_gives_the_newest_when_the_peer_was_absent(keys: Keys, base_
             assert remote.receive_latest("motion") is None
             assert until(lambda: operator.send("control", b"now"))
             requests: list[bytes] = []
-            assert until(lambda: requests.extend(p for _, _, p in remote.requests("control")) or requests)
+            assert until(lambda: requests.extend(r.packet for r in remote.requests("control")) or requests)
             assert set(requests) == {b"now"}
 
 
@@ -243,3 +243,65 @@ def test_a_port_that_was_held_for_a_moment_is_bound_with_whatever_is_read_next(
             assert held not in remote._sockets
             # The operating system, too, may hold a port for a moment: each reading tries again.
             assert until(lambda: remote.requests("heartbeat") == [] and set(remote._sockets) == set(STREAMS))
+
+
+def test_each_connection_hands_over_its_newest_motion_and_one_may_be_ended(keys: Keys, base_port: int) -> None:
+    """A motion names the key and the connection it came on; ending one connection leaves the others alone."""
+    TrustedKeys(keys.remote).trust("colleague", load_keys(keys.stranger).public)
+    rightful, other = load_keys(keys.operator).public, load_keys(keys.stranger).public
+    with (
+        remote_link(keys, base_port) as remote,
+        operator_link(keys, base_port) as operator,
+        operator_link(keys, base_port, keys.stranger) as colleague,
+    ):
+        newest: dict[str, Received] = {}
+
+        def sent(number: bytes, *links: OperatorLink) -> bool:
+            for link in links:
+                link.send_latest("motion", number)
+            newest.update({received.key: received for received in remote.motions()})
+            return set(newest) == {rightful, other}
+
+        assert until(lambda: sent(b"1", operator, colleague))
+        assert newest[rightful].connection != newest[other].connection
+        ended = newest.pop(other)
+        remote.expel("motion", ended, refuse_s=60.0)
+        assert until(lambda: sent(b"2", operator) or remote.handshakes["expelled"] >= 2)
+        newest.clear()
+        assert until(lambda: newest.get(rightful, ended).packet == b"3" or sent(b"3", operator, colleague))
+        assert other not in newest
+        assert not colleague.key_refused()
+        assert served(remote, operator)
+
+
+def test_a_key_that_was_sent_away_is_back_after_its_time(keys: Keys, base_port: int) -> None:
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
+        found: list[Received] = []
+
+        def moved() -> bool:
+            operator.send_latest("motion", b"m")
+            found.extend(remote.motions())
+            return bool(found)
+
+        assert until(moved)
+        first = found.pop()
+        remote.expel("motion", first, refuse_s=0.2)
+        assert until(lambda: remote.handshakes["expelled"] > 0)
+        found.clear()
+        assert until(moved)
+
+
+def test_only_a_connection_of_the_named_port_is_ended() -> None:
+    """The number of a closed descriptor may be that of something else by now."""
+    with socket.create_server(("127.0.0.1", 0)) as server, socket.create_connection(server.getsockname()) as far:
+        near, _ = server.accept()
+        with near:
+            port = near.getsockname()[1]
+            end_connection(near.fileno(), port + 1)
+            near.send(b"alive")
+            assert far.recv(5) == b"alive"
+            end_connection(near.fileno(), port)
+            assert far.recv(5) == b""
+            number = near.fileno()
+        end_connection(number, port)
+        end_connection(0, port)

@@ -101,6 +101,12 @@ class OnePacket:
     def requests(self, stream: str) -> list[Received]:
         return [Received(b"who", "key", self.packet)] if stream == self._stream else []
 
+    def motions(self) -> list[Received]:
+        return self.requests("motion")
+
+    def expel(self, stream: str, received: Received, refuse_s: float = 0.0) -> None:
+        """There is no connection."""
+
     def answer(self, stream: str, who: bytes, packet: bytes) -> None:
         """Nobody listens."""
 

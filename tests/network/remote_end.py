@@ -42,7 +42,7 @@ def main(address: str, base_port: int, keys: Path) -> None:
         loop = PeriodicLoop(1.0 / STREAMS["touch"].rate_hz)
         while not select.select([sys.stdin], [], [], 0.0)[0]:
             loop.wait()
-            for who, *_, packet in link.requests("heartbeat"):
+            for who, _, packet, _ in link.requests("heartbeat"):
                 arrived_ns = now_ns()
                 asked = Heartbeat.decode(packet)
                 answer = (asked.sent_ns, arrived_ns, asked.offset_ns, asked.uncertainty_ns)

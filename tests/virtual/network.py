@@ -13,6 +13,8 @@ STREAMS = {"motion": (TO_REMOTE,), "touch": (TO_OPERATOR,)} | dict.fromkeys(
 )
 """Streams that are carried, with their directions; what is sent to observers goes nowhere."""
 OPERATOR_KEY = "the operator's public key"
+OPERATOR_CONNECTION = 7
+"""Connection number of the operator."""
 _BURST = 4
 """Packets that a stream hands over in one tick at most: after a stall the old ones come one after the other."""
 _KEPT = 200
@@ -167,20 +169,25 @@ class RemoteEnd:
 
     def __init__(self, network: Network) -> None:
         self.handshakes: dict[str, int] = {}
+        self.expelled: list[tuple[str, str, float]] = []
         self._network = network
 
     def requests(self, stream: str) -> list[Received]:
         """What the operator asked."""
-        return [Received(b"operator", OPERATOR_KEY, p) for p in self._network.receive(stream, TO_REMOTE)]
+        packets = self._network.receive(stream, TO_REMOTE)
+        return [Received(b"operator", OPERATOR_KEY, packet, OPERATOR_CONNECTION) for packet in packets]
+
+    def motions(self) -> list[Received]:
+        """The newest motion that arrived since the last call, of the operator's connection."""
+        return self.requests("motion")[-1:]
+
+    def expel(self, stream: str, received: Received, refuse_s: float = 0.0) -> None:
+        """Remember whose connection was ended."""
+        self.expelled.append((stream, received.key, refuse_s))
 
     def answer(self, stream: str, who: bytes, packet: bytes) -> None:
         """Answer the operator."""
         self._network.send(stream, TO_OPERATOR, packet)
-
-    def receive_latest(self, stream: str) -> bytes | None:
-        """The newest of what arrived since the last call."""
-        found = self._network.receive(stream, TO_REMOTE)
-        return found[-1] if found else None
 
     def send_latest(self, stream: str, packet: bytes) -> None:
         """Send to the operator, or to observers."""
