@@ -74,12 +74,14 @@ class FrameReceiver:
     """Decodes and checks one kind of frame; counts what it refused.
 
     Attributes:
+        taken: good frames.
         refused: frames that were damaged or repeated.
         skipped: frames that were sent, by the counters of the good ones around them, and not taken: lost on the way
             or refused; of sixteen lost in a row it knows nothing.
     """
 
     name: str
+    taken: int = 0
     refused: int = 0
     skipped: int = 0
     frame_id: int = field(init=False)
@@ -110,6 +112,7 @@ class FrameReceiver:
         if self._counter is not None:
             self.skipped += (counter - self._counter - 1) & 0xF
         self._counter = counter
+        self.taken += 1
         return values
 
     def _refuse(self, why: str) -> BadFrame:

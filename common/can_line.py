@@ -2,6 +2,7 @@
 
 import logging
 import re
+from collections import deque
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -89,6 +90,8 @@ class CanLine:
     sent_s: dict[str, float] = field(default_factory=dict)
     """When the newest good frame of each name was on the bus, by the bus's own clock, s."""
     _bus: can.BusABC | None = None
+    _unread: deque[can.Message] = field(default_factory=deque)
+    """Frames that `unread` has taken from the bus, for the next poll."""
     _opener: BackgroundOpener[can.BusABC] = field(init=False)
     _by_id: dict[int, tuple[FrameReceiver, FrameDamage]] = field(init=False)
     _lost: DeviceAbsent | None = None
@@ -141,7 +144,7 @@ class CanLine:
         newest: dict[str, dict[str, float]] = {}
         try:
             for _ in range(_MOST_FRAMES):
-                message = self._bus.recv(0)
+                message = self._unread.popleft() if self._unread else self._bus.recv(0)
                 if message is None:
                     break
                 values = self._take(message)
@@ -150,6 +153,18 @@ class CanLine:
         except (can.CanError, OSError) as error:
             self._lose(error)
         return newest
+
+    def unread(self, name: str) -> int:
+        """How many frames of this name have come since the last poll, as far as the next one will read them."""
+        if self._bus is None:
+            return 0
+        try:
+            while len(self._unread) < _MOST_FRAMES and (message := self._bus.recv(0)) is not None:
+                self._unread.append(message)
+        except (can.CanError, OSError) as error:
+            self._lose(error)
+        frame_id = next(receiver.frame_id for receiver in self.receivers if receiver.name == name)
+        return sum(message.arbitration_id == frame_id for message in self._unread)
 
     def send(self, message: can.Message) -> None:
         """Send one frame; with no bus there, nothing happens."""
@@ -198,6 +213,7 @@ class CanLine:
 
     def _forget(self) -> None:
         """A new connection: counters and damage begin anew. A bus that was off is so until it is heard."""
+        self._unread.clear()
         for receiver in self.receivers:
             receiver.begin()
         self._by_id = {receiver.frame_id: (receiver, FrameDamage(receiver.name)) for receiver in self.receivers}

@@ -33,6 +33,8 @@ COMMAND_REFRESH_S = 0.020
 TICK_AGE_S = 0.070
 """What a tick decided longer ago is not sent, and after it a gate begins from neutral: a process that was stopped in a
 tick finishes it on waking, while its devices may have gone to safe by themselves."""
+STANDSTILL_S = 0.050
+"""A device whose clock gains more on the host's shows that the host stood still; less is delay and drift."""
 FORCE_FALL_S = FINGER_FORCE_N / FORCE_RAMP_DOWN_N_S
 """Full force to none, in the gate and in the exoskeleton itself."""
 RETREAT_AFTER_S = 0.100
@@ -90,11 +92,14 @@ def ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: float | None
         Rung("command", COMMAND_REFRESH_S + period_s, "protocol", "an unchanged command is repeated"),
         Rung("force fall", FORCE_FALL_S, "limits", "full force has gone to 0", ({"loop": 5},)),
         Rung(
+            "standstill", STANDSTILL_S, "devices", "the site's clock is put forward by a standstill", ({"report": 3},)
+        ),
+        Rung(
             "tick age",
             TICK_AGE_S,
             "site loop",
             "what a tick decided longer ago is not sent; outputs begin from neutral",
-            ({"loop": 3},),
+            ({"loop": 3}, {"standstill": 1, "report": 1}),
         ),
         Rung(
             "gap",

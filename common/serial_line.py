@@ -1,9 +1,12 @@
 """One serial device on a tty or a `socket://` address: opened, asked who it is, read in chunks, re-opened."""
 
 import errno
+import fcntl
 import logging
 import select
 import socket
+import struct
+import termios
 import threading
 import time
 from dataclasses import dataclass, field
@@ -108,6 +111,13 @@ def close_port(port: serial.SerialBase) -> None:
         connection.close()  # the library forgets to when the far side has gone first
 
 
+def _waiting(port: serial.SerialBase) -> int:
+    """Bytes that wait in the kernel; the library counts those of a tty only."""
+    if not isinstance(connection := getattr(port, "_socket", None), socket.socket):
+        return int(port.in_waiting)
+    return int(struct.unpack("i", fcntl.ioctl(connection, termios.FIONREAD, bytes(4)))[0])
+
+
 def _discard(opened: OpenLine) -> None:
     _hang_up(opened.port)
 
@@ -175,6 +185,13 @@ class SerialLine:
             self._lose(error)
             return []
         return self.reader.feed(chunk) if chunk else []
+
+    def unread_bytes(self) -> int:
+        """How many bytes wait to be read; 0 with no device there."""
+        try:
+            return 0 if self._port is None else _waiting(self._port)
+        except OSError:
+            return 0  # the next poll finds out
 
     def send(self, message_id: MessageId, payload: bytes) -> None:
         """Send one message; with no device there, or one that takes nothing any more, it is dropped."""

@@ -1,13 +1,12 @@
 """All devices of the operator site behind one read and one write; the gate's output is all that is written."""
 
 import math
-import time
-from collections.abc import Callable
 
 from common.config import OperatorConfig
 from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.serial_line import SerialLine
+from common.standstill import HostClock
 from common.tick_age import TickAge
 from operator_site.exoskeleton import Exoskeleton, Hand
 from operator_site.gate import GatedOutput
@@ -17,11 +16,13 @@ from operator_site.tacttip import TactTip
 class OperatorDevices:
     """Opens every device in the background; reading and writing never block."""
 
-    def __init__(self, config: OperatorConfig, clock_s: Callable[[], float] = time.monotonic):
-        """Open them; `clock_s` is the clock that `read` is given times of."""
+    def __init__(self, config: OperatorConfig, clock: HostClock | None = None):
+        """Open them; `clock` is the one that `read` is given times of."""
         self.exoskeleton = Exoskeleton(config.exoskeleton, config.fingers)
-        self.tick = TickAge(clock_s)
         self.tacttips = {FINGERS.index(f): TactTip(f, address) for f, address in config.tacttip.items()}
+        witnesses: list[Exoskeleton | TactTip] = [self.exoskeleton, *self.tacttips.values()]
+        self._witnesses = witnesses
+        self.tick = TickAge(clock, lambda: max(device.unread_s for device in witnesses))
 
     def lines(self) -> list[SerialLine]:
         """Every serial line."""
@@ -52,11 +53,14 @@ class OperatorDevices:
         return [problem for problem in lines if problem is not None]
 
     def read(self, t_s: float) -> Hand:
-        """Take what all devices said since the last call."""
+        """Take what all devices said since the last call; `tick` counts a standstill of the host that they show."""
         self.tick.begin(t_s)
         for module in self.tacttips.values():
             module.read(t_s)
-        return self.exoskeleton.read(t_s)
+        stood_still = any(module.stood_still_s > 0.0 for module in self.tacttips.values())
+        hand = self.exoskeleton.read(t_s, stood_still=stood_still)
+        self.tick.stood_still(max(device.stood_still_s for device in self._witnesses))
+        return hand
 
     def plates(self, t_s: float) -> tuple[list[float], list[float]]:
         """Each plate's last temperature (C, NaN where it is not to be believed) and its age, s."""

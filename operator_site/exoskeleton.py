@@ -5,8 +5,10 @@ from dataclasses import dataclass
 
 from common.can_frames import FrameReceiver, FrameSender, by_finger
 from common.can_line import CanAddress, CanLine
+from common.encoder_jumps import FRAME_S
 from common.fingers import FINGERS
 from common.limits import GAP_S
+from common.standstill import Witness
 from operator_site.hand_encoders import HandEncoders
 
 _MM = 1000.0
@@ -47,12 +49,19 @@ class Exoskeleton:
         self.line = CanLine(address, self.receivers)
         self.hand = Hand()
         self.pushing = Pushing()
-        self._encoders = HandEncoders([finger in fingers for finger in FINGERS])
+        self.stood_still_s = 0.0
+        """For how long the host's clock stood still before the last `read`, as the count of frames shows, s."""
+        self._witness = Witness()
+        self._taking_part = [finger in fingers for finger in FINGERS]
+        self._encoders = HandEncoders(self._taking_part)
         self._forces = FrameSender("FingerForces")
 
-    def read(self, t_s: float) -> Hand:
-        """Take what came since the last call, stamped with `t_s`."""
+    def read(self, t_s: float, *, stood_still: bool = False) -> Hand:
+        """Take what came since the last call, stamped with `t_s`; after a standstill places are judged anew."""
         frames, sent_s = self.line.poll(), self.line.sent_s
+        self.stood_still_s = self._witness.step(t_s, self.receivers[0].taken * FRAME_S)
+        if stood_still or self.stood_still_s > 0.0:
+            self._encoders = HandEncoders(self._taking_part)
         hand, encoders = self.hand, self._encoders
         if (pose := frames.get("HandPose")) is not None:
             hand.x_m, hand.y_m = encoders.pose(sent_s["HandPose"], pose["x"] / _MM, pose["y"] / _MM)
@@ -64,6 +73,11 @@ class Exoskeleton:
         if (state := frames.get("ExoskeletonState")) is not None:
             self.pushing = Pushing(by_finger(state), state["enabled"] > 0.0, t_s)
         return hand
+
+    @property
+    def unread_s(self) -> float:
+        """How long the exoskeleton has taken for the frames that wait to be read, s."""
+        return self.line.unread("HandPose") * FRAME_S
 
     def faults(self, t_s: float) -> list[str]:
         """What is wrong on its bus and with its encoders, as of `t_s`; empty when all is well, or when it is away."""

@@ -1,7 +1,6 @@
 """The operator site's loop: read the hand, render what the remote site touches, pass the gate, write."""
 
 import logging
-import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from functools import partial
@@ -20,6 +19,7 @@ from common.packets import Floats, LinkState
 from common.recording import Recorder
 from common.site_loop import run_site_loop
 from common.site_report import site_figures, staleness
+from common.standstill import HostClock
 from common.startup import wait_for_devices
 from operator_site.admission import Admission
 from operator_site.attendance import Attendance
@@ -77,10 +77,11 @@ class OperatorSite:
 
     def tick(self, now_ns: int) -> None:
         """Read, render, gate, write, tell."""
+        client = self.client
+        hand = self._devices.read(now_ns * 1e-9)
+        now_ns += self._devices.tick.stood_still_ns
         now_s = now_ns * 1e-9
         self._now_ns = now_ns
-        client = self.client
-        hand = self._devices.read(now_s)
         missing = self._devices.missing()
         not_ready = self.rendering.fault or missing
         if self._desk is not None:
@@ -205,15 +206,16 @@ def run_operator(config: OperatorConfig, stop: Callable[[], bool]) -> None:
     """
     keys = load_keys(config.link.keys)
     remote_key = remote_public_key(config.link)
+    clock = HostClock()
 
     def connect(opened: ExitStack) -> tuple[SessionClient, Callable[[], None]]:
         link = opened.enter_context(OperatorLink(config.link.host, config.link.base_port, keys, remote_key))
         remote = f"{config.link.host}:{config.link.base_port}"
         log.info("connecting to %s as %s", remote, fingerprint(keys.public))
-        client = session_with(link, config, time.monotonic_ns)
+        client = session_with(link, config, clock.now_ns)
         return client, Admission(client, link, remote).each_second
 
-    run_operator_site(config, keys, connect, stop)
+    run_operator_site(config, keys, connect, stop, clock)
 
 
 def run_operator_site(
@@ -221,6 +223,7 @@ def run_operator_site(
     keys: KeyPair,
     begin: Callable[[ExitStack], tuple[OperatorSession, Callable[[], None]]],
     stop: Callable[[], bool],
+    clock: HostClock | None = None,
     **about: str,
 ) -> None:
     """Run the operator site until `stop()`, in whatever session `begin` begins once all devices are there.
@@ -230,12 +233,14 @@ def run_operator_site(
         keys: of the site.
         begin: opens what the session needs, to be closed in the end; also returns what is to be done each second.
         stop: asked before each tick.
+        clock: of the site; its own by default.
         about: what the recording says of the session beside its configuration.
     """
     with ExitStack() as opened:
         desk = opened.enter_context(Desk(config.desk_port, keys))
         feed = None if config.feed_port is None else opened.enter_context(Feed(config.feed_port, keys))
-        devices = OperatorDevices(config)
+        clock = clock or HostClock()
+        devices = OperatorDevices(config, clock)
         opened.callback(devices.close)
         if not wait_for_devices(devices, config.wait_for_devices_s, stop):
             return
@@ -246,6 +251,13 @@ def run_operator_site(
             recorder = opened.enter_context(Recorder(config.record, SCHEMAS, metadata))
         site = OperatorSite(config, client, devices, recorder, desk, feed)
         run_site_loop(
-            site, "operator", config.rate_hz, stop, status=config.status, each_second=each_second, tell=site.tell
+            site,
+            "operator",
+            config.rate_hz,
+            stop,
+            status=config.status,
+            each_second=each_second,
+            tell=site.tell,
+            clock_ns=clock.now_ns,
         )
         site.goodbye()

@@ -14,12 +14,15 @@ from common.serial_messages import (
     TactTipCommand,
     TactTipState,
 )
+from common.standstill import Witness
 from operator_site.hot_side import HotSide
 from operator_site.motor_drive import MotorDrive
 from operator_site.ntc import PlateSensor
 
 _LEAST_INTERVAL_S = 0.004
 """Rate budget of a module: 250 commands a second; switching the motor on or off never waits."""
+_BYTES_PER_S = 100 * 19
+"""Of a module's reports on its line."""
 _NEVER = -math.inf
 
 
@@ -36,6 +39,8 @@ class TactTip:
         self.sensor_fault = ""
         self.cooling_fault = ""
         """What is wrong with the hot side or its thermistor; empty when nothing."""
+        self.stood_still_s = 0.0
+        """For how long the host's clock stood still before the last `read`, as the module's own clock shows, s."""
         self.cut_out = False
         self.disobeys = ""
         """What the module does that it was not told; empty when nothing."""
@@ -45,19 +50,16 @@ class TactTip:
         self._motor, self._peltier = DriveObeys("the motor"), DriveObeys("the Peltier element")
         self._motor_drive = MotorDrive()
         self._turning = False
+        self._witness, self._times_lost = Witness(), 0
         self._sent = TactTipCommand(0, 0)
         self._sent_s = _NEVER
 
     def read(self, t_s: float) -> None:
-        """Take what came since the last call."""
-        for frame in self.line.poll():
-            if frame.message_id != MessageId.TACTTIP_STATE:
-                continue
-            try:
-                state = TactTipState.decode(frame.payload)
-            except BadPayload:
-                self.damaged += 1
-                continue
+        """Take what came since the last call; it is judged by a time that counts what the host's clock did not."""
+        states = self._states()
+        self.stood_still_s = self._witness.report(t_s, states[-1].device_time_us) if states else 0.0
+        t_s += self.stood_still_s
+        for state in states:
             reading = self._sensor.step(t_s, state.plate_counts)
             self.plate_c, self.sensor_fault = reading.plate_c, reading.fault or ""
             self.cooling_fault = self._hot_side.step(t_s, state.hot_side_counts)
@@ -69,6 +71,24 @@ class TactTip:
             )
             self.disobeys = motor or peltier
             self.measured_s = t_s
+
+    def _states(self) -> list[TactTipState]:
+        found: list[TactTipState] = []
+        for frame in self.line.poll():
+            if frame.message_id != MessageId.TACTTIP_STATE:
+                continue
+            try:
+                found.append(TactTipState.decode(frame.payload))
+            except BadPayload:
+                self.damaged += 1
+        if self.line.times_lost != self._times_lost:  # another module, or this one after a restart
+            self._witness, self._times_lost = Witness(), self.line.times_lost
+        return found
+
+    @property
+    def unread_s(self) -> float:
+        """How long the module has taken for the reports that wait to be read, s."""
+        return self.line.unread_bytes() / _BYTES_PER_S
 
     def unconfirmed(self, since_s: float) -> str:
         """Why it is not certain that its drives are off; empty when the last report, after `since_s`, says so."""

@@ -1,13 +1,12 @@
 """All devices of the remote site behind one read and one write; the gate's output is all that is written."""
 
 import math
-import time
-from collections.abc import Callable
 
 from common.config import RemoteConfig
 from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.serial_line import SerialLine
+from common.standstill import HostClock
 from common.tick_age import TickAge
 from remote_site.followed_hand import HandPlace
 from remote_site.patient_gate import GatedCommand
@@ -22,15 +21,17 @@ _NEVER = -math.inf
 class RemoteDevices:
     """Opens every device in the background; reading and writing never block."""
 
-    def __init__(self, config: RemoteConfig, clock_s: Callable[[], float] = time.monotonic):
-        """Open them; `clock_s` is the clock that `read` is given times of."""
+    def __init__(self, config: RemoteConfig, clock: HostClock | None = None):
+        """Open them; `clock` is the one that `read` is given times of."""
         self.telemanipulator = Telemanipulator(config.telemanipulator, config.fingers)
         self.texture = {FINGERS.index(f): TextureSensor(f, address) for f, address in config.texture.items()}
         self.thermal = {FINGERS.index(f): ThermalSensor(f, address) for f, address in config.thermal_sensors.items()}
         self.sensor_c = [math.nan] * len(FINGERS)
         self.sensor_s = [_NEVER] * len(FINGERS)
         """Last reading of each sensor plate (NaN where it was implausible), and when it came."""
-        self.tick = TickAge(clock_s)
+        sensors: list[TextureSensor | ThermalSensor] = [*self.texture.values(), *self.thermal.values()]
+        self._sensors = sensors
+        self.tick = TickAge(clock, lambda: max(device.unread_s for device in (self.telemanipulator, *sensors)))
 
     def lines(self) -> list[SerialLine]:
         """Every serial line."""
@@ -43,8 +44,7 @@ class RemoteDevices:
         for line in self.lines():
             if not line.connected:
                 return f"{line.finger} {line.kind.name.lower()}: {line.problem or 'opening'}"
-        sensors: list[TextureSensor | ThermalSensor] = [*self.texture.values(), *self.thermal.values()]
-        for sensor in sensors:
+        for sensor in self._sensors:
             if not self.tick.began_s - sensor.measured_s <= GAP_S:
                 return f"{sensor.line.finger} {sensor.line.kind.name.lower()}: the line is open, but no reports come"
         if not self.tick.began_s - self.telemanipulator.measured.oldest_s <= GAP_S:
@@ -57,9 +57,11 @@ class RemoteDevices:
         return [problem for problem in lines if problem is not None]
 
     def read(self, t_s: float, hand: HandPlace | None = None) -> Sensed:
-        """Take what all devices said since the last call, while the fingers follow `hand`."""
+        """Take what all devices said since the last call, while the fingers follow `hand`.
+
+        `tick` counts a standstill of the host that they show; what was sensed is of a time after it.
+        """
         self.tick.begin(t_s)
-        measured = self.telemanipulator.read(t_s)
         texture: list[bytes | None] = [None] * len(FINGERS)
         plates: list[PlateReading | None] = [None] * len(FINGERS)
         for finger, texture_sensor in self.texture.items():
@@ -68,7 +70,11 @@ class RemoteDevices:
             plate = plates[finger] = thermal_sensor.read(t_s)
             if plate is not None:
                 self.sensor_c[finger] = math.nan if plate.fault else plate.sensor_c
-                self.sensor_s[finger] = t_s
+                self.sensor_s[finger] = thermal_sensor.measured_s
+        stood_still_s = max((sensor.stood_still_s for sensor in self._sensors), default=0.0)
+        measured = self.telemanipulator.read(t_s, stood_still=stood_still_s > 0.0)
+        self.tick.stood_still(max(stood_still_s, self.telemanipulator.stood_still_s))
+        t_s = self.tick.began_s
         # An old force is no force: without it there is no contact, and nothing of the last one is rendered.
         known = t_s - measured.oldest_s <= GAP_S
         force_n = measured.force_n if known else (0.0,) * len(FINGERS)

@@ -1,7 +1,6 @@
 """The remote site's loop: read the devices, identify, pass the gate, write; and serve the operator."""
 
 import logging
-import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
@@ -20,6 +19,7 @@ from common.perceptible import touch_felt
 from common.recording import Recorder
 from common.site_loop import run_site_loop
 from common.site_report import site_figures, staleness
+from common.standstill import HostClock
 from common.startup import wait_for_devices
 from remote_site.calibrated_tables import load_tables
 from remote_site.desk_requests import answer_desk
@@ -78,10 +78,10 @@ class RemoteSite:
 
     def tick(self, now_ns: int) -> None:
         """Read, identify, gate, write, tell."""
-        now_s = now_ns * 1e-9
-        self._now_ns = now_ns
         server = self.server
-        sensed_now = self._devices.read(now_s, self._followed())
+        sensed_now = self._devices.read(now_ns * 1e-9, self._followed())
+        now_ns += self._devices.tick.stood_still_ns
+        self._now_ns = now_ns
         missing = self._devices.missing()
         not_ready = self.gate.fault or missing
         if self._desk is not None:
@@ -210,12 +210,21 @@ def run_remote(config: RemoteConfig, stop: Callable[[], bool]) -> None:
         )
         log.info("bound to %s:%d as %s", config.link.bind, config.link.base_port, fingerprint(keys.public))
         desk = opened.enter_context(Desk(config.desk_port, keys))
-        devices = RemoteDevices(config)
+        clock = HostClock()
+        devices = RemoteDevices(config, clock)
         opened.callback(devices.close)
         if not wait_for_devices(devices, config.wait_for_devices_s, stop):
             return
         recorder = open_recorder(config, {"configuration": to_toml(config), "key": fingerprint(keys.public)})
         if recorder is not None:
             opened.enter_context(recorder)
-        site = RemoteSite(config, link, devices, recorder, desk, time.monotonic_ns)
-        run_site_loop(site, "remote", config.rate_hz, stop, status=config.status, each_second=site.recheck_keys)
+        site = RemoteSite(config, link, devices, recorder, desk, clock.now_ns)
+        run_site_loop(
+            site,
+            "remote",
+            config.rate_hz,
+            stop,
+            status=config.status,
+            each_second=site.recheck_keys,
+            clock_ns=clock.now_ns,
+        )

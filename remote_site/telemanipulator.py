@@ -5,8 +5,10 @@ from dataclasses import dataclass
 
 from common.can_frames import FrameReceiver, FrameSender, by_finger
 from common.can_line import CanAddress, CanLine
+from common.encoder_jumps import FRAME_S
 from common.fingers import FINGERS
 from common.limits import GAP_S
+from common.standstill import Witness
 from remote_site.measured_hand import MeasuredHand
 
 _MM = 1000.0
@@ -53,13 +55,20 @@ class Telemanipulator:
         self.line = CanLine(address, self.receivers)
         self.measured = Measured()
         self.following = Following()
+        self.stood_still_s = 0.0
+        """For how long the host's clock stood still before the last `read`, as the count of frames shows, s."""
+        self._witness = Witness()
+        self._fingers = fingers
         self._watched = MeasuredHand(fingers)
         self._hand = FrameSender("HandSetpoint")
         self._heights = FrameSender("HeightSetpoint")
 
-    def read(self, t_s: float) -> Measured:
-        """Take what came since the last call, stamped with `t_s`."""
+    def read(self, t_s: float, *, stood_still: bool = False) -> Measured:
+        """Take what came since the last call, stamped with `t_s`; after a standstill places are judged anew."""
         frames, sent_s = self.line.poll(), self.line.sent_s
+        self.stood_still_s = self._witness.step(t_s, self.receivers[0].taken * FRAME_S)
+        if stood_still or self.stood_still_s > 0.0:
+            self._watched = MeasuredHand(self._fingers)
         measured, watched = self.measured, self._watched
         if (pose := frames.get("HandPoseMeasured")) is not None:
             measured.x_m, measured.y_m = watched.pose(sent_s["HandPoseMeasured"], pose["x"] / _MM, pose["y"] / _MM)
@@ -79,6 +88,11 @@ class Telemanipulator:
                 reported_s=t_s,
             )
         return measured
+
+    @property
+    def unread_s(self) -> float:
+        """How long the telemanipulator has taken for the frames that wait to be read, s."""
+        return self.line.unread("HandPoseMeasured") * FRAME_S
 
     def faults(self, t_s: float) -> list[str]:
         """What is wrong on its bus and with its sensors, as of `t_s`; empty when all is well, or when it is away."""

@@ -9,8 +9,11 @@ from numpy.typing import NDArray
 from common.limits import GAP_S
 from common.serial_line import SerialLine
 from common.serial_messages import BadPayload, DeviceKind, MessageId, TextureSamples
+from common.standstill import Witness
 
 VOLTS_PER_COUNT = 10.0 / 2048.0
+_BYTES_PER_S = 200 * 31
+"""Of a sensor's samples on its line."""
 _MOST_WAITING = 40
 """Chunks kept when the loop stood still: 0.2 s of signal; older ones are dropped."""
 
@@ -24,26 +27,43 @@ class TextureSensor:
         self.damaged = 0
         self.measured_s = -math.inf
         """When the last samples came, s; -inf before the first."""
+        self.stood_still_s = 0.0
+        """For how long the host's clock stood still before the last `read`, as the sensor's own clock shows, s."""
+        self._witness, self._times_lost = Witness(), 0
         self._waiting: deque[bytes] = deque(maxlen=_MOST_WAITING)
 
     def read(self, t_s: float) -> bytes | None:
         """The next chunk of counts (int16 little endian), or None: one chunk a call, so a tick's cost is bounded.
 
+        After a standstill of the host's clock nothing from before is handed over.
+
         Args:
             t_s: time now, s.
         """
+        newest: TextureSamples | None = None
         for frame in self.line.poll():
             if frame.message_id != MessageId.TEXTURE_SAMPLES:
                 continue
             try:
-                self._waiting.append(TextureSamples.decode(frame.payload).counts)
+                newest = TextureSamples.decode(frame.payload)
             except BadPayload:
                 self.damaged += 1
             else:
+                self._waiting.append(newest.counts)
                 self.measured_s = t_s
+        if self.line.times_lost != self._times_lost:  # another sensor, or this one after a restart
+            self._witness, self._times_lost = Witness(), self.line.times_lost
+        self.stood_still_s = 0.0 if newest is None else self._witness.report(t_s, newest.device_time_us)
+        if self.stood_still_s > 0.0:
+            self._waiting.clear()
         if t_s - self.measured_s > GAP_S:
             self._waiting.clear()  # what a sensor said that says no more is old
         return self._waiting.popleft() if self._waiting else None
+
+    @property
+    def unread_s(self) -> float:
+        """How long the sensor has taken for the samples that wait to be read, s."""
+        return self.line.unread_bytes() / _BYTES_PER_S
 
 
 def texture_v(counts: bytes) -> NDArray[np.float64]:

@@ -14,8 +14,12 @@ from common.serial_messages import (
     MessageId,
     ThermalReading,
 )
+from common.standstill import Witness
 from common.thermometry import ssr_c
 from remote_site.ssr_plausibility import SsrPlausibility
+
+_BYTES_PER_S = 100 * 17
+"""Of a sensor's readings on its line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +50,8 @@ class ThermalSensor:
         self.damaged = 0
         self.measured_s = -math.inf
         """When the last reading came, s; -inf before the first."""
+        self.stood_still_s = 0.0
+        """For how long the host's clock stood still before the last `read`, as the sensor's own clock shows, s."""
         self.applied_permille = 0
         """What the sensor reported last that its heater gets."""
         self.cut_out = False
@@ -55,10 +61,15 @@ class ThermalSensor:
         self._obeys = DriveObeys("the heater")
         self._plausible = SsrPlausibility()
         self._permille = 0
+        self._witness, self._times_lost = Witness(), 0
 
     def read(self, t_s: float) -> PlateReading | None:
-        """The newest reading since the last call, judged for plausibility at time `t_s`; None without one."""
+        """The newest reading since the last call, judged for plausibility at time `t_s`; None without one.
+
+        It is judged by a time that counts what the host's clock did not.
+        """
         newest: ThermalReading | None = None
+        self.stood_still_s = 0.0
         for frame in self.line.poll():
             if frame.message_id != MessageId.THERMAL_READING:
                 continue
@@ -66,8 +77,12 @@ class ThermalSensor:
                 newest = ThermalReading.decode(frame.payload)
             except BadPayload:
                 self.damaged += 1
+        if self.line.times_lost != self._times_lost:  # another sensor, or this one after a restart
+            self._witness, self._times_lost = Witness(), self.line.times_lost
         if newest is None:
             return None
+        self.stood_still_s = self._witness.report(t_s, newest.device_time_us)
+        t_s += self.stood_still_s
         self.measured_s, self.applied_permille = t_s, newest.heater_permille
         self.disobeys = self._obeys.reported(t_s, newest.heater_permille)
         fault = self._plausible.step(t_s, newest.plate_counts, self._permille / DRIVE_FULL)
@@ -75,6 +90,11 @@ class ThermalSensor:
         self.cut_out = bool(newest.flags & DeviceFlag.THERMAL_CUT_OUT) and not fault
         plate_c, ambient_c = ssr_c(newest.plate_counts), ssr_c(newest.ambient_counts)
         return PlateReading(plate_c, ambient_c, fault or "", newest.device_time_us, newest.heater_permille)
+
+    @property
+    def unread_s(self) -> float:
+        """How long the sensor has taken for the readings that wait to be read, s."""
+        return self.line.unread_bytes() / _BYTES_PER_S
 
     def unconfirmed(self, since_s: float) -> str:
         """Why it is not certain that the heater is off; empty when the last reading, after `since_s`, says so."""

@@ -9,6 +9,7 @@ import pytest
 import sim_sensors.sim_operator
 from common.fingers import FINGERS
 from common.limits import AGE_DEFAULT_S, PLATE_FAULT_C, WIDE, PlateRange
+from common.standstill import HostClock
 from operator_site.devices import OperatorDevices
 from operator_site.gate import OperatorGate
 from operator_site.plate_loop import PlateLoop
@@ -40,7 +41,9 @@ class Fingertip:
         self.simulation = sim_sensors.sim_operator.OperatorDevices(
             configurations.sim_operator(seed), SelectLoop(lambda: self.time_s)
         )
-        self.devices = OperatorDevices(configurations.operator(AGE_DEFAULT_S), lambda: self.time_s)
+        self.devices = OperatorDevices(
+            configurations.operator(AGE_DEFAULT_S), HostClock(lambda: round(self.time_s * 1e9))
+        )
         self.gate = OperatorGate(profile, SampledWall(2.0, TICK_S))
         self.fault: tuple[float, str] | None = None
         self.driven_s = 0.0

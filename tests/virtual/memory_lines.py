@@ -74,6 +74,11 @@ class MemoryPort:
         """A descriptor that can always be written to, for `select`."""
         return self._descriptor
 
+    @property
+    def in_waiting(self) -> int:
+        """How many bytes came and wait."""
+        return len(self._line.unread)
+
     def read(self, most: int) -> bytes:
         """What came, at once.
 

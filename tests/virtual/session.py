@@ -14,6 +14,7 @@ from common.fingers import FINGERS
 from common.limits import AGE_DEFAULT_S
 from common.link import OperatorLink, RemoteLink
 from common.packets import LinkState
+from common.standstill import HostClock
 from operator_site.devices import OperatorDevices
 from operator_site.site import OperatorSite, session_with
 from remote_site.devices import RemoteDevices
@@ -26,6 +27,8 @@ from tests.virtual.wires import Wires
 
 TICK_S = 0.002
 COARSE_TICK_S = 0.010
+FINE_S = 1.0
+"""A stopped site: what happens to its outputs has happened by then."""
 _INDEX = FINGERS.index(FINGER)
 _EARLY_M = 0.10
 """Of the way to 0.28 m, at 50 mm/s."""
@@ -50,14 +53,26 @@ class Truth(NamedTuple):
 
 @dataclass(slots=True)
 class SiteClock:
-    """A site's monotonic clock: virtual time with an offset of its own, and a drift in s/s."""
+    """A host's own clock: virtual time with an offset of its own, and a drift in s/s.
+
+    Attributes:
+        stopped_s: virtual time at which it stopped; None while it runs.
+    """
 
     offset_s: float
     drift: float = 0.0
+    stopped_s: float | None = None
 
     def now_ns(self, time_s: float) -> int:
         """What this clock says at a virtual time."""
-        return round((time_s * (1.0 + self.drift) + self.offset_s) * 1e9)
+        shown_s = time_s if self.stopped_s is None else self.stopped_s
+        return round((shown_s * (1.0 + self.drift) + self.offset_s) * 1e9)
+
+    def run_on(self, time_s: float) -> None:
+        """Run again from where it stopped, at a virtual time."""
+        if self.stopped_s is not None:
+            self.offset_s -= (time_s - self.stopped_s) * (1.0 + self.drift)
+            self.stopped_s = None
 
 
 class VirtualSession:
@@ -77,6 +92,8 @@ class VirtualSession:
         self.network = Network(seed)
         self.wires = wires(lambda: self.time_s)
         self.remote_clock, self.operator_clock = SiteClock(7_200.123), SiteClock(100.456)
+        self.remote_host = HostClock(lambda: self.remote_clock.now_ns(self.time_s))
+        self.operator_host = HostClock(lambda: self.operator_clock.now_ns(self.time_s))
         loop = SelectLoop(lambda: self.time_s)
         self.sim_remote = sim_sensors.sim_remote.RemoteDevices(configurations.sim_remote(seed), loop)
         self.sim_operator = sim_sensors.sim_operator.OperatorDevices(configurations.sim_operator(seed), loop)
@@ -84,12 +101,12 @@ class VirtualSession:
         self.remote = RemoteSite(
             remote,
             cast(RemoteLink, RemoteEnd(self.network)),
-            RemoteDevices(remote, lambda: self.remote_clock.now_ns(self.time_s) * 1e-9),
+            RemoteDevices(remote, self.remote_host),
         )
         self.operator = OperatorSite(
             operator,
             session_with(cast(OperatorLink, OperatorEnd(self.network)), operator),
-            OperatorDevices(operator, lambda: self.operator_clock.now_ns(self.time_s) * 1e-9),
+            OperatorDevices(operator, self.operator_host),
         )
         self._stopped: RemoteSite | OperatorSite | None = None
         self._tacttip = self.sim_operator.modules[FINGER]
@@ -107,21 +124,31 @@ class VirtualSession:
         self.sim_operator.step(now_s)
         # A site that is stopped in its tick lets time pass: what follows begins later than this tick did.
         if self._stopped is not self.remote:
-            self.remote.tick(self.remote_clock.now_ns(self.time_s))
+            self.remote.tick(self.remote_host.now_ns())
         if self._stopped is not self.operator:
-            self.operator.tick(self.operator_clock.now_ns(self.time_s))
+            self.operator.tick(self.operator_host.now_ns())
         truth = self._observe(self.time_s)
         self.truth.append(truth)
         for check in self.watch:
             check(self, truth)
 
-    def stop_site(self, side: str, seconds: float, *, in_tick: bool) -> None:
-        """Stop `remote` or `operator` for a time as SIGSTOP does: between two ticks, or after a tick has read."""
+    def stop_site(self, side: str, seconds: float, *, in_tick: bool, with_clock: bool = False) -> None:
+        """Stop `remote` or `operator` for a time: between two ticks, or after a tick has read.
+
+        A process is stopped by SIGSTOP, a host by a suspend: its clock counts that time. `with_clock`, the clock stops
+        as well, as in a virtual machine that is paused. Long times pass coarsely.
+        """
         site: RemoteSite | OperatorSite = self.remote if side == "remote" else self.operator
+        clock = self.remote_clock if side == "remote" else self.operator_clock
 
         def sleep() -> None:
             self._stopped = site
-            self.run(seconds)
+            if with_clock:
+                clock.stopped_s = self.time_s
+            fine_s = min(seconds, FINE_S)
+            self.run(fine_s)
+            self.run_coarsely(seconds - fine_s)
+            clock.run_on(self.time_s)
             self._stopped = None
 
         if not in_tick:
@@ -181,7 +208,7 @@ class VirtualSession:
 
     @property
     def _operator_ns(self) -> int:
-        return self.operator_clock.now_ns(self.time_s)
+        return self.operator_host.now_ns()
 
     def run(self, seconds: float) -> list[Truth]:
         """Let time pass; returns what was at the actuators during it."""

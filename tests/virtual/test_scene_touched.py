@@ -10,6 +10,7 @@ import pytest
 from common.fingers import FINGERS
 from common.limits import MOTOR_FLOOR_RPM
 from common.scene import load_scene
+from common.standstill import HostClock
 from operator_site.devices import OperatorDevices
 from operator_site.site import OperatorSite
 from operator_site.virtual_environment import VirtualEnvironment
@@ -36,7 +37,7 @@ class Touching:
         config = configurations.operator(0.15)
         environment = VirtualEnvironment(load_scene(scene), config.fingers, 0)
         self.client = VirtualSession(environment, scene, config.engage)
-        devices = OperatorDevices(config, lambda: self.clock.now_ns(self.time_s) * 1e-9)
+        devices = OperatorDevices(config, HostClock(lambda: self.clock.now_ns(self.time_s)))
         self.site = OperatorSite(config, self.client, devices)
 
     def run(self, seconds: float) -> dict[str, np.ndarray]:

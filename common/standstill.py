@@ -1,0 +1,107 @@
+"""Finds standstills of this host: times in which its own clock stood still while devices and people went on.
+
+A host that is suspended stops CLOCK_MONOTONIC. A virtual machine that is paused stops CLOCK_BOOTTIME, too. `HostClock`
+counts suspends by itself and is put forward by what devices show: their own clocks did not stop. After that every age
+and gap is a true one, and each guard acts as after a process that was stopped.
+"""
+
+import time
+from collections.abc import Callable
+
+from common.ladder import STANDSTILL_S
+
+DRIFT = 0.05
+"""A device's clock keeps the host's pace within this share (duty S10)."""
+LONGEST_STEP_S = 0.1
+"""Between two reports no more time than this counts for the drift: a line that was late is no slow clock."""
+BEHIND_S = 1.0
+"""A device's clock that falls behind by more was restarted, its line is late, or the host's was set forward."""
+BELIEVED_S = 2.0
+"""A clock that stays behind for longer than this is compared from there on."""
+_WRAPS = 1 << 32
+
+
+def since_boot_ns() -> Callable[[], int]:
+    """A clock that goes on in a suspend, ns; it begins with the reading of CLOCK_MONOTONIC."""
+    ahead_ns = time.clock_gettime_ns(time.CLOCK_BOOTTIME) - time.monotonic_ns()
+    return lambda: time.clock_gettime_ns(time.CLOCK_BOOTTIME) - ahead_ns
+
+
+class HostClock:
+    """The clock of one site: never behind what this host's devices show.
+
+    Attributes:
+        standstills: how often it was put forward.
+        stood_still_s: by how much in all, s.
+    """
+
+    def __init__(self, read_ns: Callable[[], int] | None = None) -> None:
+        """Read `read_ns`, ns; without, CLOCK_MONOTONIC and what a suspend adds to it."""
+        self.standstills = 0
+        self.stood_still_s = 0.0
+        self._read_ns = since_boot_ns() if read_ns is None else read_ns
+        self._forward_ns = 0
+
+    def now_ns(self) -> int:
+        """The time now, ns."""
+        return self._read_ns() + self._forward_ns
+
+    def now_s(self) -> float:
+        """The time now, s."""
+        return self.now_ns() * 1e-9
+
+    def put_forward(self, standstill_s: float) -> int:
+        """Add a standstill that devices have shown, s, above 0; returns it in ns."""
+        forward_ns = round(standstill_s * 1e9)
+        self._forward_ns += forward_ns
+        self.stood_still_s += standstill_s
+        self.standstills += 1
+        return forward_ns
+
+
+class Witness:
+    """Compares one device's clock with the host's. Pure: both times are arguments, s.
+
+    A report may come late, never early. So the device's lead over the host has a highest value, that of a report with
+    no delay; a lead above it is time that the host did not count.
+    """
+
+    def __init__(self) -> None:
+        """No report came yet."""
+        self._lead_s: float | None = None
+        self._host_s = 0.0
+        self._device_us = 0
+        self._device_s = 0.0
+        self._behind_since_s: float | None = None
+
+    def report(self, host_s: float, device_us: int) -> float:
+        """Take the newest report of a serial module; returns the standstill that it shows, s, mostly 0.
+
+        Args:
+            host_s: the host's time, s.
+            device_us: the device's time in the report, us modulo 2^32.
+        """
+        since_us = (device_us - self._device_us + _WRAPS // 2) % _WRAPS - _WRAPS // 2
+        self._device_us = device_us
+        self._device_s += since_us * 1e-6
+        return self.step(host_s, self._device_s)
+
+    def step(self, host_s: float, device_s: float) -> float:
+        """Take the device's time at a time of the host; returns the standstill that this shows, s, mostly 0."""
+        lead_s = device_s - host_s
+        if self._lead_s is None:
+            self._lead_s, self._host_s = lead_s, host_s
+            return 0.0
+        usual_s = self._lead_s - DRIFT * min(LONGEST_STEP_S, max(0.0, host_s - self._host_s))
+        self._host_s = host_s
+        if lead_s - usual_s > STANDSTILL_S:
+            self._lead_s = usual_s  # the host's clock is put forward, and the lead is the usual one again
+            return lead_s - usual_s
+        self._lead_s = max(usual_s, lead_s)
+        if lead_s >= usual_s - BEHIND_S:
+            self._behind_since_s = None
+        elif self._behind_since_s is None:
+            self._behind_since_s = host_s
+        elif host_s - self._behind_since_s > BELIEVED_S:
+            self._lead_s, self._behind_since_s = lead_s, None
+        return 0.0

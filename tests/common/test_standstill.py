@@ -1,0 +1,112 @@
+"""A standstill of the host's clock is found by the clocks of its devices, and nothing else is taken for one."""
+
+import math
+import time
+
+import pytest
+
+from common.ladder import STANDSTILL_S
+from common.standstill import BEHIND_S, BELIEVED_S, DRIFT, HostClock, Witness, since_boot_ns
+
+REPORT_S = 0.010
+WRAPS_US = 1 << 32
+
+
+class Device:
+    """Reports every 10 ms; `step` lets true time pass, with less of it on the host's clock."""
+
+    def __init__(self, device_us: int = 0) -> None:
+        self.witness = Witness()
+        self.host_s = self.true_s = 0.0
+        self._from_us = device_us
+        self.step()
+
+    def step(self, true_s: float = REPORT_S, host_s: float = REPORT_S, pace: float = 1.0) -> float:
+        self.true_s += true_s * pace
+        self.host_s += host_s
+        found_s = self.witness.report(self.host_s, (self._from_us + round(self.true_s * 1e6)) % WRAPS_US)
+        self.host_s += found_s
+        return found_s
+
+    def run(self, reports: int, pace: float = 1.0) -> list[float]:
+        return [found_s for _ in range(reports) if (found_s := self.step(pace=pace))]
+
+
+@pytest.mark.parametrize("stood_s", [0.08, 0.15, 0.3, 1.0, 3.0, 30.0, 2000.0])
+def test_a_standstill_is_found_whole_and_each_time(stood_s: float) -> None:
+    device = Device()
+    for _ in range(3):
+        assert device.run(20) == []
+        assert device.step(stood_s) == pytest.approx(stood_s - REPORT_S, abs=2e-3)
+    assert device.run(1000) == []
+    assert device.host_s == pytest.approx(device.true_s, abs=0.01)
+
+
+def test_a_device_clock_that_wraps_is_no_standstill() -> None:
+    device = Device(WRAPS_US - 50_000)
+    assert device.run(20) == []
+    assert device.step(0.5) == pytest.approx(0.49, abs=2e-3)
+
+
+@pytest.mark.parametrize("pace", [1.0 - DRIFT, 1.0, 1.0 + DRIFT])
+def test_drift_is_no_standstill_and_hides_none(pace: float) -> None:
+    device = Device()
+    assert device.run(5000, pace) == []
+    assert device.step(0.2, pace=pace) == pytest.approx(0.19, abs=0.02)
+
+
+@pytest.mark.parametrize("late_s", [0.03, 0.5, 3.0, 60.0])
+def test_a_line_that_was_late_is_no_standstill_however_its_reports_come(late_s: float) -> None:
+    """Old reports come first, a piece in each tick, and the line has caught up at the end."""
+    device = Device()
+    device.run(100)
+    device.host_s += late_s
+    found = [device.step(late_s / 20.0, 0.002) for _ in range(20)]
+    assert found == [0.0] * 20
+    assert device.step(0.2) > STANDSTILL_S
+
+
+def test_a_stopped_process_whose_clock_went_on_is_no_standstill() -> None:
+    device = Device()
+    device.run(100)
+    assert device.step(30.0, 30.0) == 0.0
+
+
+def test_a_device_that_was_restarted_is_believed_again_after_a_while() -> None:
+    device = Device()
+    device.run(1000)
+    device.true_s = 0.0
+    assert device.run(round(BELIEVED_S / REPORT_S) + 2) == []
+    assert device.step(0.3) == pytest.approx(0.29, abs=2e-3)
+
+
+def test_a_device_that_is_behind_for_a_moment_is_not_compared_anew() -> None:
+    device = Device()
+    device.run(100)
+    device.true_s -= BEHIND_S + 0.5
+    device.run(10)
+    device.true_s += BEHIND_S + 0.5
+    assert device.run(500) == []
+
+
+def test_a_host_clock_that_is_set_back_is_put_right() -> None:
+    device = Device()
+    device.run(100)
+    assert device.step(REPORT_S, -10.0) == pytest.approx(10.0 + REPORT_S, abs=1e-3)
+
+
+def test_the_clock_is_put_forward_and_counts_it() -> None:
+    clock = HostClock(lambda: 5_000_000_000)
+    assert clock.now_s() == 5.0
+    assert clock.put_forward(0.25) == 250_000_000
+    assert (clock.now_ns(), clock.standstills, clock.stood_still_s) == (5_250_000_000, 1, 0.25)
+
+
+def test_a_suspend_is_counted_by_the_clock_itself(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Both clocks of the system begin with the same reading; only one goes on in a suspend."""
+    boottime_ns = time.clock_gettime_ns(time.CLOCK_BOOTTIME)
+    read_ns = since_boot_ns()
+    assert abs(read_ns() - time.monotonic_ns()) < 100_000_000
+    monkeypatch.setattr(time, "clock_gettime_ns", lambda which: boottime_ns + 30_000_000_000)
+    assert read_ns() - time.monotonic_ns() > 29_000_000_000
+    assert math.isfinite(HostClock().now_s())

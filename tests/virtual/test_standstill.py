@@ -1,0 +1,75 @@
+"""A host stands still together with its clock, as a paused virtual machine does: nothing old is acted on afterwards."""
+
+from itertools import pairwise
+
+import pytest
+
+from common.ladder import SESSION_SILENCE_S
+from common.limits import APPROACH_PLANE_M_S, FORCE_RAMP_UP_N_S
+from tests.virtual.session import TICK_S, Truth, VirtualSession
+
+SHORT_S, LONG_S = (0.08, 0.15, 0.3, 1.0), (3.0, 30.0)
+TIMED_OUT_S = 0.15
+"""After this every device of a site that stands still is neutral by itself."""
+QUANTUM_N = 0.01
+"""Of a force on the exoskeleton's bus."""
+RISE_N = FORCE_RAMP_UP_N_S * TICK_S + 2.0 * QUANTUM_N
+PLACE_M = 0.001
+WATCHED_S = 1.0
+
+sides = pytest.mark.parametrize("side", ["remote", "operator"])
+ticks = pytest.mark.parametrize("in_tick", [False, True], ids=["between", "within"])
+
+
+def stand_still(working: VirtualSession, side: str, seconds: float, *, in_tick: bool) -> list[Truth]:
+    """Let one host stand still with its clock; judges what follows, and returns it."""
+    before_s = working.time_s
+    working.stop_site(side, seconds, in_tick=in_tick, with_clock=True)
+    asleep, woken_s = working.now, working.time_s
+    assert woken_s - before_s >= seconds - 1e-6
+    after = [asleep, *working.run(WATCHED_S)]
+    for before, now in pairwise(after):
+        assert now.force_n - before.force_n <= RISE_N, now
+        assert abs(now.x_m - asleep.x_m) <= APPROACH_PLANE_M_S * (now.time_s - woken_s) + PLACE_M, now
+    if seconds >= TIMED_OUT_S:
+        first = after[1]
+        if side == "operator":
+            assert (first.force_n, first.motor_mv, first.peltier) == (0.0, 0, 0.0), first
+        assert first.heater == 0.0, first
+        for now in after:
+            assert now.force_n <= FORCE_RAMP_UP_N_S * (now.time_s - woken_s + TICK_S) + QUANTUM_N, now
+    assert working.latched == (False, False), working.describe()
+    return after
+
+
+@ticks
+@sides
+@pytest.mark.parametrize("seconds", SHORT_S)
+def test_after_a_short_standstill_outputs_begin_from_neutral_and_work_resumes(
+    working: VirtualSession, side: str, in_tick: bool, seconds: float
+) -> None:
+    assert seconds < SESSION_SILENCE_S
+    working.operator.client.engages_itself = False
+    stand_still(working, side, seconds, in_tick=in_tick)
+    host = working.remote_host if side == "remote" else working.operator_host
+    assert host.stood_still_s == pytest.approx(seconds, abs=0.012)
+    working.work()
+    assert working.latched == (False, False)
+
+
+@ticks
+@sides
+@pytest.mark.parametrize("seconds", LONG_S)
+def test_after_a_long_standstill_outputs_are_neutral_until_a_person_engages(
+    working: VirtualSession, side: str, in_tick: bool, seconds: float
+) -> None:
+    assert seconds > SESSION_SILENCE_S
+    working.operator.client.engages_itself = False
+    after = stand_still(working, side, seconds, in_tick=in_tick) + working.run(2.0)
+    for now in after:
+        assert (now.force_n, now.motor_mv, now.peltier, now.heater) == (0.0, 0, 0.0, 0.0), now
+    assert not working.both_engaged
+    working.engage()
+    working.work()
+    working.run(1.0)
+    assert working.latched == (False, False), working.describe()
