@@ -6,6 +6,8 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Protocol
 
+from common.containment import Containment
+from common.curve_sockets import LinkProblem
 from common.held_rate import HeldRate, spent
 from common.ladder import NOTICE_S
 from common.loop import PeriodicLoop
@@ -18,6 +20,10 @@ from common.watchdog import LoopWatchdog
 
 class Site(Protocol):
     """What the loop runs."""
+
+    @property
+    def contain(self) -> Containment:
+        """What the site has contained, and contains."""
 
     def tick(self, now_ns: int) -> None:
         """Read, compute, pass the gate, write."""
@@ -49,7 +55,7 @@ def run_site_loop(
         rate_hz: ticks a second.
         stop: asked before each tick.
         status: file that is rewritten once a second and at the end; none without.
-        each_second: called once a second before the figures are taken; what it raises ends the loop.
+        each_second: called once a second before the figures are taken; a LinkProblem that it raises ends the loop.
         tell: is given the figures, too, with the time of their tick.
         clock_ns: monotonic clock, ns.
         sleep: waits for s on the same clock.
@@ -62,6 +68,7 @@ def run_site_loop(
     held = HeldRate(rate_hz)
     precedence = precedence or Precedence()
     status_file = StatusFile(status, name, loop)
+    contain = site.contain
     due_ns = None
     with supervisor or Supervisor() as told, watchdog(lambda: loop.ticks):
         while not stop():
@@ -72,15 +79,19 @@ def run_site_loop(
                 told.ready()
             if due_ns is None or now_ns >= due_ns:
                 due_ns = now_ns + round(NOTICE_S * 1e9)
-                each_second()
-                figures = {**site.figures(), **held.look(now_ns * 1e-9, spent(loop))}
-                figures["real_time"] = precedence.look(not held.behind, held.works)
-                status_file.write(now_ns * 1e-9, figures)
-                tell(now_ns, figures)
+                with contain.step("each second", latches=False, passes=(LinkProblem,)):
+                    each_second()
+                figures: dict[str, object] = {"contained": dict(contain.places)}
+                with contain.step("figures", latches=False):
+                    figures |= {**site.figures(), **held.look(now_ns * 1e-9, spent(loop))}
+                    figures["real_time"] = precedence.look(not held.behind, held.works)
+                    status_file.write(now_ns * 1e-9, figures)
+                    tell(now_ns, figures)
                 told.alive(in_words(figures))
         ended_s = clock_ns() * 1e-9
-        figures = {**site.figures(), **held.look(ended_s, spent(loop)), "real_time": precedence.first}
-        status_file.write(ended_s, figures)
+        with contain.step("figures", latches=False):
+            figures = {**site.figures(), **held.look(ended_s, spent(loop)), "real_time": precedence.first}
+            status_file.write(ended_s, figures)
 
 
 def in_words(figures: Mapping[str, object]) -> str:

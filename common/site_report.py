@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any, Protocol
 
 from common.acceptance import Acceptance
+from common.containment import Containment
 from common.fingers import FINGERS
 from common.recording import Recorder, recording_figures
 from common.session import Session
@@ -125,6 +126,7 @@ def site_figures(
     *,
     sent: dict[str, int],
     spared: dict[str, int],
+    contain: Containment,
     acts_on: str,
     stale: str,
 ) -> dict[str, object]:
@@ -137,10 +139,12 @@ def site_figures(
         limited: for each finger, the limits that its gate applied in the last tick; empty before the first.
         sent: packets of each latest-only stream that went out.
         spared: ticks of each that were not worth a packet.
+        contain: what the site has contained; an exception in its step `record` is a failed recording, too.
         acts_on: the stream that `end` accepts packets of.
         stale: what the site has waited for too long; empty where all is fresh.
     """
     acceptance = end.acceptance
+    recording = recording_figures(recorder)
     return {
         **in_brief(end, devices.missing()),
         "stale": stale,
@@ -154,5 +158,7 @@ def site_figures(
         "received": {acts_on: acceptance.received},
         "superseded": {acts_on: acceptance.lost},
         "refused": {acts_on: dict(acceptance.refused), "damaged": dict(end.damaged)},
-        **recording_figures(recorder),
+        **recording,
+        "recording_failed": recording["recording_failed"] or contain.latest.get("record", ""),
+        "contained": dict(contain.places),
     }

@@ -5,13 +5,15 @@ import math
 import numpy as np
 
 from common.config import RenderingConfig
+from common.containment import Containment
 from common.fingers import FINGERS
 from common.limits import GAP_S, PLATE_PROFILES
 from common.messages import TOUCH_FIELDS
 from common.packets import Floats
-from operator_site.fingertips import Fingertips
+from operator_site.fingertips import Fingertips, Requested
 from operator_site.gate import GatedOutput, OperatorGate
 from operator_site.held_force import HeldForce
+from operator_site.neutral import neutral_request
 from operator_site.rendering_input import RenderingInput
 from operator_site.sampled_wall import SampledWall
 from operator_site.stroke_speed import StrokeSpeed
@@ -24,16 +26,22 @@ _NEUTRAL: Floats = np.zeros((len(FINGERS), len(TOUCH_FIELDS)), dtype=np.float32)
 
 
 class Rendering:
-    """Renderer and gate of all fingers. Pure: one tick's input in, gated output out."""
+    """Renderer and gate of all fingers. Pure: one tick's input in, gated output out.
 
-    def __init__(self, config: RenderingConfig, period_s: float, gap_s: float):
+    An exception in the renderer is contained: the gate latches it, and requests are neutral until the fault is cleared.
+    What the gate itself raises passes.
+    """
+
+    def __init__(self, config: RenderingConfig, period_s: float, gap_s: float, contain: Containment | None = None):
         """Render as configured.
 
         Args:
             config: plate profile, damping and delay of the exoskeleton, temperatures of body and air.
             period_s: of the loop.
             gap_s: without an accepted touch packet for longer, nothing is touched.
+            contain: counts and logs what the renderer raises; one of its own by default.
         """
+        self._contain = contain or Containment()
         self._config = config
         self._held = HeldForce(SampledWall(config.exoskeleton_damping_n_s_m, period_s, config.exoskeleton_delay_s))
         self._gate = OperatorGate(PLATE_PROFILES[config.profile], self.wall)
@@ -53,6 +61,7 @@ class Rendering:
             vibration=config.vibration,
         )
         self._speed = StrokeSpeed()
+        self._broken = False
 
     @property
     def wall(self) -> SampledWall:
@@ -78,32 +87,19 @@ class Rendering:
         self._time_s = now.time_s
         if now.fault_cleared:
             self._gate.clear_fault()
+            if self._broken:
+                self._begin_anew()
         if now.session != self._session:
             self._session = now.session
             self.fingertips.begin_session()
             self._gate.begin_session()
         for fault in now.device_faults:
             self._gate.trip(fault)
-        fresh = now.gap_ns is not None and now.gap_ns <= self._gap_ns
-        touch = now.touch if fresh else None
         # Where a finger is not known nothing can be rendered to it: an old place is no place.
         located = now.time_s - min(now.pose_s, now.heights_s) <= GAP_S
         self._held.step(now.time_s, now.heights_s)
-        self.fingertips.show(self.wall)
         self._gate.show(self.wall)
-        requested = self.fingertips.step(
-            now.time_s,
-            now.engaged and fresh and located,
-            touch=_NEUTRAL if touch is None else touch.block,
-            events=() if touch is None else touch.events,
-            speed_m_s=self._speed.step(now.pose_s, now.x_m, now.y_m) if located else 0.0,
-            x_m=now.x_m,
-            y_m=now.y_m,
-            z_m=now.z_m,
-            pushed_n=self._pushed_n,
-            plate_c=now.plate_c,
-            plate_age_s=now.plate_age_s,
-        )
+        requested = self._requested(now, located)
         output = self._gate.step(
             now.time_s,
             now.engaged and located,
@@ -120,3 +116,29 @@ class Rendering:
         self._pushed_n = output.force_n
         output.limited[:] = [ours | theirs for ours, theirs in zip(output.limited, requested.limited, strict=True)]
         return output
+
+    def _requested(self, now: RenderingInput, located: bool) -> Requested:
+        """What the renderer asks for, neutral where it has failed."""
+        fresh = now.gap_ns is not None and now.gap_ns <= self._gap_ns
+        touch = now.touch if fresh else None
+        if not self._broken:
+            try:
+                self.fingertips.show(self.wall)
+                return self.fingertips.step(
+                    now.time_s,
+                    now.engaged and fresh and located,
+                    touch=_NEUTRAL if touch is None else touch.block,
+                    events=() if touch is None else touch.events,
+                    speed_m_s=self._speed.step(now.pose_s, now.x_m, now.y_m) if located else 0.0,
+                    x_m=now.x_m,
+                    y_m=now.y_m,
+                    z_m=now.z_m,
+                    pushed_n=self._pushed_n,
+                    plate_c=now.plate_c,
+                    plate_age_s=now.plate_age_s,
+                )
+            except Exception as error:
+                self._broken = True
+                self.fingertips.impulses_played = []
+                self._gate.trip(self._contain.caught("render", error, latches=False))
+        return neutral_request()

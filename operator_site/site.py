@@ -1,20 +1,26 @@
 """The operator site's loop: read the hand, render what the remote site touches, pass the gate, write."""
 
 import logging
+import math
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from common.capabilities import capabilities
 from common.clock import ReadClock
 from common.config import OperatorConfig, to_toml
+from common.containment import Containment
 from common.deadband import Deadband
 from common.desk import Desk
+from common.fingers import FINGERS
 from common.keys import KeyPair, fingerprint, load_keys
+from common.ladder import TICK_AGE_S
 from common.limits import FINGER_FORCE_N, MOTOR_FLOOR_RPM, MOTOR_MAX_RPM, PLATE_PROFILES
 from common.link import OperatorLink
+from common.messages import MOTION_FIELDS
 from common.packets import Floats, LinkState
 from common.recording import Recorder
 from common.site_loop import run_site_loop
@@ -27,7 +33,8 @@ from operator_site.desk_requests import answer_desk
 from operator_site.devices import OperatorDevices
 from operator_site.exoskeleton import Hand
 from operator_site.feed import Feed
-from operator_site.gate import limit_names
+from operator_site.gate import GatedOutput, limit_names
+from operator_site.neutral import neutral_output
 from operator_site.operator_session import OperatorSession
 from operator_site.remote_key import remote_public_key
 from operator_site.rendering import Rendering
@@ -39,10 +46,19 @@ log = logging.getLogger(__name__)
 
 _HAND_AGE_S = 0.020
 """An older pose of the hand is not sent: the remote site notices the gap and stops."""
+_NOWHERE: Floats = np.zeros((len(FINGERS), len(MOTION_FIELDS)), dtype=np.float32)
+_GATE_RESTS_S = 2.0 * TICK_AGE_S
+"""A gate that raised is not stepped for this long, s: after more than TICK_AGE_S it begins from neutral."""
 
 
 class OperatorSite:
-    """One tick at a time; everything that computes is pure and in its own file."""
+    """One tick at a time; everything that computes is pure and in its own file.
+
+    What a step of the tick raises is contained: outputs go to neutral through the gate, and the fault latches. Where
+    the gate itself raises, neutral outputs are written past it, and it is not stepped again before it begins from
+    neutral by itself. What a device's driver raises leaves that device to its own time-out. A recording or a console
+    feed that raises is named and stops nothing.
+    """
 
     def __init__(
         self,
@@ -70,37 +86,71 @@ class OperatorSite:
         self.attendance = Attendance(config.console_required_s)
         self._desk = desk
         self._gap_s = config.link.gap_s
-        self.rendering = Rendering(config.rendering, 1.0 / config.rate_hz, config.link.gap_s)
+        self.contain = Containment(client.session.latch)
+        self.rendering = Rendering(config.rendering, 1.0 / config.rate_hz, config.link.gap_s, self.contain)
+        self._feed = feed
+        self._gate_raised_s = -math.inf
         self._now_ns = 0
+        self._hand = Hand()
         self._limited: list[int] = []
         self.motions_sent = 0
 
     def tick(self, now_ns: int) -> None:
-        """Read, render, gate, write, tell."""
-        client = self.client
-        hand = self._devices.read(now_ns * 1e-9)
+        """Read, serve the session, send motion, render, gate, write, record."""
+        client, contain = self.client, self.contain
+        if client.session.state is not LinkState.FAULT:
+            contain.not_latched()
+        hand = None
+        with contain.step("read"):
+            hand = self._hand = self._devices.read(now_ns * 1e-9)
         now_ns += self._devices.tick.stood_still_ns
         now_s = now_ns * 1e-9
         self._now_ns = now_ns
+        with contain.step("session"):
+            self._serve(now_ns)
+        motion = self._motion(now_ns, now_s, hand)
+        given, output = self._gated(now_ns, now_s)
+        self._limited = output.limited
+        if output.fault is not None:
+            client.session.latch(output.fault)
+        with contain.step("write"):
+            self._devices.write(now_s, output, client.both_engaged)
+        happenings = client.session.take_happenings()
+        if self._recording is not None:
+            with contain.step("record", latches=False):
+                self._recording.session(now_ns, happenings)
+                if given is not None:
+                    self._recording.tick(now_ns, client, given, output, motion, self.rendering.fingertips)
+        if self._feed is not None:
+            with contain.step("feed", latches=False):
+                self._feed.step(now_ns)
+
+    def _serve(self, now_ns: int) -> None:
+        """Take what the person at the desk and the remote site sent, and go on with the session."""
+        client = self.client
         missing = self._devices.missing()
         not_ready = self.rendering.fault or missing
         if self._desk is not None:
-            self._desk.serve(now_ns, partial(answer_desk, client, self.attendance, now_ns, not_ready))
+            self._desk.serve(now_ns, partial(self._answer_desk, now_ns, not_ready))
         client.session.equipped(missing)
         if why := self.attendance.step(now_ns, client.session.engaged):
             client.disengage(now_ns, why)
         client.step(now_ns, not_ready, self._devices.unconfirmed)
-        motion = self._send_motion(now_ns, now_s, hand)
-        given = self._rendering_input(now_ns, now_s, hand)
-        output = self.rendering.step(given)
-        self._limited = output.limited
-        if output.fault is not None:
-            client.session.latch(output.fault)
-        self._devices.write(now_s, output, client.both_engaged)
-        happenings = client.session.take_happenings()
-        if self._recording is not None:
-            self._recording.session(now_ns, happenings)
-            self._recording.tick(now_ns, client, given, output, motion, self.rendering.fingertips)
+
+    def _answer_desk(self, now_ns: int, not_ready: str, verb: str, details: dict[str, Any]) -> dict[str, Any]:
+        with self.contain.request("desk"):
+            return answer_desk(self.client, self.attendance, now_ns, not_ready, verb, details)
+
+    def _gated(self, now_ns: int, now_s: float) -> tuple[RenderingInput | None, GatedOutput]:
+        """What may reach the devices, and what it was rendered from; neutral and None where the gate has raised."""
+        given, fault = None, self.client.session.fault
+        if not 0.0 <= now_s - self._gate_raised_s < _GATE_RESTS_S:
+            with self.contain.step("gate"):
+                given = self._rendering_input(now_ns, now_s, self._hand)
+                return given, self.rendering.step(given)
+            self._gate_raised_s = now_s
+            fault = self.contain.latest["gate"]
+        return None, neutral_output(fault or None)
 
     def figures(self) -> dict[str, object]:
         """What the status file tells."""
@@ -118,6 +168,7 @@ class OperatorSite:
                 limited,
                 sent=sent,
                 spared=spared,
+                contain=self.contain,
                 acts_on="touch",
                 stale=stale,
             ),
@@ -142,7 +193,8 @@ class OperatorSite:
 
     def goodbye(self) -> None:
         """Leave the session, so that nobody has to wait for the silence."""
-        self.client.goodbye(self._now_ns)
+        with self.contain.step("goodbye", latches=False):
+            self.client.goodbye(self._now_ns)
 
     def _rendering_input(self, now_ns: int, now_s: float, hand: Hand) -> RenderingInput:
         client = self.client
@@ -164,6 +216,15 @@ class OperatorSite:
             tuple(plate_age_s),
             tuple(self._devices.faults()),
         )
+
+    def _motion(self, now_ns: int, now_s: float, hand: Hand | None) -> bytes | None:
+        """Send motion; where reading or sending fails, that this site has a fault, and nothing of the hand."""
+        if hand is not None:
+            with self.contain.step("motion"):
+                return self._send_motion(now_ns, now_s, hand)
+        with self.contain.step("motion"):
+            return self.client.send_motion(now_ns, _NOWHERE)
+        return None
 
     def _send_motion(self, now_ns: int, now_s: float, hand: Hand) -> bytes | None:
         if now_s - hand.oldest_s > _HAND_AGE_S:

@@ -112,8 +112,6 @@ class SiteRecording:
             compared = [clock.offset_ns, clock.uncertainty_ns, clock.round_trip_ns]
             self._write("operator/clock", now_ns, msgpack.packb(compared))
         self._ticks += 1
-        if self._feed is not None:
-            self._feed.step(now_ns)
 
     def _write(self, stream: str, now_ns: int, payload: bytes) -> None:
         if self._recorder is not None:

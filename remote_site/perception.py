@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from common.containment import Containment
 from common.fingers import FINGERS
 from common.messages import (
     EVENT_MAX,
@@ -43,16 +44,25 @@ HISTORY_S = 0.25
 """An event is repeated in every packet for this long: any later packet repairs a loss."""
 FOUND_S = 0.1
 """A groove is found this long after it was crossed at most: by a stroke of 7 mm/s, 0.6 mm behind it."""
+AGAIN_S = 1.0
+"""After an exception nothing is identified for this long, s: making the estimators anew takes a tick's time."""
 _THERMAL_UNKNOWN_SD_K = 50.0
 _EFFUSIVITY_UNKNOWN_LN_SD = _STIFFNESS_UNKNOWN_LN_SD = 10.0
 _FREE = (0.0,) * len(TOUCH_FIELDS)
 
 
 class Perception:
-    """Identification of all fingers in use. Pure: readings in, touches and events out."""
+    """Identification of all fingers in use. Pure: readings in, touches and events out.
 
-    def __init__(self, fingers: Iterable[str], table: MaterialTable, surfaces: SurfaceTable):
-        """Identify with the calibrated tables."""
+    An exception in it is contained: nothing is touched then, and AGAIN_S later identification begins anew.
+    """
+
+    def __init__(
+        self, fingers: Iterable[str], table: MaterialTable, surfaces: SurfaceTable, contain: Containment | None = None
+    ):
+        """Identify with the calibrated tables; `contain` latches what identification raises, where it is given."""
+        self._contain = contain or Containment()
+        self._broken_s = -math.inf
         self._numbers = [FINGERS.index(finger) for finger in fingers]
         self._knowledge, self._surfaces = ThermalKnowledge.of(table, TRUST_S, AT_ONCE, FOREIGN_SHARE), surfaces
         self._time_s, self._place_m = -math.inf, (0.0, 0.0)
@@ -78,10 +88,21 @@ class Perception:
         if sensed.time_s < self._time_s:  # the clock was set back: what was timed by it is identified anew
             self._begin_anew()
             self._events.clear()
+            self._broken_s = -math.inf
         self._time_s, self._place_m = sensed.time_s, (sensed.x_m, sensed.y_m)
+        if sensed.time_s - self._broken_s >= AGAIN_S:
+            with self._contain.step("identify"):
+                return self._identify(sensed)
+            self._begin_anew()
+            self._broken_s = sensed.time_s
+            self.touches.clear()
+            self._events.clear()
+        return []
+
+    def _identify(self, sensed: Sensed) -> list[Event]:
         self._hand.step(sensed.hand)
         self._places.take(sensed.time_s, sensed.x_m, sensed.y_m)
-        happened = []
+        happened: list[Event] = []
         for finger, identification in self._identifications.items():
             counts, plate = sensed.texture_counts[finger], sensed.plates[finger]
             touch = identification.step(
@@ -157,6 +178,12 @@ class Perception:
         block: Floats = np.clip(np.array(rows, dtype=np.float32), TOUCH_LOW, TOUCH_HIGH)
         floats, events = TOUCH_BLOCK.to_bytes(block), tuple(self._events)
         return Touch(session, sequence, time_ns, state, floats, names, events, self._telling.told)
+
+
+def nothing_touched(session: int, sequence: int, time_ns: int, state: LinkState) -> Touch:
+    """A packet that says the site's state and nothing else."""
+    block: Floats = np.array([_FREE] * len(FINGERS), dtype=np.float32)
+    return Touch(session, sequence, time_ns, state, TOUCH_BLOCK.to_bytes(block), ("",) * len(FINGERS), ())
 
 
 def _row(touch: FingerTouch, x_m: float, y_m: float) -> tuple[float, ...]:

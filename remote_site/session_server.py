@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from common.acceptance import Acceptance
 from common.capabilities import OBSERVER, disagreement
 from common.clock import ReadClock
+from common.containment import Containment
 from common.curve_sockets import Received
 from common.emergency_stop import EmergencyStop, Unconfirmed
 from common.keys import fingerprint
@@ -53,6 +54,8 @@ class SessionServer:
     """What came of the last emergency stop; empty while it is under way, or when there was none."""
     observers: dict[str, int] = field(default_factory=dict)
     """Keys of those who look on, and when each was last heard."""
+    contain: Containment = field(default_factory=Containment)
+    """Counts what requests raise."""
     _refused: dict[str, str] = field(default_factory=dict)
     """What the owner of each key was refused last."""
     _hand: MotionPrediction = field(default_factory=MotionPrediction)
@@ -90,7 +93,8 @@ class SessionServer:
         for received in self.link.requests("control"):
             self._control(received, now_ns, not_ready)
         for received in self.link.requests("heartbeat"):
-            self._heartbeat(received, now_ns)
+            with self.contain.step("heartbeat", latches=False):
+                self._heartbeat(received, now_ns)
         for received in self.link.motions()[-1:]:
             self._motion(received.packet, now_ns)
         self.session.heard(self.acceptance.gap_ns(now_ns), self.gap_s, "motion")
@@ -194,7 +198,8 @@ class SessionServer:
             self._count_damaged("control", error)
             return
         try:
-            details = self._do(request, received.key, now_ns, not_ready)
+            with self.contain.request("control"):
+                details = self._do(request, received.key, now_ns, not_ready)
         except (Refused, BadPacket) as error:
             if self._refused.get(received.key) != str(error):  # who asks for ever must not fill the log
                 self._refused[received.key] = str(error)

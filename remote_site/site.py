@@ -1,17 +1,22 @@
 """The remote site's loop: read the devices, identify, pass the gate, write; and serve the operator."""
 
 import logging
+import math
 from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import replace
 from functools import partial
+from typing import Any
 
 from common.capabilities import capabilities
 from common.clock import ReadClock
 from common.config import RemoteConfig, to_toml
+from common.containment import Containment
 from common.deadband import Deadband
 from common.desk import Desk
 from common.fingers import FINGERS
 from common.keys import TrustedKeys, fingerprint, load_keys
+from common.ladder import TICK_AGE_S
 from common.link import RemoteLink
 from common.messages import Touch
 from common.packets import LinkState
@@ -26,20 +31,32 @@ from remote_site.desk_requests import answer_desk
 from remote_site.devices import RemoteDevices
 from remote_site.followed_hand import HandPlace
 from remote_site.patient_gate import GatedCommand, PatientGate
-from remote_site.patient_limit import limit_names
-from remote_site.perception import Perception
+from remote_site.patient_limit import Limit, limit_names
+from remote_site.perception import Perception, nothing_touched
 from remote_site.sensed import Sensed
 from remote_site.session_server import SessionServer
 from remote_site.site_recording import SiteRecording, open_recorder
 
 log = logging.getLogger(__name__)
 
+Place = list[list[float]]
+"""Of five fingertips, x, y and z, m."""
 HAND = FINGERS.index("middle")
 """The finger whose place is the hand's."""
+_ZEROS = (0.0,) * len(FINGERS)
+_NOTHING_NEW = (None,) * len(FINGERS)
+_GATE_RESTS_S = 2.0 * TICK_AGE_S
+"""A gate that raised is not stepped for this long, s: after more than TICK_AGE_S it begins from the measured place."""
 
 
 class RemoteSite:
-    """One tick at a time; everything that computes is pure and in its own file."""
+    """One tick at a time; everything that computes is pure and in its own file.
+
+    What a step of the tick raises is contained: the gate is stepped with nobody engaged, and the fault latches. Where
+    the gate itself raises, the telemanipulator is released where it stands, heaters go off, and the gate is not
+    stepped again before it begins from the measured place. What a device's driver raises leaves that device to its own
+    time-out. A recording that raises is named and stops nothing.
+    """
 
     def __init__(
         self,
@@ -55,7 +72,6 @@ class RemoteSite:
         self._recording = None if recorder is None else SiteRecording(recorder)
         self._desk = desk
         materials, surfaces = load_tables(config)
-        self.perception = Perception(config.fingers, materials, surfaces)
         self.gate = PatientGate(config.patient.contact_force_n)
         able = capabilities(
             config.fingers,
@@ -68,6 +84,11 @@ class RemoteSite:
             max_age_s=config.link.max_age_s,
         )
         self.server = SessionServer(link, able, config.link.max_age_s, config.link.gap_s, stamp_ns)
+        self.contain = self.server.contain = Containment(self.server.session.latch)
+        self.perception = Perception(config.fingers, materials, surfaces, self.contain)
+        self._sensed = Sensed(-math.inf, 0.0, 0.0, _ZEROS, _ZEROS, _NOTHING_NEW, _NOTHING_NEW)
+        self._command = GatedCommand(False, True, 0.0, 0.0, [*_ZEROS], [*_ZEROS], [0] * len(FINGERS), None)
+        self._gate_raised_s = -math.inf
         self._link = link
         self._gap_ns = round(config.link.gap_s * 1e9)
         self._deadband = Deadband(1.0 / config.rate_hz) if config.link.deadband else None
@@ -77,32 +98,68 @@ class RemoteSite:
         self.touches_sent = 0
 
     def tick(self, now_ns: int) -> None:
-        """Read, identify, gate, write, tell."""
-        server = self.server
-        sensed_now = self._devices.read(now_ns * 1e-9, self._followed())
+        """Read, serve the session, identify, gate, write, send touch, record."""
+        server, contain = self.server, self.contain
+        if server.session.state is not LinkState.FAULT:
+            contain.not_latched()
+        sensed_now = self._sensed = self._read(now_ns * 1e-9)
         now_ns += self._devices.tick.stood_still_ns
         self._now_ns = now_ns
+        with contain.step("session"):
+            self._serve(now_ns)
+        happened = self.perception.step(sensed_now)
+        followed = None
+        with contain.step("follow"):
+            followed = self._place(now_ns)
+        command = self._command = self._commanded(sensed_now, followed)
+        self._limited = command.limited
+        if command.fault is not None:
+            server.session.latch(command.fault)
+        with contain.step("write"):
+            self._devices.write(command, sensed_now)
+        packet = self._touch(now_ns)
+        happenings, notes = server.session.take_happenings(), server.take_notes()
+        if self._recording is not None:
+            touches = self.perception.touches
+            with contain.step("record", latches=False):
+                self._recording.tick(now_ns, server.motion, sensed_now, packet, happened, command, touches)
+                self._recording.session(now_ns, happenings, notes)
+
+    def _read(self, now_s: float) -> Sensed:
+        """What the devices say; where reading fails, that nothing new was measured."""
+        with self.contain.step("read"):
+            return self._devices.read(now_s, self._followed())
+        now_s += self._devices.tick.stood_still_ns * 1e-9
+        return replace(self._sensed, time_s=now_s, texture_counts=_NOTHING_NEW, plates=_NOTHING_NEW, hand=None)
+
+    def _serve(self, now_ns: int) -> None:
+        """Take what the person at the desk and the operator sent, and go on with the session."""
+        server = self.server
         missing = self._devices.missing()
         not_ready = self.gate.fault or missing
         if self._desk is not None:
-            self._desk.serve(now_ns, partial(answer_desk, server, now_ns, not_ready))
+            self._desk.serve(now_ns, partial(self._answer_desk, now_ns, not_ready))
         server.session.equipped(missing)
         server.step(now_ns, not_ready, self._devices.unconfirmed)
         if self.gate.fault is not None and server.session.state is not LinkState.FAULT:
             self.gate.clear_fault()  # the session was cleared by a person, and the gate with it
         for fault in self._devices.faults():
             self.gate.trip(fault)
-        notes = server.take_notes()
-        happened = self.perception.step(sensed_now)
-        command = self._gated(now_ns, sensed_now)
-        self._limited = command.limited
-        self._devices.write(command, sensed_now)
-        packet = self._tell(now_ns)
-        happenings = server.session.take_happenings()
-        if self._recording is not None:
-            touches = self.perception.touches
-            self._recording.tick(now_ns, server.motion, sensed_now, packet, happened, command, touches)
-            self._recording.session(now_ns, happenings, notes)
+
+    def _answer_desk(self, now_ns: int, not_ready: str, verb: str, details: dict[str, Any]) -> dict[str, Any]:
+        with self.contain.request("desk"):
+            return answer_desk(self.server, now_ns, not_ready, verb, details)
+
+    def _commanded(self, now: Sensed, followed: tuple[float, Place] | None) -> GatedCommand:
+        """What may reach the devices; where the gate has raised, released where it stands, and heaters off."""
+        fault = self.server.session.fault
+        if not 0.0 <= now.time_s - self._gate_raised_s < _GATE_RESTS_S:
+            with self.contain.step("gate"):
+                return self._gated(now, followed)
+            self._gate_raised_s = now.time_s
+            fault = self.contain.latest["gate"]
+        limited = [Limit.RELEASED.value] * len(FINGERS)
+        return replace(self._command, released=True, heater_drive=[*_ZEROS], limited=limited, fault=fault or None)
 
     def figures(self) -> dict[str, object]:
         """What the status file tells."""
@@ -121,6 +178,7 @@ class RemoteSite:
                 limited,
                 sent=sent,
                 spared=spared,
+                contain=self.contain,
                 acts_on="motion",
                 stale=stale,
             ),
@@ -145,20 +203,24 @@ class RemoteSite:
         x_m, y_m, _ = server.motion.block[HAND].tolist()
         return HandPlace(server.motion.time_ns, x_m, y_m)
 
-    def _gated(self, now_ns: int, now: Sensed) -> GatedCommand:
-        server, devices = self.server, self._devices
-        measured = devices.telemanipulator.measured
-        session = server.session
+    def _place(self, now_ns: int) -> tuple[float, Place] | None:
+        """How old the newest motion is, s, and where the operator's fingertips are by it; None where none is to act."""
+        server = self.server
         gap_ns = server.acceptance.gap_ns(now_ns) if server.both_engaged else None
         place_m = server.place_m(now_ns)
-        fresh = gap_ns is not None and gap_ns <= self._gap_ns and place_m is not None
-        wanted = place_m.tolist() if fresh and place_m is not None else []
+        if gap_ns is None or gap_ns > self._gap_ns or place_m is None:
+            return None
+        return gap_ns * 1e-9, place_m.tolist()
+
+    def _gated(self, now: Sensed, followed: tuple[float, Place] | None) -> GatedCommand:
+        devices, touches = self._devices, self.perception.touches
+        measured = devices.telemanipulator.measured
+        age_s, wanted = followed or (1e9, [])
         hand_x, hand_y = (wanted[HAND][0], wanted[HAND][1]) if wanted else (now.x_m, now.y_m)
-        touches = self.perception.touches
-        command = self.gate.step(
+        return self.gate.step(
             now.time_s,
-            server.both_engaged and fresh,
-            gap_ns * 1e-9 if gap_ns is not None else 1e9,
+            self.server.both_engaged and followed is not None,
+            age_s,
             wanted_x_m=hand_x,
             wanted_y_m=hand_y,
             wanted_z_m=[row[2] for row in wanted] or now.z_m,
@@ -172,18 +234,23 @@ class RemoteSite:
             sensor_age_s=[now.time_s - s for s in devices.sensor_s],
             in_contact=[bool((t := touches.get(f)) and t.contact) for f in range(len(FINGERS))],
         )
-        if command.fault is not None:
-            session.latch(command.fault)
-        return command
 
-    def _tell(self, now_ns: int) -> bytes | None:
+    def _touch(self, now_ns: int) -> bytes | None:
+        """Send touch; where that fails, that this site has a fault, and that nothing is touched."""
+        with self.contain.step("touch"):
+            return self._tell(now_ns, self.perception.packet)
+        with self.contain.step("touch"):
+            return self._tell(now_ns, nothing_touched)
+        return None
+
+    def _tell(self, now_ns: int, packet_of: Callable[[int, int, int, LinkState], Touch]) -> bytes | None:
         session, told = self.server.session, self._told
         if told is not None and told.session != session.ident:
             told = self._told = None
         if not session.ident:
             return None
         sequence = 1 if told is None else told.sequence + 1
-        touch = self.perception.packet(session.ident, sequence, now_ns, session.state)
+        touch = packet_of(session.ident, sequence, now_ns, session.state)
         if self._deadband is not None:
             felt = told is None or touch_felt(told, touch)
             if not self._deadband.step(now_ns * 1e-9, felt):

@@ -3,6 +3,7 @@
 import re
 import signal
 import socket
+from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from common.containment import NAMED_IN
 from common.keys import TrustedKeys, create_keys
 
 settings.register_profile("suite", deadline=None, derandomize=True, print_blob=True)
@@ -45,6 +47,38 @@ def base_port() -> int:
                 continue
             return port
     raise AssertionError("no five free ports in a row")
+
+
+class Contained:
+    """Exceptions that sites contained during a test, in this process or in those that it started."""
+
+    def __init__(self, file: Path) -> None:
+        self._file = file
+
+    def take(self) -> list[str]:
+        """Their names; what is taken is expected."""
+        names = self._file.read_text("utf-8").splitlines()
+        self._file.write_text("", "utf-8")
+        return names
+
+
+@pytest.fixture(scope="session")
+def contained_file(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Where every process of this test run names what it contains."""
+    file = tmp_path_factory.mktemp("contained") / "names"
+    file.touch()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(NAMED_IN, str(file))
+        yield file
+
+
+@pytest.fixture(autouse=True)
+def contained(contained_file: Path) -> Iterator[Contained]:
+    """Fails a test during which a site contained an exception that the test did not take."""
+    contained = Contained(contained_file)
+    yield contained
+    unexpected = contained.take() if contained_file.stat().st_size else []
+    assert not unexpected, "contained: " + "; ".join(unexpected)
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from common.containment import Containment
+from common.curve_sockets import LinkProblem
 from common.notify import Supervisor
 from common.precedence import Precedence
 from common.site_loop import in_words, run_site_loop
+from tests.conftest import Contained
 
 MS = 1_000_000
 
@@ -30,6 +33,7 @@ class Site:
 
     def __init__(self, clock: Clock, costs_ms: dict[int, int] | None = None, fails_at: int | None = None) -> None:
         self.ticked_ns: list[int] = []
+        self.contain = Containment()
         self._clock = clock
         self._costs_ms = costs_ms or {}
         self._fails_at = fails_at
@@ -177,16 +181,33 @@ def test_the_supervisor_hears_of_an_end_by_error_too() -> None:
     assert heard.lines[-1] == ("STOPPING=1",)
 
 
-def test_what_the_hook_raises_ends_the_loop() -> None:
+def test_a_link_problem_of_the_hook_ends_the_loop() -> None:
     clock = Clock()
     site = Site(clock)
 
     def refuse() -> None:
-        raise OSError("the key is not trusted")
+        raise LinkProblem("the key is not trusted")
 
-    with pytest.raises(OSError, match="the key is not trusted"):
+    with pytest.raises(LinkProblem, match="the key is not trusted"):
         run(clock, site, 1000, each_second=refuse)
     assert len(site.ticked_ns) == 1
+
+
+def test_what_else_the_hook_or_the_figures_raise_is_named_and_the_loop_continues(
+    tmp_path: Path, contained: Contained
+) -> None:
+    clock = Clock()
+    site = Site(clock)
+
+    def fail() -> dict[str, object]:
+        raise ValueError("a damaged list")
+
+    site.figures = fail  # type: ignore[method-assign]
+    heard = run(clock, site, 2500, tmp_path / "status.json", each_second=fail)
+    assert len(site.ticked_ns) == 1250
+    assert [name.split(":")[0] for name in contained.take()] == ["each second", "figures"]
+    assert list(site.contain.places.values()) == [3, 4]
+    assert sum("WATCHDOG=1" in line for line in heard.lines) == 3
 
 
 def test_the_watchdog_sees_the_count_of_ticks() -> None:

@@ -1,0 +1,121 @@
+"""Containment: an exception in a step gets a name of one line, latches a fault, and nothing else happens."""
+
+import logging
+
+import pytest
+
+from common.containment import LONGEST_NAME, MOST_PLACES, OTHERS, Containment
+from common.packets import BadPacket
+from common.session import Refused
+from tests.conftest import Contained
+
+
+class Shy(RuntimeError):
+    def __str__(self) -> str:
+        raise ValueError("not even this can be shown")
+
+
+def look_up(key: str) -> int:
+    return {"known": 1}[key]
+
+
+def test_an_exception_is_counted_named_with_its_place_and_latched(contained: Contained) -> None:
+    latched = list[str]()
+    contain = Containment(latched.append)
+    with contain.step("render"):
+        look_up("unknown")
+    assert contain.count == 1
+    [name] = latched
+    assert name.startswith("render: KeyError in test_containment.py:")
+    assert name.endswith(" look_up: 'unknown'")
+    assert contained.take() == [name]
+    assert contain.latest == {"render": name}
+
+
+def test_what_latches_nothing_is_still_named(contained: Contained) -> None:
+    latched = list[str]()
+    contain = Containment(latched.append)
+    with contain.step("record", latches=False):
+        look_up("unknown")
+    assert not latched
+    assert contained.take() == list(contain.latest.values())
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, SystemExit])
+def test_what_ends_a_process_passes(error: type[BaseException]) -> None:
+    contain = Containment()
+    with pytest.raises(error), contain.step("read"):
+        raise error
+    assert contain.count == 0
+
+
+@pytest.mark.parametrize("error", [MemoryError, RecursionError, AssertionError, Shy])
+def test_every_other_exception_is_contained(error: type[Exception], contained: Contained) -> None:
+    contain = Containment()
+    with contain.step("read"):
+        raise error
+    assert contain.count == len(contained.take()) == 1
+
+
+def test_an_expected_exception_passes() -> None:
+    with pytest.raises(OSError, match="as expected"), Containment().step("each second", passes=(OSError,)):
+        raise OSError("as expected")
+
+
+def test_what_a_peer_sent_makes_no_second_line_and_no_long_one(contained: Contained) -> None:
+    latched = list[str]()
+    with Containment(latched.append).step("session"):
+        look_up("\x1b[31m\nERROR a forged line\r" + "x" * 10_000)
+    [name] = latched
+    assert name.isprintable()
+    assert len(name) <= LONGEST_NAME
+    assert contained.take() == [name]
+
+
+def test_a_place_is_logged_once_until_the_fault_is_cleared(
+    caplog: pytest.LogCaptureFixture, contained: Contained
+) -> None:
+    contain = Containment()
+
+    def fail() -> None:
+        with contain.step("render"):
+            look_up("unknown")
+
+    for _ in range(3):
+        fail()
+    assert len(caplog.records) == len(contained.take()) == 1
+    assert caplog.records[0].levelno == logging.ERROR
+    contain.not_latched()
+    fail()
+    contain.not_latched()
+    contain.not_latched()
+    fail()
+    assert len(caplog.records) == 3
+    assert contain.count == 5
+    assert list(contain.places.values()) == [5]
+    assert len(contained.take()) == 2
+
+
+def test_places_without_end_are_counted_together(contained: Contained) -> None:
+    contain = Containment()
+    for number in range(MOST_PLACES + 10):
+        with contain.step(f"step {number}"):
+            look_up("unknown")
+    assert len(contain.places) == MOST_PLACES + 1
+    assert contain.places[OTHERS] == 10
+    assert len(contained.take()) == MOST_PLACES + 1
+
+
+def test_a_request_that_raises_is_refused_and_latches_nothing(contained: Contained) -> None:
+    latched = list[str]()
+    contain = Containment(latched.append)
+    with pytest.raises(Refused, match="this site failed at the request: control: KeyError"), contain.request("control"):
+        look_up("unknown")
+    assert contain.count == len(contained.take()) == 1
+    assert not latched
+
+
+@pytest.mark.parametrize("refusal", [Refused, BadPacket])
+def test_a_refusal_stays_one(refusal: type[Exception]) -> None:
+    with pytest.raises(refusal, match="not now"), Containment().request("control"):
+        raise refusal("not now")
