@@ -38,7 +38,7 @@ class RecordingWriter:
         self.written: list[int] = []
         self.ended = False
         self._file = file
-        self._writer = Writer(file, chunk_size=CHUNK_BYTES, compression=CompressionType.NONE)
+        self._writer = Writer(file, chunk_size=CHUNK_BYTES, compression=CompressionType.NONE, enable_data_crcs=True)
         self._unpacker = msgpack.Unpacker(max_buffer_size=0)
         self._added: list[int] = []
         self._channels: list[int] = []

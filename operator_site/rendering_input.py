@@ -2,17 +2,34 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import msgpack
 
 from common.messages import Touch
+from common.recorded_fields import Fits, five, flag, maybe, number, read_row, real, texts, whole
 
 SCHEMA: dict[str, object] = {
     "type": "array",
     "description": "[time_s, session, fault cleared, engaged, gap_ns or null, touch sequence or null, x_m, y_m, "
     "z_m x 5, pose_s, heights_s, plate_c x 5, plate age_s x 5, faults of modules]; the touch is "
     "the newest of operator/touch before it",
+}
+
+_FIELDS: dict[str, Fits] = {
+    "time_s": number,
+    "session": whole,
+    "fault_cleared": flag,
+    "engaged": flag,
+    "gap_ns": maybe(whole),
+    "touch": maybe(whole),
+    "x_m": real,
+    "y_m": real,
+    "z_m": five(real),
+    "pose_s": real,
+    "heights_s": real,
+    "plate_c": five(real),
+    "plate_age_s": five(real),
+    "device_faults": texts,
 }
 
 
@@ -77,9 +94,10 @@ class RenderingInput:
         Raises:
             ValueError: it is something else.
         """
-        fields: Any = msgpack.unpackb(packed)
-        if not isinstance(fields, list) or len(fields) != 14:
-            raise ValueError("not a record of rendering input")
+        try:
+            fields = read_row(packed, _FIELDS)
+        except ValueError as error:
+            raise ValueError(f"not a record of rendering input: {error}") from None
         time_s, session, cleared, engaged, gap_ns, sequence, x_m, y_m, z_m, pose_s, heights_s, *plates, faults = fields
         plate_c, plate_age_s = plates
         return cls(

@@ -1,10 +1,10 @@
 """What the remote site's devices said in one tick: the exact input of identification, recorded and replayed."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import msgpack
 
+from common.recorded_fields import Fits, five, maybe, number, read_row, real, row, samples, text, whole
 from remote_site.followed_hand import HandPlace
 from remote_site.thermal_sensor import PlateReading
 
@@ -13,6 +13,17 @@ SCHEMA: dict[str, object] = {
     "description": "[time_s, x_m, y_m, z_m x 5, force_n x 5, texture counts x 5 (int16 little endian or null), "
     "plates x 5 ([sensor_c, ambient_c, fault, device_us, heater_permille] or null), hand ([source time of "
     "the motion that is followed, x_m, y_m] or null)]",
+}
+
+_FIELDS: dict[str, Fits] = {
+    "time_s": number,
+    "x_m": real,
+    "y_m": real,
+    "z_m": five(real),
+    "force_n": five(real),
+    "texture": five(maybe(samples)),
+    "plates": five(maybe(row(real, real, text, whole, whole))),
+    "hand": maybe(row(whole, real, real)),
 }
 
 
@@ -48,10 +59,10 @@ class Sensed:
         Raises:
             ValueError: it is something else.
         """
-        fields: Any = msgpack.unpackb(packed)
-        if not isinstance(fields, list) or len(fields) != 8:
-            raise ValueError("not a record of sensed values, or one of an earlier version")
-        time_s, x_m, y_m, z_m, force_n, texture, plates, hand = fields
+        try:
+            time_s, x_m, y_m, z_m, force_n, texture, plates, hand = read_row(packed, _FIELDS)
+        except ValueError as error:
+            raise ValueError(f"not a record of sensed values, or one of an earlier version: {error}") from None
         return cls(
             time_s,
             x_m,

@@ -65,8 +65,8 @@ def _read(path: Path, end_s: float, records: Records) -> None:
                 count += 1
                 _take(topics[record.channel_id], record, records)
     records.messages[path.name] = count
-    if recording.damaged_chunks:
-        records.wrong.append(f"{path.name}: {recording.damaged_chunks} damaged chunks")
+    if recording.damaged_parts:
+        records.wrong.append(f"{path.name}: {recording.damaged_parts} damaged parts")
     if end_s - last_s > LOST_AT_MOST_S:
         records.wrong.append(f"{path.name}: ends {end_s - last_s:.2f} s before its process did")
 

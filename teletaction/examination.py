@@ -7,22 +7,43 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import msgpack
-from mcap.reader import make_reader
-
 from common.messages import Touch
-from common.packets import BadPacket
+from common.recorded_fields import Fits, flag, maybe, number, read_map, read_row, text, whole
+from common.recording_reader import RecordingReader
 from operator_site.console.tactile_map import TactileMap
 
-STREAMS = (
-    "operator/touch",
-    "operator/clock",
-    "operator/figures",
-    "console/session",
-    "console/finding",
-    "console/alarm",
-    "console/act",
-)
+_CLOCK: dict[str, Fits] = {"offset_ns": maybe(whole), "uncertainty_ns": maybe(whole), "round_trip_ns": maybe(whole)}
+_MAPS: dict[str, dict[str, Fits]] = {
+    "operator/figures": {},
+    "console/session": {
+        "what": text,
+        "at_s": number,
+        "pseudonym": maybe(text),
+        "wall_clock": maybe(text),
+        "who": maybe(text),
+    },
+    "console/finding": {
+        "id": whole,
+        "at_s": number,
+        "kind": maybe(text),
+        "finger": maybe(text),
+        "x_m": maybe(number),
+        "y_m": maybe(number),
+        "text": text,
+        "compare": maybe(text),
+        "note": maybe(text),
+    },
+    "console/alarm": {
+        "id": text,
+        "since_s": number,
+        "priority": maybe(text),
+        "text": maybe(text),
+        "ended_s": maybe(number),
+        "cleared_by": maybe(text),
+    },
+    "console/act": {"at_s": number, "who": maybe(text), "verb": text, "ok": maybe(flag), "answer": maybe(text)},
+}
+STREAMS = ("operator/touch", "operator/clock", *_MAPS)
 
 
 @dataclass(slots=True)
@@ -65,18 +86,19 @@ class Examination:
 
         Raises:
             OSError: it cannot be read.
+            ValueError: it is no whole recording, or a checksum is wrong.
         """
         made = cls()
         with path.open("rb") as file:
-            reader = make_reader(file)
-            for entry in reader.iter_metadata():
-                made.facts[entry.name.removesuffix("/session")] = dict(entry.metadata)
-            for attached in reader.iter_attachments():
+            reader = RecordingReader(path, file)
+            for name, facts in reader.metadata.items():
+                made.facts[name.removesuffix("/session")] = dict(facts)
+            for attached in reader.attachments.values():
                 made._take_table(attached.name, attached.data)
-            for _, channel, message in reader.iter_messages(topics=STREAMS):
+            for _, channel, message in reader.messages(STREAMS):
                 try:
                     made.take(channel.topic, message.log_time * 1e-9, message.data)
-                except (BadPacket, ValueError, TypeError, KeyError, IndexError):
+                except ValueError:
                     made.damaged[channel.topic] += 1
         return made
 
@@ -84,38 +106,41 @@ class Examination:
         """Take one message.
 
         Raises:
-            ValueError, TypeError, KeyError: it is not what the stream carries.
+            ValueError: it is not what the stream carries.
         """
         if stream == "operator/touch":
             touch = Touch.decode(payload)
             self.sequences.append(touch.sequence)
             self.felt.felt(t_s, touch.block.tolist(), touch.told)
             return
-        entry: Any = msgpack.unpackb(payload)
         self.console = self.console or stream.startswith("console/")
-        match stream:
-            case "operator/clock" if None not in entry:
-                offset_s, uncertainty_s, round_trip_s = (1e-9 * float(value) for value in entry)
+        if stream == "operator/clock":
+            clock = read_row(payload, _CLOCK)
+            if None not in clock:
+                offset_s, uncertainty_s, round_trip_s = (1e-9 * value for value in clock)
                 self.clock.append((offset_s, uncertainty_s, round_trip_s))
+            return
+        entry = read_map(payload, _MAPS[stream])
+        match stream:
             case "operator/figures":
-                self.figures = dict(entry)
+                self.figures = entry
             case "console/session":
                 self._take_session(entry)
             case "console/finding":
-                self.findings[int(entry["id"])] = dict(entry)
+                self.findings[entry["id"]] = entry
             case "console/alarm":
-                self.alarms[str(entry["id"]), float(entry["since_s"])] = dict(entry)
+                self.alarms[entry["id"], entry["since_s"]] = entry
             case "console/act":
-                self.acts.append(dict(entry))
+                self.acts.append(entry)
 
     def _take_session(self, entry: dict[str, Any]) -> None:
         if entry["what"] == "begin":
             # Another examination begins with nothing felt and nothing found, as at the console.
             if self.begun:
                 self.felt = TactileMap()
-            self.begun, self.ended_s, self.findings = dict(entry), None, {}
+            self.begun, self.ended_s, self.findings = entry, None, {}
         else:
-            self.ended_s = float(entry["at_s"])
+            self.ended_s = entry["at_s"]
 
     def _take_table(self, name: str, content: bytes) -> None:
         try:
@@ -123,7 +148,8 @@ class Examination:
         except ValueError:
             table = None
         known = table if isinstance(table, dict) else {}
-        things = known.get("materials") or known.get("surfaces") or []
+        things = known.get("materials") or known.get("surfaces")
+        things = things if isinstance(things, list) else []
         touches = [thing.get("touches") or thing.get("strokes") for thing in things if isinstance(thing, dict)]
         self.tables.append(
             {

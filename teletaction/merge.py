@@ -1,6 +1,7 @@
 """One recording of a session out of those that its processes made, in order of time."""
 
 import heapq
+import logging
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
@@ -8,12 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-from mcap.reader import make_reader
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import CompressionType, Writer
 
-from common.cut_recording import CutRecording, is_whole
+from common.cut_recording import CutRecording, has_end
 from common.private_file import create_private
+from common.recording_reader import RecordingReader
+
+log = logging.getLogger(__name__)
 
 Recorded = tuple[Schema | None, Channel, Message]
 ORIGIN = "recording"
@@ -39,15 +42,16 @@ def merge_recordings(recordings: list[Path], out: Path) -> dict[str, int]:
 
     All times are of one machine's monotonic clock, so they order the streams of all processes. Metadata and
     attachments are named `RECORDING/NAME`, and each channel's metadata names its recording. A file without its end,
-    as a killed process leaves it, gives what it has.
+    as a killed process leaves it, or a damaged one, gives what it has; damage is logged.
 
     Raises:
         OSError: a recording cannot be read or `out` cannot be written.
     """
     counts: Counter[str] = Counter()
     with ExitStack() as files:
-        sources = [_open(path.stem, files.enter_context(path.open("rb"))) for path in recordings]
-        writer = Writer(files.enter_context(create_private(out, replace=True)), compression=CompressionType.ZSTD)
+        sources = [_open(path, files.enter_context(path.open("rb"))) for path in recordings]
+        file = files.enter_context(create_private(out, replace=True))
+        writer = Writer(file, compression=CompressionType.ZSTD, enable_data_crcs=True)
         writer.start(profile="teletaction", library="teletaction")
         for source in sources:
             for entry in source.metadata:
@@ -74,20 +78,23 @@ def _register(writer: Writer, schema: Schema | None, channel: Channel, origin: s
     )
 
 
-def _open(name: str, file: IO[bytes]) -> _Recording:
-    if not is_whole(file):
-        return _open_cut(name, file)
-    reader = make_reader(file)
-    return _Recording(name, list(reader.iter_metadata()), list(reader.iter_attachments()), reader.iter_messages())
+def _open(path: Path, file: IO[bytes]) -> _Recording:
+    try:
+        reader = RecordingReader(path, file)
+    except ValueError as error:
+        return _open_cut(path, file, error)
+    metadata = [Metadata(name, entry) for name, entry in reader.metadata.items()]
+    return _Recording(path.stem, metadata, list(reader.attachments.values()), reader.messages())
 
 
-def _open_cut(name: str, file: IO[bytes]) -> _Recording:
+def _open_cut(path: Path, file: IO[bytes], why: ValueError) -> _Recording:
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
     metadata: list[Metadata] = []
     attachments: list[Attachment] = []
     messages: list[Recorded] = []
-    for record in CutRecording(file).records():
+    cut = CutRecording(file)
+    for record in cut.records():
         match record:
             case Schema():
                 schemas[record.id] = record
@@ -100,5 +107,7 @@ def _open_cut(name: str, file: IO[bytes]) -> _Recording:
             case Message() if record.channel_id in channels:
                 channel = channels[record.channel_id]
                 messages.append((schemas.get(channel.schema_id), channel, record))
+    if has_end(file) or cut.damaged_parts:
+        log.warning("%s; left out", why)
     messages.sort(key=lambda entry: entry[2].log_time)
-    return _Recording(name, metadata, attachments, messages)
+    return _Recording(path.stem, metadata, attachments, messages)

@@ -1,14 +1,17 @@
-"""A whole recording out of one that was cut: by a killed process, a full disk, or a plug that was pulled."""
+"""Makes a whole recording out of one that was cut or damaged: by a killed process, a full disk, or a bad disk."""
 
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
-from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
+from mcap.writer import CompressionType, Writer
 
-from common.cut_recording import CutRecording, is_whole
+from common.cut_recording import CutRecording
+from common.mcap_records import MAGIC
 from common.private_file import create_private
+from common.recording_reader import RecordingReader
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,19 +22,21 @@ class Recovered:
         out: the whole recording.
         messages: how many of each stream.
         seconds: from the first to the last message, s.
-        unreadable_bytes: at the end of the cut file.
-        damaged_chunks: pieces before that whose check sum is wrong, left out.
+        unreadable_bytes: in no record that could be read.
+        damaged_parts: records whose content or checksum is wrong, left out.
+        doubtful: the checksum of all data is wrong although no part is: metadata may be wrong.
     """
 
     out: Path
     messages: Counter[str]
     seconds: float
     unreadable_bytes: int
-    damaged_chunks: int
+    damaged_parts: int
+    doubtful: bool
 
 
 def recover(path: Path, out: Path | None = None) -> Recovered | None:
-    """Write what can be read of a cut recording into a whole one beside it; None when the file is whole already.
+    """Write what can be read of a recording into a whole one beside it; None when the file is whole and sound.
 
     Args:
         path: the recording; it is only read.
@@ -43,11 +48,11 @@ def recover(path: Path, out: Path | None = None) -> Recovered | None:
     """
     out = out or path.with_name(f"{path.stem}-recovered.mcap")
     with path.open("rb") as file:
-        if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+        if file.read(len(MAGIC)) != MAGIC:
             raise ValueError(f"{path}: not an MCAP file; recordings are what a process writes to its `record`")
-        cut = CutRecording(file)
-        if is_whole(file) and _is_sound(cut):
+        if _is_whole(path, file):
             return None
+        cut = CutRecording(file)
         try:
             messages, seconds = _rewrite(cut, out)
         except FileExistsError:
@@ -55,14 +60,17 @@ def recover(path: Path, out: Path | None = None) -> Recovered | None:
     if not messages:
         out.unlink()
         raise ValueError(f"{path}: not one message in it can be read")
-    return Recovered(out, messages, seconds, cut.unreadable_bytes, cut.damaged_chunks)
+    return Recovered(out, messages, seconds, cut.unreadable_bytes, cut.damaged_parts, cut.doubtful)
 
 
-def _is_sound(cut: CutRecording) -> bool:
-    """Whether everything in the file can be read."""
-    for _ in cut.records():
-        pass
-    return cut.unreadable_bytes == 0 and cut.damaged_chunks == 0
+def _is_whole(path: Path, file: IO[bytes]) -> bool:
+    """Whether everything in a recording can be read, and every checksum is right."""
+    try:
+        for _ in RecordingReader(path, file).messages():
+            pass
+    except ValueError:
+        return False
+    return True
 
 
 def _rewrite(cut: CutRecording, out: Path) -> tuple[Counter[str], float]:
@@ -72,7 +80,7 @@ def _rewrite(cut: CutRecording, out: Path) -> tuple[Counter[str], float]:
     schemas: dict[int, int] = {0: 0}
     channels: dict[int, tuple[int, str]] = {}
     with create_private(out) as file:
-        writer = Writer(file, compression=CompressionType.ZSTD)
+        writer = Writer(file, compression=CompressionType.ZSTD, enable_data_crcs=True)
         writer.start(profile="teletaction", library="teletaction")
         for record in cut.records():
             match record:

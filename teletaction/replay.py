@@ -9,7 +9,9 @@ import json
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Annotated, Any
+
+from pydantic import BaseModel, Field, ValidationError
 
 from common.config import OperatorConfig, RenderingConfig
 from common.fingers import FINGERS
@@ -39,7 +41,7 @@ def replay(path: Path, out: Path, progress: Callable[[float], None] | None = Non
         progress: told now and then which share is done, 0..1.
 
     Raises:
-        ValueError: the file is not a whole recording, or lacks what a replay needs.
+        ValueError: the file is not a whole recording, is damaged, or lacks what a replay needs.
         OSError: `path` cannot be read or `out` cannot be written.
     """
     with ExitStack() as files:
@@ -56,8 +58,8 @@ def replay(path: Path, out: Path, progress: Callable[[float], None] | None = Non
         for done, (stream, origin, time_ns, payload) in enumerate(session.messages(_STREAMS)):
             try:
                 replayed.take(stream, origin, (time_ns - session.start_ns) * 1e-9, payload)
-            except ValueError as error:
-                raise ValueError(f"{path}: {stream} at {time_ns} ns: {error}") from None
+            except (ValueError, ArithmeticError) as error:
+                raise session.reader.damaged(stream, time_ns, error) from None
             if progress is not None and done % _PROGRESS_EVERY == 0:
                 progress(done / total)
         if progress is not None:
@@ -141,14 +143,34 @@ def open_remote(session: RecordedSession, origin: str) -> RemoteReplay:
 
 def open_operator(session: RecordedSession, origin: str) -> OperatorReplay:
     """The operator site as it was configured; raises ValueError when the recording does not say."""
-    configuration = session.configuration(origin)
-    rendering = RenderingConfig.model_validate(configuration.get("rendering", {}))
-    period_s = 1.0 / float(configuration.get("rate_hz", OperatorConfig.model_fields["rate_hz"].default))
-    return OperatorReplay(rendering, period_s, float(configuration.get("link", {}).get("gap_s", GAP_S)))
+    configured = _configured(session, origin)
+    return OperatorReplay(configured.rendering, 1.0 / configured.rate_hz, configured.link.gap_s)
+
+
+class _Link(BaseModel):
+    gap_s: Annotated[float, Field(gt=0.0)] = GAP_S
+
+
+class _Configured(BaseModel):
+    """What computing depends on, of a site's configuration."""
+
+    fingers: list[str] = list(FINGERS)
+    rate_hz: Annotated[float, Field(gt=0.0)] = OperatorConfig.model_fields["rate_hz"].default
+    rendering: RenderingConfig = RenderingConfig()
+    link: _Link = _Link()
+
+
+def _configured(session: RecordedSession, origin: str) -> _Configured:
+    try:
+        return _Configured.model_validate(session.configuration(origin))
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"]))
+        raise ValueError(f"{session.path}: its configuration cannot be used: {where}: {first['msg']}") from None
 
 
 def _fingers(session: RecordedSession, origin: str) -> list[str]:
-    chosen = session.configuration(origin).get("fingers", FINGERS)
+    chosen = _configured(session, origin).fingers
     return [finger for finger in FINGERS if finger in chosen]
 
 

@@ -7,6 +7,7 @@ import msgpack
 from common.config import RenderingConfig
 from common.fingers import FINGERS
 from common.messages import TOUCH_FIELDS, Touch
+from common.recorded_fields import read_row
 from operator_site.gate import GatedOutput
 from operator_site.rendering import Rendering
 from operator_site.rendering_input import RenderingInput
@@ -15,6 +16,7 @@ from remote_site.perception import Perception
 from remote_site.sensed import Sensed
 from remote_site.surface_class import SurfaceTable
 from remote_site.thermal_answer import ThermalAnswer
+from teletaction.recorded_rows import RENDERED as RENDERED_FIELDS
 from teletaction.replay_comparison import Comparison, Fields
 
 Line = dict[str, object]
@@ -89,7 +91,7 @@ class OperatorReplay:
         output = self._output
         if output is None:
             return recorded  # its input is not in the recording: nothing to compare
-        row = msgpack.unpackb(recorded)
+        row = read_row(recorded, RENDERED_FIELDS)
         # The rest of the row is input, and the wall time of writing it.
         row[_RENDERED_FROM:_RENDERED_UNTIL] = [
             output.force_n,
@@ -140,7 +142,7 @@ def touch_fields(packet: bytes) -> Fields:
 
 def rendered_fields(row: bytes) -> Fields:
     """What left for the devices by a row of operator/rendered, by name."""
-    *columns, fault = msgpack.unpackb(row)[_RENDERED_FROM:_RENDERED_UNTIL]
+    *columns, fault = read_row(row, RENDERED_FIELDS)[_RENDERED_FROM:_RENDERED_UNTIL]
     fields: dict[str, object] = {}
     for name, values in zip(RENDERED, columns, strict=True):
         fields |= {f"{finger}.{name}": value for finger, value in zip(FINGERS, values, strict=True)}

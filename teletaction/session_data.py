@@ -1,17 +1,17 @@
 """A recorded session as arrays: what was sent, what was rendered, and what really reached fingers and patient."""
 
-from collections import Counter, defaultdict
+from collections import defaultdict
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
 
-import msgpack
 import numpy as np
-from mcap.reader import make_reader
 from numpy.typing import NDArray
 
 from common.messages import TOUCH_COLUMN, Touch
 from common.packets import N
+from common.recording_reader import RecordingReader
+from teletaction.recorded_rows import STREAMS, read
 
 Floats = NDArray[np.float64]
 
@@ -67,20 +67,20 @@ class SessionData:
 
         Raises:
             OSError: it cannot be read.
+            ValueError: it is no whole recording, or damaged: where, and what to do.
         """
-        counts: Counter[str] = Counter()
         times: dict[str, list[float]] = defaultdict(list)
         entries: dict[str, list[Any]] = defaultdict(list)
         with path.open("rb") as file:
-            for _, channel, message in make_reader(file).iter_messages():
-                topic = channel.topic
-                counts[topic] += 1
-                if topic in _FOR_REPLAY:
-                    continue
-                times[topic].append(message.log_time * 1e-9)
-                entries[topic].append(
-                    Touch.decode(message.data) if topic == "remote/touch" else msgpack.unpackb(message.data)
-                )
+            reader = RecordingReader(path, file)
+            for _, channel, message in reader.messages(STREAMS):
+                try:
+                    entry = read(channel.topic, message.data)
+                except ValueError as error:
+                    raise reader.damaged(channel.topic, message.log_time, error) from None
+                times[channel.topic].append(message.log_time * 1e-9)
+                entries[channel.topic].append(entry)
+        counts = {stream: count for stream, count in reader.counts.items() if count}
         thermal: dict[int, list[dict[str, Any]]] = defaultdict(list)
         for time_s, row in zip(times["remote/thermal"], entries["remote/thermal"], strict=True):
             thermal[row[0]].append({"time_s": time_s, **dict(zip(_THERMAL, row[1:], strict=True))})
@@ -104,12 +104,10 @@ class SessionData:
                 for site in ("remote", "operator")
                 for t, (what, _, text) in zip(times[f"{site}/session"], entries[f"{site}/session"], strict=True)
             ],
-            counts=dict(counts),
+            counts=counts,
         )
 
 
-_FOR_REPLAY = frozenset(("remote/sensed", "remote/motion", "operator/input", "operator/touch"))
-"""Streams that nothing here is made of; unpacked they would take as much memory as all others."""
 _THERMAL = (
     "status",
     "best",

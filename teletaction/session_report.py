@@ -8,7 +8,6 @@ from typing import Any
 
 from teletaction.examination import Examination
 from teletaction.merge import merge_recordings
-from teletaction.recorded_session import RecordedSession
 from teletaction.report import write_report
 from teletaction.session_data import SessionData
 
@@ -21,7 +20,7 @@ def report(recordings: Sequence[Path], out: Path) -> None:
         out: HTML file.
 
     Raises:
-        ValueError: it is no whole recording, or the summary beside it is no JSON object.
+        ValueError: it is no whole recording, it is damaged, or the summary beside it is no JSON object.
         OSError: a file cannot be read or written.
     """
     summary = _summary(recordings[0].with_name("summary.json"))
@@ -35,8 +34,6 @@ def report(recordings: Sequence[Path], out: Path) -> None:
 
 
 def _write(recording: Path, summary: dict[str, Any], out: Path) -> None:
-    with recording.open("rb") as file:
-        RecordedSession(recording, file)
     write_report(SessionData.read(recording), summary, out, Examination.read(recording))
 
 

@@ -5,15 +5,14 @@ console is taken up again, and the messages since are given to it: it comes to t
 """
 
 import pickle
-import struct
 import zlib
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
-import msgpack
-from mcap.exceptions import McapError
-from mcap.reader import make_reader
+from common.recorded_fields import Fits, maybe, number, read_map, read_row, text, whole
+from common.recording_reader import RecordingReader
 
 STREAMS = (
     "operator/touch",
@@ -66,27 +65,20 @@ class Recording:
         """Open it.
 
         Raises:
-            ValueError: it is no whole recording, or has nothing that a console shows.
+            ValueError: it is no whole recording, is damaged, or has nothing that a console shows.
             OSError: it cannot be read.
         """
         self._file = path.open("rb")
         try:
-            self._reader = make_reader(self._file)
-            summary = self._reader.get_summary()
-            topics = {channel.topic for channel in summary.channels.values()} if summary else set()
-            if summary is None or summary.statistics is None or not topics & set(STREAMS):
+            self._reader = RecordingReader(path, self._file)
+            if not self._reader.counts.keys() & set(STREAMS):
                 raise ValueError(f"{path}: has none of the streams that a console shows; give it a session.mcap")
-        except (McapError, EOFError, struct.error) as error:
-            self._file.close()
-            raise ValueError(
-                f"{path}: no whole recording ({error}); `teletaction recover {path}` may mend it"
-            ) from None
         except ValueError:
             self._file.close()
             raise
         self.name = path.name
-        self.start_ns: int = summary.statistics.message_start_time
-        self.end_ns: int = summary.statistics.message_end_time
+        self.start_ns = self._reader.start_ns
+        self.end_ns = self._reader.end_ns
 
     @property
     def length_s(self) -> float:
@@ -95,30 +87,37 @@ class Recording:
 
     def messages(self, from_ns: int, streams: tuple[str, ...] = STREAMS) -> Iterator[tuple[str, int, bytes]]:
         """Stream, time and payload of each message from `from_ns` on, in order of time."""
-        for _, channel, message in self._reader.iter_messages(topics=streams, starting_at=from_ns):
+        for _, channel, message in self._reader.messages(streams, from_ns):
             yield channel.topic, message.log_time, message.data
 
     def marks(self) -> list[Mark]:
-        """Alarms, faults and findings, in order of time; each finding where it was felt."""
+        """Alarms, faults and findings that can be read, in order of time; each finding where it was felt."""
         marks: dict[object, Mark] = {}
-        for stream, time_ns, payload in self.messages(self.start_ns, _MARKED):
-            entry: Any = msgpack.unpackb(payload)
-            at_s = (time_ns - self.start_ns) * 1e-9
-            if stream == "console/finding":
-                felt_s = float(entry["at_s"]) - self.start_ns * 1e-9
-                marks["finding", entry["id"]] = Mark(felt_s, "finding", str(entry["text"]))
-            elif stream == "console/alarm":
-                marks.setdefault(("alarm", entry["id"], entry["since_s"]), Mark(at_s, "alarm", str(entry["text"])))
-            elif entry[0] == "fault":
-                marks["fault", time_ns] = Mark(at_s, "fault", str(entry[2]))
+        for stream, time_ns, payload in self.messages(self.start_ns, tuple(_MARKED)):
+            with suppress(ValueError):  # the console that it is played to says so
+                entry = _MARKED[stream](payload)
+                at_s = (time_ns - self.start_ns) * 1e-9
+                match stream:
+                    case "console/finding":
+                        felt_s = entry["at_s"] - self.start_ns * 1e-9
+                        marks["finding", entry["id"]] = Mark(felt_s, "finding", entry["text"])
+                    case "console/alarm":
+                        marks.setdefault(("alarm", entry["id"], entry["since_s"]), Mark(at_s, "alarm", entry["text"]))
+                    case _ if entry[0] == "fault":
+                        marks["fault", time_ns] = Mark(at_s, "fault", entry[2])
         return sorted(marks.values())
+
+    def examinations(self) -> Iterator[tuple[int, dict[str, Any]]]:
+        """What was recorded of the begin and end of each examination, with its time, ns."""
+        for _, time_ns, payload in self.messages(self.start_ns, ("console/session",)):
+            with suppress(ValueError):
+                yield time_ns, read_map(payload, _EXAMINATION)
 
     def title(self) -> str:
         """Whose examination it is and when it began, as far as that was recorded; else the file's name."""
-        for _, _, payload in self.messages(self.start_ns, ("console/session",)):
-            entry: Any = msgpack.unpackb(payload)
-            if entry.get("what") == "begin":
-                return " ".join(str(entry[name]) for name in ("pseudonym", "wall_clock") if entry.get(name))
+        for _, entry in self.examinations():
+            if entry["what"] == "begin":
+                return " ".join(entry[name] for name in ("pseudonym", "wall_clock") if entry.get(name))
         return self.name
 
     def close(self) -> None:
@@ -126,7 +125,12 @@ class Recording:
         self._file.close()
 
 
-_MARKED = ("console/finding", "console/alarm", "operator/session")
+_MARKED: dict[str, Callable[[bytes], Any]] = {
+    "console/finding": lambda payload: read_map(payload, {"id": whole, "at_s": number, "text": text}),
+    "console/alarm": lambda payload: read_map(payload, {"id": text, "since_s": number, "text": text}),
+    "operator/session": lambda payload: read_row(payload, {"what": text, "session": whole, "text": text}),
+}
+_EXAMINATION: dict[str, Fits] = {"what": text, "pseudonym": maybe(text), "wall_clock": maybe(text)}
 
 
 class Playback(Generic[C]):

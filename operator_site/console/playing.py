@@ -1,12 +1,10 @@
 """A recording under the hands of a page: play, pause, jump; what the page shows of it."""
 
 import time
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
-
-import msgpack
 
 from operator_site.console.acts import Acts
 from operator_site.console.console import Console
@@ -147,9 +145,9 @@ class PlayedConsole:
 
 def _start(recording: Recording) -> datetime | None:
     """When it began, by the clock on the wall of an examination in it; None where there is none."""
-    for _, time_ns, payload in recording.messages(recording.start_ns, ("console/session",)):
-        record: Any = msgpack.unpackb(payload)
-        if record.get("wall_clock"):
+    for time_ns, entry in recording.examinations():
+        if entry.get("wall_clock"):
             since_start = timedelta(microseconds=(time_ns - recording.start_ns) // 1000)
-            return datetime.fromisoformat(record["wall_clock"]) - since_start
+            with suppress(ValueError, OverflowError):  # it is no time of a clock on the wall
+                return datetime.fromisoformat(entry["wall_clock"]) - since_start
     return None

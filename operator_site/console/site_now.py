@@ -144,7 +144,9 @@ class SiteNow:
         self.both, self.gap_s = both, gap_s
 
     def take_figures(self, t_s: float, figures: dict[str, Any]) -> None:
-        """What its status file tells."""
+        """What its status file tells; raises TypeError where that is no map."""
+        if not isinstance(figures, dict):
+            raise TypeError("figures are no map")
         self.figures = figures
         self.calibrated = str(figures.get("calibrated", ""))
         self.take_brief(t_s, figures)

@@ -43,7 +43,7 @@ def recover_command(
     recording: Annotated[Path, typer.Argument(help="Recording of a process that did not end by itself.")],
     out: Annotated[Path | None, typer.Option(help="File to write; by default NAME-recovered.mcap beside it.")] = None,
 ) -> None:
-    """Make a whole recording out of a cut one; the original stays as it is."""
+    """Make a whole recording out of a cut or damaged one; the original stays as it is."""
     from teletaction.recover import recover
 
     recovered = recover(recording, out)
@@ -54,10 +54,11 @@ def recover_command(
         typer.echo(f"{count:9d} {stream}", err=True)
     typer.echo(
         f"wrote {recovered.out}: {recovered.messages.total()} messages over {recovered.seconds:.3f} s; "
-        f"{recovered.unreadable_bytes} bytes at the end and {recovered.damaged_chunks} damaged chunks before it "
-        "could not be read",
+        f"{recovered.unreadable_bytes} bytes and {recovered.damaged_parts} damaged parts could not be read",
         err=True,
     )
+    if recovered.doubtful:
+        typer.echo("the checksum of the whole file is wrong: configuration and metadata may be wrong", err=True)
 
 
 @app.command("replay")

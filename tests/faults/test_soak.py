@@ -248,7 +248,7 @@ def test_a_recording_that_ends_too_early_or_is_damaged_is_named(recorded: Path) 
     path.write_bytes(content)
     ends_s = {process: [1.0] for process in PROCESSES} | {"remote": [1.0, 1.0]}
     (damaged, _) = read_records(recorded, ends_s).wrong
-    assert damaged == "operator.mcap: 1 damaged chunks"
+    assert damaged == "operator.mcap: 1 damaged parts"
     ends_s["sim-remote"] = [1.0 + 1.1 * LOST_AT_MOST_S]
     assert any(each.startswith("sim-remote.mcap: ends 0.55 s before") for each in read_records(recorded, ends_s).wrong)
 

@@ -90,18 +90,19 @@ def with_shipped_surfaces(source: Path, out: Path) -> Path:
 
 def write(session: RecordedSession, messages: list[Message], out: Path) -> None:
     """Write `messages` of a session with its tables, and without what names the machine that recorded."""
-    summary = session.reader.get_summary()
+    with session.path.open("rb") as recorded:
+        summary = make_reader(recorded).get_summary()
     assert summary is not None
     with out.open("wb") as file:
         # One chunk: the packets of both sites are nearly the same, and compress together.
         writer = Writer(file, chunk_size=2**30, compression=CompressionType.ZSTD)
         writer.start(profile="teletaction", library="teletaction")
-        for entry in session.reader.iter_metadata():
-            if entry.name in ("remote/session", "operator/session"):
-                configuration = without_addresses(entry.metadata["configuration"])
-                hashes = {name: entry.metadata[name] for name in ("materials", "surfaces") if name in entry.metadata}
-                writer.add_metadata(entry.name, {"configuration": configuration, **hashes})
-        for table in session.reader.iter_attachments():
+        for name, facts in session.reader.metadata.items():
+            if name in ("remote/session", "operator/session"):
+                configuration = without_addresses(facts["configuration"])
+                hashes = {table: facts[table] for table in ("materials", "surfaces") if table in facts}
+                writer.add_metadata(name, {"configuration": configuration, **hashes})
+        for table in session.reader.attachments.values():
             writer.add_attachment(0, 0, table.name, table.media_type, table.data)
         channels = {
             channel.topic: registered(writer, summary.schemas[channel.schema_id], channel)

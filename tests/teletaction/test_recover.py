@@ -109,7 +109,7 @@ def test_a_damaged_chunk_is_left_out_and_the_rest_is_kept(tmp_path: Path, whole:
     damaged[ends_of_chunks(whole)[3] - 100] ^= 1
     path.write_bytes(damaged)
     result = recovered(path)
-    assert (result.damaged_chunks, result.unreadable_bytes) == (1, 0)
+    assert (result.damaged_parts, result.unreadable_bytes) == (1, 0)
     numbers = [int.from_bytes(data[:4], "little") for stream, _, data in messages(result.out) if stream == "touch"]
     missing = sorted(set(range(COUNT)) - set(numbers))
     assert missing == list(range(missing[0], missing[-1] + 1))
@@ -232,7 +232,7 @@ def test_the_command_says_what_was_restored(tmp_path: Path, whole: bytes, said: 
     assert [line.split()[1] for line in streams] == ["event", "touch"]
     total = sum(int(line.split()[0]) for line in streams)
     assert f"remote-recovered.mcap: {total} messages over" in last
-    assert "bytes at the end and 0 damaged chunks" in last
+    assert "bytes and 0 damaged parts could not be read" in last
     assert main(["recover", str(cut)]) == 2
     (line,) = said()
     assert "remote-recovered.mcap: exists; name another file with --out" in line

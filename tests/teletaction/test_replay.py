@@ -38,10 +38,10 @@ def altered(
         writer = Writer(out_file, compression=CompressionType.NONE, chunk_size=100_000)
         writer.start()
         site = streams[0].split("/")[0]
-        for entry in session.reader.iter_metadata():
-            if metadata and (not single or entry.name.startswith(site)):
-                writer.add_metadata(entry.name.removeprefix(f"{site}/") if single else entry.name, entry.metadata)
-        for table in session.reader.iter_attachments():
+        for entry, facts in session.reader.metadata.items():
+            if metadata and (not single or entry.startswith(site)):
+                writer.add_metadata(entry.removeprefix(f"{site}/") if single else entry, facts)
+        for table in session.reader.attachments.values():
             if attached:
                 name = table.name.removeprefix(f"{site}/") if single else table.name
                 writer.add_attachment(0, 0, name, table.media_type, table.data)

@@ -181,7 +181,7 @@ def test_what_is_no_recording_is_refused(path: Path, tmp_path: Path) -> None:
         Recording(cut)
     text = tmp_path / "text.mcap"
     text.write_text("hello")
-    with pytest.raises(ValueError, match="no whole recording"):
+    with pytest.raises(ValueError, match="not an MCAP file"):
         Recording(text)
     other = tmp_path / "other.mcap"
     with Recorder(other, {"remote/touch": {}}, {}) as recorder:
