@@ -18,7 +18,7 @@ help:
 	@echo "make demo        60 s session on simulated devices; leaves summary, report and recording in $(OUT)/"
 	@echo "make test        the fast tests"
 	@echo "make session     tests that run whole sessions, on a virtual clock and in real time"
-	@echo "make hardening   a million broken frames for each decoder (minutes)"
+	@echo "make hardening   a million broken frames for each decoder, 500 strange sequences for each site (minutes); SEQUENCES=100000"
 	@echo "make netns       the link over packets that are really delayed and lost (root)"
 	@echo "make containers  tests that run the composition in containers (needs an engine)"
 	@echo "make console     the console's page in a real Chromium (\$$CHROMIUM, or the system's)"
