@@ -80,6 +80,7 @@ class Recorder:
             OSError: the file cannot be created, an earlier one not set aside, or `path` is a symbolic link.
         """
         self._failed: str | None = None
+        self._failed_ns: int | None = None
         self._written: Counter[str] = Counter()
         self._refused = 0
         self._slow_said = False
@@ -123,6 +124,11 @@ class Recorder:
         """Why the recording stopped; None while it has not."""
         self._exchange()
         return self._failed
+
+    @property
+    def failed_ns(self) -> int | None:
+        """When the recording stopped, ns of the machine's monotonic clock; None while it has not."""
+        return self._failed_ns
 
     @property
     def lost(self) -> int:
@@ -215,7 +221,7 @@ class Recorder:
         self._ended = True
         self._waiting.clear()
         if self._failed is None:
-            self._failed = why
+            self._failed, self._failed_ns = why, time.monotonic_ns()
             log.error("recording stopped: %s", why)
 
 
@@ -248,4 +254,5 @@ def recording_figures(recorder: Recorder | None) -> dict[str, object]:
         "recorded": {} if recorder is None else dict(recorder.written),
         "recording_lost": 0 if recorder is None else recorder.lost,
         "recording_failed": "" if recorder is None else recorder.failed or "",
+        "recording_failed_ns": None if recorder is None else recorder.failed_ns,
     }

@@ -55,13 +55,17 @@ def _conclude(
     from teletaction.report_words import behind  # noqa: PLC0415
 
     summary = conclude(out, out, options, usage, wall_s, ping.round_trips_s)
-    for process in PROCESSES:
-        (out / f"{process}.mcap").unlink()
-    for part in out.glob(f"{CONSOLE}*.mcap"):
-        part.unlink()
+    incomplete = [f"{fault['site']}: {fault['fault']}" for fault in summary["faults"] if fault["what"] == "recording"]
+    if not incomplete:  # else what each process wrote is kept
+        for process in PROCESSES:
+            (out / f"{process}.mcap").unlink()
+        for part in out.glob(f"{CONSOLE}*.mcap"):
+            part.unlink()
     if late := behind(summary):
         _say(f"rate not held: {late}; the logs in {out} say why")
     _say(f"summary {out / 'summary.json'}, report {out / 'report.html'}, recording {out / 'session.mcap'}")
+    if incomplete:
+        return "; ".join(incomplete)
     return "" if gentle else "a process did not end by itself within 2 s"
 
 

@@ -10,7 +10,7 @@ from common.fingers import FINGERS, chosen_fingers
 from common.limits import MOTOR_STILL_S
 from common.messages import EventKind, ExplorationMode, ThermalStatus
 from teletaction.demo_files import NETWORK, DemoOptions
-from teletaction.incidents import faults, interruptions
+from teletaction.incidents import faults, incomplete_recordings, interruptions
 from teletaction.session_data import Floats, SessionData
 from teletaction.true_touches import SHORTEST_TOUCH_S, Touch, true_touches
 
@@ -78,7 +78,7 @@ def summarise(
             "motion": _packets("motion", operator, remote),
         },
         "recorded": data.counts,
-        "faults": faults(data),
+        "faults": [*faults(data), *incomplete_recordings(data, statuses)],
         "interruptions": interruptions(data),
     }
 

@@ -36,6 +36,15 @@ def record(path: Path, messages: int) -> Recorder:
     return recorder
 
 
+def figures(recorded: dict[str, int], lost: int, failed: str, failed_ns: int | None) -> dict[str, object]:
+    return {
+        "recorded": recorded,
+        "recording_lost": lost,
+        "recording_failed": failed,
+        "recording_failed_ns": failed_ns,
+    }
+
+
 def test_the_public_reader_finds_everything(tmp_path: Path) -> None:
     recorder = record(tmp_path / "s.mcap", 1000)
     assert (recorder.written, recorder.lost, recorder.failed) == (Counter(touch=1000, event=100), 0, None)
@@ -167,7 +176,7 @@ def test_a_disk_that_stays_stuck_does_not_keep_the_process(disk: SlowDisk, monke
     recorder.close()
     assert recorder.failed == "the disk took nothing for 0.05 s"
     assert recorder.lost == 1
-    assert recording_figures(recorder) == {"recorded": {}, "recording_lost": 1, "recording_failed": recorder.failed}
+    assert recording_figures(recorder) == figures({}, 1, "the disk took nothing for 0.05 s", recorder.failed_ns)
     disk.moving.set()
     recorder._process.wait()
 
@@ -201,7 +210,7 @@ def test_a_writer_that_dies_of_anything_stops_the_recording_and_not_the_loop(
     for n in range(10):
         recorder.write("touch", n, b"x")
     recorder.close()
-    assert recording_figures(recorder) == {"recorded": {}, "recording_lost": 11, "recording_failed": "out of order"}
+    assert recording_figures(recorder) == figures({}, 11, "out of order", recorder.failed_ns)
     assert [record.getMessage() for record in caplog.records] == ["recording stopped: out of order"]
 
 
@@ -211,13 +220,16 @@ def test_a_writer_that_is_killed_stops_the_recording_and_not_the_loop(
     recorder = Recorder(tmp_path / "s.mcap", SCHEMAS, {})
     recorder.write("touch", 1, b"x")
     until(lambda: recorder.written)
+    killed_ns = time.monotonic_ns()
     os.kill(recorder._process.pid, signal.SIGKILL)
     until(lambda: recorder.failed)
     for n in range(10):
         recorder.write("touch", 10**9 * n, b"x")
     recorder.close()
     why = "the process that writes it has ended"
-    assert recording_figures(recorder) == {"recorded": {"touch": 1}, "recording_lost": 10, "recording_failed": why}
+    assert recorder.failed_ns is not None
+    assert killed_ns <= recorder.failed_ns <= time.monotonic_ns()
+    assert recording_figures(recorder) == figures({"touch": 1}, 10, why, recorder.failed_ns)
     assert [record.getMessage() for record in caplog.records] == [f"recording stopped: {why}"]
 
 
@@ -301,7 +313,7 @@ def test_what_comes_after_the_end_is_lost_and_counted(tmp_path: Path) -> None:
 
 
 def test_a_site_that_does_not_record_has_figures_too() -> None:
-    assert recording_figures(None) == {"recorded": {}, "recording_lost": 0, "recording_failed": ""}
+    assert recording_figures(None) == figures({}, 0, "", None)
 
 
 def test_a_folder_that_is_not_there_is_said(tmp_path: Path) -> None:
