@@ -14,6 +14,7 @@ from common.scene import load_scene
 from teletaction.demo_files import CONSOLE, HOST, NETWORK, PROCESSES, DemoOptions, prepare
 from teletaction.ping import BarePing
 from teletaction.processes import SessionProcesses
+from teletaction.restarts import Restarts
 
 _START_S = 30.0
 """The hand must have started working by then."""
@@ -73,7 +74,7 @@ def _watch(
     processes: SessionProcesses, options: DemoOptions, stop: StopSignal, ping: BarePing
 ) -> tuple[str, dict[str, tuple[float, float]], float | None]:
     """Wait for the session's end; what failed, each process's CPU share and memory, and how long the hand worked."""
-    told = False
+    told, restarts = False, Restarts()
     started_s: float | None = None
     begin_s = time.monotonic()
     first: dict[str, tuple[float, float]] = {}
@@ -82,6 +83,8 @@ def _watch(
         ping.once()
         now_s = time.monotonic()
         ended = processes.ended()
+        if told and CONSOLE in ended:
+            _restart_console(processes, restarts, ended.pop(CONSOLE), now_s)
         if ended:
             name = next(iter(ended))
             return f"{name} ended with exit code {ended[name]}: {processes.last_words(name)}", {}, None
@@ -102,11 +105,25 @@ def _watch(
         return "stopped before the session began", {}, None
     wall_s = time.monotonic() - started_s
     usage = {
-        name: ((cpu_s - first[name][0]) / wall_s, peak_mib)
+        name: (max(0.0, cpu_s - first[name][0]) / wall_s, peak_mib)
         for name, (cpu_s, peak_mib) in processes.usage().items()
         if name in first
     }
     return "", usage, wall_s
+
+
+def _restart_console(processes: SessionProcesses, restarts: Restarts, code: int, now_s: float) -> None:
+    """Start a console that has ended again, after a pause: it finds its session, and never ends it."""
+    count = restarts.count
+    pause_s = restarts.ended(now_s)
+    if pause_s is None:
+        del processes.running[CONSOLE]
+        _say(f"the console ended with exit code {code} and is not started again: it ended {count} times in a row")
+    elif pause_s <= 0.0:
+        processes.restart(CONSOLE)
+        restarts.started(now_s)
+    elif restarts.count != count:
+        _say(f"the console ended with exit code {code}: {processes.last_words(CONSOLE)}; it is started again")
 
 
 def _tell_address(out: Path) -> bool:

@@ -29,17 +29,25 @@ class SessionProcesses:
 
     out: Path
     running: dict[str, subprocess.Popen[bytes]] = field(default_factory=dict)
+    _given: dict[str, tuple[Path, tuple[str, ...]]] = field(default_factory=dict)
 
     def start(self, name: str, config: Path, *options: str) -> None:
         """Start one process with its configuration file, and what else its command is to be told."""
-        with (self.out / f"{name}.log").open("wb") as log:
+        again = name in self._given
+        self._given[name] = config, options
+        with (self.out / f"{name}.log").open("ab" if again else "wb") as log:
             self.running[name] = subprocess.Popen(
                 [sys.executable, "-m", "teletaction", name, "--config", str(config), *options],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
-                preexec_fn=die_with_parent,  # noqa: PLW1509 - the launcher has no other thread yet
+                preexec_fn=die_with_parent,  # noqa: PLW1509 - no other thread of the launcher runs Python
             )
+
+    def restart(self, name: str) -> None:
+        """Start a process that has ended once more, as before; its log goes on."""
+        config, options = self._given[name]
+        self.start(name, config, *options)
 
     def ended(self) -> dict[str, int]:
         """Exit codes of those that are no longer running."""
