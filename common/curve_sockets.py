@@ -6,6 +6,7 @@ All socket options are set before bind and connect: set later they do nothing.
 import contextlib
 import os
 import socket as sockets
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import zmq
@@ -13,9 +14,14 @@ import zmq
 from common.keys import KeyPair
 from common.packets import MAX_PACKET
 
-MOST_AT_ONCE = 100
-"""Packets that are read from one socket before something else gets its turn."""
+MOST_AT_ONCE = 64
+"""Packets that are read from one socket in one tick; a socket takes turns among its connections."""
+WAITING = 64
+"""Packets of one connection that wait to be read, and answers that wait to be sent to it; then TCP holds the sender."""
+_STOP = b"estop"
+"""Stands in every request for an emergency stop."""
 _HANDSHAKE_MS = 2000
+_UNACKNOWLEDGED_MS = 2000
 _CURVE_BYTES = 64
 """Room for what the encryption adds to a packet; the library counts it."""
 
@@ -45,9 +51,15 @@ def prepare_socket(socket: "zmq.Socket[bytes]") -> None:
     socket.setsockopt(zmq.LINGER, 0)
     socket.setsockopt(zmq.MAXMSGSIZE, MAX_PACKET + _CURVE_BYTES)
     socket.setsockopt(zmq.HANDSHAKE_IVL, _HANDSHAKE_MS)
-    # A peer behind a broken network is dropped after 2 s and found again as soon as the network is back.
-    socket.setsockopt(zmq.HEARTBEAT_IVL, 500)
-    socket.setsockopt(zmq.HEARTBEAT_TIMEOUT, 2000)
+    socket.setsockopt(zmq.RCVHWM, WAITING)
+    socket.setsockopt(zmq.SNDHWM, WAITING)
+    # ZMTP heartbeats stay off: with a receive queue that is full they abort the process (libzmq issues 3937, 4364). A
+    # peer behind a broken network, or one that reads nothing, is dropped by TCP: after data without acknowledgement,
+    # or after probes without an answer.
+    socket.setsockopt(zmq.TCP_KEEPALIVE, 1)
+    socket.setsockopt(zmq.TCP_KEEPALIVE_IDLE, 1)
+    socket.setsockopt(zmq.TCP_KEEPALIVE_INTVL, 1)
+    socket.setsockopt(zmq.TCP_MAXRT, _UNACKNOWLEDGED_MS)
     socket.setsockopt(zmq.CONNECT_TIMEOUT, 1000)
     # The library waits once or twice as long and shakes hands; outputs end after 100 ms without packets.
     socket.setsockopt(zmq.RECONNECT_IVL, 20)
@@ -70,7 +82,7 @@ def use_curve(socket: "zmq.Socket[bytes]", keys: KeyPair, server_public_key: str
 
 
 def receive_requests(socket: "zmq.Socket[bytes]") -> list[Received]:
-    """What clients sent to a ROUTER socket, at most 100 at once."""
+    """What clients sent to a ROUTER socket, at most MOST_AT_ONCE; emergency stops first."""
     found: list[Received] = []
     for _ in range(MOST_AT_ONCE):
         try:
@@ -79,11 +91,16 @@ def receive_requests(socket: "zmq.Socket[bytes]") -> list[Received]:
             break
         if len(frames) == 2:
             found.append(_received(frames[0].bytes, frames[1]))
-    return found
+    return sorted(found, key=may_stop, reverse=True) if len(found) > 1 else found
+
+
+def may_stop(received: Received) -> bool:
+    """Whether a packet may be a request for an emergency stop; False is certain."""
+    return _STOP in received.packet
 
 
 def receive_newest(socket: "zmq.Socket[bytes]") -> list[Received]:
-    """The newest unread packet of each connection of a CONFLATE socket, at most 100 at once."""
+    """The newest unread packet of each connection of a CONFLATE socket, at most MOST_AT_ONCE in all."""
     found: dict[int, Received] = {}
     for _ in range(MOST_AT_ONCE):
         try:
@@ -92,6 +109,12 @@ def receive_newest(socket: "zmq.Socket[bytes]") -> list[Received]:
             break
         found[received.connection] = received
     return list(found.values())
+
+
+def is_open(connection: int, local_port: int) -> bool:
+    """Whether a descriptor of this process is a TCP connection that was accepted at `local_port`."""
+    with _tcp_connection(connection, local_port) as end:
+        return end is not None
 
 
 def end_connection(connection: int, local_port: int) -> None:
@@ -103,13 +126,26 @@ def end_connection(connection: int, local_port: int) -> None:
         connection: file descriptor of the connection.
         local_port: port that the connection was accepted at.
     """
+    with _tcp_connection(connection, local_port) as end, contextlib.suppress(OSError):
+        if end is not None:
+            end.shutdown(sockets.SHUT_RDWR)
+
+
+@contextlib.contextmanager
+def _tcp_connection(connection: int, local_port: int) -> Iterator[sockets.socket | None]:
+    """A second descriptor of a connection that was accepted at `local_port`; None where it is something else."""
     try:
         end = sockets.socket(fileno=os.dup(connection))
     except OSError:
+        yield None
         return
-    with end, contextlib.suppress(OSError):
-        if end.type == sockets.SOCK_STREAM and end.getsockname()[1:2] == (local_port,):
-            end.shutdown(sockets.SHUT_RDWR)
+    with end:
+        try:
+            ours = end.type == sockets.SOCK_STREAM and end.getsockname()[1:2] == (local_port,)
+            end.getpeername()
+        except OSError:
+            ours = False
+        yield end if ours else None
 
 
 def _received(who: bytes, frame: zmq.Frame) -> Received:

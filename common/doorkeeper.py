@@ -9,12 +9,12 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import zmq
 import zmq.utils.z85
 
 from common.keys import fingerprint
+from common.rate_limiter import RateLimiters
 
 log = logging.getLogger(__name__)
 
@@ -24,28 +24,10 @@ Admits = Callable[[str, str], bool]
 KNOCKS_PER_S = 20.0
 KNOCKS_AT_ONCE = 40
 """Handshakes of one key: a site opens all its streams at once and tries again twice a second at most."""
-_MOST_KEYS = 1000
 _QUIET_S = 10.0
 """Refusals are counted each and logged this often: a flood must not fill a disk."""
 _ADDRESS = "inproc://zeromq.zap.01"
 _END = b"end"
-
-
-@dataclass(slots=True)
-class KnockLimit:
-    """At most `KNOCKS_AT_ONCE` handshakes at once and `KNOCKS_PER_S` in the long run. Pure: time is an argument, s."""
-
-    left: float = KNOCKS_AT_ONCE
-    since_s: float = 0.0
-
-    def allows(self, now_s: float) -> bool:
-        """Take one knock; False when there are too many."""
-        self.left = min(KNOCKS_AT_ONCE, self.left + (now_s - self.since_s) * KNOCKS_PER_S)
-        self.since_s = now_s
-        if self.left < 1.0:
-            return False
-        self.left -= 1.0
-        return True
 
 
 class Doorkeeper:
@@ -72,8 +54,7 @@ class Doorkeeper:
         self._context = context
         self._admits = admits
         self._now_s = now_s
-        self._limited = limited
-        self._limits: dict[str, KnockLimit] = {}
+        self._knocks: RateLimiters[str] | None = RateLimiters(KNOCKS_PER_S, KNOCKS_AT_ONCE) if limited else None
         self._inside: dict[str, set[str]] = {}
         self._refused_until_s: dict[tuple[str, str], float] = {}
         self._lock = threading.Lock()
@@ -100,6 +81,12 @@ class Doorkeeper:
         with self._lock:
             still = {whom: until_s for whom, until_s in self._refused_until_s.items() if until_s > now_s}
             self._refused_until_s = {**still, (domain, key): now_s + refuse_s}
+
+    def forgive(self, key: str) -> None:
+        """Answer handshakes of `key` as if it had never been refused for a while."""
+        with self._lock:
+            kept = {whom: until_s for whom, until_s in self._refused_until_s.items() if whom[1] != key}
+            self._refused_until_s = kept
 
     def close(self) -> None:
         """End the thread; before the context is destroyed."""
@@ -128,7 +115,7 @@ class Doorkeeper:
                 self.answers["expelled"] += 1
                 self._say("refused a connection to %s from %s: key %s was expelled", domain, address, key)
                 status, reason = b"300", b"expelled for a while"
-            elif self._limited and not self._knock(key):
+            elif self._knocks is not None and not self._knocks.allows(key, self._now_s()):
                 # Not a refusal: the far side's library tries again by itself after a 300.
                 self.answers["too_many"] += 1
                 self._say("too many connections to %s from %s with key %s", domain, address, key)
@@ -139,11 +126,6 @@ class Doorkeeper:
                     self._inside.setdefault(domain, set()).add(key)
                 status, reason, user = b"200", b"OK", key.encode()
         return [version, request, status, reason, user, b""]
-
-    def _knock(self, key: str) -> bool:
-        if len(self._limits) > _MOST_KEYS:
-            self._limits.clear()
-        return self._limits.setdefault(key, KnockLimit()).allows(self._now_s())
 
     def _say(self, text: str, domain: str, address: bytes, key: str) -> None:
         now_s = self._now_s()

@@ -17,6 +17,7 @@ from common.curve_sockets import (
     LinkProblem,
     Received,
     end_connection,
+    is_open,
     prepare_socket,
     receive_newest,
     receive_requests,
@@ -44,6 +45,8 @@ _CLIENT_TYPE = {
 _MAY_OBSERVE = (Direction.TO_OBSERVERS, Direction.BOTH)
 """What an observer's key opens; requests of an observer are judged by the session."""
 _LAST_REQUEST_MS = 100
+_UNSENT = 8
+"""Requests that wait to be sent; further ones fail."""
 
 
 class _Link:
@@ -129,14 +132,14 @@ class RemoteLink(_Link):
                 raise LinkProblem(f"{self._address(stream)} ({stream.name}): {error.strerror}") from None
 
     def requests(self, stream: str) -> list[Received]:
-        """What clients sent on a request stream, at most 100 at once."""
+        """What clients sent on a request stream, at most MOST_AT_ONCE; emergency stops first."""
         if len(self._sockets) < len(STREAMS):
             self._bind_missing()
         socket = self._sockets.get(stream)
         return [] if socket is None else receive_requests(socket)
 
     def motions(self) -> list[Received]:
-        """The newest unread motion of each connection, at most 100 at once."""
+        """The newest unread motion of each connection, at most MOST_AT_ONCE."""
         socket = self._sockets.get("motion")
         return [] if socket is None else receive_newest(socket)
 
@@ -151,6 +154,14 @@ class RemoteLink(_Link):
         if refuse_s > 0.0:
             self._doorkeeper.refuse(stream, received.key, refuse_s)
         end_connection(received.connection, self._base_port + STREAMS[stream].port)
+
+    def forgive(self, key: str) -> None:
+        """Serve a key again that was refused for a while."""
+        self._doorkeeper.forgive(key)
+
+    def is_open(self, stream: str, connection: int) -> bool:
+        """Whether the connection that a packet of this stream came on is still open."""
+        return is_open(connection, self._base_port + STREAMS[stream].port)
 
     def answer(self, stream: str, who: bytes, packet: bytes) -> None:
         """Answer one client; one that is gone gets nothing."""
@@ -235,7 +246,7 @@ class OperatorLink(_Link):
             if stream.direction is Direction.BOTH:
                 # A request to a remote that is not there must fail now, not reach it minutes later.
                 socket.setsockopt(zmq.IMMEDIATE, 1)
-                socket.setsockopt(zmq.SNDHWM, 8)
+                socket.setsockopt(zmq.SNDHWM, _UNSENT)
             self._monitors.append(socket.get_monitor_socket(zmq.EVENT_HANDSHAKE_FAILED_AUTH))
             socket.connect(f"tcp://{self._host}:{self._base_port + stream.port}")
             self._sockets[stream.name] = socket
@@ -262,7 +273,7 @@ class OperatorLink(_Link):
         return True
 
     def receive(self, stream: str) -> list[bytes]:
-        """All unread packets of a request stream, at most 100."""
+        """Unread packets of a request stream, at most MOST_AT_ONCE."""
         found: list[bytes] = []
         while len(found) < MOST_AT_ONCE:
             try:

@@ -14,6 +14,7 @@ class KeptRecord:
     """
 
     failed: str | None = None
+    failed_ns: int | None = None
     lost = 0
 
     def __init__(self) -> None:
