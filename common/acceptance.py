@@ -37,6 +37,8 @@ class Acceptance:
     lost: int = 0
     """Sequence numbers that never came: superseded on the way, or lost."""
     refused: Counter[str] = field(default_factory=Counter)
+    latest_refusal: str = ""
+    """Why the newest packet was refused; empty when it was accepted."""
     last_ns: int | None = None
     """When the last packet was accepted."""
     age_ns: int = 0
@@ -57,25 +59,28 @@ class Acceptance:
         ahead = packet.sequence - self._sequence
         age_ns = now_ns - (packet.time_ns - offset_ns)
         if packet.session != session:
-            return self._refuse("session")
+            return self.refuse("session")
         if ahead <= 0 or (self._sequence >= 0 and ahead > MOST_AHEAD):  # who joins late begins anywhere
-            return self._refuse("sequence")
+            return self.refuse("sequence")
         if uncertainty_ns is None or uncertainty_ns > self.max_age_ns:
-            return self._refuse("clock")
+            return self.refuse("clock")
         if age_ns > self.max_age_ns:
-            return self._refuse("age")
+            return self.refuse("age")
         if age_ns < -(uncertainty_ns + FUTURE_TOLERANCE_NS):
-            return self._refuse("future")
+            return self.refuse("future")
         if self._sequence >= 0:
             self.lost += ahead - 1
         self._sequence = packet.sequence
         self.last_ns = now_ns
         self.age_ns = age_ns
         self.received += 1
+        self.latest_refusal = ""
         return True
 
-    def _refuse(self, reason: str) -> bool:
+    def refuse(self, reason: str) -> bool:
+        """Count a packet that is not acted on, by the reason; returns False."""
         self.refused[reason] += 1
+        self.latest_refusal = reason
         return False
 
     def gap_ns(self, now_ns: int) -> int | None:
@@ -86,3 +91,4 @@ class Acceptance:
         """Begin a new session: the sequence starts again, nothing was accepted yet."""
         self._sequence = -1
         self.last_ns = None
+        self.latest_refusal = ""

@@ -17,6 +17,7 @@ from common.messages import MOTION_BLOCK, Motion, Touch
 from common.motion_prediction import MotionPrediction
 from common.packets import BadPacket, Floats, LinkState, WrongVersion
 from common.perceptible import motion_felt
+from common.rate_limiter import RateLimiters
 from common.session import Session
 from common.session_messages import LONGEST_REFUSAL, Answer, Heartbeat, Request
 from common.streams import STREAMS
@@ -32,6 +33,8 @@ _ASK_NS = 200_000_000
 """Between two tries of the same request."""
 _BEAT_NS = round(1e9 / STREAMS["heartbeat"].rate_hz)
 _LONG_AGO_NS = -(10**18)
+_PACKETS_PER_S, _PACKETS_AT_ONCE = 100.0, 200
+"""Answers, or heartbeats, that are read of the remote site: an honest one sends 20 heartbeats a second."""
 
 
 @dataclass(slots=True)
@@ -69,8 +72,10 @@ class SessionClient:
     stopping: SessionStop = field(init=False)
     damaged: Counter[str] = field(default_factory=Counter)
     refusal: str = ""
-    """Why the remote site refused the last hello, engage or clear_fault, or this site will not work with it; empty when
-    nothing of these."""
+    """Why the remote site refused the last hello, engage or clear_fault, or ended the last session, or this site will
+    not work with it; empty when nothing of these."""
+    _ended: str = ""
+    """Why the remote site ended the last session; empty once this one is engaged."""
     _sequence: int = 0
     """Of requests and heartbeats: it goes on across sessions, so that no old answer is taken for a new one."""
     _motion_sequence: int = 0
@@ -80,6 +85,7 @@ class SessionClient:
     _now_ns: int = _LONG_AGO_NS
     _asked_ns: dict[str, int] = field(default_factory=dict)
     _asked: dict[int, str] = field(default_factory=dict)
+    _rates: RateLimiters[str] = field(default_factory=lambda: RateLimiters(_PACKETS_PER_S, _PACKETS_AT_ONCE))
     _beat_ns: int = _LONG_AGO_NS
     _heard_ns: int = 0
     _engaged_ns: int = 0
@@ -120,11 +126,11 @@ class SessionClient:
             self._asked_ns.clear()
             self._beat_ns, self._heard_ns = _LONG_AGO_NS, now_ns
         self._now_ns = now_ns
-        for packet in self.link.receive("control"):
+        for packet in self._within_rate("control", now_ns):
             self._answer(packet, now_ns)
         if self.session.ident and now_ns - self._heard_ns > SILENCE_NS:
             self._end("the remote site is silent")
-        for packet in self.link.receive("heartbeat"):
+        for packet in self._within_rate("heartbeat", now_ns):
             self._heartbeat(packet, now_ns)
         packet_or_none = self.link.receive_latest("touch" if self.role == OPERATOR else "observed")
         if packet_or_none is not None:
@@ -249,6 +255,14 @@ class SessionClient:
             self._asked_ns[verb] = now_ns
             self.request(verb, now_ns, details)
 
+    def _within_rate(self, stream: str, now_ns: int) -> list[bytes]:
+        """What came on a request stream; of a remote site that sends far too much, a part."""
+        packets = self.link.receive(stream)
+        allowed = [packet for packet in packets if self._rates.allows(stream, now_ns * 1e-9)]
+        if len(allowed) < len(packets):
+            self.damaged[f"{stream}: too many"] += len(packets) - len(allowed)
+        return allowed
+
     def _answer(self, packet: bytes, now_ns: int) -> None:
         try:
             answer = Answer.decode(packet)
@@ -256,6 +270,10 @@ class SessionClient:
             self._count_damaged("control", error)
             if isinstance(error, WrongVersion):
                 self.refusal = f"the remote site cannot be understood: {error}"
+            return
+        if answer.sequence == 0 and answer.refused and answer.session == self.session.ident != 0:
+            self._end(answer.refused)
+            self._ended = self.refusal = answer.refused
             return
         verb = self._asked.pop(answer.sequence, "")
         if verb in ("hello", "engage"):
@@ -274,7 +292,7 @@ class SessionClient:
     def _welcomed(self, verb: str, answer: Answer, now_ns: int) -> str:
         """Take a granted hello or engage; returns why this site will not have it, empty when it will."""
         if verb == "hello":
-            return "" if self.session.ident else self._begin(answer, now_ns)
+            return self._ended if self.session.ident else self._begin(answer, now_ns) or self._ended
         if answer.session == self.session.ident and self.session.state is LinkState.CONNECTED:
             agreed_s = answer.details.get("max_age_s")
             if not isinstance(agreed_s, float) or not 0.0 < agreed_s <= AGE_MAX_S:
@@ -283,6 +301,7 @@ class SessionClient:
             self.acceptance.max_age_ns = round(agreed_s * 1e9)
             self.session.engage(f"packets up to {agreed_s * 1e3:.0f} ms old count")
             self._heard_ns = self._engaged_ns = now_ns
+            self._ended = ""
         return ""
 
     def _begin(self, answer: Answer, now_ns: int) -> str:

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from common.acceptance import Acceptance
+from common.acceptance import FUTURE_TOLERANCE_NS, Acceptance
 from common.capabilities import OBSERVER, disagreement
 from common.clock import ReadClock
 from common.containment import Containment
-from common.curve_sockets import Received
+from common.curve_sockets import Received, may_stop
 from common.emergency_stop import EmergencyStop, Unconfirmed
 from common.keys import fingerprint
 from common.ladder import SESSION_SILENCE_S
@@ -22,8 +22,10 @@ from common.link import RemoteLink
 from common.messages import Motion
 from common.motion_prediction import MotionPrediction
 from common.packets import SCHEMA_VERSION, BadPacket, LinkState, WrongVersion
+from common.rate_limiter import RateLimiters
 from common.session import Refused, Session, note_text
 from common.session_messages import LONGEST_REFUSAL, Answer, Heartbeat, Request
+from remote_site.operator_connections import OperatorConnections
 
 log = logging.getLogger(__name__)
 
@@ -31,6 +33,12 @@ SILENCE_NS = round(SESSION_SILENCE_S * 1e9)
 """No heartbeat for this long ends the session: another operator may come, and this one says hello again."""
 SETTLED_NS = 1_500_000_000
 """So long the operator's site may say that it is not: it may not have heard of it yet, or be blind for a moment."""
+PACKETS_PER_S = 40.0
+PACKETS_AT_ONCE = 80
+"""Requests, or heartbeats, of one key: a site sends 20 heartbeats and 10 requests a second at most. After a pause of
+the network they come at once."""
+EXPELLED_S = 10.0
+"""After its connection was ended, a key is not let in at that stream for this time, s. The operator's always is."""
 
 
 @dataclass(slots=True)
@@ -56,8 +64,11 @@ class SessionServer:
     """Keys of those who look on, and when each was last heard."""
     contain: Containment = field(default_factory=Containment)
     """Counts what requests raise."""
-    _refused: dict[str, str] = field(default_factory=dict)
-    """What the owner of each key was refused last."""
+    expelled: Counter[str] = field(default_factory=Counter)
+    """Connections that were ended, by stream."""
+    _connections: OperatorConnections = field(init=False)
+    _rates: RateLimiters[tuple[str, str, bool]] = field(init=False)
+    _lines_of_log: RateLimiters[str] = field(default_factory=lambda: RateLimiters(0.1, 5))
     _hand: MotionPrediction = field(default_factory=MotionPrediction)
     _notes: list[str] = field(default_factory=list)
     _heard_ns: int = 0
@@ -74,6 +85,8 @@ class SessionServer:
 
     def __post_init__(self) -> None:
         self.acceptance = Acceptance(max_age_ns=round(self.max_age_s * 1e9))
+        self._connections = OperatorConnections(self.link.is_open)
+        self._rates = RateLimiters(PACKETS_PER_S, PACKETS_AT_ONCE)
 
     def step(self, now_ns: int, not_ready: str, unconfirmed: Unconfirmed = lambda _: {}) -> None:
         """Answer what came and take the newest motion.
@@ -91,13 +104,18 @@ class SessionServer:
         for key in [key for key, heard_ns in self.observers.items() if now_ns - heard_ns > SILENCE_NS]:
             del self.observers[key]
         for received in self.link.requests("control"):
-            self._control(received, now_ns, not_ready)
+            if self._within_rate("control", received, now_ns):
+                self._control(received, now_ns, not_ready)
         for received in self.link.requests("heartbeat"):
-            with self.contain.step("heartbeat", latches=False):
-                self._heartbeat(received, now_ns)
-        for received in self.link.motions()[-1:]:
-            self._motion(received.packet, now_ns)
+            if self._within_rate("heartbeat", received, now_ns):
+                with self.contain.step("heartbeat", latches=False):
+                    self._heartbeat(received, now_ns)
+        for received in self.link.motions():
+            self._motion(received, now_ns)
         self.session.heard(self.acceptance.gap_ns(now_ns), self.gap_s, "motion")
+        if why := self._motion_refused(now_ns):
+            self._answer(self._connections.answers_to, 0, now_ns, why)
+            self._end(why)
         if self._operator_let_go():
             self.session.disengage("the operator's site is no longer engaged")
         self._confirm_stop(now_ns, unconfirmed)
@@ -138,18 +156,58 @@ class SessionServer:
     def _end(self, why: str, *, left: bool = False) -> None:
         self.session.disconnect(why, left=left)
         self.operator = ""
+        self._connections.end()
 
-    def _motion(self, packet: bytes, now_ns: int) -> None:
+    def _within_rate(self, stream: str, received: Received, now_ns: int) -> bool:
+        """Whether a key sends no more than it may; otherwise its connection is ended, and a stop still counts."""
+        operators = received.key == self.operator
+        own = operators and self._connections.own(stream, received, now_ns)
+        if self._rates.allows((stream, received.key, own), now_ns * 1e-9):
+            return True
+        self._expel(stream, received, now_ns, f"sends more than {PACKETS_PER_S:g} packets a second")
+        return operators and stream == "control" and may_stop(received) and _is_stop(received)
+
+    def _expel(self, stream: str, received: Received, now_ns: int, why: str) -> None:
+        """End a connection; the operator's key may connect again at once."""
+        self.expelled[stream] += 1
+        self._log(received.key, now_ns, f"ended a connection to {stream}: {why}")
+        self.link.expel(stream, received, 0.0 if received.key == self.operator else EXPELLED_S)
+
+    def _log(self, key: str, now_ns: int, text: str) -> None:
+        """Log what came of a key, unless there was much of it before."""
+        if self._lines_of_log.allows(key, now_ns * 1e-9):
+            log.warning("%s: %s", fingerprint(key), text)
+
+    def _motion(self, received: Received, now_ns: int) -> None:
+        if received.key != self.operator:
+            if self.operator:
+                self._expel("motion", received, now_ns, "only the session's operator moves the telemanipulator")
+            return
         try:
-            motion = Motion.decode(packet)
+            motion = Motion.decode(received.packet)
         except BadPacket as error:
             self._count_damaged("motion", error)
+            return
+        if motion.session == self.session.ident and not self._connections.own("motion", received, now_ns):
+            self.acceptance.refuse("connection")
             return
         # What the operator found is (remote - operator); a motion packet's sender is the operator.
         offset_ns = -self._offset_ns
         if self.acceptance.accept(motion, self.session.ident, now_ns, offset_ns, self._uncertainty_ns):
             self.motion = motion
             self._hand.take(motion.time_ns * 1e-9, motion.block)
+            at_least_ns = motion.time_ns - offset_ns - (self._uncertainty_ns or 0) - FUTURE_TOLERANCE_NS
+            if (second := self._connections.used_twice(at_least_ns)) is not None:
+                self.session.latch("the operator's key is in use at two places at once: revoke it and make a new one")
+                self._expel("motion", second, now_ns, "the operator's key sends motion on another connection already")
+
+    def _motion_refused(self, now_ns: int) -> str:
+        """Why motion is refused for good although the operator is heard; empty when it is accepted."""
+        why = self.acceptance.latest_refusal
+        since_ns = max(self._agreed_ns, self.acceptance.last_ns or 0)
+        if not self.session.engaged or not why or now_ns - since_ns <= SILENCE_NS:
+            return ""
+        return f"motion has been refused for {SESSION_SILENCE_S:g} s: {why}"
 
     def _operator_let_go(self) -> bool:
         """Whether the operator's site has said for a while that it is not engaged although this one is."""
@@ -169,6 +227,8 @@ class SessionServer:
         if beat.session != self.session.ident or not self.session.ident:
             return
         if received.key == self.operator:
+            if not self._connections.own("heartbeat", received, now_ns):
+                return
             self._heard_ns, self._unheard = now_ns, False
             self._offset_ns, self._uncertainty_ns = beat.offset_ns, beat.uncertainty_ns or None
         elif received.key in self.observers:
@@ -199,11 +259,9 @@ class SessionServer:
             return
         try:
             with self.contain.request("control"):
-                details = self._do(request, received.key, now_ns, not_ready)
+                details = self._do(request, received, now_ns, not_ready)
         except (Refused, BadPacket) as error:
-            if self._refused.get(received.key) != str(error):  # who asks for ever must not fill the log
-                self._refused[received.key] = str(error)
-                log.info("refused %s of %s: %s", request.verb, fingerprint(received.key), error)
+            self._log(received.key, now_ns, f"refused {request.verb}: {error}")
             self._answer(received.who, request.sequence, now_ns, str(error))
             return
         if request.verb == "estop":
@@ -230,14 +288,21 @@ class SessionServer:
             self._answer(who, sequence, now_ns, "", told)
         self._stop_asked.clear()
 
-    def _do(self, request: Request, key: str, now_ns: int, not_ready: str) -> dict[str, Any]:
+    def _do(self, request: Request, received: Received, now_ns: int, not_ready: str) -> dict[str, Any]:
         session = self.session
         if request.verb == "hello":
             observes = request.details.get("role") == OBSERVER
-            return self._observe(key, now_ns) if observes else self._hello(request, key, now_ns)
+            return self._observe(received.key, now_ns) if observes else self._hello(request, received, now_ns)
         if request.verb == "status":
             return {"state": session.state.name.lower(), "fault": session.fault, "missing": not_ready}
-        self._check(request, key)
+        self._check(request, received.key)
+        if request.verb == "estop":  # whatever its sequence and connection
+            self.stop(now_ns, "emergency stop by the operator")
+            return {}
+        if not self._connections.own("control", received, now_ns):
+            raise Refused("the session's operator asks on another connection")
+        if request.sequence <= self._asked:
+            raise Refused("an old request")
         self._asked = request.sequence
         details: dict[str, Any] = {}
         match request.verb:
@@ -249,8 +314,6 @@ class SessionServer:
                 self._agreed_ns = now_ns
             case "disengage":
                 session.disengage("the operator asked")
-            case "estop":
-                self.stop(now_ns, "emergency stop by the operator")
             case "clear_fault":
                 session.clear(here=False)
             case "annotate":
@@ -265,8 +328,6 @@ class SessionServer:
             raise Refused("that is not the present session: say hello first")
         if key != self.operator:
             raise Refused("only the session's operator may ask for that: observers look on")
-        if request.sequence <= self._asked:
-            raise Refused("an old request")
         if request.verb == "attend":
             raise Refused("that is for the desk of the operator's own site")
 
@@ -287,7 +348,8 @@ class SessionServer:
         self.observers[key] = now_ns
         return {"session": self.session.ident, **self.capabilities}
 
-    def _hello(self, request: Request, key: str, now_ns: int) -> dict[str, Any]:
+    def _hello(self, request: Request, received: Received, now_ns: int) -> dict[str, Any]:
+        key = received.key
         if not self.link.may_operate(key):
             raise Refused("this key is trusted as an observer's only")
         if self.session.ident and not (key == self.operator and self._unheard):
@@ -298,6 +360,8 @@ class SessionServer:
         if self.session.ident:  # asked again before the answer was there: it is the same session
             return {"session": self.session.ident, **self.capabilities}
         self.operator, self._unheard, self._asked = key, True, request.sequence
+        self._connections.begin(received, now_ns)
+        self.link.forgive(key)
         self.session.connect(secrets.randbits(62) + 1, f"operator {fingerprint(key)}")
         self.motion = None
         self._hand = MotionPrediction()
@@ -310,3 +374,10 @@ class SessionServer:
     def _count_damaged(self, stream: str, error: BadPacket) -> None:
         self.damaged[stream] += 1
         log.debug("%s: %s", stream, error)
+
+
+def _is_stop(received: Received) -> bool:
+    try:
+        return Request.decode(received.packet).verb == "estop"
+    except BadPacket:
+        return False

@@ -278,3 +278,32 @@ def test_a_remote_site_that_cannot_be_worked_with_is_said_once(caplog: pytest.Lo
         assert foreign.client.session.ident == 0
     assert foreign.remote.count("goodbye") == 5, "it shall not wait for this operator"
     assert caplog.text.count("laid out differently") == 1
+
+
+def test_a_session_that_the_remote_site_ends_says_why_until_both_are_engaged_again(pair: Pair) -> None:
+    why = "motion has been refused for 1.5 s: sequence"
+    pair.remote.answers.append(Answer(IDENT + 1, 0, pair.remote.now_ns, why, {}).encode())
+    pair.run()
+    assert pair.client.session.ident == IDENT, "of another session"
+    pair.remote.answers.append(Answer(IDENT, 0, pair.remote.now_ns, why, {}).encode())
+    pair.run()
+    assert (pair.client.session.ident, pair.client.refusal) == (0, why)
+    assert [h.text for h in pair.client.session.take_happenings() if h.what == "disconnected"] == [why]
+    pair.run(ms=300)
+    pair.remote.answer("hello", session=IDENT, **ABLE)
+    pair.run(ms=100)
+    assert (pair.client.session.ident, pair.client.refusal) == (IDENT, why)
+    pair.client.want_engaged = True
+    pair.run(ms=300)
+    pair.remote.answer("engage", max_age_s=0.15)
+    pair.run(ms=10)
+    assert pair.client.session.engaged
+    assert pair.client.refusal == ""
+
+
+def test_a_remote_site_that_sends_far_too_many_answers_is_read_no_faster(pair: Pair) -> None:
+    for _ in range(10):
+        pair.remote.answers += [b"rubbish"] * 60
+        pair.run()
+    assert pair.client.damaged["control"] <= 210
+    assert pair.client.damaged["control: too many"] >= 390

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -160,8 +161,10 @@ def tell(folder: Path) -> Story:
             story.lines = told(folder)
             trusted = TrustedKeys(remote.keys)
             trusted.revoke("program")
-            story.revoke = command("keys", "revoke", "student", "--keys", remote.keys)
-            story.packets_s = onlooker.listen(WATCHED_S)
+            with ThreadPoolExecutor() as beside:
+                revoking = beside.submit(command, "keys", "revoke", "student", "--keys", remote.keys)
+                story.packets_s = onlooker.listen(WATCHED_S)
+                story.revoke = revoking.result()
             code = process.wait(20.0)
             story.ended = (code, time.monotonic(), (folder / "errors").read_text("utf-8"))
         session.processes.running["operator"].terminate()

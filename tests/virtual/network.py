@@ -193,6 +193,13 @@ class RemoteEnd:
         """Send to the operator, or to observers."""
         self._network.send(stream, TO_OPERATOR, packet)
 
+    def forgive(self, key: str) -> None:
+        """No key is refused for a while here."""
+
+    def is_open(self, stream: str, connection: int) -> bool:
+        """The operator's connection is always open."""
+        return connection == OPERATOR_CONNECTION
+
     def may_operate(self, key: str) -> bool:
         """The operator's key is one of an operator."""
         return key == OPERATOR_KEY

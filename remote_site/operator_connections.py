@@ -1,0 +1,84 @@
+"""Which connections speak for the session's operator: one on each stream, since a copy of its key may be in use.
+
+Authority comes from the key that was admitted to the session. A second connection with that key is either the operator
+that connected anew, or somebody with a copy of the key. It takes a stream over when the first connection is closed, or
+is silent where the stream never pauses. Until then it is not acted on. A motion that left on the first connection after
+the second one was heard proves that two senders use the key.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from common.curve_sockets import Received
+from common.limits import GAP_S
+from common.streams import STREAMS
+
+SILENT_S: Mapping[str, float] = {"motion": GAP_S, "heartbeat": 5.0 / STREAMS["heartbeat"].rate_hz, "control": math.inf}
+"""Silence after which another connection of the operator's key takes a stream over, s; requests may pause for ever."""
+
+
+@dataclass(slots=True)
+class _Line:
+    """One connection that speaks on a stream."""
+
+    received: Received
+    heard_ns: int
+
+
+class OperatorConnections:
+    """Belongs to one session server. Time is an argument, ns of this site's monotonic clock."""
+
+    def __init__(self, is_open: Callable[[str, int], bool]):
+        """Nobody is the operator yet.
+
+        Args:
+            is_open: whether a connection, by stream and number, is still open.
+        """
+        self._is_open = is_open
+        self._lines: dict[str, _Line] = {}
+        self._rival: _Line | None = None
+
+    def begin(self, hello: Received, now_ns: int) -> None:
+        """A session begins: the connection of its hello makes the operator's requests."""
+        self._lines = {"control": _Line(hello, now_ns)}
+        self._rival = None
+
+    def end(self) -> None:
+        """The session is over."""
+        self._lines.clear()
+        self._rival = None
+
+    @property
+    def answers_to(self) -> bytes:
+        """Routing identity to which the operator's answers go; empty without a session."""
+        line = self._lines.get("control")
+        return b"" if line is None else line.received.who
+
+    def own(self, stream: str, received: Received, now_ns: int) -> bool:
+        """Whether a packet of the operator's key came on the connection that speaks on this stream."""
+        line = self._lines.get(stream)
+        if line is not None and line.received.connection != received.connection:
+            silent = now_ns - line.heard_ns > SILENT_S[stream] * 1e9
+            if not silent and self._is_open(stream, line.received.connection):
+                if stream == "motion" and (
+                    self._rival is None or self._rival.received.connection != received.connection
+                ):
+                    self._rival = _Line(received, now_ns)
+                return False
+            if stream == "motion":
+                self._rival = None
+        self._lines[stream] = _Line(received, now_ns)
+        return True
+
+    def used_twice(self, sent_ns: int) -> Received | None:
+        """A packet of a second sender with the operator's key, where a motion of the first proves that there is one.
+
+        Args:
+            sent_ns: when the operator's own connection sent its motion at the earliest, by this site's clock.
+        """
+        rival = self._rival
+        if rival is None or sent_ns <= rival.heard_ns:
+            return None
+        self._rival = None
+        return rival.received

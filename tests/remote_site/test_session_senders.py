@@ -1,0 +1,311 @@
+"""Who is heard by the remote site's session: the operator's own connections, and others within their rate."""
+
+from collections import defaultdict
+from dataclasses import dataclass, field
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from common.capabilities import capabilities
+from common.curve_sockets import Received
+from common.limits import GAP_S
+from common.link import RemoteLink
+from common.messages import MOTION_BLOCK, Motion
+from common.packets import LinkState
+from common.session_messages import Answer, Heartbeat, Request
+from remote_site.session_server import EXPELLED_S, PACKETS_AT_ONCE, SILENCE_NS, SessionServer
+
+MS = 1_000_000
+TICK_NS = 2 * MS
+OPERATOR, SECOND, OBSERVER = (name.ljust(40, "x") for name in ("operator", "second", "observer"))
+ABLE = capabilities(("index",), 500.0, calibration="abc")
+OWN, OTHER = 10, 20
+"""Connection of the operator, and of somebody with a copy of its key."""
+
+
+@dataclass
+class Link:
+    """What the server uses of its link; the test lets packets arrive."""
+
+    coming: dict[str, list[Received]] = field(default_factory=lambda: defaultdict(list))
+    answers: list[tuple[bytes, Answer]] = field(default_factory=list)
+    beats: list[bytes] = field(default_factory=list)
+    expelled: list[tuple[str, str, int, float]] = field(default_factory=list)
+    forgiven: list[str] = field(default_factory=list)
+    closed: set[int] = field(default_factory=set)
+
+    def requests(self, stream: str) -> list[Received]:
+        return self.coming.pop(stream, [])
+
+    def motions(self) -> list[Received]:
+        return self.coming.pop("motion", [])
+
+    def answer(self, stream: str, who: bytes, packet: bytes) -> None:
+        if stream == "control":
+            self.answers.append((who, Answer.decode(packet)))
+        else:
+            self.beats.append(who)
+
+    def expel(self, stream: str, received: Received, refuse_s: float = 0.0) -> None:
+        self.expelled.append((stream, received.key, received.connection, refuse_s))
+
+    def forgive(self, key: str) -> None:
+        self.forgiven.append(key)
+
+    def is_open(self, stream: str, connection: int) -> bool:
+        return connection not in self.closed
+
+    def may_operate(self, key: str) -> bool:
+        return key != OBSERVER
+
+
+class Remote:
+    """A session server, its honest operator, and whoever else the test lets speak."""
+
+    def __init__(self) -> None:
+        self.link = Link()
+        self.server = SessionServer(cast(RemoteLink, self.link), dict(ABLE), 0.15)
+        self.now_ns = 10**12
+        self.requests = self.motions = 0
+
+    @property
+    def ident(self) -> int:
+        return self.server.session.ident
+
+    def arrive(self, stream: str, key: str, packet: bytes, connection: int = OWN) -> None:
+        who = f"{key[:8]} {connection}".encode()
+        self.link.coming[stream].append(Received(who, key, packet, connection))
+
+    def ask(
+        self, verb: str, key: str = OPERATOR, connection: int = OWN, sequence: int | None = None, **given: Any
+    ) -> None:
+        self.requests += 1
+        number = self.requests if sequence is None else sequence
+        self.arrive("control", key, Request(self.ident, number, self.now_ns, verb, given).encode(), connection)
+
+    def beat(self, key: str = OPERATOR, connection: int = OWN, offset_ns: int = 0) -> None:
+        beat = Heartbeat(self.ident, 1, self.now_ns, LinkState.ENGAGED, self.now_ns, 0, offset_ns, MS)
+        self.arrive("heartbeat", key, beat.encode(), connection)
+
+    def move(
+        self,
+        x_m: float = 0.0,
+        key: str = OPERATOR,
+        connection: int = OWN,
+        sequence: int | None = None,
+        late_ns: int = 0,
+    ) -> None:
+        self.motions += sequence is None
+        block = np.zeros((5, 3), np.float32)
+        block[:, 0] = x_m
+        number = self.motions if sequence is None else sequence
+        motion = Motion(self.ident, number, self.now_ns - late_ns, LinkState.ENGAGED, MOTION_BLOCK.to_bytes(block))
+        self.arrive("motion", key, motion.encode(), connection)
+
+    def step(self, ns: int = TICK_NS) -> None:
+        self.now_ns += ns
+        self.server.step(self.now_ns, "")
+
+    def honest(self, ms: int = 100) -> None:
+        """The operator works for a time: a beat every 50 ms, a motion each tick."""
+        for tick in range(ms // 2):
+            if tick % 25 == 0:
+                self.beat()
+            self.move()
+            self.step()
+
+    def answered(self, verb_sequence: int) -> str:
+        return next(answer.refused for _, answer in self.link.answers if answer.sequence == verb_sequence)
+
+
+@pytest.fixture
+def working() -> Remote:
+    """An operator is engaged and moves."""
+    remote = Remote()
+    remote.ask("hello", **ABLE, role="operator")
+    remote.step()
+    remote.beat()
+    remote.ask("engage", max_age_s=0.15)
+    remote.step()
+    remote.honest()
+    assert remote.server.both_engaged
+    return remote
+
+
+def x_m(remote: Remote) -> float:
+    assert remote.server.motion is not None
+    return float(remote.server.motion.block[0][0])
+
+
+def test_motion_of_a_second_operator_moves_nothing_and_its_connection_is_ended(working: Remote) -> None:
+    for ahead in range(50):
+        working.move(0.17, key=SECOND, connection=OTHER, sequence=working.motions + 1 + 100 * ahead)
+        working.move()
+        working.step()
+        assert x_m(working) == 0.0
+    assert working.link.expelled[0] == ("motion", SECOND, OTHER, EXPELLED_S)
+    working.honest()
+    assert working.server.acceptance.refused["sequence"] == 0
+    assert working.server.both_engaged
+
+
+def test_after_a_second_operator_has_left_the_rightful_one_moves_on(working: Remote) -> None:
+    working.move(0.17, key=SECOND, connection=OTHER, sequence=9_000)
+    working.step()
+    working.honest()
+    working.move(0.01)
+    working.step()
+    assert x_m(working) == pytest.approx(0.01)
+
+
+def test_who_sends_motion_before_hello_is_ignored_and_becomes_the_operator_all_the_same() -> None:
+    remote = Remote()
+    for _ in range(20):
+        remote.arrive("motion", OPERATOR, Motion(0, 1, remote.now_ns, LinkState.CONNECTED, bytes(60)).encode())
+        remote.step()
+    assert remote.link.expelled == []
+    remote.ask("hello", **ABLE, role="operator")
+    remote.step()
+    assert remote.link.forgiven == [OPERATOR]
+    remote.beat()
+    remote.step()
+    remote.honest()
+    assert remote.server.motion is not None
+
+
+def test_a_copy_of_the_operators_key_moves_nothing_and_latches_a_fault(working: Remote) -> None:
+    for _ in range(20):
+        working.move(0.17, connection=OTHER, sequence=working.motions + 50)
+        working.move()
+        working.step()
+        assert x_m(working) == 0.0
+    assert working.server.session.state is LinkState.FAULT
+    assert "in use at two places at once" in working.server.session.fault
+    assert ("motion", OPERATOR, OTHER, 0.0) in working.link.expelled
+
+
+def test_a_copy_that_stamps_its_motion_in_the_past_is_found_as_well(working: Remote) -> None:
+    for _ in range(20):
+        working.move(0.17, connection=OTHER, late_ns=140 * MS, sequence=working.motions)
+        working.move()
+        working.step()
+        assert x_m(working) == 0.0
+    assert working.server.session.state is LinkState.FAULT
+
+
+def test_an_operator_that_connects_anew_is_no_copy_of_itself(working: Remote) -> None:
+    late = [working.motions + 1, working.motions + 2]
+    working.motions += 2
+    for number in late:  # sent before the old connection broke, and on its way for long
+        working.move(connection=OTHER)
+        working.move(sequence=number, late_ns=60 * MS)
+        working.step()
+    working.link.closed.add(OWN)
+    working.move(0.01, connection=OTHER)
+    working.step()
+    assert x_m(working) == pytest.approx(0.01)
+    assert working.server.session.state is LinkState.ENGAGED
+    assert working.link.expelled == []
+
+
+def test_a_half_open_connection_is_given_up_when_it_is_silent(working: Remote) -> None:
+    waited_s = 0.0
+    while x_m(working) == 0.0:
+        assert waited_s <= GAP_S + 0.01
+        working.move(0.01, connection=OTHER)
+        working.step()
+        waited_s += TICK_NS * 1e-9
+    assert waited_s > GAP_S - 0.01
+    assert working.server.session.state is LinkState.ENGAGED
+
+
+@pytest.mark.parametrize("verb", ["engage", "disengage", "clear_fault", "annotate", "goodbye"])
+def test_requests_of_a_copy_are_refused(working: Remote, verb: str) -> None:
+    working.ask(verb, connection=OTHER, text="x", max_age_s=0.15)
+    working.step()
+    assert "asks on another connection" in working.answered(working.requests)
+    assert working.server.both_engaged
+    assert working.server.take_notes() == []
+
+
+def test_a_copys_requests_lock_the_operator_out_of_nothing(working: Remote) -> None:
+    working.ask("disengage", connection=OTHER, sequence=10**9)
+    working.ask("disengage")
+    working.step()
+    assert working.answered(working.requests) == ""
+    assert working.server.session.state is LinkState.CONNECTED
+
+
+def test_a_copys_heartbeat_changes_nothing_of_the_clock(working: Remote) -> None:
+    for _ in range(20):
+        working.beat(connection=OTHER, offset_ns=3600 * 10**9)
+        working.move()
+        working.step()
+    assert working.server.both_engaged
+    assert working.server.acceptance.refused == {}
+
+
+@pytest.mark.parametrize(("connection", "sequence"), [(OWN, 0), (OTHER, 10**9), (OTHER, 0)])
+def test_an_emergency_stop_of_the_operators_key_counts_whatever_its_connection_and_sequence(
+    working: Remote, connection: int, sequence: int
+) -> None:
+    working.ask("estop", connection=connection, sequence=sequence)
+    working.step()
+    assert working.server.session.fault == "emergency stop by the operator"
+    working.ask("clear_fault")
+    working.step()
+    assert working.server.session.state is LinkState.CONNECTED, "a stop does not use sequence numbers up"
+
+
+@pytest.mark.parametrize("key", [SECOND, OBSERVER])
+def test_an_emergency_stop_of_another_key_is_refused(working: Remote, key: str) -> None:
+    working.ask("estop", key=key, connection=OTHER)
+    working.step()
+    assert working.server.session.state is LinkState.ENGAGED
+
+
+def test_an_engaged_session_whose_motion_is_refused_ends_and_says_why(working: Remote) -> None:
+    ident, sequence = working.ident, 0
+    for tick in range(2000):
+        sequence += 1
+        if tick % 25 == 0:
+            working.beat()
+        working.move(sequence=1)
+        working.step()
+        if not working.ident:
+            break
+    assert (SILENCE_NS - 10 * MS) < sequence * TICK_NS < SILENCE_NS + 100 * MS
+    assert working.server.session.state is LinkState.DISCONNECTED
+    who, ended = working.link.answers[-1]
+    assert (who, ended.session, ended.sequence) == (b"operator 10", ident, 0)
+    assert ended.refused == "motion has been refused for 1.5 s: sequence"
+
+
+@pytest.mark.parametrize("stream", ["control", "heartbeat"])
+@pytest.mark.parametrize("key", [SECOND, OBSERVER])
+def test_who_floods_a_request_stream_is_sent_away_and_the_operator_is_heard(
+    working: Remote, stream: str, key: str
+) -> None:
+    for _ in range(10):
+        for _ in range(60):
+            if stream == "control":
+                working.ask("annotate", key=key, connection=OTHER, text="x")
+            else:
+                working.beat(key=key, connection=OTHER)
+        working.move()
+        working.step()
+    assert set(working.link.expelled) == {(stream, key, OTHER, EXPELLED_S)}
+    assert len(working.link.answers) <= PACKETS_AT_ONCE + 10
+    working.ask("disengage")
+    working.step()
+    assert working.answered(working.requests) == ""
+
+
+def test_a_stop_among_the_operators_own_flood_is_carried_out_at_once(working: Remote) -> None:
+    for _ in range(300):
+        working.ask("annotate", text="not an estop")
+    working.ask("estop")
+    working.step()
+    assert working.server.session.fault == "emergency stop by the operator"
+    assert set(working.link.expelled) == {("control", OPERATOR, OWN, 0.0)}
