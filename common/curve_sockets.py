@@ -81,10 +81,10 @@ def use_curve(socket: "zmq.Socket[bytes]", keys: KeyPair, server_public_key: str
     socket.setsockopt(zmq.CURVE_PUBLICKEY, keys.public.encode())
 
 
-def receive_requests(socket: "zmq.Socket[bytes]") -> list[Received]:
-    """What clients sent to a ROUTER socket, at most MOST_AT_ONCE; emergency stops first."""
+def receive_requests(socket: "zmq.Socket[bytes]", most: int = MOST_AT_ONCE) -> list[Received]:
+    """What clients sent to a ROUTER socket, at most `most`; emergency stops first."""
     found: list[Received] = []
-    for _ in range(MOST_AT_ONCE):
+    for _ in range(most):
         try:
             frames = socket.recv_multipart(zmq.DONTWAIT, copy=False)
         except zmq.Again:

@@ -68,6 +68,7 @@ class SessionServer:
     """Connections that were ended, by stream."""
     _connections: OperatorConnections = field(init=False)
     _rates: RateLimiters[tuple[str, str, bool]] = field(init=False)
+    _ended: RateLimiters[tuple[str, str, int]] = field(default_factory=lambda: RateLimiters(1.0, 1))
     _lines_of_log: RateLimiters[str] = field(default_factory=lambda: RateLimiters(0.1, 5))
     _hand: MotionPrediction = field(default_factory=MotionPrediction)
     _notes: list[str] = field(default_factory=list)
@@ -169,6 +170,8 @@ class SessionServer:
 
     def _expel(self, stream: str, received: Received, now_ns: int, why: str) -> None:
         """End a connection; the operator's key may connect again at once."""
+        if not self._ended.allows((stream, received.key, received.connection), now_ns * 1e-9):
+            return  # what was read of it before it ended
         self.expelled[stream] += 1
         self._log(received.key, now_ns, f"ended a connection to {stream}: {why}")
         self.link.expel(stream, received, 0.0 if received.key == self.operator else EXPELLED_S)

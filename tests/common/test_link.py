@@ -3,12 +3,12 @@ import socket
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol, cast
 
 import pytest
 import zmq
 
-from common.curve_sockets import LinkProblem, Received, end_connection
+from common.curve_sockets import WAITING, LinkProblem, Received, end_connection, receive_requests
 from common.keys import Role, TrustedKeys, load_keys
 from common.link import OperatorLink, RemoteLink
 from common.streams import STREAMS, Stream
@@ -305,3 +305,64 @@ def test_only_a_connection_of_the_named_port_is_ended() -> None:
             number = near.fileno()
         end_connection(number, port)
         end_connection(0, port)
+
+
+def test_a_key_that_was_sent_away_is_served_at_once_when_it_is_forgiven(keys: Keys, base_port: int) -> None:
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
+        found: list[Received] = []
+
+        def moved() -> bool:
+            operator.send_latest("motion", b"m")
+            found.extend(remote.motions())
+            return bool(found)
+
+        assert until(moved)
+        first = found.pop()
+        assert remote.is_open("motion", first.connection)
+        assert not remote.is_open("control", first.connection), "of another port"
+        remote.expel("motion", first, refuse_s=1000.0)
+        assert until(lambda: remote.handshakes["expelled"] > 0)
+        found.clear()
+        remote.forgive(first.key)
+        assert until(moved)
+
+
+def test_a_connection_that_its_peer_closed_is_not_open(keys: Keys, base_port: int) -> None:
+    with remote_link(keys, base_port) as remote:
+        found: list[Received] = []
+        with operator_link(keys, base_port) as operator:
+            assert until(lambda: (operator.send("control", b"?") and found.extend(remote.requests("control"))) or found)
+            assert remote.is_open("control", found[0].connection)
+        assert until(lambda: not remote.is_open("control", found[0].connection))
+
+
+def test_no_socket_has_heartbeats_of_the_library_and_every_queue_is_bounded(keys: Keys, base_port: int) -> None:
+    """With a full receive queue the library's heartbeats abort the process."""
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
+        for socket_ in [*remote._sockets.values(), *operator._sockets.values()]:
+            assert socket_.getsockopt(zmq.HEARTBEAT_IVL) == 0
+            assert 0 < socket_.getsockopt(zmq.RCVHWM) <= WAITING
+            assert 0 < socket_.getsockopt(zmq.SNDHWM) <= WAITING
+            assert socket_.getsockopt(zmq.TCP_KEEPALIVE) == 1
+
+
+def test_requests_for_a_stop_are_read_first_and_the_others_in_their_order() -> None:
+    class Waiting:
+        """Packets of one client that have all arrived."""
+
+        packets = [b"1", b"2", b"an estop", b"3", b"4"]
+
+        def recv_multipart(self, flags: int, copy: bool) -> list[Any]:
+            if not self.packets:
+                raise zmq.Again
+            return [Frame(b"who"), Frame(self.packets.pop(0))]
+
+    class Frame:
+        def __init__(self, content: bytes) -> None:
+            self.bytes = content
+
+        def get(self, name: str) -> str:
+            return "0"
+
+    found = receive_requests(cast("zmq.Socket[bytes]", Waiting()), most=4)
+    assert [received.packet for received in found] == [b"an estop", b"1", b"2", b"3"]
