@@ -347,15 +347,13 @@ def test_no_socket_has_heartbeats_of_the_library_and_every_queue_is_bounded(keys
 
 
 def test_requests_for_a_stop_are_read_first_and_the_others_in_their_order() -> None:
+    packets = [b"1", b"2", b"an estop", b"3", b"4"]
+
     class Waiting:
         """Packets of one client that have all arrived."""
 
-        packets = [b"1", b"2", b"an estop", b"3", b"4"]
-
         def recv_multipart(self, flags: int, copy: bool) -> list[Any]:
-            if not self.packets:
-                raise zmq.Again
-            return [Frame(b"who"), Frame(self.packets.pop(0))]
+            return [Frame(b"who"), Frame(packets.pop(0))]
 
     class Frame:
         def __init__(self, content: bytes) -> None:
