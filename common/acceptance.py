@@ -38,7 +38,7 @@ class Acceptance:
     """Sequence numbers that never came: superseded on the way, or lost."""
     refused: Counter[str] = field(default_factory=Counter)
     latest_refusal: str = ""
-    """Why the newest packet was refused; empty when it was accepted."""
+    """Why the newest packet that was judged was refused; empty when it was accepted."""
     last_ns: int | None = None
     """When the last packet was accepted."""
     age_ns: int = 0
@@ -59,15 +59,15 @@ class Acceptance:
         ahead = packet.sequence - self._sequence
         age_ns = now_ns - (packet.time_ns - offset_ns)
         if packet.session != session:
-            return self.refuse("session")
+            return self._refuse("session")
         if ahead <= 0 or (self._sequence >= 0 and ahead > MOST_AHEAD):  # who joins late begins anywhere
-            return self.refuse("sequence")
+            return self._refuse("sequence")
         if uncertainty_ns is None or uncertainty_ns > self.max_age_ns:
-            return self.refuse("clock")
+            return self._refuse("clock")
         if age_ns > self.max_age_ns:
-            return self.refuse("age")
+            return self._refuse("age")
         if age_ns < -(uncertainty_ns + FUTURE_TOLERANCE_NS):
-            return self.refuse("future")
+            return self._refuse("future")
         if self._sequence >= 0:
             self.lost += ahead - 1
         self._sequence = packet.sequence
@@ -77,8 +77,7 @@ class Acceptance:
         self.latest_refusal = ""
         return True
 
-    def refuse(self, reason: str) -> bool:
-        """Count a packet that is not acted on, by the reason; returns False."""
+    def _refuse(self, reason: str) -> bool:
         self.refused[reason] += 1
         self.latest_refusal = reason
         return False

@@ -183,6 +183,7 @@ class SessionServer:
 
     def _motion(self, received: Received, now_ns: int) -> None:
         if received.key != self.operator:
+            self.acceptance.refused["key"] += 1
             if self.operator:
                 self._expel("motion", received, now_ns, "only the session's operator moves the telemanipulator")
             return
@@ -192,7 +193,7 @@ class SessionServer:
             self._count_damaged("motion", error)
             return
         if motion.session == self.session.ident and not self._connections.own("motion", received, now_ns):
-            self.acceptance.refuse("connection")
+            self.acceptance.refused["connection"] += 1
             return
         # What the operator found is (remote - operator); a motion packet's sender is the operator.
         offset_ns = -self._offset_ns

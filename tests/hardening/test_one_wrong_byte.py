@@ -18,6 +18,7 @@ from remote_site.session_server import SessionServer
 from tests.hardening.harmless import HarmlessValues, harmless_packet, harmless_payload
 from tests.hardening.specimens import CAN_FRAMES, PACKETS, PAYLOADS, good_can_frames, good_packets, good_payloads
 
+OPERATOR = "key of the operator"
 EVERY = range(1, 256)
 ONE_BIT = [1 << bit for bit in range(8)]
 MANY = [*ONE_BIT, *range(3, 256, 12)]
@@ -99,13 +100,16 @@ class OnePacket:
         return [self.packet] if stream == self._stream else []
 
     def requests(self, stream: str) -> list[Received]:
-        return [Received(b"who", "key", self.packet)] if stream == self._stream else []
+        return [Received(b"who", OPERATOR, self.packet)] if stream == self._stream else []
 
     def motions(self) -> list[Received]:
         return self.requests("motion")
 
     def expel(self, stream: str, received: Received, refuse_s: float = 0.0) -> None:
         """There is no connection."""
+
+    def is_open(self, stream: str, connection: int) -> bool:
+        return True
 
     def answer(self, stream: str, who: bytes, packet: bytes) -> None:
         """Nobody listens."""
@@ -124,7 +128,9 @@ def site_of(stream: str, link: Any) -> Any:
     """The end of the session that takes this stream."""
     if stream == "touch":
         return SessionClient(link, {"fingers": []}, 0.15, want_engaged=False)
-    return SessionServer(link, {"fingers": []}, 0.15)
+    server = SessionServer(link, {"fingers": []}, 0.15)
+    server.operator = OPERATOR if stream == "motion" else ""
+    return server
 
 
 @pytest.mark.parametrize("stream", ["motion", "touch"])
