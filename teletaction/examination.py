@@ -55,7 +55,7 @@ class Examination:
         begun: the record of the examination's begin: pseudonym, wall_clock, who, sides; empty without one.
         ended_s: when it ended; None where that is not recorded.
         findings: as they were kept, by number.
-        acts: who did what, in order.
+        acts: who asked for what, in order, by time, page and verb; with `ok` None one that was never answered.
         alarms: the newest record of each.
         felt: the map.
         sequences: sequence number of each touch packet.
@@ -70,7 +70,7 @@ class Examination:
     begun: dict[str, Any] = field(default_factory=dict)
     ended_s: float | None = None
     findings: dict[int, dict[str, Any]] = field(default_factory=dict)
-    acts: list[dict[str, Any]] = field(default_factory=list)
+    acts: dict[tuple[float, str | None, str], dict[str, Any]] = field(default_factory=dict)
     alarms: dict[tuple[str, float], dict[str, Any]] = field(default_factory=dict)
     felt: TactileMap = field(default_factory=TactileMap)
     sequences: list[int] = field(default_factory=list)
@@ -131,7 +131,7 @@ class Examination:
             case "console/alarm":
                 self.alarms[entry["id"], entry["since_s"]] = entry
             case "console/act":
-                self.acts.append(entry)
+                self.acts[entry["at_s"], entry["who"], entry["verb"]] = entry
 
     def _take_session(self, entry: dict[str, Any]) -> None:
         if entry["what"] == "begin":

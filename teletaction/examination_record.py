@@ -57,7 +57,7 @@ def numbers(examination: Examination, data: SessionData, summary: Mapping[str, A
         "materials": felt.materials,
         "link": _link_numbers(examination, data),
         "alarms": list(examination.alarms.values()),
-        "acts": examination.acts,
+        "acts": list(examination.acts.values()),
         "tables": examination.tables,
         "configurations": examination.configurations(),
         "unreadable_messages": dict(examination.damaged),
@@ -180,10 +180,10 @@ def _acts(examination: Examination, zero_s: float) -> str:
             shown(act.get("who")),
             shown(act.get("verb")),
             f"<small>{shown(_short(act.get('details')))}</small>",
-            "yes" if act.get("ok") else "refused",
+            "not answered" if act.get("ok") is None else "yes" if act["ok"] else "refused",
             shown(act.get("answer")),
         ]
-        for act in examination.acts
+        for act in examination.acts.values()
     ]
     return table(("at (s)", "who", "act", "details", "done", "answer"), rows)
 

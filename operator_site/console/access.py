@@ -73,7 +73,11 @@ class Access:
         """
         if host is None:
             return False
-        if self._loopback and self._origin is None and not is_loopback(urlsplit(f"//{host}").hostname or ""):
+        try:
+            name = urlsplit(f"//{host}").hostname or ""
+        except ValueError:
+            return False  # such as half of an IPv6 address
+        if self._loopback and self._origin is None and not is_loopback(name):
             return False  # a foreign name that was made to lead here
         if origin is None:
             return True

@@ -3,12 +3,14 @@
 import asyncio
 import logging
 import math
+from collections import Counter
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import Any, Protocol
 
 from common.packets import LinkState
+from common.rate_limiter import RateLimiters
 from common.session import Refused
 from operator_site.console import words
 from operator_site.console.clients import Client
@@ -30,9 +32,12 @@ SETTLE_S = 0.15
 """Half of what an answer may take."""
 _LOOK_S = 0.005
 STOP_NOT_SENT = "STOP NOT SENT. Use the hardware switch."
+NOT_RECORDED = "That cannot be recorded. It was not done."
 _OBSERVERS_MAY = frozenset(("place",))
 _WITHOUT_CONTROL = frozenset(("place", "estop", "take_control"))
 """Whoever may act may stop, whoever is in control."""
+_REFUSALS_PER_S, _REFUSALS_AT_ONCE = 0.2, 10
+"""Refused requests of one visitor that are recorded and logged; of more a part is."""
 _LONGEST_KEPT = 200
 """Characters of a detail in the record of acts; a note is kept whole with its finding."""
 
@@ -66,6 +71,10 @@ class Answer:
     details: dict[str, Any] | None = None
 
 
+Act = Callable[[Client, dict[str, Any], float], Awaitable[Answer]]
+"""Carries out one verb for a page, with its details, at a time, s."""
+
+
 class Acts:
     """Does what is asked for. Time is an argument, s of the operator site's clock."""
 
@@ -80,7 +89,9 @@ class Acts:
         self._clearing = (-math.inf, "")
         self.reporting = Reporting((), None)
         self._writing: set[asyncio.Task[None]] = set()
-        self._verbs: dict[str, Callable[[Client, dict[str, Any], float], Awaitable[Answer]]] = {
+        self._refusals: RateLimiters[str] = RateLimiters(_REFUSALS_PER_S, _REFUSALS_AT_ONCE)
+        self._unrecorded: Counter[str] = Counter()
+        self._verbs: dict[str, Act] = {
             "engage": self._engage,
             "disengage": self._disengage,
             "estop": self._stop,
@@ -94,38 +105,84 @@ class Acts:
             "quiet": self._quiet,
             "place": self._place,
         }
+        if playing is not None:
+            self._verbs = {"place": self._place, "play": self._play, "pause": self._pause, "seek": self._seek}
 
     def show(self, console: Console) -> None:
         """Act on another console from now on: a recording was entered at another moment."""
         self._console = console
 
     async def ask(self, client: Client, verb: object, details: object, now_s: float) -> Answer:
-        """Carry out one request of a page; whatever is wrong with it is answered."""
-        given = {name: _whole(value) for name, value in details.items()} if isinstance(details, dict) else {}
+        """Carry out one request of a page: record it, do it, record and return the answer.
+
+        Whatever is wrong with it is answered. What cannot be recorded is not done, but for a stop.
+        """
+        given: dict[str, Any] = {}
+        if isinstance(details, dict):
+            given = {str(_whole(str(name))): _whole(value) for name, value in details.items()}
+        record = {"at_s": now_s, "who": client.name, "verb": _shown(verb), "details": _recorded(given)}
         try:
-            answer = await self._do(client, verb, given, now_s)
+            act = self._act(client, verb)
         except Refused as refused:
-            answer = Answer(False, str(refused))
-        except (DeskSilent, TimeoutError):
-            answer = Answer(False, STOP_NOT_SENT if verb == "estop" else "The operator site does not answer.")
-        except Exception:
-            log.exception("%s", verb)
-            answer = Answer(False, "That failed inside the console; its log says why.")
-        if verb != "place" and self._playing is None:
-            self._audit(client, str(verb)[:40], given, answer, now_s)
+            self._refuse(client, record, str(refused))
+            return Answer(False, str(refused))
+        if self._playing is not None or verb == "place":
+            return await self._do(act, client, verb, given, now_s)
+        if not self._record({**record, "ok": None, "answer": ""}) and verb != "estop":
+            return Answer(False, NOT_RECORDED)
+        answer = await self._do(act, client, verb, given, now_s)
+        self._record({**record, "ok": answer.ok, "answer": answer.text})
+        log.info("%s: %s, %s", client.name, record["verb"], answer.text)
         return answer
 
-    async def _do(self, client: Client, verb: object, details: dict[str, Any], now_s: float) -> Answer:
-        if self._playing is not None and verb in ("play", "pause", "seek"):
-            return self._play(str(verb), details)
+    def _act(self, client: Client, verb: object) -> Act:
+        """What carries out a verb.
+
+        Raises:
+            Refused: there is no such verb, or not for this page.
+        """
         act = self._verbs.get(verb) if isinstance(verb, str) else None
-        if act is None or (self._playing is not None and verb != "place"):
+        if act is None:
             raise Refused("That cannot be asked for here.")
+        if self._playing is not None:
+            return act
         if not client.acts and verb not in _OBSERVERS_MAY:
             raise Refused(words.OBSERVER.format(who=self._control.name))
         if self._control.holder is not client and verb not in _WITHOUT_CONTROL:
             raise Refused(f"Control is at {self._control.name}. Take control first.")
-        return await act(client, details, now_s)
+        return act
+
+    def _refuse(self, client: Client, record: dict[str, Any], why: str) -> None:
+        """Record a refusal; of many a part, which says how many there were before."""
+        who = client.visitor.name
+        if self._playing is not None:
+            return
+        if not self._refusals.allows(who, record["at_s"]):
+            self._unrecorded[who] += 1
+            return
+        record["details"] = {**record["details"], "refused_before": self._unrecorded.pop(who, 0)}
+        self._record({**record, "ok": False, "answer": why})
+        log.info("%s: %s, %s", client.name, record["verb"], why)
+
+    def _record(self, record: dict[str, Any]) -> bool:
+        """Give one record of an act to the recording; False where that fails."""
+        try:
+            self._keeping.write("console/act", record["at_s"], record)
+        except (ValueError, TypeError, OverflowError, RecursionError, OSError):
+            log.exception("an act that cannot be recorded: %s", record["verb"])
+            return False
+        return True
+
+    async def _do(self, act: Act, client: Client, verb: object, details: dict[str, Any], now_s: float) -> Answer:
+        try:
+            return await act(client, details, now_s)
+        except Refused as refused:
+            return Answer(False, str(refused))
+        except (DeskSilent, TimeoutError):
+            return Answer(False, STOP_NOT_SENT if verb == "estop" else "The operator site does not answer.")
+        except Exception:
+            log.exception("%s", _shown(verb))
+            return Answer(False, "That failed inside the console; its log says why.")
 
     async def _desk_told(self, verb: str, now_s: float, details: dict[str, Any] | None = None) -> dict[str, Any]:
         if self._desk is None:
@@ -276,19 +333,27 @@ class Acts:
         text = f"{texts[name]}, {touches}, {max(0.0, now_s - shown.last_s):.0f} s ago"
         return Answer(True, text, {"text": text, **texts})
 
-    def _play(self, verb: str, details: dict[str, Any]) -> Answer:
-        assert self._playing is not None
-        if verb == "pause":
-            self._playing.pause()
-            return Answer(True, "Paused.")
-        value = details.get("speed", 1.0) if verb == "play" else details.get("at_s")
-        if not isinstance(value, (int, float)) or not abs(value) < 1e9:
-            raise Refused("play has a speed, seek a time in s.")
-        if verb == "play":
-            self._playing.play(min(max(float(value), 0.5), 8.0))
-        elif not self._playing.seek(max(0.0, float(value))):
-            return Answer(True, "Reading ahead.")
+    async def _play(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        speed = details.get("speed", 1.0)
+        if not isinstance(speed, (int, float)) or not abs(speed) < 1e9:
+            raise Refused("play has a speed.")
+        self._played.play(min(max(float(speed), 0.5), 8.0))
         return Answer(True, "")
+
+    async def _pause(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        self._played.pause()
+        return Answer(True, "Paused.")
+
+    async def _seek(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        at_s = details.get("at_s")
+        if not isinstance(at_s, (int, float)) or not abs(at_s) < 1e9:
+            raise Refused("seek has a time in s.")
+        return Answer(True, "" if self._played.seek(max(0.0, float(at_s))) else "Reading ahead.")
+
+    @property
+    def _played(self) -> Playing:
+        assert self._playing is not None
+        return self._playing
 
     def _write_session(self, what: str, client: Client, pseudonym: str, now_s: float) -> None:
         record = {
@@ -301,16 +366,20 @@ class Acts:
         }
         self._keeping.write("console/session", now_s, record)
 
-    def _audit(self, client: Client, verb: str, details: dict[str, Any], answer: Answer, now_s: float) -> None:
-        kept = {str(name)[:40]: _plain(value) for name, value in list(details.items())[:20]}
-        record = {"at_s": now_s, "who": client.name, "verb": verb, "details": kept}
-        self._keeping.write("console/act", now_s, {**record, "ok": answer.ok, "answer": answer.text})
-        log.info("%s: %s, %s", client.name, verb, answer.text)
-
 
 def _whole(value: object) -> object:
     """A text without halves of characters, which no file and no socket takes; anything else as it is."""
     return value.encode("utf-16", "surrogatepass").decode("utf-16", "replace") if isinstance(value, str) else value
+
+
+def _shown(verb: object) -> str:
+    """A verb as record and log have it: one line of printable characters."""
+    return "".join(character if character.isprintable() else " " for character in str(verb)[:40])
+
+
+def _recorded(details: dict[Any, Any]) -> dict[str, object]:
+    """Details as the record holds them: at most 20, each short."""
+    return {str(name)[:40]: _plain(value) for name, value in list(details.items())[:20]}
 
 
 def _plain(value: object) -> object:

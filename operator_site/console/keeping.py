@@ -25,7 +25,11 @@ SCHEMAS: dict[str, dict[str, object]] = {
         "description": "id, at_s, kind, finger, x_m, y_m (m of the remote bench), text, compare, note; a later "
         "record of the same id replaces an earlier one",
     },
-    "console/act": {"type": "object", "description": "at_s, who, verb, details, ok, answer: who asked for what"},
+    "console/act": {
+        "type": "object",
+        "description": "at_s, who, verb, details, ok, answer: who asked for what. The record before an act has ok "
+        "null; one with the same at_s, who and verb replaces it when it was answered",
+    },
     "console/alarm": {"type": "object", "description": "an alarm as it began, rose or ended"},
     "console/felt": {
         "type": "object",

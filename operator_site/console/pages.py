@@ -3,13 +3,14 @@
 import asyncio
 import json
 import logging
-import math
 import time
 from collections.abc import Callable
 from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from common.rate_limiter import RateLimiters
+from operator_site.console.access import Visitor
 from operator_site.console.acts import Acts
 from operator_site.console.clients import Client
 from operator_site.console.console import Console
@@ -20,8 +21,15 @@ from operator_site.console.tactile_map import QUANTITIES
 log = logging.getLogger(__name__)
 
 MOST_PAGES = 20
-FULL, NOT_UNDERSTOOD = 4429, 4400
+FULL, NOT_UNDERSTOOD, TOO_MUCH = 4429, 4400, 4408
 """Codes with which a page is sent away; 4401 is for one that may not come in."""
+MESSAGES_PER_S, MESSAGES_AT_ONCE = 100.0, 300
+"""Messages of one page: it says what it has drawn, 30 times a second, and that it is alive."""
+REQUESTS_PER_S, REQUESTS_AT_ONCE = 10.0, 40
+"""Requests of all pages of one visitor, stops of those who may act apart."""
+_STOP = '"estop"'
+_LARGEST = 2**53
+"""Integers below this are exact in every page."""
 
 
 class Pages:
@@ -52,6 +60,8 @@ class Pages:
         self._pictures: dict[tuple[int | None, int], bytes] = {}
         """Those of this time, by the newest bin that a page has and the newest there is."""
         self._count = 0
+        self._messages: RateLimiters[str] = RateLimiters(MESSAGES_PER_S, MESSAGES_AT_ONCE)
+        self._requests: RateLimiters[Visitor] = RateLimiters(REQUESTS_PER_S, REQUESTS_AT_ONCE)
 
     def show(self, state: dict[str, Any] | None) -> None:
         """A new picture may be drawn, and with it a new state where one was made."""
@@ -102,6 +112,10 @@ class Pages:
         while True:
             text = await socket.receive_text()
             now_s = self._now_s()
+            stops = client.acts and _STOP in text
+            if not (self._messages.allows(client.name, now_s) or stops):
+                await socket.close(TOO_MUCH, "too many messages")
+                return
             client.heard(now_s)
             try:
                 said = json.loads(text)
@@ -119,6 +133,10 @@ class Pages:
                         client.show(said["quantity"])
                 case "ask":
                     ident = _integer(said.get("id"))
+                    stops = client.acts and said.get("verb") == "estop"
+                    if not (stops or self._requests.allows(client.visitor, now_s)):
+                        await socket.close(TOO_MUCH, "too many requests")
+                        return
                     if ident not in asked or asked[ident].done():  # a stop is asked for again while it is under way
                         asked = {number: task for number, task in asked.items() if not task.done()}
                         asked[ident] = asyncio.create_task(self._answer(socket, client, ident, said))
@@ -180,4 +198,4 @@ def _json(told: dict[str, Any]) -> str:
 
 
 def _integer(value: object) -> int:
-    return value if isinstance(value, int) and not isinstance(value, bool) and abs(value) < math.inf else -1
+    return value if isinstance(value, int) and not isinstance(value, bool) and abs(value) < _LARGEST else -1

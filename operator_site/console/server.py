@@ -68,7 +68,7 @@ def application(
 
     async def index(request: Request) -> Response:
         token = request.query_params.get("token")
-        if token is not None:
+        if token is not None and access.expected(request.headers.get("host"), request.headers.get("origin")):
             # The token leaves the address at once: it is not to be seen, stored or passed on with it.
             response = RedirectResponse("/", 303)
             if access.visitor(token) is not None:

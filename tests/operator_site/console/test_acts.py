@@ -11,7 +11,7 @@ import pytest
 
 from common.session import Refused
 from operator_site.console.access import Visitor
-from operator_site.console.acts import STOP_NOT_SENT, Acts, Answer
+from operator_site.console.acts import NOT_RECORDED, STOP_NOT_SENT, Acts, Answer
 from operator_site.console.clients import Client
 from operator_site.console.console import Console
 from operator_site.console.control import Control
@@ -210,6 +210,70 @@ def test_every_act_is_kept_with_who_and_what_was_answered(tmp_path: Path, deskto
     desktop.ask("engage", desktop.second)
     acts = [record for stream, record in desktop.keeper.kept if stream == "console/act"]
     assert [(act["who"], act["verb"], act["ok"]) for act in acts] == [
+        ("OR-1 1", "sound", None),
         ("OR-1 1", "sound", True),
         ("OR-1 2", "engage", False),
     ]
+
+
+def kept_acts(desktop: Desktop) -> list[dict[str, Any]]:
+    return [record for stream, record in desktop.keeper.kept if stream == "console/act"]
+
+
+def test_an_act_is_recorded_before_it_is_done_and_again_with_its_answer(desktop: Desktop) -> None:
+    recorded_before: list[dict[str, Any]] = []
+
+    def look() -> dict[str, Any]:
+        recorded_before.extend(kept_acts(desktop))
+        return dict(BRIEF)
+
+    desktop.desk.answer = look
+    assert desktop.ask("disengage").ok
+    (asked,) = recorded_before
+    assert (asked["verb"], asked["ok"], asked["answer"]) == ("disengage", None, "")
+    done = kept_acts(desktop)[-1]
+    assert {name: done[name] for name in ("at_s", "who", "verb")} == {n: asked[n] for n in ("at_s", "who", "verb")}
+    assert (done["ok"], done["answer"]) == (True, "PAUSED. Outputs neutral.")
+
+
+@pytest.mark.parametrize("details", [{"half \ud83d": 1}, {"x" * 10_000: 1}, {"deep": [[[["\ud83d"]]]]}, {"n": 10**400}])
+def test_an_act_with_details_that_no_file_takes_is_answered_and_recorded(
+    desktop: Desktop, details: dict[str, Any]
+) -> None:
+    answer = asyncio.run(desktop.acts.ask(desktop.first, "disengage", details, 101.0))
+    assert answer.ok
+    assert [(act["verb"], act["ok"]) for act in kept_acts(desktop)] == [("disengage", None), ("disengage", True)]
+
+
+def test_what_cannot_be_recorded_is_not_done_but_for_a_stop(desktop: Desktop, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*given: object) -> None:
+        raise ValueError("no such record")
+
+    monkeypatch.setattr(desktop.keeper, "write", fail)
+    assert desktop.ask("disengage") == Answer(False, NOT_RECORDED)
+    assert desktop.desk.asked == []
+    assert desktop.ask("estop").ok
+    assert desktop.desk.asked == ["estop"]
+
+
+def test_refusals_without_end_are_answered_and_only_a_part_is_recorded(
+    desktop: Desktop, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level("INFO")
+    for _ in range(500):
+        assert not desktop.ask("estop", desktop.observer).ok
+    acts = kept_acts(desktop)
+    assert 1 <= len(acts) <= 20
+    assert len(caplog.records) <= 20
+    desktop.observer.name = "student 4"  # the same visitor by another page
+    later = asyncio.run(desktop.acts.ask(desktop.observer, "engage", {}, 201.0))
+    assert not later.ok
+    assert kept_acts(desktop)[-1]["details"]["refused_before"] == 500 - len(acts)
+    assert desktop.ask("estop").ok
+
+
+def test_what_a_page_asks_stands_on_one_line_of_the_log(desktop: Desktop, caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level("INFO")
+    desktop.ask("engage\n2026-11-25 ERROR forged \x1b[31m")
+    for record in caplog.records:
+        assert record.getMessage().isprintable(), record.getMessage()

@@ -1,0 +1,117 @@
+"""What one page may say: within its rate everything, above it a stop and no more."""
+
+import asyncio
+import json
+from typing import Any, cast
+
+import pytest
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from operator_site.console.access import Visitor
+from operator_site.console.acts import Acts
+from operator_site.console.clients import Client
+from operator_site.console.console import Console
+from operator_site.console.control import Control
+from operator_site.console.pages import (
+    MESSAGES_AT_ONCE,
+    NOT_UNDERSTOOD,
+    REQUESTS_AT_ONCE,
+    TOO_MUCH,
+    Pages,
+)
+from tests.operator_site.console.test_acts import Desk, Keeper
+
+ALIVE = json.dumps({"kind": "alive", "visible": True})
+OR_1, STUDENT = Visitor("OR-1", "act"), Visitor("student", "observe")
+
+
+class Socket:
+    """A page that says what the test lets it, and then goes."""
+
+    def __init__(self, *said: str) -> None:
+        self.said = list(said)
+        self.closed: int | None = None
+        self.sent: list[dict[str, Any]] = []
+
+    async def receive_text(self) -> str:
+        await asyncio.sleep(0)
+        if not self.said:
+            for _ in range(20):  # what was asked for last is answered meanwhile
+                await asyncio.sleep(0.001)
+            raise WebSocketDisconnect
+        return self.said.pop(0)
+
+    async def send_text(self, text: str) -> None:
+        self.sent.append(json.loads(text))
+
+    async def send_bytes(self, packed: bytes) -> None:
+        pass
+
+    async def close(self, code: int, reason: str | None = None) -> None:
+        self.closed = code
+
+
+class Room:
+    """Pages in front of a desk."""
+
+    def __init__(self) -> None:
+        self.desk, console, control = Desk(), Console(), Control()
+        self.pages = Pages(lambda: console, Acts(console, self.desk, Keeper(), control, None), control)
+
+    def serve(self, visitor: Visitor, *said: str) -> Socket:
+        socket = Socket(*said)
+        serving = self.pages.serve(
+            cast(WebSocket, socket), lambda number: Client(visitor, f"{visitor.name} {number}", 0.0)
+        )
+        asyncio.run(serving)
+        return socket
+
+
+def ask(ident: int, verb: str) -> str:
+    return json.dumps({"kind": "ask", "id": ident, "verb": verb, "details": {}})
+
+
+@pytest.fixture
+def room() -> Room:
+    return Room()
+
+
+def test_a_page_that_says_too_much_is_sent_away_and_another_one_is_served(room: Room) -> None:
+    socket = room.serve(STUDENT, *[ALIVE] * (MESSAGES_AT_ONCE + 50))
+    assert socket.closed == TOO_MUCH
+    assert len(socket.said) >= 40
+    assert room.serve(OR_1, ALIVE, ask(1, "estop")).closed is None
+    assert room.desk.asked == ["estop"]
+
+
+def test_requests_are_limited_for_all_pages_of_one_visitor(room: Room) -> None:
+    asked = [ask(number, "estop") for number in range(REQUESTS_AT_ONCE - 10)]
+    first = room.serve(STUDENT, *asked)
+    second = room.serve(STUDENT, *asked)
+    assert (first.closed, second.closed) == (None, TOO_MUCH)
+    assert room.serve(Visitor("nurse", "observe"), ask(1, "place")).closed is None
+    assert room.desk.asked == []
+
+
+def test_a_stop_of_who_may_act_counts_at_any_rate(room: Room) -> None:
+    said = [ask(number, "disengage") for number in range(REQUESTS_AT_ONCE)]
+    socket = room.serve(OR_1, *said, ask(900, "estop"))
+    assert socket.closed is None
+    assert "estop" in room.desk.asked
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["no json", "[]", '{"kind": "ask", "id": ' + "9" * 5000 + "}", "[" * 20_000, '{"kind": "ask", "id": "\\ud800'],
+)
+def test_what_is_no_message_ends_this_page_only(room: Room, text: str) -> None:
+    assert room.serve(STUDENT, text).closed == NOT_UNDERSTOOD
+    assert room.serve(OR_1, ask(1, "estop")).sent
+    assert room.desk.asked == ["estop"]
+
+
+@pytest.mark.parametrize("details", ['{"half \\ud83d": 1}', '{"a": {"b": "\\ud83d"}}', "[1, 2]", "null", '"\\ud800"'])
+def test_a_request_with_strange_details_is_answered(room: Room, details: str) -> None:
+    said = f'{{"kind": "ask", "id": 5, "verb": "disengage", "details": {details}}}'
+    answers = [told for told in room.serve(OR_1, said).sent if told["kind"] == "answer"]
+    assert [(told["id"], told["ok"]) for told in answers] == [(5, True)]
