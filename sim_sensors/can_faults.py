@@ -1,15 +1,21 @@
-"""The faults of what a CAN node measures with and sends with; the words are those of `sim_sensors.faults`."""
+"""The faults of CAN nodes and their bus; the words are those of `sim_sensors.faults`."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, TypeVar
 
+from common.fingers import FINGERS
 from sim_sensors.can_node import CanNode
-from sim_sensors.faults import Fault
+from sim_sensors.exoskeleton import Exoskeleton
+from sim_sensors.faults import Fault, switch
 from sim_sensors.faulty_parts import Encoder, ForceSensor, Transmitter
+from sim_sensors.intruder import Intruder
 from sim_sensors.serial_server import Finger
+from sim_sensors.telemanipulator import Telemanipulator
 
+MOST_N = 10.0
+"""Largest force of a stuck drive of the exoskeleton."""
 T = TypeVar("T", Encoder, ForceSensor)
 
 
@@ -26,6 +32,33 @@ def force_faults(sensors: Mapping[Finger, ForceSensor]) -> dict[str, Fault[Any]]
 def transmitter_faults(node: CanNode) -> dict[str, Fault[Any]]:
     """The fault of what a node sends with: a share of its frames is damaged."""
     return {"damage": Fault("can counter|crc SHARE", {"can": node.transmitter}, _damage)}
+
+
+def exoskeleton_faults(exoskeleton: Exoskeleton, fingers: Sequence[str]) -> dict[str, Fault[Any]]:
+    """The fault of the exoskeleton's drives: one pushes with a force of its own."""
+    places = {str(finger): FINGERS.index(finger) for finger in fingers}
+    return {"push": Fault("FINGER NEWTON", places, partial(_push, exoskeleton.stuck_n))}
+
+
+def telemanipulator_faults(robot: Telemanipulator) -> dict[str, Fault[Any]]:
+    """The fault of the telemanipulator's safe state: it ignores a commanded release."""
+    return {"cling": Fault("", {"": robot}, partial(switch, "clings"))}
+
+
+def intruder_faults(intruder: Intruder) -> dict[str, Fault[Any]]:
+    """The fault of a bus: somebody else sends the site's frames."""
+    return {"intrude": Fault("", {"": intruder}, partial(switch, "active"))}
+
+
+def _push(stuck_n: dict[int, float], place: int, text: str) -> Callable[[], object]:
+    try:
+        force_n = float(text)
+    except ValueError:
+        force_n = math.nan
+    if not 0.0 <= force_n <= MOST_N:
+        raise ValueError(f"{text!r} is not a force of 0 to {MOST_N:g} N")
+    stuck_n[place] = force_n
+    return partial(stuck_n.pop, place)
 
 
 def _of_fingers(parts: Mapping[Finger, T], *words: str) -> Fault[T]:

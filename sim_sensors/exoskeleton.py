@@ -16,10 +16,15 @@ DRIVEN_S = 1.5
 
 
 class Exoskeleton(CanNode):
-    """Emulated exoskeleton of the operator's hand."""
+    """Emulated exoskeleton of the operator's hand.
+
+    Attributes:
+        stuck_n: forces of drives that are stuck, N, by the finger's number, whatever is commanded.
+    """
 
     def __init__(self) -> None:
         super().__init__((FrameReceiver("FingerForces"),), FrameSender("ExoskeletonState"))
+        self.stuck_n: dict[int, float] = {}
         self._pose_sender = FrameSender("HandPose")
         self._height_sender = FrameSender("FingerHeights")
         self._force_n: NDArray[np.float64] = np.zeros(len(FINGERS))
@@ -44,6 +49,9 @@ class Exoskeleton(CanNode):
             self._driven_since_s = None
             self._enabled = False
             self._applied_n = self._force_n * max(0.0, 1.0 - late_s / RELEASE_S)
+        if self.stuck_n:
+            self._applied_n = self._applied_n.copy()
+            self._applied_n[list(self.stuck_n)] = list(self.stuck_n.values())
         return self._applied_n
 
     def driven(self, now_s: float) -> bool:

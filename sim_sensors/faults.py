@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 
 from common.fingers import FINGERS
 from common.serial_line import BAUD
-from common.serial_messages import DRIVE_FULL
+from common.serial_messages import DRIVE_FULL, MOTOR_MAX_MV
 from sim_sensors.faulty_parts import DRIFT_M_S, Babble, Hang, Piezo, Servos, Thermistor
 from sim_sensors.finger_plate import FingerPlates
 from sim_sensors.serial_server import Finger, SerialServer
 from sim_sensors.socketcand import SocketcandBus
+from sim_sensors.tacttip import TactTip
 
 log = logging.getLogger(__name__)
 
@@ -133,8 +134,8 @@ def device_faults(
     lines: dict[str, SerialServer | SocketcandBus] = {**serial, "can": bus}
     return {
         "unplug": Fault("DEVICE", lines, _unplug),
-        "silence": Fault("DEVICE", lines, partial(_switch, "silent")),
-        "deafen": Fault("DEVICE", lines, partial(_switch, "deaf")),
+        "silence": Fault("DEVICE", lines, partial(switch, "silent")),
+        "deafen": Fault("DEVICE", lines, partial(switch, "deaf")),
         "babble": Fault("DEVICE", serial, _babble),
         "bus_off": Fault("", {"": bus}, _turn_off),
         "stuck": Fault("FINGER PERMILLE", {str(finger): each for finger, each in drives.items()}, _stick),
@@ -143,6 +144,11 @@ def device_faults(
         ),
         "hang": Fault("SECONDS", {"": hang}, _hang),
     }
+
+
+def motor_faults(modules: Mapping[Finger, TactTip]) -> dict[str, Fault[Any]]:
+    """The fault of the vibration motors' drivers: one gives a voltage of its own."""
+    return {"motor": Fault("FINGER MILLIVOLT", {str(finger): each for finger, each in modules.items()}, _stick_motor)}
 
 
 def servo_faults(servos: Servos) -> dict[str, Fault[Any]]:
@@ -172,10 +178,11 @@ def _unplug(line: SerialServer | SocketcandBus, text: str) -> End:
     return line.plug
 
 
-def _switch(attribute: str, line: SerialServer | SocketcandBus, text: str) -> End:
+def switch(attribute: str, target: object, text: str) -> End:
+    """Begin a fault that is an attribute of its target; returns what ends it."""
     _nothing(text)
-    setattr(line, attribute, True)
-    return partial(setattr, line, attribute, False)
+    setattr(target, attribute, True)
+    return partial(setattr, target, attribute, False)
 
 
 def _babble(line: SerialServer, text: str) -> End:
@@ -193,6 +200,13 @@ def _stick(module: Drive, text: str) -> End:
         raise ValueError(f"{permille} is not within -{DRIVE_FULL}..{DRIVE_FULL}")
     module.stuck_permille = permille
     return partial(setattr, module, "stuck_permille", None)
+
+
+def _stick_motor(module: TactTip, text: str) -> End:
+    if not text.isascii() or not text.isdecimal() or not int(text) <= MOTOR_MAX_MV:
+        raise ValueError(f"{text!r} is not a whole number of millivolts, 0 to {MOTOR_MAX_MV}")
+    module.stuck_mv = int(text)
+    return partial(setattr, module, "stuck_mv", None)
 
 
 def _break_thermistor(thermistor: Thermistor, text: str) -> End:

@@ -9,13 +9,14 @@ from common.config import SimOperatorConfig, to_toml
 from common.fingers import FINGERS
 from common.scene import load_scene
 from sim_sensors.announce import announce
-from sim_sensors.can_faults import encoder_faults, transmitter_faults
+from sim_sensors.can_faults import encoder_faults, exoskeleton_faults, intruder_faults, transmitter_faults
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.fault_port import FaultPort
-from sim_sensors.faults import Faults, device_faults, plate_faults
+from sim_sensors.faults import Faults, device_faults, motor_faults, plate_faults
 from sim_sensors.faulty_parts import Encoder, Hang, Thermistor
 from sim_sensors.finger_plate import FingerPlates
 from sim_sensors.hand import ScriptedHand
+from sim_sensors.intruder import Intruder
 from sim_sensors.motor import VibrationMotors
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.serial_server import serve_fingers
@@ -26,6 +27,8 @@ from sim_sensors.truth_log import LOG_EVERY, OPERATOR_STREAMS, TruthLog
 
 _MEASURE_EVERY = 5
 """Steps between two readings of the NTCs: 100 Hz."""
+_INTRUDED = {"enabled": 1.0, **dict.fromkeys(FINGERS, 5.0)}
+"""What a second sender on the bus commands, N."""
 
 
 class OperatorDevices:
@@ -64,8 +67,15 @@ class OperatorDevices:
             opened.callback(self.bus.close)
             lines = {f"{finger} tacttip": server for finger, server in self.servers.items()}
             kinds = device_faults(lines, self.bus, self.modules, self.thermistors, self.hang)
-            on_can = {**encoder_faults(self.encoders), **transmitter_faults(self.exoskeleton)}
-            self.faults = Faults({**kinds, **on_can, **plate_faults(self.plates, config.fingers)})
+            self.bus.intruder = intruder = Intruder({"FingerForces": _INTRUDED})
+            on_can = {
+                **encoder_faults(self.encoders),
+                **transmitter_faults(self.exoskeleton),
+                **exoskeleton_faults(self.exoskeleton, config.fingers),
+                **intruder_faults(intruder),
+            }
+            of_plates = plate_faults(self.plates, config.fingers)
+            self.faults = Faults({**kinds, **on_can, **of_plates, **motor_faults(self.modules)})
             if config.fault_port is not None:
                 port = FaultPort(sockets, "127.0.0.1", config.fault_port, self.faults.apply)
                 opened.callback(port.close)

@@ -9,10 +9,17 @@ from common.config import SimRemoteConfig, to_toml
 from common.fingers import FINGERS
 from common.scene import load_scene
 from sim_sensors.announce import announce
-from sim_sensors.can_faults import encoder_faults, force_faults, transmitter_faults
+from sim_sensors.can_faults import (
+    encoder_faults,
+    force_faults,
+    intruder_faults,
+    telemanipulator_faults,
+    transmitter_faults,
+)
 from sim_sensors.fault_port import FaultPort
 from sim_sensors.faults import Faults, device_faults, piezo_faults, servo_faults
 from sim_sensors.faulty_parts import Encoder, ForceSensor, Hang, Piezo, Servos, Thermistor
+from sim_sensors.intruder import Intruder
 from sim_sensors.remote_world import RemoteWorld
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.serial_server import serve_fingers
@@ -25,6 +32,9 @@ from sim_sensors.truth_log import LOG_EVERY, REMOTE_STREAMS, TruthLog
 
 _MEASURE_EVERY = 5
 """Steps between two readings of the thermometers: 100 Hz."""
+_INTRUDED_HAND = {"x": 0.0, "y": 0.0}
+_INTRUDED_HEIGHTS = {"released": 0.0, **dict.fromkeys(FINGERS, 6.0)}
+"""What a second sender on the bus commands, mm."""
 
 
 class RemoteDevices:
@@ -47,6 +57,7 @@ class RemoteDevices:
         self.encoders = {finger: Encoder() for finger in config.fingers}
         self.force_sensors = {finger: ForceSensor() for finger in config.fingers}
         self.servos = Servos()
+        self._intruder = Intruder({"HandSetpoint": _INTRUDED_HAND, "HeightSetpoint": _INTRUDED_HEIGHTS})
         self.hang = Hang()
         self._drive = np.zeros(len(FINGERS))
         self._steps = 0
@@ -61,6 +72,7 @@ class RemoteDevices:
                 opened.callback(server.close)
             self.bus = SocketcandBus(sockets, config.can_host, config.can_port, [self.robot])
             opened.callback(self.bus.close)
+            self.bus.intruder = self._intruder
             self.faults = self._faults()
             if config.fault_port is not None:
                 port = FaultPort(sockets, "127.0.0.1", config.fault_port, self.faults.apply)
@@ -108,7 +120,8 @@ class RemoteDevices:
         thermal = {f"{finger} thermal": server for finger, server in self.thermal_servers.items()}
         kinds = device_faults({**texture, **thermal}, self.bus, self.thermal, self.thermistors, self.hang)
         sensors = {**encoder_faults(self.encoders), **force_faults(self.force_sensors), **piezo_faults(self.piezos)}
-        return Faults({**kinds, **transmitter_faults(self.robot), **servo_faults(self.servos), **sensors})
+        robot = {**transmitter_faults(self.robot), **telemanipulator_faults(self.robot), **servo_faults(self.servos)}
+        return Faults({**kinds, **robot, **intruder_faults(self._intruder), **sensors})
 
     def _measure_robot(self) -> None:
         world = self.world

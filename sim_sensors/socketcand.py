@@ -16,8 +16,9 @@ from typing import Protocol
 
 import can
 
-from common.can_line import BUS_OFF, RESTARTED
+from common.can_controller import BUS_OFF, RESTARTED
 from sim_sensors.backlog import Backlog
+from sim_sensors.intruder import Intruder
 from sim_sensors.listener import receive_tcp
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.tcp_port import TcpPort
@@ -60,6 +61,7 @@ class SocketcandBus:
         silent: the nodes have fallen off the bus and neither say nor hear anything; their own time-outs act.
         deaf: the nodes hear nothing.
         off: the gateway's controller has left the bus: no frame gets through.
+        intruder: a second sender of the clients' frames; None where there is none.
     """
 
     def __init__(self, loop: SelectLoop, host: str, port: int, nodes: Sequence[Node] = ()) -> None:
@@ -77,6 +79,7 @@ class SocketcandBus:
         self.silent = False
         self.deaf = False
         self.off = False
+        self.intruder: Intruder | None = None
 
     @property
     def clients(self) -> int:
@@ -173,6 +176,17 @@ class SocketcandBus:
         for node in () if self.silent or self.deaf else self._nodes:
             node.feed(frame_id, payload, now_s)
         self._tell_others(client, _frame_text(frame_id, extended, payload, now_s).encode("ascii"), now_s)
+        if self.intruder is not None:
+            self._spread(self.intruder.answer(frame_id, payload), now_s)
+
+    def _spread(self, frames: Sequence[can.Message], now_s: float) -> None:
+        """Put a second sender's frames on the bus."""
+        for frame in frames:
+            data = bytes(frame.data)
+            for node in () if self.silent or self.deaf else self._nodes:
+                node.feed(frame.arbitration_id, data, now_s)
+            text = _frame_text(frame.arbitration_id, frame.is_extended_id, data, now_s)
+            self._tell_others(None, text.encode("ascii"), now_s)
 
     def _tell_error(self, error: int) -> None:
         now_s = self._loop.now()

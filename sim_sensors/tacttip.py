@@ -36,6 +36,7 @@ class TactTip(SerialModule):
         peltier_permille: what the Peltiers are driven with, signed thousandths of full drive.
         stuck_permille: a fault of the command path: this drive is asked for, whatever is commanded, time-out
             included; only the cut-out behind it still acts. In force from the next measurement; None: sound.
+        stuck_mv: a fault of the motor's driver: it gives this voltage, whatever is commanded; None: sound.
         flags: `DeviceFlag` bits of the next state.
     """
 
@@ -54,12 +55,15 @@ class TactTip(SerialModule):
         self.motor_mv = 0
         self.peltier_permille = 0
         self.stuck_permille: int | None = None
+        self.stuck_mv: int | None = None
 
     def motor_v(self, from_s: float, to_s: float) -> float:
         """Mean voltage at the motor between two moments, as the last command has it, V.
 
         The world may be a little behind the moments at which commands come: a pulse is where it was told to be.
         """
+        if self.stuck_mv is not None:
+            return 1e-3 * self.stuck_mv
         pulse_s = max(0.0, min(to_s, self._pulse_until_s) - max(from_s, self._pulse_from_s))
         share = pulse_s / (to_s - from_s)
         return 1e-3 * (share * self._pulse_mv + (1.0 - share) * self._motor_mv)
@@ -128,7 +132,8 @@ class TactTip(SerialModule):
 
     def _turn(self, now_s: float) -> None:
         pulsed = self._pulse_from_s <= now_s < self._pulse_until_s
-        self.motor_mv = self._pulse_mv if pulsed else self._motor_mv
+        commanded_mv = self._pulse_mv if pulsed else self._motor_mv
+        self.motor_mv = commanded_mv if self.stuck_mv is None else self.stuck_mv
 
     def _limit(self) -> None:
         asked = self._asked_permille if self.stuck_permille is None else self.stuck_permille

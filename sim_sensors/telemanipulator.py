@@ -16,11 +16,16 @@ HOVER_M = 0.006
 
 
 class Telemanipulator(CanNode):
-    """Emulated robot hand."""
+    """Emulated robot hand.
+
+    Attributes:
+        clings: a fault: it ignores a commanded release; its own time-out still acts.
+    """
 
     def __init__(self) -> None:
         receivers = (FrameReceiver("HandSetpoint"), FrameReceiver("HeightSetpoint"))
         super().__init__(receivers, FrameSender("TelemanipulatorState"))
+        self.clings = False
         self._senders = [FrameSender(n) for n in ("HandPoseMeasured", "FingerHeightsMeasured", "ContactForces")]
         self._asked_pose = (0.0, 0.0)
         self._asked_z: NDArray[np.float64] = np.full(len(FINGERS), HOVER_M)
@@ -84,4 +89,4 @@ class Telemanipulator(CanNode):
             self._asked_pose = (values["x"] * 1e-3, values["y"] * 1e-3)
         else:
             self._asked_z = np.array(by_finger(values)) * 1e-3
-            self._asked_release = values["released"] > 0.0
+            self._asked_release = values["released"] > 0.0 and not self.clings

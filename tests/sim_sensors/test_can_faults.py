@@ -138,3 +138,50 @@ def test_one_joint_of_the_robot_is_stuck_and_the_others_go_where_they_are_sent(r
     assert remote.world.x_m == pytest.approx(0.02, abs=1e-4)
     remote.faults.apply("mend disobey index")
     assert remote.servos.jammed == set()
+
+
+def forces(newton: float) -> can.Message:
+    return FrameSender("FingerForces").encode({"enabled": 1.0, **dict.fromkeys(FINGERS, newton)})
+
+
+def test_one_drive_of_the_exoskeleton_pushes_whatever_is_commanded_and_reports_it(operator: OperatorDevices) -> None:
+    operator.faults.apply("push index 2.5")
+    frame = forces(1.0)
+    operator.exoskeleton.feed(frame.arbitration_id, bytes(frame.data), START_S)
+    assert operator.exoskeleton.force_n(START_S).tolist() == [1.0, 2.5, 1.0, 1.0, 1.0]
+    assert operator.exoskeleton.force_n(START_S + 1.0).tolist() == [0.0, 2.5, 0.0, 0.0, 0.0]
+    assert operator.exoskeleton._applied()["index"] == 2.5
+    operator.faults.apply("mend push index")
+    assert not operator.exoskeleton.force_n(START_S + 1.0).any()
+    for words in ("push index", "push index much", "push index 10.5", "push index -1", "push index nan"):
+        with pytest.raises(ValueError, match="is not a force of 0 to 10 N"):
+            operator.faults.apply(words)
+
+
+def test_a_second_sender_answers_each_frame_of_a_site_and_overrides_it(operator: OperatorDevices) -> None:
+    bus, node = operator.bus, operator.exoskeleton
+    assert bus.intruder is not None
+    frame = forces(1.0)
+    assert bus.intruder.answer(frame.arbitration_id, bytes(frame.data)) == []
+    operator.faults.apply("intrude")
+    for _ in range(40):
+        frame = forces(1.0)
+        (answer,) = bus.intruder.answer(frame.arbitration_id, bytes(frame.data))
+        assert answer.arbitration_id == frame.arbitration_id
+        node.feed(answer.arbitration_id, bytes(answer.data), START_S)
+    assert node.force_n(START_S).tolist() == [5.0] * len(FINGERS)
+    assert bus.intruder.answer(0x100, bytes(8)) == []
+    operator.faults.apply("mend intrude")
+    assert bus.intruder.answer(frame.arbitration_id, bytes(frame.data)) == []
+
+
+def test_a_robot_that_clings_ignores_a_commanded_release_and_not_its_time_out(remote: RemoteDevices) -> None:
+    send_hand(remote, range(1, 20), x_m=0.0)
+    remote.faults.apply("cling")
+    release = FrameSender("HeightSetpoint").encode({"released": 1.0, **dict.fromkeys(FINGERS, 6.0)})
+    now_s = START_S + 20 * STEP_S
+    remote.robot.feed(release.arbitration_id, bytes(release.data), now_s)
+    remote.robot.setpoint_m(now_s)
+    assert not remote.robot.released
+    remote.robot.setpoint_m(now_s + 1.0)
+    assert remote.robot.released

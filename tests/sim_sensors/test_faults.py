@@ -316,3 +316,16 @@ def test_a_simulation_takes_commands_at_its_fault_port_and_nobody_can_without(lo
     devices.close()
     with pytest.raises(ConnectionRefusedError):
         socket.create_connection(("127.0.0.1", port))
+
+
+def test_a_motors_driver_is_stuck_at_a_voltage_and_reports_it(operator: OperatorDevices) -> None:
+    module = operator.modules["index"]
+    operator.faults.apply("motor index 2999")
+    advance(operator, range(1, 10))
+    assert (module.motor_mv, module.motor_v(START_S, START_S + 1.0)) == (2999, 2.999)
+    operator.faults.apply("mend motor index")
+    advance(operator, range(10, 20))
+    assert (module.motor_mv, module.motor_v(START_S, START_S + 1.0)) == (0, 0.0)
+    for words in ("motor index", "motor index 3001", "motor index -1", "motor index full"):
+        with pytest.raises(ValueError, match="is not a whole number of millivolts, 0 to 3000"):
+            operator.faults.apply(words)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 import can
 import pytest
 
+from sim_sensors.intruder import AHEAD, Intruder
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.socketcand import QUIET_S, SocketcandBus
 
@@ -259,3 +260,14 @@ def test_an_unplugged_gateway_hangs_up_refuses_and_answers_at_the_same_port_agai
 def test_a_taken_port_is_named(bus: SocketcandBus, loop: SelectLoop) -> None:
     with pytest.raises(ValueError, match=f"CAN bus can0: cannot listen on 127.0.0.1:{bus.port}"):
         SocketcandBus(loop, "127.0.0.1", bus.port)
+
+
+def test_a_second_sender_is_heard_by_the_node_and_by_the_client_that_it_answers(
+    bus: SocketcandBus, loop: SelectLoop, node: Echo, listener: socket.socket
+) -> None:
+    node.heard.clear()
+    bus.intruder = Intruder({"HandSetpoint": {"x": 1.0, "y": 0.0}})
+    bus.intruder.active = True
+    heard = said(loop, listener, b"< send 200 8 0 0 0 0 0 0 3 0 >")
+    assert heard.startswith(b"< frame 200 ")
+    assert [(frame_id, data[6]) for frame_id, data in node.heard] == [(0x200, 3), (0x200, 3 + AHEAD)]

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 import can
 import serial
 
-from common.can_line import BUS_OFF, RESTARTED
+from common.can_controller import BUS_OFF, RESTARTED
+from sim_sensors.intruder import Intruder
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.serial_server import Device, SerialServer
 from sim_sensors.socketcand import Node
@@ -116,6 +117,7 @@ class MemoryBus:
         deaf: whether they hear nothing.
         off: whether the gateway's controller has left the bus.
         connections: drivers that are connected.
+        intruder: a second sender of the drivers' frames.
     """
 
     def __init__(self, loop: SelectLoop, nodes: Sequence[Node]) -> None:
@@ -124,6 +126,7 @@ class MemoryBus:
         self.deaf = False
         self.off = False
         self.connections: list[MemoryCan] = []
+        self.intruder: Intruder | None = None
         self._loop = loop
         self._nodes = nodes
 
@@ -149,9 +152,18 @@ class MemoryBus:
 
     def take(self, message: can.Message) -> None:
         """Hand a driver's frame to the nodes."""
-        if self.hears:
+        if not self.hears:
+            return
+        now_s = self._loop.now()
+        data = bytes(message.data)
+        for node in self._nodes:
+            node.feed(message.arbitration_id, data, now_s)
+        for foreign in () if self.intruder is None else self.intruder.answer(message.arbitration_id, data):
+            foreign.timestamp = now_s
             for node in self._nodes:
-                node.feed(message.arbitration_id, bytes(message.data), self._loop.now())
+                node.feed(foreign.arbitration_id, bytes(foreign.data), now_s)
+            for connection in self.connections:
+                connection.unread.append(foreign)
 
     def turn_off(self) -> None:
         """Let the gateway's controller leave the bus."""
