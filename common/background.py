@@ -1,22 +1,35 @@
 """Opening a device may take seconds: it happens beside the loop, never in it."""
 
+import math
 import threading
+import time
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
 T = TypeVar("T")
 
+STEADY_S = 1.0
+"""What was open for this long is opened again at once, s; what was lost sooner only after a wait."""
+LONGEST_WAIT_S = 2.0
+"""The wait doubles with each device that is lost as soon as it is open, up to this, s."""
+
 
 class BackgroundOpener(Generic[T]):
     """Runs `opener` in a thread, again and again until it succeeds, and hands the result over once."""
 
-    def __init__(self, opener: Callable[[], T], retry_s: float = 0.25):
+    def __init__(
+        self, opener: Callable[[], T], retry_s: float = 0.25, now_s: Callable[[], float] = time.monotonic
+    ) -> None:
+        """Open with `opener`; after it failed, and after a first early loss, wait `retry_s`, s."""
         self.problem: Exception | None = None
         """Why the last try failed; None while none has."""
         self.discard: Callable[[T], object] = lambda opened: None
         """Closes what was opened and is wanted no more."""
         self._opener = opener
         self._retry_s = retry_s
+        self._now_s = now_s
+        self._taken_s = -math.inf
+        self._wait_s = 0.0
         self._opened: T | None = None
         self._stop = threading.Event()
         self._handing = threading.Lock()
@@ -26,6 +39,8 @@ class BackgroundOpener(Generic[T]):
         """Begin trying; does nothing while a try is under way."""
         if self._thread is None:
             self._stop.clear()
+            steady = self._now_s() - self._taken_s >= STEADY_S
+            self._wait_s = 0.0 if steady else min(LONGEST_WAIT_S, max(self._retry_s, 2.0 * self._wait_s))
             self._thread = threading.Thread(target=self._run, daemon=True, name="opener")
             self._thread.start()
 
@@ -34,6 +49,7 @@ class BackgroundOpener(Generic[T]):
         opened, self._opened = self._opened, None
         if opened is not None:
             self._thread = None
+            self._taken_s = self._now_s()
         return opened
 
     def stop(self) -> None:
@@ -45,6 +61,8 @@ class BackgroundOpener(Generic[T]):
             self.discard(opened)
 
     def _run(self) -> None:
+        if self._wait_s > 0.0:
+            self._stop.wait(self._wait_s)
         while not self._stop.is_set():
             try:
                 opened = self._opener()

@@ -1,5 +1,6 @@
 """The CAN bus of one site: frames in and out without blocking, re-opened when the gateway was away."""
 
+import errno
 import logging
 import re
 from collections import deque
@@ -10,18 +11,21 @@ import can
 from pydantic import BaseModel, ConfigDict, Field
 
 from common.background import BackgroundOpener
+from common.can_controller import CanController
 from common.can_frames import BadFrame, FrameReceiver
 from common.can_gateway import GatewayBus
 from common.frame_damage import FrameDamage
+from common.own_frames import OwnFrames
 from common.serial_line import DeviceAbsent
+from common.sparse_log import SparseLog
 
 log = logging.getLogger(__name__)
 
 _MOST_FRAMES = 200
 """Frames read in one poll: a babbling bus must not hold the loop."""
-BUS_OFF, RESTARTED = 0x040, 0x100
-"""Bits of an error frame's identifier (Linux, can/error.h): the controller has left the bus, and is on it again."""
-
+_FULL_CODES = (errno.ENOBUFS, errno.EAGAIN)
+_FULL_WORDS = "Transmit buffer full"
+"""What python-can raises without a code for a socket that takes nothing at the moment."""
 
 _GATEWAY = re.compile(r"socketcand://(?P<host>[^:/]+):(?P<port>\d{1,5})/(?P<channel>\w+)")
 _LOCAL = re.compile(r"\w+:(?P<channel>[\w ]+)")
@@ -79,14 +83,13 @@ class CanLine:
 
     address: CanAddress
     receivers: tuple[FrameReceiver, ...]
+    sends: tuple[str, ...] = ()
+    """Names of the frames that this host alone may send."""
     times_lost: int = 0
     unknown: int = 0
-    errors: int = 0
-    """Errors that the bus's controller has reported."""
     unsent: int = 0
-    """Frames dropped because the gateway took none."""
-    off: bool = False
-    """Whether the controller has left the bus, as it does after too many errors: a short circuit, a wrong bit rate."""
+    """Frames dropped because the gateway or the transmit queue took none."""
+    controller: CanController = field(default_factory=CanController)
     sent_s: dict[str, float] = field(default_factory=dict)
     """When the newest good frame of each name was on the bus, by the bus's own clock, s."""
     _bus: can.BusABC | None = None
@@ -94,9 +97,12 @@ class CanLine:
     """Frames that `unread` has taken from the bus, for the next poll."""
     _opener: BackgroundOpener[can.BusABC] = field(init=False)
     _by_id: dict[int, tuple[FrameReceiver, FrameDamage]] = field(init=False)
+    _own: OwnFrames = field(init=False)
     _lost: DeviceAbsent | None = None
+    _sparse: SparseLog = field(default_factory=SparseLog)
 
     def __post_init__(self) -> None:
+        self._own = OwnFrames(self.sends)
         self._forget()
         self._opener = BackgroundOpener(self.address.open)
         self._opener.discard = _shut_down
@@ -117,8 +123,10 @@ class CanLine:
         """What is wrong on the open bus; empty when nothing is."""
         if self._bus is None:
             return ""
-        if self.off:
+        if self.controller.off:
             return f"CAN bus is off: the controller of {self.address} has left it after too many errors"
+        if self._own.fault:
+            return self._own.fault
         return next((damage.fault for _, damage in self._by_id.values() if damage.fault), "")
 
     def figures(self) -> dict[str, object]:
@@ -126,11 +134,14 @@ class CanLine:
         return {
             "connected": self.connected,
             "times_lost": self.times_lost,
-            "off": self.off,
+            "off": self.controller.off,
+            "controller": self.controller.state,
+            "controller_errors": dict(self.controller.counts),
+            "foreign": self._own.heard,
             "refused": {receiver.name: receiver.refused for receiver in self.receivers},
             "skipped": {receiver.name: receiver.skipped for receiver in self.receivers},
             "unknown": self.unknown,
-            "errors": self.errors,
+            "errors": self.controller.errors,
             "unsent": self.unsent,
         }
 
@@ -172,10 +183,13 @@ class CanLine:
             return
         try:
             self._bus.send(message)
-        except can.CanTimeoutError:
-            self.unsent += 1
         except (can.CanError, OSError) as error:
-            self._lose(error)
+            if not _queue_is_full(error):
+                self._lose(error)
+                return
+            self.unsent += 1
+            if (more := self._sparse.due("full")) is not None:
+                log.warning("CAN %s: transmit queue full, %d frames not sent%s", self.address, self.unsent, more)
 
     def close(self) -> None:
         """Close the bus and stop looking for it."""
@@ -187,7 +201,9 @@ class CanLine:
     def _take(self, message: can.Message) -> dict[str, float] | None:
         """The values of one frame; None where it is no good one."""
         if message.is_error_frame:
-            self._report(message.arbitration_id)
+            self._report(message.arbitration_id, bytes(message.data))
+            return None
+        if self._own.step(message.arbitration_id):
             return None
         receiver, damage = self._by_id.get(message.arbitration_id, (None, None))
         if receiver is None or damage is None:
@@ -201,19 +217,19 @@ class CanLine:
             return None
         damage.step(message.timestamp, damaged=False)
         self.sent_s[receiver.name] = message.timestamp
-        self.off = False  # who is heard through it is no more off than it is
+        self.controller.alive()
         return values
 
-    def _report(self, error: int) -> None:
-        """Take an error frame's class."""
-        self.errors += 1
-        was, self.off = self.off, (self.off or bool(error & BUS_OFF)) and not error & RESTARTED
-        if self.off != was:
-            log.warning("CAN %s: bus %s", self.address, "off" if self.off else "on again")
+    def _report(self, error: int, data: bytes) -> None:
+        """Take an error frame's class and bytes."""
+        for name in self.controller.report(error, data):
+            if (more := self._sparse.due(name)) is not None:
+                log.warning("CAN %s: controller: %s%s", self.address, name, more)
 
     def _forget(self) -> None:
         """A new connection: counters and damage begin anew. A bus that was off is so until it is heard."""
         self._unread.clear()
+        self._own.begin()
         for receiver in self.receivers:
             receiver.begin()
         self._by_id = {receiver.frame_id: (receiver, FrameDamage(receiver.name)) for receiver in self.receivers}
@@ -226,6 +242,15 @@ class CanLine:
         self._bus = None
         self.times_lost += 1
         self._opener.start()
+
+
+def _queue_is_full(error: Exception) -> bool:
+    """Whether a frame was not sent because there was no room for it, on a bus that is there."""
+    if isinstance(error, can.CanTimeoutError):
+        return True
+    if isinstance(error, can.CanError):
+        return error.error_code in _FULL_CODES or str(error) == _FULL_WORDS
+    return getattr(error, "errno", None) in _FULL_CODES
 
 
 def _shut_down(bus: can.BusABC) -> None:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from common.background import BackgroundOpener
+from common.background import STEADY_S, BackgroundOpener
 
 
 def until(done: Callable[[], object], seconds: float = 5.0) -> bool:
@@ -108,3 +108,25 @@ def test_it_never_waits_for_the_opener_and_gives_up_when_told() -> None:
     assert until(lambda: background.problem is not None)
     assert background.take() is None
     assert len(tries) == 1
+
+
+def test_what_is_lost_as_soon_as_it_is_open_is_opened_again_ever_more_slowly() -> None:
+    now_s, waited_s = 100.0, list[float]()
+
+    class Stop(threading.Event):
+        def wait(self, timeout: float | None = None) -> bool:
+            waited_s.append(timeout or 0.0)
+            return False
+
+    background = BackgroundOpener(lambda: "open", retry_s=0.25, now_s=lambda: now_s)
+    background._stop = Stop()
+
+    def reopened() -> float:
+        waited_s.clear()
+        background.start()
+        assert until(lambda: background.take() == "open")
+        return sum(waited_s)
+
+    assert [reopened() for _ in range(6)] == [0.0, 0.25, 0.5, 1.0, 2.0, 2.0]
+    now_s += STEADY_S
+    assert [reopened(), reopened()] == [0.0, 0.25], "one that lasted is opened again at once"

@@ -1,20 +1,26 @@
 """What a CAN line says of its bus: off, on again, and what comes over it damaged. Over python-can's virtual bus."""
 
+import errno
+import logging
+import socket
 import time
 from collections.abc import Iterator
 from itertools import count
 
 import can
 import pytest
+from can.interfaces.socketcan import SocketcanBus
 
 from common.can_frames import FrameReceiver, FrameSender
-from common.can_line import BUS_OFF, RESTARTED, CanAddress, CanLine
+from common.can_line import CanAddress, CanLine
 from common.fingers import FINGERS
 from common.frame_damage import MOST
 
 names = count()
 HEIGHTS = dict.fromkeys(FINGERS, 1.0)
-ERROR_PASSIVE = 0x004
+CONTROLLER, BUS_OFF, RESTARTED = 0x004, 0x040, 0x100
+RECEIVE_OVERFLOW, ERROR_PASSIVE = 0x01, 0x20
+FORCES = {**HEIGHTS, "enabled": 1.0}
 
 
 @pytest.fixture
@@ -30,7 +36,8 @@ def device(channel: str) -> Iterator[can.BusABC]:
 
 @pytest.fixture
 def line(channel: str, device: can.BusABC) -> Iterator[CanLine]:
-    line = CanLine(CanAddress(interface="virtual", channel=channel), (FrameReceiver("FingerHeights"),))
+    address = CanAddress(interface="virtual", channel=channel)
+    line = CanLine(address, (FrameReceiver("FingerHeights"),), sends=("FingerForces",))
     deadline = time.monotonic() + 5.0
     while not line.connected:
         assert time.monotonic() < deadline
@@ -39,24 +46,54 @@ def line(channel: str, device: can.BusABC) -> Iterator[CanLine]:
     line.close()
 
 
-def error(kind: int) -> can.Message:
-    return can.Message(arbitration_id=kind, is_error_frame=True)
+def error(kind: int, detail: int = 0) -> can.Message:
+    return can.Message(arbitration_id=kind, is_error_frame=True, data=bytes((0, detail, 0, 0, 0, 0, 0, 0)))
 
 
 def test_a_controller_that_left_the_bus_is_named_until_it_is_on_it_again(device: can.BusABC, line: CanLine) -> None:
-    device.send(error(ERROR_PASSIVE))
+    device.send(error(CONTROLLER))
     assert line.poll() == {}
-    assert (line.off, line.errors, line.fault, line.unknown) == (False, 1, "", 0)
-    device.send(error(BUS_OFF | ERROR_PASSIVE))
+    assert (line.controller.off, line.controller.errors, line.fault, line.unknown) == (False, 1, "", 0)
+    device.send(error(BUS_OFF))
     line.poll()
     assert line.fault == f"CAN bus is off: the controller of {line.address} has left it after too many errors"
     assert line.figures()["off"] is True
-    device.send(error(ERROR_PASSIVE))
+    device.send(error(CONTROLLER, ERROR_PASSIVE))
     line.poll()
-    assert line.off
+    assert line.controller.off
     device.send(error(RESTARTED))
     line.poll()
-    assert (line.off, line.fault, line.errors) == (False, "", 4)
+    assert (line.controller.off, line.fault) == (False, "")
+    assert line.figures()["errors"] == 4
+
+
+def test_what_the_controller_reports_is_named_in_the_status_and_its_log_is_bounded(
+    device: can.BusABC, line: CanLine, caplog: pytest.LogCaptureFixture
+) -> None:
+    assert (line.figures()["controller"], line.figures()["controller_errors"]) == ("error-active", {})
+    for _ in range(1000):
+        device.send(error(CONTROLLER, RECEIVE_OVERFLOW | ERROR_PASSIVE))
+        line.poll()
+    assert line.figures()["controller"] == "error-passive"
+    assert line.figures()["controller_errors"] == {"receive overflow": 1000, "error-passive": 1000}
+    assert line.fault == ""
+    assert [record.message for record in caplog.records] == [
+        f"CAN {line.address}: controller: receive overflow",
+        f"CAN {line.address}: controller: error-passive",
+    ]
+
+
+def test_own_frames_from_another_node_are_a_fault_and_no_unknown_ones(device: can.BusABC, line: CanLine) -> None:
+    heights, forces = FrameSender("FingerHeights"), FrameSender("FingerForces")
+    for _ in range(1000):
+        device.send(heights.encode(HEIGHTS))
+        line.send(forces.encode(FORCES))
+        line.poll()
+    assert line.fault == "", "what a line sends itself it does not hear"
+    device.send(forces.encode(FORCES))
+    assert line.poll() == {}
+    assert line.fault == "another node sends FingerForces: only this site may"
+    assert (line.figures()["foreign"], line.unknown) == (1, 0)
 
 
 def test_a_bus_that_is_heard_is_not_off(device: can.BusABC, line: CanLine) -> None:
@@ -101,20 +138,93 @@ def test_a_good_frames_time_is_the_buss_own(device: can.BusABC, line: CanLine) -
 class BrokenBus:
     """A bus whose sends fail."""
 
+    def __init__(self, failure: Exception) -> None:
+        self.failure = failure
+
     def recv(self, timeout: float) -> None:
         return None
 
     def send(self, message: can.Message) -> None:
-        raise can.CanOperationError("Failed to transmit: [Errno 105] No buffer space available")
+        raise self.failure
 
     def shutdown(self) -> None:
         """Nothing is held open."""
 
 
-def test_a_bus_whose_sends_fail_is_lost_and_says_why(line: CanLine, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert line.problem is None
+def broken(line: CanLine, monkeypatch: pytest.MonkeyPatch, failure: Exception) -> CanLine:
+    """The line on a bus whose sends fail."""
     line.close()
-    monkeypatch.setattr(line, "_bus", BrokenBus())
-    line.send(FrameSender("FingerForces").encode({**HEIGHTS, "enabled": 1.0}))
-    assert (line.connected, line.times_lost, line.fault) == (False, 1, "")
-    assert str(line.problem) == f"CAN {line.address} lost: Failed to transmit: [Errno 105] No buffer space available"
+    monkeypatch.setattr(line, "_bus", BrokenBus(failure))
+    return line
+
+
+@pytest.mark.parametrize("code", [errno.ENETDOWN, errno.ENODEV, errno.EBADF, None])
+def test_a_bus_whose_sends_fail_is_lost_and_says_why(
+    line: CanLine, monkeypatch: pytest.MonkeyPatch, code: int | None
+) -> None:
+    assert line.problem is None
+    failure = can.CanOperationError("Failed to transmit: Network is down", code)
+    broken(line, monkeypatch, failure).send(FrameSender("FingerForces").encode(FORCES))
+    assert (line.connected, line.times_lost, line.unsent, line.fault) == (False, 1, 0, "")
+    assert str(line.problem) == f"CAN {line.address} lost: {failure}"
+
+
+@pytest.mark.parametrize(
+    "failure",
+    [
+        can.CanOperationError("Failed to transmit: No buffer space available", errno.ENOBUFS),
+        can.CanOperationError("Failed to transmit: Resource temporarily unavailable", errno.EAGAIN),
+        can.CanOperationError("Transmit buffer full"),
+        can.CanTimeoutError("the gateway takes nothing"),
+        OSError(errno.ENOBUFS, "No buffer space available"),
+        BlockingIOError(errno.EAGAIN, "Resource temporarily unavailable"),
+    ],
+    ids=str,
+)
+def test_a_full_transmit_queue_is_no_lost_bus_and_its_log_is_bounded(
+    line: CanLine, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, failure: Exception
+) -> None:
+    broken(line, monkeypatch, failure)
+    for n in range(2500):
+        line.send(FrameSender("FingerForces").encode(FORCES))
+        assert (line.connected, line.times_lost, line.unsent) == (True, 0, n + 1)
+    assert line.figures()["unsent"] == 2500
+    assert caplog.record_tuples == [
+        ("common.can_line", logging.WARNING, f"CAN {line.address}: transmit queue full, 1 frames not sent")
+    ]
+
+
+def test_python_can_says_of_a_socket_that_takes_nothing_what_counts_as_a_full_queue(
+    line: CanLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    near, far = socket.socketpair()
+    with near, far:
+        near.setblocking(False)
+        try:
+            while True:
+                near.send(bytes(4096))
+        except BlockingIOError:
+            pass
+        bus = SocketcanBus.__new__(SocketcanBus)
+        bus.socket, bus.channel = near, "can0"
+        monkeypatch.setattr(SocketcanBus, "shutdown", lambda bus: None)
+        line.close()
+        monkeypatch.setattr(line, "_bus", bus)
+        line.send(FrameSender("FingerForces").encode(FORCES))
+        assert (line.connected, line.unsent) == (True, 1)
+        monkeypatch.setattr(line, "_bus", None)
+        bus._is_shutdown = True
+
+
+def test_a_bus_that_is_lost_as_soon_as_it_is_open_is_opened_ever_more_slowly(
+    channel: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(CanAddress, "open", lambda _: BrokenBus(can.CanOperationError("down", errno.ENETDOWN)))
+    line = CanLine(CanAddress(interface="virtual", channel=channel), ())
+    end_s = time.monotonic() + 0.6
+    while time.monotonic() < end_s:
+        line.poll()
+        line.send(FrameSender("FingerForces").encode(FORCES))
+    line.close()
+    assert 1 <= line.times_lost <= 2
+    assert len(caplog.records) == line.times_lost

@@ -1,0 +1,56 @@
+"""A second sender of one's own frames is found, and what an earlier connection left on its way is not one."""
+
+from common.own_frames import CLEAR_AFTER, SETTLING, OwnFrames
+
+OWN, OTHER = 0x110, 0x100
+"""Identifiers of FingerForces, and of HandPose."""
+
+
+def settled() -> OwnFrames:
+    watch = OwnFrames(["FingerForces"])
+    for _ in range(SETTLING):
+        assert not watch.step(OTHER)
+    return watch
+
+
+def test_one_own_frame_from_another_node_is_a_fault() -> None:
+    watch = settled()
+    assert watch.fault == ""
+    assert watch.step(OWN)
+    assert watch.fault == "another node sends FingerForces: only this site may"
+    assert watch.heard == 1
+
+
+def test_the_fault_stays_until_the_second_sender_has_been_silent_for_long() -> None:
+    watch = settled()
+    watch.step(OWN)
+    for _ in range(CLEAR_AFTER):
+        watch.step(OTHER)
+        assert watch.fault
+    watch.step(OTHER)
+    assert watch.fault == ""
+
+
+def test_what_an_earlier_connection_left_on_its_way_is_no_fault_but_a_sender_that_stays_is() -> None:
+    watch = OwnFrames(["FingerForces"])
+    for _ in range(SETTLING):
+        assert watch.step(OWN)
+        assert watch.fault == ""
+    watch.step(OWN)
+    assert watch.fault
+
+
+def test_a_new_connection_begins_anew_and_the_count_goes_on() -> None:
+    watch = settled()
+    watch.step(OWN)
+    watch.begin()
+    assert watch.fault == ""
+    watch.step(OWN)
+    assert (watch.fault, watch.heard) == ("", 1)
+
+
+def test_without_own_frames_nothing_is_foreign() -> None:
+    watch = OwnFrames([])
+    for _ in range(2 * SETTLING):
+        assert not watch.step(OWN)
+    assert watch.fault == ""
