@@ -1,47 +1,121 @@
-"""Does a module apply the drive that it is told? Finds a command path that is stuck, from the module's own reports."""
+"""Compares what a device reports of its outputs with what it was sent, and finds outputs that nobody asked for.
+
+No output at all is always right: the device's own time-out and limits may do so.
+"""
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from common.fingers import FINGERS
+
 MEMORY_S = 0.15
-"""A command may still be in force this long after the next one was sent: line, module, and its report back."""
+"""A command may still be in force this long after the next one was sent: line, device, ramp, and its report back."""
 PERSIST_S = 0.10
-"""So long every report must be of a drive that was never asked for."""
+"""Reports that are wrong for this long are a fault."""
 LONGEST_S = 0.02
 """Of the time between two reports no more counts: a site that stood still meanwhile reads what is long over."""
+FORGIVEN = 0.25
+"""A right report takes away this share of what a wrong one adds: an output that is wrong by turns is found, too."""
+NEAR_N = 0.1
+"""A force this near to what was asked for is right, N."""
+UNREPORTED_FRAMES = 250
+"""A CAN node that sends its place so often, 0.5 s, and no state meanwhile, hides what its outputs do."""
+
+
+@dataclass(slots=True)
+class Doubt:
+    """Adds up for how long reports were wrong, as far as they were watched. Pure: times, s, in."""
+
+    _wrong_s: float = 0.0
+    _before_s: float = 0.0
+    """Between the last right report and the first wrong one: it may have begun at the end of it."""
+    _reported_s: float | None = None
+
+    def step(self, t_s: float, wrong: bool) -> bool:
+        """Take a report at its time; returns whether reports have been wrong for too long."""
+        since_s = 0.0 if self._reported_s is None else min(max(0.0, t_s - self._reported_s), LONGEST_S)
+        self._reported_s = t_s
+        if not wrong:
+            self._wrong_s = max(0.0, self._wrong_s - FORGIVEN * since_s)
+            return False
+        if self._wrong_s == 0.0:
+            self._before_s = since_s
+        self._wrong_s += since_s
+        return self._wrong_s >= PERSIST_S + self._before_s - 1e-9
 
 
 @dataclass(slots=True)
 class DriveObeys:
-    """Watches one drive of one module. Pure: numbers and times, s, in."""
+    """Watches one output that takes one of the commanded values. Pure: numbers and times, s, in."""
 
     name: str
-    """Of the drive, for people."""
+    """Of the output, for people."""
+    wrong: str = "is driven with {}, never asked for"
+    """What is said of a value that was not asked for."""
     _told: deque[tuple[float, int]] = field(default_factory=deque)
-    _wrong_s: float = 0.0
-    """How long it has been wrong, as far as it was watched."""
-    _reported_s: float | None = None
-    """When it was wrong last; None after a report that was right."""
+    _doubt: Doubt = field(default_factory=Doubt)
 
     def told(self, t_s: float, drive: int) -> None:
-        """The module was sent a command."""
+        """The device was sent a command; 0 is no output."""
         self._told.append((t_s, drive))
-        self._forget(t_s)  # a module that is away for hours reports nothing, and is told all the same
+        _forget(self._told, t_s)  # a device that is away for hours reports nothing, and is told all the same
 
     def reported(self, t_s: float, drive: int) -> str:
-        """The module reported what it applies; returns what is wrong with that, empty when nothing is.
+        """The device reported what it applies; returns what is wrong with that, empty when nothing is."""
+        _forget(self._told, t_s)
+        wrong = drive != 0 and all(drive != told for _, told in self._told)
+        return f"{self.name} {self.wrong.format(drive)}" if self._doubt.step(t_s, wrong) else ""
 
-        No drive at all is always right: the module's own time-out and temperature limit may do so.
-        """
-        self._forget(t_s)
-        if drive == 0 or any(drive == told for _, told in self._told):
-            self._wrong_s, self._reported_s = 0.0, None
-            return ""
-        if self._reported_s is not None:
-            self._wrong_s += min(t_s - self._reported_s, LONGEST_S)
-        self._reported_s = t_s
-        return f"{self.name} is driven with {drive}, never asked for" if self._wrong_s >= PERSIST_S - 1e-9 else ""
 
-    def _forget(self, t_s: float) -> None:
-        while len(self._told) > 1 and t_s - self._told[1][0] > MEMORY_S:
-            self._told.popleft()
+class ForcesObey:
+    """Watches the force on each finger. A drive may be on its way from one command to another: the range counts.
+
+    Pure: forces, N, and times, s, in.
+    """
+
+    def __init__(self) -> None:
+        self._told: deque[tuple[float, Sequence[float]]] = deque()
+        self._doubts = [Doubt() for _ in FINGERS]
+
+    def told(self, t_s: float, force_n: Sequence[float]) -> None:
+        """The device was sent forces, (5,), N."""
+        self._told.append((t_s, tuple(force_n)))
+        _forget(self._told, t_s)
+
+    def reported(self, t_s: float, force_n: Sequence[float]) -> list[str]:
+        """The device reported the forces that it applies, (5,), N; returns what is wrong with them."""
+        _forget(self._told, t_s)
+        found = []
+        for index, (finger, applied_n, doubt) in enumerate(zip(FINGERS, force_n, self._doubts, strict=True)):
+            asked_n = [told[index] for _, told in self._told] if applied_n else []
+            low_n, high_n = min(asked_n, default=0.0), max(asked_n, default=0.0)
+            wrong = applied_n > 0.0 and not low_n - NEAR_N <= applied_n <= high_n + NEAR_N
+            if doubt.step(t_s, wrong):
+                found.append(f"{finger}: {applied_n:.2f} N applied, {low_n:.2f} to {high_n:.2f} N asked for")
+        return found
+
+
+@dataclass(slots=True)
+class StateComes:
+    """Watches that a CAN node goes on to report its outputs. It counts frames, not time: a line may be late."""
+
+    _places: int = 0
+    _places_at_state: int = 0
+
+    def step(self, places: int, state_came: bool) -> None:
+        """Take how many frames with its place have come in all, and whether a state frame has come with them."""
+        self._places = places
+        if state_came:
+            self._places_at_state = places
+
+    @property
+    def fault(self) -> str:
+        """What is wrong; empty when nothing is."""
+        missing = self._places - self._places_at_state > UNREPORTED_FRAMES
+        return "reports its place, but not what its outputs do" if missing else ""
+
+
+def _forget(told: deque[tuple[float, int]] | deque[tuple[float, Sequence[float]]], t_s: float) -> None:
+    while len(told) > 1 and t_s - told[1][0] > MEMORY_S:
+        told.popleft()

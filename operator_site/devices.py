@@ -72,7 +72,7 @@ class OperatorDevices:
     def write(self, t_s: float, output: GatedOutput, engaged: bool) -> None:
         """Send what the gate let through, but nothing once the tick that has read the devices is too old."""
         if self.tick.in_time():
-            self.exoskeleton.push(output.force_n, engaged)
+            self.exoskeleton.push(t_s, output.force_n, engaged)
         for finger, module in self.tacttips.items():
             if not self.tick.in_time():
                 return

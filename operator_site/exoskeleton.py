@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from common.can_frames import FrameReceiver, FrameSender, by_finger
 from common.can_line import CanAddress, CanLine
+from common.drive_obeys import DriveObeys, ForcesObey, StateComes
 from common.encoder_jumps import FRAME_S
 from common.fingers import FINGERS
 from common.limits import GAP_S
@@ -46,7 +47,7 @@ class Exoskeleton:
     def __init__(self, address: CanAddress, fingers: Sequence[str] = FINGERS):
         """Open the bus at `address` in the background; `fingers` are in the exoskeleton."""
         self.receivers = tuple(FrameReceiver(name) for name in ("HandPose", "FingerHeights", "ExoskeletonState"))
-        self.line = CanLine(address, self.receivers)
+        self.line = CanLine(address, self.receivers, sends=("FingerForces",))
         self.hand = Hand()
         self.pushing = Pushing()
         self.stood_still_s = 0.0
@@ -55,6 +56,10 @@ class Exoskeleton:
         self._taking_part = [finger in fingers for finger in FINGERS]
         self._encoders = HandEncoders(self._taking_part)
         self._forces = FrameSender("FingerForces")
+        self._forces_obey = ForcesObey()
+        self._enabled_obeys = DriveObeys("the drives", "are enabled, never asked for")
+        self._state_comes = StateComes()
+        self._disobeys: list[str] = []
 
     def read(self, t_s: float, *, stood_still: bool = False) -> Hand:
         """Take what came since the last call, stamped with `t_s`; after a standstill places are judged anew."""
@@ -70,9 +75,17 @@ class Exoskeleton:
             z_m = [height / _MM for height in by_finger(heights)]
             hand.z_m = encoders.heights(sent_s["FingerHeights"], z_m, self.pushing.force_n)
             hand.heights_s = t_s
-        if (state := frames.get("ExoskeletonState")) is not None:
-            self.pushing = Pushing(by_finger(state), state["enabled"] > 0.0, t_s)
+        state = frames.get("ExoskeletonState")
+        self._state_comes.step(self.receivers[0].taken, state is not None)
+        if state is not None:
+            self._take_state(t_s + self.stood_still_s, by_finger(state), state["enabled"] > 0.0)
         return hand
+
+    def _take_state(self, t_s: float, force_n: tuple[float, ...], enabled: bool) -> None:
+        """Take what it reports to apply, and compare it with what it was sent."""
+        self.pushing = Pushing(force_n, enabled, t_s)
+        unasked = self._enabled_obeys.reported(t_s, enabled)
+        self._disobeys = self._forces_obey.reported(t_s, force_n) + ([unasked] if unasked else [])
 
     @property
     def unread_s(self) -> float:
@@ -80,10 +93,15 @@ class Exoskeleton:
         return self.line.unread("HandPose") * FRAME_S
 
     def faults(self, t_s: float) -> list[str]:
-        """What is wrong on its bus and with its encoders, as of `t_s`; empty when all is well, or when it is away."""
+        """What is wrong on its bus, with its drives and encoders, at `t_s`; empty when all is well, or it is away."""
         found = [self.line.fault] if self.line.fault else []
         here = self.line.connected and t_s - self.hand.oldest_s <= GAP_S
-        return found + (self._encoders.faults if here else [])
+        if t_s - self.pushing.reported_s <= GAP_S:
+            found += self._disobeys
+        if not here:
+            return found
+        unreported = self._state_comes.fault
+        return found + ([unreported] if unreported else []) + self._encoders.faults
 
     def unconfirmed(self, since_s: float) -> str:
         """Why it is not certain that no finger is pushed; empty when the last report, after `since_s`, says so."""
@@ -96,7 +114,9 @@ class Exoskeleton:
             return f"pushes with up to {max(pushing.force_n):.2f} N"
         return "enabled" if pushing.enabled else ""
 
-    def push(self, force_n: list[float], enabled: bool) -> None:
+    def push(self, t_s: float, force_n: list[float], enabled: bool) -> None:
         """Send the force on each finger, N, and whether the session is engaged: not, and the drives stay off."""
+        self._forces_obey.told(t_s, force_n if enabled else [0.0] * len(FINGERS))
+        self._enabled_obeys.told(t_s, enabled)
         values = {"enabled": float(enabled), **dict(zip(FINGERS, force_n, strict=True))}
         self.line.send(self._forces.encode(values))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from common.can_frames import FrameReceiver, FrameSender, by_finger
 from common.can_line import CanAddress, CanLine
+from common.drive_obeys import DriveObeys, StateComes
 from common.encoder_jumps import FRAME_S
 from common.fingers import FINGERS
 from common.limits import GAP_S
@@ -52,7 +53,7 @@ class Telemanipulator:
         """Open the bus at `address` in the background; `fingers` take part."""
         frames = ("HandPoseMeasured", "FingerHeightsMeasured", "ContactForces", "TelemanipulatorState")
         self.receivers = tuple(FrameReceiver(name) for name in frames)
-        self.line = CanLine(address, self.receivers)
+        self.line = CanLine(address, self.receivers, sends=("HandSetpoint", "HeightSetpoint"))
         self.measured = Measured()
         self.following = Following()
         self.stood_still_s = 0.0
@@ -62,6 +63,9 @@ class Telemanipulator:
         self._watched = MeasuredHand(fingers)
         self._hand = FrameSender("HandSetpoint")
         self._heights = FrameSender("HeightSetpoint")
+        self._release_obeys = DriveObeys("it", "is not released, although asked for")
+        self._state_comes = StateComes()
+        self._disobeys = ""
 
     def read(self, t_s: float, *, stood_still: bool = False) -> Measured:
         """Take what came since the last call, stamped with `t_s`; after a standstill places are judged anew."""
@@ -80,13 +84,16 @@ class Telemanipulator:
         if (forces := frames.get("ContactForces")) is not None:
             measured.force_n, measured.force_s = by_finger(forces), t_s
             watched.forces(sent_s["ContactForces"], measured.force_n)
-        if (state := frames.get("TelemanipulatorState")) is not None:
+        state = frames.get("TelemanipulatorState")
+        self._state_comes.step(self.receivers[0].taken, state is not None)
+        if state is not None:
             self.following = Following(
                 released=state["released"] > 0.0,
                 hand_alive=state["hand_alive"] > 0.0,
                 heights_alive=state["heights_alive"] > 0.0,
                 reported_s=t_s,
             )
+            self._disobeys = self._release_obeys.reported(t_s + self.stood_still_s, not self.following.released)
         return measured
 
     @property
@@ -98,7 +105,12 @@ class Telemanipulator:
         """What is wrong on its bus and with its sensors, as of `t_s`; empty when all is well, or when it is away."""
         found = [self.line.fault] if self.line.fault else []
         here = self.line.connected and t_s - self.measured.oldest_s <= GAP_S
-        return found + (self._watched.faults if here else [])
+        if self._disobeys and t_s - self.following.reported_s <= GAP_S:
+            found.append(self._disobeys)
+        if not here:
+            return found
+        unreported = self._state_comes.fault
+        return found + ([unreported] if unreported else []) + self._watched.faults
 
     def unconfirmed(self, since_s: float) -> str:
         """Why it is not certain that it is released; empty when the last report, after `since_s`, says so."""
@@ -114,5 +126,6 @@ class Telemanipulator:
         hand = self._hand.encode({"x": x_m * _MM, "y": y_m * _MM})
         heights = self._heights.encode({"released": float(released), **heights_mm})
         self._watched.told(t_s, z_m, released)
+        self._release_obeys.told(t_s, not released)
         self.line.send(hand)
         self.line.send(heights)

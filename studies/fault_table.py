@@ -186,6 +186,18 @@ DEVICE_FAULTS = (
         2.0,
         ALL - {Actuator.PELTIER},
     ),
+    _found(
+        "TactTip's motor stuck on",
+        _OPERATOR,
+        f"motor {STROKING} 2999",
+        f"motor {STROKING}",
+        1.0,
+        ALL - {Actuator.MOTOR},
+    ),
+    _found("exoskeleton pushes unasked", _OPERATOR, f"push {FREE} 2", f"push {FREE}", 1.0, ALL - {Actuator.FORCE}),
+    # What a second sender commands ends with it.
+    _found("second sender on the exoskeleton's bus", _OPERATOR, "intrude", "intrude", 0.5, ALL - {Actuator.FORCE}),
+    _found("second sender on the telemanipulator's bus", _REMOTE, "intrude", "intrude", 0.5, ALL - {Actuator.HAND}),
     _found("telemanipulator does not obey", _REMOTE, "disobey", "disobey", 8.0),
     _found("telemanipulator drifts", _REMOTE, "disobey drift", "disobey", 3.0, ALL - {Actuator.HAND}),
     _for_a_while(

@@ -119,7 +119,7 @@ class KinestheticStep:
         self._pushed_n, wrong = let_through(self._limits, t_s, dt_s, t_s - hand.oldest_s, force_n, hand.z_m)
         self.fault = self.fault or wrong
         limited_s = time.perf_counter()
-        self.exoskeleton.push(self._pushed_n, enabled=True)
+        self.exoskeleton.push(t_s, self._pushed_n, enabled=True)
         ended_s = time.perf_counter()
         self.answered_s.append(self.exoskeleton.line.sent_s.get("FingerHeights", math.nan))
         sending_s = self._bus.take_s()

@@ -1,7 +1,8 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.drive_obeys import MEMORY_S, PERSIST_S, DriveObeys
+from common.drive_obeys import MEMORY_S, PERSIST_S, UNREPORTED_FRAMES, DriveObeys, ForcesObey, StateComes
+from common.limits import FORCE_RAMP_DOWN_N_S, MODULE_TIMEOUT_S
 
 TICK_S = 0.002
 
@@ -61,3 +62,107 @@ def test_a_site_that_stood_still_between_two_reads_doubts_nobody() -> None:
     assert obeys.reported(0.75, 836) == ""
     assert obeys.reported(0.75 + 2.0 * PERSIST_S, 836) == ""
     assert obeys.reported(0.752 + 2.0 * PERSIST_S, 99) == ""
+
+
+def test_an_output_that_is_wrong_by_turns_is_found() -> None:
+    obeys = DriveObeys("the heater")
+    words = []
+    for tick in range(500):
+        obeys.told(tick * TICK_S, 0)
+        words.append(obeys.reported(tick * TICK_S, 1000 if tick % 2 else 0))
+    assert any(words)
+
+
+def test_what_is_said_of_a_switch_is_its_own_words() -> None:
+    obeys = DriveObeys("the drives", "are enabled, never asked for")
+    for tick in range(200):
+        obeys.told(tick * TICK_S, 0)
+        words = obeys.reported(tick * TICK_S, 1)
+    assert words == "the drives are enabled, never asked for"
+
+
+REPORT_EVERY = 5
+"""Ticks between two state frames."""
+
+
+class PushingDevice:
+    """An exoskeleton's drive: commands arrive late, the force follows within a ramp, and falls after the time-out."""
+
+    def __init__(self, late_ticks: int) -> None:
+        self.late_ticks = late_ticks
+        self.under_way: list[tuple[int, float]] = []
+        self.wanted_n = self.force_n = 0.0
+        self.heard_s = -1.0
+
+    def step(self, tick: int) -> float:
+        while self.under_way and self.under_way[0][0] <= tick:
+            self.wanted_n, self.heard_s = self.under_way.pop(0)[1], tick * TICK_S
+        goal_n = self.wanted_n if tick * TICK_S - self.heard_s < MODULE_TIMEOUT_S else 0.0
+        most_n = FORCE_RAMP_DOWN_N_S * TICK_S
+        self.force_n += max(-most_n, min(most_n, goal_n - self.force_n))
+        return round(self.force_n, 2)
+
+
+@given(
+    st.lists(st.tuples(st.floats(0.0, 10.0), st.integers(1, 60)), min_size=1, max_size=12),
+    st.integers(0, 15),
+    st.lists(st.tuples(st.integers(0, 400), st.integers(1, 300)), max_size=2),
+    st.lists(st.tuples(st.integers(0, 400), st.integers(1, 300)), max_size=2),
+)
+def test_an_exoskeleton_that_obeys_is_never_doubted(
+    steps: list[tuple[float, int]],
+    late_ticks: int,
+    held_commands: list[tuple[int, int]],
+    held_reports: list[tuple[int, int]],
+) -> None:
+    """Whatever is asked for, with a late line, commands that are lost for a while, and reports that come in a burst."""
+    obey, device, found = ForcesObey(), PushingDevice(late_ticks), []
+    asked = [force_n for force_n, ticks in steps for _ in range(ticks)]
+    waiting: list[float] = []
+    for tick, force_n in enumerate(asked):
+        t_s = tick * TICK_S
+        obey.told(t_s, [force_n] * 5)
+        if not any(begin <= tick < begin + ticks for begin, ticks in held_commands):
+            device.under_way.append((tick + late_ticks, force_n))
+        applied_n = device.step(tick)
+        if tick % REPORT_EVERY == 0:
+            waiting.append(applied_n)
+        if waiting and not any(begin <= tick < begin + ticks for begin, ticks in held_reports):
+            found += obey.reported(t_s, [waiting.pop(0)] * 5)
+    assert found == []
+
+
+def test_a_force_that_nobody_asked_for_is_found_soon_and_named_by_its_finger() -> None:
+    obey, found_s = ForcesObey(), None
+    for tick in range(500):
+        t_s = tick * TICK_S
+        obey.told(t_s, [0.0, 0.0, 1.0, 0.0, 0.0])
+        if tick % REPORT_EVERY == 0:
+            found = obey.reported(t_s, [0.0, 0.0, 1.05, 10.2 if t_s >= 0.5 else 0.0, 0.0])
+            if found and found_s is None:
+                found_s = t_s
+                assert found == ["ring: 10.20 N applied, 0.00 to 0.00 N asked for"]
+    assert found_s is not None
+    assert 0.5 + PERSIST_S <= found_s <= 0.5 + PERSIST_S + 2 * REPORT_EVERY * TICK_S
+
+
+def test_a_force_too_small_is_found_but_none_at_all_is_right() -> None:
+    found: dict[float, list[str]] = {}
+    for applied_n in (0.0, 3.0, 4.9):
+        obey = ForcesObey()
+        for tick in range(0, 500, REPORT_EVERY):
+            obey.told(tick * TICK_S, [5.0] * 5)
+            found[applied_n] = obey.reported(tick * TICK_S, [applied_n] * 5)
+    assert (found[0.0], found[4.9]) == ([], [])
+    assert found[3.0][0] == "thumb: 3.00 N applied, 5.00 to 5.00 N asked for"
+
+
+def test_a_node_that_hides_its_outputs_is_found_by_its_frames_however_late_they_are() -> None:
+    comes = StateComes()
+    comes.step(1000, state_came=True)
+    comes.step(1000 + UNREPORTED_FRAMES, state_came=False)
+    assert comes.fault == ""
+    comes.step(1001 + UNREPORTED_FRAMES, state_came=False)
+    assert comes.fault == "reports its place, but not what its outputs do"
+    comes.step(1300 + UNREPORTED_FRAMES, state_came=True)
+    assert comes.fault == ""

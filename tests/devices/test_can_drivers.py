@@ -66,7 +66,7 @@ class CanContract:
         """A tick of the driver: read, and write as a site does."""
         newest_s = driver.read(time.monotonic()).oldest_s
         if isinstance(driver, ExoskeletonDriver):
-            driver.push([0.0] * 5, enabled=True)
+            driver.push(time.monotonic(), [0.0] * 5, enabled=True)
         else:
             driver.move(time.monotonic(), 0.0, 0.0, [0.0] * 5, released=False)
         return newest_s
@@ -158,17 +158,17 @@ class TestExoskeleton(CanContract):
 
         def drive() -> None:
             driver.read(time.monotonic())
-            driver.push(force_n, enabled=True)
+            driver.push(time.monotonic(), force_n, enabled=True)
 
         rig.until(drive, lambda: node.force_n(rig.loop.now())[2] > 0.0)
         assert node.force_n(rig.loop.now()) == pytest.approx([0.0, 0.5, 1.25, 10.0, 10.23])
-        driver.push(force_n, enabled=False)
+        driver.push(time.monotonic(), force_n, enabled=False)
         rig.until(lambda: None, lambda: not node.force_n(rig.loop.now()).any(), seconds=0.09)
 
     def test_forces_end_by_themselves_when_the_driver_is_gone(self, rig: Rig, driver: ExoskeletonDriver) -> None:
         node = rig.node
         assert isinstance(node, Exoskeleton)
-        driver.push([1.0] * 5, enabled=True)
+        driver.push(time.monotonic(), [1.0] * 5, enabled=True)
         rig.until(lambda: None, lambda: node.force_n(rig.loop.now()).any())
         start = time.monotonic()
         rig.until(lambda: None, lambda: not node.force_n(rig.loop.now()).any())
@@ -177,7 +177,7 @@ class TestExoskeleton(CanContract):
     def test_what_it_does_is_confirmed_by_its_own_reports_only(self, rig: Rig, driver: ExoskeletonDriver) -> None:
         def drive(newton: float, enabled: bool) -> None:
             driver.read(time.monotonic())
-            driver.push([newton] * 5, enabled)
+            driver.push(time.monotonic(), [newton] * 5, enabled)
 
         rig.until(lambda: drive(2.5, True), lambda: "pushes with up to 2.50 N" in driver.unconfirmed(0.0))
         rig.until(lambda: drive(0.0, True), lambda: driver.unconfirmed(0.0) == "enabled")
