@@ -47,6 +47,8 @@ class OpenLine:
 def open_port(address: str, baud: int = BAUD) -> serial.SerialBase:
     """Open an address; a tty is nobody else's then.
 
+    A zero byte is sent first: it ends a half frame that an earlier driver left, and shows who comes here as a driver.
+
     Raises:
         DeviceAbsent: nothing there, not to be opened, or another program has it.
     """
@@ -62,6 +64,7 @@ def open_port(address: str, baud: int = BAUD) -> serial.SerialBase:
         port.open()
         if isinstance(connection := getattr(port, "_socket", None), socket.socket):
             device_socket.tune(connection)
+        port.write(b"\0")
     except (serial.SerialException, OSError, ValueError) as error:
         close_port(port)  # also when it did not open: the library leaves a connection that was reset meanwhile open
         raise DeviceAbsent(f"{address}: {error}{_advice(error)}") from None
@@ -86,8 +89,7 @@ def open_line(address: str, baud: int = BAUD) -> OpenLine:
     reader = FrameReader()
     try:
         deadline = time.monotonic() + _IDENTIFY_S
-        # The zero byte ends whatever half frame an earlier driver left on the line.
-        port.write(b"\0" + encode_frame(MessageId.IDENTIFY, 0))
+        port.write(encode_frame(MessageId.IDENTIFY, 0))
         while time.monotonic() < deadline:
             for frame in reader.feed(port.read(_CHUNK)):
                 if frame.message_id == MessageId.IDENTITY:

@@ -13,6 +13,7 @@ from typing import Protocol, TypeVar
 
 from sim_sensors.backlog import Backlog
 from sim_sensors.faulty_parts import Babble
+from sim_sensors.line_client import LineClient
 from sim_sensors.listener import receive_tcp
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.tcp_port import TcpPort
@@ -20,6 +21,9 @@ from sim_sensors.tcp_port import TcpPort
 _CHUNK = 4096
 _BACKLOG_BYTES = 16 * 1024
 """A third of a second of the fastest module."""
+_KNOCK_S = 1.0
+_MOST_KNOCKING = 4
+"""Connections that have sent nothing yet: for how long, s, and how many, they are kept."""
 _TCP_ADDRESS = re.compile(r"tcp:(?P<host>[^:]+):(?P<port>\d{1,5})")
 
 
@@ -146,17 +150,30 @@ class PtyServer(SerialServer):
 
 
 class TcpServer(SerialServer):
-    """A module at a TCP port. A new client takes the line over from the one before, which may be half dead."""
+    """A module at a TCP port. It has one client at a time.
+
+    A client begins with a zero byte, as a driver does. Until then it is sent nothing; with another byte it is hung up
+    on. So is a second one while the first is live: only one that is half dead is replaced.
+    """
 
     def __init__(self, device: Device, loop: SelectLoop, host: str, port: int, what: str) -> None:
         super().__init__(device, loop)
-        self._client: socket.socket | None = None
+        self._client: LineClient | None = None
+        self._knocking: dict[socket.socket, float] = {}
         self._port = TcpPort(loop, host, port, what, buffer_bytes=_BACKLOG_BYTES, greet=self._greet)
         self.address = f"socket://{host}:{self._port.number}"
 
+    def pump(self, now_s: float) -> None:
+        """Let the module's clock reach `now_s` and send what it has to say."""
+        if self._client is not None:
+            self._client.live(now_s)
+        for connection in [each for each, came_s in self._knocking.items() if now_s - came_s > _KNOCK_S]:
+            self._send_away(connection)
+        super().pump(now_s)
+
     def unplug(self) -> None:
         """Hang up, and refuse whoever comes."""
-        self._hang_up()
+        self._hang_up_on_all()
         self._port.unplug()
 
     def plug(self) -> None:
@@ -165,16 +182,29 @@ class TcpServer(SerialServer):
 
     def close(self) -> None:
         """Hang up and give the port back."""
-        self._hang_up()
+        self._hang_up_on_all()
         self._port.close()
 
-    def _greet(self, client: socket.socket, now_s: float) -> None:
+    def _greet(self, connection: socket.socket, now_s: float) -> None:
+        if len(self._knocking) >= _MOST_KNOCKING:
+            self._send_away(next(iter(self._knocking)))
+        self._knocking[connection] = now_s
+        self._loop.watch(connection.fileno(), lambda now_s: self._knock(connection, now_s))
+
+    def _knock(self, connection: socket.socket, now_s: float) -> None:
+        """Take the first bytes of a new connection: they say whether it is a driver."""
+        data = receive_tcp(connection, _CHUNK)
+        if data is None:
+            return
+        if not data.startswith(b"\0") or (self._client is not None and self._client.live(now_s)):
+            self._send_away(connection)
+            return
         self._hang_up()
-        self._client = client
+        del self._knocking[connection]
+        self._client = LineClient(connection, now_s)
         self.backlog = Backlog(_BACKLOG_BYTES)
-        # Whatever the client before left half sent ends here.
-        self._received(b"\0", now_s)
-        self._loop.watch(client.fileno(), self._read)
+        self._loop.watch(connection.fileno(), self._read)
+        self._received(data, now_s)  # its zero byte ends what the client before left half sent
 
     def _send(self, output: bytes) -> None:
         if self._client is None:
@@ -188,19 +218,30 @@ class TcpServer(SerialServer):
     def _read(self, now_s: float) -> None:
         if self._client is None:
             return
-        data = receive_tcp(self._client, _CHUNK)
+        data = receive_tcp(self._client.connection, _CHUNK)
         if data is None:
             return
         if data:
+            self._client.heard(now_s)
             self._received(data, now_s)
         else:
             self._hang_up()
 
     def _hang_up(self) -> None:
         if self._client is not None:
-            self._loop.forget(self._client.fileno())
-            self._client.close()
+            self._loop.forget(self._client.connection.fileno())
+            self._client.connection.close()
             self._client = None
+
+    def _send_away(self, connection: socket.socket) -> None:
+        del self._knocking[connection]
+        self._loop.forget(connection.fileno())
+        connection.close()
+
+    def _hang_up_on_all(self) -> None:
+        self._hang_up()
+        for connection in list(self._knocking):
+            self._send_away(connection)
 
 
 def serve_serial(device: Device, loop: SelectLoop, address: str, what: str) -> SerialServer:

@@ -2,6 +2,7 @@ import os
 import socket
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -48,6 +49,7 @@ class LineContract:
 
     def open(self, server: SerialServer, loop: SelectLoop) -> serial.SerialBase:
         port = serial.serial_for_url(server.address, timeout=0)
+        port.write(b"\0")
         loop.serve(0.01)
         return port
 
@@ -198,21 +200,101 @@ class TestPty(LineContract):
 class TestTcp(LineContract):
     address = "tcp:127.0.0.1:0"
 
+    def connect(self, server: SerialServer) -> socket.socket:
+        host, _, port = server.address.removeprefix("socket://").rpartition(":")
+        connection = socket.create_connection((host, int(port)))
+        connection.setblocking(False)
+        return connection
+
+    def read(self, server: SerialServer, loop: SelectLoop, connection: socket.socket, seconds: float) -> bytes | None:
+        """What a client is sent in some time; None once the module has hung up on it."""
+        data, end = b"", loop.now() + seconds
+        while loop.now() < end:
+            loop.serve(0.002)
+            server.pump(loop.now())
+            try:
+                piece = connection.recv(65536)
+            except BlockingIOError:
+                continue
+            except ConnectionError:
+                return None
+            if not piece:
+                return None
+            data += piece
+        return data
+
+    @pytest.mark.parametrize("said", [b"GET / HTTP/1.1\r\n\r\n", b"SSH-2.0-x\r\n", b"\x01\0", COMMAND])
+    def test_a_stranger_is_sent_nothing_and_hung_up_on(
+        self, server: SerialServer, loop: SelectLoop, module: TactTip, said: bytes
+    ) -> None:
+        with self.connect(server) as stranger:
+            assert self.read(server, loop, stranger, 0.1) == b"", "no report before it has shown what it is"
+            stranger.sendall(said)
+            assert self.read(server, loop, stranger, 2.0) is None
+        assert module.motor_mv == 0
+
+    def test_one_that_says_nothing_is_hung_up_on_after_a_while(self, server: SerialServer, loop: SelectLoop) -> None:
+        with self.connect(server) as silent:
+            assert self.read(server, loop, silent, 3.0) is None
+
+    def test_ones_that_say_nothing_do_not_pile_up_and_do_not_keep_a_driver_out(
+        self, server: SerialServer, loop: SelectLoop, module: TactTip
+    ) -> None:
+        crowd = []
+        for _ in range(50):
+            crowd.append(self.connect(server))
+            loop.serve(0.0)
+        with self.open(server, loop) as port:
+            port.write(COMMAND)
+            assert until(loop, lambda: module.motor_mv == 1234)
+        for each in crowd:
+            each.close()
+
+    @pytest.mark.parametrize("sends", [False, True])
+    def test_a_second_client_does_not_take_the_line_from_a_live_one(
+        self, server: SerialServer, loop: SelectLoop, module: TactTip, sends: bool
+    ) -> None:
+        """One that sends commands, and one that only reads, as a texture sensor's driver does."""
+        with self.open(server, loop) as old:
+            for _ in range(5):
+                if sends:
+                    old.write(COMMAND)
+                with self.connect(server) as second:
+                    second.sendall(b"\0" + encode_frame(MessageId.IDENTIFY, 0))
+                    assert self.read(server, loop, second, 1.0) is None
+            self.heard(server, loop, old, 0.1, frames=5)
+            assert self.frames >= 5
+
     def test_a_new_client_takes_over_from_a_half_dead_one(
         self, server: SerialServer, loop: SelectLoop, module: TactTip
     ) -> None:
-        with self.open(server, loop) as old, self.open(server, loop) as new:
-            new.write(COMMAND)
+        """Its system acknowledges nothing, as behind a cut cable; here because its buffers are full."""
+        with socket.socket() as old, self.connect(server) as new:
+            old.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+            old.connect(new.getpeername())
+            old.sendall(b"\0")
+            full_s = 0.0
+            while full_s < 0.2:
+                if len(server.backlog._waiting) < 10:
+                    server._send(b"x" * 1000)
+                    full_s = 0.0
+                loop.serve(0.005)
+                server.pump(loop.now())
+                full_s += 0.005
+            new.sendall(b"\0" + COMMAND)
             assert until(loop, lambda: module.motor_mv == 1234)
+            old.settimeout(2.0)
+            with suppress(ConnectionError):
+                while old.recv(65536):
+                    pass
 
-            def hung_up() -> bool:
-                try:
-                    old.read(100)
-                except serial.SerialException:
-                    return True
-                return False
-
-            assert until(loop, hung_up)
+    def test_a_driver_that_was_ended_gets_the_line_back_at_once(
+        self, server: SerialServer, loop: SelectLoop, module: TactTip
+    ) -> None:
+        for motor_mv in (100, 200):
+            with self.open(server, loop) as port:
+                port.write(encode_frame(MessageId.TACTTIP_COMMAND, 0, TactTipCommand(motor_mv, 0).encode()))
+                assert until(loop, lambda wanted=motor_mv: module.motor_mv == wanted)  # type: ignore[misc]
 
     def test_the_port_is_not_given_away_while_the_cable_is_out(self, server: SerialServer) -> None:
         server.unplug()
