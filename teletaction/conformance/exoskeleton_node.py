@@ -3,7 +3,7 @@
 import can
 
 from common.fingers import FINGERS
-from common.limits import FORCE_SAFE_S
+from common.limits import FORCE_SAFE_S, MODULE_TIMEOUT_S
 from teletaction.conformance.checklist import HALF_A_REPORT_S, TRIALS, Came, Checklist, How, NotApplicable
 from teletaction.conformance.node_on_trial import FORCE_N, ExoskeletonOnTrial
 from teletaction.conformance.node_talk import REPEAT_S, Values
@@ -11,6 +11,8 @@ from teletaction.conformance.node_talk import REPEAT_S, Values
 EXOSKELETON: Checklist[ExoskeletonOnTrial] = Checklist("Exoskeleton; nobody wears it")
 
 NEAR_N = 0.1
+LOW_N = 0.05
+"""A second force, further from the first than NEAR_N."""
 _STATE = "ExoskeletonState"
 
 
@@ -60,3 +62,25 @@ def _falls(node: ExoskeletonOnTrial) -> Came:
     return Came(
         longest_s <= FORCE_SAFE_S + HALF_A_REPORT_S, f"one frame seen to push for {1e3 * longest_s:.0f} ms at most"
     )
+
+
+@EXOSKELETON.duty(
+    "E4", "150 ms after a command changes it applies the new force to each finger, within 0.1 N", How.EXERCISE
+)
+def _changes(node: ExoskeletonOnTrial) -> Came:
+    furthest_n = 0.0
+    for wanted_n in (FORCE_N, LOW_N, FORCE_N):
+        states = _hold(node, {"enabled": 1.0, **dict.fromkeys(FINGERS, wanted_n)}, 3.0 * FORCE_SAFE_S)
+        judged = [values for at_s, values in states if at_s > states[0][0] + FORCE_SAFE_S]
+        furthest_n = max([furthest_n, *(abs(values[finger] - wanted_n) for values in judged for finger in FINGERS)])
+    return Came(furthest_n <= NEAR_N + 1e-9, f"{furthest_n:.2f} N off at most")
+
+
+@EXOSKELETON.duty("E5", "Reports enabled as it was commanded last, 100 ms after a change at the latest", How.EXERCISE)
+def _enabled(node: ExoskeletonOnTrial) -> Came:
+    for enabled in (1.0, 0.0):
+        states = _hold(node, {**node.acting("FingerForces"), "enabled": enabled}, 3.0 * MODULE_TIMEOUT_S)
+        judged = [values for at_s, values in states if at_s > states[0][0] + MODULE_TIMEOUT_S + HALF_A_REPORT_S]
+        if not judged or judged[0]["enabled"] != enabled:
+            return Came(False, f"commanded {enabled:g}, reported {1.0 - enabled:g}")
+    return Came(True, "on and off")

@@ -175,3 +175,18 @@ def _new_heights(node: TelemanipulatorOnTrial) -> Came:
     if len(moving) < MOVING:
         raise NotApplicable(f"only {len(moving)} frames while it moves")
     return Came(twice <= TWICE_AT_MOST * len(moving), f"{twice} of {len(moving)} heights are those of the frame before")
+
+
+@TELEMANIPULATOR.duty(
+    "M9", "Reports released as it was commanded last, 100 ms after a change at the latest", How.EXERCISE
+)
+def _reports_release(node: TelemanipulatorOnTrial) -> Came:
+    heights, pose = _stands(node)
+    for released in (0.0, 1.0, 0.0):
+        states = node.talk.states(_command(node, 3.0 * MODULE_TIMEOUT_S, {"released": released, **heights}, pose))
+        judged = [values for at_s, values in states if at_s > states[0][0] + MODULE_TIMEOUT_S + HALF_A_REPORT_S]
+        if not judged:
+            raise NotApplicable("no TelemanipulatorState")
+        if judged[0]["released"] != released:
+            return Came(False, f"commanded {released:g}, reported {1.0 - released:g}")
+    return Came(True, "released and not")

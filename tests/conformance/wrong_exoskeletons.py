@@ -46,8 +46,34 @@ def lets_go_slowly() -> VirtualNode:
     return changed_states(exoskeleton(), "ExoskeletonState", linger)
 
 
+def falls_late() -> VirtualNode:
+    """A force that is commanded to be less is so only after 250 ms."""
+    before: list[dict[str, float]] = []
+
+    def hold(values: dict[str, float], _: int) -> dict[str, float]:
+        before.append(values)
+        old = before[-25:]
+        return {
+            **values,
+            **{finger: max(each[finger] for each in old) for finger in FINGERS if values[finger] > 0.0},
+        }
+
+    return changed_states(exoskeleton(), "ExoskeletonState", hold)
+
+
+def enabled_by_any_frame() -> VirtualNode:
+    end = exoskeleton()
+
+    def say(values: dict[str, float], _: int) -> dict[str, float]:
+        return {**values, "enabled": float(end.node.alive("FingerForces", end.now()))}
+
+    return changed_states(end, "ExoskeletonState", say)
+
+
 WRONG_EXOSKELETONS: WrongNodes = [
     ("E1", EXO, crossed_fingers),
     ("E2", EXO, enabled_or_not),
     ("E3", EXO, lets_go_slowly),
+    ("E4", EXO, falls_late),
+    ("E5", EXO, enabled_by_any_frame),
 ]

@@ -10,6 +10,7 @@ from tests.conformance.spoiled_module import over
 from tests.conformance.spoiled_node import (
     ROBOT,
     WrongNodes,
+    changed_states,
     hanging_on,
     telemanipulator,
 )
@@ -92,6 +93,15 @@ def reads_at_100_hz() -> VirtualNode:
     return end
 
 
+def released_by_silence_alone() -> VirtualNode:
+    end = telemanipulator()
+
+    def say(values: dict[str, float], _: int) -> dict[str, float]:
+        return {**values, "released": 1.0 - values["heights_alive"]}
+
+    return changed_states(end, "TelemanipulatorState", say)
+
+
 WRONG_TELEMANIPULATORS: WrongNodes = [
     ("M1", ROBOT, creeps),
     ("M2", ROBOT, goes_half_way),
@@ -101,4 +111,5 @@ WRONG_TELEMANIPULATORS: WrongNodes = [
     ("M6", ROBOT, slow_to_release),
     ("M7", ROBOT, hand_runs_on),
     ("M8", ROBOT, reads_at_100_hz),
+    ("M9", ROBOT, released_by_silence_alone),
 ]
