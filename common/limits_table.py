@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 
 from common import limits
+from common.drive_obeys import MEMORY_S, NEAR_N, PERSIST_S
 from common.ladder import Rung, in_ms, ladder
 from common.safe_states import SAFE_STATES, TICK_S
 
@@ -75,6 +76,9 @@ def _limits() -> Mapping[str, str]:
         "from the last valid input": f"force 0 within {limits.FORCE_SAFE_S * 1e3:g} ms, "
         f"motor drive 0 within {limits.MOTOR_SAFE_S * 1e3:g} ms (below its floor within "
         f"{limits.MOTOR_STILL_S * 1e3:g} ms), Peltier and heater drive 0 within {limits.THERMAL_SAFE_S * 1e3:g} ms",
+        "asked against applied": "every output of both sites is compared with what its device reports: what was not "
+        f"asked for in the last {MEMORY_S * 1e3:g} ms, or a force more than {NEAR_N:g} N away from it, is a latched "
+        f"fault after {PERSIST_S * 1e3:g} ms",
         "silence at a module": f"it switches its own outputs off after {limits.MODULE_TIMEOUT_S * 1e3:g} ms",
     }
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
+import sim_sensors.can_node
 from common.can_line import CanAddress
 from common.fingers import FINGERS
 from common.serial_line import DeviceAbsent
@@ -13,6 +14,7 @@ from operator_site.exoskeleton import Exoskeleton as ExoskeletonDriver
 from remote_site.telemanipulator import Telemanipulator as TelemanipulatorDriver
 from sim_sensors.can_node import CanNode
 from sim_sensors.exoskeleton import Exoskeleton
+from sim_sensors.intruder import Intruder
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.socketcand import SocketcandBus
 from sim_sensors.telemanipulator import Telemanipulator
@@ -129,6 +131,22 @@ class CanContract:
         rig.until(lambda: None, lambda: faults() == [])
         rig.go_away()
         rig.until(lambda: None, lambda: faults() == [] and not driver.line.connected)
+
+    def test_a_node_that_hides_what_its_outputs_do_is_a_fault(
+        self, rig: Rig, driver: ExoskeletonDriver | TelemanipulatorDriver, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(sim_sensors.can_node, "STATE_EVERY", 10**9)
+        hidden = "reports its place, but not what its outputs do"
+        rig.until(lambda: self.newest_s(driver), lambda: hidden in driver.faults(time.monotonic()))
+
+    def test_a_second_sender_of_the_sites_frames_is_a_fault(
+        self, rig: Rig, driver: ExoskeletonDriver | TelemanipulatorDriver
+    ) -> None:
+        name = driver.line.sends[0]
+        rig.bus.intruder = Intruder({name: dict.fromkeys(("enabled", "x", "y", *FINGERS), 0.0)})
+        rig.bus.intruder.active = True
+        foreign = f"another node sends {name}: only this site may"
+        rig.until(lambda: self.newest_s(driver), lambda: foreign in driver.faults(time.monotonic()))
 
     def test_frames_that_are_all_damaged_are_a_fault(
         self, rig: Rig, driver: ExoskeletonDriver | TelemanipulatorDriver
