@@ -101,13 +101,14 @@ class StateComes:
     """Watches that a CAN node goes on to report its outputs. It counts frames, not time: a line may be late."""
 
     _places: int = 0
+    _states: int = 0
     _places_at_state: int = 0
 
-    def step(self, places: int, state_came: bool) -> None:
-        """Take how many frames with its place have come in all, and whether a state frame has come with them."""
+    def step(self, places: int, states: int) -> None:
+        """Take how many frames with its place, and how many state frames, have come in all."""
         self._places = places
-        if state_came:
-            self._places_at_state = places
+        if states != self._states:
+            self._states, self._places_at_state = states, places
 
     @property
     def fault(self) -> str:

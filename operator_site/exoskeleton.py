@@ -75,9 +75,8 @@ class Exoskeleton:
             z_m = [height / _MM for height in by_finger(heights)]
             hand.z_m = encoders.heights(sent_s["FingerHeights"], z_m, self.pushing.force_n)
             hand.heights_s = t_s
-        state = frames.get("ExoskeletonState")
-        self._state_comes.step(self.receivers[0].taken, state is not None)
-        if state is not None:
+        self._state_comes.step(self.receivers[0].taken, self.receivers[2].taken)
+        if (state := frames.get("ExoskeletonState")) is not None:
             self._take_state(t_s + self.stood_still_s, by_finger(state), state["enabled"] > 0.0)
         return hand
 

@@ -84,9 +84,8 @@ class Telemanipulator:
         if (forces := frames.get("ContactForces")) is not None:
             measured.force_n, measured.force_s = by_finger(forces), t_s
             watched.forces(sent_s["ContactForces"], measured.force_n)
-        state = frames.get("TelemanipulatorState")
-        self._state_comes.step(self.receivers[0].taken, state is not None)
-        if state is not None:
+        self._state_comes.step(self.receivers[0].taken, self.receivers[3].taken)
+        if (state := frames.get("TelemanipulatorState")) is not None:
             self.following = Following(
                 released=state["released"] > 0.0,
                 hand_alive=state["hand_alive"] > 0.0,

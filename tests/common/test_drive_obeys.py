@@ -159,10 +159,10 @@ def test_a_force_too_small_is_found_but_none_at_all_is_right() -> None:
 
 def test_a_node_that_hides_its_outputs_is_found_by_its_frames_however_late_they_are() -> None:
     comes = StateComes()
-    comes.step(1000, state_came=True)
-    comes.step(1000 + UNREPORTED_FRAMES, state_came=False)
+    comes.step(1000, 7)
+    comes.step(1000 + UNREPORTED_FRAMES, 7)
     assert comes.fault == ""
-    comes.step(1001 + UNREPORTED_FRAMES, state_came=False)
+    comes.step(1001 + UNREPORTED_FRAMES, 7)
     assert comes.fault == "reports its place, but not what its outputs do"
-    comes.step(1300 + UNREPORTED_FRAMES, state_came=True)
+    comes.step(1300 + UNREPORTED_FRAMES, 8)
     assert comes.fault == ""
