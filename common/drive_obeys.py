@@ -28,8 +28,8 @@ class Doubt:
     """Adds up for how long reports were wrong, as far as they were watched. Pure: times, s, in."""
 
     _wrong_s: float = 0.0
-    _before_s: float = 0.0
-    """Between the last right report and the first wrong one: it may have begun at the end of it."""
+    _before_s: float | None = None
+    """Between the last right report and the first wrong one, s: it may have begun at the end of it. None: no doubt."""
     _reported_s: float | None = None
 
     def step(self, t_s: float, wrong: bool) -> bool:
@@ -38,8 +38,9 @@ class Doubt:
         self._reported_s = t_s
         if not wrong:
             self._wrong_s = max(0.0, self._wrong_s - FORGIVEN * since_s)
+            self._before_s = self._before_s if self._wrong_s > 0.0 else None
             return False
-        if self._wrong_s == 0.0:
+        if self._before_s is None:
             self._before_s = since_s
         self._wrong_s += since_s
         return self._wrong_s >= PERSIST_S + self._before_s - 1e-9

@@ -1,3 +1,4 @@
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -83,6 +84,8 @@ def test_what_is_said_of_a_switch_is_its_own_words() -> None:
 
 REPORT_EVERY = 5
 """Ticks between two state frames."""
+IN_ONE_READ = 18
+"""State frames among the frames that one read takes from a bus."""
 
 
 class PushingDevice:
@@ -103,33 +106,62 @@ class PushingDevice:
         return round(self.force_n, 2)
 
 
-@given(
-    st.lists(st.tuples(st.floats(0.0, 10.0), st.integers(1, 60)), min_size=1, max_size=12),
-    st.integers(0, 15),
-    st.lists(st.tuples(st.integers(0, 400), st.integers(1, 300)), max_size=2),
-    st.lists(st.tuples(st.integers(0, 400), st.integers(1, 300)), max_size=2),
-)
-def test_an_exoskeleton_that_obeys_is_never_doubted(
-    steps: list[tuple[float, int]],
-    late_ticks: int,
-    held_commands: list[tuple[int, int]],
-    held_reports: list[tuple[int, int]],
-) -> None:
-    """Whatever is asked for, with a late line, commands that are lost for a while, and reports that come in a burst."""
-    obey, device, found = ForcesObey(), PushingDevice(late_ticks), []
-    asked = [force_n for force_n, ticks in steps for _ in range(ticks)]
-    waiting: list[float] = []
+Spans = list[tuple[int, int]]
+"""When something is held up: first tick, and how many."""
+
+
+def doubts(asked: list[float], late_ticks: int, held_commands: Spans, held_reports: Spans) -> list[str]:
+    """What is found wrong with a device that obeys. Reports that waited come in bursts, as over a line that stood."""
+
+    def held(tick: int, spans: Spans) -> bool:
+        return any(begin <= tick < begin + ticks for begin, ticks in spans)
+
+    obey, device, found, waiting = ForcesObey(), PushingDevice(late_ticks), [], list[float]()
     for tick, force_n in enumerate(asked):
-        t_s = tick * TICK_S
-        obey.told(t_s, [force_n] * 5)
-        if not any(begin <= tick < begin + ticks for begin, ticks in held_commands):
+        obey.told(tick * TICK_S, [force_n] * 5)
+        if not held(tick, held_commands):
             device.under_way.append((tick + late_ticks, force_n))
         applied_n = device.step(tick)
         if tick % REPORT_EVERY == 0:
             waiting.append(applied_n)
-        if waiting and not any(begin <= tick < begin + ticks for begin, ticks in held_reports):
-            found += obey.reported(t_s, [waiting.pop(0)] * 5)
-    assert found == []
+        if waiting and not held(tick, held_reports):
+            newest_n = waiting[:IN_ONE_READ][-1]
+            del waiting[:IN_ONE_READ]
+            found += obey.reported(tick * TICK_S, [newest_n] * 5)
+    return found
+
+
+spans = st.lists(st.tuples(st.integers(0, 400), st.integers(1, 300)), max_size=2)
+
+
+@given(
+    st.lists(st.tuples(st.floats(0.0, 10.0), st.integers(1, 60)), min_size=1, max_size=12),
+    st.integers(0, 15),
+    spans,
+    spans,
+)
+def test_an_exoskeleton_that_obeys_is_never_doubted(
+    steps: list[tuple[float, int]], late_ticks: int, held_commands: Spans, held_reports: Spans
+) -> None:
+    """Whatever is asked for, with a late line, commands that are lost for a while, and reports that come in a burst."""
+    asked = [force_n for force_n, ticks in steps for _ in range(ticks)]
+    assert doubts(asked, late_ticks, held_commands, held_reports) == []
+
+
+CHANGE = 100
+"""Tick at which the wanted force changes."""
+
+
+@pytest.mark.parametrize("after_n", [0.0, 2.0, 10.0])
+@pytest.mark.parametrize("before_n", [10.0, 3.0])
+@pytest.mark.parametrize("late_ticks", [0, 15])
+@pytest.mark.parametrize("lost_ticks", [0, 40, 70, 200])
+@pytest.mark.parametrize("stood_ticks", [0, 100, 500])
+def test_a_change_whose_commands_are_lost_or_whose_reports_are_late_raises_no_doubt(
+    before_n: float, after_n: float, late_ticks: int, lost_ticks: int, stood_ticks: int
+) -> None:
+    asked = [before_n] * CHANGE + [after_n] * 800
+    assert doubts(asked, late_ticks, [(CHANGE, lost_ticks)], [(CHANGE - 20, stood_ticks)]) == []
 
 
 def test_a_force_that_nobody_asked_for_is_found_soon_and_named_by_its_finger() -> None:
