@@ -15,7 +15,7 @@ PERSIST_S = 0.10
 """Reports that are wrong for this long are a fault."""
 LONGEST_S = 0.02
 """Of the time between two reports no more counts: a site that stood still meanwhile reads what is long over."""
-FORGIVEN = 0.25
+FORGIVEN = 0.5
 """A right report takes away this share of what a wrong one adds: an output that is wrong by turns is found, too."""
 NEAR_N = 0.1
 """A force this near to what was asked for is right, N."""
