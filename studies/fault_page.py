@@ -79,6 +79,7 @@ emulators and physics in one process on a virtual clock (`tests/virtual`), judge
 | clock of either site stepped by 10 s, forward or back | safe and resumes |
 | a TactTip's cooling water lost for good while it cools its plate | latched within 20 s, by the hot side that moves |
 | a TactTip's thermistor broken, or its Peltiers reversed, from nine states | latched; plate and skin within limits |
+| a telemanipulator that ignores its release | latched within 0.5 s of the release |
 | anything of this page at random, several at once | within the hold times; nothing while latched; works at the end |
 """
 
