@@ -62,7 +62,7 @@ class CanController:
         elif error & BUS_OFF:
             self.state = "bus off"
             found.append("bus off")
-        found = found or [f"error {error:#05x}"]
+        found = found or ["other error"]
         self.counts.update(found)
         return found
 

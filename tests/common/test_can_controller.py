@@ -21,7 +21,7 @@ def detail(bits: int) -> bytes:
         (CONTROLLER, b"\0", ["controller problem"], "error-active"),
         (NO_ACKNOWLEDGE, b"\0", ["no acknowledge"], "error-active"),
         (BUS_OFF | CONTROLLER, b"\0", ["controller problem", "bus off"], "bus off"),
-        (0x400, b"", ["error 0x400"], "error-active"),
+        (0x400, b"", ["other error"], "error-active"),
     ],
 )
 def test_each_error_has_a_name_and_a_count(error: int, data: bytes, names: list[str], state: str) -> None:
@@ -55,3 +55,10 @@ def test_frames_that_come_do_not_hide_that_a_controller_is_error_passive() -> No
     controller.report(CONTROLLER, detail(0x20))
     controller.alive()
     assert controller.state == "error-passive"
+
+
+def test_whatever_a_gateway_reports_the_names_are_few() -> None:
+    controller = CanController()
+    for error in range(0, 1 << 16, 7):
+        controller.report(error << 4 | error & 0xF, bytes((0, error & 0xFF)))
+    assert len(controller.counts) < 20
