@@ -1,7 +1,7 @@
 """`python -m common.health FILE [--state STATE]`: whether a process of a session may be relied on, for supervisors.
 
 *Fresh*: it has rewritten its status file lately, and what it acts on or shows is not old. *Safe*: no fault is latched,
-no device is missing. A site that waits for somebody to engage is healthy.
+no device is missing. A site that waits for somebody to engage is healthy. A state is believed of a young file only.
 """
 
 import argparse
@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from common.ladder import SUPERVISOR_WATCHDOG_S
+from common.shown_state import ENDED, SILENT, seconds_old
 
 OLDEST_S = SUPERVISOR_WATCHDOG_S
 _ILLS = ("fault", "missing", "stale")
@@ -55,7 +56,9 @@ def ill(status: Path, now_ns: int, state: str | None = None) -> str:
     except NoStatus as problem:
         return str(problem)
     if not young(age_s):
-        return f"{status}: {age_s:.1f} s old, expected less than {OLDEST_S:g} s"
+        return f"{status}: {SILENT}, {seconds_old(age_s)}, expected less than {OLDEST_S:g} s"
+    if told.get("state") == ENDED:
+        return f"{status}: the process has ended"
     for name in _ILLS:
         if told.get(name):
             return f"{status}: {name}: {told[name]}"

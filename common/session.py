@@ -71,6 +71,11 @@ class Session:
         """Whether outputs may leave neutral."""
         return self.state is LinkState.ENGAGED
 
+    @property
+    def silent(self) -> bool:
+        """Whether the far side's stream fell silent while engaged, and was not heard since."""
+        return self._silent
+
     def connect(self, ident: int, text: str = "") -> None:
         """A far side said hello: a new session begins, not engaged. A latched fault stays.
 

@@ -15,6 +15,7 @@ from common.notify import Supervisor
 from common.precedence import Precedence
 from common.process import StatusFile
 from common.scheduling import become_timely
+from common.shown_state import ENDED, shown_state
 from common.watchdog import LoopWatchdog
 
 
@@ -91,6 +92,7 @@ def run_site_loop(
         ended_s = clock_ns() * 1e-9
         with contain.step("figures", latches=False):
             figures = {**site.figures(), **held.look(ended_s, spent(loop)), "real_time": precedence.first}
+            figures["state"] = ENDED  # nobody keeps this file up to date any more
             status_file.write(ended_s, figures)
 
 
@@ -98,4 +100,5 @@ def in_words(figures: Mapping[str, object]) -> str:
     """A site's state in one line, with what is wrong or missing."""
     told = ("fault", "missing", "refusal", "stale", "behind")
     why = next((figures[name] for name in told if figures.get(name)), None)
-    return f"{figures.get('state', 'running')}" + (f": {why}" if why else "")
+    state = shown_state(str(figures.get("state", "running")), link_silent=bool(figures.get("stale")))
+    return state + (f": {why}" if why else "")

@@ -10,6 +10,7 @@ from common.containment import Containment
 from common.fingers import FINGERS
 from common.recording import Recorder, recording_figures
 from common.session import Session
+from common.shown_state import ENGAGING, shown_state
 from common.tick_age import TickAge
 
 log = logging.getLogger(__name__)
@@ -72,11 +73,13 @@ class Devices(Protocol):
 def in_brief(end: SessionEnd, missing: str) -> dict[str, Any]:
     """State, fault, pause, what is missing, and what came of the last emergency stop, each empty where there is none.
 
+    The state is `engaged` only while outputs may act: `engaging` before the far side is, `lost` while it is silent.
     While a stop is latched also when it was asked for, and after how many seconds each device confirmed.
     """
     session = end.session
+    known = ENGAGING if session.engaged and not end.both_engaged else session.state.name.lower()
     return {
-        "state": session.state.name.lower(),
+        "state": shown_state(known, link_silent=session.silent),
         "fault": session.fault,
         "paused": session.paused,
         "missing": missing,

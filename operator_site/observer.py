@@ -2,6 +2,7 @@
 
 import json
 import logging
+import math
 import time
 from collections.abc import Callable
 from functools import partial
@@ -15,14 +16,15 @@ from common.keys import Role, load_keys
 from common.link import OperatorLink
 from common.loop import PeriodicLoop
 from common.messages import TOUCH_COLUMN, ExplorationMode, ThermalStatus, Touch
+from common.shown_state import DISCONNECTED, SILENT, Source, shown_state
 from operator_site.remote_key import remote_public_key
 from operator_site.session_client import SessionClient
 
 log = logging.getLogger(__name__)
 
 RATE_HZ = 50.0
-UNKNOWN: dict[str, Any] = {"state": "disconnected", "fingers": {}}
-"""The opinion without a session: the last one no longer holds."""
+SILENT_S = 0.5
+"""Maximum age of the newest touch that is still an opinion, s."""
 _MODE, _CONTACT, _STATUS = (TOUCH_COLUMN[name] for name in ("mode", "contact", "thermal_status"))
 _FORCE, _OBJECT_C, _PROBABILITY = (TOUCH_COLUMN[name] for name in ("contact_force_n", "object_c", "probability"))
 
@@ -57,6 +59,19 @@ def measured(touch: Touch) -> dict[str, Any]:
     }
 
 
+def known(client: SessionClient, now_ns: int) -> tuple[Touch | None, dict[str, Any]]:
+    """The touch that an opinion rests on, and the opinion; without a session or a young touch, None and no fingers."""
+    touch = client.touch
+    if not client.session.ident or touch is None:
+        return None, {"state": DISCONNECTED, "fingers": {}}
+    gap_ns = client.acceptance.gap_ns(now_ns)
+    age_s = math.inf if gap_ns is None else gap_ns * 1e-9
+    said = opinion(touch)
+    if shown_state(said["state"], (Source(age_s, SILENT_S),)) == SILENT:
+        return None, {"state": SILENT, "fingers": {}}
+    return touch, said
+
+
 def run_observer(config: ObserverConfig, stop: Callable[[], bool], tell: Callable[[str], object] = _SAY) -> None:
     """Tell a JSON line whenever what is identified changes, or nothing is known any more, until `stop()`.
 
@@ -66,7 +81,7 @@ def run_observer(config: ObserverConfig, stop: Callable[[], bool], tell: Callabl
     keys = load_keys(config.link.keys)
     remote_key = remote_public_key(config.link)
     loop = PeriodicLoop(1.0 / RATE_HZ)
-    last = UNKNOWN
+    last = None
     with OperatorLink(config.link.host, config.link.base_port, keys, remote_key, Role.OBSERVER) as link:
         client = SessionClient(
             link, capabilities((), RATE_HZ), config.link.max_age_s, want_engaged=False, role=OBSERVER
@@ -78,9 +93,8 @@ def run_observer(config: ObserverConfig, stop: Callable[[], bool], tell: Callabl
                 raise LinkProblem(
                     f"{config.link.host}:{config.link.base_port}: the remote site does not trust this key"
                 )
-            touch = client.touch if client.session.ident else None
-            now = opinion(touch) if touch is not None else UNKNOWN
-            if now == last:
+            touch, now = known(client, time.monotonic_ns())
+            if now == last or (last is None and touch is None):
                 continue
             last = now
             if touch is None:

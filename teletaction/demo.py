@@ -9,8 +9,10 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from common.config import SimNetworkConfig, load_config
+from common.health import NoStatus, read_status, young
 from common.process import StopSignal
 from common.scene import load_scene
+from common.shown_state import SILENT, seconds_old
 from teletaction.demo_files import CONSOLE, HOST, NETWORK, PROCESSES, DemoOptions, prepare
 from teletaction.ping import BarePing
 from teletaction.processes import SessionProcesses
@@ -154,8 +156,13 @@ def _status(path: Path) -> dict[str, object]:
 def _waiting_for(out: Path) -> str:
     said = []
     for name in ("remote", "operator"):
-        status = _status(out / f"{name}.json")
-        words = [name, status.get("state", "has not started"), status.get("missing"), _refusals(status.get("refused"))]
+        try:
+            status, age_s = read_status(out / f"{name}.json", time.monotonic_ns())
+        except NoStatus:
+            status, age_s = {"state": "has not started"}, 0.0
+        if not young(age_s):
+            status = {"state": f"{SILENT}, {seconds_old(age_s)}"}
+        words = [name, status.get("state"), status.get("missing"), _refusals(status.get("refused"))]
         said.append(" ".join(str(word) for word in words if word))
     return "; ".join(said)
 

@@ -13,14 +13,14 @@ from prometheus_client import Metric
 from prometheus_client.registry import Collector
 
 from common.health import NoStatus, read_status, young
-from common.packets import LinkState
+from common.shown_state import CONNECTED, DISCONNECTED, ENDED, ENGAGED, ENGAGING, FAULT, LOST, shown_state
 
 Sample = tuple[str, Mapping[str, str], float]
 """Name of a metric without its prefix, labels, value."""
 
 PREFIX = "teletaction_"
 METRICS: dict[str, tuple[str, str]] = {
-    "up": ("gauge", "Whether the process has rewritten its status file lately."),
+    "up": ("gauge", "Whether the process keeps its status file up to date."),
     "status_age_seconds": ("gauge", "Since the status file was written."),
     "loop_period_seconds": ("gauge", "Nominal period of the loop."),
     "loop_late_seconds": ("gauge", "Lateness of the loop's ticks since the start, by quantile (1 is the maximum)."),
@@ -34,7 +34,7 @@ METRICS: dict[str, tuple[str, str]] = {
     "loop_ticks_held_back": ("counter", "Ticks whose commands were too old to be sent to the devices when they ended."),
     "cpu_ratio": ("gauge", "Processor time used per second since the start."),
     "resident_memory_peak_bytes": ("gauge", "Largest resident memory so far."),
-    "session_state": ("gauge", "1 for the state that the session is in."),
+    "session_state": ("gauge", "1 for the state that may be shown of the session; lost: the far site is silent."),
     "fault": ("gauge", "Whether a fault is latched."),
     "devices_missing": ("gauge", "Whether a device is missing."),
     "packets_sent": ("counter", "Packets sent."),
@@ -60,7 +60,7 @@ METRICS: dict[str, tuple[str, str]] = {
 
 _MOST = 2.0**63
 """No figure is larger; not-a-number is no smaller either."""
-_STATES = tuple(state.name.lower() for state in LinkState)
+_STATES = (DISCONNECTED, CONNECTED, ENGAGING, ENGAGED, LOST, FAULT)
 
 
 class StatusCollector(Collector):
@@ -94,9 +94,10 @@ def process_samples(status: Path, now_ns: int) -> Iterator[Sample]:
     except NoStatus:
         yield "up", {}, 0.0
         return
-    yield "up", {}, float(young(age_s))
+    up = young(age_s) and told.get("state") != ENDED
+    yield "up", {}, float(up)
     yield "status_age_seconds", {}, age_s
-    if young(age_s):
+    if up:
         yield from samples(told)
 
 
@@ -111,8 +112,9 @@ def samples(told: Mapping[str, Any]) -> Iterator[Sample]:
 def _all(told: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, str], Any]]:
     yield from _of_process(told)
     if told.get("state") in _STATES:
+        shown = shown_state(told["state"], link_silent=bool(told.get("stale")))
         for state in _STATES:
-            yield "session_state", {"state": state}, told["state"] == state
+            yield "session_state", {"state": state}, shown == state
         yield "fault", {}, bool(told.get("fault"))
         yield "devices_missing", {}, bool(told.get("missing"))
     yield from _of_link(told)

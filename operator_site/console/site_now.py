@@ -9,6 +9,7 @@ from common.deadband import REFRESH_S
 from common.fingers import FINGERS
 from common.messages import Touch
 from common.packets import LinkState
+from common.shown_state import ENGAGING, LOST
 from operator_site.session_stop import REMOTE
 
 SILENT_S = 0.5
@@ -16,6 +17,8 @@ SILENT_S = 0.5
 LATE_S = 1.5 * REFRESH_S
 """A packet is due by then; one that a newer one has replaced before is not lost."""
 _OVERTAKEN_S = 2.0
+_ENGAGED_HERE = (ENGAGING, LOST)
+"""Words of a site that is engaged itself, while the far one is not, or is silent."""
 _DELAY_WINDOW_S = 1.0
 _LOSS_WINDOW_S = 10.0
 DEVICES = (*FINGERS, "exoskeleton", REMOTE)
@@ -164,7 +167,8 @@ class SiteNow:
         if 0.0 < self._told_s - t_s < _OVERTAKEN_S:
             return
         self._told_s = t_s
-        self.state = LinkState[str(told.get("state", self.state.name)).upper()]
+        state = str(told.get("state", self.state.name))
+        self.state = LinkState.ENGAGED if state in _ENGAGED_HERE else LinkState[state.upper()]
         self.fault = str(told.get("fault", ""))
         self.paused = str(told.get("paused", self.paused))
         self.remote_fault = str(told.get("remote_fault", ""))

@@ -5,8 +5,10 @@ import time
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from common.health import ill, main
+from common.health import OLDEST_S, ill, main
 from common.limits_table import limits_page
 
 NOW_NS = 1_000_000_000_000
@@ -41,6 +43,21 @@ def test_what_is_not_safe_or_not_fresh_is_not_healthy(tmp_path: Path, name: str,
     path = status(tmp_path, time_ns=NOW_NS, state="engaged", **(sound | {name: words}))
     assert ill(path, NOW_NS).endswith(f"{name}: {words}")
     assert ill(path, NOW_NS, "engaged").endswith(f"{name}: {words}")
+
+
+def test_a_process_that_ended_is_not_healthy_however_young_its_last_word(tmp_path: Path) -> None:
+    path = status(tmp_path, time_ns=NOW_NS, state="ended")
+    assert ill(path, NOW_NS).endswith("the process has ended")
+    assert ill(path, NOW_NS, "engaged").endswith("the process has ended")
+
+
+@given(age_s=st.floats(OLDEST_S, 1e6), words=st.sampled_from(["engaged", "engaging", "connected"]))
+def test_no_old_status_passes_for_a_state(tmp_path_factory: pytest.TempPathFactory, age_s: float, words: str) -> None:
+    path = status(tmp_path_factory.mktemp("old"), time_ns=NOW_NS - round(age_s * 1e9), state=words)
+    said = ill(path, NOW_NS, words)
+    assert words not in said
+    assert ": silent, " in said
+    assert said.endswith(f"s old, expected less than {OLDEST_S:g} s")
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"time_ns": "soon"}', '{"time_ns": null}'])

@@ -102,6 +102,20 @@ def test_it_ticks_at_its_rate_with_the_clocks_time() -> None:
     assert all(abs(step_ns - 2 * MS) < 1000 for step_ns in steps_ns)
 
 
+def test_the_last_status_says_that_the_process_has_ended(tmp_path: Path) -> None:
+    clock = Clock()
+    status = tmp_path / "remote.json"
+    states: list[str] = []
+
+    def look() -> None:
+        if status.exists():
+            states.append(json.loads(status.read_text())["state"])
+
+    run(clock, Site(clock), 3_500, status, each_second=look)
+    assert states == ["engaged"] * 3
+    assert json.loads(status.read_text())["state"] == "ended"
+
+
 def test_once_a_second_it_tells_its_figures_and_the_supervisor(tmp_path: Path) -> None:
     clock = Clock()
     site = Site(clock)
@@ -265,6 +279,8 @@ def test_a_real_supervisor_is_found_in_the_environment(tmp_path: Path, monkeypat
         ({"state": "fault", "fault": "thumb: too hot", "missing": "x"}, "fault: thumb: too hot"),
         ({"state": "disconnected", "missing": "index tacttip: opening"}, "disconnected: index tacttip: opening"),
         ({"state": "engaged", "behind": "400 of 500 ticks a second"}, "engaged: 400 of 500 ticks a second"),
+        ({"state": "engaged", "stale": "no touch for 0.30 s"}, "lost: no touch for 0.30 s"),
+        ({"state": "disconnected", "stale": "no remote site"}, "disconnected: no remote site"),
         ({}, "running"),
     ],
 )

@@ -7,7 +7,8 @@ import pytest
 
 from common.acceptance import Acceptance
 from common.limits import GAP_S
-from common.site_report import staleness
+from common.session import Session
+from common.site_report import in_brief, staleness
 
 NOW_NS = 1_000_000_000_000
 
@@ -31,3 +32,30 @@ def end(acts: bool, last_ns: int | None) -> Any:
 def test_only_a_site_that_acts_waits_for_something(acts: bool, gap_s: float | None, said: str) -> None:
     last_ns = None if gap_s is None else NOW_NS - round(gap_s * 1e9)
     assert staleness(end(acts, last_ns), "touch", NOW_NS, GAP_S) == said
+
+
+def engaged_end(*, both: bool, gap_s: float | None) -> Any:
+    """An end of an engaged session whose far side was last heard `gap_s` ago."""
+    session = Session()
+    session.connect(7)
+    session.engage()
+    session.heard(0, GAP_S, "touch")
+    session.heard(None if gap_s is None else round(gap_s * 1e9), GAP_S, "touch")
+    stopping = SimpleNamespace(asked_ns=None, after_s={})
+    return SimpleNamespace(session=session, both_engaged=both, stopped="", stopping=stopping)
+
+
+@pytest.mark.parametrize(
+    ("both", "gap_s", "said"),
+    [
+        (True, 0.01, "engaged"),
+        (True, GAP_S, "engaged"),
+        (True, GAP_S + 1e-3, "lost"),
+        (True, 1.2, "lost"),
+        (False, 0.01, "engaging"),
+        (False, 1.2, "lost"),
+        (False, None, "engaging"),
+    ],
+)
+def test_a_site_says_engaged_only_while_outputs_may_act(both: bool, gap_s: float | None, said: str) -> None:
+    assert in_brief(engaged_end(both=both, gap_s=gap_s), "")["state"] == said

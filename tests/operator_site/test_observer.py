@@ -84,6 +84,8 @@ class Session:
         self.operator_link = OperatorLink("127.0.0.1", base_port, load_keys(keys.operator), remote.public)
         self.operator = SessionClient(self.operator_link, dict(able), 0.15, True)
         self.touch = pressed()
+        self.observed = True
+        """Whether observers are sent what is touched."""
         self._sequence = 0
 
     def turn(self) -> None:
@@ -95,7 +97,8 @@ class Session:
             felt = self.touch.floats, self.touch.materials, self.touch.events
             packet = Touch(session.ident, self._sequence, now_ns, session.state, *felt).encode()
             self.link.send_latest("touch", packet)
-            self.link.send_latest("observed", packet)
+            if self.observed:
+                self.link.send_latest("observed", packet)
         self.operator.step(time.monotonic_ns(), "")
         self.operator.send_motion(time.monotonic_ns(), AT_REST)
 
@@ -165,13 +168,29 @@ def test_a_line_is_told_when_the_opinion_changes_and_when_there_is_none_any_more
         return "disconnected" in lines[-1].values()
 
     lines = session.observe(identified, presses_harder, lifts, ends)
-    first, lifted, last = lines[0], lines[-2], lines[-1]
-    assert len({json.dumps([line["state"], line["fingers"]]) for line in lines}) == len(lines) == 3
+    first, lifted, silent, last = lines
+    assert len({json.dumps([line["state"], line["fingers"]]) for line in lines}) == 4
+    assert silent["state"] == "silent", "its end is noticed later than that nothing comes"
     assert first["measured"]["index"]["force_n"] == 1.23
     assert first["state"] == "engaged"
     assert 0.0 < first["time_s"] <= time.monotonic()
     assert lifted["fingers"]["index"]["mode"] == "free"
     assert last == {"time_s": None, "age_ms": None, "state": "disconnected", "fingers": {}, "measured": {}}
+
+
+def test_an_opinion_that_has_grown_old_is_none(session: Session) -> None:
+    session.until(session.engaged)
+
+    def identified(lines: list[dict[str, Any]]) -> bool:
+        session.observed = not (bool(lines) and lines[-1]["fingers"]["index"]["material"] == "pine")
+        return not session.observed
+
+    def silent(lines: list[dict[str, Any]]) -> bool:
+        return lines[-1]["state"] not in ("connected", "engaged")
+
+    lines = session.observe(identified, silent)
+    assert session.server.session.ident, "the session is alive: only what is observed has stopped"
+    assert lines[-1] == {"time_s": None, "age_ms": None, "state": "silent", "fingers": {}, "measured": {}}
 
 
 def test_nothing_is_told_while_no_operator_is_there(session: Session) -> None:

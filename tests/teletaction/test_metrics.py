@@ -21,7 +21,7 @@ from prometheus_client.parser import text_string_to_metric_families
 
 from common.health import OLDEST_S
 from teletaction.cli import main
-from teletaction.metrics import METRICS, PREFIX, StatusCollector, samples
+from teletaction.metrics import METRICS, PREFIX, StatusCollector, process_samples, samples
 from teletaction.metrics_server import ListenProblem, MetricsServer, read_token
 
 STATUS: dict[str, Any] = {
@@ -171,6 +171,32 @@ def test_of_an_old_or_missing_status_nothing_is_told_but_that(tmp_path: Path) ->
         assert found["status_age_seconds", (("process", "old"),)] > OLDEST_S
         write_status(tmp_path / "absent.json", state="engaged")
         assert values(ask(address)[2])["up", (("process", "absent"),)] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("told", "shown"),
+    [
+        ({"state": "engaged"}, "engaged"),
+        ({"state": "engaged", "stale": "no touch for 0.30 s"}, "lost"),
+        ({"state": "lost", "stale": "no touch for 0.30 s"}, "lost"),
+        ({"state": "engaging"}, "engaging"),
+    ],
+)
+def test_no_state_that_acts_is_served_while_the_link_is_silent(told: dict[str, Any], shown: str) -> None:
+    found = {labels["state"]: value for name, labels, value in samples(told) if name == "session_state"}
+    assert [state for state, value in found.items() if value] == [shown]
+    assert ("fault", {}, 0.0) in list(samples(told))
+
+
+def test_a_process_that_ended_is_down_however_young_its_last_word(tmp_path: Path) -> None:
+    write_status(tmp_path / "remote.json", state="ended")
+    assert [(name, value) for name, _, value in process_samples(tmp_path / "remote.json", time.monotonic_ns())][:1] == [
+        ("up", 0.0)
+    ]
+    assert [name for name, _, _ in process_samples(tmp_path / "remote.json", time.monotonic_ns())] == [
+        "up",
+        "status_age_seconds",
+    ]
 
 
 JSON = st.recursive(

@@ -136,6 +136,12 @@ def test_a_packet_that_never_came_counts_where_nothing_came_in_time(console: Con
     assert shown(console, 102.1)["link"]["loss"] == pytest.approx(10 / 211, abs=0.005)
 
 
+@pytest.mark.parametrize("state", ["engaging", "lost"])
+def test_a_site_that_is_engaged_alone_is_understood(console: Console, state: str) -> None:
+    console.take("operator/figures", 102 * S, figures(state=state))
+    assert (console.site.state, console.damaged) == (LinkState.ENGAGED, 0)
+
+
 def test_damaged_messages_are_counted_and_harm_nothing(console: Console) -> None:
     for stream in ("operator/touch", "operator/rendered", "operator/skin", "operator/clock", "operator/session"):
         for payload in (b"", b"\xc1", msgpack.packb(7), msgpack.packb([]), msgpack.packb({"a": 1})):

@@ -1,0 +1,63 @@
+"""The word that is shown of a session never says more than is live."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from common.shown_state import (
+    ACTING,
+    CONNECTED,
+    DISCONNECTED,
+    ENGAGED,
+    ENGAGING,
+    FAULT,
+    LOST,
+    PAUSED,
+    SILENT,
+    STOPPED,
+    Source,
+    seconds_old,
+    shown_state,
+)
+
+KNOWN = st.sampled_from((DISCONNECTED, CONNECTED, ENGAGING, ENGAGED, PAUSED, FAULT, STOPPED))
+AGES_S = st.floats(0.0, 1e6) | st.floats(allow_nan=True, allow_infinity=True)
+SOURCES = st.lists(st.builds(Source, AGES_S, st.floats(0.0, 10.0)), max_size=4)
+
+
+@given(KNOWN, SOURCES, st.booleans(), st.booleans())
+def test_what_acts_is_shown_only_while_all_that_it_rests_on_is_live(
+    known: str, sources: list[Source], link_silent: bool, stopping: bool
+) -> None:
+    shown = shown_state(known, sources, link_silent=link_silent, stopping=stopping)
+    live = all(0.0 <= source.age_s <= source.limit_s for source in sources)
+    if shown in ACTING:
+        assert live
+        assert not link_silent
+        assert not stopping
+    assert (shown == SILENT) is not live
+    if live and not link_silent and not stopping:
+        assert shown == known
+
+
+@given(KNOWN, st.floats(0.0, 10.0), st.floats(min_value=0.0, exclude_min=True))
+def test_any_age_above_the_limit_is_silence(known: str, limit_s: float, above_s: float) -> None:
+    age_s = math.nextafter(limit_s, math.inf) + above_s
+    assert shown_state(known, (Source(0.0, limit_s), Source(age_s, limit_s))) == SILENT
+
+
+@pytest.mark.parametrize(("known", "shown"), [(ENGAGED, LOST), (ENGAGING, LOST), (PAUSED, PAUSED), (FAULT, FAULT)])
+def test_a_silent_link_ends_only_what_acts(known: str, shown: str) -> None:
+    assert shown_state(known, link_silent=True) == shown
+
+
+@pytest.mark.parametrize("known", [CONNECTED, ENGAGING, ENGAGED, PAUSED, FAULT, STOPPED])
+def test_a_stop_wins_over_every_other_state_that_is_live(known: str) -> None:
+    assert shown_state(known, link_silent=True, stopping=True) == STOPPED
+    assert shown_state(known, (Source(2.0, 1.0),), stopping=True) == SILENT
+
+
+def test_ages_are_said_for_people() -> None:
+    assert (seconds_old(2.04), seconds_old(math.inf)) == ("2.0 s old", "never heard")

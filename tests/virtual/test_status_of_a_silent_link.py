@@ -1,0 +1,47 @@
+"""Status files, supervisor and desk of both sites while nothing gets through: no site says that it is engaged."""
+
+import pytest
+
+from common.limits import GAP_S
+from common.site_loop import in_words
+from operator_site.desk_requests import answer_desk
+from operator_site.session_client import SILENCE_NS
+from tests.virtual.session import TICK_S, VirtualSession
+
+pytestmark = pytest.mark.virtual
+
+
+def states(session: VirtualSession) -> set[str]:
+    """The state by each way in which a site says it."""
+    operator, remote = session.operator, session.remote
+    now_ns = session.operator_host.now_ns()
+    desk = answer_desk(operator.client, operator.attendance, now_ns, "", "status", {})["state"]
+    figures = [site.figures() for site in (operator, remote)]
+    return {desk, *(str(told["state"]) for told in figures), *(in_words(told).split(":")[0] for told in figures)}
+
+
+def test_no_site_says_engaged_once_the_link_is_silent(working: VirtualSession) -> None:
+    assert states(working) == {"engaged"}
+    working.network.impair(cut=True)
+    working.run(GAP_S + 5 * TICK_S)
+    silent_s = SILENCE_NS * 1e-9
+    while not working.operator.client.acceptance.gap_ns(working.operator_host.now_ns()) >= 0.9 * silent_s * 1e9:
+        working.tick()
+        assert states(working) <= {"lost", "disconnected"}
+    working.run(silent_s)
+    assert states(working) == {"disconnected"}
+    working.network.heal()
+    working.until(lambda session: session.both_engaged, 3.0)
+    assert states(working) == {"engaged"}
+
+
+def test_a_site_whose_far_side_has_let_go_is_engaging_at_most(working: VirtualSession) -> None:
+    working.ask("disengage")
+    while working.remote.server.session.engaged:
+        working.tick()
+    assert working.remote.figures()["state"] == "connected"
+    while working.operator.client.session.engaged:
+        touch = working.operator.client.touch
+        assert touch is not None
+        assert (working.operator.figures()["state"] == "engaged") is (touch.state.name == "ENGAGED")
+        working.tick()
