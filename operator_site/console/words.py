@@ -151,7 +151,7 @@ def decision(status: ThermalStatus, material: str, told: Told, probability: floa
         case ThermalStatus.UNKNOWN:
             return "UNKNOWN", "UNKNOWN: matches nothing calibrated"
         case ThermalStatus.UNIDENTIFIABLE:
-            return "CANNOT TELL", "CANNOT TELL: no temperature difference, re-heating"
+            return "CANNOT TELL", "CANNOT TELL"  # there are many reasons, and touch packets name none
         case _:
             return "NO CONTACT", "NO CONTACT"
 

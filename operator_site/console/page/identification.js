@@ -30,7 +30,7 @@ export function decision(finger) {
   if (finger.decision === "IDENTIFIED") return [bestText || finger.line, ""];
   if (finger.decision === "DECIDING") return ["DECIDING", bestText];
   if (finger.decision === "NO CONTACT") return [WORDS.noContact, ""];
-  return [finger.decision, finger.line.replace(`${finger.decision}:`, "").trim()];
+  return [finger.decision, finger.line.replace(finger.decision, "").replace(":", "").trim()];
 }
 
 function showProperties(finger) {
