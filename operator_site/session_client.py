@@ -214,6 +214,7 @@ class SessionClient:
 
     def stop(self, now_ns: int, why: str) -> None:
         """Emergency stop of both sites: latch here at once, and ask the remote site until it has answered."""
+        self.want_engaged = False
         self.stopping.begin(now_ns, why)
 
     def disengage(self, now_ns: int, why: str = "asked for") -> None:

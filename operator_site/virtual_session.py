@@ -90,6 +90,7 @@ class VirtualSession:
 
     def stop(self, now_ns: int, why: str) -> None:
         """Emergency stop: latch at once."""
+        self.want_engaged = False
         self.session.latch(why)
         self.stopping.ask(now_ns)
         self.stopped = ""

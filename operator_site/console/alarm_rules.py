@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from common.fingers import FINGERS
-from common.limits import GAP_S, PLATE_FAULT_C, PLATE_PROFILES
+from common.limits import PLATE_FAULT_C, PLATE_PROFILES
 from common.packets import LinkState
 from operator_site.console import words
 from operator_site.console.alarms import Cause
@@ -49,19 +49,19 @@ def causes(
         live: whether it is now; a recording is not silent and has no page that is slow.
     """
     found: dict[str, Cause] = {}
-    silent_s = site.silent_s(now_s)
-    if live and silent_s > SILENT_S and math.isfinite(silent_s):
-        found["feed"] = Cause(Priority.HIGH, words.no_data(silent_s), words.DATA_BACK)
-        return found  # whatever else was known is old
+    old_s = now_s - site.heard_s
+    if live and old_s > SILENT_S and math.isfinite(old_s):
+        found["feed"] = Cause(Priority.HIGH, words.no_data(old_s), words.DATA_BACK)
+        if site.silent_s(now_s) > SILENT_S:
+            return found  # whatever else was known is old
     if (waiting := unconfirmed(now_s, site)) and site.stop_asked_s is not None:
         found["stop"] = Cause(Priority.HIGH, words.not_confirmed(waiting), words.STOP_LATE, silenceable=False)
-    if site.lost_engaged or (site.state is LinkState.ENGAGED and site.gap_s is not None and site.gap_s > GAP_S):
+    if site.lost_engaged or site.link_silent:
         found["link"] = Cause(Priority.HIGH, words.LINK_LOST, words.LINK_BACK)
     found |= _plates(now_s, site, fingers, used)
-    stopped = site.stop_asked_s is not None or site.fault.startswith("emergency stop")
-    if site.fault and not stopped and not any(cause.priority is Priority.HIGH for cause in found.values()):
+    if site.fault and not site.stopping and not any(cause.priority is Priority.HIGH for cause in found.values()):
         found["fault"] = Cause(Priority.HIGH, words.fault(site.fault), words.FAULT_OVER)
-    elif site.remote_fault and not stopped and not site.fault:
+    elif site.remote_fault and not site.stopping and not site.fault:
         found["remote fault"] = Cause(Priority.HIGH, words.remote_fault(site.remote_fault), words.FAULT_OVER)
     for name, ready in site.ready.items():
         if not ready and name in site.was_ready and "link" not in found and site.state is not LinkState.DISCONNECTED:

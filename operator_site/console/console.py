@@ -12,6 +12,7 @@ import numpy as np
 from common.fingers import FINGERS
 from common.messages import Touch
 from common.packets import BadPacket, LinkState
+from common.shown_state import CONNECTED, ENGAGED, ENGAGING, FAULT, PAUSED, STOPPED
 from operator_site.console.alarm_rules import Surroundings, causes
 from operator_site.console.alarms import Alarms
 from operator_site.console.fingers_now import FingersNow
@@ -27,6 +28,15 @@ log = logging.getLogger(__name__)
 ALARMS_EVERY_S = 0.1
 """Of a recording's time."""
 _HZ_PER_RPM = 1.0 / 60.0
+_DRAWN = {
+    CONNECTED: LinkState.CONNECTED,
+    ENGAGING: LinkState.CONNECTED,
+    PAUSED: LinkState.CONNECTED,
+    ENGAGED: LinkState.ENGAGED,
+    FAULT: LinkState.FAULT,
+    STOPPED: LinkState.FAULT,
+}
+"""How a picture says the state; what is lost or silent is drawn as disconnected."""
 
 
 @dataclass(slots=True)
@@ -98,7 +108,7 @@ class Console:
     def _rendered(self, t_s: float, row: list[Any]) -> None:
         both, gap_s, force_n, motor_rpm, plate_set_c, _, limited, _, _, _, _, plate_c, *_ = row
         motor_hz = [rpm * _HZ_PER_RPM for rpm in motor_rpm]
-        self.site.take_rendered(both, gap_s)
+        self.site.take_rendered(t_s, both, gap_s)
         self.fingers.take_rendered(t_s, force_n, motor_hz, plate_c, plate_set_c, limited)
         self.signals.take(t_s, "force_n", [force_n])
         self.signals.take(t_s, "motor_hz", [motor_hz, self.fingers.plates_c(t_s)])
@@ -130,10 +140,9 @@ class Console:
         figures = self.site.figures
         return bool(figures.get("recorded")) and not figures.get("recording_failed")
 
-    @property
-    def link_state(self) -> LinkState:
-        """Of the session, as it is drawn: a fault at the remote site is one."""
-        return LinkState.FAULT if self.site.remote_fault else self.site.state
+    def word(self, now_s: float) -> str:
+        """The state of the session, in one word."""
+        return self.site.word(now_s, live=self.live, pauses=self.book.pseudonym is not None)
 
     def newest_bin(self, now_s: float) -> int:
         """Number of the newest bin that a picture of now would hold."""
@@ -152,7 +161,7 @@ class Console:
         touching = self.fingers.in_contact(now_s)
         acting = [acts and used for acts, used in zip(self.fingers.acting(now_s), self.in_use, strict=True)]
         flags = Flags(
-            self.link_state,
+            _DRAWN.get(self.word(now_s), LinkState.DISCONNECTED),
             self.alarms.priority,
             self.recording,
             not self.live,

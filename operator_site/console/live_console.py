@@ -27,6 +27,7 @@ from operator_site.console.pages import Pages
 from operator_site.console.reporting import Reporting
 from operator_site.console.shown_state import shown_state
 from operator_site.console.site_now import SILENT_S
+from operator_site.console.site_time import SiteTime
 from operator_site.feed import BATCH_S, FeedReader
 
 log = logging.getLogger(__name__)
@@ -58,9 +59,10 @@ class LiveConsole:
         self.keeping = Keeping(config.record, metadata)
         opened.callback(self.keeping.close)
         self.console = Console()
+        self._time = SiteTime()
         control = Control()
         self.acts = Acts(self.console, self._desk, self.keeping, control, None)
-        self.pages = Pages(lambda: self.console, self.acts, control)
+        self.pages = Pages(lambda: self.console, self.acts, control, self._site_s)
         self.acts.reporting = Reporting(config.report_command, config.reports)
         self._go_on(self.keeping.before)
         self._operator = "operator.toml" if config.operator is None else str(config.operator)
@@ -70,27 +72,29 @@ class LiveConsole:
         self._skipped = 0
         self._answering = False
 
-    def step(self, now_s: float) -> None:
-        """Take what came, show what is due."""
+    def step(self, here_s: float) -> None:
+        """Take what came, show what is due; `here_s` is of the machine's clock."""
         fed = list(self._reader.receive())
         for stream, time_ns, payload in fed:
+            self._time.heard(here_s, time_ns * 1e-9)
             self.console.take(stream, time_ns, payload)
+        now_s = self._time.now_s(here_s)
         stopping = self.console.site.stop_asked_s is not None and None in self.console.site.stop_after_s.values()
-        if not self._answering and self._attend(now_s, _STOPPING_S if stopping else None):
+        if not self._answering and self._attend(here_s, _STOPPING_S if stopping else None):
             self._tell_desk()
-        if self._second(now_s):
+        if self._second(here_s):
             self._look_around()
             self._keep_felt(now_s)
-        if self._keep(now_s):
+        if self._keep(here_s):
             self.keeping.step(now_s)
             for alarm in self.console.alarms.take_changes():
                 record = {"id": alarm.ident, "priority": alarm.cause.priority.name.lower(), "text": alarm.text}
                 times = {"since_s": alarm.since_s, "ended_s": alarm.ended_s, "cleared_by": alarm.cleared_by}
                 self.keeping.write("console/alarm", now_s, {**record, **times, "active": alarm.ended_s is None})
-        if self._picture(now_s, 0.5 * BATCH_S if fed else 1.5 * BATCH_S):
+        if self._picture(here_s, 0.5 * BATCH_S if fed else 1.5 * BATCH_S):
             self.console.step(now_s)
             self.acts.step(now_s)
-            self.pages.show(self._shown(now_s) if self._state(now_s) else None)
+            self.pages.show(self._shown(now_s) if self._state(here_s) else None)
 
     def _go_on(self, before: KeptBefore) -> None:
         """Take up the examination that an earlier run has left under way; say so where that cannot be done."""
@@ -120,9 +124,13 @@ class LiveConsole:
             self._kept_s = samples[-1].t_s
             self.keeping.write("console/felt", now_s, {"samples": [tuple(sample) for sample in samples]})
 
+    def _site_s(self) -> float:
+        """The time on the site's clock, s."""
+        return self._time.now_s(time.monotonic())
+
     def figures(self) -> dict[str, object]:
         """What the status file tells."""
-        silent_s = self.console.site.silent_s(time.monotonic())
+        silent_s = self.console.site.silent_s(self._site_s())
         return {
             "stale": f"no word of the operator site for {silent_s:.1f} s" if silent_s > SILENT_S else "",
             "clients": len(self.pages.clients),
@@ -152,7 +160,7 @@ class LiveConsole:
         self._answering = False
         answer: Told | None = None if told.cancelled() or told.exception() is not None else told.result()
         if answer is not None:
-            self.console.desk(time.monotonic(), answer)
+            self.console.desk(self._site_s(), answer)
 
     def _look_around(self) -> None:
         holder = self.pages.control.holder

@@ -56,23 +56,6 @@ def shown_state(
     }
 
 
-def state_word(console: Console, now_s: float) -> str:
-    """Of the session, in one word."""
-    site = console.site
-    if console.live and site.silent_s(now_s) > 2.0 * SILENT_S:
-        return "disconnected"
-    if site.state is LinkState.FAULT or site.remote_fault:
-        stopped = site.stop_asked_s is not None or site.fault.startswith("emergency stop")
-        return "stopped" if stopped else "fault"
-    if site.state is LinkState.ENGAGED:
-        return "engaged" if site.both else "engaging"
-    if site.wanted and site.state is LinkState.CONNECTED:
-        return "engaging"
-    if site.paused and console.book.pseudonym is not None:
-        return "paused"
-    return site.state.name.lower()
-
-
 def refusal(console: Console) -> str:
     """Why engaging would be refused now; empty where it would not."""
     site = console.site
@@ -88,7 +71,7 @@ def refusal(console: Console) -> str:
 
 def _session(console: Console, now_s: float) -> dict[str, Any]:
     return {
-        "state": state_word(console, now_s),
+        "state": console.word(now_s),
         "why": words.finger(console.site.paused) if console.site.paused not in ("", "asked for") else "",
         "clock_s": _rounded(console.clock_s(now_s), 1),
         "pseudonym": console.book.pseudonym,
@@ -171,7 +154,7 @@ def checks(console: Console, now_s: float, operator: str) -> list[dict[str, Any]
     """What must be there before a session, beside the devices: each ready, or what to do about it."""
     site, around = console.site, console.around
     doctor = f"teletaction doctor --config {operator}"
-    answers = site.silent_s(now_s) <= 2.0 * SILENT_S or not console.live
+    answers = site.silent_s(now_s) <= SILENT_S or not console.live
     connected = answers and site.session != 0
     link = site.link.shown(now_s)
     measured = link["delay_ms"] is not None

@@ -7,9 +7,20 @@ from typing import Any
 
 from common.deadband import REFRESH_S
 from common.fingers import FINGERS
+from common.limits import GAP_S
 from common.messages import Touch
 from common.packets import LinkState
-from common.shown_state import ENGAGING, LOST
+from common.shown_state import (
+    CONNECTED,
+    DISCONNECTED,
+    ENGAGED,
+    ENGAGING,
+    FAULT,
+    LOST,
+    PAUSED,
+    Source,
+    shown_state,
+)
 from operator_site.session_stop import REMOTE
 
 SILENT_S = 0.5
@@ -19,10 +30,17 @@ LATE_S = 1.5 * REFRESH_S
 _OVERTAKEN_S = 2.0
 _ENGAGED_HERE = (ENGAGING, LOST)
 """Words of a site that is engaged itself, while the far one is not, or is silent."""
+_ROUNDING_S = 1e-3
 _DELAY_WINDOW_S = 1.0
 _LOSS_WINDOW_S = 10.0
 DEVICES = (*FINGERS, "exoskeleton", REMOTE)
 """Seven devices, as people name them."""
+
+
+def _age_s(now_s: float, at_s: float) -> float:
+    """Of what came at `at_s`, s; a later time within _ROUNDING_S is now."""
+    age_s = now_s - at_s
+    return 0.0 if -_ROUNDING_S < age_s < 0.0 else age_s
 
 
 def device_named(name: str) -> str:
@@ -112,16 +130,54 @@ class SiteNow:
         self.stop_after_s: dict[str, float | None] = {}
         self._told_s = -math.inf
         """When the newest that is known of the session was so."""
-        self.heard_s = self.desk_s = -math.inf
-        """When the site fed something, and when its desk answered last."""
+        self.heard_s = self.desk_s = self.rendered_s = -math.inf
+        """When the site fed something, when its desk answered, and when it said what leaves for the devices, last."""
         self.ready: dict[str, bool] = {}
         """For each device whether it is there, and in `was_ready` whether it ever was."""
         self.was_ready: set[str] = set()
         self.whys: dict[str, str] = {}
 
     def silent_s(self, now_s: float) -> float:
-        """For how long nothing was heard; infinite when nothing ever was."""
-        return now_s - max(self.heard_s, self.desk_s)
+        """For how long nothing was heard; infinite when nothing ever was. What is of a later time is no word of now."""
+        ages_s = [_age_s(now_s, at_s) for at_s in (self.heard_s, self.desk_s)]
+        return min((age_s for age_s in ages_s if age_s >= 0.0), default=math.inf)
+
+    @property
+    def link_silent(self) -> bool:
+        """Whether no touch comes while this site is engaged: its outputs are neutral."""
+        return self.state is LinkState.ENGAGED and self.gap_s is not None and self.gap_s > GAP_S
+
+    @property
+    def stopping(self) -> bool:
+        """Whether an emergency stop of this site is latched."""
+        return self.stop_asked_s is not None or self.fault.startswith("emergency stop")
+
+    def word(self, now_s: float, *, live: bool, pauses: bool) -> str:
+        """The state to show.
+
+        Args:
+            now_s: s of the site's clock.
+            live: whether it is now; a recording is never silent.
+            pauses: whether a session that was disengaged is a pause, as in an examination.
+        """
+        sources = []
+        if live and math.isfinite(max(self.heard_s, self.desk_s)):
+            sources.append(Source(self.silent_s(now_s), SILENT_S))
+            if self.state is LinkState.ENGAGED:
+                sources.append(Source(_age_s(now_s, self.rendered_s), SILENT_S))
+        return shown_state(self._known(pauses), sources, link_silent=self.link_silent, stopping=self.stopping)
+
+    def _known(self, pauses: bool) -> str:
+        """The last known state."""
+        if self.state is LinkState.FAULT or self.remote_fault:
+            return FAULT
+        if self.state is LinkState.ENGAGED:
+            return ENGAGED if self.both else ENGAGING
+        if self.state is LinkState.DISCONNECTED:
+            return DISCONNECTED
+        if self.wanted:
+            return ENGAGING
+        return PAUSED if self.paused and pauses else CONNECTED
 
     def take_happening(self, t_s: float, what: str, session: int, text: str) -> None:
         """Something happened to the session."""
@@ -142,9 +198,9 @@ class SiteNow:
                 self.state, self.fault = LinkState.CONNECTED if session else LinkState.DISCONNECTED, ""
                 self.stop_asked_s, self.stop_after_s = None, {}
 
-    def take_rendered(self, both: bool, gap_s: float | None) -> None:
+    def take_rendered(self, t_s: float, both: bool, gap_s: float | None) -> None:
         """Whether outputs may act, and for how long no touch has come."""
-        self.both, self.gap_s = both, gap_s
+        self.rendered_s, self.both, self.gap_s = t_s, both, gap_s
 
     def take_figures(self, t_s: float, figures: dict[str, Any]) -> None:
         """What its status file tells; raises TypeError where that is no map."""

@@ -9,7 +9,10 @@ MAGIC, VERSION, PICTURE, TILE, SNAPSHOT = 0x7EA7, 1, 1, 2, 3
 FINGERS = ("thumb", "index", "middle", "ring", "little")
 DEVICES = (*FINGERS, "exoskeleton", "remote hand")
 SPAN_S = 0.033
-LINK_STATES = {"disconnected": 0, "connected": 1, "engaging": 1, "engaged": 2, "paused": 1, "fault": 3, "stopped": 3}
+LINK_STATES = {
+    "disconnected": 0, "lost": 0, "silent": 0, "connected": 1, "engaging": 1, "paused": 1, "engaged": 2, "fault": 3,
+    "stopped": 3,
+}  # fmt: skip
 PRIORITIES = {"low": 1, "medium": 2, "high": 3}
 MATERIALS = ["skin dermis", "PVC", "rubber", "aluminium", "fat", "acrylic"]
 RANGES = {"temperature": [-10.0, 60.0], "roughness": [0.001, 10.0], "stiffness": [50.0, 20000.0], "material": [0, 5]}
@@ -301,11 +304,11 @@ def unknown() -> Scenario:
 
 
 def cannot_tell() -> Scenario:
-    """No temperature difference."""
+    """The remote site cannot tell, and does not say why."""
     scenario = engaged()
     scenario.state["fingers"][1] |= {
         "decision": "CANNOT TELL",
-        "line": "CANNOT TELL: no temperature difference, re-heating",
+        "line": "CANNOT TELL",
         "candidates": [],
     }
     return scenario
@@ -326,6 +329,12 @@ def fault() -> Scenario:
     scenario.alarm("link", "high", "LINK LOST. Outputs are neutral. Wait for the link.")
     scenario.alarm("slow", "medium", "Link slow: 210 ± 8 ms. Move slowly.", active=False, ended_s=712.0)
     return scenario.alarm("disk", "low", "Disk 91 % full.")
+
+
+def lost() -> Scenario:
+    """The link has been silent for a moment, and both sites are still engaged."""
+    scenario = engaged().session(state="lost")
+    return scenario.alarm("link", "high", "LINK LOST. Outputs are neutral. Wait for the link.")
 
 
 def stop_of(times: dict[str, float | None], *, late: bool) -> dict[str, Any]:
@@ -424,7 +433,7 @@ def silent() -> Scenario:
 SCENARIOS = {
     made.__name__: made
     for made in (
-        disconnected, connected, ready, engaging, engaged, ambiguous, unknown, cannot_tell, paused, fault, stopping,
-        stopped, stop_not_confirmed, missing_devices, observer, elsewhere, playback, ended, silent,
+        disconnected, connected, ready, engaging, engaged, lost, ambiguous, unknown, cannot_tell, paused, fault,
+        stopping, stopped, stop_not_confirmed, missing_devices, observer, elsewhere, playback, ended, silent,
     )
 }  # fmt: skip

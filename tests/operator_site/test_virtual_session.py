@@ -60,7 +60,8 @@ def test_an_emergency_stop_latches_until_it_is_cleared_and_says_what_the_devices
     working = Working()
     working.press(ALUMINIUM_M)
     working.devices.on = {"index tacttip": "motor on"}
-    assert working.ask("estop")["state"] == "fault"
+    told = working.ask("estop")
+    assert (told["state"], told["wanted"]) == ("fault", False)
     assert neutral(working.go(0.2)[-1])
     assert working.ask("status")["estop"] == ""
     working.devices.on = {"index tacttip": ""}

@@ -1,7 +1,7 @@
 // The first button: engage, pause, resume, clear. What drives fingers is held for 1 s or pressed twice.
 import { latched } from "./alarms.js";
 import { byId, make, remake, write } from "./dom.js";
-import { acts, lastTold, live, now } from "./now.js";
+import { acts, driven, lastTold, live, now } from "./now.js";
 import { open } from "./sheets.js";
 import { FIXED, WORDS } from "./words.js";
 
@@ -28,7 +28,8 @@ function current() {
   const nothing = { text: WORDS.engage, press: () => {}, disabled: true };
   if (!acts() || !live()) return nothing;
   if (now.stopPressed || (now.state.stop && !now.state.stop.confirmed)) return { ...nothing, text: WORDS.clear };
-  if (["engaged", "engaging"].includes(told)) return { text: WORDS.pause, key: "P", press: pause };
+  if (told === "silent") return nothing;
+  if (driven()) return { text: WORDS.pause, key: "P", press: pause };
   if (clearable()) return { verb: "clear_fault", hold: true, text: WORDS.clear, confirm: WORDS.confirmClear, key: "C" };
   if (!in_control) return { text: FIXED.takeControl, more: WORDS.controlElsewhere(now.state.you.control), press: () => ask("take_control") };
   if (told === "disconnected") return nothing;
@@ -49,7 +50,7 @@ export async function ask(verb, details = {}) {
 }
 
 export function pause() {
-  if (acts() && ["engaged", "engaging"].includes(lastTold())) ask("disengage");
+  if (acts() && driven()) ask("disengage");
 }
 
 // A held key or press: the ring fills for 1 s; let go before, a second press within 5 s does it, too.

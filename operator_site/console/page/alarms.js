@@ -1,10 +1,10 @@
 // B, the alarm line, its list (A), its sound; the page's own alarms when nothing is drawn any more.
 import { byId, make, remake, shape, write } from "./dom.js";
-import { lastTold, now, playback, unseen_s } from "./now.js";
+import { driven, now, playback, silent_s } from "./now.js";
 import { AGAIN_S, burst } from "./sound.js";
 import { WORDS } from "./words.js";
 
-const NO_PICTURE_S = 0.5, QUIET_S = 60, ANNOUNCE_MS = 2000, LONG = 52;
+const QUIET_S = 60, ANNOUNCE_MS = 2000, LONG = 52;
 const RANK = { high: 3, medium: 2, low: 1 };
 const quietUntil_ms = new Map(), sounded = new Map();
 let connection = null, announced = "", announcedAt_ms = -Infinity;
@@ -16,13 +16,13 @@ export function startAlarms(link) {
 
 // One cause, one alarm: without a connection only that is said, and what became of STOP.
 function own() {
-  const driven = ["engaging", "engaged"].includes(lastTold()), urgent = driven ? "high" : "medium", late_s = unseen_s();
+  const acted = driven(), urgent = acted ? "high" : "medium", late_s = silent_s();
   const alarms = [], raise = (id, priority, text) => alarms.push({ id, priority, text, active: true });
   if (now.stopPressed && !now.connected) raise("stop-not-sent", "high", WORDS.stopNotSent);
   if (now.refused) raise("refused", "medium", WORDS.refused);
-  else if (late_s > NO_PICTURE_S && !now.connected) raise("no-connection", urgent, WORDS.noConnection);
-  else if (late_s > NO_PICTURE_S) raise("no-data", urgent, WORDS.noData(late_s));
-  else if (!driven && now.state?.session.why) raise("paused", "low", WORDS.pausedBy(now.state.session.why));
+  else if (late_s > 0 && !now.connected) raise("no-connection", urgent, WORDS.noConnection);
+  else if (late_s > 0) raise("no-data", urgent, WORDS.noData(late_s));
+  else if (!acted && now.state?.session.why) raise("paused", "low", WORDS.pausedBy(now.state.session.why));
   return alarms;
 }
 

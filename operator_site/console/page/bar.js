@@ -3,7 +3,7 @@ import { byId, write } from "./dom.js";
 import { live, now, playback, shownState } from "./now.js";
 import { clock, delay, linkMore, STATES, WORDS } from "./words.js";
 
-const SHAPES = { fault: "stopped", stopping: "stopped" };
+const SHAPES = { fault: "stopped", stopping: "stopped", lost: "unknown" };
 const MARK_STEPS = 4;
 let steps = 0;
 

@@ -5,7 +5,7 @@ import { showBar, stepMark } from "./bar.js";
 import { drawChart, followChart, startChart } from "./chart.js";
 import { Connection } from "./connection.js";
 import { startDetails } from "./details.js";
-import { byId } from "./dom.js";
+import { byId, write } from "./dom.js";
 import { followFingers, showFingers, startFingers } from "./fingers.js";
 import { drawHand } from "./hand.js";
 import { showIdentification } from "./identification.js";
@@ -13,7 +13,7 @@ import { startKeys } from "./keys.js";
 import { drawMap, followMap, readOut, showAgain, showMapTable, startMap, takeTile } from "./map.js";
 import { marked, moveTo, showMarking, startMarking } from "./marking.js";
 import { showNotes, startNotes } from "./notes.js";
-import { followContact, live, now } from "./now.js";
+import { followContact, live, now, shownState } from "./now.js";
 import { showPlayback, startPlayback } from "./playback.js";
 import { showSession, startSession } from "./session.js";
 import { startSheets } from "./sheets.js";
@@ -21,11 +21,11 @@ import { wakeSound } from "./sound.js";
 import { sendKept, showStop, startStop } from "./stop.js";
 import { drawStrips, showStripTable, startStrips } from "./strips.js";
 import { startTheme } from "./theme.js";
-import { speakIn } from "./words.js";
+import { speakIn, STATES } from "./words.js";
 
-const NUMBERS_MS = 250, SAID_MS = 6000;
+const NUMBERS_MS = 250, STATE_MS = 100, SAID_MS = 6000;
 const pending = [];
-let framed = false, said = "", saidUntil_ms = 0;
+let framed = false, said = { text: "", until_ms: 0, under: null, names: null };
 
 const connection = new Connection({
   open() {
@@ -73,9 +73,15 @@ function draw() {
   for (const picture of pictures) connection.drew(picture.sequence);
 }
 
-function showNow() {
+// What stands still has to be noticed soon: this runs ten times a second.
+function showState() {
   showBar();
   showAlarms();
+  dropSaid();
+}
+
+function showNow() {
+  showState();
   showStop();
   showActions();
   showSession();
@@ -93,15 +99,27 @@ function showNumbers() {
   showStripTable();
   showMapTable();
   soundAlarms();
-  readOut(performance.now() < saidUntil_ms ? said : "");
+  readOut(performance.now() < said.until_ms ? said.text : "");
 }
 
 // What an act was answered stands below the map for 6 s, and is spoken.
 function say(text) {
-  said = text;
-  saidUntil_ms = performance.now() + SAID_MS;
+  const names = Object.values(STATES).find(word => text.startsWith(word)) ?? null;
+  said = { text, until_ms: performance.now() + SAID_MS, under: STATES[shownState()], names };
   byId("polite").textContent = text;
   readOut(text);
+}
+
+// An answer that names a state stands under the state in which it came and under the one it names, and no other.
+function dropSaid() {
+  const shown = STATES[shownState()];
+  if (said.names === null || shown === said.under) return;
+  if (shown === said.names) said.under = shown;
+  else {
+    if (byId("polite").textContent === said.text) write(byId("polite"), "");
+    said = { text: "", until_ms: 0, under: null, names: null };
+    readOut("");
+  }
 }
 
 function choose(finger) {
@@ -132,5 +150,6 @@ window.addEventListener("keydown", wakeSound, { capture: true });
 document.addEventListener("focusin", showStop);
 document.addEventListener("focusout", () => setTimeout(showStop));
 setInterval(showNumbers, NUMBERS_MS);
+setInterval(showState, STATE_MS);
 showNow();
 connection.start();

@@ -1,9 +1,8 @@
 // What the page knows at this moment: the newest state and picture, when they came, and what follows from both.
 import { FINGER_COUNT } from "./picture.js";
+import { ACTING, OF_LINK, shownWord, silence } from "./shown.js";
 
-export const NOT_LIVE_S = 1.0, HELD_S = 1.0;
-export const OF_LINK = ["disconnected", "connected", "engaged", "fault"];
-const LINK_OF = { disconnected: 0, connected: 1, engaging: 1, engaged: 2, paused: 1, fault: 3, stopped: 3 };
+export const HELD_S = 1.0;
 
 export const now = {
   state: null, stateAt_ms: -Infinity, picture: null, pictureAt_ms: -Infinity, loaded_ms: performance.now(),
@@ -18,14 +17,15 @@ export function acts() {
   return now.state?.you.role === "act" && !playback();
 }
 
-// Seconds since the last picture was drawn. A hidden page draws none and is not late; a recording may stand still.
-export function unseen_s(at_ms = performance.now()) {
-  if (document.hidden || (playback() && now.connected)) return 0;
-  return (at_ms - Math.max(now.pictureAt_ms, now.loaded_ms)) / 1000;
+// Seconds for which the console has been silent; 0 while it is not. A hidden page draws no picture; a recording may stand still.
+export function silent_s(at_ms = performance.now()) {
+  if (playback() && now.connected) return 0;
+  const age_s = since_ms => (at_ms - Math.max(since_ms, now.loaded_ms)) / 1000;
+  return silence(document.hidden ? null : age_s(now.pictureAt_ms), age_s(now.stateAt_ms));
 }
 
 export function live() {
-  return now.connected && now.picture !== null && now.state !== null && unseen_s() < NOT_LIVE_S;
+  return now.connected && now.picture !== null && now.state !== null && silent_s() === 0;
 }
 
 // The last state that was told, however old: what STOP's keys go by when nothing is heard any more.
@@ -33,21 +33,23 @@ export function lastTold() {
   return now.state ? now.state.session.state : "disconnected";
 }
 
-// Either source arms STOP's keys: a picture tells of engaging up to 0.1 s before the state.
+// Whether outputs acted when something was heard last, or may act unseen.
+export function driven() {
+  return [...ACTING, "lost", "silent"].includes(lastTold());
+}
+
+// Either source arms STOP's keys: a picture may say that outputs act up to 0.1 s before the state.
 export function underWay() {
-  const engaged = now.picture !== null && now.picture.state === LINK_OF.engaged;
-  return acts() && (engaged || ["engaging", "engaged", "paused"].includes(lastTold()));
+  const engaged = now.picture !== null && OF_LINK[now.picture.state] === "engaged";
+  return acts() && (engaged || driven() || lastTold() === "paused");
 }
 
 export function shownState() {
-  if (!now.connected || !now.state || (!live() && now.picture !== null)) return "unknown";
+  if (!now.connected || !now.state) return "unknown";
   if (playback()) return "playback";
-  const told = now.state.session.state, stop = now.state.stop;
-  if (now.stopPressed || (stop && !stop.confirmed)) return "stopping";
-  if (now.picture && now.pictureAt_ms > now.stateAt_ms && now.picture.state !== LINK_OF[told]) {
-    if (told !== "engaging" || now.picture.state === LINK_OF.fault) return OF_LINK[now.picture.state];
-  }
-  return told;
+  const { session, stop } = now.state;
+  const drawn = now.picture && now.pictureAt_ms > now.stateAt_ms ? now.picture.state : null;
+  return shownWord({ told: session.state, drawn, silent_s: silent_s(), stopping: now.stopPressed || Boolean(stop && !stop.confirmed) });
 }
 
 // The active finger: the chosen one, else the one that touched last, held at least a second.

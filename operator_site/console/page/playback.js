@@ -1,7 +1,8 @@
 // A recording in the same page: play, pause, speed, and a slider with alarms and findings as ticks.
 import { ask } from "./actions.js";
 import { byId, make, remake, write } from "./dom.js";
-import { now, OF_LINK, playback } from "./now.js";
+import { now, playback } from "./now.js";
+import { OF_LINK } from "./shown.js";
 import { STATES, WORDS } from "./words.js";
 
 const SPEEDS = [0.5, 1, 2, 4, 8], HELD_MS = 400;

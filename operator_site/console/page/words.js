@@ -9,7 +9,7 @@ export const SIDES = ["", "head", "feet", "left", "right"];
 
 export const STATES = {
   unknown: "NOT LIVE", disconnected: "DISCONNECTED", connected: "CONNECTED", engaging: "ENGAGING", engaged: "ENGAGED",
-  paused: "PAUSED", fault: "FAULT", stopped: "STOPPED", stopping: "STOPPING", playback: "RECORDING",
+  paused: "PAUSED", lost: "LINK LOST", fault: "FAULT", stopped: "STOPPED", stopping: "STOPPING", playback: "RECORDING",
 };
 
 // Those of index.html.

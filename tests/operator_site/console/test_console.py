@@ -78,7 +78,7 @@ def test_what_is_too_old_is_not_shown(console: Console) -> None:
     assert finger["decision"] == "NO CONTACT"
     assert [finger[name] for name in ("object_c", "stiffness_n_m", "roughness_v", "contact_s")] == [None] * 4
     assert state["link"] == {"delay_ms": None, "delay_sd_ms": None, "age_ms": None, "loss": None}
-    assert state["session"]["state"] == "disconnected"
+    assert state["session"]["state"] == "silent"
 
 
 def test_a_plate_without_a_reading_has_none(console: Console) -> None:
