@@ -41,6 +41,7 @@ const connection = new Connection({
     showNow();
   },
   picture(picture) {
+    picture.came_ms = performance.now(); // it may be drawn after a state that came later
     pending.push(picture);
     if (!framed) { framed = true; requestAnimationFrame(draw); }
   },

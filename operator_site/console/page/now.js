@@ -48,7 +48,7 @@ export function shownState() {
   if (!now.connected || !now.state) return "unknown";
   if (playback()) return "playback";
   const { session, stop } = now.state;
-  const drawn = now.picture && now.pictureAt_ms > now.stateAt_ms ? now.picture.state : null;
+  const drawn = now.picture && now.picture.came_ms > now.stateAt_ms ? now.picture.state : null;
   return shownWord({ told: session.state, drawn, silent_s: silent_s(), stopping: now.stopPressed || Boolean(stop && !stop.confirmed) });
 }
 
