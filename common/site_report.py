@@ -121,6 +121,11 @@ def desk_answer(verb: str, end: SessionEnd, not_ready: str) -> dict[str, Any]:
     return told
 
 
+def recording_stopped(recorder: Recorder | None, contain: Containment) -> str:
+    """Why a site's recording stopped; empty while it has not, and where there is none."""
+    return (recorder.failed if recorder is not None else None) or contain.latest.get("record", "")
+
+
 def site_figures(
     end: SessionEnd,
     devices: Devices,
@@ -147,7 +152,6 @@ def site_figures(
         stale: what the site has waited for too long; empty where all is fresh.
     """
     acceptance = end.acceptance
-    recording = recording_figures(recorder)
     return {
         **in_brief(end, devices.missing()),
         "stale": stale,
@@ -161,7 +165,7 @@ def site_figures(
         "received": {acts_on: acceptance.received},
         "superseded": {acts_on: acceptance.lost},
         "refused": {acts_on: dict(acceptance.refused), "damaged": dict(end.damaged)},
-        **recording,
-        "recording_failed": recording["recording_failed"] or contain.latest.get("record", ""),
+        **recording_figures(recorder),
+        "recording_failed": recording_stopped(recorder, contain),
         "contained": dict(contain.places),
     }

@@ -32,6 +32,10 @@ class OperatorSession(SessionEnd, Protocol):
         """The fault that is latched at the other end; empty when there is none."""
 
     @property
+    def remote_recording(self) -> str:
+        """Why the recording at the other end stopped; empty while it has not, or where that is not known."""
+
+    @property
     def refusal(self) -> str:
         """Why the other end will not; empty when it does."""
 

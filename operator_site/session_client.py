@@ -21,6 +21,7 @@ from common.rate_limiter import RateLimiters
 from common.session import Session
 from common.session_messages import LONGEST_REFUSAL, Answer, Heartbeat, Request
 from common.streams import STREAMS
+from operator_site.remote_status import recording_stopped
 from operator_site.session_stop import SessionStop
 
 log = logging.getLogger(__name__)
@@ -31,6 +32,8 @@ LONGEST_TOLD = 80
 """Characters of what the remote site says of its calibration."""
 _ASK_NS = 200_000_000
 """Between two tries of the same request."""
+_STATUS_NS = 1_000_000_000
+"""Between two questions how the remote site is, while it has no fault."""
 _BEAT_NS = round(1e9 / STREAMS["heartbeat"].rate_hz)
 _LONG_AGO_NS = -(10**18)
 _PACKETS_PER_S, _PACKETS_AT_ONCE = 100.0, 200
@@ -68,6 +71,8 @@ class SessionClient:
     """What the remote site said of itself at hello."""
     remote_fault: str = ""
     """The fault that is latched at the remote site; empty when there is none."""
+    remote_recording: str = ""
+    """Why the remote site's recording stopped; empty while it has not, or where that is not known."""
     acceptance: Acceptance = field(init=False)
     stopping: SessionStop = field(init=False)
     damaged: Counter[str] = field(default_factory=Counter)
@@ -160,6 +165,8 @@ class SessionClient:
                 self._ask("status", now_ns, {})
         elif self.remote_fault:
             self.remote_fault = self.refusal = ""
+        if now_ns - self._asked_ns.get("status", _LONG_AGO_NS) >= _STATUS_NS:
+            self._ask("status", now_ns, {})
         if self._remote_let_go():
             self.session.disengage("the remote site is no longer engaged")
         if self.want_engaged and self.session.state is LinkState.CONNECTED and self._in_time() and not not_ready:
@@ -248,7 +255,7 @@ class SessionClient:
     def _end(self, why: str) -> None:
         self.session.disconnect(why)
         self.want_engaged = self.want_engaged and self.engages_itself
-        self.remote_fault = ""
+        self.remote_fault = self.remote_recording = ""
         self.stopping.remote_gone(why)
 
     def _ask(self, verb: str, now_ns: int, details: dict[str, Any]) -> None:
@@ -284,11 +291,23 @@ class SessionClient:
             self.refusal = refusal
         elif verb == "estop":
             self.stopping.answered(answer)
-        elif verb == "status":
-            self.remote_fault = str(answer.details.get("fault", ""))[:LONGEST_REFUSAL]
+        elif verb == "status" and not answer.refused:
+            self._status(answer.details)
         elif verb == "clear_fault" and answer.refused:
             self.refusal = answer.refused
             log.warning("clear_fault refused: %s", answer.refused)
+
+    def _status(self, details: dict[str, Any]) -> None:
+        if self.touch is not None and self.touch.state is LinkState.FAULT:
+            self.remote_fault = str(details.get("fault", ""))[:LONGEST_REFUSAL]
+        try:
+            recording = recording_stopped(details)
+        except BadPacket as error:
+            self._count_damaged("control", error)
+            return
+        if recording and recording != self.remote_recording:
+            log.warning("the remote site's recording stopped: %s", recording)
+        self.remote_recording = recording
 
     def _welcomed(self, verb: str, answer: Answer, now_ns: int) -> str:
         """Take a granted hello or engage; returns why this site will not have it, empty when it will."""
@@ -320,7 +339,7 @@ class SessionClient:
         self.session.connect(ident, f"calibration {self.remote.get('calibration', 'unknown')}")
         self.clock = ClockOffset()
         self.touch = None
-        self.remote_fault = ""
+        self.remote_fault = self.remote_recording = ""
         self.acceptance.restart()
         self.acceptance.max_age_ns = round(self.max_age_s * 1e9)
         self._motion_sequence = 0

@@ -175,6 +175,7 @@ class OperatorSite:
             "stiffest_n_m": self.rendering.wall.stiffest_n_m,
             "produced_mj": self.rendering.produced_mj,
             "remote_fault": client.remote_fault,
+            "remote_recording": client.remote_recording,
             "refusal": client.refusal,
             "calibrated": client.calibrated,
             "wanted": client.want_engaged,

@@ -37,6 +37,7 @@ class VirtualSession:
     stopped: str = ""
     """What came of the last emergency stop; empty while it is under way."""
     remote_fault: str = ""
+    remote_recording: str = ""
     refusal: str = ""
     calibrated: str = "Virtual: everything is as its scene says."
     spared: int = 0

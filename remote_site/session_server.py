@@ -3,6 +3,7 @@
 import logging
 import secrets
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -62,6 +63,8 @@ class SessionServer:
     """What came of the last emergency stop; empty while it is under way, or when there was none."""
     observers: dict[str, int] = field(default_factory=dict)
     """Keys of those who look on, and when each was last heard."""
+    recording_stopped: Callable[[], str] = str
+    """Why this site's recording stopped; empty while it has not."""
     contain: Containment = field(default_factory=Containment)
     """Counts what requests raise."""
     expelled: Counter[str] = field(default_factory=Counter)
@@ -298,7 +301,8 @@ class SessionServer:
             observes = request.details.get("role") == OBSERVER
             return self._observe(received.key, now_ns) if observes else self._hello(request, received, now_ns)
         if request.verb == "status":
-            return {"state": session.state.name.lower(), "fault": session.fault, "missing": not_ready}
+            told = {"state": session.state.name.lower(), "fault": session.fault, "missing": not_ready}
+            return {**told, "recording": self.recording_stopped()[:LONGEST_REFUSAL]}
         self._check(request, received.key)
         if request.verb == "estop":  # whatever its sequence and connection
             self.stop(now_ns, "emergency stop by the operator")

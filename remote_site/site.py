@@ -23,7 +23,7 @@ from common.packets import LinkState
 from common.perceptible import touch_felt
 from common.recording import Recorder
 from common.site_loop import run_site_loop
-from common.site_report import site_figures, staleness
+from common.site_report import recording_stopped, site_figures, staleness
 from common.standstill import HostClock
 from common.startup import wait_for_devices
 from remote_site.calibrated_tables import load_tables
@@ -85,6 +85,7 @@ class RemoteSite:
         )
         self.server = SessionServer(link, able, config.link.max_age_s, config.link.gap_s, stamp_ns)
         self.contain = self.server.contain = Containment(self.server.session.latch)
+        self.server.recording_stopped = partial(recording_stopped, recorder, self.contain)
         self.perception = Perception(config.fingers, materials, surfaces, self.contain)
         self._sensed = Sensed(-math.inf, 0.0, 0.0, _ZEROS, _ZEROS, _NOTHING_NEW, _NOTHING_NEW)
         self._command = GatedCommand(False, True, 0.0, 0.0, [*_ZEROS], [*_ZEROS], [0] * len(FINGERS), None)

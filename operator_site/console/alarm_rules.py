@@ -72,6 +72,8 @@ def causes(
         found["link"] = Cause(Priority.MEDIUM, words.link_slow(delay_ms, sd_ms))
     if behind := str(site.figures.get("behind", "")):
         found["behind"] = Cause(Priority.LOW, words.site_slow(behind))
+    for name, what in site.bus.trouble(now_s).items():
+        found[f"bus {name}"] = Cause(Priority.LOW, words.bus_trouble(name, what))
     return found | _recording(site, around) | _lesser(around, live)
 
 
@@ -104,12 +106,17 @@ def _plates(now_s: float, site: SiteNow, fingers: FingersNow, used: Sequence[boo
 
 
 def _recording(site: SiteNow, around: Surroundings) -> dict[str, Cause]:
+    found = {}
     failed = str(site.figures.get("recording_failed", ""))
-    if around.recording_failed or "No space" in failed:
-        return {"recording": Cause(Priority.MEDIUM, words.DISK_FULL)}
-    if failed:
-        return {"recording": Cause(Priority.MEDIUM, words.NOT_RECORDED)}
-    return {}
+    if "No space" in failed or (around.recording_failed and around.disk_used >= DISK_NEARLY_FULL):
+        found["recording"] = Cause(Priority.MEDIUM, words.DISK_FULL)
+    elif failed:
+        found["recording"] = Cause(Priority.MEDIUM, words.NOT_RECORDED)
+    elif around.recording_failed:
+        found["recording"] = Cause(Priority.MEDIUM, words.CONSOLE_NOT_RECORDED)
+    if site.figures.get("remote_recording"):
+        found["remote recording"] = Cause(Priority.MEDIUM, words.REMOTE_NOT_RECORDED)
+    return found
 
 
 def _lesser(around: Surroundings, live: bool) -> dict[str, Cause]:

@@ -21,6 +21,7 @@ from common.shown_state import (
     Source,
     shown_state,
 )
+from operator_site.console.bus_now import BusNow
 from operator_site.session_stop import REMOTE
 
 SILENT_S = 0.5
@@ -126,6 +127,7 @@ class SiteNow:
         self.gap_s: float | None = None
         self.figures: dict[str, Any] = {}
         self.link = LinkNow()
+        self.bus = BusNow()
         self.stop_asked_s: float | None = None
         self.stop_after_s: dict[str, float | None] = {}
         self._told_s = -math.inf
@@ -211,6 +213,7 @@ class SiteNow:
         self.take_brief(t_s, figures)
         for name, line in figures.get("devices", {}).items():
             self._device(device_named(name), str(line.get("missing", "")))
+            self.bus.take(t_s, device_named(name), line)
         remote = self.session != 0 and not str(figures.get("remote_fault", ""))
         self._device(REMOTE, "" if remote else "no remote site is connected")
 

@@ -20,6 +20,8 @@ FAULT_OVER = "Fault is over. Hold C to clear."
 STOP_LATE = "Stop was confirmed late. Hold C to clear."
 DISK_FULL = "Disk full. Recording stopped, findings are kept."
 NOT_RECORDED = "Recording stopped. Check the disk, then start again."
+REMOTE_NOT_RECORDED = "Remote recording stopped. Check the remote site."
+CONSOLE_NOT_RECORDED = "Console's own record stopped. Findings are kept here."
 STUDY_NUMBER = "Use a study number, not a name."
 NOT_SOUNDED = "Cannot engage: sound not checked."
 GONE_ON = "Console was restarted. Findings and map are kept."
@@ -106,6 +108,11 @@ def device_lost(name: str) -> str:
 def device_absent(name: str) -> str:
     """A device that was never there."""
     return f"{finger(name)} absent." if name in ("exoskeleton", "remote hand") else f"{finger(name)} module absent."
+
+
+def bus_trouble(name: str, what: str) -> str:
+    """A CAN controller that reports errors; the device may still work."""
+    return short(f"{finger(name)}: CAN bus {what}. Check its cable.")
 
 
 def no_data(for_s: float) -> str:

@@ -1,10 +1,12 @@
 """Each thing that may go wrong is one alarm with its priority, its words, and nothing beside it."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import msgpack
 import pytest
 
+from common.recording import Recorder, recording_figures
 from common.session import Happening
 from operator_site.console.alarm_rules import Surroundings
 from operator_site.console.console import Console
@@ -152,7 +154,10 @@ def test_the_remote_hand_has_a_round_trip_longer(console: Console) -> None:
     ("around", "expected"),
     [
         (Surroundings(disk_used=0.91), (Priority.LOW, "Disk 91 % full. Make room soon.")),
-        (Surroundings(recording_failed=True), (Priority.MEDIUM, "Disk full. Recording stopped, findings are kept.")),
+        (
+            Surroundings(recording_failed=True),
+            (Priority.MEDIUM, "Console's own record stopped. Findings are kept here."),
+        ),
         (Surroundings(sound="refused"), (Priority.LOW, "Sound is off. Watch the alarm line.")),
         (Surroundings(skipped_lately=True), (Priority.LOW, "Console slow. Close other programs.")),
     ],
@@ -164,9 +169,67 @@ def test_what_is_around_the_console_is_told(
     assert shown(console, 102.0) == [expected]
 
 
+def test_a_record_of_the_console_that_failed_on_a_full_disk_says_so(console: Console) -> None:
+    console.around = Surroundings(recording_failed=True, disk_used=1.0)
+    full = (Priority.MEDIUM, "Disk full. Recording stopped, findings are kept.")
+    assert shown(console, 102.0) == [full, (Priority.LOW, "Disk 100 % full. Make room soon.")]
+
+
+def bus(**exoskeleton: object) -> bytes:
+    """Figures in which the exoskeleton's CAN controller says something."""
+    told = {"missing": "", "controller": "error-active", "controller_errors": {}} | exoskeleton
+    return figures(devices={"exoskeleton": told, "index tacttip": {"missing": ""}, "middle tacttip": {"missing": ""}})
+
+
+def test_the_trouble_of_a_devices_bus_is_told(console: Console) -> None:
+    console.take("operator/figures", 102 * S, bus(controller="error-passive"))
+    assert shown(console, 102.0) == [(Priority.LOW, "Exoskeleton: CAN bus error-passive. Check its cable.")]
+    console.take("operator/figures", 102 * S, bus())
+    assert shown(console, 102.0) == []
+
+
+def test_an_error_of_a_bus_is_told_for_a_while_after_its_count_grew(console: Console) -> None:
+    console.take("operator/figures", 102 * S, bus(controller_errors={"no acknowledge": 3}))
+    assert shown(console, 102.0) == [], "these were counted before the console looked"
+    console.take("operator/figures", 102 * S, bus(controller_errors={"no acknowledge": 4}))
+    assert shown(console, 102.0) == [(Priority.LOW, "Exoskeleton: CAN bus no acknowledge. Check its cable.")]
+    for second in range(103, 114):
+        console.take("operator/rendered", second * S, rendered())
+        console.take("operator/figures", second * S, bus(controller_errors={"no acknowledge": 4}))
+    assert shown(console, 113.0) == []
+
+
 def test_a_recording_of_the_site_that_failed_is_told(console: Console) -> None:
     console.take("operator/figures", 102 * S, figures(recording_failed="[Errno 28] No space left on device"))
     assert shown(console, 102.0) == [(Priority.MEDIUM, "Disk full. Recording stopped, findings are kept.")]
+
+
+def test_a_recording_of_the_remote_site_that_failed_is_told_beside_that_of_this_site(console: Console) -> None:
+    ended = "the process that writes it has ended"
+    console.take("operator/figures", 102 * S, figures(remote_recording=ended))
+    remote = (Priority.MEDIUM, "Remote recording stopped. Check the remote site.")
+    assert shown(console, 102.0) == [remote]
+    console.take("operator/figures", 102 * S, figures(remote_recording=ended, recording_failed=ended))
+    here = (Priority.MEDIUM, "Recording stopped. Check the disk, then start again.")
+    assert sorted(shown(console, 102.0)) == sorted([remote, here])
+    fed(console, 102.0, 106.0)
+    shown(console, 102.5)
+    assert shown(console, 106.0) == []
+
+
+@pytest.mark.parametrize("said", [7, None, ["x"], {"a": 1}])
+def test_what_is_no_text_of_a_recording_is_an_alarm_all_the_same(console: Console, said: object) -> None:
+    console.take("operator/figures", 102 * S, figures(remote_recording=said))
+    assert bool(shown(console, 102.0)) is bool(said)
+
+
+def test_a_writer_that_was_killed_is_an_alarm_at_the_console(console: Console, tmp_path: Path) -> None:
+    with Recorder(tmp_path / "operator.mcap", {"operator/touch": {}}, {}) as recorder:
+        recorder._process.kill()
+        recorder._process.wait()
+        told = recording_figures(recorder)
+    console.take("operator/figures", 102 * S, figures(**told))
+    assert shown(console, 102.0) == [(Priority.MEDIUM, "Recording stopped. Check the disk, then start again.")]
 
 
 def test_a_site_that_does_not_hold_its_rate_is_told(console: Console) -> None:

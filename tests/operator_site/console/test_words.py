@@ -30,6 +30,8 @@ def test_no_alarm_is_longer_than_its_line() -> None:
     texts += [words.plate_held(name, 41.5) for name in FINGERS]
     texts += [words.fault("middle: " + "x" * 300), words.fault("y" * 300), words.remote_fault("z" * 300)]
     texts += [words.LINK_LOST, words.LINK_BACK, words.DISK_FULL, words.NOT_RECORDED]
+    texts += [words.REMOTE_NOT_RECORDED, words.CONSOLE_NOT_RECORDED]
+    texts += [words.bus_trouble(name, "x" * 300) for name in DEVICES]
     assert [text for text in texts if len(text) > words.LONGEST_ALARM] == []
 
 
