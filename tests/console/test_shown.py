@@ -66,6 +66,7 @@ def test_a_console_that_says_its_site_is_silent_is_not_live(stage: Stage, open_p
     page.wait_for_selector("body[data-shown=unknown]")
     assert page.inner_text("#state-word") == "NOT LIVE"
     assert page.is_disabled("#act-button")
+    assert [page.inner_text(place) for place in ("#recording", "#delay", "#clock")] == ["--"] * 3
     page.keyboard.press("Space")
     wait_for(stage, "estop")
     assert page.evaluate("window.green") == []
@@ -95,3 +96,16 @@ def test_a_stop_cancels_what_was_answered_of_engaging(stage: Stage, open_page: O
     page.keyboard.press("Space")
     page.wait_for_selector("body[data-shown=stopped]")
     page.wait_for_function("() => !document.body.innerText.includes('ENGAGING')", timeout=1_000)
+
+
+DRAWN_LATE = """async () => {
+  const { now, shownState } = await import('/page/now.js');
+  const early = { state: { value: 2 }, came_ms: { value: now.stateAt_ms - 1 } };
+  now.picture = Object.create(now.picture, early);
+  now.pictureAt_ms = performance.now();
+  return shownState();
+}"""
+
+
+def test_a_picture_that_came_before_a_state_says_nothing_of_it_however_late_it_is_drawn(open_page: Open) -> None:
+    assert open_page("paused").evaluate(DRAWN_LATE) == "paused"

@@ -15,7 +15,7 @@ export function showBar() {
   write(byId("state-word"), STATES[shown]);
   byId("state-shape").setAttribute("href", `#shape-${SHAPES[shown] ?? shown}`);
   if (!state) return;
-  const session = state.session, isLive = live();
+  const session = state.session, isLive = live() && shown !== "unknown";
   const clock_s = session.playback ? session.playback.at_s : session.clock_s;
   write(byId("clock"), isLive && typeof clock_s === "number" ? clock(clock_s) : "--");
   write(byId("pseudonym"), session.pseudonym ?? WORDS.startSession);
