@@ -82,6 +82,13 @@ def test_a_lost_link_is_no_engaged_state_and_can_be_stopped_and_paused(stage: St
     wait_for(stage, "estop")
 
 
+ENGAGING_SAID = """() => {
+  const polite = document.getElementById('polite');
+  const look = () => { window.said ||= polite.textContent === 'ENGAGING'; };
+  new MutationObserver(look).observe(polite, { childList: true });
+}"""
+
+
 def test_a_stop_cancels_what_was_answered_of_engaging(stage: Stage, open_page: Open) -> None:
     def engage(_: dict[str, Any]) -> dict[str, Any]:
         stage.scenario.session(state="engaging")
@@ -89,13 +96,13 @@ def test_a_stop_cancels_what_was_answered_of_engaging(stage: Stage, open_page: O
 
     stage.answers["engage"] = engage
     page = open_page("ready")
-    page.keyboard.down("e")
+    page.evaluate(ENGAGING_SAID)
+    page.evaluate("import('/page/actions.js').then(actions => actions.ask('engage'))")
+    page.wait_for_function("() => window.said")
     page.wait_for_selector("body[data-shown=engaging]")
-    page.keyboard.up("e")
-    page.wait_for_selector("#read-out:has-text('ENGAGING')")
     page.keyboard.press("Space")
     page.wait_for_selector("body[data-shown=stopped]")
-    page.wait_for_function("() => !document.body.innerText.includes('ENGAGING')", timeout=1_000)
+    page.wait_for_function("() => !document.body.innerText.includes('ENGAGING')", timeout=4_000)
 
 
 DRAWN_LATE = """async () => {

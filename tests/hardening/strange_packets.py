@@ -34,7 +34,7 @@ plain = st.one_of(
     st.lists(st.one_of(st.none(), st.integers(-5, 5), st.text(max_size=5)), max_size=5),
 )
 FIELDS = ("session", "max_age_s", "fault", "after_s", "unconfirmed", "calibration", "calibrated", "fingers", "rate_hz")
-KNOWN = (*FIELDS, "layout", "schema", "role", "text", "seen", "state", "materials")
+KNOWN = (*FIELDS, "layout", "schema", "role", "text", "seen", "state", "materials", "recording")
 details = st.dictionaries(st.one_of(st.sampled_from(KNOWN), st.text(max_size=8)), plain, max_size=6)
 verbs = st.sampled_from(REQUESTS)
 

@@ -2,7 +2,7 @@
 import { FINGER_COUNT } from "./picture.js";
 import { ACTING, OF_LINK, shownWord, silence } from "./shown.js";
 
-export const HELD_S = 1.0;
+export const NOT_LIVE_S = 1.0, HELD_S = 1.0;
 
 export const now = {
   state: null, stateAt_ms: -Infinity, picture: null, pictureAt_ms: -Infinity, loaded_ms: performance.now(),
@@ -24,8 +24,9 @@ export function silent_s(at_ms = performance.now()) {
   return silence(document.hidden ? null : age_s(now.pictureAt_ms), age_s(now.stateAt_ms));
 }
 
+// Whether numbers may be shown, with their age, and acts be begun: a hiccup of a busy machine ends no held press.
 export function live() {
-  return now.connected && now.picture !== null && now.state !== null && silent_s() === 0;
+  return now.connected && now.picture !== null && now.state !== null && silent_s() < NOT_LIVE_S;
 }
 
 // The last state that was told, however old: what STOP's keys go by when nothing is heard any more.
