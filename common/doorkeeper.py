@@ -50,7 +50,8 @@ class Doorkeeper:
             limited: whether a key that knocks too often is sent away for a while.
         """
         self.answers: Counter[str] = Counter()
-        """How many handshakes were `admitted`, `refused` (key not trusted for this), `too_many` or `expelled`."""
+        """How many handshakes were `admitted`, `refused` (key not trusted for this), `too_many`, `expelled`,
+        or `failed` (judging it raised)."""
         self._context = context
         self._admits = admits
         self._now_s = now_s
@@ -103,6 +104,17 @@ class Doorkeeper:
         socket.close()
 
     def _answer(self, question: list[bytes]) -> list[bytes]:
+        """Answer one handshake; what raises refuses it, and the thread continues."""
+        try:
+            return self._judged(question)
+        except Exception as error:
+            self.answers["failed"] += 1
+            if self._may_say():
+                log.exception("refused a connection that could not be judged: %s", type(error).__name__)
+            version, request = (*question[:2], b"", b"")[:2]
+            return [version, request, b"400", b"not trusted", b"", b""]
+
+    def _judged(self, question: list[bytes]) -> list[bytes]:
         version, request, domain_bytes, address, _, mechanism, *credentials = question
         status, reason, user = b"400", b"not trusted", b""
         if mechanism == b"CURVE" and len(credentials) == 1:
@@ -128,7 +140,12 @@ class Doorkeeper:
         return [version, request, status, reason, user, b""]
 
     def _say(self, text: str, domain: str, address: bytes, key: str) -> None:
-        now_s = self._now_s()
-        if now_s - self._said_s >= _QUIET_S:
-            self._said_s = now_s
+        if self._may_say():
             log.warning(text, domain, address.decode("ascii", errors="replace"), fingerprint(key))
+
+    def _may_say(self) -> bool:
+        now_s = self._now_s()
+        if now_s - self._said_s < _QUIET_S:
+            return False
+        self._said_s = now_s
+        return True

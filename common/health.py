@@ -1,7 +1,8 @@
 """`python -m common.health FILE [--state STATE]`: whether a process of a session may be relied on, for supervisors.
 
 *Fresh*: it has rewritten its status file lately, and what it acts on or shows is not old. *Safe*: no fault is latched,
-no device is missing. A site that waits for somebody to engage is healthy. A state is believed of a young file only.
+no device is missing, the list of trusted keys is sound. A site that waits for somebody to engage is healthy. A state
+is believed of a young file only.
 """
 
 import argparse
@@ -15,7 +16,7 @@ from common.ladder import SUPERVISOR_WATCHDOG_S
 from common.shown_state import ENDED, SILENT, seconds_old
 
 OLDEST_S = SUPERVISOR_WATCHDOG_S
-_ILLS = ("fault", "missing", "stale")
+_ILLS = ("fault", "missing", "stale", "keys")
 """What a process says in its own words, and each is empty where there is none."""
 
 

@@ -7,21 +7,32 @@ owner of the key may only look on.
 
 import base64
 import hashlib
+import logging
 import os
-import stat
+import re
+import struct
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
+import zmq
 import zmq.auth
 import zmq.utils.z85
 
+from common.key_folder import KeyProblem, check_folder, read_own, shown
+from common.printable import printable
+from common.private_file import create_private, refuse_link
+
+__all__ = ["KeyPair", "KeyProblem", "Role", "Trusted", "TrustedKeys"]
+
+log = logging.getLogger(__name__)
+
 KEY_LENGTH = 40
 _NAME = "site"
-
-
-class KeyProblem(ValueError):
-    """A key folder that cannot be used; the message names the file and what to do."""
+_LONGEST_NAME = 64
+_PUBLIC = re.compile(rb"""^\s*public-key\s*=\s*["']([^"']*)["']\s*$""", re.MULTILINE)
+_SECRET = re.compile(rb"""^\s*secret-key\s*=\s*["']([^"']*)["']\s*$""", re.MULTILINE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,8 +60,8 @@ def create_keys(folder: Path) -> str:
     """
     secret_file = folder / f"{_NAME}.key_secret"
     if secret_file.exists():
-        raise KeyProblem(f"{secret_file}: exists; remove it by hand if this site shall get a new identity")
-    folder.mkdir(parents=True, exist_ok=True)
+        raise KeyProblem(f"{shown(secret_file)}: exists; remove it by hand if this site shall get a new identity")
+    _make_folder(folder)
     before = os.umask(0o077)
     try:
         zmq.auth.create_certificates(folder, _NAME)
@@ -64,21 +75,33 @@ def load_keys(folder: Path) -> KeyPair:
     """Read a site's own keys.
 
     Raises:
-        KeyProblem: no keys there, unreadable, or the secret key's file is open to others.
+        KeyProblem: no keys there, unreadable, damaged, or others may read or change the secret key's file.
     """
     secret_file = folder / f"{_NAME}.key_secret"
-    if not secret_file.is_file():
-        raise KeyProblem(f"{secret_file}: no key; make one with `teletaction keys init --keys {folder}`")
-    mode = stat.S_IMODE(secret_file.stat().st_mode)
-    if mode & 0o077:
-        raise KeyProblem(f"{secret_file}: mode {mode:04o} lets others read it; `chmod 600` it or make a new key")
     try:
-        public, secret = zmq.auth.load_certificate(secret_file)
-    except (OSError, ValueError) as error:
-        raise KeyProblem(f"{secret_file}: {error}") from None
-    if secret is None:
-        raise KeyProblem(f"{secret_file}: holds no secret key")
-    return KeyPair(public.decode(), secret)
+        content = read_own(secret_file, secret=True)
+    except FileNotFoundError:
+        name = shown(folder)
+        raise KeyProblem(f"{shown(secret_file)}: no key; make one with `teletaction keys init --keys {name}`") from None
+    public, secret = _PUBLIC.search(content), _SECRET.search(content)
+    if public is None or secret is None:
+        raise KeyProblem(f"{shown(secret_file)}: holds no {'secret' if public else 'public'} key")
+    try:
+        if zmq.curve_public(secret[1]) == public[1]:
+            return KeyPair(public[1].decode("ascii"), secret[1])
+    except (ValueError, TypeError, zmq.ZMQError):
+        pass
+    raise KeyProblem(f"{shown(secret_file)}: is no key pair; copy it again, or make a new one")
+
+
+def _make_folder(folder: Path) -> None:
+    """Make a key folder that is its owner's only; raises KeyProblem where others may change one that is there."""
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, exist_ok=True)
+        check_folder(folder)
+    except OSError as error:
+        raise KeyProblem(f"{shown(folder)}: {error.strerror}") from None
 
 
 def check_public_key(text: str) -> str:
@@ -90,9 +113,9 @@ def check_public_key(text: str) -> str:
     try:
         if len(text) == KEY_LENGTH and len(zmq.utils.z85.decode(text)) == 32:
             return text
-    except (KeyError, ValueError):
+    except (KeyError, ValueError, struct.error):  # struct.error: beyond 32 bits
         pass
-    raise KeyProblem(f"{text!r} is no public key: expected {KEY_LENGTH} Z85 characters")
+    raise KeyProblem(f"{printable(text, KEY_LENGTH)!r} is no public key: expected {KEY_LENGTH} Z85 characters")
 
 
 class Role(Enum):
@@ -112,13 +135,18 @@ class Trusted:
     role: Role = Role.PARTNER
 
 
+_Stamp = tuple[int, int, int, int, int, int, int]
+_Owners = dict[str, Trusted]
+
+
 @dataclass(slots=True)
 class TrustedKeys:
-    """The allow-list of a key folder; reads the file again when it changed."""
+    """The allow-list of a key folder; reads the file again when it changed. Threads may share one."""
 
     folder: Path
-    _stamp: tuple[int, int] | None = None
-    _owners: dict[str, Trusted] | None = None
+    problem: str = ""
+    """What is wrong with the list, in words; empty while it is sound. As of the last `role`."""
+    _kept: tuple[_Stamp, _Owners] | None = None
 
     @property
     def file(self) -> Path:
@@ -126,35 +154,57 @@ class TrustedKeys:
         return self.folder / "trusted"
 
     def owners(self) -> dict[str, Trusted]:
-        """Trusted public keys and the owner of each.
+        """Trusted public keys and the owner of each; empty without a list.
 
         Raises:
-            KeyProblem: a line is not `NAME PUBLIC_KEY [observer]`, or the file cannot be read.
+            KeyProblem: a line is not `NAME PUBLIC_KEY [observer]`, the file cannot be read, or others may change it.
         """
         try:
-            status = self.file.stat()
-            stamp = (status.st_mtime_ns, status.st_size)
-            if self._owners is None or stamp != self._stamp:
-                self._owners = self._read()
-                self._stamp = stamp
+            # Taken before reading: a change while reading gives another stamp, and is read the next time.
+            stamp = self._stamp()
+            kept = self._kept
+            if kept is None or kept[0] != stamp:
+                content = read_own(self.file)
+                # One assignment: another thread sees this stamp with these owners, or neither.
+                self._kept = kept = (stamp, self._parsed(content))
         except FileNotFoundError:
             return {}
-        except OSError as error:
-            raise KeyProblem(f"{self.file}: {error.strerror}") from None
-        return self._owners
+        except KeyProblem:
+            raise
+        except (OSError, ValueError) as error:  # ValueError: a name that no file can have
+            raise KeyProblem(f"{shown(self.file)}: {getattr(error, 'strerror', error)}") from None
+        return kept[1]
+
+    def _stamp(self) -> _Stamp:
+        """Changes with each change of the list, of its owner and mode, and of those of its folder."""
+        own, of_folder = self.file.stat(), self.folder.stat()
+        file = (own.st_ino, own.st_ctime_ns, own.st_mtime_ns, own.st_size)
+        return (*file, of_folder.st_ino, of_folder.st_mode, of_folder.st_uid)
 
     def role(self, public_key: str) -> Role | None:
-        """What the owner of this key may do now; None for nothing. A damaged list allows nobody anything."""
+        """What the owner of this key may do now; None for nothing. A damaged list allows nobody anything.
+
+        A new problem is logged once, and once that the list is sound again.
+        """
         try:
             owner = self.owners().get(public_key)
-        except KeyProblem:
+        except KeyProblem as problem:
+            self._notice(str(problem))
             return None
+        self._notice("")
         return None if owner is None else owner.role
+
+    def _notice(self, problem: str) -> None:
+        before, self.problem = self.problem, problem
+        if problem and problem != before:
+            log.error("nobody is trusted until this is mended: %s", problem)
+        elif before and not problem:
+            log.warning("%s is sound again", self.file)
 
     def trust(self, name: str, public_key: str, role: Role = Role.PARTNER) -> None:
         """Add a key under a name; raises KeyProblem on a bad key or a name with white space."""
-        if not name or len(name.split()) != 1:
-            raise KeyProblem(f"{name!r} is no name for a key: use one word")
+        if not _is_name(name):
+            raise KeyProblem(f"{printable(name, _LONGEST_NAME)!r} is no name for a key: use one word")
         self._write({**self.owners(), check_public_key(public_key): Trusted(name, role)})
 
     def revoke(self, name: str) -> int:
@@ -167,24 +217,44 @@ class TrustedKeys:
         self._write(kept)
         return len(owners) - len(kept)
 
-    def _read(self) -> dict[str, Trusted]:
+    def _parsed(self, content: bytes) -> _Owners:
         owners = {}
-        for number, line in enumerate(self.file.read_text("utf-8").splitlines(), start=1):
-            words = line.split()
+        for number, line in enumerate(content.split(b"\n"), start=1):
+            where = f"{shown(self.file)}:{number}"
+            try:
+                words = line.decode("utf-8").split()
+            except UnicodeDecodeError:
+                raise KeyProblem(f"{where}: not UTF-8; remove this line") from None
             if not words:
                 continue
             role = Role.OBSERVER if words[2:] == [Role.OBSERVER.value] else Role.PARTNER
-            if len(words) - (role is Role.OBSERVER) != 2:
-                raise KeyProblem(f"{self.file}:{number}: expected NAME PUBLIC_KEY, and `observer` or nothing")
-            owners[check_public_key(words[1])] = Trusted(words[0], role)
+            if len(words) - (role is Role.OBSERVER) != 2 or not _is_name(words[0]):
+                raise KeyProblem(f"{where}: expected NAME PUBLIC_KEY, and `observer` or nothing")
+            try:
+                owners[check_public_key(words[1])] = Trusted(words[0], role)
+            except KeyProblem as problem:
+                raise KeyProblem(f"{where}: {problem}") from None
         return owners
 
-    def _write(self, owners: dict[str, Trusted]) -> None:
-        self.folder.mkdir(parents=True, exist_ok=True)
-        temporary = self.file.with_suffix(".new")
-        lines = (
+    def _write(self, owners: _Owners) -> None:
+        _make_folder(self.folder)
+        text = "".join(
             f"{owner.name} {key}{' observer' if owner.role is Role.OBSERVER else ''}\n" for key, owner in owners.items()
         )
-        temporary.write_text("".join(lines), "utf-8")
-        temporary.replace(self.file)
-        self._owners = None
+        temporary = self.folder / f".trusted.{os.getpid()}"
+        try:
+            refuse_link(self.file)
+            with create_private(temporary, replace=True) as file:
+                file.write(text.encode())
+                file.flush()
+                os.fsync(file.fileno())
+            temporary.replace(self.file)
+        except OSError as error:
+            with suppress(OSError):
+                temporary.unlink(missing_ok=True)
+            raise KeyProblem(f"{shown(self.file)}: {error.strerror}") from None
+
+
+def _is_name(text: str) -> bool:
+    """One printable word of at most 64 characters."""
+    return 0 < len(text) <= _LONGEST_NAME and text.isprintable() and text.split() == [text]

@@ -173,6 +173,11 @@ class RemoteLink(_Link):
         """Whether the owner of this key may be a session's operator."""
         return self._trusted.role(key) is Role.PARTNER
 
+    @property
+    def keys_problem(self) -> str:
+        """What is wrong with the list of trusted keys, while it allows nobody; empty while it is sound."""
+        return self._trusted.problem
+
     def recheck_keys(self) -> set[str]:
         """Cut every connection of a key that is no longer trusted; returns these keys.
 

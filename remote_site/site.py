@@ -187,6 +187,7 @@ class RemoteSite:
             "left_mj": dict(zip(FINGERS, self.gate.left_mj, strict=True)),
             "observers": len(server.observers),
             "handshakes": dict(self._link.handshakes),
+            "keys": self._link.keys_problem,
         }
 
     def recheck_keys(self) -> None:

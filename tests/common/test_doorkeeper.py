@@ -88,6 +88,23 @@ def test_a_flood_of_refusals_is_counted_each_and_logged_once_in_a_while(
     assert len(caplog.records) == 2
 
 
+def test_an_exception_of_whom_it_asks_refuses_that_one_and_the_next_is_answered(
+    door: Door, caplog: pytest.LogCaptureFixture
+) -> None:
+    def fails(domain: str, key: str) -> bool:
+        raise UnicodeDecodeError("utf-8", b"\xff", 0, 1, "invalid start byte")
+
+    admits, door.keeper._admits = door.keeper._admits, fails
+    assert door.ask() == (b"400", b"")
+    assert door.ask(mechanism=b"CURVE", key=b"short") == (b"400", b"")
+    assert door.keeper.revoked() == {}
+    door.keeper._admits = admits
+    assert door.ask() == (b"200", GOOD_TEXT.encode())
+    assert door.keeper.answers["failed"] == 2
+    (record,) = caplog.records
+    assert "UnicodeDecodeError" in record.getMessage()
+
+
 def test_closing_ends_the_thread(door: Door) -> None:
     before = threading.active_count()
     keeper = Door()

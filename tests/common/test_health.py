@@ -35,10 +35,15 @@ def test_a_site_must_be_in_the_state_asked_for(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "words"),
-    [("fault", "thumb plate 42.3 C"), ("missing", "index texture sensor: opening"), ("stale", "no touch for 0.30 s")],
+    [
+        ("fault", "thumb plate 42.3 C"),
+        ("missing", "index texture sensor: opening"),
+        ("stale", "no touch for 0.30 s"),
+        ("keys", "/keys/trusted:2: not UTF-8; remove this line"),
+    ],
 )
 def test_what_is_not_safe_or_not_fresh_is_not_healthy(tmp_path: Path, name: str, words: str) -> None:
-    sound = dict.fromkeys(("fault", "missing", "stale"), "")
+    sound = dict.fromkeys(("fault", "missing", "stale", "keys"), "")
     assert ill(status(tmp_path, time_ns=NOW_NS, state="engaged", **sound), NOW_NS, "engaged") == ""
     path = status(tmp_path, time_ns=NOW_NS, state="engaged", **(sound | {name: words}))
     assert ill(path, NOW_NS).endswith(f"{name}: {words}")

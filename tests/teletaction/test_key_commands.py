@@ -1,6 +1,8 @@
 """Commands about keys, and who may be reached without: what they print, with which exit code, and in one line."""
 
 import time
+from collections.abc import Callable
+from itertools import islice
 from pathlib import Path
 from typing import Protocol
 
@@ -13,6 +15,7 @@ from common.curve_sockets import LinkProblem
 from common.keys import Role, TrustedKeys, create_keys, fingerprint, load_keys
 from common.link import OperatorLink, RemoteLink
 from teletaction.demo_files import DemoOptions, prepare
+from teletaction.doctor import examine
 from tests.commands import command, one_line
 
 
@@ -117,3 +120,26 @@ def test_keys_are_made_shown_trusted_and_revoked(tmp_path: Path) -> None:
 def test_a_wrong_key_command_is_one_line(arguments: tuple[str, ...], words: str, tmp_path: Path) -> None:
     assert words in one_line(command("keys", *arguments, "--keys", tmp_path / "absent"), 2)
     assert not (tmp_path / "absent").exists()
+
+
+@pytest.mark.parametrize(
+    ("damage", "words"),
+    [
+        (lambda file: file.write_bytes(b"\xff\n"), "trusted:1: not UTF-8; remove this line"),
+        (lambda file: file.write_bytes(b"operator " + b"#" * 40), "trusted:1: "),
+        (lambda file: file.chmod(0o666), "trusted: mode 0666 lets others change it; `chmod go-w` it"),
+        (lambda file: file.parent.chmod(0o777), "remote: mode 0777 lets others change it; `chmod go-w` it"),
+    ],
+)
+def test_what_is_wrong_with_a_list_is_said_by_site_show_and_doctor(
+    configs: dict[str, Path], damage: Callable[[Path], object], words: str
+) -> None:
+    folder = load_config(configs["remote"], RemoteConfig).link.keys
+    damage(folder / "trusted")
+    assert words in one_line(command("remote", "--config", configs["remote"]), 2)
+    code, _, said = command("keys", "show", "--keys", folder).said
+    assert code == 2
+    assert words in said
+    (found,) = (found for found in islice(examine(configs["remote"]), 2) if found.what == "trusted keys")
+    assert not found.good
+    assert words in found.result

@@ -169,6 +169,7 @@ class RemoteEnd:
 
     def __init__(self, network: Network) -> None:
         self.handshakes: dict[str, int] = {}
+        self.keys_problem = ""
         self.expelled: list[tuple[str, str, float]] = []
         self._network = network
 
