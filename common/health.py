@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from common.ladder import SUPERVISOR_WATCHDOG_S
+from common.printable import printable
 from common.shown_state import ENDED, SILENT, seconds_old
 
 OLDEST_S = SUPERVISOR_WATCHDOG_S
@@ -77,7 +78,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     problem = ill(options.status, time.monotonic_ns(), options.state)
     if problem:
-        print(problem, file=sys.stderr)
+        print(printable(problem), file=sys.stderr)
     return 1 if problem else 0
 
 

@@ -9,19 +9,36 @@ import time
 from datetime import UTC, datetime
 from typing import Literal
 
+from common.log_flood import FloodFilter
+from common.printable import LONGEST, printable, printable_lines
+
 LogForm = Literal["text", "json"]
 
 _OF_EVERY_RECORD = frozenset(logging.makeLogRecord({}).__dict__) | {"message", "asctime", "taskName"}
 
 
-class _TextLines(logging.Formatter):
+LONGEST_LINE = 30_000
+"""Characters of the longest line."""
+_LONGEST_TRACE = 4 * LONGEST
+"""Characters of an exception's text; its begin and its end are kept."""
+
+
+class TextLines(logging.Formatter):
     """Lines with a monotonic time that fits the recordings' times."""
 
     def __init__(self, process: str) -> None:
-        super().__init__(f"%(asctime)s {process} %(levelname)s %(name)s: %(message)s")
+        super().__init__()
+        self._process = process
 
-    def formatTime(self, record: logging.LogRecord, datefmt: str | None = None) -> str:
-        return f"{time.monotonic():.3f}"
+    def format(self, record: logging.LogRecord) -> str:
+        """The line: monotonic time, s; process; level; logger; message; what was left out; an exception if any."""
+        said = printable(record.getMessage())
+        if left_out := getattr(record, "left_out", 0):
+            said += f" ({left_out} more like it left out)"
+        if record.exc_info:
+            said += f": {printable(_cut(self.formatException(record.exc_info)), _LONGEST_TRACE)}"
+        name = printable(record.name, 100)
+        return f"{time.monotonic():.3f} {self._process} {record.levelname} {name}: {said}"
 
 
 class JsonLines(logging.Formatter):
@@ -40,18 +57,19 @@ class JsonLines(logging.Formatter):
             "monotonic_s": round(time.monotonic(), 3),
             "level": record.levelname.lower(),
             "process": self._process,
-            "logger": record.name,
-            "message": record.getMessage(),
+            "logger": printable(record.name, 100),
+            "message": printable(record.getMessage()),
         }
         if record.exc_info:
-            line["exception"] = self.formatException(record.exc_info)
+            line["exception"] = printable_lines(_cut(self.formatException(record.exc_info)))[:_LONGEST_TRACE]
         return json.dumps(line, ensure_ascii=False)
 
 
 def log_to_stderr(process: str, form: LogForm = "text") -> None:
     """Send all log lines of this process to standard error; as JSON, unexpected exceptions and warnings too."""
     handler = logging.StreamHandler(sys.stderr)
-    handler.setFormatter(JsonLines(process) if form == "json" else _TextLines(process))
+    handler.setFormatter(JsonLines(process) if form == "json" else TextLines(process))
+    handler.addFilter(FloodFilter())
     logging.basicConfig(level=logging.INFO, handlers=[handler], force=True)
     quiet_libraries()
     if form == "json":
@@ -78,7 +96,18 @@ def spoken(line: str) -> str:
     return str(told["message"])
 
 
+def _cut(trace: str) -> str:
+    half = _LONGEST_TRACE // 2 - 10
+    return trace if len(trace) <= 2 * half else f"{trace[:half]} ... {trace[-half:]}"
+
+
 def _plain(value: object) -> object:
-    """As it is where JSON has it; else as text."""
-    plain = value is None or isinstance(value, (str, int)) or (isinstance(value, float) and math.isfinite(value))
-    return value if plain else str(value)
+    """As it is where JSON has it; else as printable text."""
+    if value is None or (isinstance(value, int) and value.bit_length() <= 64):
+        return value
+    if isinstance(value, float) and math.isfinite(value):
+        return value
+    try:
+        return printable(str(value))
+    except ValueError:  # an integer of more digits than Python prints
+        return f"<{type(value).__name__}>"

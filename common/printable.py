@@ -19,5 +19,10 @@ def printable(text: str, longest: int = LONGEST) -> str:
     return f"{shown[:longest]}... ({len(text)} characters)"
 
 
+def printable_lines(text: str) -> str:
+    """`text` with its lines kept, each as `printable` shows it."""
+    return "\n".join(printable(line) for line in text.split("\n"))
+
+
 def _escaped(one: str) -> str:
     return one.encode("unicode_escape").decode("ascii")

@@ -19,6 +19,7 @@ from common.config import load_config
 from common.ladder import NOTICE_S
 from common.logs import LogForm, log_to_stderr
 from common.loop import PeriodicLoop
+from common.printable import printable
 from common.private_file import create_private, refuse_link
 
 log = logging.getLogger(__name__)
@@ -144,6 +145,6 @@ def room_main(processes: dict[str, tuple[Any, Callable[[Any, Callable[[], bool]]
     try:
         run_process(name, arguments.config, *processes[name])
     except (ValueError, OSError) as error:
-        print(f"{name}: {error}", file=sys.stderr)
+        print(f"{name}: {printable(str(error))}", file=sys.stderr)
         return 2
     return 0

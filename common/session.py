@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import msgpack
 
 from common.packets import LinkState
+from common.printable import printable, printable_lines
 
 log = logging.getLogger(__name__)
 
@@ -23,7 +24,7 @@ LONGEST_NOTE = 1000
 
 
 def note_text(details: Mapping[str, object]) -> str:
-    """The text of a note, from the details of the request to record it.
+    """The text of a note, from the details of the request to record it; lines of printable characters.
 
     Raises:
         Refused: there is none, or it is too long.
@@ -31,7 +32,7 @@ def note_text(details: Mapping[str, object]) -> str:
     text = details.get("text")
     if not isinstance(text, str) or not 0 < len(text) <= LONGEST_NOTE:
         raise Refused(f"a note needs a text of 1 to {LONGEST_NOTE} characters")
-    return text
+    return printable_lines(text)
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +123,7 @@ class Session:
         """Bring outputs to neutral; always allowed."""
         if self.state is LinkState.ENGAGED:
             self.state = LinkState.CONNECTED
-            self.paused = why
+            self.paused = printable(why)
             self.note("disengaged", why)
 
     def latch(self, why: str, *, cleared_here_only: bool = False) -> None:
@@ -134,7 +135,7 @@ class Session:
         """
         self.cleared_here_only = self.cleared_here_only or cleared_here_only
         if self.state is not LinkState.FAULT:
-            self.fault = why
+            self.fault = printable(why)
             self.state = LinkState.FAULT
             self.note("fault", why)
 
@@ -179,10 +180,11 @@ class Session:
             self._missing = missing
 
     def note(self, what: str, text: str = "") -> None:
-        """Log a happening, and keep it for the recording."""
+        """Log a happening, and keep it for the recording, its text as one printable line; a note keeps its lines."""
         level = logging.WARNING if what in _SERIOUS else logging.INFO
-        log.log(level, "%s%s", what, f": {text}" if text else "")
-        self._happened.append(Happening(what, self.ident, text))
+        said = printable_lines(text) if what == "note" else printable(text)
+        log.log(level, "%s%s", what, f": {said}" if said else "", extra={"happening": what})
+        self._happened.append(Happening(what, self.ident, said))
 
     def take_happenings(self) -> list[Happening]:
         """What happened since the last call."""

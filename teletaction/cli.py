@@ -2,6 +2,7 @@
 
 import typer
 
+from common.printable import printable
 from teletaction.commands import (
     calibrate,
     conformance,
@@ -70,5 +71,5 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _complain(message: str, code: int) -> int:
-    typer.echo("teletaction: " + " ".join(message.split()), err=True)
+    typer.echo("teletaction: " + printable(" ".join(message.split())), err=True)
     return code

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from common.logs import spoken
+from common.printable import printable
 
 END_S = 2.0
 """All processes are gone this long after they were told to end."""
@@ -56,7 +57,7 @@ class SessionProcesses:
     def last_words(self, name: str) -> str:
         """What the last line of a process's log says."""
         lines = (self.out / f"{name}.log").read_text("utf-8", errors="replace").strip().splitlines()
-        return spoken(lines[-1]) if lines else "it said nothing"
+        return printable(spoken(lines[-1])) if lines else "it said nothing"
 
     def end(self) -> bool:
         """End all within END_S, the operator first; True when none had to be killed."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from common.fingers import FINGERS
+from common.printable import printable
 from teletaction.commands.failed import Failed
 
 if TYPE_CHECKING:
@@ -96,7 +97,7 @@ def _tell(tried: "Tried") -> None:
     from teletaction.conformance.checklist import Verdict
 
     if tried.verdict is Verdict.NOT_TRIED:
-        typer.echo(f"{tried.duty.number:4} {tried.verdict:9} {tried.came}")
+        typer.echo(f"{tried.duty.number:4} {tried.verdict:9} {printable(tried.came)}")
         return
     typer.echo(f"{tried.duty.number:4} {tried.verdict:9} expected: {tried.duty.demand}")
-    typer.echo(f"{'':14} came:     {tried.came}")
+    typer.echo(f"{'':14} came:     {printable(tried.came)}")

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from common.printable import printable
 from teletaction.commands.failed import Failed
 
 app = typer.Typer()
@@ -45,7 +46,7 @@ def doctor(
     findings = []
     with ended_as_by_hand():
         for finding in examine(config, exercise, ports):
-            typer.echo(f"{'ok  ' if finding.good else 'FAIL'} {finding.what}: {finding.result}")
+            typer.echo(f"{'ok  ' if finding.good else 'FAIL'} {finding.what}: {printable(finding.result)}")
             findings.append(finding)
     bad = [finding for finding in findings if not finding.good]
     if bad:
@@ -57,6 +58,6 @@ def _list(ports: Path) -> None:
 
     found = [*find_modules(ports), *find_nodes()]
     for one in found:
-        typer.echo(f"{one.address}: {one.words}")
+        typer.echo(f"{one.address}: {printable(one.words)}")
     if not any(one.good for one in found):
         raise Failed(f"no device answers at the serial ports in {ports} or on a CAN interface of this host")

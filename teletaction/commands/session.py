@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from common.printable import printable
 from teletaction.commands.config_file import ConfigFile
 from teletaction.commands.failed import Failed
 
@@ -39,7 +40,7 @@ def session_estop(config: ConfigFile) -> None:
     from common.desk import stop_from_desk
 
     outcome = stop_from_desk(*_desk(config))
-    typer.echo(outcome)
+    typer.echo(printable(outcome))
     if "not confirmed" in outcome:
         raise Failed(outcome)
 

@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.logs import JsonLines, spoken
+from common.printable import printable
 
 PROGRAM = """
 import logging, sys, threading, warnings
@@ -73,7 +74,7 @@ def test_context_cannot_take_the_place_of_what_every_line_has() -> None:
 @given(st.text(), st.none() | st.floats() | st.text() | st.binary() | st.lists(st.integers()))
 def test_any_text_and_any_context_are_one_line_of_json(message: str, value: object) -> None:
     line = line_of("%s", message, context=value)
-    assert line["message"] == message
+    assert line["message"] == printable(message)
     strict = json.dumps(line, allow_nan=False)
     assert json.loads(strict) == line
     if isinstance(value, float) and not math.isfinite(value):
