@@ -2,7 +2,6 @@
 
 import json
 import re
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
@@ -15,6 +14,8 @@ from common.fingers import FINGERS
 from common.keys import KEY_LENGTH
 from common.ladder import FASTEST_RATE_HZ, SLOWEST_RATE_HZ, check_ladder
 from common.logs import LogForm
+from common.printable import printable
+from common.read_files import NotToml, read_toml
 
 FingerName = Literal["thumb", "index", "middle", "ring", "little"]
 
@@ -266,6 +267,7 @@ class SimNetworkConfig(_Section):
 
 
 M = TypeVar("M", bound=BaseModel)
+_LONGEST_FIELD = 200
 
 
 def load_config(path: Path, model: type[M]) -> M:
@@ -275,19 +277,18 @@ def load_config(path: Path, model: type[M]) -> M:
         ConfigProblem: no such file, not TOML, or a field is missing, unknown or out of its rules.
     """
     try:
-        text = path.read_text("utf-8")
-        values = tomllib.loads(text)
+        text, values = read_toml(path)
     except OSError as error:
         raise ConfigProblem(f"{path}: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigProblem(f"{path}: not TOML: {error}") from None
+    except NotToml as error:
+        raise ConfigProblem(f"{path}: {error}") from None
     try:
         checked = model.model_validate(values)
     except ValidationError as error:
         first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
+        where = printable(".".join(str(part) for part in first["loc"]), _LONGEST_FIELD)
         line = _line_of(text, [str(part) for part in first["loc"]])
-        message = first["msg"].removeprefix("Value error, ")
+        message = printable(first["msg"].removeprefix("Value error, "))
         raise ConfigProblem(f"{path}:{line}: {where + ': ' if where else ''}{message}") from None
     return _anchor(checked, path.parent)
 
@@ -299,8 +300,8 @@ def load_site(path: Path) -> "RemoteConfig | OperatorConfig":
         ConfigProblem: as `load_config`.
     """
     try:
-        values = tomllib.loads(path.read_text("utf-8"))
-    except (OSError, ValueError):
+        _, values = read_toml(path)
+    except (OSError, NotToml):
         values = {}  # said properly below
     return load_config(path, OperatorConfig) if "tacttip" in values else load_config(path, RemoteConfig)
 
@@ -308,7 +309,7 @@ def load_site(path: Path) -> "RemoteConfig | OperatorConfig":
 def _line_of(text: str, location: list[str]) -> int:
     """Line of the deepest part of `location` that the file mentions; 1 when it mentions none."""
     found = 1
-    lines = text.splitlines()
+    lines = [line[:_LONGEST_FIELD] for line in text.splitlines()]
     for above, part in zip(["", *location], location, strict=False):
         if part.isdigit():
             entry = re.compile(rf"^\s*\[\[\s*{re.escape(above)}\s*\]\]")

@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping
 
+from common.printable import printable
+
 Range = tuple[float, float]
 
 
@@ -26,7 +28,7 @@ def read_constants(given: object, ranges: Mapping[str, Range], where: str, *, be
             raise ValueError(f"{where}: {constant} is missing")
         value = given[constant]
         if not within(value, low, high):
-            raise ValueError(f"{where}: {constant} must be a number from {low:g} to {high:g}, not {value!r}")
+            raise ValueError(f"{where}: {constant} must be a number from {low:g} to {high:g}, not {_shown(value)}")
         found[constant] = float(value)
     known = [*ranges, beside] if beside else [*ranges]
     if unknown := sorted(set(given) - set(known)):
@@ -37,3 +39,10 @@ def read_constants(given: object, ranges: Mapping[str, Range], where: str, *, be
 def within(value: object, low: float, high: float) -> bool:
     """Whether it is a finite number of a range."""
     return isinstance(value, int | float) and not isinstance(value, bool) and low <= value <= high
+
+
+def _shown(value: object) -> str:
+    try:
+        return printable(repr(value), 60)
+    except (ValueError, RecursionError):  # too many digits, nested too deeply
+        return "what stands there"

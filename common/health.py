@@ -6,7 +6,6 @@ is believed of a young file only.
 """
 
 import argparse
-import json
 import sys
 import time
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Any
 
 from common.ladder import SUPERVISOR_WATCHDOG_S
 from common.printable import printable
+from common.read_files import read_json
 from common.shown_state import ENDED, SILENT, seconds_old
 
 OLDEST_S = SUPERVISOR_WATCHDOG_S
@@ -32,7 +32,7 @@ def read_status(status: Path, now_ns: int) -> tuple[dict[str, Any], float]:
         NoStatus: it cannot be read, or is no status file.
     """
     try:
-        told = json.loads(status.read_text("utf-8"))
+        told = read_json(status)
         return dict(told), (now_ns - int(told["time_ns"])) * 1e-9
     except OSError as error:
         raise NoStatus(f"{status}: {error.strerror}") from None

@@ -1,12 +1,12 @@
 """Thermal constants of materials, read from `materials.toml`."""
 
 import math
-import tomllib
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 from common.constants import read_constants
+from common.read_files import read_tables
 
 ALIASES = {
     "wood": "pine",
@@ -59,7 +59,7 @@ def read_materials(path: Path) -> dict[str, Material]:
         ValueError: a constant is missing, unknown, no number, or out of range; the message names file, material and
             constant.
     """
-    tables = tomllib.loads(path.read_text("utf-8"))
+    tables = read_tables(path)
     return {name: Material.read(name, given, f"{path}: {name}") for name, given in tables.items()}
 
 

@@ -3,7 +3,6 @@
 One file serves for all: the bench of a simulated remote site, and the virtual environment without any.
 """
 
-import tomllib
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -11,6 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from common.materials import ALIASES, Material, materials
 from common.packets import MAX_TEXT
+from common.printable import printable
+from common.read_files import NotToml, read_toml
 from common.script import Step
 from common.surfaces import STIFFNESS_N_M, surface_kind
 
@@ -209,13 +210,13 @@ def load_scene(name_or_path: str) -> Scene:
     if path.parent == SCENES and path.stem not in known:
         raise ValueError(f"unknown scene {name_or_path!r}; known: {', '.join(known)} (or a path that ends in .toml)")
     try:
-        return Scene.model_validate(tomllib.loads(path.read_text("utf-8")))
+        return Scene.model_validate(read_toml(path)[1])
     except ValidationError as error:
         first = error.errors()[0]
-        field = ".".join(str(part) for part in first["loc"])
-        message = first["msg"].removeprefix("Value error, ")
+        field = printable(".".join(str(part) for part in first["loc"]), 200)
+        message = printable(first["msg"].removeprefix("Value error, "))
         raise ValueError(f"{path}: {field + ': ' if field else ''}{message}") from None
-    except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"{path}: not valid TOML: {error}") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: cannot read the scene: {error}") from None
+    except NotToml as error:
+        raise ValueError(f"{path}: {error}") from None
+    except OSError as error:
+        raise ValueError(f"{path}: cannot read the scene: {error.strerror}") from None

@@ -3,7 +3,6 @@
 `surfaces.toml` beside this file holds the constants, and says what is meant by each.
 """
 
-import tomllib
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 
 from common.constants import read_constants, within
 from common.messages import TOUCH_RANGES
+from common.read_files import read_tables
 
 _RANGES = {
     "stiffness_n_m": (50.0, TOUCH_RANGES["stiffness_n_m"][1]),
@@ -71,7 +71,7 @@ def read_surfaces(path: Path) -> dict[str, SurfaceKind]:
             constant.
     """
     known = {}
-    for name, given in tomllib.loads(path.read_text("utf-8")).items():
+    for name, given in read_tables(path).items():
         where = f"{path}: {name}"
         constants = read_constants(given, _RANGES, where, beside="grooves")
         known[name] = SurfaceKind(name, **constants, grooves=_grooves(given.get("grooves"), f"{where}: grooves"))

@@ -1,11 +1,11 @@
 """Off-line texture identification of recorded strokes: one JSON line per segment."""
 
-import json
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from common.read_files import read_json
 from remote_site.felt_stroke import FAST_HZ
 from remote_site.spectrum_table import Recognised, SpectrumTable
 from remote_site.stroke_segment import Segment
@@ -28,7 +28,7 @@ def load_surfaces(path: Path) -> SurfaceTable | SpectrumTable:
         ValueError: it is neither, or was changed.
     """
     try:
-        kind = json.loads(path.read_text("utf-8")).get("kind")
+        kind = read_json(path).get("kind")
     except (OSError, ValueError, AttributeError):
         kind = None
     return SpectrumTable.load(path) if kind == "surface_spectra" else SurfaceTable.load(path)

@@ -7,6 +7,8 @@ from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from common.read_files import read_json
+
 
 class StoredTable(BaseModel):
     """A table that is a file of its own kind and version.
@@ -51,7 +53,7 @@ class StoredTable(BaseModel):
         """
         kind = cls.model_fields["kind"].default
         try:
-            fields = json.loads(path.read_text("utf-8"))
+            fields = read_json(path)
         except OSError as error:
             raise ValueError(f"{path}: cannot be read: {error.strerror}") from None
         except ValueError:

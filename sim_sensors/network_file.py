@@ -3,6 +3,7 @@
 import csv
 import math
 from dataclasses import dataclass
+from io import StringIO
 from itertools import pairwise
 from pathlib import Path
 from typing import Self
@@ -10,6 +11,8 @@ from typing import Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from common.config import load_config
+from common.printable import printable
+from common.whole_file import read_whole
 from sim_sensors.network_conditions import Conditions, ConditionsOverTime, PhasedConditions, RecordedConditions
 from sim_sensors.network_fault import Fault
 
@@ -81,6 +84,10 @@ def is_file(name_or_path: str) -> bool:
     return name_or_path.endswith((".toml", ".csv"))
 
 
+MOST_CSV_BYTES = 64 << 20
+"""Size of the largest recording of round trips that is read, bytes."""
+
+
 def load_network(name_or_path: str) -> Network:
     """Load a network by its name, or from a path that ends in `.toml` or `.csv`.
 
@@ -103,21 +110,21 @@ def _read_round_trips(path: Path) -> RecordedConditions:
     times_s: list[float] = []
     round_trips_s: list[float] = []
     try:
-        with path.open(encoding="utf-8", newline="") as file:
-            rows = csv.DictReader(file)
-            for column in (_TIME, _ROUND_TRIP):
-                if column not in (rows.fieldnames or ()):
-                    raise ValueError(f"{path}:1: no column {column}")
-            for row in rows:
-                where = f"{path}:{rows.line_num}"
-                times_s.append(_number(row, _TIME, where))
-                round_trips_s.append(1e-3 * _number(row, _ROUND_TRIP, where))
-                if times_s[1:] and times_s[-1] <= times_s[-2]:
-                    raise ValueError(f"{where}: {_TIME}: {times_s[-1]:g} does not follow {times_s[-2]:g}")
-                if not 0.0 <= round_trips_s[-1] <= 2e-3 * MOST_MS:
-                    raise ValueError(f"{where}: {_ROUND_TRIP}: must be from 0 to {2 * MOST_MS:g}")
+        content, _ = read_whole(path, MOST_CSV_BYTES)
+        rows = csv.DictReader(StringIO(content.decode("utf-8"), newline=""))
+        for column in (_TIME, _ROUND_TRIP):
+            if column not in (rows.fieldnames or ()):
+                raise ValueError(f"{path}:1: no column {column}")
+        for row in rows:
+            where = f"{path}:{rows.line_num}"
+            times_s.append(_number(row, _TIME, where))
+            round_trips_s.append(1e-3 * _number(row, _ROUND_TRIP, where))
+            if times_s[1:] and times_s[-1] <= times_s[-2]:
+                raise ValueError(f"{where}: {_TIME}: {times_s[-1]:g} does not follow {times_s[-2]:g}")
+            if not 0.0 <= round_trips_s[-1] <= 2e-3 * MOST_MS:
+                raise ValueError(f"{where}: {_ROUND_TRIP}: must be from 0 to {2 * MOST_MS:g}")
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise ValueError(f"{path}: cannot read round trips: {error}") from None
+        raise ValueError(f"{path}: cannot read round trips: {getattr(error, 'strerror', error)}") from None
     if len(times_s) < 2:
         raise ValueError(f"{path}: two rows of round trips are needed at least, there are {len(times_s)}")
     return RecordedConditions(times_s, round_trips_s)
@@ -129,5 +136,5 @@ def _number(row: dict[str, str], column: str, where: str) -> float:
     except (TypeError, ValueError):
         value = math.nan
     if not math.isfinite(value):
-        raise ValueError(f"{where}: {column}: {row[column]!r} is no number")
+        raise ValueError(f"{where}: {column}: {printable(repr(row[column]), 60)} is no number")
     return value

@@ -1,11 +1,11 @@
 """A whole recording opened for replay: its messages, and what each site was configured and calibrated with."""
 
 import tempfile
-import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import IO, Any, TypeVar
 
+from common.read_files import NotToml, parse_toml
 from common.recording_reader import RecordingReader
 from remote_site.stored_table import StoredTable
 from teletaction.merge import ORIGIN
@@ -42,9 +42,9 @@ class RecordedSession:
         if text is None:
             raise ValueError(f"{self.path}: its metadata {name} has no configuration")
         try:
-            return tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
-            raise ValueError(f"{self.path}: its configuration is not TOML: {error}") from None
+            return parse_toml(text)
+        except NotToml as error:
+            raise ValueError(f"{self.path}: its configuration is {error}") from None
 
     def table(self, origin: str, name: str, kind: type[Table]) -> Table:
         """A calibrated table that was in use; raises ValueError when it is not attached or cannot be used."""

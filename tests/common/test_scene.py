@@ -110,7 +110,7 @@ def test_alias_and_defaults(tmp_path):
         ('object = "block"', 'object = "blok"', r"script step 1 names no object 'blok'"),
         ('act = "move"', 'act = "fly"', r"script\.0"),
         ('calibrated = ["pvc"]', 'calibrated = ["gold"]', r"calibrated.*unknown material 'gold'"),
-        ("[[script]]", "[[script]", "not valid TOML"),
+        ("[[script]]", "[[script]", "not TOML"),
         (
             "[[script]]",
             '[[objects]]\nname = "b"\nmaterial = "pvc"\nsurface = "foam"\nx_m = 0.04\nlength_m = 0.05\n[[script]]',
