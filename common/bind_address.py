@@ -4,6 +4,7 @@ import ipaddress
 
 from common.curve_sockets import LinkProblem
 from common.keys import TrustedKeys
+from common.resolve import bare_host
 
 
 def check_bind(host: str, trusted: TrustedKeys) -> None:
@@ -15,7 +16,7 @@ def check_bind(host: str, trusted: TrustedKeys) -> None:
     """
     owners = trusted.owners()
     try:
-        loopback = host == "localhost" or ipaddress.ip_address(host).is_loopback
+        loopback = host == "localhost" or ipaddress.ip_address(bare_host(host)).is_loopback
     except ValueError:
         loopback = False
     if not loopback and not owners:

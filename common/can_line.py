@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import can
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from common.background import BackgroundOpener
 from common.can_controller import CanController
@@ -16,6 +16,7 @@ from common.can_frames import BadFrame, FrameReceiver
 from common.can_gateway import GatewayBus
 from common.frame_damage import FrameDamage
 from common.own_frames import OwnFrames
+from common.resolve import is_ipv6
 from common.serial_line import DeviceAbsent
 from common.sparse_log import SparseLog
 
@@ -27,7 +28,7 @@ _FULL_CODES = (errno.ENOBUFS, errno.EAGAIN)
 _FULL_WORDS = "Transmit buffer full"
 """What python-can raises without a code for a socket that takes nothing at the moment."""
 
-_GATEWAY = re.compile(r"socketcand://(?P<host>[^:/]+):(?P<port>\d{1,5})/(?P<channel>\w+)")
+_GATEWAY = re.compile(r"socketcand://(?P<host>\[[^\]]*\]|[^:/]+):(?P<port>\d{1,5})/(?P<channel>\w+)")
 _LOCAL = re.compile(r"\w+:(?P<channel>[\w ]+)")
 
 
@@ -40,6 +41,13 @@ class CanAddress(BaseModel):
     channel: str = "can0"
     host: str = "127.0.0.1"
     port: int = Field(default=29536, ge=1, le=65535)
+
+    @field_validator("host")
+    @classmethod
+    def _not_ipv6(cls, host: str) -> str:
+        if is_ipv6(host):
+            raise ValueError("a CAN gateway needs a name or an IPv4 address: python-can has no IPv6")
+        return host
 
     def __str__(self) -> str:
         return (

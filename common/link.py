@@ -27,6 +27,7 @@ from common.curve_sockets import (
 )
 from common.doorkeeper import Doorkeeper
 from common.keys import KeyPair, Role, TrustedKeys
+from common.resolve import Resolver, is_ipv6, tcp_endpoint
 from common.streams import STREAMS, Direction, Stream
 
 # Motion and touch have one sender and one reader; only what observers see may have several readers.
@@ -201,6 +202,7 @@ class RemoteLink(_Link):
     def _bind(self, stream: Stream) -> None:
         socket = self._socket(stream, _REMOTE_TYPE[stream.direction])
         serve_curve(socket, self._keys, stream.name)
+        socket.setsockopt(zmq.IPV6, is_ipv6(self._host))
         try:
             socket.bind(self._address(stream))
         except zmq.ZMQError:
@@ -209,7 +211,7 @@ class RemoteLink(_Link):
         self._sockets[stream.name] = socket
 
     def _address(self, stream: Stream) -> str:
-        return f"tcp://{self._host}:{self._base_port + stream.port}"
+        return tcp_endpoint(self._host, self._base_port + stream.port)
 
     def _admits(self, domain: str, key: str) -> bool:
         role = self._trusted.role(key)
@@ -235,7 +237,8 @@ class OperatorLink(_Link):
     def __init__(self, host: str, base_port: int, keys: KeyPair, remote_public_key: str, role: Role = Role.PARTNER):
         """Connect this role's streams in the background; raises nothing when the remote site is absent."""
         super().__init__()
-        self._host, self._base_port, self._keys, self._remote_key = host, base_port, keys, remote_public_key
+        self._base_port, self._keys, self._remote_key = base_port, keys, remote_public_key
+        self._resolver = Resolver(host, base_port)
         self._streams = [
             stream
             for stream in STREAMS.values()
@@ -244,6 +247,7 @@ class OperatorLink(_Link):
         self._connect()
 
     def _connect(self) -> None:
+        self._address = self._resolver.address
         self._monitors: list[zmq.Socket[bytes]] = []
         for stream in self._streams:
             socket = self._socket(stream, _CLIENT_TYPE[stream.direction])
@@ -253,7 +257,9 @@ class OperatorLink(_Link):
                 socket.setsockopt(zmq.IMMEDIATE, 1)
                 socket.setsockopt(zmq.SNDHWM, _UNSENT)
             self._monitors.append(socket.get_monitor_socket(zmq.EVENT_HANDSHAKE_FAILED_AUTH))
-            socket.connect(f"tcp://{self._host}:{self._base_port + stream.port}")
+            if self._address is not None:
+                socket.setsockopt(zmq.IPV6, is_ipv6(self._address))
+                socket.connect(tcp_endpoint(self._address, self._base_port + stream.port))
             self._sockets[stream.name] = socket
 
     def reconnect(self) -> None:
@@ -280,6 +286,8 @@ class OperatorLink(_Link):
     def receive(self, stream: str) -> list[bytes]:
         """Unread packets of a request stream, at most MOST_AT_ONCE."""
         found: list[bytes] = []
+        if self._address != self._resolver.address:  # the name server has answered
+            self.reconnect()
         while len(found) < MOST_AT_ONCE:
             try:
                 found.append(self._sockets[stream].recv(zmq.DONTWAIT))
@@ -300,6 +308,7 @@ class OperatorLink(_Link):
 
     def close(self) -> None:
         """Close all sockets, once a last request has left."""
+        self._resolver.close()
         self._disconnect(_LAST_REQUEST_MS)
         self._context.term()
 
