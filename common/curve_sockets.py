@@ -6,6 +6,7 @@ All socket options are set before bind and connect: set later they do nothing.
 import contextlib
 import os
 import socket as sockets
+import sys
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -20,6 +21,12 @@ WAITING = 64
 """Packets of one connection that wait to be read, and answers that wait to be sent to it; then TCP holds the sender."""
 _STOP = b"estop"
 """Stands in every request for an emergency stop."""
+_TOPICS_COUNT = 116
+"""ZMQ_TOPICS_COUNT of libzmq from 4.3.5 on, which pyzmq does not name."""
+_MOST_OF_A_READER = 2048
+"""Bytes that a reader sends at most: a handshake of 700, a subscription to everything, and its end."""
+_BYTES_RECEIVED = 128
+"""Where struct tcp_info has tcpi_bytes_received, 8 bytes, on every Linux from 4.1 on."""
 _HANDSHAKE_MS = 2000
 _UNACKNOWLEDGED_MS = 2000
 _CURVE_BYTES = 64
@@ -117,6 +124,28 @@ def is_open(connection: int, local_port: int) -> bool:
         return end is not None
 
 
+def subscriptions(socket: "zmq.Socket[bytes]") -> int:
+    """How many subscriptions that it did not have before a PUB socket got; those of a closed connection count on."""
+    return int(socket.getsockopt(_TOPICS_COUNT))
+
+
+def end_strange_readers(local_port: int) -> int:
+    """End each connection to a port of a PUB socket that sent more than one reader has to say; returns how many."""
+    ended = 0
+    for name in os.listdir("/proc/self/fd"):
+        with _tcp_connection(int(name), local_port) as end, contextlib.suppress(OSError):
+            if end is not None and _received_bytes(end) > _MOST_OF_A_READER:
+                end.shutdown(sockets.SHUT_RDWR)
+                ended += 1
+    return ended
+
+
+def _received_bytes(end: sockets.socket) -> int:
+    """What a TCP connection has received since it was made."""
+    told = end.getsockopt(sockets.IPPROTO_TCP, sockets.TCP_INFO, _BYTES_RECEIVED + 8)
+    return int.from_bytes(told[_BYTES_RECEIVED:], sys.byteorder)
+
+
 def end_connection(connection: int, local_port: int) -> None:
     """End one TCP connection of this process; libzmq finds it closed and the peer connects again.
 
@@ -135,8 +164,14 @@ def end_connection(connection: int, local_port: int) -> None:
 def _tcp_connection(connection: int, local_port: int) -> Iterator[sockets.socket | None]:
     """A second descriptor of a connection that was accepted at `local_port`; None where it is something else."""
     try:
-        end = sockets.socket(fileno=os.dup(connection))
+        descriptor = os.dup(connection)
     except OSError:
+        yield None
+        return
+    try:
+        end = sockets.socket(fileno=descriptor)
+    except OSError:
+        os.close(descriptor)
         yield None
         return
     with end:

@@ -29,6 +29,7 @@ from common.doorkeeper import Doorkeeper
 from common.keys import KeyPair, Role, TrustedKeys
 from common.resolve import Resolver, is_ipv6, tcp_endpoint
 from common.streams import STREAMS, Direction, Stream
+from common.subscribers import Subscribers
 
 # Motion and touch have one sender and one reader; only what observers see may have several readers.
 _REMOTE_TYPE = {
@@ -125,6 +126,7 @@ class RemoteLink(_Link):
         self._doorkeeper = Doorkeeper(self._context, self._admits)
         self.handshakes = self._doorkeeper.answers
         """Handshakes so far: `admitted`, `refused`, `too_many`, `expelled`."""
+        self._subscribers: dict[str, Subscribers] = {}
         for stream in STREAMS.values():
             try:
                 self._bind(stream)
@@ -143,6 +145,12 @@ class RemoteLink(_Link):
         """The newest unread motion of each connection, at most MOST_AT_ONCE."""
         socket = self._sockets.get("motion")
         return [] if socket is None else receive_newest(socket)
+
+    def send_latest(self, stream: str, packet: bytes) -> None:
+        """As `_Link.send_latest`; connections of readers that subscribe again and again are ended."""
+        super().send_latest(stream, packet)
+        if stream in self._subscribers:
+            self._subscribers[stream].step()
 
     def expel(self, stream: str, received: Received, refuse_s: float = 0.0) -> None:
         """End the connection that `received` came on, and refuse its key at this stream for a while.
@@ -188,6 +196,7 @@ class RemoteLink(_Link):
         """
         revoked = self._doorkeeper.revoked()
         for name in revoked:
+            self._subscribers.pop(name, None)
             if (socket := self._sockets.pop(name, None)) is not None:
                 socket.close(linger=0)
         self._bind_missing()
@@ -209,6 +218,8 @@ class RemoteLink(_Link):
             socket.close(linger=0)
             raise
         self._sockets[stream.name] = socket
+        if _REMOTE_TYPE[stream.direction] == zmq.PUB:
+            self._subscribers[stream.name] = Subscribers(socket, self._base_port + stream.port)
 
     def _address(self, stream: Stream) -> str:
         return tcp_endpoint(self._host, self._base_port + stream.port)

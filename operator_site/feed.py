@@ -15,6 +15,7 @@ from common.curve_sockets import LinkProblem, prepare_socket, serve_curve, use_c
 from common.desk import HOST
 from common.doorkeeper import Doorkeeper
 from common.keys import KeyPair
+from common.subscribers import Subscribers
 
 STREAMS = frozenset(
     f"operator/{stream}" for stream in ("touch", "rendered", "skin", "clock", "session", "played", "figures")
@@ -53,6 +54,7 @@ class Feed:
         self._socket = self._context.socket(zmq.PUB)
         prepare_socket(self._socket)
         self._socket.setsockopt(zmq.SNDHWM, _WAITING)
+        self._subscribers = Subscribers(self._socket, port)
         serve_curve(self._socket, keys, _DOMAIN)
         try:
             self._socket.bind(f"tcp://{HOST}:{port}")
@@ -71,6 +73,7 @@ class Feed:
             return
         self._sent_ns = now_ns
         self._socket.send(msgpack.packb(self._batch))
+        self._subscribers.step()
         self._batch = []
 
     def close(self) -> None:

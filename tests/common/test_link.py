@@ -2,13 +2,23 @@ import errno
 import socket
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Protocol, cast
 
 import pytest
 import zmq
 
-from common.curve_sockets import WAITING, LinkProblem, Received, end_connection, receive_requests
+from common.curve_sockets import (
+    WAITING,
+    LinkProblem,
+    Received,
+    end_connection,
+    prepare_socket,
+    receive_requests,
+    subscriptions,
+    use_curve,
+)
 from common.keys import Role, TrustedKeys, load_keys
 from common.link import OperatorLink, RemoteLink
 from common.streams import STREAMS, Stream
@@ -364,3 +374,34 @@ def test_requests_for_a_stop_are_read_first_and_the_others_in_their_order() -> N
 
     found = receive_requests(cast("zmq.Socket[bytes]", Waiting()), most=4)
     assert [received.packet for received in found] == [b"an estop", b"1", b"2", b"3"]
+
+
+def test_a_reader_that_subscribes_again_and_again_is_sent_away(keys: Keys, base_port: int) -> None:
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
+
+        def touched() -> bool:
+            remote.send_latest("touch", b"t")
+            return operator.receive_latest("touch") == b"t"
+
+        assert until(touched)
+        most, made = 0, 0
+        context = zmq.Context()
+        reader = context.socket(zmq.XSUB)
+        prepare_socket(reader)
+        use_curve(reader, load_keys(keys.operator), load_keys(keys.remote).public)
+        reader.connect(f"tcp://127.0.0.1:{base_port + STREAMS['touch'].port}")
+
+        def subscribed_often() -> bool:
+            nonlocal made, most
+            with suppress(zmq.Again):
+                reader.send(b"\x01" + made.to_bytes(100, "little"), zmq.DONTWAIT)
+                made += 1
+            remote.send_latest("touch", b"t")
+            most = max(most, subscriptions(remote._sockets["touch"]))
+            return made > 500
+
+        assert until(subscribed_often)
+        context.destroy(linger=0)
+        assert remote._subscribers["touch"].ended > 0
+        assert 1 < most < made / 4
+        assert until(touched), "the operator reads on"
