@@ -71,6 +71,17 @@ class OperatorConnections:
         self._lines[stream] = _Line(received, now_ns)
         return True
 
+    def own_first(self, stream: str, packets: list[Received]) -> list[Received]:
+        """Packets in their order, but those of the connection that speaks on a stream first.
+
+        After a pause of this site, that connection is heard before another one could take it for silent.
+        """
+        line = self._lines.get(stream)
+        if line is None or len(packets) < 2:
+            return packets
+        own = line.received.connection
+        return sorted(packets, key=lambda received: received.connection != own)
+
     def used_twice(self, sent_ns: int) -> Received | None:
         """A packet of a second sender with the operator's key, where a motion of the first proves that there is one.
 

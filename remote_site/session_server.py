@@ -110,11 +110,11 @@ class SessionServer:
         for received in self.link.requests("control"):
             if self._within_rate("control", received, now_ns):
                 self._control(received, now_ns, not_ready)
-        for received in self.link.requests("heartbeat"):
+        for received in self._connections.own_first("heartbeat", self.link.requests("heartbeat")):
             if self._within_rate("heartbeat", received, now_ns):
                 with self.contain.step("heartbeat", latches=False):
                     self._heartbeat(received, now_ns)
-        for received in self.link.motions():
+        for received in self._connections.own_first("motion", self.link.motions()):
             self._motion(received, now_ns)
         self.session.heard(self.acceptance.gap_ns(now_ns), self.gap_s, "motion")
         if why := self._motion_refused(now_ns):

@@ -194,6 +194,18 @@ def test_a_copy_that_stamps_its_motion_in_the_past_is_found_as_well(working: Rem
     assert working.server.session.state is LinkState.FAULT
 
 
+def test_a_copy_gains_nothing_by_a_remote_site_that_stood_still(working: Remote) -> None:
+    for _ in range(5):
+        working.now_ns += 3 * round(GAP_S * 1e9)
+        working.move(0.17, connection=OTHER, sequence=working.motions + 50)
+        working.move()
+        working.beat(connection=OTHER, offset_ns=3_600_000 * MS)
+        working.beat()
+        working.step()
+        assert x_m(working) == 0.0
+    assert working.server._offset_ns == 0
+
+
 def test_an_operator_that_connects_anew_is_no_copy_of_itself(working: Remote) -> None:
     late = [working.motions + 1, working.motions + 2]
     working.motions += 2
