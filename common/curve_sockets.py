@@ -25,6 +25,10 @@ _TOPICS_COUNT = 116
 """ZMQ_TOPICS_COUNT of libzmq from 4.3.5 on, which pyzmq does not name."""
 _MOST_OF_A_READER = 2048
 """Bytes that a reader sends at most: a handshake of 700, a subscription to everything, and its end."""
+_LONGEST_OF_A_READER = 512
+"""Bytes; the longest packet of a handshake has some 300."""
+_MOST_OF_READERS = 8
+"""Packets of one reader that wait; with 1 the library takes no subscription."""
 _BYTES_RECEIVED = 128
 """Where struct tcp_info has tcpi_bytes_received, 8 bytes, on every Linux from 4.1 on."""
 _HANDSHAKE_MS = 2000
@@ -71,6 +75,12 @@ def prepare_socket(socket: "zmq.Socket[bytes]") -> None:
     # The library waits once or twice as long and shakes hands; outputs end after 100 ms without packets.
     socket.setsockopt(zmq.RECONNECT_IVL, 20)
     socket.setsockopt(zmq.RECONNECT_IVL_MAX, 500)
+
+
+def prepare_publisher(socket: "zmq.Socket[bytes]") -> None:
+    """Let readers of a PUB socket send no more at once than a handshake and a subscription; before it is bound."""
+    socket.setsockopt(zmq.MAXMSGSIZE, _LONGEST_OF_A_READER)
+    socket.setsockopt(zmq.RCVHWM, _MOST_OF_READERS)
 
 
 def serve_curve(socket: "zmq.Socket[bytes]", keys: KeyPair, domain: str) -> None:

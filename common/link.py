@@ -18,6 +18,7 @@ from common.curve_sockets import (
     Received,
     end_connection,
     is_open,
+    prepare_publisher,
     prepare_socket,
     receive_newest,
     receive_requests,
@@ -210,6 +211,8 @@ class RemoteLink(_Link):
 
     def _bind(self, stream: Stream) -> None:
         socket = self._socket(stream, _REMOTE_TYPE[stream.direction])
+        if _REMOTE_TYPE[stream.direction] == zmq.PUB:
+            prepare_publisher(socket)
         serve_curve(socket, self._keys, stream.name)
         socket.setsockopt(zmq.IPV6, is_ipv6(self._host))
         try:

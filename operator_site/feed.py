@@ -11,7 +11,7 @@ from typing import NamedTuple
 import msgpack
 import zmq
 
-from common.curve_sockets import LinkProblem, prepare_socket, serve_curve, use_curve
+from common.curve_sockets import LinkProblem, prepare_publisher, prepare_socket, serve_curve, use_curve
 from common.desk import HOST
 from common.doorkeeper import Doorkeeper
 from common.keys import KeyPair
@@ -53,6 +53,7 @@ class Feed:
         self._doorkeeper = Doorkeeper(self._context, lambda _, key: key == keys.public, limited=False)
         self._socket = self._context.socket(zmq.PUB)
         prepare_socket(self._socket)
+        prepare_publisher(self._socket)
         self._socket.setsockopt(zmq.SNDHWM, _WAITING)
         self._subscribers = Subscribers(self._socket, port)
         serve_curve(self._socket, keys, _DOMAIN)
