@@ -17,6 +17,8 @@ from common.notify import Supervisor
 from common.process import StatusFile
 from common.scheduling import give_way
 from operator_site.console.access import Access
+from operator_site.console.connections import IDLE_S, Connections, most_connections, raise_descriptor_limit
+from operator_site.console.door import Accepted, Door, Stages
 from operator_site.console.due import Due
 from operator_site.console.live_console import LiveConsole
 from operator_site.console.playing import PlayedConsole
@@ -31,6 +33,12 @@ _LOOK_S = 0.008
 _SECOND_S = 1.0
 _LARGEST_MESSAGE = 256 * 1024
 """Bytes from a page: a note of 10 000 characters, each written as twelve."""
+_LARGEST_HEAD = 16 * 1024
+"""Bytes of a request's head."""
+_BACKLOG = 1024
+"""Connections that the operating system keeps until they are accepted."""
+_DROP_S = 0.25
+"""Interval between two looks for connections whose time is over, s."""
 
 
 class _Server(uvicorn.Server):
@@ -94,7 +102,7 @@ def _serve(
 
 def _bound(config: ConsoleConfig) -> sockets.socket:
     try:
-        return sockets.create_server((config.bind, config.port))
+        return sockets.create_server((config.bind, config.port), backlog=_BACKLOG)
     except OSError as error:
         raise OSError(f"{config.bind}:{config.port} (page): {error.strerror}; choose another port") from None
 
@@ -107,13 +115,17 @@ async def _run(
     stop: Callable[[], bool],
     each_second: Callable[[], None],
 ) -> None:
+    connections: Connections[Accepted] = Connections(most_connections(raise_descriptor_limit()))
     server = _Server(
         uvicorn.Config(
-            app,
+            Stages(app, connections),
             log_config=None,
-            log_level="warning",
+            log_level="error",
             access_log=False,
             lifespan="off",
+            http="h11",
+            h11_max_incomplete_event_size=_LARGEST_HEAD,
+            timeout_keep_alive=round(IDLE_S),
             ws="websockets-sansio",
             ws_max_size=_LARGEST_MESSAGE,
             ws_per_message_deflate=False,
@@ -123,15 +135,20 @@ async def _run(
             ssl_keyfile=config.certificate_key,
         )
     )
-    serving = asyncio.create_task(server.serve(sockets=[socket]))
-    second = Due(_SECOND_S)
+    server.config.load()
+    door = Door(socket, server, connections)
+    serving = asyncio.create_task(server.serve(sockets=[]))
+    second, drop = Due(_SECOND_S), Due(_DROP_S)
     try:
         while not stop() and not serving.done():
             now_s = time.monotonic()
             shown.step(now_s)
+            if drop(now_s):
+                door.step()
             if second(now_s):
                 each_second()
             await asyncio.sleep(_LOOK_S)
     finally:
+        door.close()
         server.should_exit = True
         await serving
