@@ -4,25 +4,29 @@ import asyncio
 import json
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
+from contextlib import suppress
 from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from common.containment import Containment
 from common.rate_limiter import RateLimiters
 from operator_site.console.access import Visitor
 from operator_site.console.acts import Acts
 from operator_site.console.clients import Client
 from operator_site.console.console import Console
 from operator_site.console.control import Control
+from operator_site.console.places import place_for
 from operator_site.console.shown_state import urgent
 from operator_site.console.tactile_map import QUANTITIES
 
 log = logging.getLogger(__name__)
 
-MOST_PAGES = 20
-FULL, NOT_UNDERSTOOD, TOO_MUCH = 4429, 4400, 4408
+FULL, NOT_UNDERSTOOD, TOO_MUCH, REPLACED, FAILED = 4429, 4400, 4408, 4409, 4500
 """Codes with which a page is sent away; 4401 is for one that may not come in."""
+_CLOSING_S = 1.0
+"""Longest wait for a page that does not read to take its code, s."""
 MESSAGES_PER_S, MESSAGES_AT_ONCE = 100.0, 300
 """Messages of one page: it says what it has drawn, 30 times a second, and that it is alive."""
 REQUESTS_PER_S, REQUESTS_AT_ONCE = 10.0, 40
@@ -38,6 +42,7 @@ class Pages:
     Attributes:
         control: which of them acts.
         clients: all of them, the longest present first.
+        contain: contains what one page or one picture raises, so that the others are served.
     """
 
     def __init__(
@@ -53,6 +58,8 @@ class Pages:
         self._sequence = 0
         self.control = control
         self.clients: list[Client] = []
+        self.contain = Containment()
+        self._reading: dict[str, asyncio.Task[bool]] = {}
         self._ready: dict[str, asyncio.Event] = {}
         self._state: dict[str, Any] = {}
         self._urgent: object = None
@@ -86,29 +93,51 @@ class Pages:
 
     async def serve(self, socket: WebSocket, client_of: Callable[[str], Client]) -> None:
         """Serve one page until it goes."""
-        if len(self.clients) >= MOST_PAGES:
-            await socket.close(FULL)
-            return
         self._count += 1
         client = client_of(f"{self._count}")
+        place = place_for(client.visitor, self.clients, self.control.holder, self._now_s())
+        if not place.given:
+            log.info("%s was refused: all places are taken", client.name)
+            await socket.close(FULL)
+            return
+        if place.leaves is not None:
+            self._reading[place.leaves.name].cancel()
+            self._leave(place.leaves)
         ready = self._ready[client.name] = asyncio.Event()
         self.clients.append(client)
         self.control.offer(client)
         log.info("%s came as %s", client.name, client.visitor.role)
-        writer = asyncio.create_task(self._write(socket, client, ready))
+        reading = self._reading[client.name] = asyncio.create_task(self._side("reading", self._read(socket, client)))
+        writing = asyncio.create_task(self._side("writing", self._write(socket, client, ready)))
         try:
-            await self._read(socket, client)
-        except WebSocketDisconnect:
-            pass
+            await asyncio.wait((reading, writing), return_when=asyncio.FIRST_COMPLETED)
         finally:
-            writer.cancel()
+            replaced = client not in self.clients
+            reading.cancel()
+            writing.cancel()
+            self._leave(client)
+        failed = any(side.done() and not side.cancelled() and side.result() for side in (reading, writing))
+        if replaced or failed:
+            with suppress(WebSocketDisconnect, RuntimeError, TimeoutError):  # it has closed already, or does not read
+                await asyncio.wait_for(socket.close(REPLACED if replaced else FAILED), _CLOSING_S)
+
+    def _leave(self, client: Client) -> None:
+        if client in self.clients:
             self.clients.remove(client)
-            del self._ready[client.name]
+            del self._ready[client.name], self._reading[client.name]
             self.control.left(client, self.clients)
             log.info("%s went", client.name)
 
+    async def _side(self, what: str, doing: Coroutine[Any, Any, None]) -> bool:
+        """Run one side of a page until the page goes; whether the side raised, which ends this page and no other."""
+        with self.contain.step(what, latches=False):
+            with suppress(WebSocketDisconnect):
+                await doing
+            return False
+        return True
+
     async def _read(self, socket: WebSocket, client: Client) -> None:
-        asked: dict[int, asyncio.Task[None]] = {}
+        asked: dict[int, asyncio.Task[bool]] = {}
         while True:
             text = await socket.receive_text()
             now_s = self._now_s()
@@ -139,7 +168,8 @@ class Pages:
                         return
                     if ident not in asked or asked[ident].done():  # a stop is asked for again while it is under way
                         asked = {number: task for number, task in asked.items() if not task.done()}
-                        asked[ident] = asyncio.create_task(self._answer(socket, client, ident, said))
+                        answer = self._side("answering", self._answer(socket, client, ident, said))
+                        asked[ident] = asyncio.create_task(answer)
             self._ready[client.name].set()
 
     async def _answer(self, socket: WebSocket, client: Client, ident: int, said: dict[str, Any]) -> None:
@@ -147,7 +177,8 @@ class Pages:
         told = {"kind": "answer", "id": ident, "ok": answer.ok, "text": answer.text, "details": answer.details or {}}
         if not client.answer(told):
             await socket.close(NOT_UNDERSTOOD)
-        self._ready[client.name].set()
+        if (ready := self._ready.get(client.name)) is not None:  # the page may have gone meanwhile
+            ready.set()
 
     async def _write(self, socket: WebSocket, client: Client, ready: asyncio.Event) -> None:
         try:
@@ -162,25 +193,49 @@ class Pages:
         """Whatever the page wants and may have now; what it waits for longest is made newest."""
         while client.answers:
             await socket.send_text(_json(client.answers.popleft()))
-        console, now_s, shown_s = self._console(), self._now_s(), self._shown_s()
-        client.shows(console.map_number)
-        if self._state and client.wants_state(now_s, (self._urgent, self.control.name)):
-            client.sent_state(now_s, (self._urgent, self.control.name))
-            await socket.send_text(_json(self._state_for(client)))
-        if client.has_credit(now_s, self._sequence):
-            newest = console.newest_bin(shown_s)
-            if (client.last_bin, newest) not in self._pictures:
-                picture = console.picture(shown_s, self._sequence, client.last_bin)
-                self._pictures[client.last_bin, newest] = picture
-            packed = self._pictures[client.last_bin, newest]
-            client.sent_picture(self._sequence, newest)
-            await socket.send_bytes(packed)
-        if client.wants_tiles(now_s, console.felt.revision):
-            if not client.tiles:
-                client.tiles.extend(console.tiles(client.quantity, client.tile_revision))
-                client.tile_revision = console.felt.revision
-            for tile in client.next_tiles(now_s):
-                await socket.send_bytes(tile.encode())
+        now_s = self._now_s()
+        client.shows(self._console().map_number)
+        state, picture, tiles = None, None, list[bytes]()
+        with self.contain.step("state", latches=False):
+            state = self._next_state(client, now_s)
+        if state is not None:
+            await socket.send_text(state)
+        with self.contain.step("picture", latches=False):
+            picture = self._next_picture(client, now_s)
+        if picture is not None:
+            await socket.send_bytes(picture)
+        with self.contain.step("tiles", latches=False):
+            tiles = self._next_tiles(client, now_s)
+        for tile in tiles:
+            await socket.send_bytes(tile)
+
+    def _next_state(self, client: Client, now_s: float) -> str | None:
+        urgency = self._urgent, self.control.name
+        if not self._state or not client.wants_state(now_s, urgency):
+            return None
+        client.sent_state(now_s, urgency)
+        return _json(self._state_for(client))
+
+    def _next_picture(self, client: Client, now_s: float) -> bytes | None:
+        if not client.has_credit(now_s, self._sequence):
+            return None
+        console, shown_s = self._console(), self._shown_s()
+        newest = console.newest_bin(shown_s)
+        if (client.last_bin, newest) not in self._pictures:
+            picture = console.picture(shown_s, self._sequence, client.last_bin)
+            self._pictures[client.last_bin, newest] = picture
+        packed = self._pictures[client.last_bin, newest]
+        client.sent_picture(self._sequence, newest)
+        return packed
+
+    def _next_tiles(self, client: Client, now_s: float) -> list[bytes]:
+        console = self._console()
+        if not client.wants_tiles(now_s, console.felt.revision):
+            return []
+        if not client.tiles:
+            client.tiles.extend(console.tiles(client.quantity, client.tile_revision))
+            client.tile_revision = console.felt.revision
+        return [tile.encode() for tile in client.next_tiles(now_s)]
 
     def _state_for(self, client: Client) -> dict[str, Any]:
         you = {

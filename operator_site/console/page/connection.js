@@ -2,7 +2,7 @@
 import { decode, TILE } from "./picture.js";
 import { WORDS } from "./words.js";
 
-const HEARTBEAT_MS = 1000, SILENT_MS = 2500, ASLEEP_MS = 1500, ANSWER_MS = 1000, FIRST_WAIT_MS = 100, LONGEST_WAIT_MS = 2000, NO_TOKEN = 4401;
+const HEARTBEAT_MS = 1000, SILENT_MS = 2500, ASLEEP_MS = 1500, ANSWER_MS = 1000, FIRST_WAIT_MS = 100, LONGEST_WAIT_MS = 2000, NO_TOKEN = 4401, REPLACED = 4409;
 
 export class Connection {
   constructor(heard) {
@@ -57,7 +57,7 @@ export class Connection {
       if (typeof event.data === "string") this.text(event.data);
       else this.binary(event.data);
     };
-    socket.onclose = event => this.lost(event.code === NO_TOKEN);
+    socket.onclose = event => this.lost(event.code === NO_TOKEN, event.code === REPLACED && document.hidden);
   }
 
   drop(socket) {
@@ -66,11 +66,12 @@ export class Connection {
     this.fail();
   }
 
-  lost(refused) {
+  // A hidden page whose place another one has asks for a place again when it is visible.
+  lost(refused, waits = false) {
     this.socket = null;
     this.fail();
     this.heard.closed(refused);
-    if (refused) return;
+    if (refused || waits) return;
     this.timer = setTimeout(() => this.open(), this.wait_ms * (0.75 + 0.5 * Math.random()));
     this.wait_ms = Math.min(2 * this.wait_ms, LONGEST_WAIT_MS);
   }
