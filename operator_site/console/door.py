@@ -7,11 +7,14 @@ not know of a connection before its TLS handshake is complete.
 import asyncio
 import logging
 import socket as sockets
+from contextlib import suppress
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocketDisconnect
 from uvicorn import Server
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from common.containment import Containment
 from operator_site.console.connections import IDLE_S, Connections, Stage
 
 log = logging.getLogger(__name__)
@@ -60,8 +63,11 @@ class Accepted:
         )
 
     def _begun(self, serving: asyncio.Task[None]) -> None:
-        if serving.cancelled() or serving.exception() is not None:  # dropped, or no TLS was spoken
+        error = None if serving.cancelled() else serving.exception()
+        if serving.cancelled() or error is not None:  # dropped, or no TLS was spoken
             self._socket.close()
+        if error is not None:
+            serving.get_loop().call_exception_handler({"message": "connection", "exception": error})
 
 
 class Door:
@@ -105,9 +111,9 @@ class Door:
 class Stages:
     """Notes the stage of each request's connection; a page is in when the application sends to it."""
 
-    def __init__(self, app: ASGIApp, connections: Connections[Accepted]):
-        """Serve `app`."""
-        self._app, self._connections = app, connections
+    def __init__(self, app: ASGIApp, connections: Connections[Accepted], contain: Containment):
+        """Serve `app`; `contain` names what a request raises."""
+        self._app, self._connections, self._contain = app, connections, contain
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one request."""
@@ -120,7 +126,9 @@ class Stages:
             await send(message)
 
         self._connections.reached(connection, Stage.BUSY, clock())
-        try:
-            await self._app(scope, receive, send_to_page if scope["type"] == "websocket" else send)
-        finally:
-            self._connections.reached(connection, Stage.IDLE, clock())
+        gone = suppress(OSError, WebSocketDisconnect)  # the client has left meanwhile
+        with self._contain.step("request", latches=False), gone:
+            try:
+                await self._app(scope, receive, send_to_page if scope["type"] == "websocket" else send)
+            finally:
+                self._connections.reached(connection, Stage.IDLE, clock())

@@ -7,12 +7,15 @@ import socket as sockets
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import uvicorn
 from starlette.applications import Starlette
 
 from common.config import ConsoleConfig
+from common.containment import Containment
 from common.notify import Supervisor
 from common.process import StatusFile
 from common.scheduling import give_way
@@ -92,7 +95,8 @@ def _serve(
 
     def each_second() -> None:
         figures = shown.figures()
-        status.write(0.0, {**about, **figures})
+        contained = {"contained": dict(shown.pages.contain.places)}
+        status.write(0.0, {**about, **figures, **contained})
         told.alive(f"{figures['clients']} pages")
 
     with Supervisor() as told, contextlib.suppress(KeyboardInterrupt):
@@ -115,10 +119,12 @@ async def _run(
     stop: Callable[[], bool],
     each_second: Callable[[], None],
 ) -> None:
+    contain = shown.pages.contain
+    asyncio.get_running_loop().set_exception_handler(partial(_name, contain))
     connections: Connections[Accepted] = Connections(most_connections(raise_descriptor_limit()))
     server = _Server(
         uvicorn.Config(
-            Stages(app, connections),
+            Stages(app, connections, contain),
             log_config=None,
             log_level="error",
             access_log=False,
@@ -142,13 +148,24 @@ async def _run(
     try:
         while not stop() and not serving.done():
             now_s = time.monotonic()
-            shown.step(now_s)
+            with contain.step("showing", latches=False):
+                shown.step(now_s)
             if drop(now_s):
                 door.step()
             if second(now_s):
-                each_second()
+                with contain.step("status", latches=False):
+                    each_second()
             await asyncio.sleep(_LOOK_S)
     finally:
         door.close()
         server.should_exit = True
         await serving
+
+
+def _name(contain: Containment, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    """Name what a connection raised outside a request; that its client has left is no error."""
+    error = context.get("exception")
+    if not isinstance(error, Exception):
+        loop.default_exception_handler(context)
+    elif not isinstance(error, OSError):
+        contain.caught("connection", error, latches=False)

@@ -13,9 +13,11 @@ import pytest
 import uvicorn
 from starlette.types import Receive, Scope, Send
 
+from common.containment import Containment
 from operator_site.console import connections as rule
 from operator_site.console.connections import Connections, Stage
 from operator_site.console.door import Accepted, Door, Stages
+from tests.conftest import Contained
 
 MOST = 8
 HEAD = b"GET / HTTP/1.1\r\nHost: localhost\r\n"
@@ -34,6 +36,8 @@ def certificate(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 async def page(scope: Scope, receive: Receive, send: Send) -> None:
     """A page of two bytes; a websocket at /page is sent a text and stays, one elsewhere is sent away."""
+    if scope["path"] == "/broken":
+        raise KeyError("broken")
     if scope["type"] == "http":
         await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"2")]})
         await send({"type": "http.response.body", "body": b"ok"})
@@ -53,7 +57,11 @@ async def served(certificate: Path | None = None) -> AsyncIterator[tuple[Door, i
     connections: Connections[Accepted] = Connections(MOST)
     key = None if certificate is None else certificate.with_name("key.pem")
     config = uvicorn.Config(
-        Stages(page, connections), lifespan="off", log_config=None, ssl_certfile=certificate, ssl_keyfile=key
+        Stages(page, connections, Containment()),
+        lifespan="off",
+        log_config=None,
+        ssl_certfile=certificate,
+        ssl_keyfile=key,
     )
     config.load()
     listening = socket.create_server(("127.0.0.1", 0), backlog=200)
@@ -174,3 +182,19 @@ def test_an_answered_connection_is_idle_and_a_head_that_is_too_long_is_refused()
 
     logging.getLogger("uvicorn.error").setLevel(logging.ERROR)
     asyncio.run(ask())
+
+
+def test_what_a_request_raises_is_named_once_and_ends_no_other(contained: Contained) -> None:
+    async def ask() -> None:
+        async with served() as (_, port):
+            for _ in range(3):
+                reader, writer = await asyncio.open_connection("127.0.0.1", port)
+                writer.write(HEAD.replace(b"/ ", b"/broken ", 1) + b"\r\n")
+                assert b" 500 " in await asyncio.wait_for(reader.readline(), 5.0)
+                writer.close()
+                await writer.wait_closed()
+            assert b"200 OK" in await got(port, None)
+
+    asyncio.run(ask())
+    (name,) = contained.take()
+    assert name.startswith("request: KeyError in test_door.py:")
