@@ -1,6 +1,7 @@
 """A network in memory that does on a virtual clock whatever a bad one does, seeded: the link of both sites."""
 
 import random
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from heapq import heappop, heappush
@@ -15,6 +16,8 @@ STREAMS = {"motion": (TO_REMOTE,), "touch": (TO_OPERATOR,)} | dict.fromkeys(
 OPERATOR_KEY = "the operator's public key"
 OPERATOR_CONNECTION = 7
 """Connection number of the operator."""
+OBSERVER_KEY = "an observer's public key"
+"""Every other key is one of an operator."""
 _BURST = 4
 """Packets that a stream hands over in one tick at most: after a stall the old ones come one after the other."""
 _KEPT = 200
@@ -124,10 +127,12 @@ class Network:
     Attributes:
         seed: of everything that happens by chance.
         now_s: virtual time.
+        visitors: others who hold a trusted key.
     """
 
     seed: int
     now_s: float = 0.0
+    visitors: list["Visitor"] = field(default_factory=list)
     ways: dict[tuple[str, str], Way] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -164,6 +169,54 @@ class Network:
         return self.ways[stream, direction].receive(self.now_s)
 
 
+class Visitor:
+    """Somebody else with a trusted key, on connections of its own, without delay or loss.
+
+    Attributes:
+        key: may be the operator's own, whose copy this is.
+        who: routing identity.
+    """
+
+    def __init__(self, network: Network, key: str) -> None:
+        self.key, self.who = key, f"visitor {len(network.visitors)}".encode()
+        self._network = network
+        self._first = 100 * (1 + len(network.visitors))
+        self._sent: dict[str, list[bytes]] = defaultdict(list)
+        self._heard: dict[str, list[bytes]] = defaultdict(list)
+        self._ended: Counter[str] = Counter()
+        self._refused_until_s: dict[str, float] = {}
+        network.visitors.append(self)
+
+    def send(self, stream: str, packet: bytes) -> None:
+        """Send to the remote site, which lets no observer connect to `motion`."""
+        admitted = stream != "motion" or self.key != OBSERVER_KEY
+        if admitted and self._network.now_s >= self._refused_until_s.get(stream, 0.0):
+            self._sent[stream].append(packet)
+
+    def receive(self, stream: str) -> list[bytes]:
+        """What came since the last call."""
+        return self._heard.pop(stream, [])
+
+    def connection(self, stream: str) -> int:
+        """Number of the present connection to a stream."""
+        return self._first + self._ended[stream]
+
+    def arriving(self, stream: str) -> list[Received]:
+        """What was sent since the last call."""
+        packets = self._sent.pop(stream, [])
+        return [Received(self.who, self.key, packet, self.connection(stream)) for packet in packets]
+
+    def hear(self, stream: str, packet: bytes, kept: int = 1000) -> None:
+        """Take a packet of the remote site; the newest `kept` are kept."""
+        self._heard[stream] = [*self._heard[stream], packet][-kept:]
+
+    def expel(self, stream: str, refuse_s: float) -> None:
+        """The remote site ends the connection and refuses another one for a time."""
+        self._ended[stream] += 1
+        self._sent.pop(stream, None)
+        self._refused_until_s[stream] = self._network.now_s + refuse_s
+
+
 class RemoteEnd:
     """The remote site's side, with what the site uses of `common.link.RemoteLink`."""
 
@@ -174,36 +227,49 @@ class RemoteEnd:
         self._network = network
 
     def requests(self, stream: str) -> list[Received]:
-        """What the operator asked."""
+        """What the operator asked, and after it the others."""
         packets = self._network.receive(stream, TO_REMOTE)
-        return [Received(b"operator", OPERATOR_KEY, packet, OPERATOR_CONNECTION) for packet in packets]
+        found = [Received(b"operator", OPERATOR_KEY, packet, OPERATOR_CONNECTION) for packet in packets]
+        for visitor in self._network.visitors:
+            found += visitor.arriving(stream)
+        return found
 
     def motions(self) -> list[Received]:
-        """The newest motion that arrived since the last call, of the operator's connection."""
-        return self.requests("motion")[-1:]
+        """The newest motion that arrived since the last call, of each connection."""
+        return list({received.connection: received for received in self.requests("motion")}.values())
 
     def expel(self, stream: str, received: Received, refuse_s: float = 0.0) -> None:
         """Remember whose connection was ended."""
         self.expelled.append((stream, received.key, refuse_s))
+        for visitor in self._network.visitors:
+            if visitor.connection(stream) == received.connection:
+                visitor.expel(stream, refuse_s)
 
     def answer(self, stream: str, who: bytes, packet: bytes) -> None:
-        """Answer the operator."""
+        """Answer the operator, or another."""
+        for visitor in self._network.visitors:
+            if visitor.who == who:
+                visitor.hear(stream, packet)
+                return
         self._network.send(stream, TO_OPERATOR, packet)
 
     def send_latest(self, stream: str, packet: bytes) -> None:
-        """Send to the operator, or to observers."""
+        """Send to all who hear this stream."""
         self._network.send(stream, TO_OPERATOR, packet)
+        for visitor in self._network.visitors:
+            if (stream == "observed") == (visitor.key == OBSERVER_KEY):
+                visitor.hear(stream, packet, kept=1)
 
     def forgive(self, key: str) -> None:
-        """No key is refused for a while here."""
+        """No key that says hello is refused for a while here."""
 
     def is_open(self, stream: str, connection: int) -> bool:
-        """The operator's connection is always open."""
-        return connection == OPERATOR_CONNECTION
+        """The operator's connection is always open, the newest one of each other as well."""
+        return connection in (OPERATOR_CONNECTION, *(each.connection(stream) for each in self._network.visitors))
 
     def may_operate(self, key: str) -> bool:
-        """The operator's key is one of an operator."""
-        return key == OPERATOR_KEY
+        """Whether a key is one of an operator."""
+        return key != OBSERVER_KEY
 
     def recheck_keys(self) -> set[str]:
         """No key is ever revoked here."""

@@ -1,0 +1,99 @@
+"""Live sessions with a browser and two busy loops beside them: `python -m tests.adversary.live_sessions --out DIR`."""
+
+import argparse
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import Error, sync_playwright
+
+from studies.fault_session import read_figures
+from teletaction.processes import die_with_parent
+from tests.console.conftest import THROTTLING_OFF, chromium
+from tests.console.live import begin, engage, opened
+from tests.console.running_demo import running
+
+BUSY_LOOPS = 2
+LOOK_S = 20.0
+BETWEEN_LOOKS_S = 0.05
+TRUE_S = 1.5
+"""A page that shows a state was sent data younger than this: it says so after 1 s, and looks four times a second."""
+SEEN = "() => [document.body.dataset.shown, now.picture === null ? null : now.picture.time_s]"
+NO_STATE = ("unknown", "disconnected")
+
+
+@contextmanager
+def busy() -> Iterator[None]:
+    """Two processes that never rest."""
+    loops = [
+        subprocess.Popen([sys.executable, "-c", "while True: pass"], preexec_fn=die_with_parent)  # noqa: PLW1509
+        for _ in range(BUSY_LOOPS)
+    ]
+    try:
+        yield
+    finally:
+        for loop in loops:
+            loop.kill()
+            loop.wait()
+
+
+def live(browser: Any, out: Path, seed: int) -> dict[str, Any]:
+    """One session; what its page showed, and what was wrong."""
+    wrong: list[str] = []
+    looks, oldest_s, engaged_looks = 0, 0.0, 0
+    with busy(), running(out, "--fingers", "1", "--seed", str(seed)) as demo:
+        pid = read_figures(out, "console")["pid"]
+        page = opened(browser, demo.address)
+        try:
+            begin(page, f"P-{seed:04d}")
+            engage(page)
+        except (Error, AssertionError) as problem:
+            wrong.append(f"not engaged: {str(problem)[:200]}")
+        end_s = time.monotonic() + LOOK_S
+        while time.monotonic() < end_s:
+            before_s = time.monotonic()
+            shown, of_s = page.evaluate(SEEN)
+            looks += 1
+            engaged_looks += shown == "engaged"
+            if of_s is not None and shown not in NO_STATE:
+                age_s = before_s - of_s
+                oldest_s = max(oldest_s, age_s)
+                if age_s > TRUE_S:
+                    wrong.append(f"it shows {shown} over data that are {age_s:.2f} s old")
+            time.sleep(BETWEEN_LOOKS_S)
+        if demo.process.poll() is not None:
+            wrong.append(f"the demo ended with {demo.process.returncode}")
+        if read_figures(out, "console").get("pid") != pid:
+            wrong.append("the console ended and was started again")
+        page.close()
+        demo.finish()
+    return {"seed": seed, "looks": looks, "engaged_looks": engaged_looks, "oldest_s": oldest_s, "wrong": wrong}
+
+
+def main() -> None:
+    """Live through all sessions, write DIR/live.json, print a line for each; exit code 1 where something was wrong."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--count", type=int, default=20)
+    parser.add_argument("--out", type=Path, required=True)
+    given = parser.parse_args()
+    given.out.mkdir(parents=True, exist_ok=True)
+    found = []
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=chromium(), args=["--no-sandbox"], ignore_default_args=list(THROTTLING_OFF)
+        )
+        for seed in range(given.count):
+            found.append(live(browser, given.out / f"session-{seed}", seed))
+            print(json.dumps(found[-1]), flush=True)
+        browser.close()
+    (given.out / "live.json").write_text(json.dumps(found, indent=1), "utf-8")
+    sys.exit(1 if any(each["wrong"] for each in found) else 0)
+
+
+if __name__ == "__main__":
+    main()
