@@ -4,7 +4,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,8 +16,9 @@ from common.limits import FINGER_FORCE_N, FORCE_SAFE_S
 from studies.fault_session import FaultSession
 from studies.faults import read_truth
 from studies.stroking_scene import write_stroking_scene
-from teletaction.demo_files import DemoOptions, prepare
+from teletaction.demo_files import CONSOLE, DemoOptions, prepare
 from teletaction.processes import SessionProcesses, die_with_parent
+from tests.session.page import Page, opened
 from tests.session.truth import LATE_S, written
 
 REACH_M = (-0.002, 0.287)
@@ -42,6 +43,8 @@ class Attacked:
 
     out: Path
     session: FaultSession
+    page: Page | None = None
+    """The console's page, where stops are pressed; without, at the operator's desk."""
     stops: list[Stop] = field(default_factory=list)
     attackers: list["subprocess.Popen[bytes]"] = field(default_factory=list)
 
@@ -67,16 +70,26 @@ class Attacked:
         self.attackers.clear()
 
     def stop_and_engage(self) -> Stop:
-        """Stop at the operator's desk; then clear and engage again."""
+        """Stop at the console, or at the operator's desk; then clear and engage again."""
         config = load_config(self.session.configurations["operator"], OperatorConfig)
         asked_s = time.monotonic()
-        said = stop_from_desk(config.desk_port, load_keys(config.link.keys))
+        if self.page is None:
+            said = stop_from_desk(config.desk_port, load_keys(config.link.keys))
+        else:
+            said = str(self.page.ask("estop")["text"])
         stop = Stop(asked_s, time.monotonic(), said)
         self.stops.append(stop)
-        time.sleep(0.3)
+        self.wait(0.3)
         stop.cleared_s = time.monotonic()
         self.session.clear_and_engage()
         return stop
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass; somebody looks at the page."""
+        if self.page is None:
+            time.sleep(seconds)
+        else:
+            self.page.look(seconds)
 
     def rss_mib(self) -> dict[str, float]:
         """Memory of each site's own process now, MiB."""
@@ -109,31 +122,44 @@ class Attacked:
             "force_max_n": float(truth.force_n.max()),
         }
 
-    def recorded_stops(self, site: str) -> int:
-        """Stops that a site recorded in its session's stream."""
-        return sum(
-            entry[0] == "fault" and "stop" in entry[2]
-            for _, entry in written(self.out / f"{site}.mcap", f"{site}/session")
-        )
+    def recorded_stops(self) -> dict[str, int]:
+        """Stops in each record: of both sites, and in the console's record of acts."""
+
+        def noted(site: str, text: str) -> int:
+            entries = written(self.out / f"{site}.mcap", f"{site}/session")
+            return sum(what == "estop" and said.startswith(text) for _, (what, _, said) in entries)
+
+        found = {"operator": noted("operator", "here: "), "remote": noted("remote", "")}
+        if self.page is not None:
+            acts = written(self.out / f"{CONSOLE}.mcap", "console/act")
+            found[CONSOLE] = sum(act["verb"] == "estop" and act["ok"] is True for _, act in acts)
+        return found
 
 
 @contextmanager
-def attacked_session(out: Path) -> Iterator[Attacked]:
-    """Start both sites and their simulated devices, wait until they work, and end them and their attackers."""
+def attacked_session(out: Path, *, console: bool = False) -> Iterator[Attacked]:
+    """Start both sites and their simulated devices, wait until they work, and end them and their attackers.
+
+    With a `console` a page of it is looked at, and the session engages without it all the same.
+    """
     out.mkdir(parents=True, exist_ok=True)
     scene = write_stroking_scene(out, 0.1, *(0.95, 0.1) * _STROKES)
-    configurations = prepare(DemoOptions(seconds=None, fingers=1, scene=str(scene)), out)
+    configurations = prepare(DemoOptions(seconds=None, fingers=1, scene=str(scene), console=console), out)
+    file = configurations["operator"]
+    text = file.read_text("utf-8").replace("engage = false", "engage = true")
+    file.write_text(text.replace("console_required_s = 3.0", "console_required_s = 0.0"), "utf-8")
     trusted = TrustedKeys(out / "keys" / "remote")
     for name, role in (("second", Role.PARTNER), ("observer", Role.OBSERVER)):
         trusted.trust(name, create_keys(out / "keys" / name), role)
     create_keys(out / "keys" / "stranger")
     processes = SessionProcesses(out)
-    for name, path in configurations.items():
-        processes.start(name, path)
     attacked = Attacked(out, FaultSession(out, processes, configurations))
-    try:
+    with ExitStack() as opening:
+        opening.callback(processes.end)
+        opening.callback(attacked.end_attacks)
+        for name, path in configurations.items():
+            processes.start(name, path)
         attacked.session.wait_until_working(60.0)
+        if console:
+            attacked.page = opening.enter_context(opened(attacked.session.figures(CONSOLE)["address"]))
         yield attacked
-    finally:
-        attacked.end_attacks()
-        processes.end()
