@@ -3,6 +3,7 @@
 import argparse
 import os
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import zmq
@@ -57,8 +58,9 @@ class CurveLine:
 
     def _send(self, stream: str, packet: bytes) -> None:
         socket = self._sockets.get(stream)
-        if socket is not None and socket.poll(0, zmq.POLLOUT):
-            socket.send(packet, zmq.DONTWAIT)
+        if socket is not None:
+            with suppress(zmq.Again):
+                socket.send(packet, zmq.DONTWAIT)
 
     def receive(self, stream: str) -> list[bytes]:
         """Everything unread of a stream, unless deaf."""
