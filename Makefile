@@ -55,18 +55,18 @@ test: $(READY)
 
 .PHONY: session
 session: $(READY)
-	$(BIN)/pytest -m virtual -n auto tests/virtual
+	$(BIN)/pytest -m virtual -n auto tests/virtual tests/adversary
 	$(BIN)/pytest -m session
 
 .PHONY: containers
 containers: $(READY)
 	@settings=$$(PYTHON=$(PYTHON) tests/network/prepare.sh); eval "$$settings"; $(BIN)/pytest -m containers -rPs tests/containers
 
-# A session at 500 Hz beside its attackers: a core must not be busy with something else.
-ALONE := tests/hardening/test_hostile_connections.py
+# Sessions at their full rate beside their attackers: a core must not be busy with something else.
+ALONE := tests/hardening/test_hostile_connections.py tests/adversary
 .PHONY: hardening
 hardening: $(READY)
-	$(BIN)/pytest -m hardening -n 2 --ignore $(ALONE) tests/hardening
+	$(BIN)/pytest -m hardening -n 2 $(addprefix --ignore=,$(ALONE)) tests/hardening
 	$(BIN)/pytest -m hardening $(ALONE)
 
 .PHONY: netns
