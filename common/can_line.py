@@ -3,6 +3,7 @@
 import errno
 import logging
 import re
+import time
 from collections import deque
 from dataclasses import dataclass, field
 from typing import Literal
@@ -16,12 +17,14 @@ from common.can_frames import BadFrame, FrameReceiver
 from common.can_gateway import GatewayBus
 from common.frame_damage import FrameDamage
 from common.own_frames import OwnFrames
+from common.rate_limiter import RateLimiters
 from common.resolve import is_ipv6
 from common.serial_line import DeviceAbsent
-from common.sparse_log import SparseLog
 
 log = logging.getLogger(__name__)
 
+_LINES_PER_S = 0.1
+"""Lines of log about one kind of error."""
 _MOST_FRAMES = 200
 """Frames read in one poll: a babbling bus must not hold the loop."""
 _FULL_CODES = (errno.ENOBUFS, errno.EAGAIN)
@@ -107,7 +110,7 @@ class CanLine:
     _by_id: dict[int, tuple[FrameReceiver, FrameDamage]] = field(init=False)
     _own: OwnFrames = field(init=False)
     _lost: DeviceAbsent | None = None
-    _sparse: SparseLog = field(default_factory=SparseLog)
+    _lines: RateLimiters[str] = field(default_factory=lambda: RateLimiters(_LINES_PER_S, 1))
 
     def __post_init__(self) -> None:
         self._own = OwnFrames(self.sends)
@@ -196,8 +199,8 @@ class CanLine:
                 self._lose(error)
                 return
             self.unsent += 1
-            if (more := self._sparse.due("full")) is not None:
-                log.warning("CAN %s: transmit queue full, %d frames not sent%s", self.address, self.unsent, more)
+            if self._lines.allows("full", time.monotonic()):
+                log.warning("CAN %s: transmit queue full, %d frames not sent", self.address, self.unsent)
 
     def close(self) -> None:
         """Close the bus and stop looking for it."""
@@ -231,8 +234,8 @@ class CanLine:
     def _report(self, error: int, data: bytes) -> None:
         """Take an error frame's class and bytes."""
         for name in self.controller.report(error, data):
-            if (more := self._sparse.due(name)) is not None:
-                log.warning("CAN %s: controller: %s%s", self.address, name, more)
+            if self._lines.allows(name, time.monotonic()):
+                log.warning("CAN %s: controller: %s", self.address, name)
 
     def _forget(self) -> None:
         """A new connection: counters and damage begin anew. A bus that was off is so until it is heard."""

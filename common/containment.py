@@ -14,6 +14,7 @@ from pathlib import Path
 from types import TracebackType
 
 from common.packets import BadPacket
+from common.printable import one_line
 from common.session import Refused
 
 log = logging.getLogger(__name__)
@@ -63,7 +64,7 @@ class Containment:
         """Count and log an exception, and latch a fault if it `latches`; returns its name."""
         frames = _frames(error.__traceback__)
         place = f"{step}: {type(error).__name__} in {frames[-1] if frames else 'nothing of ours'}"
-        name = self.latest[step] = _one_line(f"{place}: {_message(error)}")
+        name = self.latest[step] = one_line(f"{place}: {_message(error)}", LONGEST_NAME)
         if place not in self.places and len(self.places) >= MOST_PLACES:
             place = OTHERS
         self.count += 1
@@ -137,11 +138,6 @@ def _message(error: Exception) -> str:
         return str(error)
     except Exception:  # an exception that cannot be shown is still named by its type
         return "no message"
-
-
-def _one_line(text: str) -> str:
-    """Text without line breaks or control characters: it may hold what a peer sent."""
-    return "".join(character if character.isprintable() else " " for character in text[:LONGEST_NAME])
 
 
 def _note(name: str, frames: list[str]) -> None:

@@ -19,6 +19,11 @@ def printable(text: str, longest: int = LONGEST) -> str:
     return f"{shown[:longest]}... ({len(text)} characters)"
 
 
+def one_line(text: str, longest: int) -> str:
+    """The first `longest` characters of `text`, with a space for each one that is not printable."""
+    return "".join(one if one.isprintable() else " " for one in text[:longest])
+
+
 def printable_lines(text: str) -> str:
     """`text` with its lines kept, each as `printable` shows it."""
     return "\n".join(printable(line) for line in text.split("\n"))

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from common.packets import BadPacket
+from common.printable import one_line
 from common.session_messages import LONGEST_REFUSAL
 
 
@@ -15,5 +16,4 @@ def recording_stopped(details: Mapping[str, object]) -> str:
     said = details.get("recording", "")
     if not isinstance(said, str):
         raise BadPacket("recording is no text")
-    line = "".join(character if character.isprintable() else " " for character in said[:LONGEST_REFUSAL]).strip()
-    return line or ("the remote site does not say why" if said else "")
+    return one_line(said, LONGEST_REFUSAL).strip() or ("the remote site does not say why" if said else "")

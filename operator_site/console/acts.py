@@ -10,6 +10,7 @@ from datetime import datetime
 from typing import Any, Protocol
 
 from common.packets import LinkState
+from common.printable import one_line
 from common.rate_limiter import RateLimiters
 from common.session import Refused
 from operator_site.console import words
@@ -374,7 +375,7 @@ def _whole(value: object) -> object:
 
 def _shown(verb: object) -> str:
     """A verb as record and log have it: one line of printable characters."""
-    return "".join(character if character.isprintable() else " " for character in str(verb)[:40])
+    return one_line(str(verb), 40)
 
 
 def _recorded(details: dict[Any, Any]) -> dict[str, object]:
