@@ -38,7 +38,7 @@ _LARGEST_MESSAGE = 256 * 1024
 """Bytes from a page: a note of 10 000 characters, each written as twelve."""
 _LARGEST_HEAD = 16 * 1024
 """Bytes of a request's head."""
-_BACKLOG = 1024
+_BACKLOG = 4096
 """Connections that the operating system keeps until they are accepted."""
 _DROP_S = 0.25
 """Interval between two looks for connections whose time is over, s."""

@@ -1,47 +1,16 @@
 """The line to the desk: answers come back, a desk that is gone is said in time, and a stop waits for its answer."""
 
 import socket
-import threading
 import time
 from collections.abc import Iterator
-from typing import Any
 
 import pytest
 
-from common.desk import Desk
 from common.keys import load_keys
 from common.session import Refused
 from operator_site.console.desk_line import PATIENCE_S, DeskLine, DeskSilent
 from tests.conftest import Keys
-
-
-class Site:
-    """A desk that is served in a thread, as often as a site does."""
-
-    def __init__(self, port: int, keys: Keys):
-        self.asked: list[str] = []
-        self.mute = False
-        self._desk = Desk(port, load_keys(keys.operator))
-        self._on = True
-        self._thread = threading.Thread(target=self._serve)
-        self._thread.start()
-
-    def _serve(self) -> None:
-        while self._on:
-            if not self.mute:
-                self._desk.serve(time.monotonic_ns(), self._do)
-            time.sleep(0.002)  # a tick
-
-    def _do(self, verb: str, details: dict[str, Any]) -> dict[str, Any]:
-        self.asked.append(verb)
-        if verb == "engage":
-            raise Refused("a fault is latched")
-        return {"state": "connected", "verb": verb, **details}
-
-    def close(self) -> None:
-        self._on = False
-        self._thread.join()
-        self._desk.close()
+from tests.operator_site.console.stub_site import Site
 
 
 @pytest.fixture
