@@ -1,7 +1,6 @@
 """Bounds the open connections of the console's server, and chooses the one that is dropped for a new one."""
 
 import resource
-from dataclasses import dataclass
 from enum import IntEnum
 from typing import Generic, Protocol, TypeVar
 
@@ -37,12 +36,6 @@ class Open(Protocol):
 Connection = TypeVar("Connection", bound=Open)
 
 
-@dataclass(slots=True)
-class _Place:
-    stage: Stage
-    since_s: float
-
-
 class Connections(Generic[Connection]):
     """Pure: time is an argument, s of any clock that never goes back.
 
@@ -55,49 +48,54 @@ class Connections(Generic[Connection]):
         """Allow `most` connections, 1 or more."""
         self.most = most
         self.dropped = 0
-        self._places: dict[Connection, _Place] = {}
+        self._since_s: dict[Stage, dict[Connection, float]] = {stage: {} for stage in Stage}
+        """Connections of each stage and when each reached it, the oldest first."""
 
     def __len__(self) -> int:
         """Connections that hold a file descriptor."""
         self._forget()
-        return len(self._places)
+        return sum(map(len, self._since_s.values()))
 
     def arrived(self, connection: Connection, now_s: float) -> Connection | None:
         """Give a new connection a place; returns which one to drop for it, itself where all others are pages."""
         dropped = None
         if len(self) >= self.most:
             self.dropped += 1
-            dropped = min(self._places, key=self._rank)
-            if self._places[dropped].stage is Stage.PAGE:
+            stage = next(stage for stage, places in self._since_s.items() if places)
+            if stage is Stage.PAGE:
                 return connection
-            del self._places[dropped]
-        self._places[connection] = _Place(Stage.ARRIVING, now_s)
+            dropped = next(iter(self._since_s[stage]))
+            del self._since_s[stage][dropped]
+        self._since_s[Stage.ARRIVING][connection] = now_s
         return dropped
+
+    def stage(self, connection: Connection) -> Stage | None:
+        """The stage of a connection; None where it has no place."""
+        return next((stage for stage, places in self._since_s.items() if connection in places), None)
 
     def reached(self, connection: Connection, stage: Stage, now_s: float) -> None:
         """Note that a connection is in another stage now; one that was dropped stays out."""
-        if (place := self._places.get(connection)) is not None:
-            place.stage, place.since_s = stage, now_s
+        before = self.stage(connection)
+        if before is not None and before is not stage:
+            del self._since_s[before][connection]
+            self._since_s[stage][connection] = now_s
 
     def overdue(self, now_s: float) -> list[Connection]:
         """Take out and return the connections that have waited longer than IDLE_S for their client."""
         self._forget()
-        found = [
-            connection
-            for connection, place in self._places.items()
-            if place.stage <= Stage.IDLE and now_s - place.since_s > IDLE_S
-        ]
-        for connection in found:
-            del self._places[connection]
+        found = []
+        for stage in (Stage.ARRIVING, Stage.IDLE):
+            late = [connection for connection, since_s in self._since_s[stage].items() if now_s - since_s > IDLE_S]
+            for connection in late:
+                del self._since_s[stage][connection]
+            found += late
         self.dropped += len(found)
         return found
 
-    def _rank(self, connection: Connection) -> tuple[Stage, float]:
-        place = self._places[connection]
-        return place.stage, place.since_s
-
     def _forget(self) -> None:
-        self._places = {connection: place for connection, place in self._places.items() if connection.is_open}
+        for places in self._since_s.values():
+            for connection in [connection for connection in places if not connection.is_open]:
+                del places[connection]
 
 
 def most_connections(descriptors: int) -> int:

@@ -15,7 +15,7 @@ from starlette.types import Receive, Scope, Send
 
 from common.containment import Containment
 from operator_site.console import connections as rule
-from operator_site.console.connections import Connections, Stage
+from operator_site.console.connections import Connections
 from operator_site.console.door import Accepted, Door, Stages
 from tests.conftest import Contained
 
@@ -173,8 +173,7 @@ def test_an_answered_connection_is_idle_and_a_head_that_is_too_long_is_refused()
             reader, writer = await asyncio.open_connection("127.0.0.1", port)
             writer.write(HEAD + b"\r\n")
             await reader.readuntil(b"ok")
-            (place,) = door.connections._places.values()
-            assert place.stage is Stage.IDLE
+            assert [len(places) for places in door.connections._since_s.values()] == [0, 1, 0, 0]
             writer.write(HEAD + b"x: " + b"x" * 17_000)
             assert b"400" in await asyncio.wait_for(reader.read(), 5.0)
             writer.close()
