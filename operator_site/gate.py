@@ -22,6 +22,7 @@ from common.limits import (
     WIDE,
     PlateRange,
 )
+from common.repeated_fault import STAYS_OFF, RepeatedFault
 from common.skin_dose import SkinDose
 from operator_site.force_limits import ForceLimits
 from operator_site.plate_follow import CHECK_S, PlateFollow
@@ -38,6 +39,9 @@ SKIN_NEUTRAL_C = 33.0
 
 LONGEST_CHECK_S = 0.05
 """After a pause of the loop: as long as the follow check may count at once."""
+TEST_DRIVE = 0.2
+TEST_LEAST_K = 0.3
+"""Test pulse after repeated faults: its drive, and half of what a sound plate shows of it, K. It moves it by 0.3 K."""
 _EPSILON = 1e-9
 RATE_ROUNDING_K = 1e-6
 """A set-point that misses its rate by rounding only is not reported as limited."""
@@ -63,6 +67,8 @@ class Limit(IntFlag):
     """The surface is stiffer than the exoskeleton may show, and is shown softer; found by the renderer."""
     PASSIVITY = 2048
     """The finger has not put in the energy that the force could give out: force let go."""
+    PLATE_TEST = 4096
+    """Faults have named this plate repeatedly: no drive but a test pulse, until that has moved it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,12 +111,19 @@ class OperatorGate:
         self._dose = [SkinDose() for _ in range(n)]
         self._spent = [False] * n
         self._follow = [PlateFollow() for _ in range(n)]
+        self._repeated = [RepeatedFault(TEST_DRIVE, TEST_LEAST_K) for _ in range(n)]
+        self._named: set[int] = set()
         self._checked_s = -math.inf
 
     @property
     def fault(self) -> str | None:
         """The latched fault, if any."""
         return self._fault
+
+    @property
+    def in_test(self) -> list[bool]:
+        """Whether each plate gets no drive but a test pulse, after repeated faults."""
+        return [repeated.needs_test for repeated in self._repeated]
 
     @property
     def produced_mj(self) -> list[dict[str, float]]:
@@ -130,13 +143,24 @@ class OperatorGate:
             for force in self._force:
                 force.show(wall)
 
-    def trip(self, reason: str) -> None:
-        """Latch a fault found elsewhere; the first reason is kept."""
+    def trip(self, reason: str, plate: int | None = None) -> None:
+        """Latch a fault; the first reason is kept.
+
+        Args:
+            reason: for people to read.
+            plate: finger whose plate or module it names. A second such fault within ten minutes makes a test necessary;
+                until a person clears, further reasons count as the same fault.
+        """
+        if plate is not None and plate not in self._named:
+            self._named.add(plate)
+            if self._repeated[plate].named(self._t_s):
+                reason = f"{reason}; {STAYS_OFF}"
         self._fault = self._fault or reason
 
     def clear_fault(self) -> None:
         """End a latched fault: a deliberate act of a person. Doses are not forgotten."""
         self._fault = None
+        self._named.clear()
         self._follow = [PlateFollow() for _ in FINGERS]
         for force in self._force:
             force.believe_again()
@@ -214,6 +238,8 @@ class OperatorGate:
         """After a standstill: the devices have gone to safe by themselves, or were about to."""
         for force in self._force:
             force.begin_from_neutral()
+        for repeated in self._repeated:
+            repeated.interrupt()
         self._driven = [False] * len(FINGERS)
 
     def _inspect(
@@ -241,15 +267,15 @@ class OperatorGate:
                     self._follow[finger] = PlateFollow()
                 continue
             if not math.isfinite(plate_c):
-                self.trip(f"{FINGERS[finger]}: plate temperature is not to be believed")
+                self.trip(f"{FINGERS[finger]}: plate temperature is not to be believed", finger)
                 continue
             if plate_c > PLATE_FAULT_C:
-                self.trip(f"{FINGERS[finger]}: plate at {plate_c:.1f} C, above {PLATE_FAULT_C:.1f} C")
+                self.trip(f"{FINGERS[finger]}: plate at {plate_c:.1f} C, above {PLATE_FAULT_C:.1f} C", finger)
             self._spent[finger] = self._dose[finger].step(t_s, dt_s, plate_c)
             if check:
                 wrong = self._follow[finger].step(since_s, self._drive[finger], plate_c)
-                if wrong:
-                    self.trip(f"{FINGERS[finger]}: plate {wrong}")
+                if wrong and not self._repeated[finger].needs_test:  # else the test decides
+                    self.trip(f"{FINGERS[finger]}: plate {wrong}", finger)
         if check:
             self._checked_s = t_s
 
@@ -281,7 +307,8 @@ class OperatorGate:
         low, high = self._profile.low_c, self._profile.high_c
         present = SKIN_NEUTRAL_C if math.isnan(measured_c) else measured_c
         present = min(high, max(low, present))
-        driven, self._driven[finger] = self._driven[finger], live and not math.isnan(measured_c)
+        may_drive = live and not math.isnan(measured_c) and not self._repeated[finger].needs_test
+        driven, self._driven[finger] = self._driven[finger], may_drive
         if not self._driven[finger]:
             return present
         base = self._set_c[finger] if driven else present
@@ -294,6 +321,9 @@ class OperatorGate:
         return base + change
 
     def _plate_drive(self, finger: int, live: bool, wanted: float, measured_c: float, limited: list[int]) -> float:
+        if self._repeated[finger].needs_test:
+            limited[finger] |= Limit.PLATE_TEST.value
+            wanted = self._test(finger, measured_c, live)
         if math.isnan(measured_c):
             limited[finger] |= Limit.PLATE_UNKNOWN.value
             return 0.0
@@ -312,6 +342,14 @@ class OperatorGate:
         ):
             limited[finger] |= Limit.PLATE_TEMPERATURE.value
             return 0.0
+        return drive
+
+    def _test(self, finger: int, measured_c: float, live: bool) -> float:
+        """Drive of the test of a plate; after it was passed, the plate is watched anew."""
+        repeated = self._repeated[finger]
+        drive = repeated.step(self._t_s, measured_c, live and not self._spent[finger])
+        if not repeated.needs_test:
+            self._follow[finger] = PlateFollow()
         return drive
 
 

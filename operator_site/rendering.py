@@ -6,7 +6,7 @@ import numpy as np
 
 from common.config import RenderingConfig
 from common.containment import Containment
-from common.fingers import FINGERS
+from common.fingers import FINGERS, named_finger
 from common.limits import GAP_S, PLATE_PROFILES
 from common.messages import TOUCH_FIELDS
 from common.packets import Floats
@@ -94,7 +94,7 @@ class Rendering:
             self.fingertips.begin_session()
             self._gate.begin_session()
         for fault in now.device_faults:
-            self._gate.trip(fault)
+            self._gate.trip(fault, named_finger(fault))
         # Where a finger is not known nothing can be rendered to it: an old place is no place.
         located = now.time_s - min(now.pose_s, now.heights_s) <= GAP_S
         self._held.step(now.time_s, now.heights_s)
@@ -135,7 +135,10 @@ class Rendering:
                     z_m=now.z_m,
                     pushed_n=self._pushed_n,
                     plate_c=now.plate_c,
-                    plate_age_s=now.plate_age_s,
+                    plate_age_s=[
+                        math.inf if test else age_s
+                        for test, age_s in zip(self._gate.in_test, now.plate_age_s, strict=True)
+                    ],
                 )
             except Exception as error:
                 self._broken = True

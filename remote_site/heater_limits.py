@@ -3,6 +3,7 @@
 import math
 
 from common.limits import GAP_S, SENSOR_PLATE_C
+from common.repeated_fault import RepeatedFault
 from common.skin_dose import SkinDose
 
 SENSOR_LOW_C = -5.0
@@ -15,13 +16,17 @@ HOLDING_DRIVE = 0.2
 SILENT_WORK_S = 0.6
 SILENT_K = 0.3
 """So much drive above what holds a temperature, in s of full drive, must have moved the reading so far."""
+TEST_DRIVE = 0.15
+TEST_LEAST_K = 0.12
+"""Test pulse: its drive, and half of what the slowest sound sensor shows of it, K. The plate moves by 0.4 K."""
 
 
 class HeaterLimits:
     """One plate's memory: dose, rate, and whether its reading answers to the drive.
 
     Attributes:
-        known: whether the last reading is fresh, plausible and answering.
+        known: whether the last reading is fresh and plausible.
+        repeated: decides whether the heater gets no drive but a test pulse.
         spent: whether the dose is spent.
         too_hot: whether the plate is, or is about to be, above the limit.
     """
@@ -35,12 +40,8 @@ class HeaterLimits:
         self._rate_k_s = 0.0
         self._dose = SkinDose()
         self._work_s = 0.0
-        self._silent = False
-
-    def believe_again(self) -> None:
-        """Give a sensor that did not answer another chance, after a deliberate act."""
-        self._silent = False
-        self._work_s = 0.0
+        self.repeated = RepeatedFault(TEST_DRIVE, TEST_LEAST_K)
+        self._implausible = False
 
     def step(self, t_s: float, dt_s: float, drive: float, plate_c: float, age_s: float) -> None:
         """Take the reading of this tick.
@@ -51,13 +52,16 @@ class HeaterLimits:
             plate_c: last reading, C; NaN where it is implausible.
             age_s: its age, s.
         """
-        if not (0.0 <= age_s <= GAP_S and SENSOR_LOW_C <= plate_c <= SENSOR_HIGH_C):
+        fresh = 0.0 <= age_s <= GAP_S
+        if not (fresh and SENSOR_LOW_C <= plate_c <= SENSOR_HIGH_C):
             self.known = False
             self._plate_c = math.nan
+            self._doubt(t_s, fresh)
             return
+        self._implausible = False
         self._answer(dt_s, drive, plate_c)
         self.spent = self._dose.step(t_s, dt_s, plate_c)
-        self.known = not self._silent
+        self.known = True
         self.too_hot = plate_c + LOOK_AHEAD_S * max(0.0, self._rate_k_s) > SENSOR_PLATE_C
 
     def _answer(self, dt_s: float, drive: float, plate_c: float) -> None:
@@ -71,4 +75,12 @@ class HeaterLimits:
         if abs(plate_c - self._mark_c) >= SILENT_K:
             self._mark_c, self._work_s = plate_c, 0.0
         self._work_s = max(0.0, self._work_s + (abs(drive) - HOLDING_DRIVE) * dt_s)
-        self._silent = self._silent or self._work_s > SILENT_WORK_S
+        if self._work_s > SILENT_WORK_S:
+            self._work_s = 0.0
+            self.repeated.demand_test()
+
+    def _doubt(self, t_s: float, fresh: bool) -> None:
+        """A fresh reading that is implausible is a fault of the sensor, once until it is plausible again."""
+        if fresh and not self._implausible:
+            self._implausible = True
+            self.repeated.named(t_s)

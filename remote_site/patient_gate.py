@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from common.fingers import FINGERS
 from common.ladder import TICK_AGE_S
 from common.limits import APPROACH_PLANE_M_S, CONTACT_FORCE_N, GAP_S, SENSOR_PLATE_C
+from common.repeated_fault import STAYS_OFF
 from remote_site.approach import Approach
 from remote_site.finger_height import ROUNDING_M, TOUCHING_N, FingerHeight
 from remote_site.heater_limits import SENSOR_HIGH_C, HeaterLimits
@@ -63,6 +64,7 @@ class PatientGate:
         self._stopped_s = 0.0
         self._drive = [0.0] * len(FINGERS)
         self._heaters = [HeaterLimits() for _ in FINGERS]
+        self._named: set[int] = set()
 
     @property
     def fault(self) -> str | None:
@@ -74,18 +76,27 @@ class PatientGate:
         """Work that each finger has left in what it touches, beyond what may be left lastingly, mJ."""
         return [1e3 * finger.left.left_j for finger in self._fingers]
 
-    def trip(self, reason: str) -> None:
-        """Latch a fault found elsewhere; the first reason is kept."""
+    def trip(self, reason: str, heater: int | None = None) -> None:
+        """Latch a fault; the first reason is kept.
+
+        Args:
+            reason: for people to read.
+            heater: finger whose thermal sensor it names. A second such fault within ten minutes makes a test necessary;
+                until a person clears, further reasons count as the same fault.
+        """
+        if heater is not None and heater not in self._named:
+            self._named.add(heater)
+            if self._heaters[heater].repeated.named(self._t_s):
+                reason = f"{reason}; {STAYS_OFF}"
         self._fault = self._fault or reason
 
     def clear_fault(self) -> None:
         """End a latched fault: a deliberate act of a person. Doses are not forgotten."""
         self._fault = None
         self._follow = TelemanipulatorFollow()
+        self._named.clear()
         for finger in self._fingers:
             finger.believe_again()
-        for heater in self._heaters:
-            heater.believe_again()
 
     def step(
         self,
@@ -129,12 +140,14 @@ class PatientGate:
         self._watch_forces(dt_s, known, measured_z_m, force_n)
         for finger, plate_c in enumerate(sensor_c):
             if SENSOR_PLATE_C < plate_c <= SENSOR_HIGH_C:
-                self.trip(f"{FINGERS[finger]}: sensor plate at {plate_c:.1f} C, above {SENSOR_PLATE_C:.1f} C")
+                self.trip(f"{FINGERS[finger]}: sensor plate at {plate_c:.1f} C, above {SENSOR_PLATE_C:.1f} C", finger)
         live = engaged and known and 0.0 <= motion_age_s <= GAP_S and self._fault is None
         limited = [(0 if live else Limit.RELEASED.value) | (0 if known else Limit.FORCE_UNKNOWN.value)] * len(FINGERS)
         self._stopped_s = 0.0 if live else self._stopped_s + dt_s
         if dt_s > TICK_AGE_S:
             self._live = False  # after a standstill the telemanipulator may have stopped by itself, and risen
+            for heater in self._heaters:
+                heater.repeated.interrupt()
         if known and (not self._ready or (live and not self._live)):
             self._start_from(measured)
         self._live = live
@@ -151,7 +164,9 @@ class PatientGate:
                 self._fingers[finger].retreat(tick_s, pressed_n, self._stopped_s)
             self._heaters[finger].step(self._t_s, dt_s, self._drive[finger], sensor_c[finger], sensor_age_s[finger])
             touching = in_contact[finger] or not pressed_n <= TOUCHING_N
-            self._drive[finger] = self._heat(finger, live and not touching, heater_drive[finger], limited)
+            self._drive[finger] = self._heat(
+                finger, live and not touching, heater_drive[finger], sensor_c[finger], limited
+            )
             if touching:
                 limited[finger] |= Limit.HEATER_CONTACT.value
         heights_m = [finger.z_m for finger in self._fingers]
@@ -223,8 +238,12 @@ class PatientGate:
             limited[:] = [bits | acted for bits in limited]
         self._plane = (x_m, y_m)
 
-    def _heat(self, finger: int, allowed: bool, wanted: float, limited: list[int]) -> float:
+    def _heat(self, finger: int, allowed: bool, wanted: float, sensor_c: float, limited: list[int]) -> float:
         heater = self._heaters[finger]
+        if heater.repeated.needs_test:
+            limited[finger] |= Limit.HEATER_TEST.value
+            free = allowed and heater.known and not heater.spent and not heater.too_hot
+            wanted = heater.repeated.step(self._t_s, sensor_c, free)
         if not heater.known:
             limited[finger] |= Limit.SENSOR_UNKNOWN.value
         elif heater.spent:

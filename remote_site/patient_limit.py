@@ -26,6 +26,8 @@ class Limit(IntFlag):
     """Let go and not yet where the operator's hand is: the hand comes slowly, the finger is not lowered before."""
     ENERGY = 8192
     """Not lowered further because of the work already left in what is touched."""
+    HEATER_TEST = 16384
+    """The sensor did not answer its heater, or faults named it repeatedly: no drive but a test pulse."""
 
 
 def limit_names(bits: int) -> tuple[str, ...]:

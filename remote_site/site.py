@@ -14,7 +14,7 @@ from common.config import RemoteConfig, to_toml
 from common.containment import Containment
 from common.deadband import Deadband
 from common.desk import Desk
-from common.fingers import FINGERS
+from common.fingers import FINGERS, named_finger
 from common.keys import TrustedKeys, fingerprint, load_keys
 from common.ladder import TICK_AGE_S
 from common.link import RemoteLink
@@ -145,7 +145,7 @@ class RemoteSite:
         if self.gate.fault is not None and server.session.state is not LinkState.FAULT:
             self.gate.clear_fault()  # the session was cleared by a person, and the gate with it
         for fault in self._devices.faults():
-            self.gate.trip(fault)
+            self.gate.trip(fault, named_finger(fault))
 
     def _answer_desk(self, now_ns: int, not_ready: str, verb: str, details: dict[str, Any]) -> dict[str, Any]:
         with self.contain.request("desk"):

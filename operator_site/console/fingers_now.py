@@ -41,6 +41,7 @@ _LIMITS = {
     int(Limit.DOSE): "skin dose",
     int(Limit.PLATE_UNKNOWN): "no plate reading",
     int(Limit.DRIVE_RANGE): "drive",
+    int(Limit.PLATE_TEST): "plate test",
 }
 """Plain numbers: an enumeration's take as long to compare as all the rest of a message takes to be shown."""
 _AGE = FIELDS.index("age_s")

@@ -29,7 +29,8 @@ from common.limits import (
     WIDE,
     PlateRange,
 )
-from operator_site.gate import Limit, OperatorGate, limit_names
+from common.repeated_fault import REPEATED_S, STAYS_OFF, TEST_EVERY_S
+from operator_site.gate import TEST_DRIVE, Limit, OperatorGate, limit_names
 from operator_site.plate_loop import PlateLoop
 from operator_site.sampled_wall import SampledWall
 
@@ -500,6 +501,92 @@ def test_single_fault_is_found_and_stays_below_the_peak(fault, start_c, goal_c):
     elif (fault, start_c, goal_c) != ("dead", 40.0, 20.0):  # there it cools by itself as if driven, and nothing acts
         assert found_s is not None
         assert found_s < 2.0
+
+
+def named_twice(rig: Rig, apart_s: float = 1.0) -> None:
+    """Two faults of the index finger's plate, each cleared."""
+    for _ in range(2):
+        rig.t_s += apart_s
+        rig.step()
+        rig.gate.trip("index: it failed", 1)
+        rig.gate.trip("index: it failed in another way", 1)
+        rig.step()
+        rig.gate.clear_fault()
+
+
+def drive_plates(rig: Rig, works: float, seconds: float, **changes):
+    """Drive all plates by 0.4 of what works of them; what left last, and each plate's work, s of full drive."""
+    plate, work_s = Plate(33.0), 0.0
+    out = rig.step()
+    for _ in range(round(seconds / DT)):
+        out = rig.step(**{"plate_measured_c": plate.reading_c, "peltier_drive": 0.4} | changes)
+        work_s += abs(out.peltier_drive[1]) * DT
+        plate.step(works * out.peltier_drive[1])
+    return out, work_s
+
+
+def test_a_plate_that_faults_name_twice_in_ten_minutes_is_driven_again_once_a_test_pulse_moved_it():
+    rig = Rig(WIDE)
+    named_twice(rig)
+    assert rig.gate.in_test == one(True, False)
+    out = rig.step(peltier_drive=0.4)
+    assert out.peltier_drive == one(0.0, 0.4)
+    assert out.limited == one(Limit.PLATE_TEST, 0)
+    out, work_s = drive_plates(rig, 1.0, 3.5)
+    assert rig.gate.in_test == [False] * 5
+    assert work_s >= 2 * 0.5 * TEST_DRIVE
+    assert out.peltier_drive == [0.4] * 5
+
+
+def test_the_second_fault_says_that_its_plate_stays_off():
+    rig = Rig()
+    rig.gate.trip("index: it failed", 1)
+    assert rig.step().fault == "index: it failed"
+    rig.gate.clear_fault()
+    rig.gate.trip("index: it failed", 1)
+    assert rig.step().fault == f"index: it failed; {STAYS_OFF}"
+
+
+@pytest.mark.parametrize("works", [0.0, -1.0], ids=["dead", "reversed"])
+def test_a_plate_that_does_not_pass_its_test_gets_no_more_than_a_pulse_in_half_a_minute(works):
+    rig = Rig(WIDE)
+    named_twice(rig)
+    rig.gate.step = lambda *a, step=rig.gate.step, **k: step(*a, **k | {"peltier_drive": one(0.4, 0.0)})
+    out, work_s = drive_plates(rig, works, 65.0)
+    assert out.fault is None
+    assert out.limited[1] == Limit.PLATE_TEST
+    assert work_s == pytest.approx(3 * 2 * 0.5 * TEST_DRIVE, rel=0.02)
+    out, _ = drive_plates(rig, 1.0, TEST_EVERY_S + 4.0)
+    assert out.peltier_drive[1] == 0.4
+
+
+def test_faults_that_lie_far_apart_need_no_test():
+    rig = Rig()
+    named_twice(rig, REPEATED_S + 1.0)
+    assert rig.gate.in_test == [False] * 5
+    rig.t_s -= 3600.0  # the clock was set back: how long ago it was is not known
+    rig.step()
+    rig.gate.trip("index: it failed", 1)
+    assert rig.gate.in_test == one(True, False)
+
+
+def test_no_test_pulse_while_released_nor_across_a_standstill():
+    rig = Rig()
+    named_twice(rig)
+    for changes in ({"engaged": False}, {"measurement_age_s": 1.0}, {"age": 1.0}):
+        _, work_s = drive_plates(rig, 1.0, 5.0, **changes)
+        assert work_s == 0.0
+    for tick in range(3000):
+        assert rig.step(dt=0.2 if tick % 200 == 0 else DT).peltier_drive == [0.0] * 5
+    assert rig.gate.in_test == one(True, False)
+
+
+def test_a_plate_that_moves_by_itself_is_not_tested_before_it_is_calm():
+    rig = Rig()
+    named_twice(rig)
+    for tick in range(2000):  # as it would be warmed faster and faster by what it rests on
+        assert rig.step(plate_measured_c=30.0 + 0.2 * (tick * DT) ** 2).peltier_drive == [0.0] * 5
+    assert rig.gate.in_test == one(True, False)
 
 
 def test_reading_that_stands_still_where_it_is_hot_is_a_fault():

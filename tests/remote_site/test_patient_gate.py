@@ -22,6 +22,7 @@ from common.limits import (
     SWING_N,
     SWING_S,
 )
+from common.repeated_fault import REPEATED_S, STAYS_OFF, TEST_EVERY_S
 from remote_site.approach import WIDEN_M_S2
 from remote_site.finger_height import (
     BRAKE_SHARE,
@@ -33,6 +34,7 @@ from remote_site.finger_height import (
     STOP_S,
     TOUCHING_N,
 )
+from remote_site.heater_limits import TEST_DRIVE
 from remote_site.lately import MEMORY_S
 from remote_site.patient_gate import PLANE_RANGE_M, PLANE_SPEED_M_S, PatientGate
 from remote_site.patient_limit import Limit, limit_names
@@ -349,10 +351,98 @@ def test_reading_that_does_not_answer_the_heater_switches_it_off():
     while rig.step(heater_drive=1.0).heater_drive[0] > 0.0:
         driven_s += DT
         assert driven_s < 1.0  # 5 K of heating at most
-    for _ in range(2000):
-        assert rig.step(heater_drive=1.0, sensor_c=30.0).heater_drive == [0.0] * 5
     rig.gate.clear_fault()
-    assert rig.step(heater_drive=1.0).heater_drive == [1.0] * 5
+    for _ in range(5000):
+        out = rig.step(heater_drive=1.0, sensor_c=30.0)
+        assert out.limited[0] & Limit.HEATER_TEST
+        assert abs(out.heater_drive[0]) in (0.0, TEST_DRIVE)
+
+
+class Heater:
+    """A sensor's plate that warms by 5 K/s at full drive, and its reading 0.3 s behind."""
+
+    def __init__(self, rig: Rig, works: float) -> None:
+        self.rig, self.works = rig, works
+        self.plate_c = self.reading_c = 33.0
+        self.out = rig.step()
+        self.work_s = 0.0
+
+    def run(self, seconds: float, *, wanted: float = 0.4, **changes) -> None:
+        for _ in range(round(seconds / DT)):
+            self.out = self.rig.step(**{"heater_drive": wanted, "sensor_c": self.reading_c, **changes})
+            drive = self.out.heater_drive[1]
+            self.work_s += abs(drive) * DT
+            self.plate_c += DT * (5.0 * self.works * drive - 0.05 * (self.plate_c - 33.0))
+            self.reading_c += (self.plate_c - self.reading_c) * DT / 0.3
+
+
+def named_twice(rig: Rig) -> None:
+    """Two faults of the index finger's sensor, each cleared."""
+    for _ in range(2):
+        rig.gate.trip("index: it failed", 1)
+        rig.gate.trip("index: it failed in another way", 1)
+        rig.step()
+        rig.gate.clear_fault()
+
+
+def test_a_sensor_that_faults_name_twice_in_ten_minutes_is_heated_again_once_a_test_pulse_moved_it():
+    rig = Rig()
+    named_twice(rig)
+    heater = Heater(rig, 1.0)
+    assert [bool(bits & Limit.HEATER_TEST) for bits in heater.out.limited] == one(True, False)
+    heater.run(6.0)
+    assert not heater.out.limited[1] & Limit.HEATER_TEST
+    assert heater.out.heater_drive[1] == 0.4
+
+
+@pytest.mark.parametrize("works", [0.0, -1.0], ids=["dead", "reversed"])
+def test_a_heater_that_does_not_pass_its_test_gets_no_more_than_a_pulse_in_half_a_minute(works):
+    rig = Rig()
+    for again in (False, True):
+        for finger in range(5):
+            rig.gate.trip("it failed", finger)
+        rig.step()
+        assert (STAYS_OFF in str(rig.gate.fault)) == again
+        rig.gate.clear_fault()
+    heater = Heater(rig, works)
+    heater.run(65.0)
+    assert heater.out.limited == [Limit.HEATER_TEST] * 5
+    assert heater.work_s == pytest.approx(3 * 2 * 0.5 * TEST_DRIVE, rel=0.02)
+    heater.works = 1.0
+    heater.run(TEST_EVERY_S + 2.0)
+    assert heater.out.heater_drive == [0.4] * 5
+
+
+def test_no_test_pulse_in_contact_nor_across_a_standstill():
+    rig = Rig()
+    named_twice(rig)
+    heater = Heater(rig, 1.0)
+    heater.run(10.0, in_contact=True)
+    for _ in range(20):
+        heater.run(0.5)
+        heater.run(DT, dt=0.2)
+    assert heater.work_s == 0.0
+    assert heater.out.limited[1] & Limit.HEATER_TEST
+
+
+def test_a_fresh_reading_that_is_implausible_again_is_a_repeated_fault():
+    rig = Rig()
+    for times in range(2):
+        for _ in range(3):
+            rig.step(sensor_c=math.nan)
+        out = rig.step(heater_drive=0.5)
+        assert out.heater_drive == [0.0 if times else 0.5] * 5
+    rig = Rig()
+    for _ in range(3):
+        rig.step(sensor_c=math.nan, sensor_age_s=GAP_S + 0.01)
+        assert rig.step(heater_drive=0.5).heater_drive == [0.5] * 5
+    rig = Rig()
+    for _ in range(2):
+        rig.step(sensor_c=math.nan)
+        rig.step()
+        rig.t_s += REPEATED_S
+        rig.step()
+    assert rig.step(heater_drive=0.5).heater_drive == [0.5] * 5
 
 
 def test_a_plate_that_holds_or_warms_is_believed():
