@@ -1,6 +1,7 @@
 """Thermal dose of skin under one plate, a fingertip's or a patient's.
 
-The integral of max(0, T - 40 C) over the last minute.
+The integral of max(0, T - 40 C) over the last minute. Between two readings, however far apart, the plate may have been
+as hot as the hotter of them: a standstill of the site or a lost reading counts with its true time.
 """
 
 from collections import deque
@@ -22,19 +23,29 @@ class SkinDose:
         self._bins: deque[list[float]] = deque()
         self._total = 0.0
         self._spent = False
+        self._read_s: float | None = None
+        self._over_k = 0.0
 
-    def step(self, t_s: float, dt_s: float, plate_c: float) -> bool:
-        """Add `dt_s` at `plate_c` (finite) ending at `t_s`; return whether the dose is spent."""
+    def step(self, t_s: float, plate_c: float) -> bool:
+        """Add the time since the last reading; return whether the dose is spent.
+
+        Args:
+            t_s: time, s, finite. A clock that was set back adds nothing.
+            plate_c: reading of the plate now, C, finite.
+        """
+        dt_s = 0.0 if self._read_s is None else min(DOSE_WINDOW_S, max(0.0, t_s - self._read_s))
+        self._read_s = t_s
         bins = self._bins
         while bins and t_s - bins[0][0] > DOSE_WINDOW_S + BIN_S:
             bins.popleft()
             self._total = sum(dose for _, dose in bins)
-        over_k = plate_c - DOSE_ABOVE_C
+        before_k, self._over_k = self._over_k, max(0.0, plate_c - DOSE_ABOVE_C)
+        over_k = max(before_k, self._over_k)
         if over_k > 0.0:
             if not bins or t_s - bins[-1][0] >= BIN_S:
                 bins.append([t_s, 0.0])
             bins[-1][1] += over_k * dt_s
             self._total += over_k * dt_s
         share = RESUME_SHARE if self._spent else 1.0
-        self._spent = self._total + max(0.0, over_k) * COAST_S >= share * DOSE_LIMIT_K_S
+        self._spent = self._total + self._over_k * COAST_S >= share * DOSE_LIMIT_K_S
         return self._spent

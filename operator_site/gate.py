@@ -199,7 +199,7 @@ class OperatorGate:
         self._inspect(force_n, motor_rpm, plate_set_c, peltier_drive, last_input_age_s)
         known = [0.0 <= age <= TEMPERATURE_AGE_S for age in measurement_age_s]
         if dt_s < math.inf:
-            self._watch_plates(t_s, dt_s, known, plate_measured_c)
+            self._watch_plates(t_s, known, plate_measured_c)
         self._watch_forces(t_s, z_m, height_age_s)
         if dt_s > TICK_AGE_S:
             self._begin_from_neutral()
@@ -258,7 +258,7 @@ class OperatorGate:
         if math.isnan(age_s):
             self.trip("age of the input is not a number")
 
-    def _watch_plates(self, t_s: float, dt_s: float, known: list[bool], plate_measured_c: Sequence[float]) -> None:
+    def _watch_plates(self, t_s: float, known: list[bool], plate_measured_c: Sequence[float]) -> None:
         check = t_s - self._checked_s >= CHECK_S - _EPSILON
         since_s = min(LONGEST_CHECK_S, t_s - self._checked_s)
         for finger, plate_c in enumerate(plate_measured_c):
@@ -271,7 +271,7 @@ class OperatorGate:
                 continue
             if plate_c > PLATE_FAULT_C:
                 self.trip(f"{FINGERS[finger]}: plate at {plate_c:.1f} C, above {PLATE_FAULT_C:.1f} C", finger)
-            self._spent[finger] = self._dose[finger].step(t_s, dt_s, plate_c)
+            self._spent[finger] = self._dose[finger].step(t_s, plate_c)
             if check:
                 wrong = self._follow[finger].step(since_s, self._drive[finger], plate_c)
                 if wrong and not self._repeated[finger].needs_test:  # else the test decides

@@ -60,7 +60,7 @@ class HeaterLimits:
             return
         self._implausible = False
         self._answer(dt_s, drive, plate_c)
-        self.spent = self._dose.step(t_s, dt_s, plate_c)
+        self.spent = self._dose.step(t_s, plate_c)
         self.known = True
         self.too_hot = plate_c + LOOK_AHEAD_S * max(0.0, self._rate_k_s) > SENSOR_PLATE_C
 

@@ -503,6 +503,21 @@ def test_single_fault_is_found_and_stays_below_the_peak(fault, start_c, goal_c):
         assert found_s < 2.0
 
 
+@pytest.mark.parametrize("read_c", [(41.5, 34.0), (34.0, 41.5)], ids=["before", "after"])
+@pytest.mark.parametrize("unseen", ["standstill", "no reading"])
+def test_dose_counts_a_gap_at_the_hotter_of_its_two_ends(unseen, read_c):
+    before_c, after_c = read_c
+    for gap_s, spent in ((5.0, False), (13.5, True), (30.0, True)):
+        rig = Rig(WIDE)
+        for _ in range(100):
+            rig.step(plate_measured_c=before_c)
+        if unseen == "no reading":
+            for _ in range(round(gap_s / 0.05)):
+                rig.step(dt=0.05, plate_measured_c=before_c, measurement_age_s=1.0)
+        out = rig.step(dt=gap_s if unseen == "standstill" else DT, plate_measured_c=after_c, peltier_drive=-0.1)
+        assert bool(out.limited[0] & Limit.DOSE) == spent
+
+
 def named_twice(rig: Rig, apart_s: float = 1.0) -> None:
     """Two faults of the index finger's plate, each cleared."""
     for _ in range(2):

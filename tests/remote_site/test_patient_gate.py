@@ -358,6 +358,22 @@ def test_reading_that_does_not_answer_the_heater_switches_it_off():
         assert abs(out.heater_drive[0]) in (0.0, TEST_DRIVE)
 
 
+@pytest.mark.parametrize("read_c", [(41.5, 34.0), (34.0, 41.5)], ids=["before", "after"])
+@pytest.mark.parametrize("unseen", ["standstill", "no reading"])
+def test_dose_counts_a_gap_at_the_hotter_of_its_two_ends(unseen, read_c):
+    before_c, after_c = read_c
+    for gap_s, spent in ((5.0, False), (13.5, True), (30.0, True)):
+        rig = Rig()
+        for _ in range(100):
+            rig.step(sensor_c=before_c)
+        if unseen == "no reading":
+            for _ in range(round(gap_s / 0.05)):
+                rig.step(dt=0.05, sensor_c=before_c, sensor_age_s=1.0)
+        rig.step(dt=gap_s if unseen == "standstill" else DT, sensor_c=after_c)
+        out = rig.step(sensor_c=after_c)
+        assert bool(out.limited[0] & Limit.DOSE) == spent
+
+
 class Heater:
     """A sensor's plate that warms by 5 K/s at full drive, and its reading 0.3 s behind."""
 
