@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import Any, Protocol
 
+from common.containment import Containment
 from common.packets import LinkState
 from common.printable import one_line
 from common.rate_limiter import RateLimiters
@@ -33,6 +34,7 @@ SETTLE_S = 0.15
 """Half of what an answer may take."""
 _LOOK_S = 0.005
 STOP_NOT_SENT = "STOP NOT SENT. Use the hardware switch."
+FAILED_INSIDE = "That failed inside the console; its log says why."
 NOT_RECORDED = "That cannot be recorded. It was not done."
 _OBSERVERS_MAY = frozenset(("place",))
 _WITHOUT_CONTROL = frozenset(("place", "estop", "take_control"))
@@ -88,6 +90,9 @@ class Acts:
         self.saved: dict[str, Any] | None = None
         """What came of the last examination."""
         self._clearing = (-math.inf, "")
+        self._stopping: Any = None
+        """The stop that was asked for last; pages that stop at once wait for the same one."""
+        self.contained = Containment()
         self.reporting = Reporting((), None)
         self._writing: set[asyncio.Task[None]] = set()
         self._refusals: RateLimiters[str] = RateLimiters(_REFUSALS_PER_S, _REFUSALS_AT_ONCE)
@@ -116,12 +121,17 @@ class Acts:
     async def ask(self, client: Client, verb: object, details: object, now_s: float) -> Answer:
         """Carry out one request of a page: record it, do it, record and return the answer.
 
-        Whatever is wrong with it is answered. What cannot be recorded is not done, but for a stop.
+        Whatever is wrong with it is answered. What cannot be recorded is not done. A stop is done first, then recorded.
         """
         given: dict[str, Any] = {}
         if isinstance(details, dict):
             given = {str(_whole(str(name))): _whole(value) for name, value in details.items()}
-        record = {"at_s": now_s, "who": client.name, "verb": _shown(verb), "details": _recorded(given)}
+        record = {
+            "at_s": now_s,
+            "who": client.name,
+            "verb": _shown(verb if isinstance(verb, str) else type(verb).__name__),
+            "details": _recorded(given),
+        }
         try:
             act = self._act(client, verb)
         except Refused as refused:
@@ -129,11 +139,12 @@ class Acts:
             return Answer(False, str(refused))
         if self._playing is not None or verb == "place":
             return await self._do(act, client, verb, given, now_s)
-        if not self._record({**record, "ok": None, "answer": ""}) and verb != "estop":
+        # A stop waits for no record.
+        if verb != "estop" and not self._record({**record, "ok": None, "answer": ""}):
             return Answer(False, NOT_RECORDED)
         answer = await self._do(act, client, verb, given, now_s)
         self._record({**record, "ok": answer.ok, "answer": answer.text})
-        log.info("%s: %s, %s", client.name, record["verb"], answer.text)
+        log.info("%s: %s, %s", client.name, record["verb"], _shown(answer.text, _LONGEST_KEPT))
         return answer
 
     def _act(self, client: Client, verb: object) -> Act:
@@ -169,8 +180,8 @@ class Acts:
         """Give one record of an act to the recording; False where that fails."""
         try:
             self._keeping.write("console/act", record["at_s"], record)
-        except (ValueError, TypeError, OverflowError, RecursionError, OSError):
-            log.exception("an act that cannot be recorded: %s", record["verb"])
+        except Exception as error:  # a stop is answered, whatever its record raises
+            self.contained.caught("record of acts", error, latches=False)
             return False
         return True
 
@@ -181,14 +192,22 @@ class Acts:
             return Answer(False, str(refused))
         except (DeskSilent, TimeoutError):
             return Answer(False, STOP_NOT_SENT if verb == "estop" else "The operator site does not answer.")
-        except Exception:
-            log.exception("%s", _shown(verb))
-            return Answer(False, "That failed inside the console; its log says why.")
+        except Exception as error:
+            self.contained.caught(f"act {_shown(verb)}", error, latches=False)
+            return Answer(False, FAILED_INSIDE)
 
     async def _desk_told(self, verb: str, now_s: float, details: dict[str, Any] | None = None) -> dict[str, Any]:
         if self._desk is None:
             raise Refused("There is no operator site.")
-        waiting = asyncio.wrap_future(self._desk.ask(verb, details))
+        return await self._heard(self._desk.ask(verb, details), now_s)
+
+    async def _heard(self, asked: Any, now_s: float) -> dict[str, Any]:
+        """What the desk answers to something that was asked.
+
+        Raises:
+            TimeoutError: nothing in time.
+        """
+        waiting = asyncio.wrap_future(asked)
         told: dict[str, Any] = await asyncio.wait_for(asyncio.shield(waiting), PATIENCE_S + 0.05)
         self._console.desk(now_s, told)
         return told
@@ -206,7 +225,11 @@ class Acts:
         return Answer(True, "PAUSED. Outputs neutral.")
 
     async def _stop(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        await self._desk_told("estop", now_s)
+        if self._desk is None:
+            raise Refused("There is no operator site.")
+        if self._stopping is None or self._stopping.done():  # one that waits is asked for again until it is answered
+            self._stopping = self._desk.ask("estop")
+        await self._heard(self._stopping, now_s)
         return Answer(True, "STOPPING")
 
     async def _clear(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
@@ -264,8 +287,10 @@ class Acts:
         try:
             saved.update(report=await self.reporting.write(pseudonym, self._keeping.files), text=text)
         except OSError as error:
-            log.warning("report of %s: %s", pseudonym, error)
-            saved["text"] = f"{text} No report: {error}."
+            log.warning("report of %s: %s", pseudonym, _shown(error, _LONGEST_KEPT))
+            saved["text"] = f"{text} No report: {_shown(error, _LONGEST_KEPT)}."
+        except Exception as error:
+            saved["text"] = f"{text} No report: {self.contained.caught('report', error, latches=False)}."
 
     async def _find(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         finding = self._console.book.find(self._console.felt, details, now_s)
@@ -373,9 +398,9 @@ def _whole(value: object) -> object:
     return value.encode("utf-16", "surrogatepass").decode("utf-16", "replace") if isinstance(value, str) else value
 
 
-def _shown(verb: object) -> str:
-    """A verb as record and log have it: one line of printable characters."""
-    return one_line(str(verb), 40)
+def _shown(text: object, longest: int = 40) -> str:
+    """A verb or another text as record and log have it: one line of printable characters."""
+    return one_line(str(text), longest)
 
 
 def _recorded(details: dict[Any, Any]) -> dict[str, object]:
@@ -387,4 +412,9 @@ def _plain(value: object) -> object:
     """A detail as the record holds it."""
     if value is None or isinstance(value, (bool, float)) or (isinstance(value, int) and abs(value) < 2**63):
         return value
-    return str(value)[:_LONGEST_KEPT]
+    if isinstance(value, str):
+        return value[:_LONGEST_KEPT]
+    try:
+        return str(_whole(str(value)[:_LONGEST_KEPT]))
+    except (RecursionError, ValueError):  # nested too deep, or an integer of too many digits
+        return f"a {type(value).__name__}"

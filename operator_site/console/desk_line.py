@@ -6,11 +6,13 @@ import socket as sockets
 import threading
 import time
 from concurrent.futures import Future
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
 import zmq
 
+from common.containment import Containment
 from common.curve_sockets import prepare_socket, use_curve
 from common.desk import HOST
 from common.keys import KeyPair
@@ -49,6 +51,8 @@ class DeskLine:
         self._port, self._keys = port, keys
         self._new: queue.SimpleQueue[_Asked | None] = queue.SimpleQueue()
         self._bell, self._ear = sockets.socketpair()
+        self._bell.setblocking(False)
+        self._contained = Containment()
         self._thread = threading.Thread(target=self._run, name="desk line", daemon=True)
         self._thread.start()
 
@@ -60,16 +64,21 @@ class DeskLine:
         """
         asked = _Asked(verb, details or {}, Future(), time.monotonic() + PATIENCE_S)
         self._new.put(asked)
-        self._bell.send(b"!")
+        self._ring()
         return asked.told
 
     def close(self) -> None:
         """End the thread; what is still waited for is cancelled."""
         self._new.put(None)
-        self._bell.send(b"!")
+        self._ring()
         self._thread.join(timeout=2.0)
         self._bell.close()
         self._ear.close()
+
+    def _ring(self) -> None:
+        """Wake the thread; a bell that is full rings already."""
+        with suppress(BlockingIOError):
+            self._bell.send(b"!")
 
     def _run(self) -> None:
         context = zmq.Context()
@@ -96,8 +105,10 @@ class DeskLine:
                     sequence += 1
                     waiting[sequence] = asked
                 if line in ready:
-                    _take(line, waiting)
-                _send(line, waiting)
+                    with self._contained.step("desk's answer", latches=False):
+                        _take(line, waiting)
+                with self._contained.step("request to the desk", latches=False):
+                    _send(line, waiting)
         finally:
             for asked in waiting.values():
                 asked.told.cancel()

@@ -10,10 +10,9 @@ from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from common.containment import Containment
 from common.rate_limiter import RateLimiters
 from operator_site.console.access import Visitor
-from operator_site.console.acts import Acts
+from operator_site.console.acts import FAILED_INSIDE, Acts, Answer
 from operator_site.console.clients import Client
 from operator_site.console.console import Console
 from operator_site.console.control import Control
@@ -58,7 +57,7 @@ class Pages:
         self._sequence = 0
         self.control = control
         self.clients: list[Client] = []
-        self.contain = Containment()
+        self.contain = acts.contained
         self._reading: dict[str, asyncio.Task[bool]] = {}
         self._ready: dict[str, asyncio.Event] = {}
         self._state: dict[str, Any] = {}
@@ -139,10 +138,10 @@ class Pages:
     async def _read(self, socket: WebSocket, client: Client) -> None:
         asked: dict[int, asyncio.Task[bool]] = {}
         while True:
-            text = await socket.receive_text()
+            text = await _text(socket)
             now_s = self._now_s()
-            stops = client.acts and _STOP in text
-            if not (self._messages.allows(client.name, now_s) or stops):
+            allowed = self._messages.allows(client.name, now_s)
+            if not (allowed or (client.acts and _STOP in text)):
                 await socket.close(TOO_MUCH, "too many messages")
                 return
             client.heard(now_s)
@@ -151,6 +150,10 @@ class Pages:
                 kind = said["kind"]
             except (ValueError, KeyError, TypeError, RecursionError):
                 await socket.close(NOT_UNDERSTOOD)
+                return
+            stops = client.acts and kind == "ask" and said.get("verb") == "estop"
+            if not (allowed or stops):
+                await socket.close(TOO_MUCH, "too many messages")
                 return
             match kind:
                 case "drawn":
@@ -162,7 +165,6 @@ class Pages:
                         client.show(said["quantity"])
                 case "ask":
                     ident = _integer(said.get("id"))
-                    stops = client.acts and said.get("verb") == "estop"
                     if not (stops or self._requests.allows(client.visitor, now_s)):
                         await socket.close(TOO_MUCH, "too many requests")
                         return
@@ -173,7 +175,9 @@ class Pages:
             self._ready[client.name].set()
 
     async def _answer(self, socket: WebSocket, client: Client, ident: int, said: dict[str, Any]) -> None:
-        answer = await self._acts.ask(client, said.get("verb"), said.get("details"), self._shown_s())
+        answer = Answer(False, FAILED_INSIDE)
+        with self.contain.step("request", latches=False):
+            answer = await self._acts.ask(client, said.get("verb"), said.get("details"), self._shown_s())
         told = {"kind": "answer", "id": ident, "ok": answer.ok, "text": answer.text, "details": answer.details or {}}
         if not client.answer(told):
             await socket.close(NOT_UNDERSTOOD)
@@ -246,6 +250,18 @@ class Pages:
         }
         about = {"pictures_skipped": client.skipped, "clients": len(self.clients)}
         return {"kind": "state", "version": self._version, **self._state, "you": you, "console": about}
+
+
+async def _text(socket: WebSocket) -> str:
+    """The next text of a page; an empty one for a binary message, which no page sends.
+
+    Raises:
+        WebSocketDisconnect: the page is gone.
+    """
+    message = await socket.receive()
+    if message["type"] == "websocket.disconnect":
+        raise WebSocketDisconnect(message.get("code", 1006), message.get("reason"))
+    return message.get("text") or ""
 
 
 def _json(told: dict[str, Any]) -> str:

@@ -67,6 +67,8 @@ class SessionBook:
             raise Refused(f"Session {self.pseudonym} is under way. End it first.")
         if not isinstance(pseudonym, str) or not 0 < len(pseudonym.strip()) <= LONGEST_PSEUDONYM:
             raise Refused(f"A study number has 1 to {LONGEST_PSEUDONYM} characters.")
+        if not pseudonym.strip().isprintable():
+            raise Refused("A study number has printable characters only.")
         if words.looks_like_a_name(pseudonym):
             raise Refused(words.STUDY_NUMBER)
         known = (

@@ -1,7 +1,7 @@
 """Who may do what, and that every act is answered and kept."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,9 @@ from operator_site.console.console import Console
 from operator_site.console.control import Control
 from operator_site.console.desk_line import DeskSilent
 from operator_site.console.keeping import Keeping
+from operator_site.console.reporting import Reporting
 from operator_site.console.session_book import LONGEST_NOTE
+from tests.conftest import Contained
 from tests.operator_site.console.fed import S, fed
 
 BRIEF = {"state": "connected", "session": 7}
@@ -245,15 +247,94 @@ def test_an_act_with_details_that_no_file_takes_is_answered_and_recorded(
     assert [(act["verb"], act["ok"]) for act in kept_acts(desktop)] == [("disengage", None), ("disengage", True)]
 
 
-def test_what_cannot_be_recorded_is_not_done_but_for_a_stop(desktop: Desktop, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("error", [ValueError("no such record"), KeyError("stream"), AssertionError()])
+def test_what_cannot_be_recorded_is_not_done_but_for_a_stop(
+    desktop: Desktop, monkeypatch: pytest.MonkeyPatch, contained: Contained, error: Exception
+) -> None:
     def fail(*given: object) -> None:
-        raise ValueError("no such record")
+        raise error
 
     monkeypatch.setattr(desktop.keeper, "write", fail)
     assert desktop.ask("disengage") == Answer(False, NOT_RECORDED)
     assert desktop.desk.asked == []
     assert desktop.ask("estop").ok
     assert desktop.desk.asked == ["estop"]
+    (name,) = contained.take()
+    assert name.startswith("record of acts: ")
+
+
+def test_a_stop_is_asked_for_before_it_is_recorded(desktop: Desktop) -> None:
+    recorded_before: list[dict[str, Any]] = []
+
+    def look() -> dict[str, Any]:
+        recorded_before.extend(kept_acts(desktop))
+        return dict(BRIEF)
+
+    desktop.desk.answer = look
+    assert desktop.ask("estop").ok
+    assert recorded_before == []
+    assert [(act["verb"], act["ok"]) for act in kept_acts(desktop)] == [("estop", True)]
+
+
+def test_stops_while_one_waits_wait_for_the_same_one(desktop: Desktop, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+    waiting: Future[dict[str, Any]] = Future()
+
+    def ask(verb: str, details: object = None) -> "Future[dict[str, Any]]":
+        asked.append(verb)
+        return waiting
+
+    monkeypatch.setattr(desktop.desk, "ask", ask)
+
+    async def stop() -> list[Answer]:
+        stops = [asyncio.create_task(desktop.acts.ask(desktop.first, "estop", {}, 101.0)) for _ in range(100)]
+        await asyncio.sleep(0.01)
+        waiting.set_result(dict(BRIEF))
+        return [await stop for stop in stops]
+
+    assert all(answer.ok for answer in asyncio.run(stop()))
+    assert asked == ["estop"]
+
+
+def nested(depth: int) -> list[Any]:
+    value: list[Any] = []
+    for _ in range(depth):
+        value = [value]
+    return value
+
+
+@pytest.mark.parametrize("value", [nested(5000), 10**5000], ids=["nested", "digits"])
+def test_what_cannot_be_written_out_is_answered_and_recorded(desktop: Desktop, value: object) -> None:
+    assert desktop.ask("disengage", strange=value).ok
+    assert desktop.ask("estop", strange=value).ok
+    assert not desktop.ask(value).ok
+    assert [act["verb"] for act in kept_acts(desktop)] == ["disengage", "disengage", "estop", type(value).__name__]
+
+
+@pytest.mark.parametrize("pseudonym", ["P-1\n2026-11-25 ERROR forged", "P-1\x1b[31m", "P-1\u202e"])
+def test_a_study_number_is_printable(desktop: Desktop, caplog: pytest.LogCaptureFixture, pseudonym: str) -> None:
+    caplog.set_level("INFO")
+    assert not desktop.ask("begin", pseudonym=pseudonym).ok
+    assert desktop.console.book.pseudonym is None
+    assert all(record.getMessage().isprintable() for record in caplog.records)
+
+
+def test_a_report_that_fails_inside_says_so_and_ends_nothing(desktop: Desktop, contained: Contained) -> None:
+    class Failing(Reporting):
+        async def write(self, pseudonym: str, files: Sequence[Path]) -> str:
+            raise ValueError("embedded null byte")
+
+    desktop.acts.reporting = Failing((), None)
+
+    async def examine() -> None:
+        await desktop.acts.ask(desktop.first, "begin", {"pseudonym": "P-0417"}, 101.0)
+        await desktop.acts.ask(desktop.first, "end", {}, 102.0)
+        await asyncio.sleep(0.01)
+
+    asyncio.run(examine())
+    (name,) = contained.take()
+    assert "embedded null byte" in name
+    assert "No report: report: ValueError" in str(desktop.acts.saved)
 
 
 def test_refusals_without_end_are_answered_and_only_a_part_is_recorded(

@@ -35,6 +35,10 @@ class Socket:
             raise said
         return said
 
+    async def receive(self) -> dict[str, Any]:
+        said = await self.receive_text()
+        return {"type": "websocket.receive", "text" if isinstance(said, str) else "bytes": said}
+
     async def send_text(self, text: str) -> None:
         self.sent.append(json.loads(text))
 

@@ -19,6 +19,7 @@ from operator_site.console.pages import (
     TOO_MUCH,
     Pages,
 )
+from tests.conftest import Contained
 from tests.operator_site.console.test_acts import Desk, Keeper
 
 ALIVE = json.dumps({"kind": "alive", "visible": True})
@@ -28,18 +29,22 @@ OR_1, STUDENT = Visitor("OR-1", "act"), Visitor("student", "observe")
 class Socket:
     """A page that says what the test lets it, and then goes."""
 
-    def __init__(self, *said: str) -> None:
+    def __init__(self, *said: str | bytes) -> None:
         self.said = list(said)
         self.closed: int | None = None
         self.sent: list[dict[str, Any]] = []
 
-    async def receive_text(self) -> str:
+    async def receive_text(self) -> str | bytes:
         await asyncio.sleep(0)
         if not self.said:
             for _ in range(20):  # what was asked for last is answered meanwhile
                 await asyncio.sleep(0.001)
             raise WebSocketDisconnect
         return self.said.pop(0)
+
+    async def receive(self) -> dict[str, Any]:
+        said = await self.receive_text()
+        return {"type": "websocket.receive", "text" if isinstance(said, str) else "bytes": said}
 
     async def send_text(self, text: str) -> None:
         self.sent.append(json.loads(text))
@@ -56,9 +61,10 @@ class Room:
 
     def __init__(self) -> None:
         self.desk, console, control = Desk(), Console(), Control()
-        self.pages = Pages(lambda: console, Acts(console, self.desk, Keeper(), control, None), control)
+        self.acts = Acts(console, self.desk, Keeper(), control, None)
+        self.pages = Pages(lambda: console, self.acts, control)
 
-    def serve(self, visitor: Visitor, *said: str) -> Socket:
+    def serve(self, visitor: Visitor, *said: str | bytes) -> Socket:
         socket = Socket(*said)
         serving = self.pages.serve(
             cast(WebSocket, socket), lambda number: Client(visitor, f"{visitor.name} {number}", 0.0)
@@ -102,9 +108,16 @@ def test_a_stop_of_who_may_act_counts_at_any_rate(room: Room) -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["no json", "[]", '{"kind": "ask", "id": ' + "9" * 5000 + "}", "[" * 20_000, '{"kind": "ask", "id": "\\ud800'],
+    [
+        b"binary",
+        "no json",
+        "[]",
+        '{"kind": "ask", "id": ' + "9" * 5000 + "}",
+        "[" * 20_000,
+        '{"kind": "ask", "id": "\\ud800',
+    ],
 )
-def test_what_is_no_message_ends_this_page_only(room: Room, text: str) -> None:
+def test_what_is_no_message_ends_this_page_only(room: Room, text: str | bytes) -> None:
     assert room.serve(STUDENT, text).closed == NOT_UNDERSTOOD
     assert room.serve(OR_1, ask(1, "estop")).sent
     assert room.desk.asked == ["estop"]
@@ -115,3 +128,20 @@ def test_a_request_with_strange_details_is_answered(room: Room, details: str) ->
     said = f'{{"kind": "ask", "id": 5, "verb": "disengage", "details": {details}}}'
     answers = [told for told in room.serve(OR_1, said).sent if told["kind"] == "answer"]
     assert [(told["id"], told["ok"]) for told in answers] == [(5, True)]
+
+
+def test_a_request_that_fails_in_the_console_is_answered(
+    room: Room, monkeypatch: pytest.MonkeyPatch, contained: Contained
+) -> None:
+    async def fail(*given: object) -> None:
+        raise KeyError("detail")
+
+    monkeypatch.setattr(room.acts, "ask", fail)
+    (answer,) = [told for told in room.serve(OR_1, ask(1, "engage")).sent if told["kind"] == "answer"]
+    assert not answer["ok"]
+    assert "KeyError" in contained.take()[0]
+
+
+def test_above_its_rate_only_a_stop_itself_counts(room: Room) -> None:
+    said = json.dumps({"kind": "alive", "visible": True, "verb": "estop"})
+    assert room.serve(OR_1, *[said] * (MESSAGES_AT_ONCE + 50)).closed == TOO_MUCH
