@@ -28,6 +28,8 @@ _CLOSING_S = 1.0
 """Longest wait for a page that does not read to take its code, s."""
 MESSAGES_PER_S, MESSAGES_AT_ONCE = 100.0, 300
 """Messages of one page: it says what it has drawn, 30 times a second, and that it is alive."""
+OPENINGS_PER_S, OPENINGS_AT_ONCE = 1.0, 20
+"""Pages that one observer may open; who may act may always come back."""
 REQUESTS_PER_S, REQUESTS_AT_ONCE = 10.0, 40
 """Requests of all pages of one visitor, stops of those who may act apart."""
 _STOP = '"estop"'
@@ -67,6 +69,7 @@ class Pages:
         """Those of this time, by the newest bin that a page has and the newest there is."""
         self._count = 0
         self._messages: RateLimiters[str] = RateLimiters(MESSAGES_PER_S, MESSAGES_AT_ONCE)
+        self._openings: RateLimiters[Visitor] = RateLimiters(OPENINGS_PER_S, OPENINGS_AT_ONCE)
         self._requests: RateLimiters[Visitor] = RateLimiters(REQUESTS_PER_S, REQUESTS_AT_ONCE)
 
     def show(self, state: dict[str, Any] | None) -> None:
@@ -94,6 +97,9 @@ class Pages:
         """Serve one page until it goes."""
         self._count += 1
         client = client_of(f"{self._count}")
+        if not (client.acts or self._openings.allows(client.visitor, self._now_s())):
+            await socket.close(FULL, "too many pages opened")
+            return
         place = place_for(client.visitor, self.clients, self.control.holder, self._now_s())
         if not place.given:
             log.info("%s was refused: all places are taken", client.name)

@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from websockets.sync.client import ClientConnection, connect
+from websockets.typing import Origin
 
 from common.config import ConsoleConfig, to_toml
 from tests.conftest import Keys
@@ -73,7 +74,7 @@ class Attacked:
         address = f"127.0.0.1:{self.port}"
         with connect(
             f"ws://{address}/session",
-            origin=f"http://{address}",  # type: ignore[arg-type]
+            origin=Origin(f"http://{address}"),
             additional_headers={"Cookie": f"teletaction={TOKENS[who]}"},
             max_size=1 << 20,
             open_timeout=5.0,

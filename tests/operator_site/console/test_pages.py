@@ -13,8 +13,10 @@ from operator_site.console.clients import Client
 from operator_site.console.console import Console
 from operator_site.console.control import Control
 from operator_site.console.pages import (
+    FULL,
     MESSAGES_AT_ONCE,
     NOT_UNDERSTOOD,
+    OPENINGS_AT_ONCE,
     REQUESTS_AT_ONCE,
     TOO_MUCH,
     Pages,
@@ -145,3 +147,10 @@ def test_a_request_that_fails_in_the_console_is_answered(
 def test_above_its_rate_only_a_stop_itself_counts(room: Room) -> None:
     said = json.dumps({"kind": "alive", "visible": True, "verb": "estop"})
     assert room.serve(OR_1, *[said] * (MESSAGES_AT_ONCE + 50)).closed == TOO_MUCH
+
+
+def test_an_observer_who_comes_again_and_again_is_sent_away(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(room.pages, "_now_s", lambda: 100.0)
+    codes = [room.serve(STUDENT, ALIVE).closed for _ in range(OPENINGS_AT_ONCE + 5)]
+    assert codes == [None] * OPENINGS_AT_ONCE + [FULL] * 5
+    assert [room.serve(OR_1, ALIVE).closed for _ in range(OPENINGS_AT_ONCE + 5)] == [None] * (OPENINGS_AT_ONCE + 5)
