@@ -9,7 +9,7 @@ import pytest
 
 from common.messages import EVENT_MAX, TOUCH_BLOCK, TOUCH_HIGH, TOUCH_LOW, Event, EventKind, Touch
 from common.packets import MAX_INTEGER, MAX_TEXT, LinkState
-from common.session_messages import Heartbeat
+from common.session_messages import Answer, Heartbeat
 from tests.virtual.session import VirtualSession
 
 pytestmark = pytest.mark.virtual
@@ -103,6 +103,28 @@ def test_a_remote_site_that_lies_drives_no_actuator_beyond_its_limits(shared: Vi
     shared.run(0.3)
     shared.engage()
     shared.until(lambda session: session.both_engaged, 5.0)
+
+
+def test_answers_that_nobody_asked_for_change_nothing(shared: VirtualSession) -> None:
+    link: Any = shared.remote.server.link
+    client = shared.operator.client
+    ident, remote = client.session.ident, dict(client.remote)
+    told = {"session": ident + 1, "calibration": "another", "max_age_s": 0.5, "fingers": [], "fault": "made up"}
+    for number in range(50):
+        for session, sequence, refused in (
+            (ident + 1, 0, "ended"),
+            (0, 0, "ended"),
+            (ident, number, ""),
+            (ident, 10**9 + number, "refused"),
+        ):
+            link.answer("control", b"operator", Answer(session, sequence, 1, refused, told).encode())
+        shared.tick()
+    assert client.session.ident == ident
+    assert client.remote == remote
+    assert not client.remote_fault
+    link.answer("control", b"operator", Answer(ident, 0, 1, "the remote site ends it", {}).encode())
+    shared.until(lambda session: client.refusal == "the remote site ends it", 0.1)
+    shared.until(lambda session: session.both_engaged, 8.0)
 
 
 HELLO_LIES: dict[str, tuple[dict[str, Any], str]] = {
