@@ -6,6 +6,7 @@ import pytest
 
 from common.ladder import SESSION_SILENCE_S
 from common.limits import APPROACH_PLANE_M_S, FORCE_RAMP_UP_N_S
+from tests.virtual.network import TO_OPERATOR, TO_REMOTE
 from tests.virtual.session import TICK_S, Truth, VirtualSession
 
 SHORT_S, LONG_S = (0.08, 0.15, 0.3, 1.0), (3.0, 30.0)
@@ -16,16 +17,43 @@ QUANTUM_N = 0.01
 RISE_N = FORCE_RAMP_UP_N_S * TICK_S + 2.0 * QUANTUM_N
 PLACE_M = 0.001
 WATCHED_S = 1.0
+AGE_ERROR_S = 0.012
+"""Half a round trip, and what the clock is off after a standstill."""
+CLOCKS_AGREE_S = 0.3
+"""After a standstill: some heartbeats by the clock that was put forward."""
 
 sides = pytest.mark.parametrize("side", ["remote", "operator"])
 ticks = pytest.mark.parametrize("in_tick", [False, True], ids=["between", "within"])
 
 
+class Ages:
+    """A site takes no packet for younger than it is, but for what it knows of its clock; nor, later, for older."""
+
+    def __init__(self) -> None:
+        self.agree_s = 0.0
+
+    def __call__(self, session: VirtualSession, _: Truth) -> None:
+        server, client = session.remote.server, session.operator.client
+        for acceptance, host, way, uncertainty_ns in (
+            (server.acceptance, session.remote_host, ("motion", TO_REMOTE), server._uncertainty_ns),
+            (client.acceptance, session.operator_host, ("touch", TO_OPERATOR), client.clock.uncertainty_ns),
+        ):
+            came = session.network.ways[way]
+            if acceptance.last_ns is None or host.now_ns() - acceptance.last_ns >= TICK_S * 1e9:
+                continue
+            error_s = acceptance.age_ns * 1e-9 - (came.arrived_age_s + session.time_s - came.arrived_s)
+            bound_s = AGE_ERROR_S + (uncertainty_ns or 0) * 1e-9
+            assert error_s >= -bound_s, (way, error_s, bound_s, session.describe())
+            assert error_s <= bound_s or session.time_s < self.agree_s, (way, error_s, bound_s, session.describe())
+
+
 def stand_still(working: VirtualSession, side: str, seconds: float, *, in_tick: bool) -> list[Truth]:
     """Let one host stand still with its clock; judges what follows, and returns it."""
     before_s = working.time_s
+    working.watch.append(ages := Ages())
     working.stop_site(side, seconds, in_tick=in_tick, with_clock=True)
     asleep, woken_s = working.now, working.time_s
+    ages.agree_s = woken_s + CLOCKS_AGREE_S
     assert woken_s - before_s >= seconds - 1e-6
     after = [asleep, *working.run(WATCHED_S)]
     for before, now in pairwise(after):
