@@ -9,6 +9,8 @@ from common.limits import APPROACH_PLANE_M_S, FORCE_RAMP_UP_N_S
 from tests.virtual.network import TO_OPERATOR, TO_REMOTE
 from tests.virtual.session import TICK_S, Truth, VirtualSession
 
+pytestmark = pytest.mark.virtual
+
 SHORT_S, LONG_S = (0.08, 0.15, 0.3, 1.0), (3.0, 30.0)
 TIMED_OUT_S = 0.15
 """After this every device of a site that stands still is neutral by itself."""
