@@ -21,7 +21,7 @@ def touch(sequence: int) -> Touch:
 
 INPUTS = st.builds(
     RenderingInput,
-    time_s=ANY,
+    time_s=st.floats(allow_nan=False, allow_infinity=False),
     session=st.integers(0, 2**63 - 1),
     fault_cleared=st.booleans(),
     engaged=st.booleans(),

@@ -129,7 +129,7 @@ def test_a_module_that_cut_out_latches_a_fault_until_it_is_cleared() -> None:
     assert operator.rendering.fault is None
     figures: dict[str, Any] = operator.figures()
     assert figures["fault"] == ""
-    assert figures["limited"]["index"] == ("released",)
+    assert figures["limited"]["index"] == ("released", "plate_test"), "a second fault within ten minutes"
 
 
 INDEX = FINGERS.index("index")

@@ -1,4 +1,4 @@
-// The first button: engage, pause, resume, clear. What drives fingers is held for 1 s or pressed twice.
+// The first button: engage, pause, resume, clear. An act that drives fingers is held 1 s or pressed twice.
 import { latched } from "./alarms.js";
 import { byId, make, remake, write } from "./dom.js";
 import { acts, driven, lastTold, live, now } from "./now.js";
@@ -53,7 +53,7 @@ export function pause() {
   if (acts() && driven()) ask("disengage");
 }
 
-// A held key or press: the ring fills for 1 s; let go before, a second press within 5 s does it, too.
+// A held press fills the ring in 1 s; after a short one, a second press within 5 s counts, too.
 export function hold(verb) {
   if (held || !possible(verb)) return;
   const started_ms = performance.now();

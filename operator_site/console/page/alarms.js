@@ -1,4 +1,4 @@
-// B, the alarm line, its list (A), its sound; the page's own alarms when nothing is drawn any more.
+// B: alarm line, list, sound; the page's own alarms when nothing is drawn.
 import { byId, make, remake, shape, write } from "./dom.js";
 import { driven, now, playback, silent_s } from "./now.js";
 import { AGAIN_S, burst } from "./sound.js";
@@ -14,7 +14,7 @@ export function startAlarms(link) {
   byId("quiet-button").addEventListener("click", quiet);
 }
 
-// One cause, one alarm: without a connection only that is said, and what became of STOP.
+// Without a connection, only that and the outcome of STOP are alarms.
 function own() {
   const acted = driven(), urgent = acted ? "high" : "medium", late_s = silent_s();
   const alarms = [], raise = (id, priority, text) => alarms.push({ id, priority, text, active: true });
@@ -79,7 +79,7 @@ function showQuiet(all) {
   write(button, left_s > 0 ? WORDS.quietFor(Math.ceil(left_s)) : WORDS.quiet);
 }
 
-// Sounds the most urgent alarm that nobody quieted; a new or rising one sounds again at once.
+// Sounds the most urgent alarm that is not quieted; a new or rising one at once.
 export function soundAlarms(at_ms = performance.now()) {
   if (playback()) return;
   const all = standing().filter(alarm => alarm.active);

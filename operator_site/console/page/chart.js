@@ -1,4 +1,4 @@
-// E, the chart over 8 s since contact: stacked probabilities of the candidates, the object's temperature with its sd.
+// E: 8 s since contact: stacked probabilities of the candidates; the object's temperature with its sd.
 import { byId, equal, fit } from "./dom.js";
 import { now } from "./now.js";
 import { FINGER_COUNT } from "./picture.js";

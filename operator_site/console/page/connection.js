@@ -1,4 +1,4 @@
-// One websocket to the console: pictures with credit, state, asks with answers, a heartbeat; back at once after waking.
+// One websocket to the console: pictures with credit, state, asks with answers, heartbeat.
 import { decode, TILE } from "./picture.js";
 import { WORDS } from "./words.js";
 
@@ -32,7 +32,7 @@ export class Connection {
     return this.socket !== null && this.socket.readyState === WebSocket.OPEN;
   }
 
-  // readyState says open after a freeze, too: only what was heard lately proves a connection.
+  // readyState says open after a freeze: only a recent message proves a connection.
   wake() {
     if (this.socket === null || performance.now() - this.last_ms > ASLEEP_MS) this.open();
   }
@@ -66,7 +66,7 @@ export class Connection {
     this.fail();
   }
 
-  // A hidden page whose place another one has asks for a place again when it is visible.
+  // A hidden page that was replaced asks again when it is visible.
   lost(refused, waits = false) {
     this.socket = null;
     this.fail();
@@ -124,7 +124,7 @@ export class Connection {
     return this.asked;
   }
 
-  // Asked once and never repeated; resolves with the answer, or with what went wrong.
+  // Asked once; resolves with the answer, or with what went wrong.
   ask(verb, details = {}) {
     const id = this.newId();
     return new Promise(resolve => {

@@ -1,9 +1,9 @@
-// D, what was felt: tiles kept for each quantity and painted through the colour tables, with confidence as opacity.
+// D: tiles of each quantity, painted through the colour tables with confidence as opacity.
 import { MATERIALS, NOT_FELT, OPACITY, TABLES } from "./colours.js";
 
 export const QUANTITIES = ["temperature", "roughness", "stiffness", "material"], SIDE = 256, TILE = 32, NOT = 65535;
 const LOGARITHMIC = ["roughness", "stiffness"], CODES = 65534;
-// A spread's bits but STEEP say how well a value is known; the largest of each confidence, and the ends of what U shows, in K and %.
+// Bits of a spread but STEEP: uncertainty. The largest of each confidence, and the ends of what U shows, K and %.
 const STEEP = 128, CONFIDENT = [72, 64, 56], CONFIDENT_MATERIAL = [50, 10, 2];
 export const SPREADS = { temperature: [0.125, 2], roughness: [3.75, 60], stiffness: [5, 80], material: [0, 50] };
 const kept = QUANTITIES.map(() => ({ values: new Uint16Array(SIDE * SIDE).fill(NOT), spreads: new Uint8Array(SIDE * SIDE) }));
@@ -48,12 +48,12 @@ export function confidenceOf(quantity, spread) {
   return (quantity === "material" ? CONFIDENT_MATERIAL : CONFIDENT).filter(most => (spread & ~STEEP) <= most).length;
 }
 
-// Where a spread stands between the ends of what U shows: from white, well known, to dark.
+// Place of a spread between the ends of what U shows: white, well known, to dark.
 export function unsureInk(quantity, spread) {
   return inkOf("stiffness", quantity === "material" ? (spread & ~STEEP) / 50 : ((spread & ~STEEP) - 48) / 32);
 }
 
-// Paints tiles into 256 x 256 pixels, far edge on top: colours, and masks of what is stippled, dotted or steep.
+// Paints tiles into 256 x 256 pixels, far edge on top: colours, and masks of stippled, dotted and steep.
 export class Painting {
   constructor() {
     this.layers = ["colours", "stippled", "dotted", "steep"].map(name => {
@@ -88,7 +88,7 @@ export class Painting {
   }
 }
 
-// For each tile in which something was felt: its middle in cells, how much was felt, lowest and highest value.
+// For each tile with data: its middle in cells, how much was felt, lowest and highest value.
 export function regions(quantity, range) {
   const { values, spreads } = kept[QUANTITIES.indexOf(quantity)], found = [];
   for (let row = 0; row < SIDE / TILE; row += 1) {

@@ -1,4 +1,4 @@
-// C, the table: five fingers, four numbers each, at 4 Hz; what is old turns grey with its age, then "--".
+// C, the table: five fingers, four numbers each, at 4 Hz; old ones turn grey, then "--".
 import { byId, make, write } from "./dom.js";
 import { now, playback } from "./now.js";
 import { FINGER_COUNT } from "./picture.js";
@@ -31,7 +31,7 @@ function body(row) {
   return make("tbody", { class: FOLDS.includes(row) ? "folds" : null }, make("tr", { class: row === "remarks" ? "unseen" : null }, name), values);
 }
 
-// Between two looks the largest force counts, and a limit that acted for one picture.
+// The largest force since the last look, and a limit that acted for one picture.
 export function followFingers(picture) {
   for (let finger = 0; finger < FINGER_COUNT; finger += 1) {
     const force_n = picture.of(finger, "force_n");

@@ -1,4 +1,4 @@
-// E: what the active finger touches, how sure that is, since when. UNKNOWN and CANNOT TELL are answers, not alarms.
+// E: the material at the active finger, its probability and age. UNKNOWN and CANNOT TELL are answers.
 import { byId, make, remake, write } from "./dom.js";
 import { age_s, GONE_S, STALE_S } from "./fingers.js";
 import { live, now } from "./now.js";

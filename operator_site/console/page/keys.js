@@ -1,4 +1,4 @@
-// Keys. STOP's come first, before any button that has the focus; key repeat is ignored.
+// Keys. Those of STOP come first, whatever has the focus; key repeat is ignored.
 import { hold, pause, release } from "./actions.js";
 import { quiet } from "./alarms.js";
 import { byId, make, remember, remembered, write } from "./dom.js";

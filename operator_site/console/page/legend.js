@@ -1,4 +1,4 @@
-// D, the legend: value upwards, confidence to the right, blended exactly as on the map; for materials a list.
+// D, the legend: value upwards, confidence to the right, as on the map; materials as a list.
 import { byId, fit, write } from "./dom.js";
 import { inkOf, over, SPREADS } from "./felt.js";
 import { word } from "./map_over.js";

@@ -1,4 +1,4 @@
-// Puts the parts together: what comes in is drawn once a frame, numbers change four times a second.
+// Puts the parts together: drawn once a frame; numbers change four times a second.
 import { showActions, startActions } from "./actions.js";
 import { showAlarms, showList, soundAlarms, startAlarms } from "./alarms.js";
 import { showBar, stepMark } from "./bar.js";
@@ -41,7 +41,7 @@ const connection = new Connection({
     showNow();
   },
   picture(picture) {
-    picture.came_ms = performance.now(); // it may be drawn after a state that came later
+    picture.came_ms = performance.now(); // a later state may be drawn first
     pending.push(picture);
     if (!framed) { framed = true; requestAnimationFrame(draw); }
   },
@@ -74,7 +74,7 @@ function draw() {
   for (const picture of pictures) connection.drew(picture.sequence);
 }
 
-// What stands still has to be noticed soon: this runs ten times a second.
+// Runs ten times a second: a standstill shows soon.
 function showState() {
   showBar();
   showAlarms();
@@ -111,7 +111,7 @@ function say(text) {
   readOut(text);
 }
 
-// An answer that names a state stands under the state in which it came and under the one it names, and no other.
+// An answer that names a state stands under that state and the one in which it came.
 function dropSaid() {
   const shown = STATES[shownState()];
   if (said.names === null || shown === said.under) return;

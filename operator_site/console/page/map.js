@@ -1,4 +1,4 @@
-// D, the tactile map: what was felt, seen along the plane's normal. It moves and zooms only when a person moves it.
+// D, the tactile map along the plane's normal. Only a person moves and zooms it.
 import { byId, equal, fit, make, write } from "./dom.js";
 import { codeAt, forgetFelt, keepTile, NOT, Painting, QUANTITIES, regions, SIDE, valueOf } from "./felt.js";
 import { drawLegend } from "./legend.js";
@@ -104,7 +104,7 @@ export function followMap(state) {
 function view(canvas) {
   const here = frame(), side_mm = SIDE * here.cell_m * 1000, centre = middle ?? { x: here.x_m * 1000 + side_mm / 2, y: here.y_m * 1000 + side_mm / 2 };
   const [short, long] = [canvas.clientWidth, canvas.clientHeight].sort((a, b) => a - b);
-  // Until a person zooms: the middle, or the whole frame once something was felt beyond it.
+  // Until a person zooms: the middle, or the whole frame once something was felt beyond.
   const times = zoom ?? (far ? Math.min(1.7, long / short) : NEAR_TIMES), scale = times * short / side_mm;
   return {
     times, scale, width: canvas.clientWidth, height: canvas.clientHeight, side_mm, left_mm: here.x_m * 1000, near_mm: here.y_m * 1000,
@@ -199,7 +199,7 @@ function through(pen, canvas, mask, place, name, draw) {
   pen.drawImage(sieve, 0, 0);
 }
 
-// What no colour has to tell: a letter or two of a material, and to which side of the scale's middle a temperature is.
+// Not by colour alone: letters of a material; the side of the scale's middle of a temperature.
 function markOf(code, short, middle) {
   if (code === NOT || quantity !== "temperature") return quantity === "material" ? short[code] : "";
   const off = valueOf(quantity, code, range()) - middle;

@@ -1,4 +1,4 @@
-// A finding by keyboard or touch: time and place are kept from the key press; then kind, place, save.
+// A finding: time and place of the key press; then kind, place, save.
 import { byId, make, write } from "./dom.js";
 import { acts, live, now } from "./now.js";
 import { fingerPlace, moved } from "./map.js";
@@ -66,7 +66,7 @@ export async function save() {
   discard();
 }
 
-// The keys that mean something else while a finding is marked; true where one was used.
+// Keys with another meaning while a finding is marked; true where one was used.
 export function markingKey(event) {
   if (!finding) return false;
   const step = moved(event), onButton = document.activeElement !== null && document.activeElement.matches("button, select, a");

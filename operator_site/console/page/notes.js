@@ -1,4 +1,4 @@
-// A note to a finding. In its text field Space types and Esc is STOP; closing keeps what was typed.
+// A note to a finding. Space types here and Esc is STOP; closing keeps the text.
 import { byId, make, remake, write } from "./dom.js";
 import { acts, now } from "./now.js";
 import { WORDS } from "./words.js";

@@ -1,4 +1,4 @@
-// What the page knows at this moment: the newest state and picture, when they came, and what follows from both.
+// The newest state and picture, when they came, and what follows from both.
 import { FINGER_COUNT } from "./picture.js";
 import { ACTING, OF_LINK, shownWord, silence } from "./shown.js";
 
@@ -17,19 +17,19 @@ export function acts() {
   return now.state?.you.role === "act" && !playback();
 }
 
-// Seconds for which the console has been silent; 0 while it is not. A hidden page draws no picture; a recording may stand still.
+// Silence of the console, s; 0 while there is none. A hidden page draws nothing; a recording may pause.
 export function silent_s(at_ms = performance.now()) {
   if (playback() && now.connected) return 0;
   const age_s = since_ms => (at_ms - Math.max(since_ms, now.loaded_ms)) / 1000;
   return silence(document.hidden ? null : age_s(now.pictureAt_ms), age_s(now.stateAt_ms));
 }
 
-// Whether numbers may be shown, with their age, and acts be begun: a hiccup of a busy machine ends no held press.
+// Whether numbers may be shown and acts begun; a short hiccup ends no held press.
 export function live() {
   return now.connected && now.picture !== null && now.state !== null && silent_s() < NOT_LIVE_S;
 }
 
-// The last state that was told, however old: what STOP's keys go by when nothing is heard any more.
+// The last known state, however old: STOP's keys go by it.
 export function lastTold() {
   return now.state ? now.state.session.state : "disconnected";
 }
@@ -39,7 +39,7 @@ export function driven() {
   return [...ACTING, "lost", "silent"].includes(lastTold());
 }
 
-// Either source arms STOP's keys: a picture may say that outputs act up to 0.1 s before the state.
+// Either source arms STOP's keys: a picture may be 0.1 s ahead of the state.
 export function underWay() {
   const engaged = now.picture !== null && OF_LINK[now.picture.state] === "engaged";
   return acts() && (engaged || driven() || lastTold() === "paused");
@@ -53,7 +53,7 @@ export function shownState() {
   return shownWord({ told: session.state, drawn, silent_s: silent_s(), stopping: now.stopPressed || Boolean(stop && !stop.confirmed) });
 }
 
-// The active finger: the chosen one, else the one that touched last, held at least a second.
+// The active finger: chosen, else the last that touched, held at least a second.
 const touchedAt_s = new Array(FINGER_COUNT).fill(-Infinity);
 const touching = new Array(FINGER_COUNT).fill(false);
 let changedAt_s = -Infinity;

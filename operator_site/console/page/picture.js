@@ -1,4 +1,4 @@
-// Binary messages: length, version and ranges are checked; what is wrong raises BadPicture.
+// Binary messages: checked for length, version and ranges; BadPicture says what is wrong.
 export class BadPicture extends Error {}
 
 export const PICTURE = 1, TILE = 2, SNAPSHOT = 3;

@@ -1,4 +1,4 @@
-// A recording in the same page: play, pause, speed, and a slider with alarms and findings as ticks.
+// A recording: play, pause, speed, and a slider with alarms and findings as ticks.
 import { ask } from "./actions.js";
 import { byId, make, remake, write } from "./dom.js";
 import { now, playback } from "./now.js";

@@ -1,4 +1,4 @@
-// The session sheet: study number, check list with the command to run, sound, findings, end, report.
+// The session sheet: study number, check list, sound, findings, end, report.
 import { ask } from "./actions.js";
 import { byId, make, remake, write } from "./dom.js";
 import { acts, live, now, playback } from "./now.js";

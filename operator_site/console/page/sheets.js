@@ -1,4 +1,4 @@
-// The sheets: session, alarms, help. One at a time, over the map, never a dialog that has to be answered.
+// The sheets: session, alarms, help. One at a time, never modal.
 import { byId } from "./dom.js";
 
 const BUTTONS = { "sheet-session": "session-button", "sheet-alarms": "alarm-button", "sheet-help": "help-button" };

@@ -1,17 +1,17 @@
-// The state that may be shown: never more than is live. The console judges its own sources; the page judges the console.
+// The state that may be shown: never more than is live.
 export const SILENT_S = 0.5, STATE_SILENT_S = 1.0; // a picture is due 30 times a second, a state 4 times
 
 export const ACTING = ["engaging", "engaged"];
 export const OF_LINK = ["disconnected", "connected", "engaged", "fault"];
 const LINK_OF = { disconnected: 0, lost: 0, silent: 0, connected: 1, engaging: 1, paused: 1, engaged: 2, fault: 3, stopped: 3 };
 
-// Seconds since a picture or a state is missing; 0 while both come in time, and where an age is not judged (null).
+// Time without a picture or a state, s; 0 while both come in time. A null age is not judged.
 export function silence(picture_s, state_s) {
   const late_s = (age_s, limit_s) => (age_s === null || (age_s >= 0 && age_s <= limit_s) ? 0 : Math.max(age_s, limit_s) || Infinity);
   return Math.max(late_s(picture_s, SILENT_S), late_s(state_s, STATE_SILENT_S));
 }
 
-// told: the console's word; drawn: the link's state in a picture that is newer than the word, else null.
+// told: the console's word; drawn: the link's state of a newer picture, else null.
 export function shownWord({ told, drawn, silent_s, stopping }) {
   if (silent_s > 0 || told === "silent" || told === null) return "unknown";
   if (stopping) return "stopping";

@@ -1,4 +1,4 @@
-// STOP: acts on press, is sent again until answered, and shows what each device answered, never its own wish.
+// STOP: acts on press, is sent until answered, and shows what each device answered.
 import { byId, make, remake, write } from "./dom.js";
 import { now, underWay } from "./now.js";
 import { capital, DEVICE_LABELS, WORDS } from "./words.js";
@@ -15,7 +15,7 @@ export function startStop(link, show) {
     button.focus({ preventScroll: true });
     press();
   });
-  // Enter, or Space where it is no STOP key: a press of the button like any other, on the way down.
+  // Enter, or Space where it is no STOP key: a press on the way down.
   button.addEventListener("keydown", event => {
     if ((event.key === "Enter" || event.key === " ") && !event.repeat) { event.preventDefault(); press(); }
   });
@@ -40,7 +40,7 @@ function send() {
   });
 }
 
-// Where the connection had gone, STOP is the first thing that is sent when it is back.
+// After a lost connection STOP is sent first.
 export function sendKept() {
   if (id !== null) send();
 }
@@ -48,7 +48,7 @@ export function sendKept() {
 function finish() {
   clearInterval(timer);
   id = null;
-  // The state that follows an answer says what the devices do; until then it stays STOPPING.
+  // The state after an answer says what the devices do; until then: STOPPING.
   const until = setInterval(() => {
     if (!now.state || now.state.stop || ["stopped", "fault"].includes(now.state.session.state) || !now.connected) {
       clearInterval(until);

@@ -1,4 +1,4 @@
-// Every word of the page. The server sends the words of alarms, refusals, findings and answers ready made.
+// The words of the page. The server sends those of alarms, refusals, findings and answers.
 export const FINGERS = ["thumb", "index", "middle", "ring", "little"];
 export const capital = name => name[0].toUpperCase() + name.slice(1);
 export const FINGER_NAMES = FINGERS.map(capital);
@@ -86,7 +86,7 @@ export function count(number, thing) {
   return `${number} ${thing}${number === 1 ? "" : "s"}`;
 }
 
-// Digits follow the uncertainty: one significant digit of sd, the value to the same place.
+// One significant digit of the sd; the value to the same place.
 export function withSd(value, sd, digits = 1) {
   if (typeof value !== "number") return "--";
   if (!(sd >= 0) || sd === null) return `${value.toFixed(digits)} ± ?`;
@@ -101,7 +101,7 @@ export function percent(probability) {
   return probability > 0.99 ? "> 99 %" : `${Math.round(probability * 100)} %`;
 }
 
-// What stands for each material on the map: its first letter, or two where another begins with the same.
+// First letter of each material on the map, or two where another begins alike.
 export function marks(names) {
   const first = names.map(name => name.slice(0, 1));
   return names.map((name, at) => capital(first.indexOf(first[at]) === first.lastIndexOf(first[at]) ? first[at] : name.slice(0, 2)));
