@@ -11,7 +11,7 @@ from tests.virtual.session import TICK_S, Truth, VirtualSession
 
 pytestmark = pytest.mark.virtual
 
-SHORT_S, LONG_S = (0.08, 0.15, 0.3, 1.0), (3.0, 30.0)
+SHORT_S, LONG_S = (0.08, 0.3), (3.0, 30.0)
 TIMED_OUT_S = 0.15
 """After this every device of a site that stands still is neutral by itself."""
 QUANTUM_N = 0.01
