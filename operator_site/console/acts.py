@@ -114,6 +114,11 @@ class Acts:
         if playing is not None:
             self._verbs = {"place": self._place, "play": self._play, "pause": self._pause, "seek": self._seek}
 
+    @property
+    def plays(self) -> bool:
+        """Whether a recording is shown: a slider that is dragged asks often, and nothing acts."""
+        return self._playing is not None
+
     def show(self, console: Console) -> None:
         """Act on another console from now on: a recording was entered at another moment."""
         self._console = console

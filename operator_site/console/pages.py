@@ -171,7 +171,7 @@ class Pages:
                         client.show(said["quantity"])
                 case "ask":
                     ident = _integer(said.get("id"))
-                    if not (stops or self._requests.allows(client.visitor, now_s)):
+                    if not (stops or self._acts.plays or self._requests.allows(client.visitor, now_s)):
                         await socket.close(TOO_MUCH, "too many requests")
                         return
                     if ident not in asked or asked[ident].done():  # a stop is asked for again while it is under way

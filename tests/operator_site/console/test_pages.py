@@ -154,3 +154,33 @@ def test_an_observer_who_comes_again_and_again_is_sent_away(room: Room, monkeypa
     codes = [room.serve(STUDENT, ALIVE).closed for _ in range(OPENINGS_AT_ONCE + 5)]
     assert codes == [None] * OPENINGS_AT_ONCE + [FULL] * 5
     assert [room.serve(OR_1, ALIVE).closed for _ in range(OPENINGS_AT_ONCE + 5)] == [None] * (OPENINGS_AT_ONCE + 5)
+
+
+class Played:
+    """A recording in which every moment is read already."""
+
+    def __init__(self) -> None:
+        self.sought_s: list[float] = []
+
+    def play(self, speed: float) -> None:
+        pass
+
+    def pause(self) -> None:
+        pass
+
+    def seek(self, at_s: float) -> bool:
+        self.sought_s.append(at_s)
+        return True
+
+
+def test_a_slider_of_a_recording_may_be_dragged_without_end() -> None:
+    console, control, played = Console(), Control(), Played()
+    pages = Pages(lambda: console, Acts(console, None, Keeper(), control, played), control)
+    said = [
+        json.dumps({"kind": "ask", "id": number, "verb": "seek", "details": {"at_s": 0.1 * number}})
+        for number in range(3 * REQUESTS_AT_ONCE)
+    ]
+    socket = Socket(*said)
+    asyncio.run(pages.serve(cast(WebSocket, socket), lambda number: Client(OR_1, f"OR-1 {number}", 0.0)))
+    assert socket.closed is None
+    assert len(played.sought_s) == 3 * REQUESTS_AT_ONCE
