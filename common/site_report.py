@@ -162,6 +162,7 @@ def site_figures(
         "sent": sent,
         "spared": spared,
         "held_back": devices.tick.held_back,
+        "stood_still_s": round(devices.tick.clock.stood_still_s, 3),
         "received": {acts_on: acceptance.received},
         "superseded": {acts_on: acceptance.lost},
         "refused": {acts_on: dict(acceptance.refused), "damaged": dict(end.damaged)},

@@ -5,15 +5,20 @@ counts suspends by itself and is put forward by what devices show: their own clo
 and gap is a true one, and each guard acts as after a process that was stopped.
 """
 
+import logging
 import time
 from collections.abc import Callable
 
 from common.ladder import STANDSTILL_S
 
+log = logging.getLogger(__name__)
+
 DRIFT = 0.05
 """A device's clock keeps the host's pace within this share (duty S10)."""
 LONGEST_STEP_S = 0.1
 """Between two reports no more time than this counts for the drift: a line that was late is no slow clock."""
+PACE_S = 1.0
+"""The pace of a device's clock is measured over this time, s."""
 BEHIND_S = 1.0
 """A device's clock that falls behind by more was restarted, its line is late, or the host's was set forward."""
 BELIEVED_S = 2.0
@@ -56,6 +61,7 @@ class HostClock:
         self._forward_ns += forward_ns
         self.stood_still_s += standstill_s
         self.standstills += 1
+        log.warning("the host stood still for %.3f s together with its clock: devices went on", standstill_s)
         return forward_ns
 
 
@@ -63,7 +69,8 @@ class Witness:
     """Compares one device's clock with the host's. Pure: both times are arguments, s.
 
     A report may come late, never early. So the device's lead over the host has a highest value, that of a report with
-    no delay; a lead above it is time that the host did not count.
+    no delay; a lead above it is time that the host did not count. The highest value falls as fast as a slow clock does.
+    A lead that falls faster than by DRIFT is of a line that is late, and will come back.
     """
 
     def __init__(self) -> None:
@@ -73,6 +80,10 @@ class Witness:
         self._device_us = 0
         self._device_s = 0.0
         self._behind_since_s: float | None = None
+        self._fall = DRIFT
+        """By how much the lead of a report without delay falls, s/s: the most, until it was measured."""
+        self._window_s = self._best_s = 0.0
+        self._before: tuple[float, float] | None = None
 
     def report(self, host_s: float, device_us: int) -> float:
         """Take the newest report of a serial module; returns the standstill that it shows, s, mostly 0.
@@ -91,13 +102,15 @@ class Witness:
         lead_s = device_s - host_s
         if self._lead_s is None:
             self._lead_s, self._host_s = lead_s, host_s
+            self._window_s, self._best_s = host_s, lead_s
             return 0.0
-        usual_s = self._lead_s - DRIFT * min(LONGEST_STEP_S, max(0.0, host_s - self._host_s))
+        usual_s = self._lead_s - self._fall * min(LONGEST_STEP_S, max(0.0, host_s - self._host_s))
         self._host_s = host_s
         if lead_s - usual_s > STANDSTILL_S:
             self._lead_s = usual_s  # the host's clock is put forward, and the lead is the usual one again
             return lead_s - usual_s
         self._lead_s = max(usual_s, lead_s)
+        self._measure(host_s, lead_s)
         if lead_s >= usual_s - BEHIND_S:
             self._behind_since_s = None
         elif self._behind_since_s is None:
@@ -105,3 +118,16 @@ class Witness:
         elif host_s - self._behind_since_s > BELIEVED_S:
             self._lead_s, self._behind_since_s = lead_s, None
         return 0.0
+
+    def _measure(self, host_s: float, lead_s: float) -> None:
+        """Compare the best lead of each PACE_S with that of the time before."""
+        if 0.0 <= host_s - self._window_s < PACE_S:
+            self._best_s = max(self._best_s, lead_s)
+            return
+        if self._before is not None and self._window_s > self._before[0]:
+            began_s, best_s = self._before
+            fall = (best_s - self._best_s) / (self._window_s - began_s)
+            if abs(fall) <= 1.02 * DRIFT:
+                self._fall = max(0.0, fall)
+        self._before = self._window_s, self._best_s
+        self._window_s, self._best_s = host_s, lead_s

@@ -66,6 +66,33 @@ def test_a_line_that_was_late_is_no_standstill_however_its_reports_come(late_s: 
     assert device.step(0.2) > STANDSTILL_S
 
 
+@pytest.mark.parametrize("pace", [1.0 - DRIFT, 0.9999, 1.0])
+@pytest.mark.parametrize(("late_s", "for_s"), [(0.2, 5.0), (0.2, 60.0), (0.9, 10.0)])
+def test_a_line_that_is_late_for_seconds_and_catches_up_is_no_standstill(
+    late_s: float, for_s: float, pace: float
+) -> None:
+    device = Device()
+    assert device.run(500, pace) == []
+    device.true_s -= late_s
+    assert device.run(round(for_s / REPORT_S), pace) == []
+    device.true_s += late_s
+    assert device.run(500, pace) == []
+    error_s = (
+        0.005 if pace > 1.0 - DRIFT else 0.1
+    )  # at the end of DRIFT the pace is measured anew after the line was late
+    assert device.step(0.3, pace=pace) == pytest.approx(0.29, abs=error_s)
+
+
+@pytest.mark.parametrize("held_back", [0.9, 0.8, 0.5])
+def test_a_device_that_is_held_back_and_catches_up_is_no_standstill(held_back: float) -> None:
+    """As a simulated one on a machine that is busy."""
+    device = Device()
+    assert device.run(500) == []
+    assert device.run(150, held_back) == []
+    assert device.run(150, 2.0 - held_back) == []
+    assert device.step(0.3) == pytest.approx(0.29, abs=0.03)
+
+
 def test_a_stopped_process_whose_clock_went_on_is_no_standstill() -> None:
     device = Device()
     device.run(100)
