@@ -17,7 +17,7 @@ from common.told import NOTHING_TOLD, Told
 MS = 1_000_000
 SEQUENCES = int(os.environ.get("SEQUENCES", "500"))
 """Sequences tried with each site; `make hardening SEQUENCES=100000` takes hours."""
-STEPS = 30
+STEPS = 20
 FUZZ = settings(max_examples=SEQUENCES, stateful_step_count=STEPS, derandomize=SEQUENCES == 500, deadline=None)
 
 integers = st.one_of(st.sampled_from([0, 1, 2, MAX_INTEGER, MAX_INTEGER - 1, 2**62]), st.integers(0, MAX_INTEGER))
