@@ -70,12 +70,14 @@ class Witness:
 
     A report may come late, never early. So the device's lead over the host has a highest value, that of a report with
     no delay; a lead above it is time that the host did not count. The highest value falls as fast as a slow clock does.
-    A lead that falls faster than by DRIFT is of a line that is late, and will come back.
+    A lead that falls faster than by DRIFT is of a line that is late, and will come back. After a standstill the lead has
+    risen whole by the next report; a device that catches up brings it back piece by piece.
     """
 
     def __init__(self) -> None:
         """No report came yet."""
         self._lead_s: float | None = None
+        self._newest_s = 0.0
         self._host_s = 0.0
         self._device_us = 0
         self._device_s = 0.0
@@ -102,11 +104,13 @@ class Witness:
         lead_s = device_s - host_s
         if self._lead_s is None:
             self._lead_s, self._host_s = lead_s, host_s
+            self._newest_s = lead_s
             self._window_s, self._best_s = host_s, lead_s
             return 0.0
         usual_s = self._lead_s - self._fall * min(LONGEST_STEP_S, max(0.0, host_s - self._host_s))
         self._host_s = host_s
-        if lead_s - usual_s > STANDSTILL_S:
+        jump_s, self._newest_s = lead_s - self._newest_s, lead_s
+        if lead_s - usual_s > STANDSTILL_S and jump_s > STANDSTILL_S:
             self._lead_s = usual_s  # the host's clock is put forward, and the lead is the usual one again
             return lead_s - usual_s
         self._lead_s = max(usual_s, lead_s)
