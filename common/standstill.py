@@ -70,8 +70,8 @@ class Witness:
 
     A report may come late, never early. So the device's lead over the host has a highest value, that of a report with
     no delay; a lead above it is time that the host did not count. The highest value falls as fast as a slow clock does.
-    A lead that falls faster than by DRIFT is of a line that is late, and will come back. After a standstill the lead has
-    risen whole by the next report; a device that catches up brings it back piece by piece.
+    A lead that falls faster than by DRIFT is of a line that is late, and will come back. After a standstill the lead
+    has risen whole by the next report; a device that catches up brings it back piece by piece.
     """
 
     def __init__(self) -> None:
