@@ -99,7 +99,7 @@ class ForcesObey:
 
 @dataclass(slots=True)
 class StateComes:
-    """Watches that a CAN node goes on to report its outputs. It counts frames, not time: a line may be late."""
+    """Watches that a CAN node keeps reporting its outputs. It counts frames, not time: a line may be late."""
 
     _places: int = 0
     _states: int = 0

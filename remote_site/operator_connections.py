@@ -2,8 +2,8 @@
 
 Authority comes from the key that was admitted to the session. A second connection with that key is either the operator
 that connected anew, or somebody with a copy of the key. It takes a stream over when the first connection is closed, or
-is silent where the stream never pauses. Until then it is not acted on. A motion that left on the first connection after
-the second one was heard proves that two senders use the key.
+is silent where the stream never pauses. Until then its packets have no effect. A motion that left on the first
+connection after the second one was heard proves that two senders use the key.
 """
 
 import math

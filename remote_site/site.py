@@ -186,6 +186,7 @@ class RemoteSite:
             "texture_faults": faults,
             "left_mj": dict(zip(FINGERS, self.gate.left_mj, strict=True)),
             "observers": len(server.observers),
+            "expelled": dict(server.expelled),
             "handshakes": dict(self._link.handshakes),
             "keys": self._link.keys_problem,
         }

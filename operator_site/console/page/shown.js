@@ -11,7 +11,7 @@ export function silence(picture_s, state_s) {
   return Math.max(late_s(picture_s, SILENT_S), late_s(state_s, STATE_SILENT_S));
 }
 
-// told: the console's word; drawn: the link's state of a newer picture, else null.
+// told: the console's state; drawn: the link's state of a newer picture, else null.
 export function shownWord({ told, drawn, silent_s, stopping }) {
   if (silent_s > 0 || told === "silent" || told === null) return "unknown";
   if (stopping) return "stopping";
