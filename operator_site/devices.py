@@ -18,8 +18,9 @@ class OperatorDevices:
 
     def __init__(self, config: OperatorConfig, clock: HostClock | None = None):
         """Open them; `clock` is the one that `read` is given times of."""
-        self.exoskeleton = Exoskeleton(config.exoskeleton, config.fingers)
-        self.tacttips = {FINGERS.index(f): TactTip(f, address) for f, address in config.tacttip.items()}
+        clock = HostClock() if clock is None else clock
+        self.exoskeleton = Exoskeleton(config.exoskeleton, config.fingers, clock)
+        self.tacttips = {FINGERS.index(f): TactTip(f, address, clock) for f, address in config.tacttip.items()}
         witnesses: list[Exoskeleton | TactTip] = [self.exoskeleton, *self.tacttips.values()]
         self._witnesses = witnesses
         self.tick = TickAge(clock, lambda: max(device.unread_s for device in witnesses))

@@ -9,7 +9,7 @@ from common.drive_obeys import DriveObeys, ForcesObey, StateComes
 from common.encoder_jumps import FRAME_S
 from common.fingers import FINGERS
 from common.limits import GAP_S
-from common.standstill import Witness
+from common.standstill import HostClock, Witness
 from operator_site.hand_encoders import HandEncoders
 
 _MM = 1000.0
@@ -44,7 +44,7 @@ class Pushing:
 class Exoskeleton:
     """The hand-force exoskeleton."""
 
-    def __init__(self, address: CanAddress, fingers: Sequence[str] = FINGERS):
+    def __init__(self, address: CanAddress, fingers: Sequence[str] = FINGERS, clock: HostClock | None = None):
         """Open the bus at `address` in the background; `fingers` are in the exoskeleton."""
         self.receivers = tuple(FrameReceiver(name) for name in ("HandPose", "FingerHeights", "ExoskeletonState"))
         self.line = CanLine(address, self.receivers, sends=("FingerForces",))
@@ -52,6 +52,7 @@ class Exoskeleton:
         self.pushing = Pushing()
         self.stood_still_s = 0.0
         """For how long the host's clock stood still before the last `read`, as the count of frames shows, s."""
+        self._clock = HostClock() if clock is None else clock
         self._witness = Witness()
         self._taking_part = [finger in fingers for finger in FINGERS]
         self._encoders = HandEncoders(self._taking_part)
@@ -64,7 +65,7 @@ class Exoskeleton:
     def read(self, t_s: float, *, stood_still: bool = False) -> Hand:
         """Take what came since the last call, stamped with `t_s`; after a standstill places are judged anew."""
         frames, sent_s = self.line.poll(), self.line.sent_s
-        self.stood_still_s = self._witness.step(t_s, self.receivers[0].taken * FRAME_S)
+        self.stood_still_s = self._witness.step(self._clock.now_s(), self.receivers[0].taken * FRAME_S)
         if stood_still or self.stood_still_s > 0.0:
             self._encoders = HandEncoders(self._taking_part)
         hand, encoders = self.hand, self._encoders

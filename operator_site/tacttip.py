@@ -14,7 +14,7 @@ from common.serial_messages import (
     TactTipCommand,
     TactTipState,
 )
-from common.standstill import Witness
+from common.standstill import HostClock, Witness
 from operator_site.hot_side import HotSide
 from operator_site.motor_drive import MotorDrive
 from operator_site.ntc import PlateSensor
@@ -29,8 +29,8 @@ _NEVER = -math.inf
 class TactTip:
     """One module. `plate_c` is NaN where there is no believable reading."""
 
-    def __init__(self, finger: str, address: str):
-        """Open the module at `address` in the background."""
+    def __init__(self, finger: str, address: str, clock: HostClock | None = None):
+        """Open the module at `address` in the background; `clock` is the one that `read` is given times of."""
         self.line = SerialLine(address, DeviceKind.TACTTIP, finger)
         self.damaged = 0
         self.plate_c = math.nan
@@ -50,6 +50,7 @@ class TactTip:
         self._motor, self._peltier = DriveObeys("the motor"), DriveObeys("the Peltier element")
         self._motor_drive = MotorDrive()
         self._turning = False
+        self._clock = HostClock() if clock is None else clock
         self._witness, self._times_lost = Witness(), 0
         self._sent = TactTipCommand(0, 0)
         self._sent_s = _NEVER
@@ -57,7 +58,7 @@ class TactTip:
     def read(self, t_s: float) -> None:
         """Take what came since the last call; it is judged by a time that counts what the host's clock did not."""
         states = self._states()
-        self.stood_still_s = self._witness.report(t_s, states[-1].device_time_us) if states else 0.0
+        self.stood_still_s = self._witness.report(self._clock.now_s(), states[-1].device_time_us) if states else 0.0
         t_s += self.stood_still_s
         for state in states:
             reading = self._sensor.step(t_s, state.plate_counts)

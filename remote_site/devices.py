@@ -23,9 +23,12 @@ class RemoteDevices:
 
     def __init__(self, config: RemoteConfig, clock: HostClock | None = None):
         """Open them; `clock` is the one that `read` is given times of."""
-        self.telemanipulator = Telemanipulator(config.telemanipulator, config.fingers)
-        self.texture = {FINGERS.index(f): TextureSensor(f, address) for f, address in config.texture.items()}
-        self.thermal = {FINGERS.index(f): ThermalSensor(f, address) for f, address in config.thermal_sensors.items()}
+        clock = HostClock() if clock is None else clock
+        self.telemanipulator = Telemanipulator(config.telemanipulator, config.fingers, clock)
+        self.texture = {FINGERS.index(f): TextureSensor(f, address, clock) for f, address in config.texture.items()}
+        self.thermal = {
+            FINGERS.index(f): ThermalSensor(f, address, clock) for f, address in config.thermal_sensors.items()
+        }
         self.sensor_c = [math.nan] * len(FINGERS)
         self.sensor_s = [_NEVER] * len(FINGERS)
         """Last reading of each sensor plate (NaN where it was implausible), and when it came."""

@@ -9,7 +9,7 @@ from common.drive_obeys import DriveObeys, StateComes
 from common.encoder_jumps import FRAME_S
 from common.fingers import FINGERS
 from common.limits import GAP_S
-from common.standstill import Witness
+from common.standstill import HostClock, Witness
 from remote_site.measured_hand import MeasuredHand
 
 _MM = 1000.0
@@ -49,7 +49,7 @@ class Following:
 class Telemanipulator:
     """The remote hand."""
 
-    def __init__(self, address: CanAddress, fingers: Sequence[str] = FINGERS):
+    def __init__(self, address: CanAddress, fingers: Sequence[str] = FINGERS, clock: HostClock | None = None):
         """Open the bus at `address` in the background; `fingers` take part."""
         frames = ("HandPoseMeasured", "FingerHeightsMeasured", "ContactForces", "TelemanipulatorState")
         self.receivers = tuple(FrameReceiver(name) for name in frames)
@@ -58,6 +58,7 @@ class Telemanipulator:
         self.following = Following()
         self.stood_still_s = 0.0
         """For how long the host's clock stood still before the last `read`, as the count of frames shows, s."""
+        self._clock = HostClock() if clock is None else clock
         self._witness = Witness()
         self._fingers = fingers
         self._watched = MeasuredHand(fingers)
@@ -70,7 +71,7 @@ class Telemanipulator:
     def read(self, t_s: float, *, stood_still: bool = False) -> Measured:
         """Take what came since the last call, stamped with `t_s`; after a standstill places are judged anew."""
         frames, sent_s = self.line.poll(), self.line.sent_s
-        self.stood_still_s = self._witness.step(t_s, self.receivers[0].taken * FRAME_S)
+        self.stood_still_s = self._witness.step(self._clock.now_s(), self.receivers[0].taken * FRAME_S)
         if stood_still or self.stood_still_s > 0.0:
             self._watched = MeasuredHand(self._fingers)
         measured, watched = self.measured, self._watched

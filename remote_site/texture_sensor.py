@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from common.limits import GAP_S
 from common.serial_line import SerialLine
 from common.serial_messages import BadPayload, DeviceKind, MessageId, TextureSamples
-from common.standstill import Witness
+from common.standstill import HostClock, Witness
 
 VOLTS_PER_COUNT = 10.0 / 2048.0
 _BYTES_PER_S = 200 * 31
@@ -21,14 +21,15 @@ _MOST_WAITING = 40
 class TextureSensor:
     """Hands over the signal in the sensor's own chunks, oldest first."""
 
-    def __init__(self, finger: str, address: str):
-        """Open the sensor at `address` in the background."""
+    def __init__(self, finger: str, address: str, clock: HostClock | None = None):
+        """Open the sensor at `address` in the background; `clock` is the one that `read` is given times of."""
         self.line = SerialLine(address, DeviceKind.TEXTURE_SENSOR, finger)
         self.damaged = 0
         self.measured_s = -math.inf
         """When the last samples came, s; -inf before the first."""
         self.stood_still_s = 0.0
         """For how long the host's clock stood still before the last `read`, as the sensor's own clock shows, s."""
+        self._clock = HostClock() if clock is None else clock
         self._witness, self._times_lost = Witness(), 0
         self._waiting: deque[bytes] = deque(maxlen=_MOST_WAITING)
 
@@ -53,7 +54,7 @@ class TextureSensor:
                 self.measured_s = t_s
         if self.line.times_lost != self._times_lost:  # another sensor, or this one after a restart
             self._witness, self._times_lost = Witness(), self.line.times_lost
-        self.stood_still_s = 0.0 if newest is None else self._witness.report(t_s, newest.device_time_us)
+        self.stood_still_s = 0.0 if newest is None else self._witness.report(self._clock.now_s(), newest.device_time_us)
         if self.stood_still_s > 0.0:
             self._waiting.clear()
         if t_s - self.measured_s > GAP_S:

@@ -14,7 +14,7 @@ from common.serial_messages import (
     MessageId,
     ThermalReading,
 )
-from common.standstill import Witness
+from common.standstill import HostClock, Witness
 from common.thermometry import ssr_c
 from remote_site.ssr_plausibility import SsrPlausibility
 
@@ -44,8 +44,8 @@ class PlateReading:
 class ThermalSensor:
     """Reads at the sensor's own 100 Hz; the heater's command expires in the sensor after 100 ms."""
 
-    def __init__(self, finger: str, address: str):
-        """Open the sensor at `address` in the background."""
+    def __init__(self, finger: str, address: str, clock: HostClock | None = None):
+        """Open the sensor at `address` in the background; `clock` is the one that `read` is given times of."""
         self.line = SerialLine(address, DeviceKind.THERMAL_SENSOR, finger)
         self.damaged = 0
         self.measured_s = -math.inf
@@ -61,6 +61,7 @@ class ThermalSensor:
         self._obeys = DriveObeys("the heater")
         self._plausible = SsrPlausibility()
         self._permille = 0
+        self._clock = HostClock() if clock is None else clock
         self._witness, self._times_lost = Witness(), 0
 
     def read(self, t_s: float) -> PlateReading | None:
@@ -81,7 +82,7 @@ class ThermalSensor:
             self._witness, self._times_lost = Witness(), self.line.times_lost
         if newest is None:
             return None
-        self.stood_still_s = self._witness.report(t_s, newest.device_time_us)
+        self.stood_still_s = self._witness.report(self._clock.now_s(), newest.device_time_us)
         t_s += self.stood_still_s
         self.measured_s, self.applied_permille = t_s, newest.heater_permille
         self.disobeys = self._obeys.reported(t_s, newest.heater_permille)

@@ -132,8 +132,10 @@ class VirtualSession:
         for check in self.watch:
             check(self, truth)
 
-    def stop_site(self, side: str, seconds: float, *, in_tick: bool, with_clock: bool = False) -> None:
-        """Stop `remote` or `operator` for a time: between two ticks, or after a tick has read.
+    def stop_site(
+        self, side: str, seconds: float, *, in_tick: bool, with_clock: bool = False, before_read: bool = False
+    ) -> None:
+        """Stop `remote` or `operator` for a time: between two ticks, or in a tick, mostly after it has read.
 
         A process is stopped by SIGSTOP, a host by a suspend: its clock counts that time. `with_clock`, the clock stops
         as well, as in a virtual machine that is paused. Long times pass coarsely.
@@ -158,9 +160,12 @@ class VirtualSession:
             read = site._devices.read
 
             def read_and_sleep(*given: Any) -> object:
-                found = read(*given)
                 patch.undo()
-                sleep()
+                if before_read:
+                    sleep()
+                found = read(*given)
+                if not before_read:
+                    sleep()
                 return found
 
             patch.setattr(site._devices, "read", read_and_sleep)

@@ -103,3 +103,17 @@ def test_after_a_long_standstill_outputs_are_neutral_until_a_person_engages(
     working.work()
     working.run(1.0)
     assert working.latched == (False, False), working.describe()
+
+
+@sides
+@pytest.mark.parametrize("seconds", SHORT_S)
+def test_a_process_that_waits_between_its_time_and_its_devices_is_no_standstill(
+    working: VirtualSession, side: str, seconds: float
+) -> None:
+    """Another program had the processor, and the clock went on: what the devices say is newer than the tick's time."""
+    working.stop_site(side, seconds, in_tick=True, before_read=True)
+    working.run(1.0)
+    host = working.remote_host if side == "remote" else working.operator_host
+    assert host.standstills == 0
+    working.work()
+    assert working.latched == (False, False)
