@@ -284,6 +284,8 @@ class SessionClient:
             self._ended = self.refusal = answer.refused
             return
         verb = self._asked.pop(answer.sequence, "")
+        if verb == "hello" and self.session.ident:
+            return  # an earlier one was granted: the remote site was slow to answer, and was asked again
         if verb in ("hello", "engage"):
             refusal = answer.refused or self._welcomed(verb, answer, now_ns)
             if refusal and refusal != self.refusal:
@@ -312,7 +314,7 @@ class SessionClient:
     def _welcomed(self, verb: str, answer: Answer, now_ns: int) -> str:
         """Take a granted hello or engage; returns why this site will not have it, empty when it will."""
         if verb == "hello":
-            return self._ended if self.session.ident else self._begin(answer, now_ns) or self._ended
+            return self._begin(answer, now_ns) or self._ended
         if answer.session == self.session.ident and self.session.state is LinkState.CONNECTED:
             agreed_s = answer.details.get("max_age_s")
             if not isinstance(agreed_s, float) or not 0.0 < agreed_s <= AGE_MAX_S:

@@ -280,6 +280,20 @@ def test_a_remote_site_that_cannot_be_worked_with_is_said_once(caplog: pytest.Lo
     assert caplog.text.count("laid out differently") == 1
 
 
+def test_a_late_answer_to_a_hello_that_was_asked_twice_refuses_nothing() -> None:
+    """A remote site that is slow to start grants the first hello, and has heard of the session at the second."""
+    pair = Pair()
+    pair.run(202)
+    hellos = [request for request in pair.remote.asked if request.verb == "hello"]
+    assert len(hellos) == 2
+    granted = Answer(IDENT, hellos[0].sequence, pair.remote.now_ns, "", {"session": IDENT, **ABLE})
+    refused = Answer(IDENT, hellos[1].sequence, pair.remote.now_ns, "another operator is connected", {})
+    pair.remote.answers += [granted.encode(), refused.encode()]
+    pair.run(20)
+    assert pair.client.session.state is LinkState.CONNECTED
+    assert pair.client.refusal == ""
+
+
 def test_a_session_that_the_remote_site_ends_says_why_until_both_are_engaged_again(pair: Pair) -> None:
     why = "motion has been refused for 1.5 s: sequence"
     pair.remote.answers.append(Answer(IDENT + 1, 0, pair.remote.now_ns, why, {}).encode())
