@@ -15,7 +15,7 @@ from common.scene import load_scene
 from common.shown_state import SILENT, seconds_old
 from teletaction.demo_files import CONSOLE, HOST, NETWORK, PROCESSES, DemoOptions, prepare
 from teletaction.ping import BarePing
-from teletaction.processes import SessionProcesses
+from teletaction.processes import KILLED_S, SessionProcesses
 from teletaction.restarts import Restarts
 
 _START_S = 30.0
@@ -44,14 +44,19 @@ def run_demo(options: DemoOptions) -> str:
         with BarePing() as ping:
             failure, usage, wall_s = _watch(processes, options, stop, ping)
     finally:
-        gentle = processes.end()
+        killed = processes.end()
     if failure and wall_s is None:
         return failure
-    return failure or _conclude(options, out, ping, usage, wall_s or 0.0, gentle)
+    return failure or _conclude(options, out, ping, usage, wall_s or 0.0, killed)
 
 
 def _conclude(
-    options: DemoOptions, out: Path, ping: BarePing, usage: dict[str, tuple[float, float]], wall_s: float, gentle: bool
+    options: DemoOptions,
+    out: Path,
+    ping: BarePing,
+    usage: dict[str, tuple[float, float]],
+    wall_s: float,
+    killed: list[str],
 ) -> str:
     # Plots and statistics are loaded only now: while the session ran they would have cost it memory and time.
     from teletaction.conclude import conclude  # noqa: PLC0415
@@ -69,7 +74,7 @@ def _conclude(
     _say(f"summary {out / 'summary.json'}, report {out / 'report.html'}, recording {out / 'session.mcap'}")
     if incomplete:
         return "; ".join(incomplete)
-    return "" if gentle else "a process did not end by itself within 2 s"
+    return f"killed, since they did not end within {KILLED_S:g} s: {', '.join(killed)}" if killed else ""
 
 
 def _watch(

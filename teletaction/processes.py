@@ -12,8 +12,9 @@ from pathlib import Path
 from common.logs import spoken
 from common.printable import printable
 
-END_S = 2.0
-"""All processes are gone this long after they were told to end."""
+KILLED_S = 10.0
+"""A process that has not ended by itself this long after it was asked to is killed, s. On a machine with time for it,
+it takes less than 2 s."""
 _PR_SET_PDEATHSIG = 1
 _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 
@@ -59,21 +60,21 @@ class SessionProcesses:
         lines = (self.out / f"{name}.log").read_text("utf-8", errors="replace").strip().splitlines()
         return printable(spoken(lines[-1])) if lines else "it said nothing"
 
-    def end(self) -> bool:
-        """End all within END_S, the operator first; True when none had to be killed."""
-        deadline_s = time.monotonic() + END_S
+    def end(self) -> list[str]:
+        """End all within KILLED_S, the operator first; names of those that had to be killed."""
+        deadline_s = time.monotonic() + KILLED_S
         for name in reversed(self.running):
             if self.running[name].poll() is None:
                 self.running[name].send_signal(signal.SIGTERM)
-        gentle = True
-        for process in self.running.values():
+        killed = []
+        for name, process in self.running.items():
             try:
                 process.wait(max(0.0, deadline_s - time.monotonic()))
             except subprocess.TimeoutExpired:
-                gentle = False
+                killed.append(name)
                 process.kill()
                 process.wait()
-        return gentle
+        return killed
 
     def usage(self) -> dict[str, tuple[float, float]]:
         """CPU time used so far (s) and largest resident memory (MiB) of each running process and those it started."""

@@ -34,8 +34,9 @@ class Demo:
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGINT)
             assert self.process.stderr is not None
-            self.process.stderr.read()
-            assert self.process.wait() == 0
+            said = self.process.stderr.read()
+            code = self.process.wait()
+            assert code == 0, f"the demo ended with {code}: {said[-500:]}"
         return self.out / "session.mcap"
 
 

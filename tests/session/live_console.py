@@ -67,5 +67,5 @@ def running(folder: Path) -> Iterator[Session]:
     try:
         yield Session(folder, processes, _address(folder, processes))
     finally:
-        gentle = processes.end()
-    assert gentle
+        killed = processes.end()
+    assert killed == []
