@@ -13,10 +13,10 @@ NEUTRAL = "body:is([data-shown=connected], [data-shown=paused])"
 FORCE = """() => [...document.querySelectorAll('td.force_n')].some(cell => parseFloat(cell.textContent) > 0.2)"""
 
 
-def opened(browser: Any, address: str, path: str = "/", theme: str = "dark") -> Any:
+def opened(browser: Any, address: str, path: str = "/", theme: str = "dark", patience_ms: float = 20_000.0) -> Any:
     """A page in a window of its own, which has heard of the console's state."""
     page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme=theme)
-    page.set_default_timeout(20_000)
+    page.set_default_timeout(patience_ms)
     page.goto(address + path)
     page.wait_for_selector(LIVE)
     page.evaluate("import('/page/now.js').then(module => { window.now = module.now; })")
