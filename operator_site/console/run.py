@@ -18,7 +18,6 @@ from common.config import ConsoleConfig
 from common.containment import Containment
 from common.notify import Supervisor
 from common.process import StatusFile
-from common.scheduling import give_way
 from operator_site.console.access import Access
 from operator_site.console.connections import IDLE_S, Connections, most_connections, raise_descriptor_limit
 from operator_site.console.door import Accepted, Door, Stages
@@ -29,8 +28,6 @@ from operator_site.console.server import application
 
 log = logging.getLogger(__name__)
 
-_GIVES_WAY = 10
-"""Steps of priority (nice) that the console stands back from a site's loop."""
 _LOOK_S = 0.008
 """Between two looks whether the site has fed something: a batch waits no longer before it is shown."""
 _SECOND_S = 1.0
@@ -59,8 +56,7 @@ def run_console(config: ConsoleConfig, stop: Callable[[], bool]) -> None:
     Raises:
         ValueError, OSError: the page may not be offered like that, its port is in use, or keys cannot be used.
     """
-    # The site's loop shares the machine: where both want a processor, the page waits; its report, written below, too.
-    give_way(_GIVES_WAY)
+    # STOP passes through this process, so it keeps its priority where the machine is full (decision 0042).
     with ExitStack() as opened:
         access = Access(config)
         _serve(LiveConsole(config, opened), config, access, stop, opened)

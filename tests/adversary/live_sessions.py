@@ -2,18 +2,15 @@
 
 import argparse
 import json
-import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from playwright.sync_api import Error, sync_playwright
 
 from studies.fault_session import read_figures
-from teletaction.processes import die_with_parent
+from tests.busy import busy
 from tests.console.conftest import THROTTLING_OFF, chromium
 from tests.console.live import begin, engage, opened
 from tests.console.running_demo import running
@@ -29,26 +26,11 @@ SEEN = "() => [document.body.dataset.shown, now.picture === null ? null : now.pi
 NO_STATE = ("unknown", "disconnected")
 
 
-@contextmanager
-def busy() -> Iterator[None]:
-    """Two processes that never rest."""
-    loops = [
-        subprocess.Popen([sys.executable, "-c", "while True: pass"], preexec_fn=die_with_parent)  # noqa: PLW1509
-        for _ in range(BUSY_LOOPS)
-    ]
-    try:
-        yield
-    finally:
-        for loop in loops:
-            loop.kill()
-            loop.wait()
-
-
 def live(browser: Any, out: Path, seed: int) -> dict[str, Any]:
     """One session; what its page showed, and what was wrong."""
     wrong: list[str] = []
     looks, oldest_s, engaged_looks, not_engaged = 0, 0.0, 0, ""
-    with busy(), running(out, "--fingers", "1", "--seed", str(seed)) as demo:
+    with busy(BUSY_LOOPS), running(out, "--fingers", "1", "--seed", str(seed)) as demo:
         pid = read_figures(out, "console")["pid"]
         page = opened(browser, demo.address, patience_ms=OPENED_MS)
         try:

@@ -41,7 +41,7 @@ def run(out: Path, minutes: float) -> dict[str, Any]:
     with attacked_session(out, console=True) as attacked:
         before = attacked.rss_mib()
         for what, who, *options in ATTACKS:
-            attacked.attack(what, who, *options)
+            attacked.attack(what, who, *options, elsewhere=True)
         end_s = time.monotonic() + 60.0 * minutes
         while time.monotonic() < end_s and not attacked.session.processes.ended():
             try:

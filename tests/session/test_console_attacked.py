@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import os
 import socket
 import subprocess
 import sys
@@ -21,6 +22,7 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
 from common.config import ConsoleConfig, to_toml
+from tests.busy import busy
 from tests.conftest import Keys
 from tests.operator_site.console.stub_site import Site
 
@@ -51,6 +53,7 @@ class Attacked:
                 [*limited, sys.executable, "-m", "teletaction", "console", "--config", str(path)],
                 stdout=log,
                 stderr=log,
+                start_new_session=True,
             )
         end_s = time.monotonic() + 30.0
         while True:
@@ -246,3 +249,8 @@ def test_a_console_that_was_killed_is_found_at_the_same_address_with_the_same_co
         assert state["session"]["pseudonym"] == "P-0417"
         assert [found["id"] for found in state["findings"]] == [finding["details"]["id"]]
         attacked.stops(page, 10)
+
+
+def test_a_stop_is_answered_while_other_programs_take_every_processor(attacked: Attacked) -> None:
+    with attacked.page("OR-1") as page, busy(4 * len(os.sched_getaffinity(0))):
+        attacked.stops(page)
