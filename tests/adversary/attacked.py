@@ -13,7 +13,6 @@ from common.config import OperatorConfig, RemoteConfig, load_config
 from common.desk import stop_from_desk
 from common.keys import Role, TrustedKeys, create_keys, load_keys
 from common.limits import FINGER_FORCE_N, FORCE_SAFE_S
-from common.scheduling import give_way
 from studies.fault_session import FaultSession
 from studies.faults import read_truth
 from studies.stroking_scene import write_stroking_scene
@@ -26,11 +25,6 @@ REACH_M = (-0.002, 0.287)
 """The operator's script strokes from 0.03 to 0.285 m; between sessions the hand goes home to 0."""
 _STROKES = 20
 SITES = ("remote", "operator")
-
-
-def _stand_back() -> None:
-    die_with_parent()
-    give_way(10)
 
 
 @dataclass
@@ -54,15 +48,8 @@ class Attacked:
     stops: list[Stop] = field(default_factory=list)
     attackers: list["subprocess.Popen[bytes]"] = field(default_factory=list)
 
-    def attack(self, what: str, who: str, *options: str, elsewhere: bool = False) -> None:
-        """Start an attacker.
-
-        Args:
-            what: the attack's name.
-            who: second, observer, stranger, or operator, whose key is copied.
-            options: of `run_attacker`.
-            elsewhere: it gets only what the session leaves of the processors, as if it had a machine of its own.
-        """
+    def attack(self, what: str, who: str, *options: str) -> None:
+        """Start an attacker: `who` is second, observer, stranger, or operator, whose key is copied."""
         remote = load_config(self.session.configurations["remote"], RemoteConfig)
         operator = load_config(self.session.configurations["operator"], OperatorConfig)
         keys = self.out / "keys"
@@ -71,9 +58,8 @@ class Attacked:
         target = (str(keys / who), str(remote.link.base_port), load_keys(keys / "remote").public)
         command = [sys.executable, "-m", "tests.adversary.run_attacker", what, *target, *ports, *options]
         with (self.out / f"attacker-{len(self.attackers)}.log").open("wb") as log:
-            how = _stand_back if elsewhere else die_with_parent
             self.attackers.append(
-                subprocess.Popen(command, stdout=log, stderr=log, preexec_fn=how)  # noqa: PLW1509
+                subprocess.Popen(command, stdout=log, stderr=log, preexec_fn=die_with_parent)  # noqa: PLW1509
             )
 
     def end_attacks(self) -> None:

@@ -10,6 +10,7 @@ import zmq
 
 from common.curve_sockets import prepare_socket, use_curve
 from common.keys import KeyPair, create_keys, load_keys
+from common.scheduling import give_way
 from common.streams import STREAMS
 from tests.adversary.attacker import Attacker, attack
 
@@ -81,18 +82,23 @@ def main() -> None:
     parser.add_argument("--desk", type=int, default=0)
     parser.add_argument("--feed", type=int, default=0)
     parser.add_argument("--operator-key", default="")
-    parser.add_argument("--no-motion", action="store_true", help="a copy of the operator's key that does not latch")
+    parser.add_argument(
+        "--no-motion",
+        action="store_true",
+        help="a copy of the operator's key that neither latches nor works at the desk",
+    )
     parser.add_argument("--deaf", action="store_true", help="never read what comes")
     parser.add_argument("--subscriptions", action="store_true", help="subscribe to large topics, too")
     parser.add_argument("--seconds", type=float, default=3600.0)
     given = parser.parse_args()
-    os.nice(19)  # attackers sit at other machines: their work must not take processors from the sites
+    give_way(10)  # attackers sit at other machines: their work must not take the processors from the sites
     if not given.keys.exists():
         create_keys(given.keys)
     ports = {stream.name: given.base_port + stream.port for stream in STREAMS.values()}
     ports |= {name: port for name, port in (("desk", given.desk), ("feed", given.feed)) if port}
     if given.no_motion:
-        del ports["motion"]
+        ports.pop("motion")
+        ports.pop("desk", None)
     server_keys = {"remote": given.remote_key, "desk": given.operator_key, "feed": given.operator_key}
     line = CurveLine(load_keys(given.keys), ports, server_keys, given.deaf)
     attacker = Attacker(line, time.monotonic_ns)

@@ -29,7 +29,7 @@ ATTACKS: tuple[tuple[str, ...], ...] = (
     ("small", "stranger"),
 )
 """What, whose key, and options of the attacker. A copy of the operator's key that sends motion, or a stop, would keep
-the session from working: that is judged elsewhere."""
+the session from working, as does one at the operator's desk: that is judged elsewhere."""
 BETWEEN_STOPS_S = 3.0
 ANSWERED_S = 0.300
 SHARE = 0.99
@@ -41,7 +41,7 @@ def run(out: Path, minutes: float) -> dict[str, Any]:
     with attacked_session(out, console=True) as attacked:
         before = attacked.rss_mib()
         for what, who, *options in ATTACKS:
-            attacked.attack(what, who, *options, elsewhere=True)
+            attacked.attack(what, who, *options)
         end_s = time.monotonic() + 60.0 * minutes
         while time.monotonic() < end_s and not attacked.session.processes.ended():
             try:
