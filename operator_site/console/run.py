@@ -56,7 +56,7 @@ def run_console(config: ConsoleConfig, stop: Callable[[], bool]) -> None:
     Raises:
         ValueError, OSError: the page may not be offered like that, its port is in use, or keys cannot be used.
     """
-    # STOP passes through this process, so it keeps its priority where the machine is full (decision 0042).
+    # STOP passes through this process, so it keeps its priority where the machine is full (decision 0041).
     with ExitStack() as opened:
         access = Access(config)
         _serve(LiveConsole(config, opened), config, access, stop, opened)

@@ -1,1 +1,0 @@
-"""What a tick of each process costs, measured in lock step."""
