@@ -91,7 +91,7 @@ class Witness:
         """Take the newest report of a serial module; returns the standstill that it shows, s, mostly 0.
 
         Args:
-            host_s: the host's time, s.
+            host_s: the host's time after the report was read, s. An earlier time would look like a standstill.
             device_us: the device's time in the report, us modulo 2^32.
         """
         since_us = (device_us - self._device_us + _WRAPS // 2) % _WRAPS - _WRAPS // 2

@@ -45,7 +45,7 @@ class Exoskeleton:
     """The hand-force exoskeleton."""
 
     def __init__(self, address: CanAddress, fingers: Sequence[str] = FINGERS, clock: HostClock | None = None):
-        """Open the bus at `address` in the background; `fingers` are in the exoskeleton."""
+        """Open the bus at `address` in the background; `fingers` are in the exoskeleton, `clock` is that of `read`."""
         self.receivers = tuple(FrameReceiver(name) for name in ("HandPose", "FingerHeights", "ExoskeletonState"))
         self.line = CanLine(address, self.receivers, sends=("FingerForces",))
         self.hand = Hand()

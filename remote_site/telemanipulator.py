@@ -50,7 +50,7 @@ class Telemanipulator:
     """The remote hand."""
 
     def __init__(self, address: CanAddress, fingers: Sequence[str] = FINGERS, clock: HostClock | None = None):
-        """Open the bus at `address` in the background; `fingers` take part."""
+        """Open the bus at `address` in the background; `fingers` take part, `clock` is that of `read`."""
         frames = ("HandPoseMeasured", "FingerHeightsMeasured", "ContactForces", "TelemanipulatorState")
         self.receivers = tuple(FrameReceiver(name) for name in frames)
         self.line = CanLine(address, self.receivers, sends=("HandSetpoint", "HeightSetpoint"))
