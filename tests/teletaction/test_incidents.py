@@ -50,7 +50,18 @@ def test_the_demo_fails_and_keeps_what_each_process_wrote(
     for process in PROCESSES:
         (tmp_path / f"{process}.mcap").touch()
     with BarePing() as ping:
-        failure = demo._conclude(DemoOptions(), tmp_path, ping, {}, 1.0, True)
+        failure = demo._conclude(DemoOptions(), tmp_path, ping, {}, 1.0, [])
     assert bool(failure) is not complete
     assert failure.startswith("" if complete else f"remote: recording incomplete: {WHY}, 311 messages lost")
     assert (tmp_path / "remote.mcap").exists() is not complete
+
+
+def test_the_demo_fails_and_names_the_processes_that_it_had_to_kill(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("teletaction.conclude.conclude", lambda *_: summary(faults=[], loop={}))
+    for process in PROCESSES:
+        (tmp_path / f"{process}.mcap").touch()
+    with BarePing() as ping:
+        failure = demo._conclude(DemoOptions(), tmp_path, ping, {}, 1.0, ["operator", "remote"])
+    assert failure == "killed, since they did not end within 10 s: operator, remote"
