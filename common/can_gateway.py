@@ -1,17 +1,29 @@
-"""The connection to a socketcand gateway: python-can's own, but it notices the gateway's end and never waits for it."""
+"""The connection to a socketcand gateway: python-can's own handshake, then frames without waiting.
+
+The library's client does not notice the gateway's end, waits without end for one that reads no more, and takes 80 us
+for the frames of a tick.
+"""
 
 import select
 import socket
+from collections import deque
+from collections.abc import Iterable
 
 import can
 from can.interfaces.socketcand import SocketCanDaemonBus
+from can.interfaces.socketcand.socketcand import convert_ascii_message_to_can_message
 
 from common import device_socket
 
 ANSWER_S = 1.0
 """A gateway that says nothing for this long is not there."""
+_CHUNK = 4096
+_LONGEST_TEXT = 200
+"""Characters of one frame; more of them without an end are no frame."""
 _SOCKET = "_SocketCanDaemonBus__socket"
 """The library offers no way to its socket."""
+_QUICKACK = getattr(socket, "TCP_QUICKACK", None)
+"""A gateway that gathers what it sends waits for an acknowledgement: it is not to be delayed."""
 
 
 class GatewayBus(SocketCanDaemonBus):
@@ -23,6 +35,11 @@ class GatewayBus(SocketCanDaemonBus):
         Raises:
             can.CanError, OSError: the gateway is not there, or has no such channel.
         """
+        self._frames: deque[can.Message] = deque()
+        self._text = ""
+        """Of a frame that has not come to its end."""
+        self._unsent = b""
+        """The rest of a frame that the system has taken in part."""
         _ask(host, port)
         try:
             super().__init__(channel, host, port, tcp_tune=True)
@@ -37,35 +54,94 @@ class GatewayBus(SocketCanDaemonBus):
         connection: socket.socket = getattr(self, _SOCKET)
         return connection
 
+    def fileno(self) -> int:
+        """Descriptor of the connection."""
+        return self._connection.fileno()
+
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
-        """Send a frame.
+        """Send a frame; nothing is waited for, whatever `timeout` says.
 
         Raises:
             can.CanTimeoutError: the gateway takes nothing at the moment; the frame is not sent.
             OSError: the connection has ended.
         """
-        # The library waits without end for a gateway that reads no more.
-        if not select.select((), (self._connection,), (), timeout or 0.0)[1]:
-            raise can.CanTimeoutError("the gateway takes nothing")
-        super().send(msg)
+        self.send_all([msg])
+
+    def send_all(self, frames: Iterable[can.Message]) -> None:
+        """Send frames in one go; raises as `send`, and then none of them is sent."""
+        self._unsent = self._rest_of(self._unsent)
+        text = b"".join([_frame_text(frame) for frame in frames])
+        if not self._unsent:
+            self._unsent = self._rest_of(text)
+            if len(self._unsent) < len(text):
+                return
+            self._unsent = b""
+        raise can.CanTimeoutError("the gateway takes nothing")
+
+    def _rest_of(self, data: bytes) -> bytes:
+        """What of these bytes the system does not take now."""
+        try:
+            return data[self._connection.send(data, socket.MSG_DONTWAIT) :] if data else b""
+        except BlockingIOError:
+            return data
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
-        message, filtered = super()._recv_internal(timeout)
-        if message is None and self._ended():
+        if not self._frames and (timeout == 0 or select.select((self._connection,), (), (), timeout)[0]):
+            self._receive()
+        return (self._frames.popleft() if self._frames else None), False
+
+    def _receive(self) -> None:
+        """Take what has come.
+
+        Raises:
+            can.CanError: the gateway has hung up, or what it says is no frame.
+        """
+        try:
+            chunk = self._connection.recv(_CHUNK, socket.MSG_DONTWAIT)
+        except BlockingIOError:
+            return
+        if not chunk:
             raise can.CanOperationError("the gateway has hung up")
-        return message, filtered
+        if _QUICKACK is not None:
+            self._connection.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
+        try:
+            *texts, self._text = (self._text + chunk.decode("ascii")).split(">")
+            frames = [_frame(text) for text in texts]
+        except ValueError as error:
+            raise can.CanError(f"the gateway says what is no frame: {error}") from None
+        self._frames.extend(frame for frame in frames if frame is not None)
+        if len(self._text) > _LONGEST_TEXT:
+            self._text = ""
 
     def _expect_msg(self, msg: str) -> None:
         if not select.select((self._connection,), (), (), ANSWER_S)[0]:
             raise can.CanTimeoutError(f"the gateway does not answer with {msg!r}")
         super()._expect_msg(msg)
 
-    def _ended(self) -> bool:
-        # At the end of a connection the library reads an empty text, for ever.
-        try:
-            return self._connection.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT) == b""
-        except BlockingIOError:
-            return False
+
+def _frame(text: str) -> can.Message | None:
+    """The frame, or error frame, that a gateway wrote before `>`; None where it is something else.
+
+    Raises:
+        ValueError: identifier, time or bytes of a frame cannot be read.
+    """
+    start = text.find("<")
+    words = text[start:].split()
+    if words[:2] != ["<", "frame"] or len(words) != 5:
+        found: can.Message | None = convert_ascii_message_to_can_message(f"{text[start:]}>")
+        return found
+    _, _, identifier, sent_s, data = words
+    return can.Message(
+        timestamp=float(sent_s),
+        arbitration_id=int(identifier, 16),
+        data=bytes.fromhex(data),
+        is_extended_id=len(identifier) != 3,
+    )
+
+
+def _frame_text(frame: can.Message) -> bytes:
+    identifier = f"{frame.arbitration_id:08X}" if frame.is_extended_id else f"{frame.arbitration_id:03X}"
+    return f"< send {identifier} {frame.dlc:X} {frame.data.hex(' ')} >".encode("ascii")
 
 
 def _ask(host: str, port: int) -> None:

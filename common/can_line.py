@@ -103,6 +103,9 @@ class CanLine:
     controller: CanController = field(default_factory=CanController)
     sent_s: dict[str, float] = field(default_factory=dict)
     """When the newest good frame of each name was on the bus, by the bus's own clock, s."""
+    readable: bool | None = None
+    """See `ReadyLines`."""
+    descriptor: int | None = None
     _bus: can.BusABC | None = None
     _unread: deque[can.Message] = field(default_factory=deque)
     """Frames that `unread` has taken from the bus, for the next poll."""
@@ -162,8 +165,11 @@ class CanLine:
             self._bus = self._opener.take()
             if self._bus is None:
                 return {}
+            self.descriptor, self.readable = _descriptor(self._bus), None
             self._forget()
         newest: dict[str, dict[str, float]] = {}
+        if self.readable is False and not self._unread:
+            return newest
         try:
             for _ in range(_MOST_FRAMES):
                 message = self._unread.popleft() if self._unread else self._bus.recv(0)
@@ -178,7 +184,7 @@ class CanLine:
 
     def unread(self, name: str) -> int:
         """How many frames of this name have come since the last poll, as far as the next one will read them."""
-        if self._bus is None:
+        if self._bus is None or (self.readable is False and not self._unread):
             return 0
         try:
             while len(self._unread) < _MOST_FRAMES and (message := self._bus.recv(0)) is not None:
@@ -188,17 +194,23 @@ class CanLine:
         frame_id = next(receiver.frame_id for receiver in self.receivers if receiver.name == name)
         return sum(message.arbitration_id == frame_id for message in self._unread)
 
-    def send(self, message: can.Message) -> None:
-        """Send one frame; with no bus there, nothing happens."""
-        if self._bus is None:
+    def send(self, *messages: can.Message) -> None:
+        """Send frames; with no bus there, nothing happens."""
+        bus, sent = self._bus, 0
+        if bus is None:
             return
         try:
-            self._bus.send(message)
+            if isinstance(bus, GatewayBus):
+                bus.send_all(messages)
+            else:
+                for message in messages:
+                    bus.send(message)
+                    sent += 1
         except (can.CanError, OSError) as error:
             if not _queue_is_full(error):
                 self._lose(error)
                 return
-            self.unsent += 1
+            self.unsent += len(messages) - sent
             if self._lines.allows("full", time.monotonic()):
                 log.warning("CAN %s: transmit queue full, %d frames not sent", self.address, self.unsent)
 
@@ -207,7 +219,7 @@ class CanLine:
         self._opener.stop()
         if self._bus is not None:
             _shut_down(self._bus)
-            self._bus = None
+            self._bus = self.descriptor = None
 
     def _take(self, message: can.Message) -> dict[str, float] | None:
         """The values of one frame; None where it is no good one."""
@@ -250,7 +262,7 @@ class CanLine:
         self._lost = DeviceAbsent(f"CAN {self.address} lost: {error}")
         assert self._bus is not None
         _shut_down(self._bus)
-        self._bus = None
+        self._bus = self.descriptor = None
         self.times_lost += 1
         self._opener.start()
 
@@ -262,6 +274,14 @@ def _queue_is_full(error: Exception) -> bool:
     if isinstance(error, can.CanError):
         return error.error_code in _FULL_CODES or str(error) == _FULL_WORDS
     return getattr(error, "errno", None) in _FULL_CODES
+
+
+def _descriptor(bus: can.BusABC) -> int | None:
+    """What the system can be asked about; a bus within one process has none."""
+    try:
+        return bus.fileno()
+    except NotImplementedError:
+        return None
 
 
 def _shut_down(bus: can.BusABC) -> None:

@@ -71,8 +71,13 @@ class Contact:
         while t_s - recent[0][0] > SURE_S + _ROUNDED_S:
             recent.popleft()
         since_s = t_s - (SURE_S if self.touching else SOON_S) - _ROUNDED_S
-        agreeing = [force for when_s, force in recent if when_s >= since_s and abs(force - force_n) <= AGREES_N]
-        return sum(agreeing) / len(agreeing)
+        total_n, count = 0.0, 0
+        for when_s, sample_n in reversed(recent):
+            if when_s < since_s:
+                break
+            if abs(sample_n - force_n) <= AGREES_N:
+                total_n, count = total_n + sample_n, count + 1
+        return total_n / count
 
     def _bounced(self, t_s: float) -> bool:
         return 0.0 <= t_s - self._ended_s < BOUNCE_S and self._ended_s - self.began_s < TAP_S

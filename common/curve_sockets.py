@@ -98,13 +98,22 @@ def use_curve(socket: "zmq.Socket[bytes]", keys: KeyPair, server_public_key: str
     socket.setsockopt(zmq.CURVE_PUBLICKEY, keys.public.encode())
 
 
+def take(socket: "zmq.Socket[bytes]") -> list[zmq.Frame]:
+    """The parts of the next packet; none where none waits.
+
+    The library is asked first: that takes a third of what an attempt to read takes that finds nothing and raises.
+    """
+    if int(socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN:
+        with contextlib.suppress(zmq.Again):
+            return socket.recv_multipart(zmq.DONTWAIT, copy=False)
+    return []
+
+
 def receive_requests(socket: "zmq.Socket[bytes]", most: int = MOST_AT_ONCE) -> list[Received]:
     """What clients sent to a ROUTER socket, at most `most`; emergency stops first."""
     found: list[Received] = []
     for _ in range(most):
-        try:
-            frames = socket.recv_multipart(zmq.DONTWAIT, copy=False)
-        except zmq.Again:
+        if not (frames := take(socket)):
             break
         if len(frames) == 2:
             found.append(_received(frames[0].bytes, frames[1]))
@@ -120,10 +129,9 @@ def receive_newest(socket: "zmq.Socket[bytes]") -> list[Received]:
     """The newest unread packet of each connection of a CONFLATE socket, at most MOST_AT_ONCE in all."""
     found: dict[int, Received] = {}
     for _ in range(MOST_AT_ONCE):
-        try:
-            received = _received(b"", socket.recv(zmq.DONTWAIT, copy=False))
-        except zmq.Again:
+        if not (frames := take(socket)):
             break
+        received = _received(b"", frames[0])
         found[received.connection] = received
     return list(found.values())
 

@@ -9,21 +9,19 @@ WINDOW_S = 0.012
 class Descent:
     """Speed of one fingertip towards the bench: from the mean heights in the first and the last third of the window."""
 
-    __slots__ = ("_enough", "_recent")
+    __slots__ = ("_recent",)
 
     def __init__(self) -> None:
-        self._recent = RecentSamples(1, WINDOW_S)
-        self._enough = False
+        self._recent = RecentSamples(WINDOW_S)
 
     def step(self, t_s: float, z_m: float) -> None:
         """Take the height at `t_s`; a time that does not advance starts over."""
-        self._enough = self._recent.take(t_s, z_m)
+        self._recent.take(t_s, z_m)
 
     @property
     def speed_m_s(self) -> float:
         """Mean over the window, m/s; negative upwards."""
-        if not self._enough:
+        if not self._recent.enough:
             return 0.0
-        third = len(self._recent.tracks[0]) // 3
-        passed_s, risen_m = (sum(track[-third:]) - sum(track[:third]) for track in self._recent.tracks)
+        passed_s, risen_m = self._recent.rise()
         return -risen_m / passed_s

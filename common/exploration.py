@@ -19,9 +19,10 @@ import math
 
 from common.contact import TAP_S, Contact
 from common.descent import Descent
+from common.hand_motion import HandMotion
 from common.messages import ExplorationMode
-from common.motion_estimate import WINDOW_S, MotionEstimate
-from common.whereabouts import LATELY_S, Whereabouts
+from common.motion_estimate import WINDOW_S
+from common.whereabouts import LATELY_S
 
 STROKE_DISTANCE_M = 2e-3
 STROKE_ON_M_S = 10e-3
@@ -46,27 +47,29 @@ class Exploration:
         "_contact",
         "_descent",
         "_fall_m_s",
+        "_hand",
         "_mode_s",
-        "_motion",
+        "_since_s",
         "_slow_s",
         "_tap_m",
-        "_whereabouts",
         "approach_m_s",
         "mode",
     )
 
-    def __init__(self) -> None:
+    def __init__(self, hand: HandMotion) -> None:
+        """A finger of `hand`, which is stepped before it."""
         self.mode = ExplorationMode.FREE
         self.approach_m_s = 0.0
         self._contact = Contact()
         self._descent = Descent()
-        self._motion = MotionEstimate()
-        self._whereabouts = Whereabouts()
+        self._hand = hand
         self._fall_m_s = 0.0
         self._tap_m = (0.0, 0.0)
         self._mode_s = 0.0
         self._slow_s = 0.0
         """Since when it is slow."""
+        self._since_s = -math.inf
+        """Where the hand has been before counts no longer."""
 
     @property
     def contact(self) -> bool:
@@ -91,35 +94,34 @@ class Exploration:
     @property
     def speed_m_s(self) -> float:
         """Tangential speed, m/s, >= 0."""
-        return self._motion.speed_m_s
+        return self._hand.speed_m_s
 
-    def step(self, t_s: float, force_n: float, x_m: float, y_m: float, z_m: float) -> ExplorationMode:
+    def step(self, t_s: float, force_n: float, z_m: float) -> ExplorationMode:
         """Advance to `t_s` and return the mode.
 
         Args:
             t_s: time, s, not decreasing.
             force_n: contact force, N; not finite counts as none.
-            x_m: hand position along the bench, m.
-            y_m: hand position across it, m.
             z_m: height of the fingertip, m.
         """
-        self._motion.step(t_s, x_m, y_m)
+        contact, was_free = self._contact, self._contact.free
+        contact.step(t_s, force_n)
+        if was_free and not contact.free:
+            self._fall_m_s = self._descent.speed_m_s  # of the last moment without a force
         self._descent.step(t_s, z_m)
-        self._whereabouts.step(t_s, x_m, y_m)
-        self._contact.step(t_s, force_n)
-        if self._contact.free:
-            self._fall_m_s = self._descent.speed_m_s
-        if self._contact.began:
+        if contact.began:
             self.approach_m_s = max(self._fall_m_s, 0.0)
-            self._tap_m = (x_m, y_m)
-        if self.speed_m_s >= STROKE_OFF_M_S:
+            self._tap_m = (self._hand.x_m, self._hand.y_m)
+        if self._hand.speed_m_s >= STROKE_OFF_M_S:
             self._slow_s = t_s - 0.5 * WINDOW_S  # the speed is that of half a window ago
-        mode = self._next(t_s, x_m, y_m)
+        if t_s < self._since_s:
+            self._since_s = -math.inf
+        mode = self._next(t_s)
         if mode is not self.mode:
             self.mode, self._mode_s = mode, t_s
         return mode
 
-    def _next(self, t_s: float, x_m: float, y_m: float) -> ExplorationMode:
+    def _next(self, t_s: float) -> ExplorationMode:
         """The mode after the present one, which may be the same."""
         if not self._contact.touching:
             return ExplorationMode.FREE
@@ -129,17 +131,18 @@ class Exploration:
             return ExplorationMode.QUIESCENT if self._rests(t_s) else self.mode
         if self.mode is ExplorationMode.QUIESCENT and t_s - self._mode_s < DWELL_S:
             return self.mode
-        return ExplorationMode.STROKING if self._strokes(x_m, y_m) else ExplorationMode.QUIESCENT
+        return ExplorationMode.STROKING if self._strokes() else ExplorationMode.QUIESCENT
 
-    def _strokes(self, x_m: float, y_m: float) -> bool:
+    def _strokes(self) -> bool:
+        hand = self._hand
         return (
-            self.speed_m_s > STROKE_ON_M_S
-            and math.hypot(x_m - self._tap_m[0], y_m - self._tap_m[1]) > STROKE_DISTANCE_M
-            and self._whereabouts.away_m(x_m, y_m) > PLACE_M
+            hand.speed_m_s > STROKE_ON_M_S
+            and math.hypot(hand.x_m - self._tap_m[0], hand.y_m - self._tap_m[1]) > STROKE_DISTANCE_M
+            and hand.lately.away_m(hand.x_m, hand.y_m, self._since_s) > PLACE_M
         )
 
     def _rests(self, t_s: float) -> bool:
         if t_s - self._slow_s >= REST_S:
-            self._whereabouts.forget(self._slow_s)
+            self._since_s = self._slow_s
             return True
-        return t_s - self._mode_s > LATELY_S and self._whereabouts.reach_m < PLACE_M
+        return t_s - self._mode_s > LATELY_S and self._hand.lately.reach_m(self._since_s) < PLACE_M

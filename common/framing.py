@@ -8,16 +8,19 @@ CRC is CRC-16/CCITT-FALSE over id, sequence and payload.
 
 import binascii
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
-from cobs import cobs
+try:  # compiled, where a wheel is there for the machine; both make the same bytes
+    from corncobs import DecodeError, decode, encode
+except ImportError:
+    from cobs.cobs import DecodeError, decode, encode
 
 MAX_FRAME = 250
 """Largest frame in bytes before COBS: one COBS block, and no runaway buffer on a babbling line."""
 _CRC_INIT = 0xFFFF
 
 
-@dataclass(frozen=True, slots=True)
-class Frame:
+class Frame(NamedTuple):
     """One checked frame."""
 
     message_id: int
@@ -35,7 +38,7 @@ def encode_frame(message_id: int, sequence: int, payload: bytes = b"") -> bytes:
         raise ValueError(f"payload of {len(payload)} bytes is longer than {MAX_FRAME - 4}")
     body = bytes((message_id, sequence)) + payload
     crc = binascii.crc_hqx(body, _CRC_INIT)
-    return bytes(cobs.encode(body + crc.to_bytes(2, "little"))) + b"\0"
+    return bytes(encode(body + crc.to_bytes(2, "little"))) + b"\0"
 
 
 @dataclass(slots=True)
@@ -72,8 +75,8 @@ class FrameReader:
     @staticmethod
     def _check(piece: bytes) -> Frame | None:
         try:
-            body = bytes(cobs.decode(piece))
-        except cobs.DecodeError:
+            body = bytes(decode(piece))
+        except DecodeError:
             return None
         if not 4 <= len(body) <= MAX_FRAME:
             return None

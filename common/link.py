@@ -24,6 +24,7 @@ from common.curve_sockets import (
     receive_requests,
     send_answer,
     serve_curve,
+    take,
     use_curve,
 )
 from common.doorkeeper import Doorkeeper
@@ -88,12 +89,8 @@ class _Link:
     def receive_latest(self, stream: str) -> bytes | None:
         """The newest unread packet of a latest-only stream."""
         socket = self._sockets.get(stream)
-        if socket is None:
-            return None
-        try:
-            return socket.recv(zmq.DONTWAIT)
-        except zmq.Again:
-            return None
+        frames = [] if socket is None else take(socket)
+        return frames[0].bytes if frames else None
 
     def wait_for_latest(self, stream: str, seconds: float) -> bytes | None:
         """The newest unread packet of a latest-only stream, or the next one that comes within `seconds`.
@@ -302,11 +299,8 @@ class OperatorLink(_Link):
         found: list[bytes] = []
         if self._address != self._resolver.address:  # the name server has answered
             self.reconnect()
-        while len(found) < MOST_AT_ONCE:
-            try:
-                found.append(self._sockets[stream].recv(zmq.DONTWAIT))
-            except zmq.Again:
-                break
+        while len(found) < MOST_AT_ONCE and (frames := take(self._sockets[stream])):
+            found.append(frames[0].bytes)
         return found
 
     def key_refused(self) -> bool:

@@ -1,4 +1,4 @@
-"""Stroke speed of a finger from noisy, quantised positions."""
+"""Stroke speed of the hand from noisy, quantised positions."""
 
 import math
 
@@ -9,7 +9,7 @@ WINDOW_S = 0.024
 
 
 class MotionEstimate:
-    """Tangential speed of one finger.
+    """Tangential speed.
 
     From the mean positions in the first and the last third of the window: nearly as quiet as the slope of a straight
     line (8/9 of its efficiency, Bartlett 1949), at a fraction of its cost, and forgetting completely.
@@ -21,14 +21,14 @@ class MotionEstimate:
     __slots__ = ("_recent", "speed_m_s")
 
     def __init__(self) -> None:
-        self._recent = RecentSamples(2, WINDOW_S)
+        self._recent = RecentSamples(WINDOW_S)
         self.speed_m_s = 0.0
 
     def step(self, t_s: float, x_m: float, y_m: float) -> None:
         """Take the position at `t_s`; a time that does not advance starts over."""
-        if not self._recent.take(t_s, x_m, y_m):
+        self._recent.take(t_s, x_m, y_m)
+        if not self._recent.enough:
             self.speed_m_s = 0.0
             return
-        third = len(self._recent.tracks[0]) // 3
-        passed_s, x_m, y_m = (sum(track[-third:]) - sum(track[:third]) for track in self._recent.tracks)
+        passed_s, x_m, y_m = self._recent.rise()
         self.speed_m_s = math.hypot(x_m, y_m) / passed_s

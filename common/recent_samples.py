@@ -1,5 +1,7 @@
 """The newest samples of a few signals, for what is estimated from a short window of them."""
 
+from collections import deque
+
 LEAST = 3
 LONGEST_S = 0.1
 """An estimate needs so many samples at least; so far back they may lie when the loop was late, s."""
@@ -7,24 +9,35 @@ _ROUNDED_S = 1e-4
 
 
 class RecentSamples:
-    """Samples of the last `window_s`, and times in seconds as the first of the tracks."""
+    """Samples of the last `window_s`, each with its time first."""
 
-    __slots__ = ("_window_s", "tracks")
+    __slots__ = ("_samples", "_window_s")
 
-    def __init__(self, signals: int, window_s: float) -> None:
-        self._window_s = window_s
-        self.tracks: tuple[list[float], ...] = tuple([] for _ in range(1 + signals))
+    def __init__(self, window_s: float) -> None:
+        self._window_s = window_s + _ROUNDED_S
+        self._samples: deque[tuple[float, ...]] = deque()
 
-    def take(self, t_s: float, *values: float) -> bool:
-        """Take what was sampled at `t_s`; a time that does not advance starts over. Returns whether it is enough."""
-        times = self.tracks[0]
-        if times and not t_s > times[-1]:
-            for track in self.tracks:
-                track.clear()
-        for track, value in zip(self.tracks, (t_s, *values), strict=True):
-            track.append(value)
+    def take(self, *sample: float) -> None:
+        """Take what was sampled at a time, s, which comes first; a time that does not advance starts over."""
+        samples, t_s = self._samples, sample[0]
+        if samples and not t_s > samples[-1][0]:
+            samples.clear()
+        samples.append(sample)
         # A late tick must not leave the window empty: three samples say more than none, unless they are old.
-        while t_s - times[0] > (self._window_s if len(times) > LEAST else LONGEST_S) + _ROUNDED_S:
-            for track in self.tracks:
-                del track[0]
-        return len(times) >= LEAST
+        while t_s - samples[0][0] > (self._window_s if len(samples) > LEAST else LONGEST_S + _ROUNDED_S):
+            samples.popleft()
+
+    @property
+    def enough(self) -> bool:
+        """Whether there are LEAST samples."""
+        return len(self._samples) >= LEAST
+
+    @property
+    def tracks(self) -> list[tuple[float, ...]]:
+        """Times, s, then each signal, oldest first; there must be a sample."""
+        return list(zip(*self._samples, strict=True))
+
+    def rise(self) -> list[float]:
+        """By how much time and each signal grow from the first third of the window to the last, summed over a third."""
+        third = len(self._samples) // 3
+        return [sum(track[-third:]) - sum(track[:third]) for track in self.tracks]

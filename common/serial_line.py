@@ -3,6 +3,7 @@
 import errno
 import fcntl
 import logging
+import os
 import select
 import socket
 import struct
@@ -120,6 +121,32 @@ def _waiting(port: serial.SerialBase) -> int:
     return int(struct.unpack("i", fcntl.ioctl(connection, termios.FIONREAD, bytes(4)))[0])
 
 
+def read_now(port: serial.SerialBase) -> bytes:
+    """What waits to be read; raises OSError at the end of a connection.
+
+    The library asks the system twice more, and so for each port in each tick.
+    """
+    try:
+        chunk = os.read(port.fileno(), _CHUNK)
+    except BlockingIOError:
+        return b""
+    if not chunk:
+        raise serial.SerialException("readable, but nothing comes: the device is gone, or another program reads it")
+    return chunk
+
+
+def write_now(port: serial.SerialBase, data: bytes) -> bool:
+    """Write without waiting; returns whether the line took all of it."""
+    try:
+        return os.write(port.fileno(), data) == len(data)
+    except BlockingIOError:
+        return False
+
+
+def _is_readable(port: serial.SerialBase) -> bool:
+    return bool(select.select((port,), (), (), 0.0)[0])
+
+
 def _discard(opened: OpenLine) -> None:
     _hang_up(opened.port)
 
@@ -143,6 +170,9 @@ class SerialLine:
     times_lost: int = 0
     unsent: int = 0
     """Messages dropped because the line was full."""
+    readable: bool | None = None
+    """See `ReadyLines`."""
+    descriptor: int | None = None
     _port: serial.SerialBase | None = None
     _sequence: int = 0
     _opener: BackgroundOpener[OpenLine] = field(init=False)
@@ -179,10 +209,12 @@ class SerialLine:
             if opened is None:
                 return []
             self._port, self.identity = opened.port, opened.identity
+            self.descriptor, self.readable = opened.port.fileno(), None
             self.reader = FrameReader()
             log.info("%s %s: serial number %s", self.finger, self.kind.name.lower(), opened.identity.serial)
         try:
-            chunk = self._port.read(_CHUNK)
+            waits = _is_readable(self._port) if self.readable is None else self.readable
+            chunk = read_now(self._port) if waits else b""
         except (serial.SerialException, OSError) as error:
             self._lose(error)
             return []
@@ -190,8 +222,10 @@ class SerialLine:
 
     def unread_bytes(self) -> int:
         """How many bytes wait to be read; 0 with no device there."""
+        if self._port is None or self.readable is False:
+            return 0
         try:
-            return 0 if self._port is None else _waiting(self._port)
+            return _waiting(self._port)
         except OSError:
             return 0  # the next poll finds out
 
@@ -201,11 +235,9 @@ class SerialLine:
             return
         self._sequence = (self._sequence + 1) & 0xFF
         try:
-            # The library's write without a time-out turns for ever on a line that is full: ask first.
-            if not select.select((), (self._port,), (), 0.0)[1]:
+            # The library's write without a time-out turns for ever on a line that is full.
+            if not write_now(self._port, encode_frame(message_id, self._sequence, payload)):
                 self.unsent += 1
-                return
-            self._port.write(encode_frame(message_id, self._sequence, payload))
         except (serial.SerialException, OSError) as error:
             self._lose(error)
 
@@ -214,7 +246,7 @@ class SerialLine:
         self._opener.stop()
         if self._port is not None:
             _hang_up(self._port)
-            self._port = None
+            self._port = self.descriptor = None
 
     def _open_checked(self) -> OpenLine:
         opened = open_line(self.address, self.baud)
@@ -231,7 +263,6 @@ class SerialLine:
         log.warning("%s %s at %s lost: %s", self.finger, self.kind.name.lower(), self.address, error)
         assert self._port is not None
         _hang_up(self._port)
-        self._port = None
-        self.identity = None
+        self._port = self.descriptor = self.identity = None
         self.times_lost += 1
         self._opener.start()

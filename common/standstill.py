@@ -6,9 +6,11 @@ and gap is a true one, and each guard acts as after a process that was stopped.
 """
 
 import logging
+import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
+from common.encoder_jumps import FRAME_S
 from common.ladder import STANDSTILL_S
 
 log = logging.getLogger(__name__)
@@ -21,6 +23,8 @@ PACE_S = 1.0
 """The pace of a device's clock is measured over this time, s."""
 BEHIND_S = 1.0
 """A device's clock that falls behind by more was restarted, its line is late, or the host's was set forward."""
+FOLLOWS_S = 0.030
+"""A report follows the one before when the device's clock says that no more time lies between, s."""
 BELIEVED_S = 2.0
 """A clock that stays behind for longer than this is compared from there on."""
 _WRAPS = 1 << 32
@@ -72,6 +76,9 @@ class Witness:
     no delay; a lead above it is time that the host did not count. The highest value falls as fast as a slow clock does.
     A lead that falls faster than by DRIFT is of a line that is late, and will come back. After a standstill the lead
     has risen whole by the next report; a device that catches up brings it back piece by piece.
+
+    A device goes on reporting while the host stands still, and those reports wait to be read. A device whose clock
+    leaps, as a simulated one does that was held back, has none to show for it.
     """
 
     def __init__(self) -> None:
@@ -87,30 +94,40 @@ class Witness:
         self._window_s = self._best_s = 0.0
         self._before: tuple[float, float] | None = None
 
-    def report(self, host_s: float, device_us: int) -> float:
-        """Take the newest report of a serial module; returns the standstill that it shows, s, mostly 0.
+    def report(self, host_s: float, device_us: Sequence[int]) -> float:
+        """Take the reports of a serial module that waited; returns the standstill that they show, s, mostly 0.
 
         Args:
-            host_s: the host's time after the report was read, s. An earlier time would look like a standstill.
-            device_us: the device's time in the report, us modulo 2^32.
+            host_s: the host's time after they were read, s. An earlier time would look like a standstill.
+            device_us: the device's time in each report, us modulo 2^32; without any, nothing is shown.
         """
-        since_us = (device_us - self._device_us + _WRAPS // 2) % _WRAPS - _WRAPS // 2
-        self._device_us = device_us
-        self._device_s += since_us * 1e-6
-        return self.step(host_s, self._device_s)
+        reported_s = 0.0
+        for each_us in device_us:
+            since_s = ((each_us - self._device_us + _WRAPS // 2) % _WRAPS - _WRAPS // 2) * 1e-6
+            self._device_us = each_us
+            self._device_s += since_s
+            reported_s += since_s if 0.0 < since_s <= FOLLOWS_S else 0.0
+        return self._step(host_s, self._device_s, reported_s) if device_us else 0.0
 
-    def step(self, host_s: float, device_s: float) -> float:
-        """Take the device's time at a time of the host; returns the standstill that this shows, s, mostly 0."""
+    def frames(self, host_s: float, count: int) -> float:
+        """Take how many frames of FRAME_S a CAN node has sent in all; returns the standstill that this shows, s."""
+        before_s, self._device_s = self._device_s, count * FRAME_S
+        return self._step(host_s, self._device_s, self._device_s - before_s)
+
+    def _step(self, host_s: float, device_s: float, reported_s: float) -> float:
+        """Take the device's time at a time of the host, and for how much of it there are reports, s."""
         lead_s = device_s - host_s
         if self._lead_s is None:
             self._lead_s, self._host_s = lead_s, host_s
             self._newest_s = lead_s
             self._window_s, self._best_s = host_s, lead_s
             return 0.0
+        if host_s < self._host_s:
+            reported_s = math.inf  # a clock that was set back needs no other sign
         usual_s = self._lead_s - self._fall * min(LONGEST_STEP_S, max(0.0, host_s - self._host_s))
         self._host_s = host_s
         jump_s, self._newest_s = lead_s - self._newest_s, lead_s
-        if lead_s - usual_s > STANDSTILL_S and jump_s > STANDSTILL_S:
+        if min(lead_s - usual_s, jump_s, reported_s) > STANDSTILL_S:
             self._lead_s = usual_s  # the host's clock is put forward, and the lead is the usual one again
             return lead_s - usual_s
         self._lead_s = max(usual_s, lead_s)

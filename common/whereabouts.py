@@ -1,4 +1,4 @@
-"""Where a finger has been lately, and how far it got: whether its motion leads anywhere.
+"""Where the hand has been lately, and how far it got: whether its motion leads anywhere.
 
 An arm that shakes is fast at every moment and goes nowhere; a stroke is somewhere else a quarter of a second later.
 """
@@ -12,20 +12,15 @@ EVERY_S = 0.010
 
 
 class Whereabouts:
-    """Places of one finger during the last LATELY_S.
+    """Places during the last LATELY_S. Each finger says from when on they count for it."""
 
-    Attributes:
-        reach_m: largest distance from their middle, m; infinite until there are enough of them.
-    """
-
-    __slots__ = ("_middle_x_m", "_middle_y_m", "_t_s", "_x_m", "_y_m", "reach_m")
+    __slots__ = ("_found", "_t_s", "_x_m", "_y_m")
 
     def __init__(self) -> None:
         self._t_s: list[float] = []
         self._x_m: list[float] = []
         self._y_m: list[float] = []
-        self._middle_x_m = self._middle_y_m = 0.0
-        self.reach_m = math.inf
+        self._found: dict[float, tuple[float, float, float]] = {}
 
     def step(self, t_s: float, x_m: float, y_m: float) -> None:
         """Take the place at `t_s`; a time that goes back starts over."""
@@ -39,21 +34,25 @@ class Whereabouts:
         ys.append(y_m)
         while t_s - times[0] > LATELY_S:
             del times[0], xs[0], ys[0]
-        self._look()
+        self._found.clear()
 
-    def forget(self, until_s: float) -> None:
-        """Leave out where it was until `until_s`: what it does since then has a place of its own."""
-        first = bisect_right(self._t_s, until_s)
-        for track in (self._t_s, self._x_m, self._y_m):
-            del track[: min(first, len(track) - 1)]
-        self._look()
+    def away_m(self, x_m: float, y_m: float, since_s: float = -math.inf) -> float:
+        """Distance of a place from the middle of where the hand has been after `since_s`, m."""
+        middle_x_m, middle_y_m, _ = self._look(since_s)
+        return math.hypot(x_m - middle_x_m, y_m - middle_y_m)
 
-    def away_m(self, x_m: float, y_m: float) -> float:
-        """Distance of a place from the middle of where it has been, m."""
-        return math.hypot(x_m - self._middle_x_m, y_m - self._middle_y_m)
+    def reach_m(self, since_s: float = -math.inf) -> float:
+        """Largest distance from that middle, m; infinite until there are enough places."""
+        return self._look(since_s)[2]
 
-    def _look(self) -> None:
-        xs, ys = self._x_m, self._y_m
-        self._middle_x_m, self._middle_y_m = sum(xs) / len(xs), sum(ys) / len(ys)
-        enough = self._t_s[-1] - self._t_s[0] > LATELY_S - 2.0 * EVERY_S
-        self.reach_m = max(map(self.away_m, xs, ys)) if enough else math.inf
+    def _look(self, since_s: float) -> tuple[float, float, float]:
+        """Middle and reach of the places after `since_s`, of the newest at least: worked out once for each of them."""
+        if (found := self._found.get(since_s)) is not None:
+            return found
+        first = min(bisect_right(self._t_s, since_s), len(self._t_s) - 1)
+        xs, ys = self._x_m[first:], self._y_m[first:]
+        x_m, y_m = sum(xs) / len(xs), sum(ys) / len(ys)
+        enough = self._t_s[-1] - self._t_s[first] > LATELY_S - 2.0 * EVERY_S
+        reach_m = max(math.hypot(x - x_m, y - y_m) for x, y in zip(xs, ys, strict=True)) if enough else math.inf
+        self._found[since_s] = x_m, y_m, reach_m
+        return self._found[since_s]

@@ -5,6 +5,7 @@ import math
 from common.config import OperatorConfig
 from common.fingers import FINGERS
 from common.limits import GAP_S
+from common.ready_lines import ReadyLines
 from common.serial_line import SerialLine
 from common.standstill import HostClock
 from common.tick_age import TickAge
@@ -23,7 +24,13 @@ class OperatorDevices:
         self.tacttips = {FINGERS.index(f): TactTip(f, address, clock) for f, address in config.tacttip.items()}
         witnesses: list[Exoskeleton | TactTip] = [self.exoskeleton, *self.tacttips.values()]
         self._witnesses = witnesses
-        self.tick = TickAge(clock, lambda: max(device.unread_s for device in witnesses))
+        self._ready = ReadyLines([self.exoskeleton.line, *self.lines()])
+        self.tick = TickAge(clock, self._unread_s)
+
+    def _unread_s(self) -> float:
+        """How long devices have taken for what waits to be read, s."""
+        self._ready.look()
+        return max(device.unread_s for device in self._witnesses)
 
     def lines(self) -> list[SerialLine]:
         """Every serial line."""
@@ -31,22 +38,26 @@ class OperatorDevices:
 
     def missing(self) -> str:
         """What keeps the site from working; empty when all devices are there."""
-        return next((f"{device}: {why}" for device, why in self._missing().items() if why), "")
-
-    def _missing(self) -> dict[str, str]:
-        """What is missing of each device; empty where it is there."""
-        exoskeleton = self.exoskeleton
-        found = {"exoskeleton": "" if exoskeleton.line.connected else str(exoskeleton.line.problem or "opening")}
-        if not found["exoskeleton"] and not self.tick.began_s - exoskeleton.hand.oldest_s <= GAP_S:
-            found["exoskeleton"] = f"CAN {exoskeleton.line.address} is open, but no positions come"
+        if why := self._no_exoskeleton():
+            return f"exoskeleton: {why}"
         for module in self.tacttips.values():
-            line, why = module.line, ""
-            if not line.connected:
-                why = str(line.problem or "opening")
-            elif not self.tick.began_s - module.measured_s <= GAP_S:
-                why = "the line is open, but no reports come"
-            found[f"{line.finger} {line.kind.name.lower()}"] = why
-        return found
+            if why := self._no_module(module):
+                return f"{module.name}: {why}"
+        return ""
+
+    def _no_exoskeleton(self) -> str:
+        """What keeps the exoskeleton from working; empty when nothing does."""
+        line = self.exoskeleton.line
+        if not line.connected:
+            return str(line.problem or "opening")
+        here = self.tick.began_s - self.exoskeleton.hand.oldest_s <= GAP_S
+        return "" if here else f"CAN {line.address} is open, but no positions come"
+
+    def _no_module(self, module: TactTip) -> str:
+        """What keeps a module from working; empty when nothing does."""
+        if not module.line.connected:
+            return str(module.line.problem or "opening")
+        return "" if self.tick.began_s - module.measured_s <= GAP_S else "the line is open, but no reports come"
 
     def problems(self) -> list[Exception]:
         """Why devices are not there, for those that have failed at least once."""
@@ -56,6 +67,7 @@ class OperatorDevices:
     def read(self, t_s: float) -> Hand:
         """Take what all devices said since the last call; `tick` counts a standstill of the host that they show."""
         self.tick.begin(t_s)
+        self._ready.look()
         for module in self.tacttips.values():
             module.read(t_s)
         stood_still = any(module.stood_still_s > 0.0 for module in self.tacttips.values())
@@ -83,7 +95,7 @@ class OperatorDevices:
         """Why each device is not certain to have its outputs off since `since_s`; empty where its report says so."""
         found = {"exoskeleton": self.exoskeleton.unconfirmed(since_s)}
         for module in self.tacttips.values():
-            found[f"{module.line.finger} {module.line.kind.name.lower()}"] = module.unconfirmed(since_s)
+            found[module.name] = module.unconfirmed(since_s)
         return found
 
     def faults(self) -> list[str]:
@@ -99,14 +111,18 @@ class OperatorDevices:
             if module.cut_out:
                 found.append(f"{FINGERS[finger]}: the module's own temperature limit has switched its plate off")
             if module.disobeys:
-                found.append(f"{FINGERS[finger]} tacttip: {module.disobeys}")
+                found.append(f"{module.name}: {module.disobeys}")
         return found
 
     def figures(self) -> dict[str, object]:
         """What the status file tells of each device."""
-        lines = {"exoskeleton": self.exoskeleton.line.figures()}
-        lines |= {f"{line.finger} {line.kind.name.lower()}": line.figures() for line in self.lines()}
-        return {device: {**lines[device], "missing": why} for device, why in self._missing().items()}
+        return {
+            "exoskeleton": {**self.exoskeleton.line.figures(), "missing": self._no_exoskeleton()},
+            **{
+                module.name: {**module.line.figures(), "missing": self._no_module(module)}
+                for module in self.tacttips.values()
+            },
+        }
 
     def close(self) -> None:
         """Close every device; their own time-outs bring them to rest."""

@@ -32,6 +32,7 @@ class TactTip:
     def __init__(self, finger: str, address: str, clock: HostClock | None = None):
         """Open the module at `address` in the background; `clock` is the one that `read` is given times of."""
         self.line = SerialLine(address, DeviceKind.TACTTIP, finger)
+        self.name = f"{finger} tacttip"
         self.damaged = 0
         self.plate_c = math.nan
         self.measured_s = _NEVER
@@ -58,7 +59,7 @@ class TactTip:
     def read(self, t_s: float) -> None:
         """Take what came since the last call; it is judged by a time that counts what the host's clock did not."""
         states = self._states()
-        self.stood_still_s = self._witness.report(self._clock.now_s(), states[-1].device_time_us) if states else 0.0
+        self.stood_still_s = self._witness.report(self._clock.now_s(), [state.device_time_us for state in states])
         t_s += self.stood_still_s
         for state in states:
             reading = self._sensor.step(t_s, state.plate_counts)

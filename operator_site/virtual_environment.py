@@ -8,12 +8,13 @@ nothing that a touch packet can say.
 import math
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from common.exploration import Exploration
 from common.fingers import FINGER_Y_M, FINGERS
+from common.hand_motion import HandMotion
 from common.messages import (
     MAX_EVENTS,
     TOUCH_BLOCK,
@@ -54,7 +55,7 @@ class _Piece:
 class _Finger:
     """One finger's exploration, and where it was when."""
 
-    exploration: Exploration = field(default_factory=Exploration)
+    exploration: Exploration
     time_s: float = 0.0
     x_m: float = math.nan
     row: tuple[float, ...] = _NOTHING
@@ -82,7 +83,8 @@ class VirtualEnvironment:
 
     def _begin_anew(self) -> None:
         """Fingers that have touched nothing yet; events are numbered on, so that none is taken for an old one."""
-        self._fingers = {number: _Finger() for number in self._numbers}
+        self._hand = HandMotion()
+        self._fingers = {number: _Finger(Exploration(self._hand)) for number in self._numbers}
 
     def step(self, time_s: float, x_m: float, y_m: float, z_m: Iterable[float]) -> tuple[Event, ...]:
         """Take the hand's place and the height of each fingertip, m; return what happened since the last one.
@@ -93,6 +95,7 @@ class VirtualEnvironment:
         if time_s < self._time_s:  # the clock was set back: what was timed by it is felt anew
             self._begin_anew()
         self._time_s = time_s
+        self._hand.step(time_s, x_m, y_m)
         happened: list[tuple[int, _Happening]] = []
         for number, height_m in enumerate(z_m):
             if (finger := self._fingers.get(number)) is not None:
@@ -127,7 +130,7 @@ def _move(
     """Take a finger to its new place; yield what it met on the way."""
     exploration = finger.exploration
     force_n = 0.0 if piece is None else piece.stiffness_n_m * max(0.0, piece.thing.height_m - z_m)
-    mode = exploration.step(time_s, force_n, x_m, y_m, z_m)
+    mode = exploration.step(time_s, force_n, z_m)
     from_s, from_x_m = finger.time_s, finger.x_m
     finger.time_s, finger.x_m = time_s, x_m
     if piece is None:

@@ -5,6 +5,7 @@ import math
 from common.config import RemoteConfig
 from common.fingers import FINGERS
 from common.limits import GAP_S
+from common.ready_lines import ReadyLines
 from common.serial_line import SerialLine
 from common.standstill import HostClock
 from common.tick_age import TickAge
@@ -34,7 +35,13 @@ class RemoteDevices:
         """Last reading of each sensor plate (NaN where it was implausible), and when it came."""
         sensors: list[TextureSensor | ThermalSensor] = [*self.texture.values(), *self.thermal.values()]
         self._sensors = sensors
-        self.tick = TickAge(clock, lambda: max(device.unread_s for device in (self.telemanipulator, *sensors)))
+        self._ready = ReadyLines([self.telemanipulator.line, *self.lines()])
+        self.tick = TickAge(clock, self._unread_s)
+
+    def _unread_s(self) -> float:
+        """How long devices have taken for what waits to be read, s."""
+        self._ready.look()
+        return max(device.unread_s for device in (self.telemanipulator, *self._sensors))
 
     def lines(self) -> list[SerialLine]:
         """Every serial line."""
@@ -65,6 +72,7 @@ class RemoteDevices:
         `tick` counts a standstill of the host that they show; what was sensed is of a time after it.
         """
         self.tick.begin(t_s)
+        self._ready.look()
         texture: list[bytes | None] = [None] * len(FINGERS)
         plates: list[PlateReading | None] = [None] * len(FINGERS)
         for finger, texture_sensor in self.texture.items():

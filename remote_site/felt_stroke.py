@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.exploration import Exploration
+from common.hand_motion import HandMotion
 from common.messages import ExplorationMode
 from remote_site.surface_class import SurfaceTable
 from remote_site.texture_identification import BLOCK, TextureIdentification, TextureReading
@@ -65,13 +66,15 @@ def even_stroke(trace: StrokeTrace, speed_m_s: float | None = None) -> EvenStrok
 
 def felt(stroke: EvenStroke, surfaces: SurfaceTable) -> Iterator[FeltBlock]:
     """Go through a stroke; one without force counts as in contact throughout, one without speed as stroking."""
-    exploration, identification = Exploration(), TextureIdentification(surfaces)
+    hand = HandMotion()
+    exploration, identification = Exploration(hand), TextureIdentification(surfaces)
     x_m = 0.0
     for first in range(0, len(stroke.time_s) - BLOCK + 1, BLOCK):
         last = first + BLOCK - 1
         t_s, speed_m_s, force_n = float(stroke.time_s[last]), float(stroke.speed_m_s[last]), float(stroke.force_n[last])
         x_m += speed_m_s * BLOCK / RATE_HZ
-        mode = exploration.step(t_s, force_n, x_m, 0.0, 0.0)
+        hand.step(t_s, x_m, 0.0)
+        mode = exploration.step(t_s, force_n, 0.0)
         part = slice(first, last + 1)
         texture = identification.step(
             t_s, stroke.signal_v[part], stroke.force_n[part].tolist(), stroke.speed_m_s[part].tolist(), mode

@@ -3,10 +3,8 @@
 Joins the parts; numbers and a time in, numbers out. Texture comes at its own rate, None in between.
 """
 
-import numpy as np
-from numpy.typing import NDArray
-
 from common.exploration import Exploration
+from common.hand_motion import HandMotion
 from common.limits import GAP_S
 from common.messages import ExplorationMode
 from remote_site.finger_heat import FingerHeat
@@ -20,8 +18,8 @@ from remote_site.surface_class import (
     SMOOTH,
     TAP_DECAY_PER_S,
     TAP_SPEED_PER_M_S,
+    StrokeLaw,
     SurfaceTable,
-    stroke_constants,
 )
 from remote_site.texture_identification import TextureIdentification
 from remote_site.texture_law import ln_roughness
@@ -44,13 +42,22 @@ class FingerIdentification:
         finger: int,
         knowledge: ThermalKnowledge,
         surfaces: SurfaceTable,
+        hand: HandMotion,
         preheat_k: float = OFFSETS_K[0],
     ) -> None:
-        """Identify with what is known of sensors, materials and surfaces; the plate waits at ambient + `preheat_k`."""
+        """Identify with what is known of sensors, materials and surfaces.
+
+        Args:
+            finger: its number, 0..4.
+            knowledge: of materials.
+            surfaces: of textures.
+            hand: whose finger it is; stepped before it.
+            preheat_k: the plate waits at ambient + this, K.
+        """
         self.finger = finger
         self.contact = False
         self._surfaces = surfaces
-        self._exploration = Exploration()
+        self._exploration = Exploration(hand)
         self._texture = TextureIdentification(surfaces)
         self._period = GroovePeriod()
         self._surface = TouchedSurface()
@@ -60,7 +67,8 @@ class FingerIdentification:
         self._rough = False
         """The roughness is of what is being touched."""
         self._texture_fault: str | None = None
-        self._stroke = stroke_constants(surfaces, surfaces.surfaces[0].ln_roughness)
+        self._strokes = StrokeLaw(surfaces)
+        self._stroke = self._strokes.at(surfaces.surfaces[0].ln_roughness)
         self._shown: tuple[ThermalAnswer | None, tuple[float, float, float]] = (None, (0.0, 0.0, 0.0))
 
     @property
@@ -77,7 +85,7 @@ class FingerIdentification:
         """Advance to `sample.t_s`."""
         t_s, force_n = sample.t_s, sample.force_n
         exploration = self._exploration
-        mode = exploration.step(t_s, force_n, sample.x_m, sample.y_m, sample.z_m)
+        mode = exploration.step(t_s, force_n, sample.z_m)
         speed_m_s = exploration.speed_m_s
         self._surface.step(t_s, force_n, sample.x_m, sample.y_m, sample.z_m)
         events: list[TouchEvent] = []
@@ -88,7 +96,7 @@ class FingerIdentification:
         self.contact = exploration.contact
         if mode is not ExplorationMode.STROKING:
             self._period.interrupt()
-        if sample.texture_v is not None and len(sample.texture_v):
+        if sample.texture_v:
             self._texture_s = t_s
             events += self._feel(sample, sample.texture_v, mode, speed_m_s)
         # A texture that is no longer measured is no texture: the finger feels the object, but nothing of its surface.
@@ -126,21 +134,23 @@ class FingerIdentification:
         )
 
     def _feel(
-        self, sample: FingerSample, texture_v: NDArray[np.float64], mode: ExplorationMode, speed_m_s: float
+        self, sample: FingerSample, texture_v: list[float], mode: ExplorationMode, speed_m_s: float
     ) -> list[TouchEvent]:
         """Take a chunk of the texture signal; return the grooves found in it."""
-        reading = self._texture.step(sample.t_s, texture_v, sample.force_n, speed_m_s, mode)
-        self._texture_fault = reading.fault
-        for impulse in reading.impulses:
+        texture = self._texture
+        impulses, _ = texture.take(sample.t_s, texture_v, sample.force_n, speed_m_s, mode)
+        self._texture_fault = texture.fault
+        for impulse in impulses:
             self._period.groove(impulse.place_m)
-        if mode is ExplorationMode.STROKING or reading.fault is not None:
-            self._rough = reading.valid
-        if reading.valid and mode is ExplorationMode.STROKING:
-            self._roughness_v = reading.roughness_v
-            self._stroke = stroke_constants(self._surfaces, ln_roughness(reading.roughness_v))
+        strokes = mode is ExplorationMode.STROKING
+        if strokes or texture.fault is not None:
+            self._rough = texture.valid
+        if strokes and texture.valid:
+            self._roughness_v = texture.roughness_v
+            self._stroke = self._strokes.at(ln_roughness(self._roughness_v))
         return [
             TouchEvent("groove", self._surfaces.groove_rad_s(impulse.strength_v), time_s=impulse.time_s)
-            for impulse in reading.impulses
+            for impulse in impulses
         ]
 
     def _render(self, answer: ThermalAnswer) -> tuple[float, float, float]:

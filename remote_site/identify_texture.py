@@ -10,7 +10,7 @@ from remote_site.felt_stroke import FAST_HZ
 from remote_site.spectrum_table import Recognised, SpectrumTable
 from remote_site.stroke_segment import Segment
 from remote_site.stroke_segments import segments
-from remote_site.surface_class import SurfaceTable, stroke_constants
+from remote_site.surface_class import StrokeLaw, SurfaceTable
 from remote_site.texture_law import ln_roughness
 from remote_site.traces import StrokeTrace, read_stroke
 
@@ -97,7 +97,7 @@ def _line(path: Path, part: Segment, table: SurfaceTable | None) -> dict[str, An
         line["period_mm"] = round(1000.0 * part.period.period_m, 3)
         line["period_sd_mm"] = round(1000.0 * part.period.period_sd_m, 3)
     if table is not None and part.surface is not None and part.roughness_v is not None:
-        constants = stroke_constants(table, ln_roughness(part.roughness_v))
+        constants = StrokeLaw(table).at(ln_roughness(part.roughness_v))
         line["surface"] = part.surface
         line["k_speed_rpm_per_mm_s"] = round(constants.k_stroke_v * RPM_PER_MM_S, 3)
         line["k_force_rpm_per_n"] = round(constants.k_stroke_f * RPM, 2)

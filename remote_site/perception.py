@@ -8,6 +8,7 @@ import numpy as np
 
 from common.containment import Containment
 from common.fingers import FINGERS
+from common.hand_motion import HandMotion
 from common.messages import (
     EVENT_MAX,
     MAX_EVENTS,
@@ -74,13 +75,16 @@ class Perception:
 
     def _begin_anew(self) -> None:
         """Identification that has felt nothing yet; events are numbered on, so that none is taken for an old one."""
+        self._motion = HandMotion()
         self._identifications = {
-            finger: FingerIdentification(finger, self._knowledge, self._surfaces, OFFSETS_K[0] + stagger_k)
+            finger: FingerIdentification(
+                finger, self._knowledge, self._surfaces, self._motion, OFFSETS_K[0] + stagger_k
+            )
             for finger, stagger_k in zip(self._numbers, STAGGER_K, strict=False)
         }
         self._shared = SharedObject(self._knowledge)
         self._hand = FollowedHand()
-        self._places = RecentSamples(2, FOUND_S)
+        self._places = RecentSamples(FOUND_S)
         self._telling = SlowTelling()
 
     def step(self, sensed: Sensed) -> list[Event]:
@@ -101,6 +105,7 @@ class Perception:
 
     def _identify(self, sensed: Sensed) -> list[Event]:
         self._hand.step(sensed.hand)
+        self._motion.step(sensed.time_s, sensed.x_m, sensed.y_m)
         self._places.take(sensed.time_s, sensed.x_m, sensed.y_m)
         happened: list[Event] = []
         for finger, identification in self._identifications.items():
@@ -175,7 +180,8 @@ class Perception:
             for finger in range(len(FINGERS))
         )
         # What an estimator says beyond the packet's ranges saturates there; a site never falls silent over it.
-        block: Floats = np.clip(np.array(rows, dtype=np.float32), TOUCH_LOW, TOUCH_HIGH)
+        block: Floats = np.array(rows, dtype=np.float32)
+        np.minimum(np.maximum(block, TOUCH_LOW, out=block), TOUCH_HIGH, out=block)
         floats, events = TOUCH_BLOCK.to_bytes(block), tuple(self._events)
         return Touch(session, sequence, time_ns, state, floats, names, events, self._telling.told)
 

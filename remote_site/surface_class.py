@@ -86,28 +86,38 @@ SMOOTH = StrokeConstants(0.0, 0.0)
 """Nothing to be felt."""
 
 
-def stroke_constants(table: SurfaceTable, ln_roughness: float) -> StrokeConstants:
-    """Interpolate ln K_v,s and ln K_F,s between the calibrated surfaces, linearly in ln(roughness).
+class StrokeLaw:
+    """ln K_v,s and ln K_F,s, interpolated between the calibrated surfaces, linearly in ln(roughness).
 
     Surfaces nearer to each other than ONE_ROUGHNESS count as one, with the mean of their constants;
     beyond the smoothest and the roughest their constants are held.
     """
-    groups: list[list[Surface]] = []
-    for surface in sorted(table.surfaces, key=lambda surface: surface.ln_roughness):
-        if groups and surface.ln_roughness - groups[-1][0].ln_roughness < ONE_ROUGHNESS:
-            groups[-1].append(surface)
+
+    __slots__ = ("_centres",)
+
+    def __init__(self, table: SurfaceTable) -> None:
+        """Take the surfaces of a table."""
+        groups: list[list[Surface]] = []
+        for surface in sorted(table.surfaces, key=lambda surface: surface.ln_roughness):
+            if groups and surface.ln_roughness - groups[-1][0].ln_roughness < ONE_ROUGHNESS:
+                groups[-1].append(surface)
+            else:
+                groups.append([surface])
+        self._centres = [_centre(group) for group in groups]
+
+    def at(self, ln_roughness: float) -> StrokeConstants:
+        """The constants of a surface with this roughness."""
+        low = high = self._centres[0]
+        for centre in self._centres:
+            low, high = high, centre
+            if high[0] >= ln_roughness:
+                break
         else:
-            groups.append([surface])
-    low = high = _centre(groups[0])
-    for group in groups:
-        low, high = high, _centre(group)
-        if high[0] >= ln_roughness:
-            break
-    else:
-        low = high
-    part = (ln_roughness - low[0]) / (high[0] - low[0]) if high[0] > low[0] else 0.0
-    part = min(max(part, 0.0), 1.0)
-    return StrokeConstants(math.exp(low[1] + part * (high[1] - low[1])), math.exp(low[2] + part * (high[2] - low[2])))
+            low = high
+        part = (ln_roughness - low[0]) / (high[0] - low[0]) if high[0] > low[0] else 0.0
+        part = min(max(part, 0.0), 1.0)
+        k_v, k_f = low[1] + part * (high[1] - low[1]), low[2] + part * (high[2] - low[2])
+        return StrokeConstants(math.exp(k_v), math.exp(k_f))
 
 
 def _centre(group: list[Surface]) -> tuple[float, float, float]:

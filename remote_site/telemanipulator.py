@@ -71,7 +71,7 @@ class Telemanipulator:
     def read(self, t_s: float, *, stood_still: bool = False) -> Measured:
         """Take what came since the last call, stamped with `t_s`; after a standstill places are judged anew."""
         frames, sent_s = self.line.poll(), self.line.sent_s
-        self.stood_still_s = self._witness.step(self._clock.now_s(), self.receivers[0].taken * FRAME_S)
+        self.stood_still_s = self._witness.frames(self._clock.now_s(), self.receivers[0].taken)
         if stood_still or self.stood_still_s > 0.0:
             self._watched = MeasuredHand(self._fingers)
         measured, watched = self.measured, self._watched
@@ -127,5 +127,4 @@ class Telemanipulator:
         heights = self._heights.encode({"released": float(released), **heights_mm})
         self._watched.told(t_s, z_m, released)
         self._release_obeys.told(t_s, not released)
-        self.line.send(hand)
-        self.line.send(heights)
+        self.line.send(hand, heights)

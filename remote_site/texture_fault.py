@@ -116,16 +116,21 @@ class TextureFault:
         wanted = round(seconds / block_s)
         return list(islice(self._blocks, max(0, len(self._blocks) - wanted), None))
 
+    def _pressed(self, first: int, late: int) -> bool:
+        """Whether the force changed between the blocks from `first` on, without the `late` ones at either end."""
+        pressed_n = [block.pressed_n for block in islice(self._blocks, first + late, len(self._blocks) - late)]
+        return max(pressed_n) - min(pressed_n) >= PRESSED_N
+
     def _watch_signal(self, block_s: float) -> None:
         """Whether the signal went anywhere, where the force did; also where that is not known, once it did not."""
-        blocks = self._lately(FOLLOWS_S, block_s)
-        if len(blocks) < round(FOLLOWS_S / block_s):
+        first = len(self._blocks) - round(FOLLOWS_S / block_s)
+        if first < 0:
             return
-        if self._noise_v2 is None:
-            late = round(LATE_S / block_s)
-            pressed = np.array([block.pressed_n for block in blocks[late:-late]])
-            if float(np.ptp(pressed)) < PRESSED_N or not all(block.resting for block in blocks):
-                return
+        if self._noise_v2 is None and not self._pressed(first, round(LATE_S / block_s)):
+            return
+        blocks = self._lately(FOLLOWS_S, block_s)
+        if self._noise_v2 is None and not all(block.resting for block in blocks):
+            return
         signal = np.array([block.mean_v for block in blocks])
         steps_v2 = float(np.mean(np.diff(signal) ** 2))
         if steps_v2 < NOISE_STEP * 2.0 * float(np.var(signal)):

@@ -117,6 +117,21 @@ class TextureIdentification:
         self._heard: list[Felt] = []
 
     @property
+    def fault(self) -> str | None:
+        """What is wrong with the sensor; None when nothing is."""
+        return self._watch.fault
+
+    @property
+    def valid(self) -> bool:
+        """Whether `roughness_v` describes the surface being touched."""
+        return self._roughness.valid and self.fault is None
+
+    @property
+    def roughness_v(self) -> float:
+        """Rms curvature for one newton without grooves and noise, V; 0 while there is a fault."""
+        return self._roughness.roughness_v if self.fault is None else 0.0
+
+    @property
     def roughness_sd_v(self) -> float:
         """Standard deviation of the roughness that was told last, V."""
         return self._roughness.roughness_sd_v
@@ -139,8 +154,30 @@ class TextureIdentification:
             mode: exploration mode.
         """
         samples = np.atleast_1d(np.asarray(signal_v, dtype=float)).tolist()
-        count = len(samples)
-        rows = zip(samples, _each(force_n, count), _each(speed_m_s, count), _each(mode, count), strict=True)
+        impulses, changed_s = self.take(t_s, samples, force_n, speed_m_s, mode)
+        sure = self._filter.sure
+        return TextureReading(
+            self.roughness_v,
+            self.valid,
+            None if sure is None else sure.name,
+            self._filter.best.name,
+            float(self._filter.probabilities.max()),
+            tuple(impulses),
+            changed_s,
+            self.fault,
+        )
+
+    def take(
+        self,
+        t_s: float,
+        samples_v: list[float],
+        force_n: float | Sequence[float],
+        speed_m_s: float | Sequence[float],
+        mode: ExplorationMode | Sequence[ExplorationMode],
+    ) -> tuple[list[Impulse], float | None]:
+        """As `step`; returns only what happened in these samples: the impulses, and when another surface began, s."""
+        count = len(samples_v)
+        rows = zip(samples_v, _each(force_n, count), _each(speed_m_s, count), _each(mode, count), strict=True)
         impulses: list[Impulse] = []
         changed_s = None
         for left, row in zip(range(count - 1, -1, -1), rows, strict=True):
@@ -151,17 +188,7 @@ class TextureIdentification:
                 found, changed = self._block(time_s)
                 impulses += found
                 changed_s = time_s if changed else changed_s
-        sure, fault = self._filter.sure, self._watch.fault
-        return TextureReading(
-            0.0 if fault else self._roughness.roughness_v,
-            self._roughness.valid and not fault,
-            None if sure is None else sure.name,
-            self._filter.best.name,
-            float(self._filter.probabilities.max()),
-            tuple(impulses),
-            changed_s,
-            fault,
-        )
+        return impulses, changed_s
 
     def _block(self, end_s: float) -> tuple[list[Impulse], bool]:
         """Work off a block that ends at `end_s`; return its impulses, and whether the surface changed."""

@@ -1,10 +1,8 @@
 """Driver of one finger's piezo texture sensor: 2 kHz, 12 bit, 10 V for 10 N."""
 
 import math
+import struct
 from collections import deque
-
-import numpy as np
-from numpy.typing import NDArray
 
 from common.limits import GAP_S
 from common.serial_line import SerialLine
@@ -41,20 +39,21 @@ class TextureSensor:
         Args:
             t_s: time now, s.
         """
-        newest: TextureSamples | None = None
+        reported_us: list[int] = []
         for frame in self.line.poll():
             if frame.message_id != MessageId.TEXTURE_SAMPLES:
                 continue
             try:
-                newest = TextureSamples.decode(frame.payload)
+                samples = TextureSamples.decode(frame.payload)
             except BadPayload:
                 self.damaged += 1
             else:
-                self._waiting.append(newest.counts)
+                self._waiting.append(samples.counts)
+                reported_us.append(samples.device_time_us)
                 self.measured_s = t_s
         if self.line.times_lost != self._times_lost:  # another sensor, or this one after a restart
             self._witness, self._times_lost = Witness(), self.line.times_lost
-        self.stood_still_s = 0.0 if newest is None else self._witness.report(self._clock.now_s(), newest.device_time_us)
+        self.stood_still_s = self._witness.report(self._clock.now_s(), reported_us)
         if self.stood_still_s > 0.0:
             self._waiting.clear()
         if t_s - self.measured_s > GAP_S:
@@ -67,6 +66,6 @@ class TextureSensor:
         return self.line.unread_bytes() / _BYTES_PER_S
 
 
-def texture_v(counts: bytes) -> NDArray[np.float64]:
-    """Signal in V of one chunk of counts; shape (samples,), -10..10 V."""
-    return np.frombuffer(counts, dtype="<i2") * VOLTS_PER_COUNT
+def texture_v(counts: bytes) -> list[float]:
+    """Signal of one chunk of counts, -10..10 V."""
+    return [count * VOLTS_PER_COUNT for count in struct.unpack(f"<{len(counts) // 2}h", counts)]

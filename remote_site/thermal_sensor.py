@@ -70,7 +70,7 @@ class ThermalSensor:
         It is judged by a time that counts what the host's clock did not.
         """
         newest: ThermalReading | None = None
-        self.stood_still_s = 0.0
+        reported_us: list[int] = []
         for frame in self.line.poll():
             if frame.message_id != MessageId.THERMAL_READING:
                 continue
@@ -78,11 +78,13 @@ class ThermalSensor:
                 newest = ThermalReading.decode(frame.payload)
             except BadPayload:
                 self.damaged += 1
+            else:
+                reported_us.append(newest.device_time_us)
         if self.line.times_lost != self._times_lost:  # another sensor, or this one after a restart
             self._witness, self._times_lost = Witness(), self.line.times_lost
+        self.stood_still_s = self._witness.report(self._clock.now_s(), reported_us)
         if newest is None:
             return None
-        self.stood_still_s = self._witness.report(self._clock.now_s(), newest.device_time_us)
         t_s += self.stood_still_s
         self.measured_s, self.applied_permille = t_s, newest.heater_permille
         self.disobeys = self._obeys.reported(t_s, newest.heater_permille)

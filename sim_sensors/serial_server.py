@@ -1,5 +1,6 @@
 """Serves an emulated serial module at an address: a pseudo terminal or a TCP port (`socket://` for pyserial)."""
 
+import math
 import os
 import pty
 import re
@@ -21,6 +22,8 @@ from sim_sensors.tcp_port import TcpPort
 _CHUNK = 4096
 _BACKLOG_BYTES = 16 * 1024
 """A third of a second of the fastest module."""
+_LOOK_S = 0.010
+"""Between two looks at whether the client is live, s."""
 _KNOCK_S = 1.0
 _MOST_KNOCKING = 4
 """Connections that have sent nothing yet: for how long, s, and how many, they are kept."""
@@ -160,15 +163,18 @@ class TcpServer(SerialServer):
         super().__init__(device, loop)
         self._client: LineClient | None = None
         self._knocking: dict[socket.socket, float] = {}
+        self._looked_s = -math.inf
         self._port = TcpPort(loop, host, port, what, buffer_bytes=_BACKLOG_BYTES, greet=self._greet)
         self.address = f"socket://{host}:{self._port.number}"
 
     def pump(self, now_s: float) -> None:
         """Let the module's clock reach `now_s` and send what it has to say."""
-        if self._client is not None:
-            self._client.live(now_s)
-        for connection in [each for each, came_s in self._knocking.items() if now_s - came_s > _KNOCK_S]:
-            self._send_away(connection)
+        if not 0.0 <= now_s - self._looked_s < _LOOK_S:
+            self._looked_s = now_s
+            if self._client is not None:
+                self._client.live(now_s)
+            for connection in [each for each, came_s in self._knocking.items() if now_s - came_s > _KNOCK_S]:
+                self._send_away(connection)
         super().pump(now_s)
 
     def unplug(self) -> None:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from common.exploration import Exploration
+from common.hand_motion import HandMotion
 from common.messages import ExplorationMode
 from sim_sensors.simulated_exploration import Explored, sense
 from sim_sensors.told_hand import TICK_S
@@ -36,7 +37,27 @@ from studies.registry import Tell
 
 __all__ = ["plot", "run", "tables"]
 
-METHODS: dict[str, Callable[[], Machine]] = {MACHINE: Exploration, PLAIN: PlainThresholds}
+
+class _OneFinger:
+    """The mode machine of a hand with one finger."""
+
+    def __init__(self) -> None:
+        self._hand = HandMotion()
+        self._finger = Exploration(self._hand)
+        self.approach_m_s = 0.0
+
+    @property
+    def began(self) -> bool:
+        return self._finger.began
+
+    def step(self, t_s: float, force_n: float, x_m: float, y_m: float, z_m: float) -> ExplorationMode:
+        self._hand.step(t_s, x_m, y_m)
+        mode = self._finger.step(t_s, force_n, z_m)
+        self.approach_m_s = self._finger.approach_m_s
+        return mode
+
+
+METHODS: dict[str, Callable[[], Machine]] = {MACHINE: _OneFinger, PLAIN: PlainThresholds}
 NOISES = (1.0, 3.0, 5.0, 10.0)
 SEEDS, QUICK_SEEDS = 100, 8
 SPEEDS_M_S = (0.015, 0.03, 0.06, 0.12, 0.4)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from common.contact import CONTACT_OFF_N, TAP_S
 from common.exploration import DWELL_S, REST_S, STROKE_DISTANCE_M, STROKE_ON_M_S, Exploration
+from common.hand_motion import HandMotion
 from common.messages import ExplorationMode
 from common.motion_estimate import WINDOW_S
 
@@ -23,14 +24,16 @@ class Finger:
     """A finger led over the bench, and the modes that were told."""
 
     def __init__(self) -> None:
-        self.machine = Exploration()
+        self.hand = HandMotion()
+        self.machine = Exploration(self.hand)
         self.time_s = self.x_m = 0.0
         self.modes: list[ExplorationMode] = []
         self.taps = 0
 
     def step(self, force_n: float, x_m: float, z_m: float = 0.0, dt_s: float = TICK_S) -> ExplorationMode:
         self.time_s += dt_s
-        self.modes.append(self.machine.step(self.time_s, force_n, x_m, 0.0, z_m))
+        self.hand.step(self.time_s, x_m, 0.0)
+        self.modes.append(self.machine.step(self.time_s, force_n, z_m))
         self.taps += self.machine.began
         return self.modes[-1]
 

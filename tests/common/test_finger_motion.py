@@ -64,20 +64,18 @@ def test_whereabouts_tell_a_shaking_finger_from_one_that_goes_somewhere() -> Non
         time_s = TICK_S * tick
         shaking.step(time_s, 0.5e-3 * math.sin(2.0 * math.pi * 8.0 * time_s), 0.0)
         going.step(time_s, 0.010 * time_s, 0.0)
-    assert 0.4e-3 < shaking.reach_m < 0.6e-3
-    assert going.reach_m == pytest.approx(0.5 * 0.010 * LATELY_S, rel=0.1)
-    assert going.away_m(0.010 * 0.998, 0.0) == pytest.approx(going.reach_m, rel=0.15)
+    assert 0.4e-3 < shaking.reach_m() < 0.6e-3
+    assert going.reach_m() == pytest.approx(0.5 * 0.010 * LATELY_S, rel=0.1)
+    assert going.away_m(0.010 * 0.998, 0.0) == pytest.approx(going.reach_m(), rel=0.15)
 
 
 def test_whereabouts_need_time_and_forget() -> None:
     lately = Whereabouts()
     for tick in range(round(LATELY_S / TICK_S) - 10):
         lately.step(TICK_S * tick, 0.01 * (tick < 50), 0.0)
-    assert lately.reach_m == math.inf
+    assert lately.reach_m() == math.inf
     assert lately.away_m(0.0, 0.0) > 1e-3
-    lately.forget(TICK_S * 60)
-    assert lately.away_m(0.0, 0.0) == 0.0
+    assert lately.away_m(0.0, 0.0, TICK_S * 60) == 0.0
     lately.step(0.0, 0.02, 0.0)
     assert lately.away_m(0.02, 0.0) == 0.0, "a clock set back starts over"
-    lately.forget(EVERY_S)
-    assert lately.away_m(0.02, 0.0) == 0.0, "the newest place is kept"
+    assert lately.away_m(0.02, 0.0, EVERY_S) == 0.0, "the newest place is kept"

@@ -362,6 +362,9 @@ def test_requests_for_a_stop_are_read_first_and_the_others_in_their_order() -> N
     class Waiting:
         """Packets of one client that have all arrived."""
 
+        def getsockopt(self, option: int) -> int:
+            return zmq.POLLIN
+
         def recv_multipart(self, flags: int, copy: bool) -> list[Any]:
             return [Frame(b"who"), Frame(packets.pop(0))]
 

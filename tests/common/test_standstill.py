@@ -9,11 +9,15 @@ from common.ladder import STANDSTILL_S
 from common.standstill import BEHIND_S, BELIEVED_S, DRIFT, HostClock, Witness, since_boot_ns
 
 REPORT_S = 0.010
+WAITING = 20
 WRAPS_US = 1 << 32
 
 
 class Device:
-    """Reports every 10 ms; `step` lets true time pass, with less of it on the host's clock."""
+    """Reports every 10 ms; `step` lets true time pass, with less of it on the host's clock.
+
+    Of reports that nobody reads a line keeps WAITING: the first, the newest comes with them.
+    """
 
     def __init__(self, device_us: int = 0) -> None:
         self.witness = Witness()
@@ -24,9 +28,15 @@ class Device:
     def step(self, true_s: float = REPORT_S, host_s: float = REPORT_S, pace: float = 1.0) -> float:
         self.true_s += true_s * pace
         self.host_s += host_s
-        found_s = self.witness.report(self.host_s, (self._from_us + round(self.true_s * 1e6)) % WRAPS_US)
+        waiting = range(1, min(WAITING, round(true_s / REPORT_S)))
+        before_s = self.true_s - true_s * pace
+        reported_s = [before_s + number * REPORT_S * pace for number in waiting] + [self.true_s]
+        found_s = self.witness.report(self.host_s, [self._us(each_s) for each_s in reported_s])
         self.host_s += found_s
         return found_s
+
+    def _us(self, time_s: float) -> int:
+        return (self._from_us + round(time_s * 1e6)) % WRAPS_US
 
     def run(self, reports: int, pace: float = 1.0) -> list[float]:
         return [found_s for _ in range(reports) if (found_s := self.step(pace=pace))]
@@ -91,6 +101,23 @@ def test_a_device_that_is_held_back_and_catches_up_is_no_standstill(held_back: f
     assert device.run(150, held_back) == []
     assert device.run(150, 2.0 - held_back) == []
     assert device.step(0.3) == pytest.approx(0.29, abs=0.03)
+
+
+@pytest.mark.parametrize("leap_s", [0.06, 0.09, 0.5])
+def test_a_device_whose_clock_leaps_is_no_standstill(leap_s: float) -> None:
+    """As a simulated one on a machine that is full: it is late from the beginning, and gives up what it has missed."""
+    device = Device()
+    device.run(100)
+    device.true_s += leap_s
+    assert device.step() == 0.0
+    assert device.run(100) == []
+    assert device.step(0.3) == pytest.approx(0.29, abs=2e-3)
+
+
+def test_a_node_whose_frames_come_in_a_heap_has_seen_a_standstill() -> None:
+    witness = Witness()
+    assert [witness.frames(1.0 + 0.002 * n, n) for n in range(100)] == [0.0] * 100
+    assert witness.frames(1.2, 100 + 150) == pytest.approx(0.3, abs=5e-3)
 
 
 def test_a_stopped_process_whose_clock_went_on_is_no_standstill() -> None:

@@ -22,6 +22,7 @@ PERMISSIVE = (
 NOTED = {
     "python-can": "LGPL-3.0-only",
     "certifi": "Mozilla Public License 2.0 (MPL 2.0)",
+    "corncobs": "MPL-2.0",
     "docutils": "Public Domain",  # but for parts under BSD, and an editor's mode under GPL that is not installed
     "hypothesis": "MPL-2.0",
     "pathspec": "Mozilla Public License 2.0 (MPL 2.0)",

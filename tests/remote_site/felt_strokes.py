@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.exploration import Exploration
+from common.hand_motion import HandMotion
 from common.messages import ExplorationMode
 from remote_site.felt_stroke import EvenStroke, FeltBlock, felt
 from remote_site.surface_class import SurfaceTable
@@ -62,7 +63,12 @@ def _without(some: NDArray[np.float64], others: NDArray[np.float64], near_s: flo
 
 def modes_of(trace: StrokeTrace) -> list[ExplorationMode]:
     """Mode at each sample, as a machine that is stepped with each of them has it."""
-    exploration = Exploration()
+    hand = HandMotion()
+    exploration = Exploration(hand)
     x_m = np.cumsum(1e-3 * trace.speed_mm_s) / 2000.0
     rows = zip(trace.time_s, trace.force_n, x_m, 1e-3 * trace.speed_mm_s, strict=True)
-    return [exploration.step(float(t), float(f), float(x), 0.0, 0.0) for t, f, x, v in rows]
+    modes = []
+    for t, f, x, _ in rows:
+        hand.step(float(t), float(x), 0.0)
+        modes.append(exploration.step(float(t), float(f), 0.0))
+    return modes

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from common.hand_motion import HandMotion
 from common.messages import ExplorationMode, ThermalStatus
 from remote_site.finger_identification import FingerIdentification
 from remote_site.finger_touch import FingerSample, FingerTouch
@@ -36,13 +37,15 @@ def explore(
     fault: str | None = None,
     lift_s: float = 4.2,
 ) -> tuple[FingerIdentification, list[FingerTouch]]:
-    finger = FingerIdentification(1, knowledge, SURFACES)
+    hand = HandMotion()
+    finger = FingerIdentification(1, knowledge, SURFACES, hand)
     rng = np.random.default_rng(0)
     touches = []
     for k in range(round(500 * seconds)):
         t = 0.002 * k
         touching = CONTACT_S <= t < lift_s
         x = 0.05 * max(0.0, t - stroke_from)
+        hand.step(t, x, 0.0)
         touches.append(
             finger.step(
                 FingerSample(
@@ -51,7 +54,7 @@ def explore(
                     x,
                     0.0,
                     -3e-4 if touching else 0.02 * max(0.5 - t, 0.0),
-                    0.012 * rng.normal(size=10) if k % 5 < 2 else None,
+                    (0.012 * rng.normal(size=10)).tolist() if k % 5 < 2 else None,
                     sensor(t) if k % 5 == 0 else None,
                     AMBIENT_C if k % 5 == 0 else None,
                     fault if t > 2.0 else None,

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from common.fingers import FINGERS
+from common.hand_motion import HandMotion
 from common.limits import SENSOR_PLATE_C
 from common.messages import ThermalStatus
 from remote_site.finger_identification import FingerIdentification
@@ -52,7 +53,7 @@ def test_a_session_staggers_its_fingers(fingers: tuple[str, ...]) -> None:
 
 @pytest.mark.parametrize("preheat_k", sorted({OFFSETS_K[0] + stagger_k for stagger_k in STAGGER_K}))
 def test_an_object_as_warm_as_the_plate_asks_for_another_preheat(knowledge: ThermalKnowledge, preheat_k: float) -> None:
-    finger = FingerIdentification(1, knowledge, SURFACES, preheat_k)
+    finger = FingerIdentification(1, knowledge, SURFACES, HandMotion(), preheat_k)
     rng = np.random.default_rng(0)
     statuses = set()
     for k in range(1500):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from remote_site.identify_texture import identify_texture
-from remote_site.surface_class import SurfaceTable, stroke_constants
+from remote_site.surface_class import StrokeLaw, SurfaceTable
 from remote_site.texture_calibration import calibrate_texture
 from sim_sensors.simulate import simulate_stroke, simulate_stroke_set, write_stroke_csv
 from teletaction.texture_report import write_texture_report
@@ -90,7 +90,7 @@ def test_two_surfaces_that_are_one_cannot_be_told_apart(tmp_path):
 
 def test_constants_lie_between_the_calibrated_ones(calibrated):
     table = calibrated[0].table
-    speeds = [stroke_constants(table, x).k_stroke_v for x in np.linspace(-5.0, -1.0, 50)]
+    speeds = [StrokeLaw(table).at(x).k_stroke_v for x in np.linspace(-5.0, -1.0, 50)]
     ends = [surface.k_stroke_v for surface in table.surfaces]
     assert min(ends) * 0.999 <= min(speeds)
     assert max(speeds) <= max(ends) * 1.001

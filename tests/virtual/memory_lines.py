@@ -200,6 +200,10 @@ class MemoryCan:
         self._bus = bus
         bus.connections.append(self)
 
+    def fileno(self) -> int:
+        """There is none."""
+        raise NotImplementedError
+
     def recv(self, timeout: float) -> can.Message | None:
         """The next frame; raises CanOperationError when the gateway is gone."""
         self._check()

@@ -78,6 +78,8 @@ class Wires:
         for module in (common.serial_line, common.can_line):
             patch.setattr(module, "BackgroundOpener", self._opener)
         patch.setattr(serial, "serial_for_url", self._open_port)
+        patch.setattr(common.serial_line, "read_now", lambda port: port.read(4096))
+        patch.setattr(common.serial_line, "write_now", lambda port, data: port.write(data) == len(data))
         patch.setattr(CanAddress, "open", lambda address: self._open_can(address.port))
         patch.setattr(sim_sensors.serial_server, "serve_serial", self._serve_line)
         for simulation in (sim_sensors.sim_remote, sim_sensors.sim_operator):

@@ -1,0 +1,38 @@
+"""Which of a site's device lines have something to read: one question to the system for all of them."""
+
+import select
+from collections.abc import Sequence
+from typing import Protocol
+
+
+class Line(Protocol):
+    """A serial line or a CAN bus."""
+
+    readable: bool | None
+    """Whether something waits to be read, as of the last look; None where nobody looks."""
+
+    @property
+    def descriptor(self) -> int | None:
+        """File descriptor that the system can be asked about; None while the line is not open, or has none."""
+
+
+class ReadyLines:
+    """Looks at all lines of a site. A line that cannot be asked about counts as readable."""
+
+    def __init__(self, lines: Sequence[Line]) -> None:
+        """Look at these lines, open or not."""
+        self._lines = lines
+        self._descriptors: list[int | None] = []
+        self._poll = select.poll()
+
+    def look(self) -> None:
+        """Set `readable` of each line; a connection that has ended counts as readable, too."""
+        descriptors = [line.descriptor for line in self._lines]
+        if descriptors != self._descriptors:
+            self._descriptors, self._poll = descriptors, select.poll()
+            for descriptor in descriptors:
+                if descriptor is not None:
+                    self._poll.register(descriptor, select.POLLIN)
+        ready = {descriptor for descriptor, _ in self._poll.poll(0)}
+        for line, descriptor in zip(self._lines, descriptors, strict=True):
+            line.readable = descriptor is None or descriptor in ready
