@@ -34,6 +34,7 @@ help:
 	@echo "make console-picture  docs/console.png from a demo in a real Chromium (two minutes)"
 	@echo "make tables      the shipped calibration tables anew, from simulated sensors"
 	@echo "make rungs       the table of which skin model is right enough anew"
+	@echo "make budget      what each stage of a tick may cost, anew, from a measurement on this machine (a minute)"
 	@echo "make golden      the golden replay's expected output anew; ARGUMENTS=--record for its inputs too"
 	@echo "make clean       remove what all of these made"
 
@@ -153,6 +154,10 @@ tables: $(READY)
 rungs: $(READY)
 	$(BIN)/python -c 'from operator_site.model_choice import TABLE; \
 		from operator_site.model_error import make_rungs; make_rungs(TABLE)'
+
+.PHONY: budget
+budget: $(READY)
+	$(BIN)/python -m benchmarks.runtime_cost.budget
 
 .PHONY: golden
 golden: $(READY)

@@ -85,6 +85,17 @@ class GatewayBus(SocketCanDaemonBus):
         except BlockingIOError:
             return data
 
+    def take_all(self) -> list[can.Message]:
+        """Frames that have come, at most _CHUNK bytes of them.
+
+        Raises:
+            can.CanError: the gateway has hung up, or what it says is no frame.
+        """
+        self._receive()
+        frames = list(self._frames)
+        self._frames.clear()
+        return frames
+
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
         if not self._frames and (timeout == 0 or select.select((self._connection,), (), (), timeout)[0]):
             self._receive()

@@ -108,7 +108,7 @@ class CanLine:
     descriptor: int | None = None
     _bus: can.BusABC | None = None
     _unread: deque[can.Message] = field(default_factory=deque)
-    """Frames that `unread` has taken from the bus, for the next poll."""
+    """Frames that were taken from the bus, and are to be read by the next poll."""
     _opener: BackgroundOpener[can.BusABC] = field(init=False)
     _by_id: dict[int, tuple[FrameReceiver, FrameDamage]] = field(init=False)
     _own: OwnFrames = field(init=False)
@@ -171,10 +171,9 @@ class CanLine:
         if self.readable is False and not self._unread:
             return newest
         try:
-            for _ in range(_MOST_FRAMES):
-                message = self._unread.popleft() if self._unread else self._bus.recv(0)
-                if message is None:
-                    break
+            self._gather(self._bus)
+            for _ in range(min(len(self._unread), _MOST_FRAMES)):
+                message = self._unread.popleft()
                 values = self._take(message)
                 if values is not None:
                     newest[self._by_id[message.arbitration_id][0].name] = values
@@ -187,12 +186,21 @@ class CanLine:
         if self._bus is None or (self.readable is False and not self._unread):
             return 0
         try:
-            while len(self._unread) < _MOST_FRAMES and (message := self._bus.recv(0)) is not None:
-                self._unread.append(message)
+            self._gather(self._bus)
         except (can.CanError, OSError) as error:
             self._lose(error)
         frame_id = next(receiver.frame_id for receiver in self.receivers if receiver.name == name)
         return sum(message.arbitration_id == frame_id for message in self._unread)
+
+    def _gather(self, bus: can.BusABC) -> None:
+        """Take frames from the bus, about as many as one poll reads."""
+        unread = self._unread
+        if isinstance(bus, GatewayBus):
+            if len(unread) < _MOST_FRAMES:
+                unread.extend(bus.take_all())
+            return
+        while len(unread) < _MOST_FRAMES and (message := bus.recv(0)) is not None:
+            unread.append(message)
 
     def send(self, *messages: can.Message) -> None:
         """Send frames; with no bus there, nothing happens."""

@@ -48,9 +48,9 @@ class Containment:
         self._named: set[str] = set()
         self._latched = False
 
-    def step(self, name: str, *, latches: bool = True, passes: tuple[type[Exception], ...] = ()) -> "_Step":
+    def step(self, name: str, *, latches: bool = True, passes: tuple[type[Exception], ...] = ()) -> "Step":
         """A context that contains what is raised in it, except `passes`; with `latches` each one latches a fault."""
-        return _Step(self, name, latches, passes)
+        return Step(self, name, latches, passes)
 
     def request(self, name: str) -> "_Request":
         """A context that turns what a peer's request raises into its refusal: others are served, nothing is latched.
@@ -84,7 +84,7 @@ class Containment:
             self._named.clear()
 
 
-class _Step:
+class Step:
     """What `Containment.step` returns."""
 
     __slots__ = ("_containment", "_latches", "_name", "_passes")
@@ -121,6 +121,9 @@ class _Request:
         if isinstance(error, Exception) and not isinstance(error, (Refused, BadPacket)):
             name = self._containment.caught(self._name, error, latches=False)
             raise Refused(f"this site failed at the request: {name}") from None
+
+
+MakeContainment = Callable[[Callable[[str], None]], Containment]
 
 
 def _frames(trace: TracebackType | None) -> list[str]:

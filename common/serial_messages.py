@@ -94,7 +94,7 @@ class Identity:
         return cls(kind, int(finger), name, int(firmware), int(rate_hz), float(low), float(high))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class TextureSamples:
     """A chunk of the piezo signal: signed 12 bit counts at the sensor's rate, oldest first."""
 
@@ -125,7 +125,7 @@ class TextureSamples:
         return cls(time_us, counts)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class ThermalReading:
     """One reading of the remote thermal sensor: 12 bit counts of `common.thermometry.ssr_c`, and its heater's drive."""
 
@@ -161,7 +161,7 @@ DRIVE_FULL = 1000
 """A Peltier or heater drive is signed thousandths of full drive; positive heats the finger's side."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class HeaterCommand:
     """Drive of the thermal sensor's Peltier element, -1000..1000 thousandths."""
 
@@ -189,7 +189,7 @@ MOTOR_MAX_MV = 3000
 MOTOR_PULSE_MAX_US = 50_000
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class TactTipCommand:
     """Drives of one fingertip module: motor voltage 0..3000 mV, Peltier -1000..1000 thousandths.
 
@@ -231,7 +231,7 @@ class TactTipCommand:
             raise error(f"motor pulse of {self.pulse_us} us is outside 0..{MOTOR_PULSE_MAX_US}")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class TactTipState:
     """What a fingertip module measures and does: NTC counts (`common.thermometry.ntc_c`), and the drives it applies."""
 

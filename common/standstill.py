@@ -99,7 +99,7 @@ class Witness:
 
         Args:
             host_s: the host's time after they were read, s. An earlier time would look like a standstill.
-            device_us: the device's time in each report, us modulo 2^32; without any, nothing is shown.
+            device_us: the device's time in each report, one or more, us modulo 2^32.
         """
         reported_s = 0.0
         for each_us in device_us:
@@ -107,7 +107,7 @@ class Witness:
             self._device_us = each_us
             self._device_s += since_s
             reported_s += since_s if 0.0 < since_s <= FOLLOWS_S else 0.0
-        return self._step(host_s, self._device_s, reported_s) if device_us else 0.0
+        return self._step(host_s, self._device_s, reported_s)
 
     def frames(self, host_s: float, count: int) -> float:
         """Take how many frames of FRAME_S a CAN node has sent in all; returns the standstill that this shows, s."""

@@ -49,7 +49,7 @@ _THERMAL = [TOUCH_COLUMN[name] for name in ("conductivity_w_mk", "density_kg_m3"
 _OBJECT_C = TOUCH_COLUMN["object_c"]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Requested:
     """What the renderer would like the devices to do, five fingers each; the gate's input."""
 

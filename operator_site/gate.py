@@ -71,7 +71,7 @@ class Limit(IntFlag):
     """Faults have named this plate repeatedly: no drive but a test pulse, until that has moved it."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class GatedOutput:
     """What may reach the devices, five fingers each, and what the gate did."""
 

@@ -33,7 +33,7 @@ _FIELDS: dict[str, Fits] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class RenderingInput:
     """One tick's input, five fingers each."""
 

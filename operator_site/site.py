@@ -12,7 +12,7 @@ import numpy as np
 from common.capabilities import capabilities
 from common.clock import ReadClock
 from common.config import OperatorConfig, to_toml
-from common.containment import Containment
+from common.containment import Containment, MakeContainment
 from common.deadband import Deadband
 from common.desk import Desk
 from common.fingers import FINGERS
@@ -68,6 +68,7 @@ class OperatorSite:
         recorder: Recorder | None = None,
         desk: Desk | None = None,
         feed: Feed | None = None,
+        containment: MakeContainment = Containment,
     ):
         """Work with opened devices.
 
@@ -78,6 +79,7 @@ class OperatorSite:
             recorder: opened with SCHEMAS; nothing is recorded without.
             desk: nobody can ask for anything without.
             feed: no console sees anything without.
+            containment: made with what latches a fault.
         """
         self.client = client
         self._devices = devices
@@ -86,7 +88,7 @@ class OperatorSite:
         self.attendance = Attendance(config.console_required_s)
         self._desk = desk
         self._gap_s = config.link.gap_s
-        self.contain = Containment(client.session.latch)
+        self.contain = containment(client.session.latch)
         self.rendering = Rendering(config.rendering, 1.0 / config.rate_hz, config.link.gap_s, self.contain)
         self._feed = feed
         self._gate_raised_s = -math.inf

@@ -59,7 +59,8 @@ class TactTip:
     def read(self, t_s: float) -> None:
         """Take what came since the last call; it is judged by a time that counts what the host's clock did not."""
         states = self._states()
-        self.stood_still_s = self._witness.report(self._clock.now_s(), [state.device_time_us for state in states])
+        reported_us = [state.device_time_us for state in states]
+        self.stood_still_s = self._witness.report(self._clock.now_s(), reported_us) if reported_us else 0.0
         t_s += self.stood_still_s
         for state in states:
             reading = self._sensor.step(t_s, state.plate_counts)

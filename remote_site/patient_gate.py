@@ -25,7 +25,7 @@ PLANE_RANGE_M = 0.655
 PLANE_SPEED_M_S = 0.30
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class GatedCommand:
     """What may reach the telemanipulator and the heaters, and what the gate did."""
 

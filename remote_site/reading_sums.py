@@ -20,7 +20,7 @@ COOLED = 0.05
 """A plate that has less than this of its warmth left carries nothing on, as a share."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Reading:
     """One reading of a plate in contact.
 

@@ -27,7 +27,7 @@ _FIELDS: dict[str, Fits] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Sensed:
     """One tick's readings, five fingers each; None where nothing new came."""
 

@@ -11,7 +11,7 @@ from typing import Any
 from common.capabilities import capabilities
 from common.clock import ReadClock
 from common.config import RemoteConfig, to_toml
-from common.containment import Containment
+from common.containment import Containment, MakeContainment
 from common.deadband import Deadband
 from common.desk import Desk
 from common.fingers import FINGERS, named_finger
@@ -66,6 +66,7 @@ class RemoteSite:
         recorder: Recorder | None = None,
         desk: Desk | None = None,
         stamp_ns: ReadClock | None = None,
+        containment: MakeContainment = Containment,
     ):
         self._devices = devices
         self._recorder = recorder
@@ -84,7 +85,7 @@ class RemoteSite:
             max_age_s=config.link.max_age_s,
         )
         self.server = SessionServer(link, able, config.link.max_age_s, config.link.gap_s, stamp_ns)
-        self.contain = self.server.contain = Containment(self.server.session.latch)
+        self.contain = self.server.contain = containment(self.server.session.latch)
         self.server.recording_stopped = partial(recording_stopped, recorder, self.contain)
         self.perception = Perception(config.fingers, materials, surfaces, self.contain)
         self._sensed = Sensed(-math.inf, 0.0, 0.0, _ZEROS, _ZEROS, _NOTHING_NEW, _NOTHING_NEW)

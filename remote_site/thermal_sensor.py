@@ -22,7 +22,7 @@ _BYTES_PER_S = 100 * 17
 """Of a sensor's readings on its line."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class PlateReading:
     """One reading of a thermal sensor.
 
@@ -82,7 +82,7 @@ class ThermalSensor:
                 reported_us.append(newest.device_time_us)
         if self.line.times_lost != self._times_lost:  # another sensor, or this one after a restart
             self._witness, self._times_lost = Witness(), self.line.times_lost
-        self.stood_still_s = self._witness.report(self._clock.now_s(), reported_us)
+        self.stood_still_s = self._witness.report(self._clock.now_s(), reported_us) if reported_us else 0.0
         if newest is None:
             return None
         t_s += self.stood_still_s

@@ -47,6 +47,7 @@ STUDIES = {
     "tactile-map": "studies.tactile_map",
     "consoles": "studies.consoles",
     "sessions": "studies.sessions",
+    "runtime-cost": "benchmarks.runtime_cost.study",
     "paper-figures": "studies.paper_figures",
 }
 """Module of each study by its name."""

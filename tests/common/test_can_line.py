@@ -141,6 +141,9 @@ class BrokenBus:
     def __init__(self, failure: Exception) -> None:
         self.failure = failure
 
+    def fileno(self) -> int:
+        raise NotImplementedError
+
     def recv(self, timeout: float) -> None:
         return None
 

@@ -11,7 +11,7 @@ from packaging.utils import canonicalize_name
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
 EXTRAS: dict[str, list[str]] = PROJECT["optional-dependencies"]
-ROOMS = ("common", "remote_site", "operator_site", "sim_sensors", "teletaction", "studies")
+ROOMS = ("common", "remote_site", "operator_site", "sim_sensors", "teletaction", "studies", "benchmarks")
 
 
 def names(requirements: list[str]) -> set[str]:

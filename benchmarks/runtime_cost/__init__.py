@@ -1,0 +1,1 @@
+"""What a tick of each process costs, measured in lock step."""

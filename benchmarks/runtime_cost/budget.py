@@ -1,0 +1,66 @@
+"""What each stage of a tick may cost, in reference steps, and what exceeds it: `budget.toml`.
+
+`python -m benchmarks.runtime_cost.budget` measures and writes it anew: a decision, not a mend.
+"""
+
+import tempfile
+import tomllib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from benchmarks.runtime_cost.measure import measure
+from common.fingers import FINGERS
+
+BUDGET = Path(__file__).with_name("budget.toml")
+ALLOWANCE = 1.0 / 3.0
+"""A stage may cost this share more than its budget: two runs on a busy machine differ."""
+LEAST_STEPS = 0.05
+"""A smaller excess, reference steps, is not reported: it is the time of reading the clock."""
+
+Budget = Mapping[str, Mapping[str, Mapping[str, float]]]
+
+
+def load_budget(path: Path = BUDGET) -> tuple[int, Budget]:
+    """For how many fingers the budget is, and reference steps by process, stage and what the fingers do."""
+    with path.open("rb") as file:
+        found = tomllib.load(file)
+    return found.pop("fingers"), found
+
+
+def exceeded(rows: Iterable[Mapping[str, Any]], fingers: int, budget: Budget) -> list[str]:
+    """Each cost that exceeds its budget, a line each; a stage without a budget exceeds it.
+
+    Args:
+        rows: of `Spent.rows`.
+        fingers: rows of other numbers of fingers are left out.
+        budget: of `load_budget`.
+    """
+    found = []
+    for row in rows:
+        if row["fingers"] != fingers:
+            continue
+        process, stage, doing, cost = row["process"], row["stage"], row["doing"], row["reference_steps"]
+        allowed = budget.get(process, {}).get(stage, {}).get(doing, 0.0)
+        if cost > allowed * (1.0 + ALLOWANCE) + LEAST_STEPS:
+            found.append(
+                f"{process}, {stage}, fingers {doing}: {cost:.2f} reference steps a tick, {allowed:.2f} in budget"
+            )
+    return found
+
+
+def budget_text(rows: Iterable[Mapping[str, Any]], fingers: int) -> str:
+    """The rows for so many fingers as a budget, in TOML."""
+    found = [f"# Reference steps a tick, mean, by process, stage and what the fingers do.\nfingers = {fingers}"]
+    stages: dict[tuple[str, str], list[str]] = {}
+    for row in rows:
+        if row["fingers"] == fingers:
+            stage = stages.setdefault((row["process"], row["stage"]), [])
+            stage.append(f"{row['doing']} = {row['reference_steps']:.2f}")
+    found += ["\n".join((f'[{process}."{stage}"]', *lines)) for (process, stage), lines in stages.items()]
+    return "\n\n".join(found) + "\n"
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory(prefix="runtime-cost-") as folder:
+        BUDGET.write_text(budget_text(measure(len(FINGERS), 0, Path(folder)).rows(len(FINGERS)), len(FINGERS)), "utf-8")

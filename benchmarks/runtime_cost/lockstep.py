@@ -1,0 +1,119 @@
+"""Both sites of a session in one process, in lock step with their devices.
+
+Lines, buses and link are real: devices are served over TCP, and the sites are connected by CurveZMQ. Time is virtual: a
+step of 2 ms begins as soon as the one before has ended, so nothing waits and nothing is late.
+"""
+
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Protocol
+
+from common.config import OperatorConfig, RemoteConfig, load_config
+from common.containment import MakeContainment
+from common.keys import TrustedKeys, load_keys
+from common.link import OperatorLink, RemoteLink
+from common.recording import Recorder
+from common.standstill import HostClock
+from operator_site.devices import OperatorDevices
+from operator_site.remote_key import remote_public_key
+from operator_site.site import OperatorSite, session_with
+from operator_site.site_recording import SCHEMAS
+from remote_site.devices import RemoteDevices
+from remote_site.site import RemoteSite
+from remote_site.site_recording import open_recorder
+
+STEP_S = 0.002
+_PATIENCE_S = 20.0
+"""Real time in which devices must be found and both sites engaged, s."""
+_FIRST_S = 1000.0
+"""Virtual time of the first step, s."""
+
+
+class Devices(Protocol):
+    """Everything that both sites read and write."""
+
+    def step(self, now_s: float) -> None:
+        """Take what was sent to them, advance by STEP_S to the moment `now_s`, and send what is due."""
+
+
+class NotEngaged(RuntimeError):
+    """The sites did not find their devices or each other."""
+
+
+class LockStep:
+    """One session.
+
+    Attributes:
+        time_s: virtual time, s.
+        remote, operator: the two sites.
+    """
+
+    def __init__(self) -> None:
+        """Without sites yet."""
+        self.time_s = _FIRST_S
+        self.remote: RemoteSite
+        self.operator: OperatorSite
+
+    def now_ns(self) -> int:
+        """Virtual time, ns."""
+        return round(self.time_s * 1e9)
+
+    def step(self, devices: Devices) -> None:
+        """Advance to the next step; the sites' ticks follow."""
+        self.time_s += STEP_S
+        devices.step(self.time_s)
+
+    def engage(self, devices: Devices) -> None:
+        """Step until both sites are engaged; raises NotEngaged when that takes too long."""
+        deadline_s = time.monotonic() + _PATIENCE_S
+        while not (self.operator.client.both_engaged and self.remote.server.both_engaged):
+            if time.monotonic() > deadline_s:
+                raise NotEngaged(f"not engaged within {_PATIENCE_S:g} s: {self.operator.figures()}")
+            self.step(devices)
+            self.remote.tick(self.now_ns())
+            self.operator.tick(self.now_ns())
+            time.sleep(0.0005)  # devices are opened by threads, and handshakes take their time
+
+
+@contextmanager
+def sites(lockstep: LockStep, configs: dict[str, Path], containment: MakeContainment) -> Iterator[LockStep]:
+    """Open both sites of a session whose devices are served already, with a recording each.
+
+    Args:
+        lockstep: whose clock the sites have.
+        configs: configuration files by the names of `teletaction.demo_files.prepare`.
+        containment: makes each site's containment, which names the stages of its tick.
+    """
+    remote, operator = load_config(configs["remote"], RemoteConfig), load_config(configs["operator"], OperatorConfig)
+    clock = HostClock(lockstep.now_ns)
+    with ExitStack() as opened:
+        keys = load_keys(remote.link.keys)
+        remote_link = opened.enter_context(
+            RemoteLink(remote.link.bind, remote.link.base_port, keys, TrustedKeys(remote.link.keys))
+        )
+        remote_devices = RemoteDevices(remote, clock)
+        opened.callback(remote_devices.close)
+        recorder = open_recorder(remote, {})
+        assert recorder is not None
+        opened.enter_context(recorder)
+        lockstep.remote = RemoteSite(
+            remote, remote_link, remote_devices, recorder, stamp_ns=lockstep.now_ns, containment=containment
+        )
+        keys = load_keys(operator.link.keys)
+        operator_link = opened.enter_context(
+            OperatorLink(operator.link.host, operator.link.base_port, keys, remote_public_key(operator.link))
+        )
+        operator_devices = OperatorDevices(operator, clock)
+        opened.callback(operator_devices.close)
+        assert operator.record is not None
+        written = opened.enter_context(Recorder(operator.record, SCHEMAS, {}))
+        lockstep.operator = OperatorSite(
+            operator,
+            session_with(operator_link, operator, lockstep.now_ns),
+            operator_devices,
+            written,
+            containment=containment,
+        )
+        yield lockstep

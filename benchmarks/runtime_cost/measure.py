@@ -1,0 +1,136 @@
+"""Drives a session in lock step and measures what each tick costs, by what the fingers do."""
+
+import time
+from collections import defaultdict
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import sim_sensors.sim_operator
+import sim_sensors.sim_remote
+from benchmarks.reference_step import reference_step
+from benchmarks.runtime_cost.lockstep import STEP_S, LockStep, sites
+from benchmarks.runtime_cost.stages import StageClock
+from common.config import SimOperatorConfig, SimRemoteConfig, load_config
+from sim_sensors.select_loop import SelectLoop
+from teletaction.demo_files import DemoOptions, prepare
+
+SCENE = Path(__file__).with_name("activities.toml")
+SCRIPT_S = 14.0
+"""One pass through the scene's script, with the time before the hand begins."""
+DOING = ("free", "tapping", "resting", "stroking")
+"""What the fingers do, by the number of the script's mode."""
+TICK = "tick"
+"""Stands for a whole tick among the stages."""
+_REFERENCE_EVERY = 25
+"""Ticks between two reference steps, which are so spread over the whole run."""
+
+
+@dataclass(slots=True)
+class Spent:
+    """Processor time of each tick, by process, what the fingers did, and stage, ns.
+
+    Attributes:
+        ticks: those times.
+        reference: of each reference step.
+    """
+
+    ticks: dict[tuple[str, str, str], list[int]] = field(default_factory=lambda: defaultdict(list))
+    reference: list[int] = field(default_factory=list)
+
+    def rows(self, fingers: int) -> list[dict[str, Any]]:
+        """A row for each process, activity and stage; a stage that did not run in a tick cost nothing in it."""
+        reference_ns = float(np.median(self.reference))
+        found = []
+        for (process, doing, stage), spent in self.ticks.items():
+            count = len(self.ticks[process, doing, TICK])
+            ns = np.zeros(count)
+            ns[: len(spent)] = spent
+            found.append(
+                {
+                    "fingers": fingers,
+                    "process": process,
+                    "doing": doing,
+                    "stage": stage,
+                    "ticks": count,
+                    "mean_us": round(float(ns.mean()) * 1e-3, 2),
+                    "p50_us": round(float(np.percentile(ns, 50)) * 1e-3, 2),
+                    "p99_us": round(float(np.percentile(ns, 99)) * 1e-3, 2),
+                    "reference_steps": round(float(ns.mean()) / reference_ns, 3),
+                }
+            )
+        return found
+
+
+class _Simulators:
+    """Both simulators, each of whose steps is timed."""
+
+    def __init__(self, configs: dict[str, Path], lockstep: LockStep) -> None:
+        self._sockets = {name: SelectLoop(lambda: lockstep.time_s) for name in ("sim-remote", "sim-operator")}
+        self.remote = sim_sensors.sim_remote.RemoteDevices(
+            load_config(configs["sim-remote"], SimRemoteConfig), self._sockets["sim-remote"]
+        )
+        self.operator = sim_sensors.sim_operator.OperatorDevices(
+            load_config(configs["sim-operator"], SimOperatorConfig), self._sockets["sim-operator"]
+        )
+        self.spent_ns = dict.fromkeys(self._sockets, 0)
+
+    def step(self, now_s: float) -> None:
+        for name, devices in (("sim-operator", self.operator), ("sim-remote", self.remote)):
+            begun_ns = time.thread_time_ns()
+            self._sockets[name].serve(0.0)
+            devices.step(now_s)
+            self.spent_ns[name] = time.thread_time_ns() - begun_ns
+
+    def close(self) -> None:
+        self.remote.close()
+        self.operator.close()
+
+
+def timed(work: Callable[[], object]) -> int:
+    """Processor time of this thread that some work takes, ns."""
+    begun_ns = time.thread_time_ns()
+    work()
+    return time.thread_time_ns() - begun_ns
+
+
+def measure(fingers: int, seed: int, folder: Path, tell: Callable[[float], object] = lambda _: None) -> Spent:
+    """Run one pass through the script with so many fingers.
+
+    Args:
+        fingers: 1 to 5.
+        seed: of the simulated devices and the hand.
+        folder: for keys, configurations and recordings.
+        tell: is told the share done, 0..1.
+
+    Raises:
+        NotEngaged: the sites did not find their devices or each other.
+    """
+    configs = prepare(DemoOptions(fingers=fingers, seed=seed, scene=str(SCENE)), folder)
+    lockstep, spent = LockStep(), Spent()
+    simulators = _Simulators(configs, lockstep)
+    try:
+        with sites(lockstep, configs, StageClock):
+            lockstep.engage(simulators)
+            steps = round(SCRIPT_S / STEP_S)
+            for number in range(steps):
+                lockstep.step(simulators)
+                doing = DOING[simulators.operator.hand.mode]
+                for process, site in (("remote", lockstep.remote), ("operator", lockstep.operator)):
+                    assert isinstance(site.contain, StageClock)
+                    spent.ticks[process, doing, TICK].append(timed(partial(site.tick, lockstep.now_ns())))
+                    for stage, ns in site.contain.take_spent_ns().items():
+                        spent.ticks[process, doing, stage].append(ns)
+                for process, ns in simulators.spent_ns.items():
+                    spent.ticks[process, doing, TICK].append(ns)
+                if number % _REFERENCE_EVERY == 0:
+                    spent.reference.append(timed(reference_step))
+                    tell(number / steps)
+            assert lockstep.remote.server.both_engaged, lockstep.remote.figures()
+    finally:
+        simulators.close()
+    return spent
