@@ -8,10 +8,11 @@ from collections.abc import Mapping
 from common.messages import ThermalStatus
 from remote_site.thermal_answer import ThermalAnswer, ThermalConclusion
 from remote_site.thermal_identification import ThermalIdentification, ThermalKnowledge
+from remote_site.touch_estimate import SOLVE_EVERY_S
 
 ONE_OBJECT = 0.5
 """Probability from which the fingers count as touching one object."""
-JUDGE_EVERY_S = 0.02
+JUDGE_EVERY_S = SOLVE_EVERY_S
 DOUBT_EVERY_S = 0.10
 """Between two looks at whether it is one object, s."""
 

@@ -188,7 +188,7 @@ class ThermalIdentification:
             assert self._estimate is not None
             self._estimate.step(dt_s, sensor_c, force_n)
             self._exponential.add(self.since_s, sensor_c)
-            evidence = self.evidence() if self.alone and self._estimate.solved else None
+            evidence = self.evidence() if self.alone and self._estimate.news else None
             if evidence is not None:
                 posterior = self._knowledge.posterior.judge([evidence])
                 self.answer = self.with_exponential(self._conclusion.step(posterior, self.since_s))

@@ -3,9 +3,10 @@
 Six numbers are unknown for each guess: the temperatures of object, plate and back at contact, and how far the guess is
 off in the logarithms of effusivity, conductance and lag. A reading is linear in the three temperatures and in the three
 products of an offset with the difference between plate and object, so that sums over the readings hold all that they
-say (a Kalman filter would freeze each reading where the estimate was when it came). A Gauss-Newton step with each
-reading keeps the six numbers most probable, and Laplace's approximation there weighs the guesses against each other.
-A few times during a touch the readings are summed again around what each guess has come to by then.
+say (a Kalman filter would freeze each reading where the estimate was when it came). Gauss-Newton steps, one with each
+reading at first and 25 in a second later, keep the six numbers most probable, and Laplace's approximation there weighs
+the guesses against each other. A few times during a touch the readings are summed again around what each guess has come
+to by then.
 """
 
 from dataclasses import dataclass
@@ -42,7 +43,11 @@ STRAYED_SD = 2.5
 """A substance that stands for a stretch of effusivities is not heard so far outside of it: what it says there is less
 exact than what its neighbour says, which stands nearer."""
 LARGEST_STEP = 0.3
-"""Of a logarithm, from one reading to the next."""
+"""Of a logarithm, from one solution to the next."""
+AT_FIRST_S = 0.5
+"""For so long after contact the guesses are solved with each reading: they still move far, s."""
+SOLVE_EVERY_S = 0.04
+"""Between two solutions later on, s. Readings are summed as they come; what is known changes slowly by then."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,6 +138,10 @@ class TouchEstimate:
         self._ln_noise = 0.0
         self._used = (0, 0.0)
         self._next = self._rounds = 0
+        self._solve_from_s = 0.0
+        """When the guesses are solved again, s after contact."""
+        self.news = False
+        """Whether the last reading brought all guesses up to date."""
         self.solved = True
         """Whether all guesses have been solved from the same readings; many of them take a few readings' time."""
         self._since_s = 0.0
@@ -156,7 +165,12 @@ class TouchEstimate:
             self._loosen_plate(changed)
             self._next = 0  # what was being solved is of another contact
         self._sums.take(reading, self._difference_k)
-        self._solve_some()
+        self.news = False
+        if self._next or self._since_s >= self._solve_from_s - NEARLY_S:
+            self._solve_some()
+            self.news = self.solved
+        if self.news and self._since_s >= AT_FIRST_S - NEARLY_S:
+            self._solve_from_s = self._since_s + SOLVE_EVERY_S
         self._look_again()
 
     def _loosen_plate(self, contact_variance: float) -> None:

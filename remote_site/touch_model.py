@@ -7,6 +7,7 @@ show in the readings, so every constant is one: contact conductance h/C'' in 1/s
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +22,10 @@ COURSES = 6
 """Columns of `TouchModel.courses`."""
 _STEP = 0.02
 """Change of a logarithm by which the slopes of a course are taken."""
-_SAME_S = 1e-6
-"""Steps that differ by less are one length, s."""
+_GRID_S = 2e-6
+"""Lengths of steps are rounded to this, s."""
+_MOST_LENGTHS = 16
+"""Lengths whose factors are kept: sites that are late get readings 10, 20, 30 ms apart, by turns."""
 _PLATES = 4
 """Of each contact: plate warm; the same with more effusivity; with more conductance; only the back warm."""
 
@@ -64,6 +67,17 @@ class Contacts:
     slab_s: Array
 
 
+class _Factors(NamedTuple):
+    """What only depends on the length of a step: of the modes' heat, of the surface's, and of the readings."""
+
+    dt_s: float
+    decay: Array
+    fill: Array
+    warms: Array
+    slow: Array
+    quick: Array
+
+
 class TouchModel:
     """Courses of n guesses: each one of p contacts, read with one lag.
 
@@ -102,7 +116,7 @@ class TouchModel:
         self._read = np.zeros_like(self._lag_s)
         self._start = np.ones((2, len(lag_s)))
         """What is left in the resistor of its own temperature at contact."""
-        self._dt_s = 0.0
+        self._lengths: dict[int, _Factors] = {}
         self._early_s = sensor.early_s
         self.courses = np.zeros((len(lag_s), COURSES))
 
@@ -113,7 +127,7 @@ class TouchModel:
         self._heat, self._plate, self._surface = self._heat[..., used], self._plate[:, used], self._surface[:, used]
         self._lag_s, self._read, self._start = self._lag_s[:, which], self._read[:, which], self._start[:, which]
         self.courses = self.courses[which]
-        self._dt_s = 0.0
+        self._lengths.clear()
 
     def step(self, dt_s: float, force_n: Array | float) -> None:
         """Advance by `dt_s` (s) at a force (N), one for all contacts or (p,)."""
@@ -129,15 +143,19 @@ class TouchModel:
             self._advance(dt_s, force_n)
 
     def _advance(self, dt_s: float, force_n: Array | float) -> None:
-        if abs(dt_s - self._dt_s) > _SAME_S:
-            self._prepare(dt_s)
+        length = round(dt_s / _GRID_S)
+        if (factors := self._lengths.get(length)) is None:
+            factors = self._factors(length * _GRID_S)
+            if len(self._lengths) >= _MOST_LENGTHS:
+                self._lengths.clear()
+            self._lengths[length] = factors
         before = self._plate
-        self._conduct(dt_s, self._conductance * self._sensor.force_share(force_n))
+        self._conduct(factors, self._conductance * self._sensor.force_share(force_n))
         twice = (before + self._plate)[:, self._contact_of]
-        self._read *= self._slow
-        self._read[:_PLATES] += twice * self._quick[:_PLATES]
-        self._read[_PLATES] += twice[0] * self._quick[_PLATES]
-        self._start *= self._slow[3:]
+        self._read *= factors.slow
+        self._read[:_PLATES] += twice * factors.quick[:_PLATES]
+        self._read[_PLATES] += twice[0] * factors.quick[_PLATES]
+        self._start *= factors.slow[3:]
         plate, by_effusivity, by_conductance, back, by_lag = self._read
         start, start_by_lag = self._start
         self.courses[:, 0] = 1.0 - plate - back - start
@@ -147,25 +165,28 @@ class TouchModel:
         self.courses[:, 4] = (by_conductance - plate) / _STEP
         self.courses[:, 5] = (by_lag + start_by_lag - plate - start) / _STEP
 
-    def _conduct(self, dt_s: float, conductance: Array) -> None:
+    def _conduct(self, factors: _Factors, conductance: Array) -> None:
         """Move heat from plate to object with the flux that is steady over a step: second order in its length."""
-        leak = self._sensor.leak_per_s
-        heat = self._heat * self._decay
+        leak, dt_s = self._sensor.leak_per_s, factors.dt_s
+        heat = self._heat * factors.decay
         surface = np.einsum("mcp,mcp->cp", self._weights, heat)
         pull = dt_s / (2.0 + leak * dt_s)
         coasting = self._plate - pull * leak * (self._plate - self._back)
         flux = conductance * (coasting - 0.5 * (self._surface + surface))
-        flux /= 1.0 + conductance * (pull + 0.5 * self._warms)
+        flux /= 1.0 + conductance * (pull + 0.5 * factors.warms)
         self._plate = 2.0 * (coasting - pull * flux) - self._plate
-        self._heat = heat + self._fill * flux
-        self._surface = surface + self._warms * flux
+        self._heat = heat + factors.fill * flux
+        self._surface = surface + factors.warms * flux
 
-    def _prepare(self, dt_s: float) -> None:
-        """What only depends on the length of a step."""
-        self._dt_s = dt_s
+    def _factors(self, dt_s: float) -> _Factors:
         slow_per_s = np.maximum(DECAYS_PER_S, 1e-9)
-        self._decay = np.exp(-DECAYS_PER_S * dt_s)[:, None, None]
-        self._fill = (-np.expm1(-slow_per_s * dt_s) / slow_per_s)[:, None, None]
-        self._warms: Array = np.einsum("mcp,m->cp", self._weights, self._fill[:, 0, 0])
+        fill = -np.expm1(-slow_per_s * dt_s) / slow_per_s
         ratio = dt_s / (2.0 * self._lag_s)
-        self._slow, self._quick = (1.0 - ratio) / (1.0 + ratio), ratio / (1.0 + ratio)
+        return _Factors(
+            dt_s,
+            decay=np.exp(-DECAYS_PER_S * dt_s)[:, None, None],
+            fill=fill[:, None, None],
+            warms=np.einsum("mcp,m->cp", self._weights, fill),
+            slow=(1.0 - ratio) / (1.0 + ratio),
+            quick=ratio / (1.0 + ratio),
+        )

@@ -29,7 +29,7 @@ def plot(data: Mapping[str, Any], path: Path) -> None:
         for axes, site in zip(places[0], SITES, strict=True):
             _stages(axes, [row for row in rows if row["process"] == site and row["fingers"] == most])
             axes.set_title(f"{site} site, {most} fingers, by stage", loc="left")
-        for axes, doing in zip(places[1], ("free", "stroking"), strict=True):
+        for axes, doing in zip(places[1], ("free", "resting"), strict=True):
             _fingers(axes, [row for row in rows if row["doing"] == doing and row["stage"] == TICK])
             axes.set_title(f"all processes, fingers {doing}", loc="left")
         figure.suptitle(f"One reference step is {data['reference_step_us']:.0f} us here", x=0.01, ha="left")
@@ -57,4 +57,4 @@ def _fingers(axes: Axes, rows: Rows) -> None:
     axes.set_ylim(bottom=0.0)
     axes.set_xticks(sorted({row["fingers"] for row in rows}))
     axes.set(xlabel="fingers", ylabel="cost of a tick, mean (reference steps)")
-    axes.legend(loc="lower right")
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=8)
