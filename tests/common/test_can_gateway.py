@@ -100,6 +100,43 @@ def test_a_gateway_that_reads_nothing_any_more_holds_nobody_up(stage: ExitStack)
         bus.send(FRAME)
 
 
+def test_frames_are_written_whole_and_in_one_piece(stage: ExitStack) -> None:
+    there = gateway(stage, *HELLO)
+    bus = connect(stage, there)
+    bus.send_all([FRAME, can.Message(arbitration_id=0x1ABCDEF, data=b"\x00\xff\x0a")])
+    there.connections[-1].settimeout(2.0)
+    heard = there.connections[-1].recv(1000)
+    assert heard == b"< send 123 1 01 >< send 01ABCDEF 3 00 ff 0a >"
+
+
+def test_all_frames_that_have_come_are_taken_at_once_and_half_ones_wait(stage: ExitStack) -> None:
+    there = gateway(stage, *HELLO)
+    bus = connect(stage, there)
+    assert bus.take_all() == []
+    there.connections[-1].sendall(b"< frame 012 1.5 ff000a >< frame 00000345 2.5  >< frame 013 2")
+    deadline = time.monotonic() + 2.0
+    found: list[can.Message] = []
+    while len(found) < 2 and time.monotonic() < deadline:
+        found += bus.take_all()
+    assert [(f.arbitration_id, bytes(f.data), f.timestamp, f.is_extended_id) for f in found] == [
+        (0x12, b"\xff\x00\x0a", 1.5, False),
+        (0x345, b"", 2.5, True),
+    ]
+    there.connections[-1].sendall(b".0 01 >")
+    while len(found) < 3 and time.monotonic() < deadline:
+        found += bus.take_all()
+    assert (found[2].arbitration_id, bytes(found[2].data), found[2].timestamp) == (0x13, b"\x01", 2.0)
+
+
+@pytest.mark.parametrize("words", [b"< frame xyz 1.5 00 >", b"< frame 012 soon 00 >", b"< frame 012 1.5 0g >", b"\xff"])
+def test_what_is_no_frame_ends_the_connection_with_its_reason(words: bytes, stage: ExitStack) -> None:
+    there = gateway(stage, *HELLO)
+    bus = connect(stage, there)
+    there.connections[-1].sendall(words)
+    with pytest.raises(can.CanError, match="what is no frame"):
+        bus.recv(2.0)
+
+
 def test_a_line_counts_what_a_stalled_gateway_did_not_take_and_goes_on(stage: ExitStack) -> None:
     there = gateway(stage, *HELLO)
     line = CanLine(CanAddress(interface="socketcand", port=there.port), (FrameReceiver("HandPose"),))
