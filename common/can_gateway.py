@@ -85,24 +85,24 @@ class GatewayBus(SocketCanDaemonBus):
         except BlockingIOError:
             return data
 
-    def take_all(self) -> list[can.Message]:
-        """Frames that have come, at most _CHUNK bytes of them.
+    def take_some(self) -> tuple[list[can.Message], bool]:
+        """Frames that have come, at most _CHUNK bytes of them, and whether there may be more.
 
         Raises:
             can.CanError: the gateway has hung up, or what it says is no frame.
         """
-        self._receive()
+        more = self._receive() == _CHUNK
         frames = list(self._frames)
         self._frames.clear()
-        return frames
+        return frames, more
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
         if not self._frames and (timeout == 0 or select.select((self._connection,), (), (), timeout)[0]):
             self._receive()
         return (self._frames.popleft() if self._frames else None), False
 
-    def _receive(self) -> None:
-        """Take what has come.
+    def _receive(self) -> int:
+        """Take what has come; returns how many bytes that were.
 
         Raises:
             can.CanError: the gateway has hung up, or what it says is no frame.
@@ -110,7 +110,7 @@ class GatewayBus(SocketCanDaemonBus):
         try:
             chunk = self._connection.recv(_CHUNK, socket.MSG_DONTWAIT)
         except BlockingIOError:
-            return
+            return 0
         if not chunk:
             raise can.CanOperationError("the gateway has hung up")
         if _QUICKACK is not None:
@@ -123,6 +123,7 @@ class GatewayBus(SocketCanDaemonBus):
         self._frames.extend(frame for frame in frames if frame is not None)
         if len(self._text) > _LONGEST_TEXT:
             self._text = ""
+        return len(chunk)
 
     def _expect_msg(self, msg: str) -> None:
         if not select.select((self._connection,), (), (), ANSWER_S)[0]:

@@ -106,6 +106,8 @@ class CanLine:
     readable: bool | None = None
     """See `ReadyLines`."""
     descriptor: int | None = None
+    drained: bool = True
+    """Whether the last poll has read all that waited."""
     _bus: can.BusABC | None = None
     _unread: deque[can.Message] = field(default_factory=deque)
     """Frames that were taken from the bus, and are to be read by the next poll."""
@@ -168,15 +170,17 @@ class CanLine:
             self.descriptor, self.readable = _descriptor(self._bus), None
             self._forget()
         newest: dict[str, dict[str, float]] = {}
+        self.drained = True
         if self.readable is False and not self._unread:
             return newest
         try:
-            self._gather(self._bus)
+            all_taken = self._gather(self._bus)
             for _ in range(min(len(self._unread), _MOST_FRAMES)):
                 message = self._unread.popleft()
                 values = self._take(message)
                 if values is not None:
                     newest[self._by_id[message.arbitration_id][0].name] = values
+            self.drained = all_taken and not self._unread
         except (can.CanError, OSError) as error:
             self._lose(error)
         return newest
@@ -192,15 +196,21 @@ class CanLine:
         frame_id = next(receiver.frame_id for receiver in self.receivers if receiver.name == name)
         return sum(message.arbitration_id == frame_id for message in self._unread)
 
-    def _gather(self, bus: can.BusABC) -> None:
-        """Take frames from the bus, about as many as one poll reads."""
+    def _gather(self, bus: can.BusABC) -> bool:
+        """Take frames from the bus, about as many as one poll reads; returns whether the bus has no more."""
         unread = self._unread
-        if isinstance(bus, GatewayBus):
-            if len(unread) < _MOST_FRAMES:
-                unread.extend(bus.take_all())
-            return
-        while len(unread) < _MOST_FRAMES and (message := bus.recv(0)) is not None:
-            unread.append(message)
+        while len(unread) < _MOST_FRAMES:
+            if isinstance(bus, GatewayBus):
+                found, more = bus.take_some()
+                unread.extend(found)
+            else:
+                message = bus.recv(0)
+                more = message is not None
+                if message is not None:
+                    unread.append(message)
+            if not more:
+                return True
+        return False
 
     def send(self, *messages: can.Message) -> None:
         """Send frames; with no bus there, nothing happens."""

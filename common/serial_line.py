@@ -173,6 +173,8 @@ class SerialLine:
     readable: bool | None = None
     """See `ReadyLines`."""
     descriptor: int | None = None
+    drained: bool = True
+    """Whether the last poll has read all that waited."""
     _port: serial.SerialBase | None = None
     _sequence: int = 0
     _opener: BackgroundOpener[OpenLine] = field(init=False)
@@ -218,6 +220,7 @@ class SerialLine:
         except (serial.SerialException, OSError) as error:
             self._lose(error)
             return []
+        self.drained = len(chunk) < _CHUNK
         return self.reader.feed(chunk) if chunk else []
 
     def unread_bytes(self) -> int:

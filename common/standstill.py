@@ -77,6 +77,9 @@ class Witness:
     A lead that falls faster than by DRIFT is of a line that is late, and will come back. After a standstill the lead
     has risen whole by the next report; a device that catches up brings it back piece by piece.
 
+    What has waited for a site that starts, or that a full machine holds back, is read in pieces. All of them are late
+    until nothing waits any more, and no usual lead is learned from them.
+
     A device goes on reporting while the host stands still, and those reports wait to be read. A device whose clock
     leaps, as a simulated one does that was held back, has none to show for it.
     """
@@ -94,12 +97,13 @@ class Witness:
         self._window_s = self._best_s = 0.0
         self._before: tuple[float, float] | None = None
 
-    def report(self, host_s: float, device_us: Sequence[int]) -> float:
+    def report(self, host_s: float, device_us: Sequence[int], *, drained: bool = True) -> float:
         """Take the reports of a serial module that waited; returns the standstill that they show, s, mostly 0.
 
         Args:
             host_s: the host's time after they were read, s. An earlier time would look like a standstill.
             device_us: the device's time in each report, one or more, us modulo 2^32.
+            drained: whether no more of them wait.
         """
         reported_s = 0.0
         for each_us in device_us:
@@ -107,16 +111,24 @@ class Witness:
             self._device_us = each_us
             self._device_s += since_s
             reported_s += since_s if 0.0 < since_s <= FOLLOWS_S else 0.0
-        return self._step(host_s, self._device_s, reported_s)
+        return self._step(host_s, reported_s, drained)
 
-    def frames(self, host_s: float, count: int) -> float:
-        """Take how many frames of FRAME_S a CAN node has sent in all; returns the standstill that this shows, s."""
+    def frames(self, host_s: float, count: int, *, drained: bool = True) -> float:
+        """Take how many frames of FRAME_S were read of a CAN node in all; returns the standstill that this shows, s.
+
+        Args:
+            host_s: the host's time after they were read, s.
+            count: frames since the connection was made.
+            drained: whether no more of them wait.
+        """
         before_s, self._device_s = self._device_s, count * FRAME_S
-        return self._step(host_s, self._device_s, self._device_s - before_s)
+        return self._step(host_s, self._device_s - before_s, drained)
 
-    def _step(self, host_s: float, device_s: float, reported_s: float) -> float:
-        """Take the device's time at a time of the host, and for how much of it there are reports, s."""
-        lead_s = device_s - host_s
+    def _step(self, host_s: float, reported_s: float, drained: bool) -> float:
+        """Compare the device's time with one of the host; there are reports for so much of it, s."""
+        lead_s = self._device_s - host_s
+        if self._lead_s is None and not drained:
+            return 0.0
         if self._lead_s is None:
             self._lead_s, self._host_s = lead_s, host_s
             self._newest_s = lead_s
@@ -125,12 +137,13 @@ class Witness:
         if host_s < self._host_s:
             reported_s = math.inf  # a clock that was set back needs no other sign
         usual_s = self._lead_s - self._fall * min(LONGEST_STEP_S, max(0.0, host_s - self._host_s))
-        self._host_s = host_s
         jump_s, self._newest_s = lead_s - self._newest_s, lead_s
         if min(lead_s - usual_s, jump_s, reported_s) > STANDSTILL_S:
-            self._lead_s = usual_s  # the host's clock is put forward, and the lead is the usual one again
+            self._lead_s, self._host_s = usual_s, host_s  # the clock is put forward: the lead is the usual one again
             return lead_s - usual_s
-        self._lead_s = max(usual_s, lead_s)
+        if not drained:
+            return 0.0
+        self._lead_s, self._host_s = max(usual_s, lead_s), host_s
         self._measure(host_s, lead_s)
         if lead_s >= usual_s - BEHIND_S:
             self._behind_since_s = None

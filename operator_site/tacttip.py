@@ -60,7 +60,10 @@ class TactTip:
         """Take what came since the last call; it is judged by a time that counts what the host's clock did not."""
         states = self._states()
         reported_us = [state.device_time_us for state in states]
-        self.stood_still_s = self._witness.report(self._clock.now_s(), reported_us) if reported_us else 0.0
+        self.stood_still_s = 0.0
+        if reported_us:
+            now_s, drained = self._clock.now_s(), self.line.drained
+            self.stood_still_s = self._witness.report(now_s, reported_us, drained=drained)
         t_s += self.stood_still_s
         for state in states:
             reading = self._sensor.step(t_s, state.plate_counts)

@@ -71,7 +71,9 @@ class Telemanipulator:
     def read(self, t_s: float, *, stood_still: bool = False) -> Measured:
         """Take what came since the last call, stamped with `t_s`; after a standstill places are judged anew."""
         frames, sent_s = self.line.poll(), self.line.sent_s
-        self.stood_still_s = self._witness.frames(self._clock.now_s(), self.receivers[0].taken)
+        self.stood_still_s = self._witness.frames(
+            self._clock.now_s(), self.receivers[0].taken, drained=self.line.drained
+        )
         if stood_still or self.stood_still_s > 0.0:
             self._watched = MeasuredHand(self._fingers)
         measured, watched = self.measured, self._watched

@@ -53,7 +53,10 @@ class TextureSensor:
                 self.measured_s = t_s
         if self.line.times_lost != self._times_lost:  # another sensor, or this one after a restart
             self._witness, self._times_lost = Witness(), self.line.times_lost
-        self.stood_still_s = self._witness.report(self._clock.now_s(), reported_us) if reported_us else 0.0
+        self.stood_still_s = 0.0
+        if reported_us:
+            now_s, drained = self._clock.now_s(), self.line.drained
+            self.stood_still_s = self._witness.report(now_s, reported_us, drained=drained)
         if self.stood_still_s > 0.0:
             self._waiting.clear()
         if t_s - self.measured_s > GAP_S:

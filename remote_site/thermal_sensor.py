@@ -82,7 +82,10 @@ class ThermalSensor:
                 reported_us.append(newest.device_time_us)
         if self.line.times_lost != self._times_lost:  # another sensor, or this one after a restart
             self._witness, self._times_lost = Witness(), self.line.times_lost
-        self.stood_still_s = self._witness.report(self._clock.now_s(), reported_us) if reported_us else 0.0
+        self.stood_still_s = 0.0
+        if reported_us:
+            now_s, drained = self._clock.now_s(), self.line.drained
+            self.stood_still_s = self._witness.report(now_s, reported_us, drained=drained)
         if newest is None:
             return None
         t_s += self.stood_still_s

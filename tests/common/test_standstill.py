@@ -120,6 +120,34 @@ def test_a_node_whose_frames_come_in_a_heap_has_seen_a_standstill() -> None:
     assert witness.frames(1.2, 100 + 150) == pytest.approx(0.3, abs=5e-3)
 
 
+def test_what_has_waited_for_a_site_that_starts_is_no_standstill() -> None:
+    """It is read in pieces: 0.1 s of frames, or 4096 bytes of a serial module, in each tick."""
+    node, module = Witness(), Witness()
+    for tick in range(10):
+        host_s, drained = 1.0 + 0.002 * tick, tick == 9
+        assert node.frames(host_s, 50 * (tick + 1), drained=drained) == 0.0
+        reports_us = [5000 * (40 * tick + n) for n in range(40)]
+        assert module.report(host_s, reports_us, drained=drained) == 0.0
+    assert node.frames(1.022, 500 + 150) == pytest.approx(0.298, abs=5e-3)
+    assert module.report(1.022, [5000 * n for n in range(400, 460)]) == pytest.approx(0.298, abs=5e-3)
+
+
+def test_a_site_that_never_reads_all_and_then_does_has_seen_no_standstill() -> None:
+    """A full machine gives it ten ticks a second, each reads 0.1 s of frames, and 0.4 s wait for half a minute."""
+    node = Witness()
+    assert [node.frames(0.002 * n, n) for n in range(1000)] == [0.0] * 1000
+    count, host_s = 1000, 2.4
+    for _ in range(300):
+        host_s += 0.1
+        count += 50
+        assert node.frames(host_s, count, drained=False) == 0.0
+    for more in (50, 50, 50, 50, 10):
+        host_s += 0.004
+        count += more
+        assert node.frames(host_s, count, drained=more < 50) == 0.0
+    assert node.frames(host_s + 0.002, count + 150) == pytest.approx(0.3, abs=0.03)
+
+
 def test_a_stopped_process_whose_clock_went_on_is_no_standstill() -> None:
     device = Device()
     device.run(100)
