@@ -176,6 +176,8 @@ DEVICE_FAULTS = (
     _for_a_while(
         "TactTip silent and deaf", _OPERATOR, f"silence {STROKING} tacttip", _CONTINUES, _ON_MODULE, finger=STROKING
     ),
+    # Before all others that name this plate: after them it has no drive by which a frozen reading could be found.
+    _found("TactTip's thermistor frozen", _OPERATOR, f"thermistor {STROKING} frozen", f"thermistor {STROKING}", 40.0),
     # A stuck drive itself is ended by nothing but the module's own temperature limit.
     _found("sensor's heater stuck on", _REMOTE, f"stuck {FREE} 1000", f"stuck {FREE}", 2.0, ALL - {Actuator.HEATER}),
     _found(
@@ -227,7 +229,6 @@ DEVICE_FAULTS = (
     ),
     _found("TactTip's thermistor open", _OPERATOR, f"thermistor {STROKING} open", f"thermistor {STROKING}", 0.5),
     _found("TactTip's thermistor short", _OPERATOR, f"thermistor {STROKING} short", f"thermistor {STROKING}", 0.5),
-    _found("TactTip's thermistor frozen", _OPERATOR, f"thermistor {STROKING} frozen", f"thermistor {STROKING}", 40.0),
     # A stroke cools too little to warm a dry hot side within seconds: that is tried on a virtual clock.
     _for_a_while("TactTip's cooling water lost", _OPERATOR, f"water {STROKING}", _CONTINUES),
     _found("TactTip's Peltiers reversed", _OPERATOR, f"reverse {STROKING}", f"reverse {STROKING}", 10.0),
