@@ -101,8 +101,9 @@ class CanLine:
     unsent: int = 0
     """Frames dropped because the gateway or the transmit queue took none."""
     controller: CanController = field(default_factory=CanController)
-    sent_s: dict[str, float] = field(default_factory=dict)
-    """When the newest good frame of each name was on the bus, by the bus's own clock, s."""
+    came: dict[str, list[tuple[float, dict[str, float]]]] = field(default_factory=dict)
+    """Good frames of the last poll by name, oldest first: when each was on the bus, by the bus's clock, s, and its
+    values."""
     readable: bool | None = None
     """See `ReadyLines`."""
     descriptor: int | None = None
@@ -162,28 +163,29 @@ class CanLine:
         }
 
     def poll(self) -> dict[str, dict[str, float]]:
-        """The newest good values of each frame that came since the last call, by frame name."""
+        """The newest good values of each frame that came since the last call, by frame name; `came` has all."""
+        self.came = {}
         if self._bus is None:
             self._bus = self._opener.take()
             if self._bus is None:
                 return {}
             self.descriptor, self.readable = _descriptor(self._bus), None
             self._forget()
-        newest: dict[str, dict[str, float]] = {}
         self.drained = True
         if self.readable is False and not self._unread:
-            return newest
+            return {}
         try:
             all_taken = self._gather(self._bus)
             for _ in range(min(len(self._unread), _MOST_FRAMES)):
                 message = self._unread.popleft()
                 values = self._take(message)
                 if values is not None:
-                    newest[self._by_id[message.arbitration_id][0].name] = values
+                    name = self._by_id[message.arbitration_id][0].name
+                    self.came.setdefault(name, []).append((message.timestamp, values))
             self.drained = all_taken and not self._unread
         except (can.CanError, OSError) as error:
             self._lose(error)
-        return newest
+        return {name: frames[-1][1] for name, frames in self.came.items()}
 
     def unread(self, name: str) -> int:
         """How many frames of this name have come since the last poll, as far as the next one will read them."""
@@ -257,7 +259,6 @@ class CanLine:
             damage.step(message.timestamp, damaged=True)
             return None
         damage.step(message.timestamp, damaged=False)
-        self.sent_s[receiver.name] = message.timestamp
         self.controller.alive()
         return values
 

@@ -64,19 +64,20 @@ class Exoskeleton:
 
     def read(self, t_s: float, *, stood_still: bool = False) -> Hand:
         """Take what came since the last call, stamped with `t_s`; after a standstill places are judged anew."""
-        frames, sent_s = self.line.poll(), self.line.sent_s
+        frames, came = self.line.poll(), self.line.came
         self.stood_still_s = self._witness.frames(
             self._clock.now_s(), self.receivers[0].taken, drained=self.line.drained
         )
         if stood_still or self.stood_still_s > 0.0:
             self._encoders = HandEncoders(self._taking_part)
         hand, encoders = self.hand, self._encoders
-        if (pose := frames.get("HandPose")) is not None:
-            hand.x_m, hand.y_m = encoders.pose(sent_s["HandPose"], pose["x"] / _MM, pose["y"] / _MM)
+        # Each frame counts: an encoder that jumps now and again is found by a late site, too.
+        for sent_s, pose in came.get("HandPose", ()):
+            hand.x_m, hand.y_m = encoders.pose(sent_s, pose["x"] / _MM, pose["y"] / _MM)
             hand.pose_s = t_s
-        if (heights := frames.get("FingerHeights")) is not None:
+        for sent_s, heights in came.get("FingerHeights", ()):
             z_m = [height / _MM for height in by_finger(heights)]
-            hand.z_m = encoders.heights(sent_s["FingerHeights"], z_m, self.pushing.force_n)
+            hand.z_m = encoders.heights(sent_s, z_m, self.pushing.force_n)
             hand.heights_s = t_s
         self._state_comes.step(self.receivers[0].taken, self.receivers[2].taken)
         if (state := frames.get("ExoskeletonState")) is not None:

@@ -70,23 +70,24 @@ class Telemanipulator:
 
     def read(self, t_s: float, *, stood_still: bool = False) -> Measured:
         """Take what came since the last call, stamped with `t_s`; after a standstill places are judged anew."""
-        frames, sent_s = self.line.poll(), self.line.sent_s
+        frames, came = self.line.poll(), self.line.came
         self.stood_still_s = self._witness.frames(
             self._clock.now_s(), self.receivers[0].taken, drained=self.line.drained
         )
         if stood_still or self.stood_still_s > 0.0:
             self._watched = MeasuredHand(self._fingers)
         measured, watched = self.measured, self._watched
-        if (pose := frames.get("HandPoseMeasured")) is not None:
-            measured.x_m, measured.y_m = watched.pose(sent_s["HandPoseMeasured"], pose["x"] / _MM, pose["y"] / _MM)
+        # Each frame counts: an encoder that jumps now and again is found by a late site, too.
+        for sent_s, pose in came.get("HandPoseMeasured", ()):
+            measured.x_m, measured.y_m = watched.pose(sent_s, pose["x"] / _MM, pose["y"] / _MM)
             measured.pose_s = t_s
-        if (heights := frames.get("FingerHeightsMeasured")) is not None:
+        for sent_s, heights in came.get("FingerHeightsMeasured", ()):
             z_m = [height / _MM for height in by_finger(heights)]
-            measured.z_m = watched.heights(sent_s["FingerHeightsMeasured"], z_m)
+            measured.z_m = watched.heights(sent_s, z_m)
             measured.heights_s = t_s
         if (forces := frames.get("ContactForces")) is not None:
             measured.force_n, measured.force_s = by_finger(forces), t_s
-            watched.forces(sent_s["ContactForces"], measured.force_n)
+            watched.forces(came["ContactForces"][-1][0], measured.force_n)
         self._state_comes.step(self.receivers[0].taken, self.receivers[3].taken)
         if (state := frames.get("TelemanipulatorState")) is not None:
             self.following = Following(

@@ -19,6 +19,7 @@ from studies.fault_table import (
     DEVICE_FAULTS,
     DISK_FAULTS,
     NETWORK_FAULTS,
+    PLATE_FAULTS,
     PROCESS_FAULTS,
     Fault,
     Outcome,
@@ -28,6 +29,7 @@ from teletaction.conclude import recordings_of
 GROUPS: dict[str, tuple[Fault, ...]] = {
     "network": NETWORK_FAULTS,
     "devices": DEVICE_FAULTS,
+    "plate": PLATE_FAULTS,
     "processes": PROCESS_FAULTS,
     "disk": DISK_FAULTS,
 }

@@ -79,6 +79,7 @@ class KinestheticStep:
     fault: str | None = None
     _limits: list[ForceLimits] = field(init=False)
     _t_s: float = math.nan
+    _heights_s: float = math.nan
     _pushed_n: Sequence[float] = _NOTHING
     _bus: TimedBus | None = None
 
@@ -121,7 +122,9 @@ class KinestheticStep:
         limited_s = time.perf_counter()
         self.exoskeleton.push(t_s, self._pushed_n, enabled=True)
         ended_s = time.perf_counter()
-        self.answered_s.append(self.exoskeleton.line.sent_s.get("FingerHeights", math.nan))
+        if heights := self.exoskeleton.line.came.get("FingerHeights"):
+            self._heights_s = heights[-1][0]
+        self.answered_s.append(self._heights_s)
         sending_s = self._bus.take_s()
         decoding_s, encoding_s = read_s - began_s - receiving_s, ended_s - limited_s - sending_s
         pushing_s, limiting_s = rendered_s - read_s, limited_s - rendered_s

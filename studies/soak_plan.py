@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from random import Random
 
-from studies.fault_table import DEVICE_FAULTS, NETWORK_FAULTS, PROCESS_FAULTS, Fault, Outcome
+from studies.fault_table import DEVICE_FAULTS, NETWORK_FAULTS, PLATE_FAULTS, PROCESS_FAULTS, Fault, Outcome
 
-FAULTS = (*NETWORK_FAULTS, *DEVICE_FAULTS, *PROCESS_FAULTS)
+FAULTS = (*NETWORK_FAULTS, *DEVICE_FAULTS, *PLATE_FAULTS, *PROCESS_FAULTS)
 """All of the table but the full disk, which a session has from its start or never."""
 PAIR_SHARE = 0.25
 """So often a second fault comes while the first is in force."""
