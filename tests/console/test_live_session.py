@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from operator_site.console.reporting import LONGEST_S
+from operator_site.console.words import CONSOLE_NOT_RECORDED
 from studies.fault_session import let_write
 from tests.console.live import FORCE, at_devices, begin, clear, end, engage, opened
 from tests.console.test_every_state import LOOK, axe_findings
@@ -196,7 +197,7 @@ def test_what_a_full_disk_does_not_take_is_said_and_is_kept_when_there_is_room(p
         page.fill("#note-text", note)
         page.click("#noting [type=submit]")
         page.wait_for_selector(f"#read-out:has-text('Note to finding {number} kept here, not yet on disk.')")
-        page.wait_for_selector("#alarm-text:has-text('Disk full. Recording stopped, findings are kept.')")
+        page.wait_for_selector(f'#alarm-text:has-text("{CONSOLE_NOT_RECORDED}")')
         page.click("#session-button")
         page.wait_for_selector("#findings li:has-text('not yet on disk')")
     page.wait_for_selector("#findings li:not(:has-text('not yet on disk'))")
