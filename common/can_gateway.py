@@ -23,7 +23,7 @@ _LONGEST_TEXT = 200
 _SOCKET = "_SocketCanDaemonBus__socket"
 """The library offers no way to its socket."""
 _QUICKACK = getattr(socket, "TCP_QUICKACK", None)
-"""A gateway that gathers what it sends waits for an acknowledgement: it is not to be delayed."""
+"""Acknowledge at once: a gateway with Nagle's algorithm waits for it before it sends more."""
 
 
 class GatewayBus(SocketCanDaemonBus):

@@ -138,11 +138,11 @@ class Exploration:
         return (
             hand.speed_m_s > STROKE_ON_M_S
             and math.hypot(hand.x_m - self._tap_m[0], hand.y_m - self._tap_m[1]) > STROKE_DISTANCE_M
-            and hand.lately.away_m(hand.x_m, hand.y_m, self._since_s) > PLACE_M
+            and hand.whereabouts.away_m(hand.x_m, hand.y_m, self._since_s) > PLACE_M
         )
 
     def _rests(self, t_s: float) -> bool:
         if t_s - self._slow_s >= REST_S:
             self._since_s = self._slow_s
             return True
-        return t_s - self._mode_s > LATELY_S and self._hand.lately.reach_m(self._since_s) < PLACE_M
+        return t_s - self._mode_s > LATELY_S and self._hand.whereabouts.reach_m(self._since_s) < PLACE_M

@@ -9,14 +9,14 @@ class HandMotion:
 
     Attributes:
         x_m, y_m: where it is, along the bench and across it, m.
-        lately: where it has been.
+        whereabouts: where it was in the last quarter of a second.
     """
 
-    __slots__ = ("_estimate", "lately", "x_m", "y_m")
+    __slots__ = ("_estimate", "whereabouts", "x_m", "y_m")
 
     def __init__(self) -> None:
         self.x_m = self.y_m = 0.0
-        self.lately = Whereabouts()
+        self.whereabouts = Whereabouts()
         self._estimate = MotionEstimate()
 
     @property
@@ -28,4 +28,4 @@ class HandMotion:
         """Take the place at `t_s`, s and m."""
         self.x_m, self.y_m = x_m, y_m
         self._estimate.step(t_s, x_m, y_m)
-        self.lately.step(t_s, x_m, y_m)
+        self.whereabouts.step(t_s, x_m, y_m)

@@ -77,11 +77,11 @@ class Witness:
     A lead that falls faster than by DRIFT is of a line that is late, and will come back. After a standstill the lead
     has risen whole by the next report; a device that catches up brings it back piece by piece.
 
-    What has waited for a site that starts, or that a full machine holds back, is read in pieces. All of them are late
-    until nothing waits any more, and no usual lead is learned from them.
+    A site that starts, or that a full machine holds back, reads its backlog in pieces. The usual lead is not updated
+    before the backlog is read: all reports in it are late.
 
-    A device goes on reporting while the host stands still, and those reports wait to be read. A device whose clock
-    leaps, as a simulated one does that was held back, has none to show for it.
+    A standstill counts only where reports cover it: a device keeps reporting while the host stands still. A simulated
+    device that was held back skips time instead, and no reports cover the skipped time.
     """
 
     def __init__(self) -> None:
@@ -118,14 +118,14 @@ class Witness:
 
         Args:
             host_s: the host's time after they were read, s.
-            count: frames since the connection was made.
+            count: frames in all, of every connection.
             drained: whether no more of them wait.
         """
         before_s, self._device_s = self._device_s, count * FRAME_S
         return self._step(host_s, self._device_s - before_s, drained)
 
     def _step(self, host_s: float, reported_s: float, drained: bool) -> float:
-        """Compare the device's time with one of the host; there are reports for so much of it, s."""
+        """Compare the device's time with the host's; `reported_s` of it is covered by reports, s."""
         lead_s = self._device_s - host_s
         if self._lead_s is None and not drained:
             return 0.0

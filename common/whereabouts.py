@@ -1,4 +1,4 @@
-"""Where the hand has been lately, and how far it got: whether its motion leads anywhere.
+"""Places of the hand in the last quarter of a second, and their extent: does its motion lead anywhere?
 
 An arm that shakes is fast at every moment and goes nowhere; a stroke is somewhere else a quarter of a second later.
 """

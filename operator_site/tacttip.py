@@ -14,7 +14,8 @@ from common.serial_messages import (
     TactTipCommand,
     TactTipState,
 )
-from common.standstill import HostClock, Witness
+from common.serial_witness import SerialWitness
+from common.standstill import HostClock
 from operator_site.hot_side import HotSide
 from operator_site.motor_drive import MotorDrive
 from operator_site.ntc import PlateSensor
@@ -51,19 +52,14 @@ class TactTip:
         self._motor, self._peltier = DriveObeys("the motor"), DriveObeys("the Peltier element")
         self._motor_drive = MotorDrive()
         self._turning = False
-        self._clock = HostClock() if clock is None else clock
-        self._witness, self._times_lost = Witness(), 0
+        self._witness = SerialWitness(self.line, clock)
         self._sent = TactTipCommand(0, 0)
         self._sent_s = _NEVER
 
     def read(self, t_s: float) -> None:
         """Take what came since the last call; it is judged by a time that counts what the host's clock did not."""
         states = self._states()
-        reported_us = [state.device_time_us for state in states]
-        self.stood_still_s = 0.0
-        if reported_us:
-            now_s, drained = self._clock.now_s(), self.line.drained
-            self.stood_still_s = self._witness.report(now_s, reported_us, drained=drained)
+        self.stood_still_s = self._witness.step([state.device_time_us for state in states])
         t_s += self.stood_still_s
         for state in states:
             reading = self._sensor.step(t_s, state.plate_counts)
@@ -87,8 +83,6 @@ class TactTip:
                 found.append(TactTipState.decode(frame.payload))
             except BadPayload:
                 self.damaged += 1
-        if self.line.times_lost != self._times_lost:  # another module, or this one after a restart
-            self._witness, self._times_lost = Witness(), self.line.times_lost
         return found
 
     @property

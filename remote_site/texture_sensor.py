@@ -7,7 +7,8 @@ from collections import deque
 from common.limits import GAP_S
 from common.serial_line import SerialLine
 from common.serial_messages import BadPayload, DeviceKind, MessageId, TextureSamples
-from common.standstill import HostClock, Witness
+from common.serial_witness import SerialWitness
+from common.standstill import HostClock
 
 VOLTS_PER_COUNT = 10.0 / 2048.0
 _BYTES_PER_S = 200 * 31
@@ -27,8 +28,7 @@ class TextureSensor:
         """When the last samples came, s; -inf before the first."""
         self.stood_still_s = 0.0
         """For how long the host's clock stood still before the last `read`, as the sensor's own clock shows, s."""
-        self._clock = HostClock() if clock is None else clock
-        self._witness, self._times_lost = Witness(), 0
+        self._witness = SerialWitness(self.line, clock)
         self._waiting: deque[bytes] = deque(maxlen=_MOST_WAITING)
 
     def read(self, t_s: float) -> bytes | None:
@@ -51,12 +51,7 @@ class TextureSensor:
                 self._waiting.append(samples.counts)
                 reported_us.append(samples.device_time_us)
                 self.measured_s = t_s
-        if self.line.times_lost != self._times_lost:  # another sensor, or this one after a restart
-            self._witness, self._times_lost = Witness(), self.line.times_lost
-        self.stood_still_s = 0.0
-        if reported_us:
-            now_s, drained = self._clock.now_s(), self.line.drained
-            self.stood_still_s = self._witness.report(now_s, reported_us, drained=drained)
+        self.stood_still_s = self._witness.step(reported_us)
         if self.stood_still_s > 0.0:
             self._waiting.clear()
         if t_s - self.measured_s > GAP_S:

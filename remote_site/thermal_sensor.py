@@ -14,7 +14,8 @@ from common.serial_messages import (
     MessageId,
     ThermalReading,
 )
-from common.standstill import HostClock, Witness
+from common.serial_witness import SerialWitness
+from common.standstill import HostClock
 from common.thermometry import ssr_c
 from remote_site.ssr_plausibility import SsrPlausibility
 
@@ -61,8 +62,7 @@ class ThermalSensor:
         self._obeys = DriveObeys("the heater")
         self._plausible = SsrPlausibility()
         self._permille = 0
-        self._clock = HostClock() if clock is None else clock
-        self._witness, self._times_lost = Witness(), 0
+        self._witness = SerialWitness(self.line, clock)
 
     def read(self, t_s: float) -> PlateReading | None:
         """The newest reading since the last call, judged for plausibility at time `t_s`; None without one.
@@ -80,12 +80,7 @@ class ThermalSensor:
                 self.damaged += 1
             else:
                 reported_us.append(newest.device_time_us)
-        if self.line.times_lost != self._times_lost:  # another sensor, or this one after a restart
-            self._witness, self._times_lost = Witness(), self.line.times_lost
-        self.stood_still_s = 0.0
-        if reported_us:
-            now_s, drained = self._clock.now_s(), self.line.drained
-            self.stood_still_s = self._witness.report(now_s, reported_us, drained=drained)
+        self.stood_still_s = self._witness.step(reported_us)
         if newest is None:
             return None
         t_s += self.stood_still_s

@@ -45,9 +45,9 @@ exact than what its neighbour says, which stands nearer."""
 LARGEST_STEP = 0.3
 """Of a logarithm, from one solution to the next."""
 AT_FIRST_S = 0.5
-"""For so long after contact the guesses are solved with each reading: they still move far, s."""
+"""Time after contact in which the guesses are solved with each reading, since they still move far, s."""
 SOLVE_EVERY_S = 0.04
-"""Between two solutions later on, s. Readings are summed as they come; what is known changes slowly by then."""
+"""Interval between two solutions after that, s. Readings are summed as they come."""
 
 
 @dataclass(frozen=True, slots=True)

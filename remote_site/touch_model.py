@@ -25,7 +25,7 @@ _STEP = 0.02
 _GRID_S = 2e-6
 """Lengths of steps are rounded to this, s."""
 _MOST_LENGTHS = 16
-"""Lengths whose factors are kept: sites that are late get readings 10, 20, 30 ms apart, by turns."""
+"""Largest number of lengths whose factors are kept. A late site gets readings 10, 20 or 30 ms apart."""
 _PLATES = 4
 """Of each contact: plate warm; the same with more effusivity; with more conductance; only the back warm."""
 
@@ -68,7 +68,7 @@ class Contacts:
 
 
 class _Factors(NamedTuple):
-    """What only depends on the length of a step: of the modes' heat, of the surface's, and of the readings."""
+    """Factors of one length of step: of the modes' heat, of the surface's temperature, and of the readings."""
 
     dt_s: float
     decay: Array

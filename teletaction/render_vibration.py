@@ -33,14 +33,15 @@ def render_stroke(stroke: Path, table: SurfaceTable) -> Iterator[tuple[float, in
 
 
 def _samples(stroke: Path, table: SurfaceTable) -> Iterator[StrokeSample]:
-    constants = StrokeLaw(table).at(table.surfaces[0].ln_roughness)
+    law = StrokeLaw(table)
+    constants = law.at(table.surfaces[0].ln_roughness)
     count = 0
     for block in felt(even_stroke(read_stroke(stroke)), table):
         texture = block.texture
         happened = [(EventKind.TAP, APPROACH_M_S)] if block.began else []
         happened += [(EventKind.GROOVE, table.groove_rad_s(impulse.strength_v)) for impulse in texture.impulses]
         if texture.valid and block.mode is ExplorationMode.STROKING:
-            constants = StrokeLaw(table).at(ln_roughness(texture.roughness_v))
+            constants = law.at(ln_roughness(texture.roughness_v))
         time_ns = round(block.end_s * 1e9)
         events = [Event(count + n, kind, 0, time_ns, 0, value) for n, (kind, value) in enumerate(happened, 1)]
         count += len(events)

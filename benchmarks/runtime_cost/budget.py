@@ -1,6 +1,6 @@
 """What each stage of a tick may cost, in reference steps, and what exceeds it: `budget.toml`.
 
-`python -m benchmarks.runtime_cost.budget` measures and writes it anew: a decision, not a mend.
+`python -m benchmarks.runtime_cost.budget` measures and writes it anew. Raise a budget only by decision.
 """
 
 import tempfile
@@ -50,7 +50,7 @@ def exceeded(rows: Iterable[Mapping[str, Any]], fingers: int, budget: Budget) ->
 
 
 def budget_text(rows: Iterable[Mapping[str, Any]], fingers: int) -> str:
-    """The rows for so many fingers as a budget, in TOML."""
+    """The budget, in TOML, that the rows of this number of fingers make."""
     found = [f"# Reference steps a tick, mean, by process, stage and what the fingers do.\nfingers = {fingers}"]
     stages: dict[tuple[str, str], list[str]] = {}
     for row in rows:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.reference_step import reference_step, reference_step_s
-from benchmarks.runtime_cost.budget import exceeded, load_budget
+from benchmarks.runtime_cost.budget import budget_text, exceeded, load_budget
 from benchmarks.runtime_cost.measure import DOING, TICK, measure
 from benchmarks.runtime_cost.stages import StageClock
 from teletaction.demo_files import PROCESSES
@@ -35,6 +35,13 @@ def test_the_budget_names_every_process_and_activity() -> None:
     assert set(budget) == set(PROCESSES)
     for process in PROCESSES:
         assert set(budget[process][TICK]) == set(DOING)
+
+
+def test_a_budget_that_is_written_anew_holds_what_was_measured(tmp_path: Path) -> None:
+    rows = [row("remote", "gate", 1.25), row("sim-remote", "tick", 0.5), row("remote", "gate", 9.0, fingers=1)]
+    (tmp_path / "budget.toml").write_text(budget_text(rows, 5))
+    fingers, budget = load_budget(tmp_path / "budget.toml")
+    assert (fingers, budget) == (5, {"remote": {"gate": {"free": 1.25}}, "sim-remote": {"tick": {"free": 0.5}}})
 
 
 def test_a_reference_step_is_the_same_work_every_time() -> None:

@@ -133,15 +133,15 @@ def test_what_has_waited_for_a_site_that_starts_is_no_standstill() -> None:
 
 
 def test_a_site_that_never_reads_all_and_then_does_has_seen_no_standstill() -> None:
-    """A full machine gives it ten ticks a second, each reads 0.1 s of frames, and 0.4 s wait for half a minute."""
+    """A full machine gives it ten ticks a second, each reads 0.1 s of frames, and 1.4 s wait for half a minute."""
     node = Witness()
     assert [node.frames(0.002 * n, n) for n in range(1000)] == [0.0] * 1000
-    count, host_s = 1000, 2.4
+    count, host_s = 1000, 3.4
     for _ in range(300):
         host_s += 0.1
         count += 50
         assert node.frames(host_s, count, drained=False) == 0.0
-    for more in (50, 50, 50, 50, 10):
+    for more in (*[50] * 14, 28):
         host_s += 0.004
         count += more
         assert node.frames(host_s, count, drained=more < 50) == 0.0

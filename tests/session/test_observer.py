@@ -236,7 +236,7 @@ def test_the_operators_session_goes_on_while_observers_are_cut_off(story: Story)
     assert all(engaged for engaged, *_ in during)
     assert max(gap_s for _, gap_s, *_ in during) < GAP_S
     sessions = recorded(story.folder / "operator.mcap", "operator/session")
-    # A simulator that the machine holds back for 0.1 s is told as missing; the session goes on without its outputs.
+    # A machine may hold a simulator back for 0.1 s. Its devices are then missing, and the session continues.
     happened = [entry[0] for time_s, entry in sessions if time_s < to_s and entry[0] not in ("missing", "complete")]
     assert happened == ["connected", "engaged"]
 
