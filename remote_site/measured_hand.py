@@ -21,7 +21,7 @@ class MeasuredHand:
         self._sensors = {finger: ForceSensorFault() for finger in taking_part}
         self._z_m: Sequence[float] = ()
         self._force_n: Sequence[float] = (0.0,) * len(FINGERS)
-        self._force_sent_s = 0.0
+        self._force_sent_s = self._height_sent_s = 0.0
         self._set_m: Sequence[float] | None = None
 
     def pose(self, sent_s: float, x_m: float, y_m: float) -> tuple[float, float]:
@@ -31,11 +31,19 @@ class MeasuredHand:
 
     def heights(self, sent_s: float, z_m: Sequence[float]) -> tuple[float, ...]:
         """The heights to act on, (5,), m, for those that were on the bus at `sent_s`, s."""
-        dt_s, believed_m = self._heights.step(sent_s, z_m)
+        _, believed_m = self._heights.step(sent_s, z_m)
         self._z_m = believed_m
+        return tuple(believed_m)
+
+    def servos(self, sent_s: float, z_m: Sequence[float]) -> None:
+        """Hold the newest heights (5,), m, as they were read, against the set-points and forces that are in effect.
+
+        Heights that waited to be read are left out: they followed other set-points. `sent_s` is when they were on the
+        bus, s.
+        """
+        dt_s, self._height_sent_s = sent_s - self._height_sent_s, sent_s
         for finger, held in self._held.items():
             held.step(dt_s, z_m[finger], self._force_n[finger], None if self._set_m is None else self._set_m[finger])
-        return tuple(believed_m)
 
     def forces(self, sent_s: float, force_n: Sequence[float]) -> None:
         """Contact forces (5,), N, that were on the bus at `sent_s`, s; heights come before them."""

@@ -81,10 +81,13 @@ class Telemanipulator:
         for sent_s, pose in came.get("HandPoseMeasured", ()):
             measured.x_m, measured.y_m = watched.pose(sent_s, pose["x"] / _MM, pose["y"] / _MM)
             measured.pose_s = t_s
+        z_m: list[float] = []
         for sent_s, heights in came.get("FingerHeightsMeasured", ()):
             z_m = [height / _MM for height in by_finger(heights)]
             measured.z_m = watched.heights(sent_s, z_m)
             measured.heights_s = t_s
+        if z_m:
+            watched.servos(sent_s, z_m)
         if (forces := frames.get("ContactForces")) is not None:
             measured.force_n, measured.force_s = by_finger(forces), t_s
             watched.forces(came["ContactForces"][-1][0], measured.force_n)

@@ -2,7 +2,6 @@
 
 import struct
 from collections.abc import Callable
-from dataclasses import replace
 
 from common.framing import Frame
 from common.serial_messages import DeviceFlag, MessageId
@@ -141,7 +140,7 @@ def any_length() -> VirtualModule:
     module = ThermalSensor(FINGER, BORN_S)
 
     def obey(below: Callable[..., None], frame: Frame, now_s: float) -> None:
-        below(replace(frame, payload=frame.payload[:2]), now_s)
+        below(frame._replace(payload=frame.payload[:2]), now_s)
 
     over(module, "_obey", obey)
     return VirtualModule(module)

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from common.exploration import Exploration
 from sim_sensors.simulated_exploration import sense
-from studies.exploration_modes import run, tables
+from studies.exploration_modes import METHODS, run, tables
 from studies.exploration_modes_figure import draw_latencies, draw_tap_speeds, draw_time_right
 from studies.exploration_scenes import SCENES, scene
 from studies.mode_judge import JUDGED, MACHINE, PLAIN, latencies, listen, longest_run, wrong_switches
@@ -33,7 +32,7 @@ def test_each_kind_of_scene_gets_the_right_modes(kind: str) -> None:
     right = ticks = 0
     for seed in SEEDS:
         explored = scene(kind, seed)
-        told = listen(Exploration, explored, sense(explored, JUDGED, np.random.default_rng(seed)))
+        told = listen(METHODS[MACHINE], explored, sense(explored, JUDGED, np.random.default_rng(seed)))
         right += int(np.count_nonzero(told.mode == explored.mode))
         ticks += len(explored.mode)
         assert longest_run(wrong_switches(explored.mode, told.mode)) <= 1
@@ -61,7 +60,7 @@ def test_the_speed_of_a_tap_is_that_before_the_impact() -> None:
 
 def test_the_judge_knows_wrong_from_late() -> None:
     explored = scene("strokes", 90_100)
-    told = listen(Exploration, explored, sense(explored, 1.0, np.random.default_rng(0)))
+    told = listen(METHODS[MACHINE], explored, sense(explored, 1.0, np.random.default_rng(0)))
     assert wrong_switches(explored.mode, explored.mode) == [False] * int(np.count_nonzero(np.diff(explored.mode)))
     late = np.roll(explored.mode, 10)
     late[:10] = explored.mode[0]

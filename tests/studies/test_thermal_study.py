@@ -10,9 +10,9 @@ import pytest
 from remote_site.thermal_identification import ThermalIdentification
 from sim_sensors.ssr_converter import NOISE_C
 from studies import thermal_identification
-from studies.thermal_answers import Answered, by_fingers, by_product, by_rate, knowledge_of
+from studies.thermal_answers import Answered, by_fingers, by_product, knowledge_of
 from studies.thermal_bound import bounds, reading_noise_k
-from studies.thermal_exponential import WAYS, LaggedResponse
+from studies.thermal_exponential import WAYS, LaggedResponse, fits
 from studies.thermal_goals import goals
 from studies.thermal_maps import Axes, foreign_materials
 from studies.thermal_network import Network, features
@@ -75,16 +75,20 @@ def test_the_papers_way_is_the_products(calibration: Calibration, hands: list[Ha
     late = len(rates.times_s) - 1
     assert rates.ln_rate[:, late] == pytest.approx([entry.ln_rate[late] for entry in knowledge.table.materials])
     for hand in hands:
-        by_paper, touch = by_rate(rates, hand), hand.fingers[0]
+        touch, fitted_s, before = hand.fingers[0], 0.0, None
         product = ThermalIdentification(knowledge)
         product.start(0.0, touch.start_c, touch.slope_k_s, touch.ambient_c)
         for since_s, sensor_c, force_n in list(touch.readings())[1:]:
             if since_s > rates.times_s[late] + 1e-6:
                 break
-            product.step(since_s, sensor_c, force_n)
-        assert by_paper[0].best is None, "nothing is fitted before the lag is over"
-        assert by_paper[late].best == product.answer.exponential_material
-        assert product.answer.exponential_object_c == pytest.approx(hand.object_c + (by_paper[late].error_k or 0.0))
+            if (answer := product.step(since_s, sensor_c, force_n)).exponential_object_c != before:
+                fitted_s, before = since_s, answer.exponential_object_c
+        early, fit = fits("paper", touch, (rates.times_s[0], fitted_s))
+        assert early is None, "nothing is fitted before the lag is over"
+        assert fit is not None
+        assert fitted_s > rates.times_s[late] - 0.1, "it is fitted again and again"
+        assert product.answer.exponential_object_c == pytest.approx(fit.object_c)
+        assert product.answer.exponential_material == rates.likeliest(late, fit)
 
 
 def test_drawing_answers_less_often_changes_none_of_them(calibration: Calibration, hands: list[Hand]) -> None:
