@@ -190,6 +190,11 @@ class SerialLine:
         return self._port is not None
 
     @property
+    def silent(self) -> bool:
+        """Whether the device is there and nothing of it waits to be read: then `poll` has nothing to do."""
+        return self.readable is False and self._port is not None
+
+    @property
     def problem(self) -> Exception | None:
         """Why there is no device: DeviceAbsent or WrongDevice; None while it is there or still being asked."""
         return None if self.connected else self._opener.problem

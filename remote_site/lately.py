@@ -6,15 +6,8 @@ MEMORY_S = 0.25
 """A set-point older than this moves nothing any more: servo (settled after 0.1 s), bus, and a process that stalls."""
 
 _Falling = deque[tuple[float, float]]
-"""Times and values of the last MEMORY_S, without those that a later value exceeds: the first is the highest."""
-
-
-def _add(falling: _Falling, t_s: float, value: float) -> None:
-    while falling and falling[-1][1] <= value:
-        falling.pop()
-    falling.append((t_s, value))
-    while t_s - falling[0][0] > MEMORY_S:
-        falling.popleft()
+"""Times and values of the last MEMORY_S, without those that a later value exceeds (or undercuts): the first is the
+highest (or the lowest)."""
 
 
 class Lately:
@@ -24,12 +17,21 @@ class Lately:
 
     def __init__(self) -> None:
         self._high: _Falling = deque()
-        self._depth: _Falling = deque()  # of negatives: their highest is the lowest
+        self._depth: _Falling = deque()
 
     def add(self, t_s: float, value: float) -> None:
         """Take a value of the time `t_s`, s, which does not go back."""
-        _add(self._high, t_s, value)
-        _add(self._depth, t_s, -value)
+        high, depth, before_s = self._high, self._depth, t_s - MEMORY_S
+        while high and high[-1][1] <= value:
+            high.pop()
+        high.append((t_s, value))
+        while high[0][0] < before_s:
+            high.popleft()
+        while depth and depth[-1][1] >= value:
+            depth.pop()
+        depth.append((t_s, value))
+        while depth[0][0] < before_s:
+            depth.popleft()
 
     @property
     def highest(self) -> float:
@@ -39,4 +41,4 @@ class Lately:
     @property
     def lowest(self) -> float:
         """The lowest of them."""
-        return -self._depth[0][1]
+        return self._depth[0][1]

@@ -43,6 +43,8 @@ NOISE_STEP = 0.5
 """Mean square of the signal's steps, over twice its variance, from which on it is noise. White noise has 1 +- 0.11 in
 80 blocks, hum of 50 Hz has 1; a fingertip that bounces at 25 Hz has 0.3, one that rests or is pressed less."""
 
+WATCH_EVERY = 4
+"""Blocks from one look whether the signal follows the force to the next: 20 ms of FOLLOWS_S."""
 LOUDER = 4.0
 """Noise does not become so much more by itself, in its mean square; by a stroke over plain plastic it does."""
 
@@ -64,7 +66,7 @@ class TextureFault:
         fault: its name; None while the sensor is sound.
     """
 
-    __slots__ = ("_blocks", "_force_n", "_noise_v2", "_pressed_n", "_railed", "fault")
+    __slots__ = ("_blocks", "_count", "_force_n", "_noise_v2", "_pressed_n", "_railed", "fault")
 
     def __init__(self, block_s: float) -> None:
         """Take the length of a block, s."""
@@ -75,6 +77,7 @@ class TextureFault:
         self._force_n: float | None = None
         self._pressed_n = 0.0
         self._railed = 0
+        self._count = 0
 
     def step(self, samples_v: Sequence[float], force_n: float, resting: bool) -> str | None:
         """Take the next block; return the fault there is now.
@@ -94,7 +97,8 @@ class TextureFault:
         mean_v = sum(samples_v) / count
         self._blocks.append(_Block(low_v, high_v, railed, count, mean_v, self._pressed_n, resting))
         self._railed = sum(block.railed for block in self._blocks) if self._railed or railed else 0
-        if resting or self._noise_v2 is not None:
+        self._count += 1
+        if self._count % WATCH_EVERY == 0 and (resting or self._noise_v2 is not None):
             self._watch_signal(count / RATE_HZ)
         self.fault = self._name(count / RATE_HZ)
         return self.fault

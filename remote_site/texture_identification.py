@@ -5,9 +5,8 @@ that the answer does not depend on it.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import repeat
 from typing import TypeVar
 
 import numpy as np
@@ -24,6 +23,8 @@ from remote_site.texture_law import ln_roughness
 from remote_site.tip_path import CELL_M, RATE_HZ, Curve, TipPath
 
 _Value = TypeVar("_Value")
+_Block = tuple[Sequence[float], Sequence[float], Sequence[float], Sequence[ExplorationMode]]
+"""Signal, V, contact force, N, speed, m/s, and mode of each sample."""
 BLOCK = 10
 FAINTEST_GROOVE_V = 0.010
 """Curvature for one newton below which nothing is a groove, V, where none was calibrated: 1 um of depth."""
@@ -177,23 +178,40 @@ class TextureIdentification:
     ) -> tuple[list[Impulse], float | None]:
         """As `step`; returns only what happened in these samples: the impulses, and when another surface began, s."""
         count = len(samples_v)
-        rows = zip(samples_v, _each(force_n, count), _each(speed_m_s, count), _each(mode, count), strict=True)
+        columns = samples_v, _each(force_n, count), _each(speed_m_s, count), _each(mode, count)
+        whole: Iterable[tuple[float, _Block]]
+        if count == BLOCK and not self._waiting:  # as sensors send them
+            whole = [(t_s, columns)]
+        else:
+            whole = self._gather(t_s, count, columns)
         impulses: list[Impulse] = []
         changed_s = None
-        for left, row in zip(range(count - 1, -1, -1), rows, strict=True):
-            self._waiting.append(row)
-            if len(self._waiting) == BLOCK:
-                # to 0.1 us, so that the time of a sample does not depend on how many came with it
-                time_s = round(t_s - left / RATE_HZ, 7)
-                found, changed = self._block(time_s)
-                impulses += found
-                changed_s = time_s if changed else changed_s
+        for end_s, block in whole:
+            # to 0.1 us, so that the time of a sample does not depend on how many came with it
+            time_s = round(end_s, 7)
+            found, changed = self._block(time_s, *block)
+            impulses += found
+            changed_s = time_s if changed else changed_s
         return impulses, changed_s
 
-    def _block(self, end_s: float) -> tuple[list[Impulse], bool]:
+    def _gather(self, t_s: float, count: int, columns: _Block) -> Iterator[tuple[float, _Block]]:
+        """Each block that these samples complete, the last of which is of `t_s`, and when it ends, s."""
+        for left, row in zip(range(count - 1, -1, -1), zip(*columns, strict=True), strict=True):
+            self._waiting.append(row)
+            if len(self._waiting) == BLOCK:
+                samples_v, forces_n, speeds_m_s, modes = zip(*self._waiting, strict=True)
+                self._waiting = []
+                yield t_s - left / RATE_HZ, (samples_v, forces_n, speeds_m_s, modes)
+
+    def _block(
+        self,
+        end_s: float,
+        samples_v: Sequence[float],
+        forces_n: Sequence[float],
+        speeds_m_s: Sequence[float],
+        modes: Sequence[ExplorationMode],
+    ) -> tuple[list[Impulse], bool]:
         """Work off a block that ends at `end_s`; return its impulses, and whether the surface changed."""
-        samples_v, forces_n, speeds_m_s, modes = zip(*self._waiting, strict=True)
-        self._waiting = []
         mode, before = modes[-1], self._mode
         force_n, speed_m_s = sum(forces_n) / BLOCK, sum(speeds_m_s) / BLOCK
         late = end_s - self._time_s > _GAP_S
@@ -283,6 +301,6 @@ class TextureIdentification:
         return told
 
 
-def _each(value: _Value | Sequence[_Value], count: int) -> Iterable[_Value]:
+def _each(value: _Value | Sequence[_Value], count: int) -> Sequence[_Value]:
     """A value for each of `count` samples."""
-    return value if isinstance(value, Sequence) else repeat(value, count)
+    return value if isinstance(value, Sequence) else (value,) * count

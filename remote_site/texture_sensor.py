@@ -39,6 +39,9 @@ class TextureSensor:
         Args:
             t_s: time now, s.
         """
+        if self.line.silent and not self._waiting:
+            self.stood_still_s = 0.0
+            return None
         reported_us: list[int] = []
         for frame in self.line.poll():
             if frame.message_id != MessageId.TEXTURE_SAMPLES:
