@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 from common.background import BackgroundOpener
 from common.can_controller import CanController
 from common.can_frames import BadFrame, FrameReceiver
-from common.can_gateway import GatewayBus
+from common.can_gateway import GatewayBus, TakenFrame
 from common.frame_damage import FrameDamage
 from common.own_frames import OwnFrames
 from common.rate_limiter import RateLimiters
@@ -110,7 +110,7 @@ class CanLine:
     drained: bool = True
     """Whether the last poll has read all that waited."""
     _bus: can.BusABC | None = None
-    _unread: deque[can.Message] = field(default_factory=deque)
+    _unread: deque[can.Message | TakenFrame] = field(default_factory=deque)
     """Frames that were taken from the bus, and are to be read by the next poll."""
     _opener: BackgroundOpener[can.BusABC] = field(init=False)
     _by_id: dict[int, tuple[FrameReceiver, FrameDamage]] = field(init=False)
@@ -241,7 +241,7 @@ class CanLine:
             _shut_down(self._bus)
             self._bus = self.descriptor = None
 
-    def _take(self, message: can.Message) -> dict[str, float] | None:
+    def _take(self, message: can.Message | TakenFrame) -> dict[str, float] | None:
         """The values of one frame; None where it is no good one."""
         if message.is_error_frame:
             self._report(message.arbitration_id, bytes(message.data))

@@ -31,6 +31,7 @@ _MOST_OF_READERS = 8
 """Packets of one reader that wait; with 1 the library takes no subscription."""
 _BYTES_RECEIVED = 128
 """Where struct tcp_info has tcpi_bytes_received, 8 bytes, on every Linux from 4.1 on."""
+_READABLE = int(zmq.POLLIN)
 _HANDSHAKE_MS = 2000
 _UNACKNOWLEDGED_MS = 2000
 _CURVE_BYTES = 64
@@ -103,7 +104,7 @@ def take(socket: "zmq.Socket[bytes]") -> list[zmq.Frame]:
 
     The library is asked first: that takes a third of what an attempt to read takes that finds nothing and raises.
     """
-    if int(socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN:
+    if int(socket.getsockopt(zmq.EVENTS)) & _READABLE:
         with contextlib.suppress(zmq.Again):
             return socket.recv_multipart(zmq.DONTWAIT, copy=False)
     return []

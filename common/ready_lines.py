@@ -25,8 +25,8 @@ class ReadyLines:
         self._descriptors: list[int | None] = []
         self._poll = select.poll()
 
-    def look(self) -> None:
-        """Set `readable` of each line; a connection that has ended counts as readable, too."""
+    def look(self) -> bool:
+        """Set `readable` of each line, and return whether any is; a connection that has ended counts as readable."""
         descriptors = [line.descriptor for line in self._lines]
         if descriptors != self._descriptors:
             self._descriptors, self._poll = descriptors, select.poll()
@@ -36,3 +36,4 @@ class ReadyLines:
         ready = {descriptor for descriptor, _ in self._poll.poll(0)}
         for line, descriptor in zip(self._lines, descriptors, strict=True):
             line.readable = descriptor is None or descriptor in ready
+        return bool(ready) or None in descriptors

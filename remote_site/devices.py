@@ -40,7 +40,8 @@ class RemoteDevices:
 
     def _unread_s(self) -> float:
         """How long devices have taken for what waits to be read, s."""
-        self._ready.look()
+        if not self._ready.look() and self.telemanipulator.line.drained:
+            return 0.0
         return max(device.unread_s for device in (self.telemanipulator, *self._sensors))
 
     def lines(self) -> list[SerialLine]:

@@ -12,15 +12,7 @@ from remote_site.finger_touch import FingerSample, FingerTouch, TouchEvent
 from remote_site.groove_period import GroovePeriod
 from remote_site.heater_control import OFFSETS_K
 from remote_site.rendered_material import rendered_constants
-from remote_site.surface_class import (
-    GROOVE_DECAY_PER_S,
-    GROOVE_RAD_S,
-    SMOOTH,
-    TAP_DECAY_PER_S,
-    TAP_SPEED_PER_M_S,
-    StrokeLaw,
-    SurfaceTable,
-)
+from remote_site.surface_class import SMOOTH, StrokeLaw, SurfaceTable
 from remote_site.texture_identification import TextureIdentification
 from remote_site.texture_law import ln_roughness
 from remote_site.thermal_answer import ThermalAnswer
@@ -84,16 +76,16 @@ class FingerIdentification:
     def step(self, sample: FingerSample) -> FingerTouch:
         """Advance to `sample.t_s`."""
         t_s, force_n = sample.t_s, sample.force_n
-        exploration = self._exploration
+        exploration, surface = self._exploration, self._surface
         mode = exploration.step(t_s, force_n, sample.z_m)
-        speed_m_s = exploration.speed_m_s
-        self._surface.step(t_s, force_n, sample.x_m, sample.y_m, sample.z_m)
+        contact, speed_m_s = exploration.contact, exploration.speed_m_s
+        surface.step(t_s, force_n, sample.x_m, sample.y_m, sample.z_m)
         events: list[TouchEvent] = []
         if exploration.began:
             events.append(TouchEvent("tap", exploration.approach_m_s))
             self._period = GroovePeriod()
             self._rough = False
-        self.contact = exploration.contact
+        self.contact = contact
         if mode is not ExplorationMode.STROKING:
             self._period.interrupt()
         if sample.texture_v:
@@ -108,20 +100,16 @@ class FingerIdentification:
         conductivity, density, specific_heat = self._render(answer)
         return FingerTouch(
             mode=mode,
-            contact=exploration.contact,
+            contact=contact,
             contact_force_n=force_n,
-            surface_z_m=self._surface.surface_z_m,
-            stiffness_n_m=self._surface.stiffness_n_m,
-            stiffness_ln_sd=self._surface.stiffness_ln_sd,
-            damping_n_s_m=self._surface.damping_n_s_m,
-            slope_x=self._surface.slope_x,
-            slope_y=self._surface.slope_y,
-            k_tap=TAP_SPEED_PER_M_S,
-            b_tap_per_s=TAP_DECAY_PER_S,
+            surface_z_m=surface.surface_z_m,
+            stiffness_n_m=surface.stiffness_n_m,
+            stiffness_ln_sd=surface.stiffness_ln_sd,
+            damping_n_s_m=surface.damping_n_s_m,
+            slope_x=surface.slope_x,
+            slope_y=surface.slope_y,
             k_stroke_v=stroke.k_stroke_v,
             k_stroke_f=stroke.k_stroke_f,
-            groove_rad_s=GROOVE_RAD_S,
-            b_groove_per_s=GROOVE_DECAY_PER_S,
             conductivity_w_mk=conductivity,
             density_kg_m3=density,
             specific_heat_j_kgk=specific_heat,

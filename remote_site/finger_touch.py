@@ -48,8 +48,8 @@ class TouchEvent:
 class FingerTouch:
     """One tick's output: what the operator site renders, and the heater's drive, -1..1.
 
-    A conductivity of 0 says that the material is unknown. Units: N, m, N/m, 1, N s/m, 1, 1, (rad/s)/(m/s), 1/s,
-    (rad/s)/(m/s), (rad/s)/N, rad/s, 1/s, W/mK, kg/m3, J/kgK.
+    A conductivity of 0 says that the material is unknown. Units: N, m, N/m, 1, N s/m, 1, 1, (rad/s)/(m/s),
+    (rad/s)/N, W/mK, kg/m3, J/kgK.
     """
 
     mode: ExplorationMode
@@ -61,12 +61,8 @@ class FingerTouch:
     damping_n_s_m: float
     slope_x: float
     slope_y: float
-    k_tap: float
-    b_tap_per_s: float
     k_stroke_v: float
     k_stroke_f: float
-    groove_rad_s: float
-    b_groove_per_s: float
     conductivity_w_mk: float
     density_kg_m3: float
     specific_heat_j_kgk: float

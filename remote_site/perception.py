@@ -31,7 +31,13 @@ from remote_site.material_table import MaterialTable
 from remote_site.sensed import Sensed
 from remote_site.shared_object import SharedObject
 from remote_site.slow_telling import SlowTelling
-from remote_site.surface_class import SurfaceTable
+from remote_site.surface_class import (
+    GROOVE_DECAY_PER_S,
+    GROOVE_RAD_S,
+    TAP_DECAY_PER_S,
+    TAP_SPEED_PER_M_S,
+    SurfaceTable,
+)
 from remote_site.texture_sensor import texture_v
 from remote_site.thermal_identification import ThermalKnowledge
 
@@ -171,14 +177,9 @@ class Perception:
 
     def packet(self, session: int, sequence: int, time_ns: int, state: LinkState) -> Touch:
         """The newest touches as a packet."""
-        rows = [
-            _FREE if (touch := self.touches.get(finger)) is None else _row(touch, *self._place_m)
-            for finger in range(len(FINGERS))
-        ]
-        names = tuple(
-            "" if (touch := self.touches.get(finger)) is None else touch.thermal.best or ""
-            for finger in range(len(FINGERS))
-        )
+        touches = [self.touches.get(finger) for finger in range(len(FINGERS))]
+        rows = [_FREE if touch is None else _row(touch, *self._place_m) for touch in touches]
+        names = tuple(["" if touch is None else touch.thermal.best or "" for touch in touches])
         # What an estimator says beyond the packet's ranges saturates there; a site never falls silent over it.
         block: Floats = np.array(rows, dtype=np.float32)
         np.minimum(np.maximum(block, TOUCH_LOW, out=block), TOUCH_HIGH, out=block)
@@ -210,12 +211,12 @@ def _row(touch: FingerTouch, x_m: float, y_m: float) -> tuple[float, ...]:
         touch.damping_n_s_m if touch.contact else 0.0,
         touch.slope_x if touch.contact else 0.0,
         touch.slope_y if touch.contact else 0.0,
-        touch.k_tap,
-        touch.b_tap_per_s,
+        TAP_SPEED_PER_M_S,
+        TAP_DECAY_PER_S,
         touch.k_stroke_v,
         touch.k_stroke_f,
-        touch.groove_rad_s,
-        touch.b_groove_per_s,
+        GROOVE_RAD_S,
+        GROOVE_DECAY_PER_S,
         touch.conductivity_w_mk if known else 0.0,
         touch.density_kg_m3 if known else 0.0,
         touch.specific_heat_j_kgk if known else 0.0,

@@ -179,11 +179,8 @@ class TextureIdentification:
         """As `step`; returns only what happened in these samples: the impulses, and when another surface began, s."""
         count = len(samples_v)
         columns = samples_v, _each(force_n, count), _each(speed_m_s, count), _each(mode, count)
-        whole: Iterable[tuple[float, _Block]]
-        if count == BLOCK and not self._waiting:  # as sensors send them
-            whole = [(t_s, columns)]
-        else:
-            whole = self._gather(t_s, count, columns)
+        as_sent = count == BLOCK and not self._waiting
+        whole: Iterable[tuple[float, _Block]] = [(t_s, columns)] if as_sent else self._gather(t_s, count, columns)
         impulses: list[Impulse] = []
         changed_s = None
         for end_s, block in whole:
