@@ -60,7 +60,7 @@ def _conclude(
 ) -> str:
     # Plots and statistics are loaded only now: while the session ran they would have cost it memory and time.
     from teletaction.conclude import conclude  # noqa: PLC0415
-    from teletaction.report_words import behind  # noqa: PLC0415
+    from teletaction.machine_verdict import machine_verdict  # noqa: PLC0415
 
     summary = conclude(out, out, options, usage, wall_s, ping.round_trips_s)
     incomplete = [f"{fault['site']}: {fault['fault']}" for fault in summary["faults"] if fault["what"] == "recording"]
@@ -69,8 +69,7 @@ def _conclude(
             (out / f"{process}.mcap").unlink()
         for part in out.glob(f"{CONSOLE}*.mcap"):
             part.unlink()
-    if late := behind(summary):
-        _say(f"rate not held: {late}; the logs in {out} say why")
+    _say(machine_verdict(summary))
     _say(f"summary {out / 'summary.json'}, report {out / 'report.html'}, recording {out / 'session.mcap'}")
     if incomplete:
         return "; ".join(incomplete)

@@ -21,12 +21,12 @@ from teletaction.figures import (
     temperature_figure,
     vibration_figure,
 )
+from teletaction.machine_verdict import machine_verdict
 from teletaction.report_limits import acted_table, extremes_table
 from teletaction.report_parts import figure, png, section
 from teletaction.report_style import CSS
 from teletaction.report_words import (
     NONE,
-    behind,
     confusion_table,
     contacts_table,
     histogram_table,
@@ -213,11 +213,10 @@ def _header(summary: Mapping[str, Any]) -> str:
         "contacts": f"{len(words)}: " + ", ".join(f"{words.count(w)} {w}" for w in ("right", "wrong", "no answer")),
         "modes agree": _percent((summary.get("modes") or {}).get("agreement")),
         "contact to motor, median": "–" if latency is None else f"{shown(latency, 1)} ms",
-        "rate not held": escape(behind(summary)) or NONE,
         "faults": _faults(summary.get("faults") or []),
     }
     listed = "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in facts.items())
-    return f"<dl>{listed}</dl>{_TRUE}"
+    return f"<p>{escape(machine_verdict(summary))}</p><dl>{listed}</dl>{_TRUE}"
 
 
 def _faults(faults: list[Any]) -> str:

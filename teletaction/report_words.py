@@ -6,6 +6,7 @@ from itertools import pairwise
 from typing import Any
 
 from operator_site.console.findings import UNIT, signed, with_sd
+from teletaction.machine_verdict import WHAT_HELD_MEANS
 
 NONE = "none"
 _RIGHT, _WRONG, _SILENT = "right", "wrong", "no answer"
@@ -190,15 +191,7 @@ def process_table(summary: Mapping[str, Any]) -> str:
         "CPU (cores)",
         "memory (MiB)",
     )
-    return table(head, rows)
-
-
-def behind(summary: Mapping[str, Any]) -> str:
-    """Which processes did not hold their rates, and for how long; empty where all did."""
-    loops: Mapping[str, Any] = summary.get("loop") or {}
-    return ", ".join(
-        f"{name} for {loop['behind_s']:.0f} s" for name, loop in loops.items() if (loop or {}).get("behind_s")
-    )
+    return table(head, rows) + f"<p>{WHAT_HELD_MEANS}</p>"
 
 
 def packets_table(packets: Mapping[str, Any]) -> str:

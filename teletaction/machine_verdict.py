@@ -1,0 +1,58 @@
+"""Whether a machine was fast enough for a session, and what it means for the session's figures, in plain words."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from common.held_rate import HELD, WINDOW_S
+
+NEGLIGIBLE_S = 1.0
+"""A process that was behind for no longer than this has hardly changed what was felt, s."""
+WHAT_HELD_MEANS = f"A process holds its rate while it makes {HELD:.0%} of its ticks, counted over {WINDOW_S:g} s."
+
+
+def behind(summary: Mapping[str, Any]) -> str:
+    """Which processes did not hold their rates, and for how long; empty where all did."""
+    return ", ".join(f"{name} for {seconds:.0f} s" for name, seconds in _behind_s(summary).items())
+
+
+def machine_verdict(summary: Mapping[str, Any]) -> str:
+    """One paragraph; empty where the summary says nothing of the processes.
+
+    Args:
+        summary: what `summary.json` holds.
+    """
+    if not summary.get("loop"):
+        return ""
+    late_s = max(_behind_s(summary).values(), default=0.0)
+    if late_s <= NEGLIGIBLE_S:
+        return "This machine was fast enough: every process held its rate, and the figures are those of the method."
+    duration_s = summary.get("duration_s")
+    of = f" of {duration_s:.0f} s" if isinstance(duration_s, int | float) else ""
+    late = f"the rate was not held for {late_s:.0f} s{of} ({behind(summary)})"
+    words = [
+        f"This machine was too slow for this session: {late}.",
+        "So more was late or missed than on a machine that is fast enough.",
+        *_consequences(summary),
+        "Fewer fingers need less: try --fingers 1.",
+    ]
+    return " ".join(words)
+
+
+def _behind_s(summary: Mapping[str, Any]) -> dict[str, float]:
+    loops: Mapping[str, Any] = summary.get("loop") or {}
+    return {name: float(loop["behind_s"]) for name, loop in loops.items() if (loop or {}).get("behind_s")}
+
+
+def _consequences(summary: Mapping[str, Any]) -> list[str]:
+    """What was late or missing in this session, as far as it was measured."""
+    found = []
+    delay_ms = ((summary.get("latency_ms") or {}).get("contact_to_motor") or {}).get("p50")
+    if delay_ms is not None:
+        found.append(f"From contact to motor it took {delay_ms:.1f} ms (median).")
+    impulses, taps = summary.get("impulses") or {}, summary.get("taps") or {}
+    if impulses.get("crossed"):
+        missed, invented = impulses.get("missed", 0), impulses.get("invented", 0)
+        found.append(f"Of {impulses['crossed']} grooves {missed} were missed, and {invented} were invented.")
+    if taps.get("made"):
+        found.append(f"Of {taps['made']} taps {taps.get('played', 0)} were felt.")
+    return found

@@ -1,0 +1,37 @@
+"""The verdict names who was late, for how long, and what was missed by it; and says nothing that it does not know."""
+
+from teletaction.machine_verdict import behind, machine_verdict
+
+LATE = {
+    "duration_s": 60.1,
+    "loop": {"remote": {"behind_s": 57.2}, "operator": {"behind_s": 0.0}, "sim-remote": {"behind_s": 3.0}},
+    "latency_ms": {"contact_to_motor": {"p50": 18.04}},
+    "impulses": {"crossed": 400, "missed": 49, "invented": 54},
+    "taps": {"made": 43, "played": 39},
+}
+
+
+def test_a_late_session_says_who_was_late_and_what_that_means() -> None:
+    verdict = machine_verdict(LATE)
+    assert verdict.startswith("This machine was too slow for this session: the rate was not held for 57 s of 60 s")
+    for part in (
+        "(remote for 57 s, sim-remote for 3 s)",
+        "18.0 ms",
+        "Of 400 grooves 49 were missed, and 54 were invented.",
+        "Of 43 taps 39 were felt.",
+    ):
+        assert part in verdict
+    assert behind(LATE) == "remote for 57 s, sim-remote for 3 s"
+
+
+def test_a_session_in_time_is_said_to_be_one() -> None:
+    loop = {"remote": {"behind_s": 0.0}, "operator": {"behind_s": 0.8}, "gone": None}
+    assert machine_verdict(LATE | {"loop": loop}).startswith("This machine was fast enough")
+
+
+def test_what_was_not_measured_is_not_spoken_of() -> None:
+    assert machine_verdict({}) == ""
+    bare = machine_verdict({"loop": {"remote": {"behind_s": 5.0}}})
+    assert "5 s (remote for 5 s)" in bare
+    assert "groove" not in bare
+    assert "motor" not in bare
