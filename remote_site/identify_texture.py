@@ -2,9 +2,11 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+from common.in_parallel import Progress, in_order, unseen
 from common.read_files import read_json
 from remote_site.felt_stroke import FAST_HZ
 from remote_site.spectrum_table import Recognised, SpectrumTable
@@ -39,6 +41,8 @@ def identify_texture(
     table: SurfaceTable | SpectrumTable | None = None,
     signal: str | None = None,
     speed_mm_s: float | None = None,
+    processes: int = 1,
+    progress: Progress = unseen,
 ) -> Iterator[dict[str, Any]]:
     """Yield one line per segment in contact of every stroke; `null` for what could not be determined.
 
@@ -49,24 +53,34 @@ def identify_texture(
             probability among the calibrated, and no constants.
         signal: column, `best` or `mean`; see `read_stroke`.
         speed_mm_s: speed of recordings without a speed column, mm/s.
+        processes: that share the work; the lines do not depend on it.
+        progress: is given the share done, 0..1.
 
     Raises:
         ValueError: a file cannot be used (names file, line and column), or the speed is not positive.
     """
     if speed_mm_s is not None and not 0.0 < speed_mm_s < 10_000.0:
         raise ValueError(f"--speed: must be positive, mm/s, not {speed_mm_s}")
+    speed_m_s = None if speed_mm_s is None else speed_mm_s / 1000.0
+    for lines in in_order(partial(_lines, table, signal, speed_m_s), strokes, processes, progress):
+        yield from lines
+
+
+def _lines(
+    table: SurfaceTable | SpectrumTable | None, signal: str | None, speed_m_s: float | None, path: Path
+) -> list[dict[str, Any]]:
+    """The lines of one stroke."""
     surfaces = table if isinstance(table, SurfaceTable) else SurfaceTable.load(SHIPPED)
-    for path in strokes:
-        trace = read_stroke(path, signal)
-        speed_m_s = None if speed_mm_s is None else speed_mm_s / 1000.0
-        for part in segments(trace, surfaces, speed_m_s):
-            line = _line(path, part, table if isinstance(table, SurfaceTable) else None)
-            if isinstance(table, SpectrumTable):
-                whole = read_stroke(path, "best") if signal == "mean" else trace
-                found = _recognised(path, whole, table, speed_m_s)
-                line["surface"] = None if found is None else found.surface
-                line["surface_probability"] = None if found is None else round(found.probability, 4)
-            yield line
+    trace, lines = read_stroke(path, signal), []
+    for part in segments(trace, surfaces, speed_m_s):
+        line = _line(path, part, table if isinstance(table, SurfaceTable) else None)
+        if isinstance(table, SpectrumTable):
+            whole = read_stroke(path, "best") if signal == "mean" else trace
+            found = _recognised(path, whole, table, speed_m_s)
+            line["surface"] = None if found is None else found.surface
+            line["surface_probability"] = None if found is None else round(found.probability, 4)
+        lines.append(line)
+    return lines
 
 
 def _recognised(path: Path, trace: StrokeTrace, table: SpectrumTable, speed_m_s: float | None) -> Recognised | None:

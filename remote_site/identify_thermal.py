@@ -3,9 +3,11 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
+from common.in_parallel import Progress, in_order, unseen
 from common.messages import ThermalStatus
 from remote_site.material_table import MaterialTable
 from remote_site.thermal_answer import NO_CONTACT, ThermalAnswer
@@ -24,6 +26,8 @@ def identify_thermal(
     traces: Sequence[Path] = (),
     at: Sequence[float] = DEFAULT_AT_S,
     touches: Path | None = None,
+    processes: int = 1,
+    progress: Progress = unseen,
 ) -> Iterator[Line]:
     """Yield one JSON line per requested time and a final one, for every trace and every joint touch.
 
@@ -36,6 +40,8 @@ def identify_thermal(
         at: times since contact, s; a line for t uses no sample later than that.
         touches: file `touch,trace` (paths relative to it): traces of several fingers on one object,
             judged jointly; each trace's clock starts at its own contact.
+        processes: that share the work; the lines do not depend on it.
+        progress: is given the share done, 0..1.
 
     Raises:
         ValueError: the file of touches cannot be used (names file, line and column), or a time is not positive.
@@ -43,12 +49,21 @@ def identify_thermal(
     if any(not 0.0 < t < math.inf for t in at):
         raise ValueError(f"--at: times must be positive and finite, not {', '.join(map(str, at))}")
     grouped = {} if touches is None else _read_touches(touches)
-    knowledge = ThermalKnowledge.of(table)
-    for path in traces:
-        # labelled as the caller named it, so that equal file names in two folders stay apart
-        yield from _lines({"trace": str(path)}, [path], at, knowledge)
-    for name, paths in grouped.items():
-        yield from _lines({"touch": name}, paths, at, knowledge)
+    # labelled as the caller named it, so that equal file names in two folders stay apart
+    jobs = [({"trace": str(path)}, [path]) for path in traces]
+    jobs += [({"touch": name}, paths) for name, paths in grouped.items()]
+    for lines in in_order(partial(_answers, table.model_dump_json(), tuple(at)), jobs, processes, progress):
+        yield from lines
+
+
+@lru_cache(1)
+def _knowledge(table: str) -> ThermalKnowledge:
+    return ThermalKnowledge.of(MaterialTable.model_validate_json(table))
+
+
+def _answers(table: str, at: Sequence[float], job: tuple[Line, list[Path]]) -> list[Line]:
+    label, paths = job
+    return list(_lines(label, paths, at, _knowledge(table)))
 
 
 def _read_touches(path: Path) -> dict[str, list[Path]]:

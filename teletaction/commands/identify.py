@@ -8,6 +8,11 @@ from typing import Annotated
 
 import typer
 
+from common.in_parallel import processors
+from teletaction.commands.progress import progress_line
+
+Processes = Annotated[int, typer.Option(min=0, help="Processes that share the work; 0: one for each processor.")]
+
 app = typer.Typer(name="identify", help="Identification of recorded traces, as JSON lines.", no_args_is_help=True)
 
 
@@ -17,6 +22,7 @@ def identify_thermal_command(
     traces: Annotated[list[Path] | None, typer.Argument(help="Trace files.")] = None,
     at: Annotated[str, typer.Option(help="Times after contact to answer at, s.")] = "0.5,1,2,3,5,7",
     touches: Annotated[Path | None, typer.Option(help="CSV `touch,trace`: traces judged jointly.")] = None,
+    processes: Processes = 0,
 ) -> None:
     """Material and object temperature of recorded touches."""
     from remote_site.identify_thermal import identify_thermal
@@ -24,7 +30,9 @@ def identify_thermal_command(
 
     if not traces and touches is None:
         raise ValueError("nothing to identify: name trace files, or --touches FILE")
-    _print_lines(identify_thermal(MaterialTable.load(table), traces or [], _times(at), touches))
+    known, times = MaterialTable.load(table), _times(at)
+    with progress_line("identify") as progress:
+        _print_lines(identify_thermal(known, traces or [], times, touches, processes or processors(), progress))
 
 
 @app.command("texture")
@@ -33,12 +41,14 @@ def identify_texture_command(
     table: Annotated[Path | None, typer.Option(help="Calibrated table of surfaces.")] = None,
     signal: Annotated[str | None, typer.Option(help="Signal column, or `best` or `mean` of all.")] = None,
     speed: Annotated[float | None, typer.Option(help="Stroke speed in mm/s where the file has none.")] = None,
+    processes: Processes = 0,
 ) -> None:
     """Mode, surface, grooves and rendering constants of recorded strokes."""
     from remote_site.identify_texture import identify_texture, load_surfaces
 
     surfaces = None if table is None else load_surfaces(table)
-    _print_lines(identify_texture(strokes, surfaces, signal, speed))
+    with progress_line("identify") as progress:
+        _print_lines(identify_texture(strokes, surfaces, signal, speed, processes or processors(), progress))
 
 
 def _times(text: str) -> list[float]:

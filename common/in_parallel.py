@@ -1,0 +1,65 @@
+"""The same work on many items, on all processors, with results in the order of the items."""
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import get_context
+from typing import TypeVar
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+Progress = Callable[[float], object]
+"""Is given the share done, 0..1."""
+
+FEWEST = 8
+"""Items for which further processes are worth their start, which takes about a second."""
+
+
+def processors() -> int:
+    """How many processors this process may use."""
+    return len(os.sched_getaffinity(0))
+
+
+def unseen(share: float) -> None:
+    """Progress that nobody looks at."""
+
+
+def in_order(
+    work: Callable[[Item], Result], items: Sequence[Item], processes: int, progress: Progress = unseen
+) -> Iterator[Result]:
+    """Yield `work(item)` for each item, in their order; what they are does not depend on `processes`.
+
+    Args:
+        work: a function of a module, or a `partial` of one, that can be pickled.
+        items: that can be pickled.
+        processes: at most so many; 1, or fewer than FEWEST items: this process alone.
+        progress: is given the share done after each item.
+
+    Raises:
+        ValueError: `processes` is below 1.
+        ChildProcessError: a process was ended from outside, as by the system for want of memory.
+        Exception: what `work` raises for the first item for which it does, after the results before it.
+    """
+    if processes < 1:
+        raise ValueError(f"--processes: at least 1, not {processes}")
+    if processes == 1 or len(items) < FEWEST:
+        yield from _counted(map(work, items), len(items), progress)
+        return
+    count = min(processes, len(items))
+    # Processes are spawned: one that is forked from a process with threads may hang.
+    with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
+        results = pool.map(work, items)
+        try:
+            yield from _counted(results, len(items), progress)
+        except BrokenProcessPool:
+            raise ChildProcessError("a process was ended from outside: try fewer with --processes") from None
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def _counted(results: Iterable[Result], count: int, progress: Progress) -> Iterator[Result]:
+    for number, result in enumerate(results, 1):
+        progress(number / count)
+        yield result
