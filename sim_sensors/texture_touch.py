@@ -8,6 +8,7 @@ Constants: docs/decisions/0002-simulated-world.md.
 """
 
 import math
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ OVERSAMPLING = 4
 BLOCK = 10
 """Samples leave the sensor in whole blocks of 5 ms."""
 INNER_HZ = OUTPUT_HZ * OVERSAMPLING
+_INNER_BLOCK = BLOCK * OVERSAMPLING
 HIGH_PASS_HZ = 3.0
 LOW_PASS_HZ = 800.0
 RELIEF_PER_M = 12_000.0
@@ -56,20 +58,14 @@ class TextureTouch:
         self._noise_v = noise_v
         self._heights = heights_m
         self._slopes = slopes
-        self._sections = np.vstack(
-            (
-                butter(1, HIGH_PASS_HZ, "highpass", fs=INNER_HZ, output="sos"),
-                butter(2, LOW_PASS_HZ, "lowpass", fs=INNER_HZ, output="sos"),
-            )
-        )
-        self._state = np.zeros((self._sections.shape[0], count, 2))
+        self._count = count
+        self._filter = _block_filter()
+        self._state = np.zeros((self._filter.shape[1] - _INNER_BLOCK, count))
         self._taken = 0
-        self._time: list[float] = [0.0]
-        self._x: list[float] = [0.0]
-        self._force: list[list[float]] = [[0.0] * count]
-        self._gain: list[list[float]] = []
-        self._track: list[list[int]] = []
-        self._origin: list[list[float]] = []
+        self._knots: list[list[float]] = [[0.0] * (2 + count)]
+        """Time, s, x, m, and the force of each finger, N."""
+        self._spans: list[list[float]] = []
+        """From each knot to the next: gain, track and origin of each finger."""
 
     def step(
         self,
@@ -91,63 +87,83 @@ class TextureTouch:
             track: index in the bank where each finger's track starts; it must hold what the x range needs.
             origin_m: x of that start, m.
         """
-        self._time.append(time_s)
-        self._x.append(x_m)
-        self._force.append(force_n)
-        self._gain.append(gain)
-        self._track.append(track)
-        self._origin.append(origin_m)
+        self._knots.append([time_s, x_m, *force_n])
+        self._spans.append([*gain, *track, *origin_m])
 
     def take_counts(self) -> NDArray[np.int16]:
         """Counts of all whole blocks since the last call, (n, samples) at 2 kHz; a begun block waits for its end."""
-        blocks = math.floor(self._time[-1] * (OUTPUT_HZ / BLOCK) + 1e-6)
-        last = blocks * BLOCK * OVERSAMPLING
-        count = len(self._force[0])
-        if last <= self._taken or not self._gain:
-            return np.empty((count, 0), dtype=np.int16)
+        blocks = math.floor(self._knots[-1][0] * (OUTPUT_HZ / BLOCK) + 1e-6)
+        last = blocks * _INNER_BLOCK
+        if last <= self._taken or not self._spans:
+            return np.empty((self._count, 0), dtype=np.int16)
         at = np.arange(self._taken + 1, last + 1) / INNER_HZ
         self._taken = last
-        knots = np.asarray(self._time)
-        segment = np.minimum(np.searchsorted(knots[1:], at - 1e-9), len(self._gain) - 1)
-        span = knots[segment + 1] - knots[segment]
-        part = (at - knots[segment]) / span
-        path = np.asarray(self._x)
-        travel = path[segment + 1] - path[segment]
-        x = path[segment] + part * travel
-        force_knots = np.asarray(self._force)
-        before = force_knots[segment].T
-        force = before + part * (force_knots[segment + 1].T - before)
-        raw = force * (1.0 + self._relief(segment, x, travel / span))
-        volts, self._state = sosfilt(self._sections, raw, axis=1, zi=self._state)
-        volts = volts[:, OVERSAMPLING - 1 :: OVERSAMPLING]
+        volts = self._filtered(self._raw(at)).T
         volts += self._noise_v * self._rng.standard_normal(volts.shape)
-        self._forget(at[-1])
+        self._forget(float(at[-1]))
         counts = np.rint(volts * (1.0 / VOLTS_PER_COUNT))
         clipped: NDArray[np.int16] = np.minimum(np.maximum(counts, -2048), 2047).astype(np.int16)
         return clipped
 
-    def _relief(self, segment: NDArray[np.intp], x: Array, speed: Array) -> Array:
-        """Relative force fluctuation (n, samples) from relief and its rate of change."""
-        gain = np.asarray(self._gain)[segment].T
-        if not gain.any():
-            return np.zeros(gain.shape)
-        origin = np.asarray(self._origin)[segment].T
-        track = np.asarray(self._track)[segment].T
-        cell = np.maximum((x - origin) * (1.0 / GRID_M), 0.0)
+    def _raw(self, at: Array) -> Array:
+        """The piezo's own signal at ascending times, s, (samples, n)."""
+        knots = np.array(self._knots)
+        segment = np.minimum(knots[1:, 0].searchsorted(at - 1e-9), len(self._spans) - 1)
+        before, change = knots[segment], (knots[1:] - knots[:-1])[segment]
+        span = change[:, 0]
+        now = before + ((at - before[:, 0]) / span)[:, None] * change
+        force: Array = now[:, 2:]
+        spans = np.array(self._spans)
+        if not (spans[:, : self._count].any() and force.any()):
+            return force
+        force *= 1.0 + self._relief(spans[segment], now[:, 1], change[:, 1] / span)
+        return force
+
+    def _relief(self, spans: Array, x: Array, speed: Array) -> Array:
+        """Relative force fluctuation (samples, n) from relief and its rate of change."""
+        count = self._count
+        gain, track, origin = spans[:, :count], spans[:, count : 2 * count], spans[:, 2 * count :]
+        cell = np.maximum((x[:, None] - origin) * (1.0 / GRID_M), 0.0)
         whole = cell.astype(np.intp)
         share = cell - whole
-        index = np.minimum(track + whole, self._heights.size - 2)
+        index = np.minimum(track.astype(np.intp) + whole, self._heights.size - 2)
         height = self._heights[index]
         height = height + share * (self._heights[index + 1] - height)
-        relief: Array = gain * (height + (VISCOUS_S * speed) * self._slopes[index])
+        relief: Array = gain * (height + (VISCOUS_S * speed)[:, None] * self._slopes[index])
         return relief
+
+    def _filtered(self, raw: Array) -> Array:
+        """What the amplifier makes of whole blocks, at the output's rate, (samples, n)."""
+        volts = []
+        for start in range(0, len(raw), _INNER_BLOCK):
+            after = self._filter @ np.concatenate((raw[start : start + _INNER_BLOCK], self._state))
+            volts.append(after[:BLOCK])
+            self._state = after[BLOCK:]
+        return volts[0] if len(volts) == 1 else np.concatenate(volts)
 
     def _forget(self, until_s: float) -> None:
         """Drop knots that lie wholly before the next sample."""
         keep = 0
-        while keep + 2 < len(self._time) and self._time[keep + 1] <= until_s + 1e-9:
+        while keep + 2 < len(self._knots) and self._knots[keep + 1][0] <= until_s + 1e-9:
             keep += 1
-        for knots in (self._time, self._x, self._force):
-            del knots[:keep]
-        for spans in (self._gain, self._track, self._origin):
-            del spans[:keep]
+        del self._knots[:keep]
+        del self._spans[:keep]
+
+
+@cache
+def _block_filter() -> Array:
+    """The amplifier's filters over one block, as a matrix: from inner samples and state to output samples and state."""
+    sections = np.vstack(
+        (
+            butter(1, HIGH_PASS_HZ, "highpass", fs=INNER_HZ, output="sos"),
+            butter(2, LOW_PASS_HZ, "lowpass", fs=INNER_HZ, output="sos"),
+        )
+    )
+    states = 2 * len(sections)
+    each = np.eye(_INNER_BLOCK + states)
+    samples, before = each[:, :_INNER_BLOCK], each[:, _INNER_BLOCK:].reshape(-1, len(sections), 2)
+    volts, after = sosfilt(sections, samples, zi=before.swapaxes(0, 1))
+    matrix: Array = np.vstack(
+        (volts[:, OVERSAMPLING - 1 :: OVERSAMPLING].T, after.swapaxes(0, 1).reshape(-1, states).T)
+    )
+    return matrix
