@@ -59,8 +59,8 @@ class ScriptedHand:
         self._first_seconds = self._plan.seconds
         self._plan_began_s = 0.0
         count = len(FINGERS)
-        self._tremor_rad_s = 2.0 * math.pi * self._rng.uniform(*TREMOR_HZ, count + 2)
-        self._drift_rad_s = 2.0 * math.pi * self._rng.uniform(*DRIFT_HZ, count + 2)
+        hz = [self._rng.uniform(*band, count + 2) for band in (TREMOR_HZ, DRIFT_HZ)]
+        self._tremble_rad_s = 2.0 * math.pi * np.array(hz)
         self._phase = self._rng.uniform(0.0, 2.0 * math.pi, (2, count + 2))
         self._tremor_m = np.concatenate(([TREMOR_XY_M] * 2, [TREMOR_Z_M] * count))
         self._advance = np.empty((2, 2))
@@ -78,7 +78,7 @@ class ScriptedHand:
     @property
     def z_m(self) -> NDArray[np.float64]:
         """Heights of the fingertips, (5,), within the exoskeleton's stops."""
-        heights: NDArray[np.float64] = np.clip(self._motion[0], LOWEST_M, HIGHEST_M)
+        heights: NDArray[np.float64] = np.minimum(np.maximum(self._motion[0], LOWEST_M), HIGHEST_M)
         return heights
 
     def total_seconds(self) -> float:
@@ -116,7 +116,7 @@ class ScriptedHand:
         wanted_z = self._lifted(wanted.z_m) + tremble[2:]
         if dt_s != self._advance_dt_s:
             self._prepare(dt_s)
-        pull = np.stack((0.5 * (wanted_z + self._wanted_z), (wanted_z - self._wanted_z) / dt_s, force_n))
+        pull = np.array((0.5 * (wanted_z + self._wanted_z), (wanted_z - self._wanted_z) / dt_s, force_n))
         self._motion = self._advance @ self._motion + self._push @ pull
         self._wanted_z = wanted_z
 
@@ -142,8 +142,7 @@ class ScriptedHand:
         return z_m + (HOVER_M - z_m) * minimum_jerk((self.time_s - self._finished_at_s) / LIFT_S)
 
     def _tremble(self) -> NDArray[np.float64]:
-        fast = np.sin(self._tremor_rad_s * self.time_s + self._phase[0])
-        slow = np.sin(self._drift_rad_s * self.time_s + self._phase[1])
+        fast, slow = np.sin(self._tremble_rad_s * self.time_s + self._phase)
         tremble: NDArray[np.float64] = self._tremor_m * fast + DRIFT_M * slow
         return tremble
 

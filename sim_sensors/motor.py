@@ -51,11 +51,11 @@ class VibrationMotors:
         """
         substeps = max(1, math.ceil(dt_s / SUBSTEP_S - 1e-9))
         keep = math.exp(-dt_s / substeps / TIME_CONSTANT_S)
-        torque = volts * (TORQUE_CONSTANT / RESISTANCE_OHM)
-        starts = torque > STICTION_N_M
-        final = (torque - FRICTION_N_M) * (1.0 / _LOSS)
-        speed = self.speed_rad_s
-        for _ in range(substeps):
-            turning = starts | (speed > 0.0)
-            speed = np.maximum(0.0, final + (speed - final) * keep) * turning
-        self.speed_rad_s = speed
+        speeds: list[float] = self.speed_rad_s.tolist()
+        for motor, volt in enumerate(volts.tolist()):
+            torque = volt * (TORQUE_CONSTANT / RESISTANCE_OHM)
+            final = (torque - FRICTION_N_M) * (1.0 / _LOSS)
+            for _ in range(substeps):
+                if torque > STICTION_N_M or speeds[motor] > 0.0:
+                    speeds[motor] = max(0.0, final + (speeds[motor] - final) * keep)
+        self.speed_rad_s = np.array(speeds)

@@ -132,11 +132,11 @@ class OperatorDevices:
             self.hand.finish()
 
     def _measure_hand(self) -> None:
-        z_m = self.hand.z_m
-        for finger, encoder in self.encoders.items():
-            index = FINGERS.index(finger)
-            z_m[index] = encoder.read(float(z_m[index]))
-        self.exoskeleton.measure(self.hand.x_m, self.hand.y_m, z_m)
+        z_m = self.hand.z_m.tolist()
+        for finger, module in self.modules.items():
+            index = module.identity.finger
+            z_m[index] = self.encoders[finger].read(z_m[index])
+        self.exoskeleton.measure(self.hand.x_m, self.hand.y_m, np.array(z_m))
 
     def _measure(self) -> None:
         plate_c, hot_side_c = self.plates.ntc_c.tolist(), self.plates.hot_side_c.tolist()
