@@ -107,8 +107,16 @@ class RemoteWorld:
         self.z_m = np.array([tip.z_m for tip in self._tips])
         self.force_n = np.zeros(count)
         self.measured_force_n = np.zeros(count)
-        self.mode = np.zeros(count, dtype=np.int64)
-        self.object_index = np.full(count, _FREE, dtype=np.int64)
+
+    @property
+    def mode(self) -> NDArray[np.int64]:
+        """True mode of each finger."""
+        return np.array([truth.mode for truth in self._truth], dtype=np.int64)
+
+    @property
+    def object_index(self) -> NDArray[np.int64]:
+        """What each finger touches, -1: nothing."""
+        return np.array(self._touched, dtype=np.int64)
 
     @property
     def plate_c(self) -> NDArray[np.float64]:
@@ -215,17 +223,14 @@ class RemoteWorld:
 
     def _observe(self, before_x_m: float, before_s: float) -> None:
         """Keep the truth: modes, contacts, grooves crossed."""
-        modes = []
         for finger, (tip, truth) in enumerate(zip(self._tips, self._truth, strict=True)):
             was = truth.contact
-            modes.append(truth.step(self.time_s, tip.force_n, self.x_m, self.y_m, self.speed_m_s))
+            truth.step(self.time_s, tip.force_n, self.x_m, self.y_m, self.speed_m_s)
             below = self._below[finger]
             if truth.contact != was:
                 self._add(self.time_s, finger, "contact" if truth.contact else "release")
             elif was and below != _FREE and self.bench.objects[below].grooves_x_m:
                 self._cross_grooves(finger, self.bench.objects[below], before_x_m, before_s)
-        self.mode = np.array(modes)
-        self.object_index = np.array(self._touched)
 
     def _cross_grooves(self, finger: int, below: BenchObject, before_x_m: float, before_s: float) -> None:
         grooves = below.grooves_x_m

@@ -49,10 +49,10 @@ class RemoteDevices:
         self.world = RemoteWorld(load_scene(config.scene), config.seed, config.fingers)
         self.robot = Telemanipulator()
         start_s = sockets.now()
-        numbers = {finger: FINGERS.index(finger) for finger in config.fingers}
-        self.texture = {finger: TextureSensor(number, start_s) for finger, number in numbers.items()}
-        self.piezos = {finger: Piezo() for finger in numbers}
-        self.thermal = {finger: ThermalSensor(number, start_s) for finger, number in numbers.items()}
+        self._indices = {finger: FINGERS.index(finger) for finger in config.fingers}
+        self.texture = {finger: TextureSensor(index, start_s) for finger, index in self._indices.items()}
+        self.piezos = {finger: Piezo() for finger in config.fingers}
+        self.thermal = {finger: ThermalSensor(index, start_s) for finger, index in self._indices.items()}
         self.thermistors = {finger: Thermistor() for finger in config.fingers}
         self.encoders = {finger: Encoder() for finger in config.fingers}
         self.force_sensors = {finger: ForceSensor() for finger in config.fingers}
@@ -93,8 +93,9 @@ class RemoteDevices:
         self._measure_robot()
         self.bus.pump(now_s)
         counts = world.take_texture_counts()
-        for finger, sensor in self.texture.items():
-            sensor.add_samples(self.piezos[finger].read(counts[sensor.identity.finger]))
+        if counts.size:
+            for finger, sensor in self.texture.items():
+                sensor.add_samples(self.piezos[finger].read(counts[sensor.identity.finger]))
         if self._steps % _MEASURE_EVERY == 0:
             self._measure_plates()
         for server in self._servers:
@@ -125,12 +126,11 @@ class RemoteDevices:
 
     def _measure_robot(self) -> None:
         world = self.world
-        z_m, force_n = world.z_m.copy(), world.measured_force_n.copy()
-        for finger, encoder in self.encoders.items():
-            index = FINGERS.index(finger)
-            z_m[index] = encoder.read(float(z_m[index]))
-            force_n[index] = self.force_sensors[finger].read(float(force_n[index]))
-        self.robot.measure(world.x_m, world.y_m, z_m, force_n)
+        z_m, force_n = world.z_m.tolist(), world.measured_force_n.tolist()
+        for finger, index in self._indices.items():
+            z_m[index] = self.encoders[finger].read(z_m[index])
+            force_n[index] = self.force_sensors[finger].read(force_n[index])
+        self.robot.measure(world.x_m, world.y_m, np.array(z_m), np.array(force_n))
 
     def _measure_plates(self) -> None:
         plates, ambient = self.world.ssr_counts().tolist(), self.world.ambient_counts().tolist()
