@@ -44,6 +44,8 @@ class SerialModule(ABC):
     def take_output(self, now_s: float) -> bytes:
         """Let the module's own clock reach `now_s`; return the bytes that it has for the host."""
         self._run(now_s)
+        if not self._output:
+            return b""
         output = bytes(self._output)
         self._output.clear()
         return output

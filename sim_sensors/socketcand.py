@@ -162,7 +162,7 @@ class SocketcandBus:
 
     def _forward(self, client: _Client, identifier: str, length: str, data: list[str], now_s: float) -> None:
         try:
-            frame_id, payload = int(identifier, 16), bytes(int(byte, 16) for byte in data)
+            frame_id, payload = int(identifier, 16), bytes([int(byte, 16) for byte in data])
             extended = len(identifier) > 3
             sound = int(length, 16) == len(payload) <= 8 and 0 <= frame_id < (1 << 29 if extended else 1 << 11)
         except ValueError:
@@ -175,7 +175,8 @@ class SocketcandBus:
             return
         for node in () if self.silent or self.deaf else self._nodes:
             node.feed(frame_id, payload, now_s)
-        self._tell_others(client, _frame_text(frame_id, extended, payload, now_s).encode("ascii"), now_s)
+        if len(self._clients) > 1:
+            self._tell_others(client, _frame_text(frame_id, extended, payload, now_s).encode("ascii"), now_s)
         if self.intruder is not None:
             self._spread(self.intruder.answer(frame_id, payload), now_s)
 
