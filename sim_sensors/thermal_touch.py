@@ -34,6 +34,9 @@ BACK_AMBIENT_W_K = 25e-3
 CASE_AMBIENT_W_K = 10e-3
 AIR_W_M2K = 10.0
 HEATER_W = 2.0
+_SIDES_J_K = np.array([[BACK_J_K], [CASE_J_K]])
+_SIDES_AMBIENT_W_K = np.array([[BACK_AMBIENT_W_K], [CASE_AMBIENT_W_K]])
+"""Of the back side and the case."""
 BACK_HEATING = -0.5
 BACK_COOLING = 1.5
 """Heat into the Peltier's back side per heat moved at the plate: what is pumped, less or plus electric power."""
@@ -93,14 +96,13 @@ class ThermalTouch:
         self._rng = rng
         self.ambient_c = ambient_c
         self.plate_c = np.full(n, ambient_c)
-        self.back_c = np.full(n, ambient_c)
-        self.case_c = np.full(n, ambient_c)
+        self._sides_c = np.full((2, n), ambient_c)
         self.ssr_c = np.full(n, ambient_c)
         self.column_c = np.full((n, cells), ambient_c)
         self.object_c = np.full(n, ambient_c)
         self.area_m2 = np.full(n, AREA_M2)
-        self._peltier = PELTIER_W_K * spread.leak
-        self._case = CASE_LEAK_W_K * spread.leak
+        self._leak_w_k = np.stack((PELTIER_W_K * spread.leak, CASE_LEAK_W_K * spread.leak))
+        """From the plate to either side."""
         self._lag_gain = STAGE_S / spread.lag_s
         self._inverse = np.zeros((n, cells, cells))
         self._response = np.zeros((n, cells))
@@ -108,14 +110,22 @@ class ThermalTouch:
         self._full = np.zeros(n)
         self._touching = np.zeros(n, dtype=bool)
         self._columns: list[ObjectColumn | None] = [None] * n
-        self._back_sum = BACK_J_K / STAGE_S + self._peltier + BACK_AMBIENT_W_K
-        self._case_sum = CASE_J_K / STAGE_S + self._case + CASE_AMBIENT_W_K
-        self._plate_sum = (
-            PLATE_J_K / STAGE_S
-            + self._peltier * (1.0 - self._peltier / self._back_sum)
-            + self._case * (1.0 - self._case / self._case_sum)
-        )
+        self._sides_sum = _SIDES_J_K / STAGE_S + self._leak_w_k + _SIDES_AMBIENT_W_K
+        back_w_k, case_w_k = self._leak_w_k * (1.0 - self._leak_w_k / self._sides_sum)
+        self._plate_sum = PLATE_J_K / STAGE_S + back_w_k + case_w_k
         self._convert()
+
+    @property
+    def back_c(self) -> Array:
+        """Back side of each Peltier element, C."""
+        back: Array = self._sides_c[0]
+        return back
+
+    @property
+    def case_c(self) -> Array:
+        """Each case, C."""
+        case: Array = self._sides_c[1]
+        return case
 
     def touch(
         self, finger: int, column: ObjectColumn, object_c: float, conductance_w_m2k: float, area_share: float = 1.0
@@ -161,12 +171,10 @@ class ThermalTouch:
         heat = HEATER_W * np.minimum(np.maximum(drive, -1.0), 1.0)
         back_heat = np.where(heat > 0.0, BACK_HEATING, -BACK_COOLING) * heat
         air = np.where(self._touching, 0.0, AIR_W_M2K * AREA_M2)
-        start = (self.column_c, self.plate_c, self.back_c, self.case_c, self.ssr_c)
+        start = (self.column_c, self.plate_c, self._sides_c, self.ssr_c)
         first = self._stage(start, conductance, heat, back_heat, air)
         second = tuple(old + _SECOND * (new - old) for old, new in zip(start, first, strict=True))
-        self.column_c, self.plate_c, self.back_c, self.case_c, self.ssr_c = self._stage(
-            second, conductance, heat, back_heat, air
-        )
+        self.column_c, self.plate_c, self._sides_c, self.ssr_c = self._stage(second, conductance, heat, back_heat, air)
         self._convert()
 
     def ssr_counts(self) -> NDArray[np.int16]:
@@ -179,28 +187,24 @@ class ThermalTouch:
 
     def _stage(
         self, rest: tuple[Array, ...], conductance: Array, heat: Array, back_heat: Array, air: Array
-    ) -> tuple[Array, Array, Array, Array, Array]:
+    ) -> tuple[Array, Array, Array, Array]:
         """Solve one implicit stage from `rest`: column, back and case are eliminated, the plate is solved for."""
-        column, plate, back, case, ssr = rest
+        column, plate, sides, ssr = rest
         carried = np.matmul(self._inverse, column[:, :, None])[:, :, 0]
         surface = carried[:, 0]
         into_object = conductance * self.area_m2
-        back_known = (BACK_J_K / STAGE_S) * back + back_heat + BACK_AMBIENT_W_K * self.ambient_c
-        case_known = (CASE_J_K / STAGE_S) * case + CASE_AMBIENT_W_K * self.ambient_c
+        known = (_SIDES_J_K / STAGE_S) * sides
+        known[0] += back_heat
+        known += _SIDES_AMBIENT_W_K * self.ambient_c
+        from_back, from_case = self._leak_w_k * (known / self._sides_sum)
         new_plate = (
-            (PLATE_J_K / STAGE_S) * plate
-            + heat
-            + into_object * surface
-            + air * self.ambient_c
-            + self._peltier * (back_known / self._back_sum)
-            + self._case * (case_known / self._case_sum)
+            (PLATE_J_K / STAGE_S) * plate + heat + into_object * surface + air * self.ambient_c + from_back + from_case
         ) / (self._plate_sum + into_object + air)
         flux = conductance * (new_plate - surface)
         return (
             carried + self._response * flux[:, None],
             new_plate,
-            (back_known + self._peltier * new_plate) / self._back_sum,
-            (case_known + self._case * new_plate) / self._case_sum,
+            (known + self._leak_w_k * new_plate) / self._sides_sum,
             (ssr + self._lag_gain * new_plate) / (1.0 + self._lag_gain),
         )
 
