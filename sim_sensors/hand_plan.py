@@ -8,6 +8,7 @@ step, seeded, as they do with a person.
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,8 +96,7 @@ class Segment:
         return (0.5 * ends + self.speed_m_s * (since - RAMP_S)) / distance, self.speed_m_s
 
 
-@dataclass(frozen=True, slots=True)
-class Wanted:
+class Wanted(NamedTuple):
     """What the hand wants at one moment: pose, heights (5,), and the exploration mode it means."""
 
     x_m: float

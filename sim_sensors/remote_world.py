@@ -146,7 +146,7 @@ class RemoteWorld:
         heights: list[float] = setpoint_z_m.tolist()
         if not 0.0 < dt_s <= STEP_S:
             raise ValueError(f"dt_s must be in (0, {STEP_S}] s, not {dt_s}")
-        if not math.isfinite(setpoint_x_m + setpoint_y_m + sum(heights) + float(heater_drive.sum())):
+        if not math.isfinite(setpoint_x_m + setpoint_y_m + sum(heights) + sum(heater_drive.tolist())):
             raise ValueError("set-points and heater drives must be finite")
         before_x, before_s = self.x_m, self.time_s
         self.time_s += dt_s

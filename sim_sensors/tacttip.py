@@ -64,6 +64,8 @@ class TactTip(SerialModule):
         """
         if self.stuck_mv is not None:
             return 1e-3 * self.stuck_mv
+        if self._pulse_until_s <= from_s:
+            return 1e-3 * self._motor_mv
         pulse_s = max(0.0, min(to_s, self._pulse_until_s) - max(from_s, self._pulse_from_s))
         share = pulse_s / (to_s - from_s)
         return 1e-3 * (share * self._pulse_mv + (1.0 - share) * self._motor_mv)

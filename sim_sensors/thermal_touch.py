@@ -209,7 +209,9 @@ class ThermalTouch:
         )
 
     def _convert(self) -> None:
-        noise = NOISE_C * self._rng.standard_normal((2, self._n))
-        counts = counts_of(np.stack((self.ssr_c + noise[0], self.ambient_c + noise[1])))
+        read_c = NOISE_C * self._rng.standard_normal((2, self._n))
+        read_c[0] += self.ssr_c
+        read_c[1] += self.ambient_c
+        counts = counts_of(read_c)
         self._ssr_counts: NDArray[np.int16] = counts[0]
         self._ambient_counts: NDArray[np.int16] = counts[1]
