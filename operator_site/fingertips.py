@@ -5,8 +5,9 @@ them and the devices.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,12 +42,21 @@ MOST_STEPS = 10
 _MODE = TOUCH_COLUMN["mode"]
 _CONTACT = TOUCH_COLUMN["contact"]
 _FORCE = TOUCH_COLUMN["contact_force_n"]
-_PLANE = [TOUCH_COLUMN[name] for name in ("surface_z_m", "x_m", "y_m", "slope_x", "slope_y")]
 _STIFFNESS = TOUCH_COLUMN["stiffness_n_m"]
 _DAMPING = TOUCH_COLUMN["damping_n_s_m"]
-_VIBRATION = [TOUCH_COLUMN[name] for name in ("k_tap", "b_tap_per_s", "k_stroke_v", "k_stroke_f", "b_groove_per_s")]
-_THERMAL = [TOUCH_COLUMN[name] for name in ("conductivity_w_mk", "density_kg_m3", "specific_heat_j_kgk")]
 _OBJECT_C = TOUCH_COLUMN["object_c"]
+
+
+def _columns(*names: str) -> Callable[[Sequence[float]], tuple[float, ...]]:
+    """Takes the columns with these names out of a row."""
+    return itemgetter(*(TOUCH_COLUMN[name] for name in names))
+
+
+_plane = _columns("surface_z_m", "x_m", "y_m", "slope_x", "slope_y")
+_vibration = _columns("k_tap", "b_tap_per_s", "k_stroke_v", "k_stroke_f", "b_groove_per_s")
+_thermal = _columns("conductivity_w_mk", "density_kg_m3", "specific_heat_j_kgk")
+
+_STIFFNESS_LIMIT = Limit.STIFFNESS.value
 
 
 @dataclass(slots=True)
@@ -153,21 +163,21 @@ class Fingertips:
         self.impulses_played = []
         force, rpm = [], []
         for finger, row in enumerate(self._rows):
-            approach_m_s = self._approaches[finger].step(t_s, z_m[finger])
+            height_m, stiffness_n_m = z_m[finger], row[_STIFFNESS]
+            approach_m_s = self._approaches[finger].step(t_s, height_m)
             contact = self._contacts[finger]
             contact.let_through(pushed_n[finger])
             if not engaged:
                 contact.rest()
             surface_m = self._surface_m[finger] = _surface_below(row, x_m, y_m)
-            newton = contact.step(t_s, z_m[finger], surface_m, row[_STIFFNESS], row[_DAMPING], approach_m_s)
+            newton = contact.step(t_s, height_m, surface_m, stiffness_n_m, row[_DAMPING], approach_m_s)
             force.append(newton)
-            ahead_s = math.inf
-            if row[_STIFFNESS] > 0.0:
-                ahead_s = contact_in_s(z_m[finger] - surface_m, approach_m_s)
+            # The finger's own force says how hard it strokes; before a surface is known, the remote finger's.
+            pressed, ahead_s = row[_FORCE], math.inf
+            if stiffness_n_m > 0.0:
+                pressed, ahead_s = newton, contact_in_s(height_m - surface_m, approach_m_s)
             self._contact_in_s[finger] = ahead_s
             mine = [event for event in fresh if event.finger == finger] if engaged and fresh else ()
-            # The finger's own force says how hard it strokes; before a surface is known, the remote finger's.
-            pressed = newton if row[_STIFFNESS] > 0.0 else row[_FORCE]
             speed = self._vibrations[finger].step(
                 t_s,
                 int(row[_MODE]),
@@ -181,6 +191,23 @@ class Fingertips:
             if mine and speed > 0.0:
                 self.impulses_played += [event for event in mine if event.kind is not EventKind.MATERIAL]
             rpm.append(speed)
+        set_c = self._plates(t_s, dt_s, engaged, z_m, plate_c, plate_age_s)
+        limited = list(self._display.limited)
+        for finger, contact in enumerate(self._contacts):
+            if contact.capped:
+                limited[finger] |= _STIFFNESS_LIMIT
+        return Requested(force, rpm, set_c, list(self._drive), limited)
+
+    def _plates(
+        self,
+        t_s: float,
+        dt_s: float,
+        engaged: bool,
+        z_m: Sequence[float],
+        plate_c: Sequence[float],
+        plate_age_s: Sequence[float],
+    ) -> list[float]:
+        """Set-points, C; with each step of skin, drives follow from them."""
         for finger, measured in enumerate(plate_c):
             driven, self._driven[finger] = self._driven[finger], engaged and plate_age_s[finger] <= GAP_S
             if self._driven[finger] and not driven:
@@ -190,24 +217,19 @@ class Fingertips:
         heat = due > 0
         if heat:
             self._heat(z_m, due)
-        set_c: list[float] = self._display.step(dt_s).tolist()
+        set_c = self._display.step(dt_s)
         if heat:
-            load_w_m2 = self._display.load_w_m2().tolist()
+            load_w_m2 = self._display.load_w_m2()
             for finger, loop in enumerate(self._loops):
                 fresh_c = plate_c[finger] if self._driven[finger] else math.nan
                 self._drive[finger] = loop.step(t_s, set_c[finger], fresh_c, load_w_m2[finger])
-        limited = [
-            bits | Limit.STIFFNESS.value if contact.capped else bits
-            for bits, contact in zip(self._display.limited.tolist(), self._contacts, strict=True)
-        ]
-        return Requested(force, rpm, set_c, list(self._drive), limited)
+        return set_c
 
     def _unpack(self, touch: NDArray[np.float32]) -> None:
         rows: list[list[float]] = touch.tolist()
         for finger, row in enumerate(rows):
-            old = self._rows[finger]
-            if any(row[column] != old[column] for column in _VIBRATION):
-                self._surfaces[finger] = Surface(*(row[column] for column in _VIBRATION))
+            if _vibration(row) != _vibration(self._rows[finger]):
+                self._surfaces[finger] = Surface(*_vibration(row))
         self._rows = rows
         self._block = touch
 
@@ -227,7 +249,7 @@ class Fingertips:
             near = row[_STIFFNESS] > 0.0 and z_m[finger] < self._surface_m[finger] + NEAR_SURFACE_M
             touched = None
             if near or row[_CONTACT] > 0.0:
-                touched = touched_object(*(row[column] for column in _THERMAL))
+                touched = touched_object(*_thermal(row))
             self._touching[finger] = touched is not None
             self._skin.touch(finger, touched, row[_OBJECT_C])
         for _ in range(steps):
@@ -241,7 +263,7 @@ class Fingertips:
             row = self._rows[finger]
             if self._touching[finger] or contact_s > LEAD_S:
                 continue
-            touched = touched_object(*(row[column] for column in _THERMAL))
+            touched = touched_object(*_thermal(row))
             if touched is not None:
                 goal_c = contact_c(float(self.skin.surface_c[finger]), touched, row[_OBJECT_C])
                 if contact_s <= self._display.needs_s(finger, goal_c):
@@ -251,6 +273,6 @@ class Fingertips:
 
 def _surface_below(row: Sequence[float], x_m: float, y_m: float) -> float:
     """Height of the surface, m, with the hand here: the remote hand, which felt it, is somewhat behind."""
-    surface_m, felt_x_m, felt_y_m, slope_x, slope_y = (row[column] for column in _PLANE)
+    surface_m, felt_x_m, felt_y_m, slope_x, slope_y = _plane(row)
     rise_m = slope_x * (x_m - felt_x_m) + slope_y * (y_m - felt_y_m)
     return surface_m + min(PLANE_REACHES_M, max(-PLANE_REACHES_M, rise_m))

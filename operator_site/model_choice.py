@@ -12,7 +12,7 @@ import math
 from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -98,6 +98,12 @@ def rung_table() -> RungTable:
     return RungTable(ln_effusivity, ln_contact, dwell_s, np.log(np.array(stored["largest_k"])))
 
 
+@lru_cache(maxsize=256)
+def _largest_k(rung: int, touched: Touched, dwell_s: float) -> float:
+    """What the program's table says of a rung; a touch asks the same again in every step."""
+    return rung_table().largest_k(rung, touched, dwell_s)
+
+
 def choose(touched: Touched, difference_k: float, dwell_s: float = LONGEST_S) -> Choice:
     """The smallest model that is right enough.
 
@@ -106,10 +112,10 @@ def choose(touched: Touched, difference_k: float, dwell_s: float = LONGEST_S) ->
         difference_k: object minus skin's surface at contact, K.
         dwell_s: how long the touch may last, s.
     """
-    table, wanted = rung_table(), abs(difference_k)
+    wanted = abs(difference_k)
     largest = 0.0
     for rung, model in enumerate(RUNGS):
-        largest = table.largest_k(rung, touched, dwell_s)
+        largest = _largest_k(rung, touched, dwell_s)
         if wanted <= largest:
             up_to = "any difference" if largest >= 0.5 * ANY_K else f"up to {largest:.1f} K"
             return Choice(model, rung, largest, True, f"smallest that is right enough for {wanted:.1f} K ({up_to})")

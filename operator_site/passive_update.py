@@ -146,6 +146,9 @@ class PassiveContact:
             surface_m: height of the model's surface, m; -inf where nothing is known.
             stiffness_n_m: of the model; 0 where nothing is known.
         """
+        if depth_m == 0.0 and not surface_m > self._z_m:  # a finger above the surface, which costs nothing
+            self.stiffness_n_m, self.surface_m = stiffness_n_m, surface_m
+            return 0.0
         force_n, wanted_m = self.stiffness_n_m * depth_m, max(0.0, surface_m - self._z_m)
         if depth_m == 0.0:
             self.stiffness_n_m = stiffness_n_m  # that costs nothing

@@ -8,7 +8,7 @@ from common.config import RenderingConfig
 from common.containment import Containment
 from common.fingers import FINGERS, named_finger
 from common.limits import GAP_S, PLATE_PROFILES
-from common.messages import TOUCH_FIELDS
+from common.messages import TOUCH_FIELDS, Touch
 from common.packets import Floats
 from operator_site.fingertips import Fingertips, Requested
 from operator_site.gate import GatedOutput, OperatorGate
@@ -49,6 +49,8 @@ class Rendering:
         self._session = 0
         self._time_s = -math.inf
         self._pushed_n = [0.0] * len(FINGERS)
+        self._touch: Touch | None = None
+        self._block = _NEUTRAL
         self._begin_anew()
 
     def _begin_anew(self) -> None:
@@ -124,10 +126,13 @@ class Rendering:
         if not self._broken:
             try:
                 self.fingertips.show(self.wall)
+                if touch is not self._touch:
+                    self._touch, self._block = touch, _NEUTRAL if touch is None else touch.block
+                in_test = self._gate.in_test
                 return self.fingertips.step(
                     now.time_s,
                     now.engaged and fresh and located,
-                    touch=_NEUTRAL if touch is None else touch.block,
+                    touch=self._block,
                     events=() if touch is None else touch.events,
                     speed_m_s=self._speed.step(now.pose_s, now.x_m, now.y_m) if located else 0.0,
                     x_m=now.x_m,
@@ -136,9 +141,10 @@ class Rendering:
                     pushed_n=self._pushed_n,
                     plate_c=now.plate_c,
                     plate_age_s=[
-                        math.inf if test else age_s
-                        for test, age_s in zip(self._gate.in_test, now.plate_age_s, strict=True)
-                    ],
+                        math.inf if test else age_s for test, age_s in zip(in_test, now.plate_age_s, strict=True)
+                    ]
+                    if any(in_test)
+                    else now.plate_age_s,
                 )
             except Exception as error:
                 self._broken = True

@@ -7,6 +7,7 @@ smallest model that its touch needs, and none at all once it is back at rest.
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -35,6 +36,7 @@ class SkinState:
     flux_w_m2: Floats
 
 
+@lru_cache(maxsize=256)
 def touched_object(conductivity_w_mk: float, density_kg_m3: float, specific_heat_j_kgk: float) -> Touched | None:
     """The object that these constants describe, rounded to 1 %; None when they describe none.
 
@@ -141,7 +143,7 @@ class SceneSkin:
     def _fit(self, finger: int, touched: Touched, object_c: float) -> None:
         """Give a finger the model that a touch needs; one that has a larger one already keeps it."""
         old = self.models[finger]
-        if self._fixed is not None:
+        if self._fixed is not None or old == RUNGS[-1]:
             return
         surface = float(self._read[finger, 3] @ self._x[finger] + self._offset[finger, 3])
         new = choose(touched, object_c - surface, self._dwell_s).model

@@ -138,8 +138,12 @@ class FingerVibration:
 
     def _ahead(self, contact_in_s: float, approach_m_s: float, surface: Surface) -> float:
         """A tap that will come is begun so early that the motor turns as fast as it should on contact."""
+        if surface.k_tap <= 0.0 or contact_in_s == math.inf:
+            self._ahead_since_s = None
+            self._felt.still()
+            return 0.0
         rpm = max(self._felt.rpm(surface.k_tap * approach_m_s / RPM_TO_RAD_S), TAP_FELT_RPM)
-        if surface.k_tap <= 0.0 or contact_in_s > MOTOR.rise_s(rpm * RPM_TO_RAD_S) + COMMAND_S:
+        if contact_in_s > MOTOR.rise_s(rpm * RPM_TO_RAD_S) + COMMAND_S:
             self._ahead_since_s = None
         elif self._ahead_since_s is None:
             self._ahead_since_s = self._t_s

@@ -44,7 +44,7 @@ def test_free_finger_is_shown_its_own_temperature():
         set_c = display.step(0.01)
     assert set_c[0] == pytest.approx(33.0)
     assert set_c[1] == pytest.approx(33.0 - 80.0 * PLATE_CONTACT_M2K_W)
-    assert display.limited.tolist() == [0] * 5
+    assert display.limited == [0] * 5
 
 
 @pytest.mark.parametrize("profile", [COMFORT, WIDE])
@@ -55,11 +55,11 @@ def test_set_point_keeps_range_and_rate_and_says_so(profile):
         before = display.set_c[0]
         after = display.step(0.002)[0]
         assert after - before == pytest.approx(rate * 0.002)
-        assert display.limited.tolist() == [Limit.PLATE_RANGE | Limit.PLATE_RATE] * 5
+        assert display.limited == [Limit.PLATE_RANGE | Limit.PLATE_RATE] * 5
         for _ in range(20_000):
             after = display.step(0.002)[0]
         assert after == bound
-        assert display.limited.tolist() == [Limit.PLATE_RANGE] * 5
+        assert display.limited == [Limit.PLATE_RANGE] * 5
 
 
 def test_display_restarts_from_the_plate():
@@ -67,7 +67,7 @@ def test_display_restarts_from_the_plate():
     display.restart(0, 25.0)
     display.restart(1, math.nan)
     display.restart(2, 5.0)
-    assert display.set_c[:3].tolist() == [25.0, 33.0, 20.0]
+    assert display.set_c[:3] == [25.0, 33.0, 20.0]
 
 
 @pytest.mark.parametrize(("heating", "cooling", "lag"), [(4.0, 2.5, 0.15), (5.5, 2.7, 0.06), (3.5, 2.5, 0.3)])
