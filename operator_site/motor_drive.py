@@ -7,6 +7,7 @@ how fast it turns by now, and so how much more, or less, brings it to its speed 
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 from common.limits import MODULE_TIMEOUT_S, MOTOR_MAX_RPM
@@ -40,7 +41,7 @@ class MotorVoltage(NamedTuple):
 OFF = MotorVoltage(0)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Motor:
     """Electrical and mechanical constants of one motor, SI."""
 
@@ -50,17 +51,17 @@ class Motor:
     friction_n_m: float = 2.1e-5
     inertia_kg_m2: float = 3e-9
 
-    @property
+    @cached_property
     def start_v(self) -> float:
         """Voltage at which the torque just beats dry friction, V."""
         return self.friction_n_m * self.resistance_ohm / self.emf_v_s
 
-    @property
+    @cached_property
     def time_constant_s(self) -> float:
         """How fast the speed approaches its steady state, s."""
         return self.inertia_kg_m2 / (self.viscous_n_m_s + self.emf_v_s**2 / self.resistance_ohm)
 
-    @property
+    @cached_property
     def _slope_v_s(self) -> float:
         return self.emf_v_s + self.resistance_ohm * self.viscous_n_m_s / self.emf_v_s
 
@@ -70,6 +71,8 @@ class Motor:
 
     def speed_rad_s(self, from_rad_s: float, volts: float, after_s: float) -> float:
         """Speed after some time at a constant voltage of 0 or more, never below 0."""
+        if from_rad_s == 0.0 and volts <= self.start_v:
+            return 0.0
         final = (volts - self.start_v) / self._slope_v_s
         return max(0.0, final + (from_rad_s - final) * math.exp(-after_s / self.time_constant_s))
 
