@@ -68,11 +68,12 @@ class OperatorDevices:
         """Take what all devices said since the last call; `tick` counts a standstill of the host that they show."""
         self.tick.begin(t_s)
         self._ready.look()
+        stood_still_s = 0.0
         for module in self.tacttips.values():
             module.read(t_s)
-        stood_still = any(module.stood_still_s > 0.0 for module in self.tacttips.values())
-        hand = self.exoskeleton.read(t_s, stood_still=stood_still)
-        self.tick.stood_still(max(device.stood_still_s for device in self._witnesses))
+            stood_still_s = max(stood_still_s, module.stood_still_s)
+        hand = self.exoskeleton.read(t_s, stood_still=stood_still_s > 0.0)
+        self.tick.stood_still(max(stood_still_s, self.exoskeleton.stood_still_s))
         return hand
 
     def plates(self, t_s: float) -> tuple[list[float], list[float]]:
@@ -100,9 +101,10 @@ class OperatorDevices:
 
     def faults(self) -> list[str]:
         """What devices do that they must not, and what of them is broken; empty when all is well."""
-        found = [f"exoskeleton: {fault}" for fault in self.exoskeleton.faults(self.tick.began_s)]
+        now_s = self.tick.began_s
+        found = [f"exoskeleton: {fault}" for fault in self.exoskeleton.faults(now_s)]
         for finger, module in self.tacttips.items():
-            if self.tick.began_s - module.measured_s > GAP_S:
+            if now_s - module.measured_s > GAP_S:
                 continue
             if module.sensor_fault:
                 found.append(f"{FINGERS[finger]}: the plate's thermistor: {module.sensor_fault}")

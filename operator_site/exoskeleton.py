@@ -101,10 +101,11 @@ class Exoskeleton:
         here = self.line.connected and t_s - self.hand.oldest_s <= GAP_S
         if t_s - self.pushing.reported_s <= GAP_S:
             found += self._disobeys
-        if not here:
-            return found
-        unreported = self._state_comes.fault
-        return found + ([unreported] if unreported else []) + self._encoders.faults
+        if here:
+            if unreported := self._state_comes.fault:
+                found.append(unreported)
+            found += self._encoders.faults
+        return found
 
     def unconfirmed(self, since_s: float) -> str:
         """Why it is not certain that no finger is pushed; empty when the last report, after `since_s`, says so."""

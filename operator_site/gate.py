@@ -280,9 +280,9 @@ class OperatorGate:
             self._checked_s = t_s
 
     def _watch_forces(self, t_s: float, z_m: Sequence[float], age_s: float) -> None:
-        known = 0.0 <= age_s <= GAP_S
+        measured_s, known = t_s - age_s, 0.0 <= age_s <= GAP_S
         for finger, force in enumerate(self._force):
-            wrong = force.observe(t_s, t_s - age_s, z_m[finger] if known else math.nan)
+            wrong = force.observe(t_s, measured_s, z_m[finger] if known else math.nan)
             if wrong:
                 self.trip(f"{FINGERS[finger]}: {wrong}")
 
@@ -305,13 +305,14 @@ class OperatorGate:
     ) -> float:
         """Set-point inside the profile; it starts from the plate's own temperature and moves at the plate's rates."""
         low, high = self._profile.low_c, self._profile.high_c
-        present = SKIN_NEUTRAL_C if math.isnan(measured_c) else measured_c
-        present = min(high, max(low, present))
         may_drive = live and not math.isnan(measured_c) and not self._repeated[finger].needs_test
         driven, self._driven[finger] = self._driven[finger], may_drive
-        if not self._driven[finger]:
-            return present
-        base = self._set_c[finger] if driven else present
+        if driven and may_drive:
+            base = self._set_c[finger]
+        else:
+            base = min(high, max(low, SKIN_NEUTRAL_C if math.isnan(measured_c) else measured_c))
+            if not may_drive:
+                return base
         target = min(high, max(low, wanted_c))
         if target != wanted_c:
             limited[finger] |= Limit.PLATE_RANGE.value

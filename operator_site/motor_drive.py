@@ -119,6 +119,9 @@ class MotorDrive:
 
     def step(self, t_s: float, rpm: float) -> MotorVoltage:
         """What to tell the module at `t_s` for a wanted speed; no speed, or one that is no number, is no voltage."""
+        if rpm == 0.0 == self.speed_rad_s and self._told == OFF:  # at rest, and stays there
+            self._t_s = self._pulse_until_s = t_s
+            return OFF
         self._advance(t_s)
         wanted = _omega(rpm)
         if wanted - self._wanted > max(JUMP_RAD_S, JUMP * self._wanted):

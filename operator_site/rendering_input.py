@@ -15,6 +15,7 @@ SCHEMA: dict[str, object] = {
     "the newest of operator/touch before it",
 }
 
+_pack = msgpack.Packer().pack
 _FIELDS: dict[str, Fits] = {
     "time_s": number,
     "session": whole,
@@ -63,7 +64,7 @@ class RenderingInput:
 
     def pack(self) -> bytes:
         """Bytes for the recording; nothing is rounded, and the touch packet is named by its sequence number."""
-        packed: bytes = msgpack.packb(
+        packed: bytes = _pack(
             [
                 self.time_s,
                 self.session,

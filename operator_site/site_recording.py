@@ -35,6 +35,7 @@ SCHEMAS: dict[str, dict[str, object]] = {
     "operator/figures": {"type": "object", "description": "what the status file tells, once a second"},
     "operator/clock": {"type": "array", "description": "[offset_ns, uncertainty_ns, round_trip_ns] to the remote site"},
 }
+_pack = msgpack.Packer().pack
 _SLOW_EVERY = 25
 """Ticks between two records of what changes slowly: 20 Hz."""
 
@@ -56,7 +57,7 @@ class SiteRecording:
 
     def figures(self, now_ns: int, figures: Mapping[str, object]) -> None:
         """Write what the status file tells."""
-        self._write("operator/figures", now_ns, msgpack.packb(figures))
+        self._write("operator/figures", now_ns, _pack(figures))
 
     def tick(
         self,
@@ -101,16 +102,16 @@ class SiteRecording:
             None if touch is None else touch.sequence,
             time.monotonic(),
         ]
-        self._write("operator/rendered", now_ns, msgpack.packb(rendered))
+        self._write("operator/rendered", now_ns, _pack(rendered))
         for event in fingertips.impulses_played:
-            self._write("operator/played", now_ns, msgpack.packb([event.ident, int(event.kind), event.finger]))
+            self._write("operator/played", now_ns, _pack([event.ident, int(event.kind), event.finger]))
         if self._ticks % _SLOW_EVERY == 0:
             skin = fingertips.skin
             slow = [skin.epidermis_c.tolist(), skin.surface_c.tolist(), skin.flux_w_m2.tolist()]
-            self._write("operator/skin", now_ns, msgpack.packb(slow))
+            self._write("operator/skin", now_ns, _pack(slow))
             clock = client.clock
             compared = [clock.offset_ns, clock.uncertainty_ns, clock.round_trip_ns]
-            self._write("operator/clock", now_ns, msgpack.packb(compared))
+            self._write("operator/clock", now_ns, _pack(compared))
         self._ticks += 1
 
     def _write(self, stream: str, now_ns: int, payload: bytes) -> None:

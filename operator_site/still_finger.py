@@ -51,10 +51,11 @@ class StillFingers:
         before_m, self._z_m = self._z_m or z_m, z_m
         self._hand_s = 0.0 if pose_m != (self._pose_m or pose_m) else self._hand_s + passed_s
         self._pose_m = pose_m
-        since_s = self._since_s
+        since_s, lively = self._since_s, 0
         for finger, height_m in enumerate(z_m):
-            since_s[finger] = 0.0 if height_m != before_m[finger] else since_s[finger] + passed_s
-        hand, lively = self._hand_s < LIVELY_S, sum(since < LIVELY_S for since in since_s)
+            since_s[finger] = since = 0.0 if height_m != before_m[finger] else since_s[finger] + passed_s
+            lively += since < LIVELY_S
+        hand = self._hand_s < LIVELY_S
         for finger, since in enumerate(since_s):
             if since == 0.0 or not self._taking_part[finger] or abs(z_m[finger]) >= STOP_M:
                 self.stuck_s[finger] = 0.0
@@ -64,6 +65,8 @@ class StillFingers:
     @property
     def faults(self) -> list[str]:
         """What is wrong with which finger; empty when all is well."""
+        if max(self.stuck_s) < STILL_S:
+            return []
         return [
             f"{FINGERS[finger]}: height has not changed for {since_s:.1f} s: joint or encoder stuck"
             for finger, since_s in enumerate(self.stuck_s)

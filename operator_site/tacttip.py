@@ -17,7 +17,7 @@ from common.serial_messages import (
 from common.serial_witness import SerialWitness
 from common.standstill import HostClock
 from operator_site.hot_side import HotSide
-from operator_site.motor_drive import MotorDrive
+from operator_site.motor_drive import OFF, MotorDrive
 from operator_site.ntc import PlateSensor
 
 _LEAST_INTERVAL_S = 0.004
@@ -53,12 +53,15 @@ class TactTip:
         self._motor_drive = MotorDrive()
         self._turning = False
         self._witness = SerialWitness(self.line, clock)
-        self._sent = TactTipCommand(0, 0)
+        self._sent = (OFF, 0)
         self._sent_s = _NEVER
 
     def read(self, t_s: float) -> None:
         """Take what came since the last call; it is judged by a time that counts what the host's clock did not."""
         states = self._states()
+        if not states:
+            self.stood_still_s = 0.0
+            return
         self.stood_still_s = self._witness.step([state.device_time_us for state in states])
         t_s += self.stood_still_s
         for state in states:
@@ -67,10 +70,8 @@ class TactTip:
             self.cooling_fault = self._hot_side.step(t_s, state.hot_side_counts)
             self.cut_out = bool(state.flags & DeviceFlag.THERMAL_CUT_OUT)
             self.applied = (state.motor_mv, state.peltier_permille)
-            motor, peltier = (
-                self._motor.reported(t_s, state.motor_mv),
-                self._peltier.reported(t_s, state.peltier_permille),
-            )
+            motor = self._motor.reported(t_s, state.motor_mv)
+            peltier = self._peltier.reported(t_s, state.peltier_permille)
             self.disobeys = motor or peltier
             self.measured_s = t_s
 
@@ -105,11 +106,13 @@ class TactTip:
         if not switches and 0.0 <= since_s < _LEAST_INTERVAL_S:  # less than 0: the clock was set back
             return
         motor = self._motor_drive.step(t_s, motor_rpm)
-        command = TactTipCommand(motor.hold_mv, round(peltier_drive * DRIVE_FULL), *motor[1:])
-        if switches or not 0.0 <= since_s < COMMAND_REFRESH_S or command != self._sent:
-            self.line.send(MessageId.TACTTIP_COMMAND, command.encode())
-            self._sent, self._sent_s, self._turning = command, t_s, motor_rpm > 0.0
-            self._motor.told(t_s, command.motor_mv)
-            if command.pulse_us:
-                self._motor.told(t_s, command.pulse_mv)
-            self._peltier.told(t_s, command.peltier_permille)
+        wanted = motor, round(peltier_drive * DRIVE_FULL)
+        if wanted == self._sent and not switches and 0.0 <= since_s < COMMAND_REFRESH_S:
+            return
+        command = TactTipCommand(motor.hold_mv, wanted[1], *motor[1:])
+        self.line.send(MessageId.TACTTIP_COMMAND, command.encode())
+        self._sent, self._sent_s, self._turning = wanted, t_s, motor_rpm > 0.0
+        self._motor.told(t_s, command.motor_mv)
+        if command.pulse_us:
+            self._motor.told(t_s, command.pulse_mv)
+        self._peltier.told(t_s, command.peltier_permille)
