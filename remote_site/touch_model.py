@@ -6,6 +6,7 @@ show in the readings, so every constant is one: contact conductance h/C'' in 1/s
 1/sqrt(s). The response is linear in the temperatures of object, plate and back: three courses that add up to one.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -20,6 +21,8 @@ PLATE_J_M2K = 1980.0
 """Nominal heat capacity of the plate per area: turns the model's ratios into effusivity and conductance for people."""
 COURSES = 6
 """Columns of `TouchModel.courses`."""
+BLOCK = 12
+"""Most readings of one block."""
 _STEP = 0.02
 """Change of a logarithm by which the slopes of a course are taken."""
 _GRID_S = 2e-6
@@ -28,6 +31,20 @@ _MOST_LENGTHS = 16
 """Largest number of lengths whose factors are kept. A late site gets readings 10, 20 or 30 ms apart."""
 _PLATES = 4
 """Of each contact: plate warm; the same with more effusivity; with more conductance; only the back warm."""
+_BACK = np.array([0.0, 0.0, 0.0, 1.0])[:, None]
+"""How warm each of these backs is."""
+_OF_READ: Array = np.array(
+    [
+        [-1.0, 0.0, 0.0, -1.0, 0.0, -1.0, 0.0],
+        [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
+        [-1.0 / _STEP, 1.0 / _STEP, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [-1.0 / _STEP, 0.0, 1.0 / _STEP, 0.0, 0.0, 0.0, 0.0],
+        [-1.0 / _STEP, 0.0, 0.0, 0.0, 1.0 / _STEP, -1.0 / _STEP, 1.0 / _STEP],
+    ]
+)
+"""Courses, less one for the object's, from what is read of each plate, of the first with more lag, and of the
+resistor's own temperature at contact, with the lag and with more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,12 +85,27 @@ class Contacts:
 
 
 class _Factors(NamedTuple):
-    """Factors of one length of step: of the modes' heat, of the surface's temperature, and of the readings."""
+    """Factors of one length of step.
 
-    dt_s: float
-    decay: Array
+    Attributes:
+        coast: what twice the plate's way to the middle of the step keeps of the plate: 2 - leak.
+        keep: part of a plate's distance from its back that is left without a contact.
+        drain: what the flux takes from `coast` times the plate.
+        decays: (BLOCK + 1, modes) of the modes after so many steps.
+        fill: (modes, 4, p) temperature of the surface by each mode per flux.
+        kernel: (BLOCK, 4, p) the surface per flux, so many steps later.
+        resists: (4, p) temperature that plate and surface approach each other by per flux.
+        slow: (7, n) of the readings: what is kept,
+        quick: (5, n) and what is taken of the plates before and after, each.
+    """
+
+    coast: float
+    keep: float
+    drain: float
+    decays: Array
     fill: Array
-    warms: Array
+    kernel: Array
+    resists: Array
     slow: Array
     quick: Array
 
@@ -82,9 +114,9 @@ class TouchModel:
     """Courses of n guesses: each one of p contacts, read with one lag.
 
     Attributes:
-        courses: (n, 6), the reading relative to that at contact, per kelvin of object, plate at contact and back;
-            then the slopes of the reading by the logarithms of effusivity, conductance and lag, per kelvin between
-            plate and object.
+        courses: (n, 6), the newest reading relative to that at contact, per kelvin of object, plate at contact and
+            back; then the slopes of the reading by the logarithms of effusivity, conductance and lag, per kelvin
+            between plate and object.
     """
 
     def __init__(
@@ -102,20 +134,19 @@ class TouchModel:
         effusivity, conductance = np.exp(contacts.ln_effusivity), np.exp(contacts.ln_conductance)
         more = np.exp(_STEP)
         self._conductance = np.stack((conductance, conductance, conductance * more, conductance))
-        weights = np.stack([mode_weights(float(slab_s)) for slab_s in contacts.slab_s])
-        resistance = 1.0 / np.stack((effusivity, effusivity * more, effusivity, effusivity))
-        self._weights: Array = weights.T[:, None, :] * resistance
-        self._heat = np.zeros_like(self._weights)
-        self._plate = np.ones_like(resistance)
-        self._plate[3] = 0.0
-        self._back = np.array([0.0, 0.0, 0.0, 1.0])[:, None]
-        self._surface = np.zeros_like(resistance)
+        weights = np.stack([mode_weights(float(slab_s)) for slab_s in contacts.slab_s], axis=1)
+        self._weights: Array = weights[:, None, :] / np.stack((effusivity, effusivity * more, effusivity, effusivity))
+        self._modes = np.zeros_like(self._weights)
+        """What each mode adds to the surface's temperature."""
+        self._plate = np.ones_like(self._conductance) - 2.0 * _BACK
+        self._surface = np.zeros_like(self._conductance) - _BACK
+        """Both relative to the back: then the leak is a mere decay."""
         self._contact_of = contact_of
         lag_s = np.exp(ln_lag)
-        self._lag_s = np.stack((lag_s, lag_s, lag_s, lag_s, lag_s * more))
+        self._lag_s = np.stack((lag_s, lag_s, lag_s, lag_s, lag_s * more, lag_s, lag_s * more))
         self._read = np.zeros_like(self._lag_s)
-        self._start = np.ones((2, len(lag_s)))
-        """What is left in the resistor of its own temperature at contact."""
+        self._read[_PLATES + 1 :] = 1.0
+        """Of the plates, of the first with more lag, and what is left in the resistor of its temperature at contact."""
         self._lengths: dict[int, _Factors] = {}
         self._early_s = sensor.early_s
         self.courses = np.zeros((len(lag_s), COURSES))
@@ -124,69 +155,129 @@ class TouchModel:
         """Go on with some of the guesses only."""
         used, self._contact_of = np.unique(self._contact_of[which], return_inverse=True)
         self._conductance, self._weights = self._conductance[:, used], self._weights[..., used]
-        self._heat, self._plate, self._surface = self._heat[..., used], self._plate[:, used], self._surface[:, used]
-        self._lag_s, self._read, self._start = self._lag_s[:, which], self._read[:, which], self._start[:, which]
+        self._modes, self._plate, self._surface = self._modes[..., used], self._plate[:, used], self._surface[:, used]
+        self._lag_s, self._read = self._lag_s[:, which], self._read[:, which]
         self.courses = self.courses[which]
         self._lengths.clear()
 
     def step(self, dt_s: float, force_n: Array | float) -> None:
-        """Advance by `dt_s` (s) at a force (N), one for all contacts or (p,)."""
+        """Advance by one reading, `dt_s` (s) at a force (N), one for all contacts or (p,)."""
+        self.advance((dt_s,), np.asarray(force_n)[None])
+
+    def advance(self, dt_s: Sequence[float], force_n: Array) -> Array:
+        """Advance by k readings; steps of equal length are made as one block.
+
+        Args:
+            dt_s: length of each step, s.
+            force_n: (k,) force in each step, N; or (k, p) for each contact.
+
+        Returns:
+            The courses after each step, (k, 6, n).
+        """
+        found = np.empty((len(dt_s), COURSES, len(self._contact_of)))
+        first = 0
+        while first < len(dt_s):
+            after = first + 1
+            if self._early_s:
+                found[first] = self._begin(dt_s[first], force_n[first:after])
+            else:
+                length = round(dt_s[first] / _GRID_S)
+                most = min(first + BLOCK, len(dt_s))
+                while after < most and round(dt_s[after] / _GRID_S) == length:
+                    after += 1
+                found[first:after] = self._advance(length, force_n[first:after])
+            first = after
+        self.courses = found[-1].T
+        return found
+
+    def _begin(self, dt_s: float, force_n: Array) -> Array:
+        """A step in which the heat has not flowed as long as the force has told of contact, or longer."""
         if self._early_s > 0.0:
-            self._advance(self._early_s, force_n)
+            courses = self._advance(round(self._early_s / _GRID_S), force_n)
             self._early_s = 0.0
-        elif self._early_s < 0.0:
+        else:
             waits_s = min(-self._early_s, dt_s)
             self._early_s += waits_s
-            self._advance(waits_s, 0.0)
+            courses = self._advance(round(waits_s / _GRID_S), np.zeros(1))
             dt_s -= waits_s
-        if dt_s > 0.0:
-            self._advance(dt_s, force_n)
+        return (self._advance(round(dt_s / _GRID_S), force_n) if dt_s > 0.0 else courses)[-1]
 
-    def _advance(self, dt_s: float, force_n: Array | float) -> None:
-        length = round(dt_s / _GRID_S)
+    def _advance(self, length: int, force_n: Array) -> Array:
+        """A block of steps of one length: courses after each."""
         if (factors := self._lengths.get(length)) is None:
             factors = self._factors(length * _GRID_S)
             if len(self._lengths) >= _MOST_LENGTHS:
                 self._lengths.clear()
             self._lengths[length] = factors
-        before = self._plate
-        self._conduct(factors, self._conductance * self._sensor.force_share(force_n))
-        twice = (before + self._plate)[:, self._contact_of]
-        self._read *= factors.slow
-        self._read[:_PLATES] += twice * factors.quick[:_PLATES]
-        self._read[_PLATES] += twice[0] * factors.quick[_PLATES]
-        self._start *= factors.slow[3:]
-        plate, by_effusivity, by_conductance, back, by_lag = self._read
-        start, start_by_lag = self._start
-        self.courses[:, 0] = 1.0 - plate - back - start
-        self.courses[:, 1] = plate
-        self.courses[:, 2] = back
-        self.courses[:, 3] = (by_effusivity - plate) / _STEP
-        self.courses[:, 4] = (by_conductance - plate) / _STEP
-        self.courses[:, 5] = (by_lag + start_by_lag - plate - start) / _STEP
+        twice = self._conduct(factors, self._sensor.force_share(force_n))[..., self._contact_of]
+        read = np.zeros((len(force_n), *self._read.shape))
+        np.multiply(twice, factors.quick[:_PLATES], out=read[:, :_PLATES])
+        np.multiply(twice[:, 0], factors.quick[_PLATES], out=read[:, _PLATES])
+        before = self._read
+        for now in read:
+            now += factors.slow * before
+            before = now
+        self._read = before
+        courses = _OF_READ @ read
+        courses[:, 0] += 1.0
+        return np.asarray(courses)
 
-    def _conduct(self, factors: _Factors, conductance: Array) -> None:
-        """Move heat from plate to object with the flux that is steady over a step: second order in its length."""
-        leak, dt_s = self._sensor.leak_per_s, factors.dt_s
-        heat = self._heat * factors.decay
-        surface = np.einsum("mcp,mcp->cp", self._weights, heat)
-        pull = dt_s / (2.0 + leak * dt_s)
-        coasting = self._plate - pull * leak * (self._plate - self._back)
-        flux = conductance * (coasting - 0.5 * (self._surface + surface))
-        flux /= 1.0 + conductance * (pull + 0.5 * factors.warms)
-        self._plate = 2.0 * (coasting - pull * flux) - self._plate
-        self._heat = heat + factors.fill * flux
-        self._surface = surface + factors.warms * flux
+    def _conduct(self, factors: _Factors, share: Array) -> Array:
+        """Move heat from plate to object with the flux that is steady over a step: second order in its length.
+
+        What the modes hold from before gives the surface of every step, to which each step's flux adds what it does
+        to that step and the later ones.
+
+        Args:
+            factors: of the steps.
+            share: (k,) or (k, p) part of the full conductance in each step.
+
+        Returns:
+            Each plate before plus after each step, (k, 4, p).
+        """
+        steps, shape = len(share), self._plate.shape
+        conductance = self._conductance * share.reshape(steps, 1, -1)
+        gain = 0.5 * conductance / (1.0 + conductance * factors.resists)
+        surface = (factors.decays[1 : steps + 1] @ self._modes.reshape(len(self._modes), -1)).reshape(steps, *shape)
+        surface -= _BACK
+        coasting, flux = np.empty((steps + 1, *shape)), np.empty((steps, *shape))
+        adds = np.empty_like(surface)
+        np.multiply(self._plate, factors.coast, out=coasting[0])
+        before = self._surface
+        for k in range(steps):
+            now = flux[k]
+            np.subtract(coasting[k], before, out=now)
+            now -= surface[k]
+            now *= gain[k]
+            np.multiply(factors.kernel[: steps - k], now, out=adds[k:])
+            surface[k:] += adds[k:]
+            before = surface[k]
+            np.multiply(coasting[k], factors.keep, out=coasting[k + 1])
+            coasting[k + 1] -= factors.drain * now
+        self._surface = before
+        left = factors.decays[:steps][::-1].T
+        self._modes *= factors.decays[steps][:, None, None]
+        self._modes += factors.fill * (left @ flux.reshape(steps, -1)).reshape(self._modes.shape)
+        coasting *= 1.0 / factors.coast
+        self._plate = coasting[steps]
+        return np.asarray(coasting[:-1] + coasting[1:] + 2.0 * _BACK)
 
     def _factors(self, dt_s: float) -> _Factors:
         slow_per_s = np.maximum(DECAYS_PER_S, 1e-9)
-        fill = -np.expm1(-slow_per_s * dt_s) / slow_per_s
+        decays = np.exp(-DECAYS_PER_S * dt_s * np.arange(BLOCK + 1)[:, None])
+        fill = self._weights * (-np.expm1(-slow_per_s * dt_s) / slow_per_s)[:, None, None]
+        kernel = (decays[:BLOCK] @ fill.reshape(len(fill), -1)).reshape(BLOCK, *self._plate.shape)
+        pull = dt_s / (2.0 + self._sensor.leak_per_s * dt_s)
+        leaked = pull * self._sensor.leak_per_s
         ratio = dt_s / (2.0 * self._lag_s)
         return _Factors(
-            dt_s,
-            decay=np.exp(-DECAYS_PER_S * dt_s)[:, None, None],
-            fill=fill[:, None, None],
-            warms=np.einsum("mcp,m->cp", self._weights, fill),
+            coast=2.0 * (1.0 - leaked),
+            keep=1.0 - 2.0 * leaked,
+            drain=4.0 * (1.0 - leaked) * pull,
+            decays=decays,
+            fill=fill,
+            kernel=kernel,
+            resists=pull + 0.5 * kernel[0],
             slow=(1.0 - ratio) / (1.0 + ratio),
-            quick=ratio / (1.0 + ratio),
+            quick=(ratio / (1.0 + ratio))[: _PLATES + 1],
         )
