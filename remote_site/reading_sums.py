@@ -5,6 +5,7 @@ over the readings therefore hold all that they say, whatever is believed meanwhi
 only as good as its slopes: the readings can be summed again around better numbers.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,9 +44,9 @@ class ReadingSums:
     """Sums over readings for n guesses.
 
     Attributes:
-        around: (n, 3) ln effusivity, ln conductance and ln lag that the slopes were taken at.
-        information: (n, 6, 6) over pairs of courses, in units of the noise.
-        vector: (n, 6) over courses times reading.
+        around: (3, n) ln effusivity, ln conductance and ln lag that the slopes were taken at.
+        information: (6, 6, n) over pairs of courses, in units of the noise.
+        vector: (6, n) over courses times reading.
         square: (n,) over readings squared.
         ln_blurred: (n,) what contacts that changed cost a guess in ln probability.
         count: readings taken.
@@ -55,25 +56,34 @@ class ReadingSums:
         """Begin at contact; see `TouchModel`."""
         self._model = TouchModel(sensor, contacts, contact_of, ln_lag)
         n = len(ln_lag)
-        self.around = np.stack(
-            (contacts.ln_effusivity[contact_of], contacts.ln_conductance[contact_of], ln_lag), axis=1
-        )
-        self.information, self.vector = np.zeros((n, COURSES, COURSES)), np.zeros((n, COURSES))
+        self.around = np.stack((contacts.ln_effusivity[contact_of], contacts.ln_conductance[contact_of], ln_lag))
+        self.information, self.vector = np.zeros((COURSES, COURSES, n)), np.zeros((COURSES, n))
         self.square, self.ln_blurred = np.zeros(n), np.zeros(n)
         self.count = 0
 
-    def take(self, reading: Reading, difference_k: Array) -> None:
-        """One reading more; `difference_k` (n,) between plate and object at contact is used where a contact changed."""
-        if reading.contact_variance > 0.0:
-            variance = reading.contact_variance * difference_k**2
+    def take(self, readings: Sequence[Reading], difference_k: Array) -> None:
+        """More readings; `difference_k` (n,) between plate and object at contact is used where a contact changed."""
+        first = 0
+        for after in range(1, len(readings) + 1):
+            if after == len(readings) or readings[after].contact_variance > 0.0:
+                self._take(readings[first:after], difference_k)
+                first = after
+
+    def _take(self, readings: Sequence[Reading], difference_k: Array) -> None:
+        """Readings of one contact, which may have changed just before the first."""
+        if readings[0].contact_variance > 0.0:
+            variance = readings[0].contact_variance * difference_k**2
             self._blur(CONDUCTANCE, variance)
             self._blur(PLATE, self.carried_variance(variance))
-        self._model.step(reading.dt_s, reading.force_n)
-        courses, weighed = self._model.courses, self._model.courses / reading.variance
-        self.information += courses[:, :, None] * weighed[:, None, :]
-        self.vector += weighed * reading.above_start_k
-        self.square += reading.above_start_k**2 / reading.variance
-        self.count += 1
+        weight = np.array([reading.variance for reading in readings]) ** -0.5
+        above = np.array([reading.above_start_k for reading in readings]) * weight
+        force_n = np.array([reading.force_n for reading in readings])
+        courses = self._model.advance([reading.dt_s for reading in readings], force_n)
+        courses *= weight[:, None, None]
+        self.information += np.einsum("kin,kjn->ijn", courses, courses)
+        self.vector += np.einsum("k,kin->in", above, courses)
+        self.square += above @ above
+        self.count += len(readings)
 
     def carried_variance(self, variance: Array) -> Array:
         """Of the plate at contact, K^2, that does to later readings what a contact did that was so different until now.
@@ -86,16 +96,16 @@ class ReadingSums:
 
     def _blur(self, column: int, variance: Array) -> None:
         """Readings so far were of a contact, or a plate, whose factor differs from now by this variance."""
-        row, at = self.information[:, :, column].copy(), self.vector[:, column].copy()
-        share = variance / (1.0 + variance * row[:, column])
-        self.information -= share[:, None, None] * row[:, :, None] * row[:, None, :]
-        self.vector -= (share * at)[:, None] * row
+        row, at = self.information[column].copy(), self.vector[column].copy()
+        share = variance / (1.0 + variance * row[column])
+        self.information -= share * row[:, None] * row
+        self.vector -= share * at * row
         self.square -= share * at * at
-        self.ln_blurred -= 0.5 * np.log1p(variance * row[:, column])
+        self.ln_blurred -= 0.5 * np.log1p(variance * row[column])
 
     def keep(self, which: NDArray[np.bool_]) -> None:
         """Go on with some of the guesses only."""
         self._model.keep(which)
-        self.around = self.around[which]
-        self.information, self.vector = self.information[which], self.vector[which]
+        self.around = self.around[:, which]
+        self.information, self.vector = self.information[..., which], self.vector[:, which]
         self.square, self.ln_blurred = self.square[which], self.ln_blurred[which]

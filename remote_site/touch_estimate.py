@@ -5,12 +5,12 @@ off in the logarithms of effusivity, conductance and lag. A reading is linear in
 products of an offset with the difference between plate and object, so that sums over the readings hold all that they
 say (a Kalman filter would freeze each reading where the estimate was when it came). Gauss-Newton steps, one with each
 reading at first and 25 in a second later, keep the six numbers most probable, and Laplace's approximation there weighs
-the guesses against each other. A few times during a touch the readings are summed again around what each guess has come
-to by then.
+the guesses against each other. The readings between two steps are summed at once. A few times during a touch all
+readings are summed again around what each guess has come to by then.
 """
 
+import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from remote_site.material_table import MaterialTable
 from remote_site.pressed_contact import NEARLY_S, PressedContact
 from remote_site.reading_sums import PLATE, Reading, ReadingSums
 from remote_site.touch_guesses import Guesses, Substances
-from remote_site.touch_model import Contacts, SensorConstants
+from remote_site.touch_model import BLOCK, Contacts, SensorConstants
 
 Array = NDArray[np.float64]
 
@@ -35,8 +35,8 @@ AHEAD = 0.5
 """How far a plate that is still being heated is ahead of its reading is known to this part of itself."""
 LOOK_AGAIN_S = (0.15, 0.4, 1.0, 2.5)
 """When the readings are summed again, s after contact: each look is exact nearer to what the touch really is."""
-PER_READING = 3
-"""Earlier readings that are summed again with each new one."""
+AGAIN_AT_ONCE = BLOCK
+"""Earlier readings that are summed again with a new one."""
 MOST_AGAIN = 300
 """Guesses that can be looked at again; from more the readings choose first."""
 STRAYED_SD = 2.5
@@ -47,7 +47,9 @@ LARGEST_STEP = 0.3
 AT_FIRST_S = 0.5
 """Time after contact in which the guesses are solved with each reading, since they still move far, s."""
 SOLVE_EVERY_S = 0.04
-"""Interval between two solutions after that, s. Readings are summed as they come."""
+"""Interval between two solutions after that, s."""
+_ORDER = np.array([1, 2, 4, 5, 0, 3])
+"""Of the six numbers in the equations: those that evidence is of come last."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,21 +117,20 @@ class TouchEstimate:
         self._looks = list(LOOK_AGAIN_S)
         n = len(guesses.substance)
         ambient_k = ambient_c - start_c
-        self._expected = np.zeros((n, 6))
-        self._expected[:, 0] = ambient_k
-        self._expected[:, 1] = slope_k_s * np.exp(guesses.ln_lag)
-        self._expected[:, 2] = (1.0 - table.back_share) * ambient_k + back_k[0]
-        variances = np.empty((n, 3))
-        variances[:, 0] = ANYWHERE_K**2
-        variances[:, 1] = table.start_sd_k**2 + (AHEAD * self._expected[:, 1]) ** 2
-        variances[:, 2] = table.back_sd_k**2 + back_k[1] ** 2
-        self._precision = np.zeros((n, 6, 6))
-        self._precision[:, (0, 1, 2), (0, 1, 2)] = 1.0 / variances
-        self._precision[:, 3:, 3:] = guesses.precision
-        self._ln_prior = guesses.ln_weight + 0.5 * (guesses.ln_determinant - np.log(variances).sum(axis=1))
-        self._mean, self._covariance = self._expected.copy(), np.zeros((n, 6, 6))
-        self._covariance[:, (0, 1, 2), (0, 1, 2)] = variances
-        self._covariance[:, 3:, 3:] = guesses.covariance
+        self._expected = np.zeros((6, n))
+        self._expected[0] = ambient_k
+        self._expected[1] = slope_k_s * np.exp(guesses.ln_lag)
+        self._expected[2] = (1.0 - table.back_share) * ambient_k + back_k[0]
+        variances = np.empty((3, n))
+        variances[0] = ANYWHERE_K**2
+        variances[1] = table.start_sd_k**2 + (AHEAD * self._expected[1]) ** 2
+        variances[2] = table.back_sd_k**2 + back_k[1] ** 2
+        self._precision = np.zeros((6, 6, n))
+        self._precision[(0, 1, 2), (0, 1, 2)] = 1.0 / variances
+        self._precision[3:, 3:] = np.moveaxis(guesses.precision, 0, 2)
+        self._ln_prior = guesses.ln_weight + 0.5 * (guesses.ln_determinant - np.log(variances).sum(axis=0))
+        self._mean, self._covariance = self._expected.copy(), np.zeros((2, 2, n))
+        """Of the six numbers; of the object's temperature and ln effusivity."""
         self._ln_weight = guesses.ln_weight.copy()
         self._misfit = np.zeros(n)
         self._substance = guesses.substance
@@ -160,51 +161,49 @@ class TouchEstimate:
         variance = self._noise_square * (1.0 + (self._since_s / self._trust_s) ** 4)
         reading = Reading(dt_s, reading_c - self._start_c, force_n, variance, changed)
         self._readings.append(reading)
-        self._ln_noise += np.log(variance)
+        self._ln_noise += math.log(variance)
         if changed > 0.0:
+            self._sums.take(self._readings[self._sums.count : -1], self._difference_k)
             self._loosen_plate(changed)
             self._next = 0  # what was being solved is of another contact
-        self._sums.take(reading, self._difference_k)
         self.news = False
         if self._next or self._since_s >= self._solve_from_s - NEARLY_S:
             self._solve_some()
             self.news = self.solved
         if self.news and self._since_s >= AT_FIRST_S - NEARLY_S:
             self._solve_from_s = self._since_s + SOLVE_EVERY_S
-        self._look_again()
+        if self.solved:
+            self._look_again()
 
     def _loosen_plate(self, contact_variance: float) -> None:
         """What the contact until now did to the plate stays with it: it is as if it had met the object otherwise."""
         carried = self._sums.carried_variance(contact_variance * self._difference_k**2)
-        grown = 1.0 + carried * self._precision[:, PLATE, PLATE]
-        self._precision[:, PLATE, PLATE] /= grown
+        grown = 1.0 + carried * self._precision[PLATE, PLATE]
+        self._precision[PLATE, PLATE] /= grown
         self._ln_prior -= 0.5 * np.log(grown)
 
     @property
     def _difference_k(self) -> Array:
         """Between plate and object at contact, as each guess has it."""
-        return np.asarray(self._mean[:, 1] - self._mean[:, 0])
+        return np.asarray(self._mean[1] - self._mean[0])
 
     def _look_again(self) -> None:
-        """Sum the readings again around what each guess has come to, a few with each new one."""
+        """Sum the readings again around what each guess has come to, some at once."""
         if self._again is None:
-            if (
-                not (self._looks and self._since_s >= self._looks[0] - NEARLY_S and self.solved)
-                or len(self._mean) > MOST_AGAIN
-            ):
+            early = not self._looks or self._since_s < self._looks[0] - NEARLY_S
+            if early or not self.solved or self._mean.shape[1] > MOST_AGAIN:
                 return
             self._looks.pop(0)
-            ln_effusivity, ln_conductance, ln_lag = (self._sums.around + self._mean[:, 3:]).T
+            ln_effusivity, ln_conductance, ln_lag = self._sums.around + self._mean[3:]
             contacts = Contacts(ln_effusivity, ln_conductance, self._slab_s)
             self._again = ReadingSums(self._sensor, contacts, np.arange(len(ln_lag)), ln_lag)
         done = self._again.count
-        for reading in self._readings[done : done + PER_READING]:
-            self._again.take(reading, self._difference_k)
-        if self._again.count == len(self._readings):
+        self._again.take(self._readings[done : min(done + AGAIN_AT_ONCE, self._sums.count)], self._difference_k)
+        if self._again.count == self._sums.count:
             moved = self._again.around - self._sums.around
-            self._expected[:, 3:] -= moved
-            self._expected[:, 1] = self._slope_k_s * np.exp(self._again.around[:, 2])
-            self._mean[:, 3:] -= moved
+            self._expected[3:] -= moved
+            self._expected[1] = self._slope_k_s * np.exp(self._again.around[2])
+            self._mean[3:] -= moved
             self._sums, self._again = self._again, None
             self._next = 0
 
@@ -215,6 +214,7 @@ class TouchEstimate:
 
     def settle(self) -> None:
         """Make use of every reading that came, however long it takes."""
+        self._take_readings()
         while self._again is not None:
             self._look_again()
         self._next = 0
@@ -222,9 +222,14 @@ class TouchEstimate:
         while not self.solved:
             self._solve_some()
 
+    def _take_readings(self) -> None:
+        """Sum the readings that came since the last solution."""
+        self._sums.take(self._readings[self._sums.count :], self._difference_k)
+
     def _solve_some(self) -> None:
         """Solve the next guesses; when all are, each from the readings that there were when the first was, compare."""
         if self._next == 0:
+            self._take_readings()
             sums = self._sums
             self._solved_from = sums.information.copy(), sums.vector.copy(), sums.square.copy()
             self._used = len(self._readings), self._ln_noise
@@ -241,47 +246,34 @@ class TouchEstimate:
 
     def _solve(self, part: slice) -> None:
         """One Gauss-Newton step of some guesses, and what they are worth there."""
-        information, vector, square = (sums[part] for sums in self._solved_from)
-        precision, expected = self._precision[part], self._expected[part]
-        slopes = self._slopes(part)
-        turned = np.swapaxes(slopes, 1, 2)
-        away = vector - _times(information, self._seen(part))
-        push = _times(turned, away) + _times(precision, expected - self._mean[part])
-        curvature = turned @ information @ slopes + precision
-        self._covariance[part] = np.linalg.inv(curvature)
-        step = _times(self._covariance[part], push)
-        step[:, 3:] = np.clip(step[:, 3:], -LARGEST_STEP, LARGEST_STEP)
-        self._mean[part] += step
-        seen, off = self._seen(part), self._mean[part] - expected
+        information, vector, square = (sums[..., part] for sums in self._solved_from)
+        precision, expected = self._precision[..., part], self._expected[:, part]
+        mean = self._mean[:, part]
+        system = np.empty((6, 7, mean.shape[1]))
+        system[:, :6] = information
+        system[:, 6] = vector - _times(information, _seen(mean))
+        _by_numbers(system, mean)
+        _by_numbers(system.swapaxes(0, 1), mean)
+        system[:, :6] += precision
+        system[:, 6] += _times(precision, expected - mean)
+        solution, ln_determinant, self._covariance[..., part] = _solved(system[_ORDER[:, None], (*_ORDER, 6)])
+        solution[_ORDER] = solution.copy()
+        solution[3:] = np.minimum(np.maximum(solution[3:], -LARGEST_STEP), LARGEST_STEP)
+        mean += solution
+        seen, off = _seen(mean), mean - expected
         self._misfit[part] = square + _along(seen, _times(information, seen) - 2.0 * vector)
-        unlikely = self._misfit[part] + _along(off, _times(precision, off))
-        self._unlikely[part] = unlikely + np.linalg.slogdet(curvature)[1]
-
-    def _seen(self, part: slice) -> Array:
-        """What the courses are multiplied with: three temperatures, three offsets times the difference."""
-        seen = self._mean[part].copy()
-        seen[:, 3:] *= (seen[:, 1] - seen[:, 0])[:, None]
-        return seen
-
-    def _slopes(self, part: slice) -> Array:
-        """Of `_seen` by the six numbers, (n, 6, 6)."""
-        mean = self._mean[part]
-        slopes = np.zeros((len(mean), 6, 6))
-        slopes[:, (0, 1, 2), (0, 1, 2)] = 1.0
-        slopes[:, (3, 4, 5), (3, 4, 5)] = (mean[:, 1] - mean[:, 0])[:, None]
-        slopes[:, 3:, 0], slopes[:, 3:, 1] = -mean[:, 3:], mean[:, 3:]
-        return slopes
+        self._unlikely[part] = self._misfit[part] + _along(off, _times(precision, off)) + ln_determinant
 
     def _prune(self) -> None:
         self._far_below = np.where(self._ln_weight > self._ln_weight.max() - FORGET, 0, self._far_below + 1)
         likely = self._far_below < PATIENCE
-        if likely.sum() > 0.9 * len(likely):
+        if np.count_nonzero(likely) > 0.9 * len(likely):
             return
         self._sums.keep(likely)
         if self._again is not None:
             self._again.keep(likely)
-        self._mean, self._covariance = self._mean[likely], self._covariance[likely]
-        self._expected, self._precision = self._expected[likely], self._precision[likely]
+        self._mean, self._covariance = self._mean[:, likely], self._covariance[..., likely]
+        self._expected, self._precision = self._expected[:, likely], self._precision[..., likely]
         self._misfit, self._far_below = self._misfit[likely], self._far_below[likely]
         self._ln_weight, self._ln_prior = self._ln_weight[likely], self._ln_prior[likely]
         self._substance, self._slab_s = self._substance[likely], self._slab_s[likely]
@@ -295,14 +287,18 @@ class TouchEstimate:
         np.maximum.at(top, self._substance, self._ln_weight)
         weight = np.exp(self._ln_weight - top[self._substance])
         total = np.bincount(self._substance, weight, count)
-        weight = weight / total[self._substance]
-        point = np.stack((self._mean[:, 0] + offset, self._sums.around[:, 0] + self._mean[:, 3]), axis=1)
-        mean = np.zeros((count, 2))
-        np.add.at(mean, self._substance, weight[:, None] * point)
-        away = point - mean[self._substance]
-        within = self._covariance[:, (0, 0, 3, 3), (0, 3, 0, 3)].reshape(-1, 2, 2)
-        covariance = np.zeros((count, 2, 2))
-        np.add.at(covariance, self._substance, weight[:, None, None] * (within + away[:, :, None] * away[:, None, :]))
+        weight /= total[self._substance]
+
+        def drawn_together(values: Array) -> Array:
+            return np.bincount(self._substance, weight * values, count)
+
+        object_k, ln_effusivity = self._mean[0] + offset, self._sums.around[0] + self._mean[3]
+        mean = np.stack((drawn_together(object_k), drawn_together(ln_effusivity)), axis=1)
+        warmer, better = object_k - mean[self._substance, 0], ln_effusivity - mean[self._substance, 1]
+        covariance = np.empty((count, 2, 2))
+        covariance[:, 0, 0] = drawn_together(self._covariance[0, 0] + warmer * warmer)
+        covariance[:, 1, 1] = drawn_together(self._covariance[1, 1] + better * better)
+        covariance[:, 0, 1] = covariance[:, 1, 0] = drawn_together(self._covariance[0, 1] + warmer * better)
         least = self._ln_weight.max() - FORGET
         strayed = np.abs(mean[:, 1] - known.ln_effusivity) > STRAYED_SD * np.sqrt(known.effusivity_variance)
         strayed[: known.calibrated] = False
@@ -327,11 +323,51 @@ class TouchEstimate:
         )
 
 
-def _times(matrix: NDArray[Any], vector: NDArray[Any]) -> Array:
-    """Matrix times vector of every guess, (n, i, j) and (n, j)."""
-    return np.asarray((matrix @ vector[:, :, None])[:, :, 0])
+def _seen(mean: Array) -> Array:
+    """What the courses are multiplied with: three temperatures, three offsets times the difference."""
+    seen = mean.copy()
+    seen[3:] *= mean[1] - mean[0]
+    return seen
+
+
+def _by_numbers(rows: Array, mean: Array) -> None:
+    """Turn what is by `_seen`, (6, any, n), into what is by the six numbers, in place."""
+    moved = np.einsum("kjn,kn->jn", rows[3:6], mean[3:])
+    rows[0] -= moved
+    rows[1] += moved
+    rows[3:6] *= mean[1] - mean[0]
+
+
+def _solved(system: Array) -> tuple[Array, Array, Array]:
+    """Solve positive definite equations, by elimination in place.
+
+    Args:
+        system: (6, 7, n), the right side last.
+
+    Returns:
+        The solution (6, n), ln of the determinant (n,), and the last two rows of the inverse, (2, 2, n).
+    """
+    size = len(system)
+    for k in range(size - 1):
+        if k == size - 2:
+            (one, both), (_, other) = system[k:, k:size].copy()
+        rest = system[k, k + 1 :] / system[k, k]
+        system[k + 1 :, k + 1 :] -= system[k + 1 :, k, None] * rest
+        system[k, k + 1 :] = rest
+    covariance = np.array([[other, -both], [-both, one]]) / (one * other - both * both)
+    solution = system[:, size]
+    ln_determinant = np.log(np.diagonal(system[:, :size])).sum(axis=1)
+    solution[-1] /= system[-1, size - 1]
+    for k in range(size - 1, 0, -1):
+        solution[:k] -= system[:k, k] * solution[k]
+    return solution, ln_determinant, covariance
+
+
+def _times(matrix: Array, vector: Array) -> Array:
+    """Matrix times vector of every guess, (i, j, n) and (j, n)."""
+    return np.asarray(np.einsum("ijn,jn->in", matrix, vector))
 
 
 def _along(one: Array, other: Array) -> Array:
-    """Scalar product of every guess, (n, i) each."""
-    return np.asarray(np.einsum("ni,ni->n", one, other))
+    """Scalar product of every guess, (i, n) each."""
+    return np.asarray(np.einsum("in,in->n", one, other))

@@ -214,9 +214,9 @@ class TouchModel:
         np.multiply(twice, factors.quick[:_PLATES], out=read[:, :_PLATES])
         np.multiply(twice[:, 0], factors.quick[_PLATES], out=read[:, _PLATES])
         before = self._read
-        for now in read:
-            now += factors.slow * before
-            before = now
+        for k in range(len(read)):
+            read[k] += factors.slow * before
+            before = read[k]
         self._read = before
         courses = _OF_READ @ read
         courses[:, 0] += 1.0
