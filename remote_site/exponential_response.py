@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 TAU_GRID_S: NDArray[np.float64] = np.geomspace(0.2, 80.0, 72)
 ONSET_S = 0.8
 """Left out after contact, s: the lag of the SSR (0.2-0.5 s) shows there, not the object."""
+AT_ONCE = 10
+"""Readings that are summed at once, at most."""
 _LN_STEP = float(np.log(TAU_GRID_S[1] / TAU_GRID_S[0]))
 _MINUS_RATE: NDArray[np.float64] = -1.0 / TAU_GRID_S
 
@@ -31,11 +33,13 @@ class ExponentialFit:
 class ExponentialResponse:
     """Running fit of one touch; O(grid) per sample and independent of how many there are."""
 
-    __slots__ = ("_cross", "_n", "_square", "_start_c", "_sum", "_y", "_yy")
+    __slots__ = ("_cross", "_n", "_new", "_square", "_start_c", "_sum", "_y", "_yy")
 
     def __init__(self, start_c: float) -> None:
         """Begin at contact; `start_c` is the plate there, C (an offset that keeps the sums small)."""
         self._start_c = start_c
+        self._new: list[tuple[float, float]] = []
+        """Readings that are not in the sums yet: time since contact, s, and reading above the start, K."""
         self._n = 0
         self._y = 0.0
         self._yy = 0.0
@@ -47,17 +51,26 @@ class ExponentialResponse:
         """Take one reading, C, at a time since contact, s; readings within the onset are left out."""
         if since_contact_s < ONSET_S:
             return
-        y = sensor_c - self._start_c
-        basis = np.exp(since_contact_s * _MINUS_RATE)
-        self._n += 1
-        self._y += y
-        self._yy += y * y
-        self._sum += basis
-        self._square += basis * basis
-        self._cross += basis * y
+        self._new.append((since_contact_s, sensor_c - self._start_c))
+        if len(self._new) >= AT_ONCE:
+            self._sum_up()
+
+    def _sum_up(self) -> None:
+        """Take the new readings into the sums."""
+        times_s, y = np.array(self._new).T
+        self._new.clear()
+        basis = np.exp(np.multiply.outer(times_s, _MINUS_RATE))
+        self._n += len(y)
+        self._y += float(y.sum())
+        self._yy += float(y @ y)
+        self._sum += basis.sum(axis=0)
+        self._square += np.einsum("kt,kt->t", basis, basis)
+        self._cross += y @ basis
 
     def fit(self) -> ExponentialFit | None:
         """Best parameters so far; None with fewer than ten readings or none that differ."""
+        if self._new:
+            self._sum_up()
         n = self._n
         if n < 10:
             return None

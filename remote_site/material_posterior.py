@@ -91,7 +91,8 @@ class MaterialPosterior:
             touches: their evidence.
             compare: whether to find out how likely it is that it is one object.
         """
-        ln_weight, mean, covariance = self._weigh(touches)
+        said = [self._say(touch) for touch in touches]
+        ln_weight, mean, covariance = self._weigh(said)
         weight = np.exp(ln_weight - ln_weight.max())
         weight /= weight.sum()
         middle = np.einsum("cm,cmi->i", weight, mean)
@@ -100,7 +101,7 @@ class MaterialPosterior:
         substance = weight.sum(axis=0)
         known = self._known.calibrated
         ambient_c = _ambient_c(touches)
-        alone = [_ln_sum(self._weigh([touch])[0]) for touch in touches] if compare and len(touches) > 1 else []
+        alone = [_ln_sum(self._weigh([each])[0]) for each in said] if compare and len(said) > 1 else []
         return Posterior(
             probability=substance[:known],
             foreign=float(substance[known:].sum()),
@@ -124,16 +125,20 @@ class MaterialPosterior:
         mean = np.stack((touch.mean[:, 0], self._known.ln_effusivity), axis=1)
         return replace(touch, mean=mean, covariance=covariance)
 
-    def _weigh(self, touches: Sequence[TouchEvidence]) -> tuple[Array, Array, Array]:
+    def _say(self, touch: TouchEvidence) -> tuple[Array, Array, Array]:
+        """A touch's ln likelihood of each substance, (m,), in information form: (m, 2, 2) and (m, 2)."""
+        own = self._information(touch)
+        along = np.einsum("mij,mj->mi", own, touch.mean)
+        return touch.ln_likelihood - _integral(own, along, touch.mean), own, along
+
+    def _weigh(self, said: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, Array, Array]:
         """Ln weights (c, m), means (c, m, 2), covariances (c, m, 2, 2) for each case of the temperatures' prior."""
-        count = len(touches)
+        count = len(said)
         total = self._ln_prior + (count - 1) * self._prior_integral
         information = (1 - count) * self._prior_information
         vector = (1 - count) * self._prior_vector
-        for touch in touches:
-            own = self._information(touch)
-            along = np.einsum("mij,mj->mi", own, touch.mean)
-            total = total + touch.ln_likelihood - _integral(own, along, touch.mean)
+        for ln_likelihood, own, along in said:
+            total = total + ln_likelihood
             information, vector = information + own, vector + along
         cases = len(self._case_ln)
         more, push = np.tile(information, (cases, 1, 1, 1)), np.tile(vector, (cases, 1, 1))

@@ -8,11 +8,10 @@ from collections.abc import Mapping
 from common.messages import ThermalStatus
 from remote_site.thermal_answer import ThermalAnswer, ThermalConclusion
 from remote_site.thermal_identification import ThermalIdentification, ThermalKnowledge
-from remote_site.touch_estimate import SOLVE_EVERY_S
+from remote_site.touch_estimate import solve_interval_s
 
 ONE_OBJECT = 0.5
 """Probability from which the fingers count as touching one object."""
-JUDGE_EVERY_S = SOLVE_EVERY_S
 DOUBT_EVERY_S = 0.10
 """Between two looks at whether it is one object, s."""
 
@@ -46,7 +45,8 @@ class SharedObject:
         if longest_s < self._judged_s:  # the fingers of the touch before have left one by one
             self._release()
         running = any(finger.running for finger in touching)
-        due = longest_s - self._judged_s >= JUDGE_EVERY_S - 1e-9 or len(touching) > self._count
+        rested_s = longest_s - self._judged_s
+        due = rested_s >= solve_interval_s(longest_s) - 1e-9 or len(touching) > self._count
         # Where one has left, the others keep what was last said of all: together they know no more than then.
         if len(touching) >= max(2, self._count) and running and due:
             self._judged_s, self._count = longest_s, len(touching)

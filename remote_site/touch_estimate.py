@@ -3,10 +3,10 @@
 Six numbers are unknown for each guess: the temperatures of object, plate and back at contact, and how far the guess is
 off in the logarithms of effusivity, conductance and lag. A reading is linear in the three temperatures and in the three
 products of an offset with the difference between plate and object, so that sums over the readings hold all that they
-say (a Kalman filter would freeze each reading where the estimate was when it came). Gauss-Newton steps, one with each
-reading at first and 25 in a second later, keep the six numbers most probable, and Laplace's approximation there weighs
-the guesses against each other. The readings between two steps are summed at once. A few times during a touch all
-readings are summed again around what each guess has come to by then.
+say (a Kalman filter would freeze each reading where the estimate was when it came). Gauss-Newton steps, 25 in a second
+at first and 10 later, keep the six numbers most probable, and Laplace's approximation there weighs the guesses against
+each other. The readings between two steps are summed at once. A few times during a touch all readings are summed again
+around what each guess has come to by then.
 """
 
 import math
@@ -29,6 +29,8 @@ FORGET = 25.0
 """A guess this far below the best in ln probability is given up,"""
 PATIENCE = 20
 """once it has been there in so many comparisons on end: a step too far is taken back by the next ones."""
+FEW = 80
+"""So many guesses never take turns: to solve half of them costs as much."""
 SETTLED_ROUNDS = 4
 """Where guesses take turns: so often has each to be solved before they can be compared."""
 AHEAD = 0.5
@@ -36,7 +38,7 @@ AHEAD = 0.5
 LOOK_AGAIN_S = (0.15, 0.4, 1.0, 2.5)
 """When the readings are summed again, s after contact: each look is exact nearer to what the touch really is."""
 AGAIN_AT_ONCE = BLOCK
-"""Earlier readings that are summed again with a new one."""
+"""Earlier readings that are summed again when a new one comes that solves nothing."""
 MOST_AGAIN = 300
 """Guesses that can be looked at again; from more the readings choose first."""
 STRAYED_SD = 2.5
@@ -44,10 +46,10 @@ STRAYED_SD = 2.5
 exact than what its neighbour says, which stands nearer."""
 LARGEST_STEP = 0.3
 """Of a logarithm, from one solution to the next."""
-AT_FIRST_S = 0.5
-"""Time after contact in which the guesses are solved with each reading, since they still move far, s."""
 SOLVE_EVERY_S = 0.04
-"""Interval between two solutions after that, s."""
+"""Interval between two solutions, s,"""
+AT_LENGTH_S, SOLVE_LATER_EVERY_S = 1.0, 0.10
+"""and from so long after contact: each reading changes less by then, s."""
 _ORDER = np.array([1, 2, 4, 5, 0, 3])
 """Of the six numbers in the equations: those that evidence is of come last."""
 
@@ -71,6 +73,11 @@ class TouchEvidence:
     ambient_c: float
     start_c: float
     misfit: float
+
+
+def solve_interval_s(since_s: float) -> float:
+    """Time from one solution to the next, s, `since_s` seconds after contact."""
+    return SOLVE_EVERY_S if since_s < AT_LENGTH_S - NEARLY_S else SOLVE_LATER_EVERY_S
 
 
 class TouchEstimate:
@@ -99,10 +106,11 @@ class TouchEstimate:
             ambient_c: ambient temperature, C.
             back_k: how much warmer the sensor's back is than in calibration, and its standard deviation, K.
             trust_s: so long after contact a reading counts half, later ones ever less: what the model leaves out grows.
-            at_once: guesses that are solved anew with each reading; more take turns. None: all.
+            at_once: guesses that are solved with one reading; more, if they are not FEW, take turns. None: all.
         """
         self._trust_s = trust_s
-        self._at_once = len(guesses.substance) if at_once is None else at_once
+        count = len(guesses.substance)
+        self._at_once = count if at_once is None or count <= FEW else at_once
         self._substances = substances
         self._guesses = guesses
         self._ambient_c, self._start_c = ambient_c, start_c
@@ -170,9 +178,9 @@ class TouchEstimate:
         if self._next or self._since_s >= self._solve_from_s - NEARLY_S:
             self._solve_some()
             self.news = self.solved
-        if self.news and self._since_s >= AT_FIRST_S - NEARLY_S:
-            self._solve_from_s = self._since_s + SOLVE_EVERY_S
-        if self.solved:
+            if self.news:
+                self._solve_from_s = self._since_s + solve_interval_s(self._since_s)
+        else:
             self._look_again()
 
     def _loosen_plate(self, contact_variance: float) -> None:
@@ -191,7 +199,7 @@ class TouchEstimate:
         """Sum the readings again around what each guess has come to, some at once."""
         if self._again is None:
             early = not self._looks or self._since_s < self._looks[0] - NEARLY_S
-            if early or not self.solved or self._mean.shape[1] > MOST_AGAIN:
+            if early or self._mean.shape[1] > MOST_AGAIN:
                 return
             self._looks.pop(0)
             ln_effusivity, ln_conductance, ln_lag = self._sums.around + self._mean[3:]
@@ -290,7 +298,7 @@ class TouchEstimate:
         weight /= total[self._substance]
 
         def drawn_together(values: Array) -> Array:
-            return np.bincount(self._substance, weight * values, count)
+            return np.asarray(np.bincount(self._substance, weight * values, count), dtype=np.float64)
 
         object_k, ln_effusivity = self._mean[0] + offset, self._sums.around[0] + self._mean[3]
         mean = np.stack((drawn_together(object_k), drawn_together(ln_effusivity)), axis=1)

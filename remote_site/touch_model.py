@@ -88,24 +88,24 @@ class _Factors(NamedTuple):
     """Factors of one length of step.
 
     Attributes:
-        coast: what twice the plate's way to the middle of the step keeps of the plate: 2 - leak.
-        keep: part of a plate's distance from its back that is left without a contact.
-        drain: what the flux takes from `coast` times the plate.
         decays: (BLOCK + 1, modes) of the modes after so many steps.
         fill: (modes, 4, p) temperature of the surface by each mode per flux.
-        kernel: (BLOCK, 4, p) the surface per flux, so many steps later.
-        resists: (4, p) temperature that plate and surface approach each other by per flux.
+        keeps: (BLOCK + 1, 1, 1) part of a plate's distance from its back that is left after so many steps.
+        drains: (BLOCK + 1, BLOCK) what each step's flux takes from the plate, by the steps after which it is seen.
+        coast: part of that distance that is left in the middle of a step, twice.
+        gives: (4, p) by how much plate and surface approach each other within a step, per flux.
+        later: (BLOCK - 1, 4, p) and by how much so many steps later.
         slow: (7, n) of the readings: what is kept,
         quick: (5, n) and what is taken of the plates before and after, each.
     """
 
-    coast: float
-    keep: float
-    drain: float
     decays: Array
     fill: Array
-    kernel: Array
-    resists: Array
+    keeps: Array
+    drains: Array
+    coast: float
+    gives: Array
+    later: Array
     slow: Array
     quick: Array
 
@@ -139,8 +139,7 @@ class TouchModel:
         self._modes = np.zeros_like(self._weights)
         """What each mode adds to the surface's temperature."""
         self._plate = np.ones_like(self._conductance) - 2.0 * _BACK
-        self._surface = np.zeros_like(self._conductance) - _BACK
-        """Both relative to the back: then the leak is a mere decay."""
+        """Relative to the back: then the leak is a mere decay."""
         self._contact_of = contact_of
         lag_s = np.exp(ln_lag)
         self._lag_s = np.stack((lag_s, lag_s, lag_s, lag_s, lag_s * more, lag_s, lag_s * more))
@@ -155,7 +154,7 @@ class TouchModel:
         """Go on with some of the guesses only."""
         used, self._contact_of = np.unique(self._contact_of[which], return_inverse=True)
         self._conductance, self._weights = self._conductance[:, used], self._weights[..., used]
-        self._modes, self._plate, self._surface = self._modes[..., used], self._plate[:, used], self._surface[:, used]
+        self._modes, self._plate = self._modes[..., used], self._plate[:, used]
         self._lag_s, self._read = self._lag_s[:, which], self._read[:, which]
         self.courses = self.courses[which]
         self._lengths.clear()
@@ -200,7 +199,9 @@ class TouchModel:
             self._early_s += waits_s
             courses = self._advance(round(waits_s / _GRID_S), np.zeros(1))
             dt_s -= waits_s
-        return (self._advance(round(dt_s / _GRID_S), force_n) if dt_s > 0.0 else courses)[-1]
+        if dt_s > 0.0:
+            courses = self._advance(round(dt_s / _GRID_S), force_n)
+        return np.asarray(courses[-1])
 
     def _advance(self, length: int, force_n: Array) -> Array:
         """A block of steps of one length: courses after each."""
@@ -225,8 +226,8 @@ class TouchModel:
     def _conduct(self, factors: _Factors, share: Array) -> Array:
         """Move heat from plate to object with the flux that is steady over a step: second order in its length.
 
-        What the modes hold from before gives the surface of every step, to which each step's flux adds what it does
-        to that step and the later ones.
+        Twice the difference in the middle of a step is known first as it would be without flux in this block; then
+        each step's flux lowers that of the steps after it.
 
         Args:
             factors: of the steps.
@@ -237,47 +238,40 @@ class TouchModel:
         """
         steps, shape = len(share), self._plate.shape
         conductance = self._conductance * share.reshape(steps, 1, -1)
-        gain = 0.5 * conductance / (1.0 + conductance * factors.resists)
-        surface = (factors.decays[1 : steps + 1] @ self._modes.reshape(len(self._modes), -1)).reshape(steps, *shape)
-        surface -= _BACK
-        coasting, flux = np.empty((steps + 1, *shape)), np.empty((steps, *shape))
-        adds = np.empty_like(surface)
-        np.multiply(self._plate, factors.coast, out=coasting[0])
-        before = self._surface
+        gain = 0.5 * conductance / (1.0 + conductance * factors.gives)
+        surface = (factors.decays[: steps + 1] @ self._modes.reshape(len(self._modes), -1)).reshape(-1, *shape)
+        plate = factors.keeps[: steps + 1] * self._plate
+        difference = factors.coast * plate[:-1] + 2.0 * _BACK - surface[:-1] - surface[1:]
+        flux = np.empty_like(difference)
         for k in range(steps):
-            now = flux[k]
-            np.subtract(coasting[k], before, out=now)
-            now -= surface[k]
-            now *= gain[k]
-            np.multiply(factors.kernel[: steps - k], now, out=adds[k:])
-            surface[k:] += adds[k:]
-            before = surface[k]
-            np.multiply(coasting[k], factors.keep, out=coasting[k + 1])
-            coasting[k + 1] -= factors.drain * now
-        self._surface = before
-        left = factors.decays[:steps][::-1].T
+            np.multiply(difference[k], gain[k], out=flux[k])
+            difference[k + 1 :] -= factors.later[: steps - k - 1] * flux[k]
+        flat = flux.reshape(steps, -1)
         self._modes *= factors.decays[steps][:, None, None]
-        self._modes += factors.fill * (left @ flux.reshape(steps, -1)).reshape(self._modes.shape)
-        coasting *= 1.0 / factors.coast
-        self._plate = coasting[steps]
-        return np.asarray(coasting[:-1] + coasting[1:] + 2.0 * _BACK)
+        self._modes += factors.fill * (factors.decays[:steps][::-1].T @ flat).reshape(self._modes.shape)
+        plate -= (factors.drains[: steps + 1, :steps] @ flat).reshape(plate.shape)
+        self._plate = plate[-1]
+        return np.asarray(plate[:-1] + plate[1:] + 2.0 * _BACK)
 
     def _factors(self, dt_s: float) -> _Factors:
         slow_per_s = np.maximum(DECAYS_PER_S, 1e-9)
         decays = np.exp(-DECAYS_PER_S * dt_s * np.arange(BLOCK + 1)[:, None])
         fill = self._weights * (-np.expm1(-slow_per_s * dt_s) / slow_per_s)[:, None, None]
-        kernel = (decays[:BLOCK] @ fill.reshape(len(fill), -1)).reshape(BLOCK, *self._plate.shape)
+        warms = (decays[:BLOCK] @ fill.reshape(len(fill), -1)).reshape(BLOCK, *self._plate.shape)
         pull = dt_s / (2.0 + self._sensor.leak_per_s * dt_s)
         leaked = pull * self._sensor.leak_per_s
+        coast, keep = 2.0 * (1.0 - leaked), 1.0 - 2.0 * leaked
+        since = np.arange(BLOCK + 1)[:, None] - np.arange(1, BLOCK + 1)
+        drains = np.where(since < 0, 0.0, 2.0 * pull * keep ** np.maximum(since, 0))
         ratio = dt_s / (2.0 * self._lag_s)
         return _Factors(
-            coast=2.0 * (1.0 - leaked),
-            keep=1.0 - 2.0 * leaked,
-            drain=4.0 * (1.0 - leaked) * pull,
             decays=decays,
             fill=fill,
-            kernel=kernel,
-            resists=pull + 0.5 * kernel[0],
+            keeps=np.power(keep, np.arange(BLOCK + 1.0))[:, None, None],
+            drains=drains,
+            coast=coast,
+            gives=pull + 0.5 * warms[0],
+            later=coast * drains[1:BLOCK, 0, None, None] + warms[:-1] + warms[1:],
             slow=(1.0 - ratio) / (1.0 + ratio),
             quick=(ratio / (1.0 + ratio))[: _PLATES + 1],
         )
