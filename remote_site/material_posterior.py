@@ -91,8 +91,13 @@ class MaterialPosterior:
             touches: their evidence.
             compare: whether to find out how likely it is that it is one object.
         """
-        said = [self._say(touch) for touch in touches]
-        ln_weight, mean, covariance = self._weigh(said)
+        ln_likelihood, information, vector = self._information(touches)
+        others = len(touches) - 1
+        ln_weight, mean, covariance = self._weigh(
+            ln_likelihood.sum(axis=0) + others * self._prior_integral,
+            information.sum(axis=0) - others * self._prior_information,
+            vector.sum(axis=0) - others * self._prior_vector,
+        )
         weight = np.exp(ln_weight - ln_weight.max())
         weight /= weight.sum()
         middle = np.einsum("cm,cmi->i", weight, mean)
@@ -101,7 +106,10 @@ class MaterialPosterior:
         substance = weight.sum(axis=0)
         known = self._known.calibrated
         ambient_c = _ambient_c(touches)
-        alone = [_ln_sum(self._weigh([each])[0]) for each in said] if compare and len(said) > 1 else []
+        same_object = 1.0
+        if compare and others:
+            alone = self._weigh(ln_likelihood, information, vector)[0]
+            same_object = _same_object(_ln_sum(ln_weight) - sum(_ln_sum(each) for each in alone))
         return Posterior(
             probability=substance[:known],
             foreign=float(substance[known:].sum()),
@@ -111,7 +119,7 @@ class MaterialPosterior:
             ln_effusivity_sd=float(sd[1]),
             no_difference=_no_difference(touches, weight, mean[..., 0], covariance[..., 0, 0]),
             misfit=max(touch.misfit for touch in touches),
-            same_object=_same_object(_ln_sum(ln_weight) - sum(alone)) if alone else 1.0,
+            same_object=same_object,
         )
 
     def beside(self, touch: TouchEvidence) -> TouchEvidence:
@@ -125,40 +133,42 @@ class MaterialPosterior:
         mean = np.stack((touch.mean[:, 0], self._known.ln_effusivity), axis=1)
         return replace(touch, mean=mean, covariance=covariance)
 
-    def _say(self, touch: TouchEvidence) -> tuple[Array, Array, Array]:
-        """A touch's ln likelihood of each substance, (m,), in information form: (m, 2, 2) and (m, 2)."""
-        own = self._information(touch)
-        along = np.einsum("mij,mj->mi", own, touch.mean)
-        return touch.ln_likelihood - _integral(own, along, touch.mean), own, along
+    def _weigh(self, ln_likelihood: Array, information: Array, vector: Array) -> tuple[Array, Array, Array]:
+        """Judge what is known of (temperature, ln effusivity), in information form, by the temperatures' prior.
 
-    def _weigh(self, said: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, Array, Array]:
-        """Ln weights (c, m), means (c, m, 2), covariances (c, m, 2, 2) for each case of the temperatures' prior."""
-        count = len(said)
-        total = self._ln_prior + (count - 1) * self._prior_integral
-        information = (1 - count) * self._prior_information
-        vector = (1 - count) * self._prior_vector
-        for ln_likelihood, own, along in said:
-            total = total + ln_likelihood
-            information, vector = information + own, vector + along
-        cases = len(self._case_ln)
-        more, push = np.tile(information, (cases, 1, 1, 1)), np.tile(vector, (cases, 1, 1))
+        Args:
+            ln_likelihood: (..., m) of each substance.
+            information: (..., m, 2, 2).
+            vector: (..., m, 2).
+
+        Returns:
+            Ln weights (..., c, m), means (..., c, m, 2) and covariances (..., c, m, 2, 2) for each case of that prior.
+        """
+        shape = (*ln_likelihood.shape[:-1], *self._case_ln.shape)
+        more, push = np.empty((*shape, 2, 2)), np.empty((*shape, 2))
+        more[...], push[...] = information[..., None, :, :, :], vector[..., None, :, :]
         more[..., 0, 0] += self._case_information
         push[..., 0] += self._case_vector
         covariance = _inverse(more)
-        middle = np.einsum("cmij,cmj->cmi", covariance, push)
-        return total + _integral(more, push, middle) + self._case_ln, middle, covariance
+        middle = _times(covariance, push)
+        total = (self._ln_prior + ln_likelihood)[..., None, :] + self._case_ln
+        return total + _integral(more, push, middle), middle, covariance
 
-    def _information(self, touch: TouchEvidence) -> Array:
-        """Information of a touch about (temperature, ln effusivity), never less than it began with.
+    def _information(self, touches: Sequence[TouchEvidence]) -> tuple[Array, Array, Array]:
+        """Each touch's ln likelihoods (t, m), information (t, m, 2, 2) and vector (t, m, 2) about (temperature, ln e).
 
-        Guesses far apart, drawn together, can be wider than the prior; what is said of them is then that prior.
+        Information is never less than a touch began with: guesses far apart, drawn together, can be wider than the
+        prior; what is said of them is then that prior.
         """
-        gained = _inverse(touch.covariance) - self._prior_information
-        lost = (_determinant(gained) < 0.0) | (gained[:, 0, 0] < 0.0) | (gained[:, 1, 1] < 0.0)
+        mean = np.array([touch.mean for touch in touches])
+        gained = _inverse(np.array([touch.covariance for touch in touches])) - self._prior_information
+        lost = (_determinant(gained) < 0.0) | (gained[..., 0, 0] < 0.0) | (gained[..., 1, 1] < 0.0)
         if lost.any():
             values, axes = np.linalg.eigh(gained[lost])
             gained[lost] = np.einsum("mij,mj,mkj->mik", axes, np.maximum(values, 0.0), axes)
-        return np.asarray(self._prior_information + gained)
+        own = self._prior_information + gained
+        along = _times(own, mean)
+        return np.array([touch.ln_likelihood for touch in touches]) - _integral(own, along, mean), own, along
 
 
 def _ambient_c(touches: Sequence[TouchEvidence]) -> float:
@@ -201,3 +211,8 @@ def _inverse(matrix: Array) -> Array:
     found[..., 0, 0], found[..., 1, 1] = matrix[..., 1, 1], matrix[..., 0, 0]
     found[..., 0, 1] = found[..., 1, 0] = -matrix[..., 0, 1]
     return np.asarray(found / _determinant(matrix)[..., None, None])
+
+
+def _times(matrix: Array, vector: Array) -> Array:
+    """Matrices (..., 2, 2) times vectors (..., 2)."""
+    return np.asarray(matrix[..., 0] * vector[..., :1] + matrix[..., 1] * vector[..., 1:])
