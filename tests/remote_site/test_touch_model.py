@@ -151,3 +151,18 @@ def test_keep_goes_on_with_some_as_if_the_others_had_never_been():
     courses(few, 0.8, steps=50)
     for force_n in (0.8, 1.5):
         assert courses(many, force_n, steps=30) == pytest.approx(courses(few, force_n, steps=30), abs=1e-12)
+
+
+@pytest.mark.parametrize("early_s", [0.0, 0.03, -0.015])
+def test_many_steps_at_once_are_those_steps(early_s):
+    steps_s = [0.01] * 30 + [0.02, 0.01, 0.03] + [0.02] * 5
+    force_n = np.linspace(0.2, 1.5, len(steps_s))
+    contacts = Contacts(np.log([0.2, 7.0]), np.log([0.4, 1.1]), np.array([np.inf, 0.5]))
+    sensor = SensorConstants(LEAK_PER_S, 0.3, early_s)
+    at_once, one_by_one = (TouchModel(sensor, contacts, np.array([0, 1, 1]), np.log([0.2, 0.3, 0.4])) for _ in "12")
+    found = at_once.advance(steps_s, force_n)
+    for k, (dt_s, force) in enumerate(zip(steps_s, force_n, strict=True)):
+        one_by_one.step(dt_s, force)
+        courses_now = one_by_one.courses
+        assert courses_now == pytest.approx(found[k].T, abs=1e-10)
+    assert (at_once.courses == found[-1].T).all()
