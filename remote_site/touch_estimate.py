@@ -31,8 +31,8 @@ PATIENCE = 20
 """once it has been there in so many comparisons on end: a step too far is taken back by the next ones."""
 FEW = 80
 """So many guesses never take turns: to solve half of them costs as much."""
-SETTLED_ROUNDS = 4
-"""Where guesses take turns: so often has each to be solved before they can be compared."""
+SETTLED_ROUNDS = 3
+"""So often has each guess to be solved before they can be compared."""
 AHEAD = 0.5
 """How far a plate that is still being heated is ahead of its reading is known to this part of itself."""
 LOOK_AGAIN_S = (0.15, 0.4, 1.0, 2.5)
@@ -112,7 +112,6 @@ class TouchEstimate:
         count = len(guesses.substance)
         self._at_once = count if at_once is None or count <= FEW else at_once
         self._substances = substances
-        self._guesses = guesses
         self._ambient_c, self._start_c = ambient_c, start_c
         self._noise_square = table.noise_k**2
         sensor = SensorConstants(table.leak_per_s, table.half_force_n, table.early_s, table.force_power)
@@ -218,7 +217,7 @@ class TouchEstimate:
     @property
     def settled(self) -> bool:
         """Whether the guesses can be compared."""
-        return self._rounds >= (1 if self._at_once >= len(self._guesses.substance) else SETTLED_ROUNDS)
+        return self._rounds >= SETTLED_ROUNDS
 
     def settle(self) -> None:
         """Make use of every reading that came, however long it takes."""
