@@ -12,6 +12,8 @@ from remote_site.touch_estimate import solve_interval_s
 
 ONE_OBJECT = 0.5
 """Probability from which the fingers count as touching one object."""
+JUDGE_EVERY_S = 0.04
+"""Between two judgements, s; longer where the fingers solve their guesses more seldom."""
 DOUBT_EVERY_S = 0.10
 """Between two looks at whether it is one object, s."""
 
@@ -45,8 +47,8 @@ class SharedObject:
         if longest_s < self._judged_s:  # the fingers of the touch before have left one by one
             self._release()
         running = any(finger.running for finger in touching)
-        rested_s = longest_s - self._judged_s
-        due = rested_s >= solve_interval_s(longest_s) - 1e-9 or len(touching) > self._count
+        every_s = max(solve_interval_s(longest_s), JUDGE_EVERY_S)
+        due = longest_s - self._judged_s >= every_s - 1e-9 or len(touching) > self._count
         # Where one has left, the others keep what was last said of all: together they know no more than then.
         if len(touching) >= max(2, self._count) and running and due:
             self._judged_s, self._count = longest_s, len(touching)

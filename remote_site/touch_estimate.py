@@ -3,7 +3,7 @@
 Six numbers are unknown for each guess: the temperatures of object, plate and back at contact, and how far the guess is
 off in the logarithms of effusivity, conductance and lag. A reading is linear in the three temperatures and in the three
 products of an offset with the difference between plate and object, so that sums over the readings hold all that they
-say (a Kalman filter would freeze each reading where the estimate was when it came). Gauss-Newton steps, 25 in a second
+say (a Kalman filter would freeze each reading where the estimate was when it came). Gauss-Newton steps, 50 in a second
 at first and 10 later, keep the six numbers most probable, and Laplace's approximation there weighs the guesses against
 each other. The readings between two steps are summed at once. A few times during a touch all readings are summed again
 around what each guess has come to by then.
@@ -31,7 +31,7 @@ PATIENCE = 20
 """once it has been there in so many comparisons on end: a step too far is taken back by the next ones."""
 FEW = 80
 """So many guesses never take turns: to solve half of them costs as much."""
-SETTLED_ROUNDS = 3
+SETTLED_ROUNDS = 4
 """So often has each guess to be solved before they can be compared."""
 AHEAD = 0.5
 """How far a plate that is still being heated is ahead of its reading is known to this part of itself."""
@@ -46,10 +46,8 @@ STRAYED_SD = 2.5
 exact than what its neighbour says, which stands nearer."""
 LARGEST_STEP = 0.3
 """Of a logarithm, from one solution to the next."""
-SOLVE_EVERY_S = 0.04
-"""Interval between two solutions, s,"""
-AT_LENGTH_S, SOLVE_LATER_EVERY_S = 1.0, 0.10
-"""and from so long after contact: each reading changes less by then, s."""
+SOLVE_EVERY_S = ((0.5, 0.02), (1.0, 0.04), (math.inf, 0.10))
+"""Until so long after contact so much time passes from one solution to the next, s. At first guesses still move far."""
 _ORDER = np.array([1, 2, 4, 5, 0, 3])
 """Of the six numbers in the equations: those that evidence is of come last."""
 
@@ -77,7 +75,7 @@ class TouchEvidence:
 
 def solve_interval_s(since_s: float) -> float:
     """Time from one solution to the next, s, `since_s` seconds after contact."""
-    return SOLVE_EVERY_S if since_s < AT_LENGTH_S - NEARLY_S else SOLVE_LATER_EVERY_S
+    return next(every_s for until_s, every_s in SOLVE_EVERY_S if since_s < until_s - NEARLY_S)
 
 
 class TouchEstimate:
