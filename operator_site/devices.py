@@ -29,7 +29,8 @@ class OperatorDevices:
 
     def _unread_s(self) -> float:
         """How long devices have taken for what waits to be read, s."""
-        self._ready.look()
+        if not self._ready.look() and self.exoskeleton.line.drained:
+            return 0.0
         return max(device.unread_s for device in self._witnesses)
 
     def lines(self) -> list[SerialLine]:

@@ -93,7 +93,7 @@ class FingerHeat:
             self._spot.press(t_s, sample.x_m, sample.y_m, exploration.began)
         elif thermal.touching and not thermal.running:
             self._end_touch()
-        self._take_turn(sample.sensor_c is not None)
+        self._take_turn(sample.sensor_c is not None, sample.hurry)
         if sample.sensor_c is not None:
             self._take_reading(sample, sample.sensor_c, exploration.contact)
         elif t_s - self._sensor_s > READING_AGE_S:
@@ -146,15 +146,16 @@ class FingerHeat:
             self._turn = self._finger
         self.drive = self._heater.step(t_s, sensor_c, self._ambient_c, contact or touched, fault=sample.sensor_fault)
 
-    def _take_turn(self, another: bool) -> None:
+    def _take_turn(self, another: bool, hurry: bool) -> None:
         """Identify from the newest reading, some ticks after it came: fingers one after the other, not all at once.
 
         Args:
             another: the next reading is there already.
+            hurry: this tick is late: only what cannot wait is done.
         """
-        if self._waiting is None:
+        if self._waiting is None or (hurry and not another):
             return
         if self._turn == 0 or another:
-            self.thermal.step(*self._waiting)
+            self.thermal.step(*self._waiting, hurry)
             self._waiting = None
         self._turn -= 1

@@ -28,6 +28,8 @@ class FingerSample:
     device_us: int | None = None
     heater_drive: float = 0.0
     """What the sensor's heater gets, as the sensor says, -1..1."""
+    hurry: bool = False
+    """Whether this tick is late, so that what takes its time shall wait."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,6 +27,7 @@ from remote_site.finger_identification import FingerIdentification
 from remote_site.finger_touch import FingerSample, FingerTouch
 from remote_site.followed_hand import FollowedHand
 from remote_site.heater_control import OFFSETS_K, STAGGER_K
+from remote_site.late_ticks import LateTicks
 from remote_site.material_table import MaterialTable
 from remote_site.sensed import Sensed
 from remote_site.shared_object import SharedObject
@@ -65,10 +66,24 @@ class Perception:
     """
 
     def __init__(
-        self, fingers: Iterable[str], table: MaterialTable, surfaces: SurfaceTable, contain: Containment | None = None
+        self,
+        fingers: Iterable[str],
+        table: MaterialTable,
+        surfaces: SurfaceTable,
+        contain: Containment | None = None,
+        period_s: float = 0.002,
     ):
-        """Identify with the calibrated tables; `contain` latches what identification raises, where it is given."""
+        """Identify with the calibrated tables.
+
+        Args:
+            fingers: that take part.
+            table: of materials.
+            surfaces: of textures.
+            contain: latches what identification raises, where it is given.
+            period_s: of the ticks, s: a tick that is late postpones what takes its time, see `LateTicks`.
+        """
         self._contain = contain or Containment()
+        self._late = LateTicks(period_s)
         self._broken_s = -math.inf
         self._numbers = [FINGERS.index(finger) for finger in fingers]
         self._knowledge, self._surfaces = ThermalKnowledge.of(table, TRUST_S, AT_ONCE, FOREIGN_SHARE), surfaces
@@ -110,6 +125,7 @@ class Perception:
         return []
 
     def _identify(self, sensed: Sensed) -> list[Event]:
+        hurry = self._late.step(sensed.time_s)
         self._hand.step(sensed.hand)
         self._motion.step(sensed.time_s, sensed.x_m, sensed.y_m)
         self._places.take(sensed.time_s, sensed.x_m, sensed.y_m)
@@ -129,6 +145,7 @@ class Perception:
                     device_us=None if plate is None else plate.device_us,
                     heater_drive=0.0 if plate is None else plate.heater_permille / DRIVE_FULL,
                     sensor_fault=None if plate is None else plate.fault or None,
+                    hurry=hurry,
                 )
             )
             self.touches[finger] = touch
@@ -146,7 +163,7 @@ class Perception:
                         event.name,
                     )
                 )
-        self._share()
+        self._share(hurry)
         self._telling.step(sensed.time_s, self._identifications)
         self._events.extend(happened)
         while self._events and sensed.time_s - self._events[0].time_ns * 1e-9 > HISTORY_S:
@@ -160,7 +177,7 @@ class Perception:
             return self._hand.when_ns(x_m[-1], y_m[-1])
         return self._hand.when_ns(float(np.interp(at_s, times_s, x_m)), float(np.interp(at_s, times_s, y_m)))
 
-    def _share(self) -> None:
+    def _share(self, hurry: bool) -> None:
         """Give all fingers on one object one answer; they show it from the next tick on.
 
         Those on spots that they have warmed speak for themselves: their spots' temperatures are not the object's.
@@ -170,10 +187,15 @@ class Perception:
             for finger, identification in self._identifications.items()
             if self.touches[finger].contact and not identification.heat.thermal.warmed
         }
-        answer = self._shared.step(touching)
+        answer = self._shared.step(touching, hurry)
         for finger in touching:
             self._identifications[finger].heat.shared = answer
             self._identifications[finger].heat.thermal.alone = answer is None
+
+    @property
+    def postponed(self) -> int:
+        """Readings so far at which a solution was due and waited, since ticks were late."""
+        return sum(identification.heat.thermal.postponed for identification in self._identifications.values())
 
     def packet(self, session: int, sequence: int, time_ns: int, state: LinkState) -> Touch:
         """The newest touches as a packet."""

@@ -6,6 +6,7 @@ Each finger's own evidence stays its own; only where one object explains all of 
 from collections.abc import Mapping
 
 from common.messages import ThermalStatus
+from remote_site.late_ticks import POSTPONED_S
 from remote_site.thermal_answer import ThermalAnswer, ThermalConclusion
 from remote_site.thermal_identification import ThermalIdentification, ThermalKnowledge
 from remote_site.touch_estimate import solve_interval_s
@@ -33,11 +34,12 @@ class SharedObject:
         self._judged_s = self._doubted_s = -1.0
         self._one = True
 
-    def step(self, fingers: Mapping[int, ThermalIdentification]) -> ThermalAnswer | None:
+    def step(self, fingers: Mapping[int, ThermalIdentification], hurry: bool = False) -> ThermalAnswer | None:
         """The answer that holds for all fingers in contact; None where each has to speak for itself.
 
         Args:
             fingers: the identification of each finger in contact.
+            hurry: whether a judgement that is due shall wait, for POSTPONED_S at most.
         """
         touching = [finger for finger in fingers.values() if finger.since_s > 0.0]
         if not touching:
@@ -47,8 +49,8 @@ class SharedObject:
         if longest_s < self._judged_s:  # the fingers of the touch before have left one by one
             self._release()
         running = any(finger.running for finger in touching)
-        every_s = max(solve_interval_s(longest_s), JUDGE_EVERY_S)
-        due = longest_s - self._judged_s >= every_s - 1e-9 or len(touching) > self._count
+        every_s = max(solve_interval_s(longest_s), JUDGE_EVERY_S) + (POSTPONED_S if hurry else 0.0)
+        due = longest_s - self._judged_s >= every_s - 1e-9 or (len(touching) > self._count and not hurry)
         # Where one has left, the others keep what was last said of all: together they know no more than then.
         if len(touching) >= max(2, self._count) and running and due:
             self._judged_s, self._count = longest_s, len(touching)

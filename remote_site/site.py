@@ -87,7 +87,7 @@ class RemoteSite:
         self.server = SessionServer(link, able, config.link.max_age_s, config.link.gap_s, stamp_ns)
         self.contain = self.server.contain = containment(self.server.session.latch)
         self.server.recording_stopped = partial(recording_stopped, recorder, self.contain)
-        self.perception = Perception(config.fingers, materials, surfaces, self.contain)
+        self.perception = Perception(config.fingers, materials, surfaces, self.contain, 1.0 / config.rate_hz)
         self._sensed = Sensed(-math.inf, 0.0, 0.0, _ZEROS, _ZEROS, _NOTHING_NEW, _NOTHING_NEW)
         self._command = GatedCommand(False, True, 0.0, 0.0, [*_ZEROS], [*_ZEROS], [0] * len(FINGERS), None)
         self._gate_raised_s = -math.inf
@@ -185,6 +185,7 @@ class RemoteSite:
                 stale=stale,
             ),
             "texture_faults": faults,
+            "postponed": self.perception.postponed,
             "left_mj": dict(zip(FINGERS, self.gate.left_mj, strict=True)),
             "observers": len(server.observers),
             "expelled": dict(server.expelled),

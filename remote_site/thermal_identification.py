@@ -82,6 +82,7 @@ class ThermalIdentification:
         warmed: whether the spot still has traces of an earlier touch: then its temperature is not that of others.
         alone: whether this finger judges by itself; not while a judgement of several fingers speaks for it.
         since_s: time since contact, s; 0 before the first reading.
+        postponed: readings of all touches at which a solution was due and waited.
     """
 
     def __init__(self, knowledge: ThermalKnowledge) -> None:
@@ -98,6 +99,7 @@ class ThermalIdentification:
         self.rested = True
         self.warmed = False
         self.since_s = 0.0
+        self.postponed = 0
         self._estimate: TouchEstimate | None = None
         self._running = False
 
@@ -159,13 +161,14 @@ class ThermalIdentification:
         self.alone = self._running = True
         self.answer = undecided(self._prior)
 
-    def step(self, t_s: float, sensor_c: float, force_n: float) -> ThermalAnswer:
+    def step(self, t_s: float, sensor_c: float, force_n: float, hurry: bool = False) -> ThermalAnswer:
         """Take one reading during a touch and return what is known.
 
         Args:
             t_s: time, s.
             sensor_c: reading, C.
             force_n: contact force, N; below the contact threshold the touch ends.
+            hurry: whether what takes its time shall wait, see `LateTicks`; the answer then stays as it is.
         """
         if not self._running:
             return self.answer
@@ -186,7 +189,8 @@ class ThermalIdentification:
         elif dt_s > 0.0:
             self._before_s, self.since_s = t_s, t_s - self._contact_s
             assert self._estimate is not None
-            self._estimate.step(dt_s, sensor_c, force_n)
+            self._estimate.step(dt_s, sensor_c, force_n, hurry)
+            self.postponed += self._estimate.waits
             self._exponential.add(self.since_s, sensor_c)
             evidence = self.evidence() if self.alone and self._estimate.news else None
             if evidence is not None:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from remote_site.late_ticks import POSTPONED_S
 from remote_site.material_table import MaterialTable
 from remote_site.pressed_contact import NEARLY_S, PressedContact
 from remote_site.reading_sums import PLATE, Reading, ReadingSums
@@ -150,16 +151,19 @@ class TouchEstimate:
         """Whether the last reading brought all guesses up to date."""
         self.solved = True
         """Whether all guesses have been solved from the same readings; many of them take a few readings' time."""
+        self.waits = False
+        """Whether a solution is due and waits, since the last tick was late."""
         self._since_s = 0.0
         self._pressed = PressedContact(sensor)
 
-    def step(self, dt_s: float, reading_c: float, force_n: float) -> None:
+    def step(self, dt_s: float, reading_c: float, force_n: float, hurry: bool = False) -> None:
         """Take one reading.
 
         Args:
             dt_s: since the one before, s.
             reading_c: C.
             force_n: mean force since then, N.
+            hurry: whether a solution that is due shall wait, for POSTPONED_S at most.
         """
         self._since_s += dt_s
         changed = self._pressed.step(dt_s, force_n)
@@ -172,7 +176,12 @@ class TouchEstimate:
             self._loosen_plate(changed)
             self._next = 0  # what was being solved is of another contact
         self.news = False
-        if self._next or self._since_s >= self._solve_from_s - NEARLY_S:
+        due_for_s = self._since_s - (self._solve_from_s - NEARLY_S)
+        due = self._next > 0 or due_for_s >= 0.0
+        self.waits = hurry and due and due_for_s < POSTPONED_S
+        if self.waits:
+            return
+        if due:
             self._solve_some()
             self.news = self.solved
             if self.news:

@@ -53,6 +53,9 @@ def _consequences(summary: Mapping[str, Any]) -> list[str]:
     if impulses.get("crossed"):
         missed, invented = impulses.get("missed", 0), impulses.get("invented", 0)
         found.append(f"Of {impulses['crossed']} grooves {missed} were missed, and {invented} were invented.")
+    postponed = sum((loop or {}).get("postponed") or 0 for loop in summary["loop"].values())
+    if postponed:
+        found.append(f"Identification of materials waited at {postponed} readings, so names came later.")
     if taps.get("made"):
         found.append(f"Of {taps['made']} taps {taps.get('played', 0)} were felt.")
     return found

@@ -99,7 +99,11 @@ class _Replayed:
         """What came of it, for each recording that went into the session."""
         return {
             "remote": {
-                origin or "remote": {"ticks": site.ticks, **_compared("touch_packets", site.packets)}
+                origin or "remote": {
+                    "ticks": site.ticks,
+                    **_compared("touch_packets", site.packets),
+                    "postponed": site.postponed,
+                }
                 for origin, site in self._remotes.items()
             },
             "operator": {
@@ -138,7 +142,8 @@ def open_remote(session: RecordedSession, origin: str) -> RemoteReplay:
     """The remote site as it was configured and calibrated; raises ValueError when the recording does not say."""
     materials = session.table(origin, "materials", MaterialTable)
     surfaces = session.table(origin, "surfaces", SurfaceTable)
-    return RemoteReplay(_fingers(session, origin), materials, surfaces)
+    period_s = 1.0 / _configured(session, origin).rate_hz
+    return RemoteReplay(_fingers(session, origin), materials, surfaces, period_s)
 
 
 def open_operator(session: RecordedSession, origin: str) -> OperatorReplay:

@@ -28,12 +28,17 @@ _RENDERED_FROM, _RENDERED_UNTIL = 2, 8
 class RemoteReplay:
     """Identification again."""
 
-    def __init__(self, fingers: Sequence[str], materials: MaterialTable, surfaces: SurfaceTable):
-        """Identify with the tables that were in use."""
+    def __init__(self, fingers: Sequence[str], materials: MaterialTable, surfaces: SurfaceTable, period_s: float):
+        """Identify with the tables that were in use, and postpone what was postponed at ticks of `period_s`, s."""
         self.ticks = 0
         self.packets = Comparison(touch_fields)
-        self._perception = Perception(fingers, materials, surfaces)
+        self._perception = Perception(fingers, materials, surfaces, period_s=period_s)
         self._answered: dict[int, tuple[object, object]] = {}
+
+    @property
+    def postponed(self) -> int:
+        """Readings at which a solution was due and waited, since ticks were late."""
+        return self._perception.postponed
 
     def sensed(self, time_s: float, recorded: bytes) -> list[Line]:
         """Take the readings of one tick; the events and changes of material answer in it."""

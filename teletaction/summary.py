@@ -69,6 +69,7 @@ def summarise(
         "loop": {
             name: dict(status["loop"])
             | {"cpu": round(usage.get(name, (0.0, 0.0))[0], 3), "behind_s": status.get("behind_s")}
+            | ({"postponed": status["postponed"]} if "postponed" in status else {})
             for name, status in statuses.items()
         },
         "cpu_cores": round(sum(cpu for cpu, _ in usage.values()), 3),
