@@ -1,5 +1,7 @@
 """Late ticks postpone the solutions of a touch, for a while; nothing is lost by it, and nothing is named wrongly."""
 
+from itertools import pairwise
+
 from remote_site.late_ticks import LATE, POSTPONED_S, LateTicks
 from remote_site.thermal_answer import ThermalAnswer
 from remote_site.thermal_identification import ThermalIdentification, ThermalKnowledge
@@ -29,7 +31,7 @@ def test_where_every_tick_is_late_answers_come_later_and_none_is_wrong(calibrate
         assert postponed == 0
         late, postponed = course(calibrated_knowledge, touch, 10.0)
         assert postponed > 100
-        changes = [now is not before for before, now in zip(late, late[1:], strict=False)]
+        changes = [now is not before for before, now in pairwise(late)]
         assert 4.0 / POSTPONED_S * 0.5 < sum(changes) <= 4.0 / POSTPONED_S + 2
         assert {answer.material for answer in late} <= {None, name}
         assert usual[-1].best == late[-1].best
