@@ -33,7 +33,7 @@ PATIENCE = 20
 FEW = 80
 """So many guesses never take turns: to solve half of them costs as much."""
 SETTLED_ROUNDS = 4
-"""So often has each guess to be solved before they can be compared."""
+"""Of more guesses than are asked for at once: so often has each to be solved before they can be compared."""
 AHEAD = 0.5
 """How far a plate that is still being heated is ahead of its reading is known to this part of itself."""
 LOOK_AGAIN_S = (0.15, 0.4, 1.0, 2.5)
@@ -109,6 +109,7 @@ class TouchEstimate:
         """
         self._trust_s = trust_s
         count = len(guesses.substance)
+        self._settled_rounds = 1 if at_once is None or count <= at_once else SETTLED_ROUNDS
         self._at_once = count if at_once is None or count <= FEW else at_once
         self._substances = substances
         self._ambient_c, self._start_c = ambient_c, start_c
@@ -224,7 +225,7 @@ class TouchEstimate:
     @property
     def settled(self) -> bool:
         """Whether the guesses can be compared."""
-        return self._rounds >= SETTLED_ROUNDS
+        return self._rounds >= self._settled_rounds
 
     def settle(self) -> None:
         """Make use of every reading that came, however long it takes."""
