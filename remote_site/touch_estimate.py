@@ -48,7 +48,8 @@ exact than what its neighbour says, which stands nearer."""
 LARGEST_STEP = 0.3
 """Of a logarithm, from one solution to the next."""
 SOLVE_EVERY_S = ((0.5, 0.02), (1.0, 0.04), (math.inf, 0.10))
-"""Until so long after contact so much time passes from one solution to the next, s. At first guesses still move far."""
+"""Until so long after contact so much time passes from one solution to the next, s. At first guesses still move far.
+Solutions come at multiples of it, so that there is one at each time that tables know (1 s, 2 s, ...)."""
 _ORDER = np.array([1, 2, 4, 5, 0, 3])
 """Of the six numbers in the equations: those that evidence is of come last."""
 
@@ -186,7 +187,8 @@ class TouchEstimate:
             self._solve_some()
             self.news = self.solved
             if self.news:
-                self._solve_from_s = self._since_s + solve_interval_s(self._since_s)
+                every_s = solve_interval_s(self._since_s)
+                self._solve_from_s = every_s * (math.floor((self._since_s + NEARLY_S) / every_s) + 1)
         else:
             self._look_again()
 
