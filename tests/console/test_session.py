@@ -35,7 +35,7 @@ def tab_to(page: Any, ident: str) -> None:
 
 def hold(page: Any, key: str) -> None:
     page.keyboard.down(key)
-    page.wait_for_timeout(1200)  # longer than the second that a held key takes
+    page.wait_for_timeout(2500)  # a held key takes a second, and a page on a busy machine is late
     page.keyboard.up(key)
 
 
