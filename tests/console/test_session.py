@@ -35,7 +35,7 @@ def tab_to(page: Any, ident: str) -> None:
 
 def hold(page: Any, key: str) -> None:
     page.keyboard.down(key)
-    page.wait_for_timeout(2500)  # a held key takes a second, and a page on a busy machine is late
+    page.wait_for_timeout(1200)  # longer than the second that a held key takes
     page.keyboard.up(key)
 
 
@@ -121,11 +121,18 @@ def test_pausing_is_one_press_and_a_fault_is_cleared_by_holding(stage: Stage, op
 def test_a_refusal_is_shown_and_spoken(stage: Stage, open_page: Open) -> None:
     stage.answers["engage"] = lambda _: {"ok": False, "text": "Cannot engage: Ring module absent."}
     page = open_page("ready")
-    hold(page, "e")
+    page.evaluate(
+        "window.spoken = [];"
+        "const polite = document.querySelector('#polite');"
+        "new MutationObserver(() => window.spoken.push(polite.innerText)).observe(polite, {childList: true});"
+    )
+    page.keyboard.down("e")
     wait_for(stage, "engage")
+    page.keyboard.up("e")
     page.wait_for_selector("#read-out:has-text('Cannot engage: Ring module absent.')")
-    assert page.inner_text("#polite") == "Cannot engage: Ring module absent."
-    assert page.get_attribute("body", "data-shown") == "connected"
+    # On a busy machine the page may be late, and says then that it is not live.
+    assert "Cannot engage: Ring module absent." in page.evaluate("window.spoken")
+    page.wait_for_selector("body[data-shown=connected]")
 
 
 @pytest.mark.parametrize("name", ["Anna Muster", "Muster", "12.3.1960", "1960-03-12"])
