@@ -48,7 +48,7 @@ exact than what its neighbour says, which stands nearer."""
 LARGEST_STEP = 0.3
 """Of a logarithm, from one solution to the next."""
 SOLVE_EVERY_S = ((0.5, 0.02), (1.0, 0.04), (math.inf, 0.10))
-"""Until so long after contact so much time passes from one solution to the next, s. At first guesses still move far.
+"""Ends of periods, s after contact, and the interval between two solutions in each, s. At first guesses still move far.
 Solutions come at multiples of it, so that there is one at each time that tables know (1 s, 2 s, ...)."""
 _ORDER = np.array([1, 2, 4, 5, 0, 3])
 """Of the six numbers in the equations: those that evidence is of come last."""

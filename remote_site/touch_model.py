@@ -190,7 +190,7 @@ class TouchModel:
         return found
 
     def _begin(self, dt_s: float, force_n: Array) -> Array:
-        """A step in which the heat has not flowed as long as the force has told of contact, or longer."""
+        """The step in which heat begins to flow: before the force shows contact, or after."""
         if self._early_s > 0.0:
             courses = self._advance(round(self._early_s / _GRID_S), force_n)
             self._early_s = 0.0

@@ -25,7 +25,8 @@ def machine_verdict(summary: Mapping[str, Any]) -> str:
         return ""
     late_s = max(_behind_s(summary).values(), default=0.0)
     if late_s <= NEGLIGIBLE_S:
-        return "This machine was fast enough: every process held its rate, and the figures are those of the method."
+        late = f" but for {late_s:.1f} s" if late_s else ""
+        return f"This machine was fast enough: every process held its rate{late}. The figures are those of the method."
     duration_s = summary.get("duration_s")
     of = f" of {duration_s:.0f} s" if isinstance(duration_s, int | float) else ""
     late = f"the rate was not held for {late_s:.0f} s{of} ({behind(summary)})"

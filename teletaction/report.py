@@ -181,7 +181,8 @@ def _page(
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
         f"<title>{title}</title><style>{CSS}</style></head>\n"
-        f"<body><h1>{title}</h1>{before}{section('Session', _header(summary))}{''.join(parts)}{after}</body></html>\n"
+        f"<body><h1>{title}</h1>{_enough(summary)}{before}"
+        f"{section('Session', _header(summary))}{''.join(parts)}{after}</body></html>\n"
     )
 
 
@@ -201,6 +202,12 @@ def _title(summary: Mapping[str, Any], examination: Examination | None) -> str:
     return ": ".join(words)
 
 
+def _enough(summary: Mapping[str, Any]) -> str:
+    """Whether the machine was fast enough, before anything that depends on it."""
+    words = machine_verdict(summary)
+    return f"<p>{escape(words)}</p>" if words else ""
+
+
 def _header(summary: Mapping[str, Any]) -> str:
     if not summary:
         return _NO_SUMMARY
@@ -216,7 +223,7 @@ def _header(summary: Mapping[str, Any]) -> str:
         "faults": _faults(summary.get("faults") or []),
     }
     listed = "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in facts.items())
-    return f"<p>{escape(machine_verdict(summary))}</p><dl>{listed}</dl>{_TRUE}"
+    return f"<dl>{listed}</dl>{_TRUE}"
 
 
 def _faults(faults: list[Any]) -> str:

@@ -225,6 +225,7 @@ def test_any_stream_may_be_missing(tmp_path, stream):
 def test_a_rate_that_was_not_held_is_said_at_the_top(tmp_path):
     _, page = report(tmp_path, session(), summary(loop={"remote": {"behind_s": 12.2}, "operator": {"behind_s": 0.0}}))
     assert "too slow for this session: the rate was not held for 12 s" in page.text
+    assert page.text.index("too slow for this session") < page.text.index("duration")
     assert "(remote for 12 s)" in page.text
     _, page = report(tmp_path, session(), summary(loop={"remote": {"behind_s": 0.0}}))
     assert "This machine was fast enough" in page.text
