@@ -34,12 +34,18 @@ class Oscillation:
     )
 
     def __init__(self) -> None:
+        self._peaks_s: deque[float] = deque(maxlen=SWING_CYCLES + 1)
+        """Of the same swinging; the first is where its first cycle began."""
+        self.begin_anew()
+
+    def begin_anew(self) -> None:
+        """Count no swing from before: the gate itself has let the force go, or a person has cleared a fault."""
         self._rising = True
         self._extreme_n, self._extreme_s = -math.inf, -math.inf
         """Highest force since it rises, or lowest since it falls, and when."""
         self._trough_n = 0.0
-        self._peaks_s: deque[float] = deque((-math.inf,), maxlen=SWING_CYCLES + 1)
-        """Of the same swinging; the first is where its first cycle began."""
+        self._peaks_s.clear()
+        self._peaks_s.append(-math.inf)
         self._period_s, self._swing_n = math.inf, 0.0
         """Of the last cycle."""
         self._fed = False

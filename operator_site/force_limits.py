@@ -37,10 +37,11 @@ class ForceLimits:
     def begin_from_neutral(self) -> None:
         """After a standstill: the device has let go by itself, or was about to."""
         self._ceiling_n = 0.0
+        self._oscillation.begin_anew()
 
     def believe_again(self) -> None:
         """A person has cleared the fault: what swung before counts no more."""
-        self._oscillation = Oscillation()
+        self._oscillation.begin_anew()
 
     def observe(self, t_s: float, height_s: float, z_m: float) -> str | None:
         """Return what the force does that it must not, or None.
@@ -69,6 +70,7 @@ class ForceLimits:
             self._ceiling_n = min(FINGER_FORCE_N, self._ceiling_n + FORCE_RAMP_UP_N_S * dt_s)
         else:
             self.energy.rest()
+            self._oscillation.begin_anew()
             shown_n = min(self._ceiling_n, self.force_n)
             latest_n = math.inf
             if age_s > GAP_S:

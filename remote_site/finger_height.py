@@ -52,7 +52,7 @@ class FingerHeight:
 
     def believe_again(self) -> None:
         """A person has cleared the fault: what swung before counts no more."""
-        self._oscillation = Oscillation()
+        self._oscillation.begin_anew()
 
     def observe(self, t_s: float, dt_s: float, measured_m: float, pressed_n: float, live: bool) -> str | None:
         """Return what the finger does that it must not, or None.
@@ -65,7 +65,10 @@ class FingerHeight:
             live: whether it has followed since the last step.
         """
         self.left.step(dt_s, measured_m, pressed_n)
-        if not live or math.isnan(measured_m):
+        if not live:
+            self._oscillation.begin_anew()
+            return None
+        if math.isnan(measured_m):
             return None
         return self._oscillation.step(t_s, pressed_n, self._drained)
 

@@ -25,6 +25,7 @@ from common.limits import (
     PLATE_HEATING_K_S,
     PLATE_PEAK_C,
     PRODUCED_J,
+    SWING_N,
     SWING_S,
     WIDE,
     PlateRange,
@@ -460,6 +461,27 @@ def test_a_force_that_swings_is_a_fault_until_it_is_cleared():
     for _ in range(200):
         out = rig.step(force_n=3.0)
     assert (out.fault, out.force_n) == (None, [3.0] * 5)
+
+
+@pytest.mark.parametrize("between_s", [0.12, 0.3])
+def test_a_force_that_the_gate_lets_go_again_and_again_does_not_swing(between_s):
+    """Packets come too rarely while a finger presses without having paid: released and shown anew each time."""
+    rig, fault = Rig(wall=WALL), None
+    for _ in range(10):
+        shown = [rig.step(force_n=5.0) for _ in range(round(between_s / DT))]
+        assert shown[-1].limited == [Limit.PASSIVITY] * 5
+        assert shown[-1].force_n[0] > SWING_N
+        fault = fault or [rig.step(age=GAP_S + tick * DT, force_n=5.0) for tick in range(1, 10)][-1].fault
+    assert fault is None
+
+
+def test_a_loop_that_stands_still_again_and_again_does_not_make_the_force_swing():
+    """Each tick that comes too late begins from neutral: twelve times a second, faster than a hand."""
+    rig = Rig(wall=WALL)
+    for _ in range(20):
+        late = rig.step(force_n=5.0, dt=TICK_AGE_S + 1e-3)
+        assert (late.fault, late.force_n[0]) == (None, 0.0)
+        assert [rig.step(force_n=5.0) for _ in range(7)][-1].force_n[0] > SWING_N
 
 
 class Plate:

@@ -649,6 +649,16 @@ def test_a_force_that_swings_faster_than_a_hand_is_a_fault_in_half_a_second(hz):
         assert rig.step().fault is None
 
 
+def test_a_force_that_swings_around_releases_is_no_fault():
+    """Each gap in the packets stops the fingers: what the force did before one is no part of what it does after."""
+    rig, live_s = Rig(z_m=-0.003).met(), 4.0 / 14.0
+    for _ in range(5):
+        outs, _ = pumped(rig, 14.0, 1.0, 1.2 + SWING_N, live_s, lag=0.0)
+        assert outs[-1].fault is None
+        assert rig.step(age=2.0 * GAP_S, measured_z_m=-0.003, force_n=one(1.8, 0.0)).fault is None
+    assert pumped(rig, 14.0, 1.0, 1.2 + SWING_N, 2.0 * live_s, lag=0.0)[0][-1].fault
+
+
 def test_tapping_and_pressing_in_rhythm_is_neither_limited_nor_a_fault():
     for hz, low_n, high_n in ((8.0, 0.0, 4.4), (5.0, 1.0, 4.4), (2.0, 0.0, 4.4)):
         outs, _ = pumped(Rig(z_m=-0.003).met(), hz, low_n, high_n, 4.0, lag=0.25)
