@@ -6,6 +6,7 @@ calibrated tables. On the machine that recorded, the result is the same to the l
 
 import csv
 import json
+import math
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
@@ -36,7 +37,8 @@ def replay(path: Path, out: Path, progress: Callable[[float], None] | None = Non
     Args:
         path: the recording.
         out: folder for `identification.jsonl` (events and material answers), `rendering.csv` (what leaves for the
-            operator's devices) and `replay.json` (comparison); made when it does not exist. Times count from the
+            operator's devices) and `replay.json` (comparison, and the touches in which a solution that waited for a
+            late tick changed the material or its time); made when it does not exist. Times count from the
             recording's first message.
         progress: told now and then which share is done, 0..1.
 
@@ -62,6 +64,7 @@ def replay(path: Path, out: Path, progress: Callable[[float], None] | None = Non
                 raise session.reader.damaged(stream, time_ns, error) from None
             if progress is not None and done % _PROGRESS_EVERY == 0:
                 progress(done / total)
+        replayed.identify_without_waiting()
         if progress is not None:
             progress(1.0)
     result = {"recording": path.name, **replayed.result()}
@@ -79,6 +82,7 @@ class _Replayed:
         self._fingers: list[str] = []
         self._remotes: dict[str, RemoteReplay] = {}
         self._operators: dict[str, OperatorReplay] = {}
+        self._changed: dict[str, list[dict[str, object]]] = {}
 
     def take(self, stream: str, origin: str, time_s: float, payload: bytes) -> None:
         """One message, in order of time."""
@@ -95,6 +99,20 @@ class _Replayed:
             case "operator/rendered":
                 self._operator(origin).rendered(time_s, payload)
 
+    def identify_without_waiting(self) -> None:
+        """Where solutions waited for late ticks, identify once more, and find the touches in which that mattered."""
+        whole = {
+            origin: open_remote(self._session, origin, waits=False)
+            for origin, site in self._remotes.items()
+            if site.postponed
+        }
+        if not whole:
+            return
+        for _, origin, time_ns, payload in self._session.messages(("remote/sensed",)):
+            if origin in whole:
+                whole[origin].sensed((time_ns - self._session.start_ns) * 1e-9, payload)
+        self._changed = {origin: self._remotes[origin].named.changed(site.named) for origin, site in whole.items()}
+
     def result(self) -> dict[str, Any]:
         """What came of it, for each recording that went into the session."""
         return {
@@ -103,6 +121,7 @@ class _Replayed:
                     "ticks": site.ticks,
                     **_compared("touch_packets", site.packets),
                     "postponed": site.postponed,
+                    "changed_by_waiting": self._changed.get(origin, []),
                 }
                 for origin, site in self._remotes.items()
             },
@@ -138,11 +157,17 @@ class _Replayed:
         self._rendering.writerow([*row, output.fault or ""])
 
 
-def open_remote(session: RecordedSession, origin: str) -> RemoteReplay:
-    """The remote site as it was configured and calibrated; raises ValueError when the recording does not say."""
+def open_remote(session: RecordedSession, origin: str, *, waits: bool = True) -> RemoteReplay:
+    """The remote site as it was configured and calibrated; raises ValueError when the recording does not say.
+
+    Args:
+        session: the recording.
+        origin: of the site in it.
+        waits: whether solutions wait for late ticks again, as they did.
+    """
     materials = session.table(origin, "materials", MaterialTable)
     surfaces = session.table(origin, "surfaces", SurfaceTable)
-    period_s = 1.0 / _configured(session, origin).rate_hz
+    period_s = 1.0 / _configured(session, origin).rate_hz if waits else math.inf
     return RemoteReplay(_fingers(session, origin), materials, surfaces, period_s)
 
 

@@ -18,6 +18,7 @@ from remote_site.surface_class import SurfaceTable
 from remote_site.thermal_answer import ThermalAnswer
 from teletaction.recorded_rows import RENDERED as RENDERED_FIELDS
 from teletaction.replay_comparison import Comparison, Fields
+from teletaction.replay_named import NamedTouches
 
 Line = dict[str, object]
 RENDERED = ("force_n", "motor_rpm", "plate_set_c", "peltier_drive", "limits")
@@ -29,8 +30,16 @@ class RemoteReplay:
     """Identification again."""
 
     def __init__(self, fingers: Sequence[str], materials: MaterialTable, surfaces: SurfaceTable, period_s: float):
-        """Identify with the tables that were in use, and postpone what was postponed at ticks of `period_s`, s."""
+        """Identify with the tables that were in use.
+
+        Args:
+            fingers: of the site.
+            materials: calibrated materials.
+            surfaces: calibrated surfaces.
+            period_s: of the ticks, s: what waited for a late tick waits again; infinite: nothing waits.
+        """
         self.ticks = 0
+        self.named = NamedTouches()
         self.packets = Comparison(touch_fields)
         self._perception = Perception(fingers, materials, surfaces, period_s=period_s)
         self._answered: dict[int, tuple[object, object]] = {}
@@ -43,6 +52,8 @@ class RemoteReplay:
     def sensed(self, time_s: float, recorded: bytes) -> list[Line]:
         """Take the readings of one tick; the events and changes of material answer in it."""
         self.ticks += 1
+        happened = self._perception.step(Sensed.unpack(recorded))
+        self.named.take(time_s, happened)
         lines: list[Line] = [
             {
                 "time_s": time_s,
@@ -51,7 +62,7 @@ class RemoteReplay:
                 "value": event.value,
                 "name": event.name,
             }
-            for event in self._perception.step(Sensed.unpack(recorded))
+            for event in happened
         ]
         for finger, touch in self._perception.touches.items():
             said = touch.thermal.status, touch.thermal.best

@@ -68,6 +68,7 @@ def replay_command(
 ) -> None:
     """Run identification and rendering again on a recording, and compare with what was computed then."""
     from teletaction.replay import replay
+    from teletaction.replay_named import in_words
 
     with progress_bar("replaying") as progress:
         result = replay(recording, out, progress)
@@ -78,3 +79,6 @@ def replay_command(
                 f"{name}: {part['ticks']} ticks; {same} of {part[what]} {what.replace('_', ' ')} are identical",
                 err=True,
             )
+    for name, part in result["remote"].items():
+        for touch in part["changed_by_waiting"]:
+            typer.echo(f"{name}: without late ticks, {in_words(touch)}", err=True)

@@ -31,8 +31,12 @@ def altered(
     attached: bool = True,
     metadata: bool = True,
     single: bool = False,
+    configured: str = "",
 ) -> Path:
-    """The golden recording with messages changed; `single` as one site records, before merging."""
+    """The golden recording with messages changed; `single` as one site records, before merging.
+
+    Lines in `configured` come before those of each site's configuration.
+    """
     with GOLDEN.open("rb") as file, out.open("wb") as out_file:
         session = RecordedSession(GOLDEN, file)
         writer = Writer(out_file, compression=CompressionType.NONE, chunk_size=100_000)
@@ -40,7 +44,8 @@ def altered(
         site = streams[0].split("/")[0]
         for entry, facts in session.reader.metadata.items():
             if metadata and (not single or entry.startswith(site)):
-                writer.add_metadata(entry.removeprefix(f"{site}/") if single else entry, facts)
+                name = entry.removeprefix(f"{site}/") if single else entry
+                writer.add_metadata(name, {**facts, "configuration": configured + facts["configuration"]})
         for table in session.reader.attachments.values():
             if attached:
                 name = table.name.removeprefix(f"{site}/") if single else table.name
@@ -217,10 +222,33 @@ def test_the_command_says_in_words_what_was_identical(tmp_path: Path, capsys: py
     assert main(["replay", str(path), "--out", str(tmp_path / "out")]) == 0
     said = capsys.readouterr()
     assert said.out == ""
-    remote, operator = said.err.strip().splitlines()
+    remote, operator, *_ = said.err.strip().splitlines()
     assert remote.startswith("remote: ")
     assert remote.endswith("touch packets are identical")
     assert "all of" in operator
+
+
+def test_touches_that_late_ticks_changed_are_listed(
+    golden: tuple[Path, dict[str, Any]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By its configuration this site made a tick each millisecond: all that it recorded are late."""
+    path = altered(tmp_path / "late.mcap", as_it_is, STREAMS[:2], configured="rate_hz = 1000.0\n")
+    assert main(["replay", str(path), "--out", str(tmp_path / "late")]) == 0
+    remote = json.loads((tmp_path / "late" / "replay.json").read_text("utf-8"))["remote"]["remote"]
+    assert remote["postponed"] > 10 * golden[1]["remote"]["remote"]["postponed"]
+    changed = remote["changed_by_waiting"]
+    named = {line["name"] for line in lines(golden[0]) if line.get("event") == "material"}
+    assert {line["full_material"] for line in changed} == named
+    assert all(line["material"] in ("", line["full_material"]) for line in changed)
+    assert all(line["named_s"] != line["full_named_s"] for line in changed)
+    said = capsys.readouterr().err
+    for line in changed:
+        assert f"without late ticks, the {line['finger']}'s touch at {line['began_s']:.1f} s would be named" in said
+
+
+def lines(out: Path) -> list[dict[str, Any]]:
+    """What a replay wrote of identification."""
+    return [json.loads(line) for line in (out / "identification.jsonl").read_text("utf-8").splitlines()]
 
 
 @pytest.mark.parametrize(
