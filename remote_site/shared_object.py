@@ -49,7 +49,8 @@ class SharedObject:
         if longest_s < self._judged_s:  # the fingers of the touch before have left one by one
             self._release()
         running = any(finger.running for finger in touching)
-        every_s = max(solve_interval_s(longest_s), JUDGE_EVERY_S) + (POSTPONED_S if hurry else 0.0)
+        solved_every_s = solve_interval_s(longest_s, self._knowledge.solve_every_s)
+        every_s = max(solved_every_s, JUDGE_EVERY_S) + (POSTPONED_S if hurry else 0.0)
         due = longest_s - self._judged_s >= every_s - 1e-9 or (len(touching) > self._count and not hurry)
         # Where one has left, the others keep what was last said of all: together they know no more than then.
         if len(touching) >= max(2, self._count) and running and due:

@@ -15,7 +15,7 @@ from remote_site.exponential_response import ExponentialFit, ExponentialResponse
 from remote_site.material_posterior import MaterialPosterior
 from remote_site.material_table import MaterialTable
 from remote_site.thermal_answer import NO_CONTACT, ThermalAnswer, ThermalConclusion, undecided
-from remote_site.touch_estimate import TouchEstimate, TouchEvidence
+from remote_site.touch_estimate import SOLVE_EVERY_S, Intervals, TouchEstimate, TouchEvidence
 from remote_site.touch_guesses import FOREIGN, Guesses, Substances, guesses, substances
 
 ANSWERED = (ThermalStatus.IDENTIFIED, ThermalStatus.AMBIGUOUS, ThermalStatus.UNKNOWN)
@@ -51,6 +51,7 @@ class ThermalKnowledge:
     posterior: MaterialPosterior
     trust_s: float = np.inf
     at_once: int | None = None
+    solve_every_s: Intervals = SOLVE_EVERY_S
     """See `TouchEstimate`."""
     reference: "ThermalKnowledge | None" = None
     """Of the unheated sensor beside this one."""
@@ -66,7 +67,7 @@ class ThermalKnowledge:
         """Make `table` ready; `foreign_share` is the prior probability of an object of no calibrated material."""
         known = substances(table, foreign_share)
         reference = None if table.reference is None else cls.of(table.reference, trust_s, at_once, foreign_share)
-        return cls(table, known, guesses(table), MaterialPosterior(table, known), trust_s, at_once, reference)
+        return cls(table, known, guesses(table), MaterialPosterior(table, known), trust_s, at_once, reference=reference)
 
     def conclusion(self) -> ThermalConclusion:
         """For a touch that begins."""
@@ -149,6 +150,7 @@ class ThermalIdentification:
             back_k,
             knowledge.trust_s,
             knowledge.at_once,
+            knowledge.solve_every_s,
         )
         self._conclusion = knowledge.conclusion()
         self._exponential = ExponentialResponse(start_c)

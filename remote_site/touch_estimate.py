@@ -47,7 +47,8 @@ STRAYED_SD = 2.5
 exact than what its neighbour says, which stands nearer."""
 LARGEST_STEP = 0.3
 """Of a logarithm, from one solution to the next."""
-SOLVE_EVERY_S = ((0.5, 0.02), (1.0, 0.04), (math.inf, 0.10))
+Intervals = tuple[tuple[float, float], ...]
+SOLVE_EVERY_S: Intervals = ((0.5, 0.02), (1.0, 0.04), (math.inf, 0.10))
 """Ends of periods, s after contact, and the interval between two solutions in each, s. At first guesses still move far.
 Solutions come at multiples of it, so that there is one at each time that tables know (1 s, 2 s, ...)."""
 _ORDER = np.array([1, 2, 4, 5, 0, 3])
@@ -75,9 +76,9 @@ class TouchEvidence:
     misfit: float
 
 
-def solve_interval_s(since_s: float) -> float:
+def solve_interval_s(since_s: float, solve_every_s: Intervals = SOLVE_EVERY_S) -> float:
     """Time from one solution to the next, s, `since_s` seconds after contact."""
-    return next(every_s for until_s, every_s in SOLVE_EVERY_S if since_s < until_s - NEARLY_S)
+    return next(every_s for until_s, every_s in solve_every_s if since_s < until_s - NEARLY_S)
 
 
 class TouchEstimate:
@@ -94,6 +95,7 @@ class TouchEstimate:
         back_k: tuple[float, float] = (0.0, 0.0),
         trust_s: float = np.inf,
         at_once: int | None = None,
+        solve_every_s: Intervals = SOLVE_EVERY_S,
     ) -> None:
         """Begin at contact.
 
@@ -107,8 +109,9 @@ class TouchEstimate:
             back_k: how much warmer the sensor's back is than in calibration, and its standard deviation, K.
             trust_s: so long after contact a reading counts half, later ones ever less: what the model leaves out grows.
             at_once: guesses that are solved with one reading; more, if they are not FEW, take turns. None: all.
+            solve_every_s: intervals between solutions, as SOLVE_EVERY_S; the last period ends at infinity.
         """
-        self._trust_s = trust_s
+        self._trust_s, self._solve_every_s = trust_s, solve_every_s
         count = len(guesses.substance)
         self._settled_rounds = 1 if at_once is None or count <= at_once else SETTLED_ROUNDS
         self._at_once = count if at_once is None or count <= FEW else at_once
@@ -187,7 +190,7 @@ class TouchEstimate:
             self._solve_some()
             self.news = self.solved
             if self.news:
-                every_s = solve_interval_s(self._since_s)
+                every_s = solve_interval_s(self._since_s, self._solve_every_s)
                 self._solve_from_s = every_s * (math.floor((self._since_s + NEARLY_S) / every_s) + 1)
         else:
             self._look_again()

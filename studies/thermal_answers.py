@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from common.messages import ThermalStatus
 from remote_site.material_table import MaterialTable
-from remote_site.shared_object import ONE_OBJECT
+from remote_site.shared_object import ONE_OBJECT, SharedObject
 from remote_site.thermal_answer import ThermalAnswer
 from remote_site.thermal_identification import ThermalIdentification, ThermalKnowledge
 from remote_site.thermal_touches import RecordedTouch
@@ -99,21 +99,45 @@ def by_fingers(
     return found
 
 
-def by_product(knowledge: ThermalKnowledge, method: str, hand: Hand, times_s: Sequence[float]) -> list[Answered]:
-    """Answers of the first finger's identification as a session has it: it sees contact lost and sensor faults."""
-    identification = ThermalIdentification(knowledge)
-    touch = hand.fingers[0]
-    identification.start(0.0, touch.start_c, touch.slope_k_s, touch.ambient_c)
+def by_product(
+    knowledge: ThermalKnowledge,
+    method: str,
+    hand: Hand,
+    times_s: Sequence[float],
+    fingers: int = 1,
+    hurry: bool = False,
+) -> list[Answered]:
+    """Answers of the first fingers' identification as a session has it: it sees contact lost and sensor faults.
+
+    Args:
+        knowledge: of the table.
+        method: name in the answers.
+        hand: the touch.
+        times_s: when, ascending, s after contact.
+        fingers: so many are used.
+        hurry: whether every tick is late.
+    """
+    touches = hand.fingers[:fingers]
+    identifications = {number: ThermalIdentification(knowledge) for number in range(len(touches))}
+    for touch, identification in zip(touches, identifications.values(), strict=True):
+        identification.start(0.0, touch.start_c, touch.slope_k_s, touch.ambient_c)
+    shared, answer = SharedObject(knowledge), identifications[0].answer
     named: float | None = None
     found: list[Answered] = []
-    for since_s, sensor_c, force_n in list(touch.readings())[1:]:
+    for readings in zip(*(list(touch.readings())[1:] for touch in touches), strict=False):
+        since_s = readings[0][0]
         while len(found) < len(times_s) and since_s > times_s[len(found)] + 1e-6:
-            found.append(_answered(method, hand, times_s[len(found)], identification.answer, named))
-        answer = identification.step(since_s, sensor_c, force_n)
+            found.append(_answered(method, hand, times_s[len(found)], answer, named))
+        for (_, sensor_c, force_n), identification in zip(readings, identifications.values(), strict=True):
+            identification.step(since_s, sensor_c, force_n, hurry)
+        together = shared.step(identifications, hurry)
+        for identification in identifications.values():
+            identification.alone = together is None
+        answer = together or identifications[0].answer
         if named is None and answer.status is ThermalStatus.IDENTIFIED:
             named = since_s
     while len(found) < len(times_s):
-        found.append(_answered(method, hand, times_s[len(found)], identification.answer, named))
+        found.append(_answered(method, hand, times_s[len(found)], answer, named))
     return found
 
 

@@ -1,7 +1,8 @@
-"""Runtime cost: processor time of a tick of each process, by stage, number of fingers and what the fingers do.
+"""Runtime cost: processor time of a tick of each process, by stage and number of fingers, and accuracy by cost.
 
 Each session runs in one process and in lock step with its simulated devices, over real lines and a real link. Costs are
 processor time of the loop's thread, in microseconds and in reference steps, which mean the same on a slower machine.
+Identification also runs on simulated touches with more and with less processor time.
 """
 
 import os
@@ -12,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.runtime_cost.accuracy import accuracy
 from benchmarks.runtime_cost.budget import exceeded, load_budget
 from benchmarks.runtime_cost.figure import plot
 from benchmarks.runtime_cost.measure import measure
@@ -22,28 +24,37 @@ from studies.registry import Tell
 __all__ = ["COMPARED", "MEASURES_THIS_MACHINE", "plot", "run", "tables"]
 
 MEASURES_THIS_MACHINE = "what a tick costs on this machine"
-COMPARED = (Compared("cost", "reference_steps", "less", ("fingers", "process", "doing", "stage"), relative=0.33),)
+COMPARED = (
+    Compared("cost", "reference_steps", "less", ("fingers", "process", "doing", "stage"), relative=0.33),
+    Compared("accuracy", "reference_steps", "less", ("schedule",), relative=0.33),
+    Compared("accuracy", "right", "more", ("schedule",), counted="hands"),
+    Compared("accuracy", "wrong", "less", ("schedule",), counted="hands"),
+)
 _FINGERS = (1, 2, 3, 4, 5)
 _QUICK_FINGERS = (1, 5)
+_TOUCHES, _QUICK_TOUCHES = (12, 8), (1, 1)
+"""Of each calibrated material, and of all others."""
+_ACCURACY_FROM = 0.6
+"""Share of the time after which accuracy begins."""
 
 
 def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
     """Measure sessions of different numbers of fingers.
 
     Args:
-        quick: one and five fingers, about a minute; otherwise one to five.
-        seed: of the simulated devices and the hand.
+        quick: one and five fingers and few touches, about two minutes; otherwise one to five fingers.
+        seed: of the simulated devices, the hand and the touches.
         tell: is told the share done, 0..1.
 
     Raises:
         NotEngaged: the sites did not find their devices or each other.
     """
-    numbers = _QUICK_FINGERS if quick else _FINGERS
+    numbers, touches = (_QUICK_FINGERS, _QUICK_TOUCHES) if quick else (_FINGERS, _TOUCHES)
     rows: list[dict[str, Any]] = []
     reference_ns: list[int] = []
     for place, fingers in enumerate(numbers):
         with tempfile.TemporaryDirectory(prefix="runtime-cost-") as folder:
-            share = part_of(tell, place / len(numbers), (place + 1) / len(numbers))
+            share = part_of(tell, *(_ACCURACY_FROM * done / len(numbers) for done in (place, place + 1)))
             spent = measure(fingers, seed, Path(folder), share)
         rows += spent.rows(fingers)
         reference_ns += spent.reference
@@ -51,10 +62,11 @@ def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
         "machine": {"processors": os.cpu_count(), "python": platform.python_version()},
         "reference_step_us": round(float(np.median(reference_ns)) * 1e-3, 2),
         "cost": rows,
+        "accuracy": accuracy(*touches, seed, part_of(tell, _ACCURACY_FROM, 1.0)),
         "problems": exceeded(rows, *load_budget()),
     }
 
 
 def tables(data: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """The costs, a row for each number of fingers, process, activity and stage."""
-    return {"cost": data["cost"]}
+    """The costs, a row for each number of fingers, process, activity and stage; accuracy, a row for each schedule."""
+    return {"cost": data["cost"], "accuracy": data["accuracy"]}
