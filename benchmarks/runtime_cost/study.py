@@ -42,7 +42,7 @@ def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
     """Measure sessions of different numbers of fingers.
 
     Args:
-        quick: one and five fingers and few touches, about two minutes; otherwise one to five fingers.
+        quick: one and five fingers and few touches, little more than a minute; otherwise one to five fingers.
         seed: of the simulated devices, the hand and the touches.
         tell: is told the share done, 0..1.
 

@@ -45,15 +45,32 @@ def test_plenty_names_and_starvation_does_not(rows: list[dict[str, object]]) -> 
     assert never["named_s"] is never["object_rms_k"] is None
 
 
-def test_starved_identification_is_deciding() -> None:
-    table = MaterialTable.load(TABLES / "materials.json")
-    starved = replace(
-        ThermalKnowledge.of(table, TRUST_S, AT_ONCE, FOREIGN_SHARE), solve_every_s=((math.inf, math.inf),)
-    )
+@pytest.fixture(scope="module")
+def knowledge() -> ThermalKnowledge:
+    return ThermalKnowledge.of(MaterialTable.load(TABLES / "materials.json"), TRUST_S, AT_ONCE, FOREIGN_SHARE)
+
+
+def every(knowledge: ThermalKnowledge, interval_s: float) -> ThermalKnowledge:
+    return replace(knowledge, solve_every_s=((math.inf, interval_s),))
+
+
+def test_starved_identification_is_deciding(knowledge: ThermalKnowledge) -> None:
     for material in FOUR:
         (hand,) = touched(Situation(material, SEED, 1, STAGGERED_K[:2], seconds=1.05))
-        for answer in by_product(starved, "", hand, (0.5, 1.0), fingers=2):
+        for answer in by_product(every(knowledge, math.inf), "", hand, (0.5, 1.0), fingers=2):
             assert (answer.status, answer.error_k, answer.named_s) == ("deciding", None, None)
+
+
+def test_a_hand_solved_late_or_seldom_is_known_later(knowledge: ThermalKnowledge) -> None:
+    (hand,) = touched(Situation("aluminium", SEED, 1, STAGGERED_K, seconds=3.05))
+    usual, late, seldom = (
+        by_product(known, "", hand, (0.3, 1.2, 3.0), fingers=5, hurry=hurry)
+        for known, hurry in ((knowledge, False), (knowledge, True), (every(knowledge, 0.5), False))
+    )
+    known = [[answer.error_k is not None for answer in answers] for answers in (usual, late, seldom)]
+    assert known == [[True, True, True], [False, True, True], [False, False, True]]
+    assert seldom[-1].named_s is not None
+    assert 0.0 <= math.remainder(seldom[-1].named_s, 0.5) <= 0.02, "the hand is judged when its fingers are solved"
 
 
 def found(right: int, wrong: int, of: int = 20) -> Found:
