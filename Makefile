@@ -78,13 +78,13 @@ netns: $(READY)
 faults: $(READY)
 	FAULT_PAGE=docs/faults.md $(BIN)/pytest -m faults -rP tests/faults/test_fault_matrix.py
 
-# SCREENSHOTS=folder keeps a picture of every state. Sessions in real time need the machine to themselves.
-LIVE := $(wildcard tests/console/test_live_*.py)
+# SCREENSHOTS=folder keeps a picture of every state. What is in real time needs the machine to itself.
+TIMED := tests/console/test_connection.py $(wildcard tests/console/test_live_*.py)
 .PHONY: console
 console: $(READY)
 	$(BIN)/pip install --quiet --disable-pip-version-check --prefer-binary -c constraints.txt -e '.[browser]'
-	$(BIN)/pytest -m console -rs -n 2 tests/console $(addprefix --ignore=,$(LIVE))
-	$(BIN)/pytest -m console -rs $(LIVE)
+	$(BIN)/pytest -m console -rs -n 2 tests/console $(addprefix --ignore=,$(TIMED))
+	$(BIN)/pytest -m console -rs $(TIMED)
 
 .PHONY: soak
 soak: $(READY)
