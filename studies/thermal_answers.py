@@ -114,7 +114,7 @@ def by_product(
         method: name in the answers.
         hand: the touch.
         times_s: when, ascending, s after contact.
-        fingers: so many are used.
+        fingers: number of fingers used.
         hurry: whether every tick is late.
     """
     touches = hand.fingers[:fingers]

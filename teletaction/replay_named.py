@@ -1,4 +1,4 @@
-"""Which material was named in each touch, and what it would have been had no solution waited for a late tick."""
+"""Compare the material named in each touch with the one named when no solution waits for a late tick."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
@@ -59,7 +59,7 @@ class NamedTouches:
 
 
 def in_words(changed: Mapping[str, Any]) -> str:
-    """One touch of `changed` as the end of a sentence that begins with what is different."""
+    """Describe one entry of `NamedTouches.changed`; the sentence begins with "without late ticks"."""
     where = f"the {changed['finger']}'s touch at {changed['began_s']:.1f} s"
     full = _named(changed["full_material"], changed["full_named_s"])
     return f"{where} would be {full}; it was {_named(changed['material'], changed['named_s'])}"

@@ -28,7 +28,7 @@ from teletaction.demo_files import TABLES
 OBJECT_S, END_S = 2.0, 3.0
 """The object's temperature is judged at the first, the name at the second, s after contact."""
 SURE_SES = 2.0
-"""A share is lower where the paired difference is larger than so many standard errors."""
+"""Paired difference of two shares that counts, in standard errors."""
 _SECONDS = END_S + 0.05
 _FIRST_SEED = 440_000
 
@@ -133,7 +133,7 @@ def accuracy(
 
     Args:
         touches: hands of five fingers on each calibrated material, at least 1.
-        strangers: so many materials that are not calibrated are touched once each, 0 to 8.
+        strangers: number of materials that are not calibrated, each touched once, 0 to 8.
         seed: of the touches.
         tell: gets the share done, 0..1.
         schedules: with different names; the others are compared with the first.
