@@ -27,15 +27,20 @@ def unseen(share: float) -> None:
 
 
 def in_order(
-    work: Callable[[Item], Result], items: Sequence[Item], processes: int, progress: Progress = unseen
+    work: Callable[[Item], Result],
+    items: Sequence[Item],
+    processes: int,
+    progress: Progress = unseen,
+    fewest: int = FEWEST,
 ) -> Iterator[Result]:
     """Yield `work(item)` for each item, in their order; what they are does not depend on `processes`.
 
     Args:
         work: a function of a module, or a `partial` of one, that can be pickled.
         items: that can be pickled.
-        processes: at most so many; 1, or fewer than FEWEST items: this process alone.
+        processes: at most this number; 1, or fewer than `fewest` items: this process alone.
         progress: is given the share done after each item.
+        fewest: items for which further processes are worth their start.
 
     Raises:
         ValueError: `processes` is below 1.
@@ -44,7 +49,7 @@ def in_order(
     """
     if processes < 1:
         raise ValueError(f"--processes: at least 1, not {processes}")
-    if processes == 1 or len(items) < FEWEST:
+    if processes == 1 or len(items) < fewest:
         yield from _counted(map(work, items), len(items), progress)
         return
     count = min(processes, len(items))

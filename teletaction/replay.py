@@ -7,7 +7,6 @@ calibrated tables. On the machine that recorded, the result is the same to the l
 import csv
 import json
 import math
-from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import IO, Annotated, Any
@@ -16,6 +15,7 @@ from pydantic import BaseModel, Field, ValidationError
 
 from common.config import OperatorConfig, RenderingConfig
 from common.fingers import FINGERS
+from common.in_parallel import Progress, unseen
 from common.limits import GAP_S
 from operator_site.gate import GatedOutput
 from remote_site.material_table import MaterialTable
@@ -24,14 +24,15 @@ from teletaction.recorded_session import RecordedSession
 from teletaction.replay_comparison import Comparison
 from teletaction.replay_sites import OperatorReplay, RemoteReplay
 
-_INPUTS = ("remote/sensed", "operator/input")
+_SENSED = "remote/sensed"
+_INPUTS = (_SENSED, "operator/input")
 """What makes each site's computation go on by one tick."""
 _STREAMS = (*_INPUTS, "remote/touch", "operator/touch", "operator/rendered")
 _PROGRESS_EVERY = 1000
 COLUMNS = ("force_n", "motor_rpm", "plate_set_c", "peltier_drive")
 
 
-def replay(path: Path, out: Path, progress: Callable[[float], None] | None = None) -> dict[str, Any]:
+def replay(path: Path, out: Path, progress: Progress = unseen) -> dict[str, Any]:
     """Replay a recording of one site or of a whole session; returns what `replay.json` says.
 
     Args:
@@ -40,7 +41,7 @@ def replay(path: Path, out: Path, progress: Callable[[float], None] | None = Non
             operator's devices) and `replay.json` (comparison, and the touches in which a solution that waited for a
             late tick changed the material or its time); made when it does not exist. Times count from the
             recording's first message.
-        progress: told now and then which share is done, 0..1.
+        progress: is given the share done now and then.
 
     Raises:
         ValueError: the file is not a whole recording, is damaged, or lacks what a replay needs.
@@ -56,20 +57,31 @@ def replay(path: Path, out: Path, progress: Callable[[float], None] | None = Non
             files.enter_context((out / "identification.jsonl").open("w", encoding="utf-8")),
             files.enter_context((out / "rendering.csv").open("w", encoding="utf-8", newline="")),
         )
-        total = sum(session.counts.get(stream, 0) for stream in _STREAMS)
-        for done, (stream, origin, time_ns, payload) in enumerate(session.messages(_STREAMS)):
+        done = _Done(sum(session.counts.get(stream, 0) for stream in (*_STREAMS, _SENSED)), progress)
+        for stream, origin, time_ns, payload in session.messages(_STREAMS):
             try:
                 replayed.take(stream, origin, (time_ns - session.start_ns) * 1e-9, payload)
             except (ValueError, ArithmeticError) as error:
                 raise session.reader.damaged(stream, time_ns, error) from None
-            if progress is not None and done % _PROGRESS_EVERY == 0:
-                progress(done / total)
-        replayed.identify_without_waiting()
-        if progress is not None:
-            progress(1.0)
+            done.one_more()
+        replayed.identify_without_waiting(done)
+        progress(1.0)
     result = {"recording": path.name, **replayed.result()}
     (out / "replay.json").write_text(json.dumps(result, indent=1) + "\n", "utf-8")
     return result
+
+
+class _Done:
+    """Counts messages of both passes; the second is made only where solutions waited."""
+
+    def __init__(self, total: int, progress: Progress) -> None:
+        self._total, self._progress, self._count = total, progress, 0
+
+    def one_more(self) -> None:
+        """Count a message, and say now and then how far the work is."""
+        self._count += 1
+        if self._count % _PROGRESS_EVERY == 0:
+            self._progress(self._count / self._total)
 
 
 class _Replayed:
@@ -99,7 +111,7 @@ class _Replayed:
             case "operator/rendered":
                 self._operator(origin).rendered(time_s, payload)
 
-    def identify_without_waiting(self) -> None:
+    def identify_without_waiting(self, done: "_Done") -> None:
         """Where solutions waited for late ticks, identify once more, and find the touches in which that mattered."""
         whole = {
             origin: open_remote(self._session, origin, waits=False)
@@ -108,9 +120,10 @@ class _Replayed:
         }
         if not whole:
             return
-        for _, origin, time_ns, payload in self._session.messages(("remote/sensed",)):
+        for _, origin, time_ns, payload in self._session.messages((_SENSED,)):
             if origin in whole:
                 whole[origin].sensed((time_ns - self._session.start_ns) * 1e-9, payload)
+            done.one_more()
         self._changed = {origin: self._remotes[origin].named.changed(site.named) for origin, site in whole.items()}
 
     def result(self) -> dict[str, Any]:

@@ -9,9 +9,7 @@ from typing import Annotated
 import typer
 
 from common.in_parallel import processors
-from teletaction.commands.progress import progress_line
-
-Processes = Annotated[int, typer.Option(min=0, help="Processes that share the work; 0: one for each processor.")]
+from teletaction.commands.progress import Processes, progress_line
 
 app = typer.Typer(name="identify", help="Identification of recorded traces, as JSON lines.", no_args_is_help=True)
 

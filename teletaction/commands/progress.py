@@ -1,10 +1,13 @@
-"""How far long work is, told on a terminal; nothing where nobody looks on."""
+"""What long work has in common on the command line: how far it is, and how many processes share it."""
 
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Annotated
 
 import typer
+
+Processes = Annotated[int, typer.Option(min=0, help="Processes that share the work; 0: one for each processor.")]
 
 
 @contextmanager
@@ -20,13 +23,3 @@ def progress_line(label: str) -> Iterator[Callable[[float | str], None]]:
         )
     finally:
         typer.echo(clear, err=True, nl=False)
-
-
-@contextmanager
-def progress_bar(label: str) -> Iterator[Callable[[float], None] | None]:
-    """A progress bar on a terminal that takes the share done, 0..1; nothing elsewhere."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    with typer.progressbar(length=1000, label=label, file=sys.stderr) as bar:
-        yield lambda share: bar.update(round(share * 1000) - bar.pos)

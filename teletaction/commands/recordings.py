@@ -1,11 +1,13 @@
 """`summarise`, `report`, `recover` and `replay`: what is done with the recordings of a session."""
 
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from teletaction.commands.progress import progress_bar
+from common.in_parallel import processors
+from teletaction.commands.progress import Processes, progress_line
 
 app = typer.Typer()
 
@@ -63,22 +65,31 @@ def recover_command(
 
 @app.command("replay")
 def replay_command(
-    recording: Annotated[Path, typer.Argument(help="Recording of a session, or of one site.")],
-    out: Annotated[Path, typer.Option(help="Folder for identification.jsonl, rendering.csv and replay.json.")],
+    recordings: Annotated[list[Path], typer.Argument(help="Recordings of sessions, or of one site each.")],
+    out: Annotated[
+        Path, typer.Option(help="Folder for identification.jsonl, rendering.csv and replay.json; of several, one each.")
+    ],
+    processes: Processes = 0,
 ) -> None:
-    """Run identification and rendering again on a recording, and compare with what was computed then."""
-    from teletaction.replay import replay
+    """Run identification and rendering again on recordings, and compare with what was computed then."""
+    from teletaction.replay_each import replay_each
+
+    with progress_line("replay") as progress:
+        results = list(replay_each(recordings, out, processes or processors(), progress))
+    for recording, result in results:
+        before = f"{recording}: " if len(results) > 1 else ""
+        for line in _compared(result):
+            typer.echo(before + line, err=True)
+
+
+def _compared(result: dict[str, Any]) -> Iterator[str]:
+    """What a replay found, in words."""
     from teletaction.replay_named import in_words
 
-    with progress_bar("replaying") as progress:
-        result = replay(recording, out, progress)
     for site, what in (("remote", "touch_packets"), ("operator", "rendered_rows")):
         for name, part in result[site].items():
             same = "all" if part["identical"] == part[what] else f"only {part['identical']}"
-            typer.echo(
-                f"{name}: {part['ticks']} ticks; {same} of {part[what]} {what.replace('_', ' ')} are identical",
-                err=True,
-            )
+            yield f"{name}: {part['ticks']} ticks; {same} of {part[what]} {what.replace('_', ' ')} are identical"
     for name, part in result["remote"].items():
         for touch in part["changed_by_waiting"]:
-            typer.echo(f"{name}: without late ticks, {in_words(touch)}", err=True)
+            yield f"{name}: without late ticks, {in_words(touch)}"

@@ -18,6 +18,7 @@ from teletaction.recorded_session import RecordedSession
 from teletaction.recover import recover
 from teletaction.replay import open_operator, open_remote, replay
 from teletaction.replay_comparison import Comparison
+from teletaction.replay_each import replay_each
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "session.mcap"
 STREAMS = ("remote/sensed", "remote/touch", "operator/touch", "operator/input", "operator/rendered")
@@ -292,3 +293,25 @@ def test_bits_decide_and_not_numbers() -> None:
     assert (comparison.compared, comparison.identical) == (3, 1)
     first = {"tick": 3, "time_s": 0.5, "field": "b", "recorded": 0.0, "replayed": -0.0}
     assert comparison.first_difference == first
+
+
+def test_several_recordings_are_replayed_side_by_side(tmp_path: Path) -> None:
+    paths = [altered(tmp_path / name, as_it_is) for name in ("first.mcap", "second.mcap")]
+    replay(paths[0], tmp_path / "alone")
+    for processes in (1, 2):
+        out = tmp_path / f"by {processes}"
+        shares: list[float] = []
+        found = list(replay_each(paths, out, processes, shares.append))
+        assert [path for path, _ in found] == paths
+        assert shares == [0.5, 1.0]
+        for name in ("identification.jsonl", "rendering.csv", "replay.json"):
+            assert (out / "first" / name).read_bytes() == (tmp_path / "alone" / name).read_bytes()
+        assert json.loads((out / "second" / "replay.json").read_text("utf-8")) == found[1][1]
+
+
+def test_two_recordings_of_one_name_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "again").mkdir()
+    paths = [altered(tmp_path / name, as_it_is) for name in ("one.mcap", "again/one.mcap")]
+    assert main(["replay", *map(str, paths), "--out", str(tmp_path / "out")]) == 2
+    assert "two recordings named one" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
