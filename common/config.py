@@ -110,6 +110,8 @@ class PatientConfig(_Section):
 class RemoteConfig(SiteConfig):
     """The remote site."""
 
+    rate_hz: float = Field(default=250.0, ge=SLOWEST_RATE_HZ, le=FASTEST_RATE_HZ)
+    """Half the operator site's: what is touched changes more slowly than a hand moves, and a tick here costs more."""
     link: RemoteLinkConfig
     desk_port: int = Field(default=5608, ge=1, le=65535)
     """Loopback port where a person at this site asks for an emergency stop and the like (`teletaction session`)."""

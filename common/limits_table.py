@@ -3,12 +3,13 @@
 from collections.abc import Iterable, Mapping
 
 from common import limits
+from common.config import OperatorConfig, RemoteConfig
 from common.drive_obeys import MEMORY_S, NEAR_N, PERSIST_S
 from common.ladder import Rung, in_ms, ladder
 from common.safe_states import SAFE_STATES, TICK_S
 
-USUAL_RATE_HZ = 500.0
-"""Of both loops, for the ladder that the page shows."""
+OPERATOR_HZ, REMOTE_HZ = (kind.model_fields["rate_hz"].default for kind in (OperatorConfig, RemoteConfig))
+"""Usual rates of the loops, for the ladder that the page shows."""
 
 
 def limits_page() -> str:
@@ -24,8 +25,8 @@ def limits_page() -> str:
         "",
         "## The watchdog ladder",
         "",
-        "Each time after which silence or standstill has a consequence, lowest first, here for loops of "
-        f"{USUAL_RATE_HZ:g} Hz at both sites.",
+        "Each time after which silence or standstill has a consequence, lowest first, here at the operator's site: "
+        f"its loop of {OPERATOR_HZ:g} Hz, the far loop of {REMOTE_HZ:g} Hz.",
         "A time acts only after those that it covers have had their turn. A configuration that breaks this is refused",
         "when it is loaded, and a far side whose rate breaks it at hello.",
         "",
@@ -84,7 +85,7 @@ def _limits() -> Mapping[str, str]:
 
 
 def _rungs() -> Iterable[tuple[str, ...]]:
-    rungs = ladder(USUAL_RATE_HZ, limits.GAP_S, limits.AGE_DEFAULT_S, USUAL_RATE_HZ)
+    rungs = ladder(OPERATOR_HZ, limits.GAP_S, limits.AGE_DEFAULT_S, REMOTE_HZ)
     return ((rung.name, in_ms(rung.after_s), rung.source, rung.then, _covers(rung)) for rung in rungs)
 
 

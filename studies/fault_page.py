@@ -8,8 +8,9 @@ from studies.fault_table import Actuator
 
 HEAD = """# Faults
 
-What has to come of each fault, and what came of it: real processes of both sites, a simulated network between them,
-and simulated devices that fail on command. `make faults` does all of them anew, judges them, and writes this page.
+What has to come of each fault, and what came of it: both sites, a simulated network between them, and simulated
+devices that fail on command. `make faults` does all of them anew, judges them, and writes this page.
+{form}
 
 - *continues*: the finger goes on feeling force, and at most what depends on the failed part is neutral.
 - *safe and resumes*: everything is neutral within the hold times, and works again by itself when the fault is over,

@@ -15,19 +15,16 @@ from pathlib import Path
 from typing import Any
 
 from common.config import SimNetworkConfig, SimOperatorConfig, SimRemoteConfig, load_config, load_site
-from common.curve_sockets import LinkProblem
 from common.desk import ask_desk
 from common.earlier_file import set_aside
 from common.keys import load_keys
-from common.session import Refused
+from studies.faulted_session import FaultedSession, NotWorking
 from studies.stroking_scene import write_stroking_scene
 from teletaction.demo_files import HOST, NETWORK, DemoOptions, prepare
 from teletaction.processes import SessionProcesses, family
 
 _STROKES = 20
 """To and fro; the middle finger strokes, and the index finger, beside the object, keeps its sensor's heater at work."""
-_WORKING_S = 30.0
-_COOL_S = 20.0
 _SLOW_STOPPED_S, _SLOW_RUNNING_S = 0.030, 0.010
 _MODELS: dict[str, Any] = {
     "sim-remote": SimRemoteConfig,
@@ -36,12 +33,8 @@ _MODELS: dict[str, Any] = {
 }
 
 
-class NotWorking(RuntimeError):
-    """A session that does not come to work; the message says what its sites say."""
-
-
 @dataclass(slots=True)
-class FaultSession:
+class FaultSession(FaultedSession):
     """Five processes: both sites, both simulations, and the network between the sites."""
 
     out: Path
@@ -54,11 +47,9 @@ class FaultSession:
     @contextmanager
     def open(cls, out: Path, **site: object) -> "Iterator[FaultSession]":
         """Start a session and end it again; `site` are lines for both sites' configurations."""
-        scene = write_stroking_scene(out, 0.1, *(0.95, 0.1) * _STROKES, narrow=True)
         network = out / "direct.toml"
         network.write_text("[[phase]]\nfrom_s = 0\ndelay_ms = 0\n", "utf-8")
-        options = DemoOptions(seconds=3600.0, fingers=2, scene=str(scene), network=str(network))
-        configurations = prepare(options, out)
+        configurations = prepare_session(out, network)
         for name in ("remote", "operator"):
             lines = "".join(f"{key} = {json.dumps(value)}\n" for key, value in site.items())
             text = configurations[name].read_text("utf-8")
@@ -76,6 +67,14 @@ class FaultSession:
                 session.signal(name, signal.SIGCONT)
             session.processes.end()
 
+    def now_s(self) -> float:
+        """The processes' clock, s."""
+        return time.monotonic()
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass."""
+        time.sleep(seconds)
+
     def command(self, process: str, line: str) -> float:
         """Tell a simulation to fail, or to be sound again; returns when it did, s.
 
@@ -88,6 +87,12 @@ class FaultSession:
         if answer[:1] != ["ok"]:
             raise NotWorking(f"{process}: {line}: {' '.join(answer)}")
         return int(answer[1]) * 1e-9
+
+    def mend(self) -> None:
+        """End every fault of a simulation."""
+        for name in ("sim-remote", "sim-operator"):
+            self.command(name, "mend")
+        self.command(NETWORK, "clear")
 
     def signal(self, process: str, number: int) -> float:
         """Send a signal to a process; returns a time just before, s."""
@@ -137,70 +142,23 @@ class FaultSession:
         config = load_site(self.configurations[site])
         return ask_desk(config.desk_port, load_keys(config.link.keys), verb)
 
-    def states(self) -> dict[str, str]:
-        """What both sites say of their state, with the fault or refusal behind it."""
-        said = {}
-        for site in ("remote", "operator"):
-            try:
-                told = self.ask(site, "status")
-            except (LinkProblem, Refused, OSError) as error:
-                said[site] = f"silent: {error}"
-            else:
-                why = told.get("fault") or told.get("missing") or told.get("refusal")
-                said[site] = told["state"] + (f": {why}" if why else "")
-        return said
-
-    def wait_until_working(self, seconds: float = _WORKING_S) -> None:
-        """Return once both sites are engaged and act on each other, and the hand has worked for a while since.
-
-        Raises:
-            NotWorking: they do not become so in time.
-        """
-        begin_s = time.monotonic()
-        since_s = None
-        while time.monotonic() < begin_s + seconds:
-            if (
-                all(state == "engaged" for state in self.states().values())
-                and self._acts_since(begin_s)
-                and float(self.figures("sim-operator").get("script_s") or 0.0) > 2.0
-            ):
-                since_s = since_s or time.monotonic()
-                if time.monotonic() - since_s > 1.0:
-                    return
-            else:
-                since_s = None
-            time.sleep(0.05)
-        raise NotWorking(f"not working after {seconds:g} s: {self.states()}")
-
-    def _acts_since(self, begin_s: float) -> bool:
-        """Whether both sites, by words of theirs from after `begin_s`, act on what is fresh and the hand has come.
-
-        A site stays engaged while nothing reaches it, and then its hand has a way to go; each tells once a second.
-        """
-        told = {site: self.figures(site) for site in ("remote", "operator")}
-        if any(each.get("time_ns", 0) * 1e-9 < begin_s or each.get("stale") for each in told.values()):
-            return False
-        limited: dict[str, list[str]] = told["remote"].get("limited") or {}
-        return not any("approach" in limits for limits in limited.values())
-
-    def clear_and_engage(self) -> None:
-        """What a person does after a latched fault, at each site that has one; again, while something is hot."""
-        end_s = time.monotonic() + _COOL_S
-        while time.monotonic() < end_s:
-            try:
-                for site in ("remote", "operator"):
-                    if self.states()[site].startswith("fault"):
-                        self.ask(site, "clear_fault")
-                self.ask("operator", "engage")
-            except Refused:
-                pass  # the other site's word of it is still under way
-            time.sleep(0.5)
-            if all(state == "engaged" for state in self.states().values()):
-                return
-
     def figures(self, process: str) -> dict[str, Any]:
         """What a process last told of itself in its status file; empty before the first."""
         return read_figures(self.out, process)
+
+
+def prepare_session(out: Path, network: Path | None = None) -> dict[str, Path]:
+    """Configuration files, by process, of a session of two fingers that stroke for an hour.
+
+    Args:
+        out: folder for them and for the session's recordings.
+        network: file of the network between the sites; without, they reach each other directly.
+    """
+    scene = write_stroking_scene(out, 0.1, *(0.95, 0.1) * _STROKES, narrow=True)
+    options = DemoOptions(
+        seconds=3600.0, fingers=2, scene=str(scene), network=None if network is None else str(network)
+    )
+    return prepare(options, out)
 
 
 def let_write(pid: int, *, allowed: bool) -> None:

@@ -231,7 +231,6 @@ DEVICE_FAULTS = (
     _found("TactTip's thermistor short", _OPERATOR, f"thermistor {STROKING} short", f"thermistor {STROKING}", 0.5),
     # A stroke cools too little to warm a dry hot side within seconds: that is tried on a virtual clock.
     _for_a_while("TactTip's cooling water lost", _OPERATOR, f"water {STROKING}", _CONTINUES),
-    Fault("processor fully loaded, 4 s", "machine", "burn", _RESUMES, _NONE, seconds=4.0),
 )
 
 
@@ -271,6 +270,7 @@ PROCESS_FAULTS = (
     # What stands still with its own simulator cannot be judged while it does.
     *_process_faults("sim-remote", AT_FINGERS - {Actuator.PELTIER}, _SILENT),
     *_process_faults("sim-operator", AT_PATIENT, _SILENT),
+    Fault("processor fully loaded, 4 s", "machine", "burn", _RESUMES, _NONE, seconds=4.0),
 )
 PLATE_FAULTS = (_found("TactTip's Peltiers reversed", _OPERATOR, f"reverse {STROKING}", f"reverse {STROKING}", 10.0),)
 """In a session of their own: after a fault that names this plate it has no drive before it has passed a test."""

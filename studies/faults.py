@@ -1,9 +1,9 @@
-"""The fault matrix: every fault of the table done to real processes, and judged at the simulated devices."""
+"""The fault matrix: every fault of the table done to a session, and judged at the simulated devices."""
 
 import signal
 import tempfile
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from mcap.records import Channel, Message
 from common.cut_recording import CutRecording
 from common.fingers import FINGERS
 from studies.fault_judge import Done, Finding, Floats, Truth, judge
-from studies.fault_session import FaultSession, NotWorking
+from studies.fault_session import FaultSession
 from studies.fault_table import (
     DEVICE_FAULTS,
     DISK_FAULTS,
@@ -24,6 +24,8 @@ from studies.fault_table import (
     Fault,
     Outcome,
 )
+from studies.faulted_session import FaultedSession, NotWorking
+from studies.lockstep_session import LockStepSession
 from teletaction.conclude import recordings_of
 
 GROUPS: dict[str, tuple[Fault, ...]] = {
@@ -41,38 +43,51 @@ _STATUS_S = 1.5
 Tell = Callable[[str], object]
 
 
-def run(groups: Sequence[str] = tuple(GROUPS), tell: Tell = lambda _: None) -> list[Finding]:
+IN_LOCK_STEP = ("devices", "plate")
+"""Groups whose faults act in simulated devices alone: these can be done in lock step as well."""
+
+
+def run(
+    groups: Sequence[str] = tuple(GROUPS), tell: Tell = lambda _: None, lock_step: Collection[str] = ()
+) -> list[Finding]:
     """Do every fault of some groups, one after the other, and judge each.
 
     Args:
         groups: keys of GROUPS; each is a session of its own.
-        tell: is told each fault as it is done.
+        tell: is given each fault's name as it is done.
+        lock_step: groups that are done in lock step instead of to real processes; of IN_LOCK_STEP.
     """
     findings = []
     for group in groups:
+        session = LockStepSession if group in lock_step else FaultSession
         with tempfile.TemporaryDirectory(prefix="faults-") as folder:
-            findings += run_group(GROUPS[group], Path(folder), tell)
+            findings += run_group(GROUPS[group], Path(folder), tell, session.open)
     return findings
 
 
-def run_group(faults: Sequence[Fault], out: Path, tell: Tell = lambda _: None) -> list[Finding]:
+def run_group(
+    faults: Sequence[Fault],
+    out: Path,
+    tell: Tell = lambda _: None,
+    open_session: Callable[[Path], AbstractContextManager[FaultedSession]] = FaultSession.open,
+) -> list[Finding]:
     """Do some faults to one session that is recorded in `out`."""
     done: list[Done] = []
     lost: dict[str, str] = {}
-    with FaultSession.open(out) as session:
+    with open_session(out) as session:
         session.wait_until_working()
         for fault in faults:
             tell(fault.name)
-            begin_s = time.monotonic()
+            begin_s = session.now_s()
             try:
                 done.append(_do(session, fault))
             except NotWorking as problem:
                 lost[fault.key] = str(problem)
                 tell(f"  {problem}")
-                done.append(Done(fault, begin_s, time.monotonic(), time.monotonic()))
+                done.append(Done(fault, begin_s, session.now_s(), session.now_s()))
                 if not recover(session):
                     break
-        time.sleep(_AFTERWARDS_S)
+        session.wait(_AFTERWARDS_S)
     truth = read_truth(out)
     findings = [judge(each, truth) for each in done]
     for finding in findings:
@@ -82,59 +97,69 @@ def run_group(faults: Sequence[Fault], out: Path, tell: Tell = lambda _: None) -
     return findings + [Finding(fault, None, wrong=["not reached"]) for fault in faults if fault not in judged]
 
 
-def _do(session: FaultSession, fault: Fault) -> Done:
+def _do(session: FaultedSession, fault: Fault) -> Done:
     begin_s, end_s = begin_and_end(session, fault)
     cleared_s = None
     if fault.expected is Outcome.LATCHED:
-        time.sleep(_LATCH_SHOWN_S)
-        cleared_s = time.monotonic()
+        session.wait(_LATCH_SHOWN_S)
+        cleared_s = session.now_s()
         session.clear_and_engage()
     session.wait_until_working()
-    return Done(fault, begin_s, end_s, time.monotonic(), cleared_s)
+    return Done(fault, begin_s, end_s, session.now_s(), cleared_s)
 
 
-def begin_and_end(session: FaultSession, fault: Fault) -> tuple[float, float]:
+def begin_and_end(session: FaultedSession, fault: Fault) -> tuple[float, float]:
     """Do a fault; returns when it began, and when it was over."""
-    where, end_s = fault.where, 0.0
-    match fault.begin:
-        case "kill":
-            begin_s = session.signal(where, signal.SIGKILL)
-            time.sleep(fault.seconds)
-            return begin_s, session.restart(where)
-        case "stop":
-            begin_s = session.signal(where, signal.SIGSTOP)
-            time.sleep(fault.seconds)
-            return begin_s, session.signal(where, signal.SIGCONT)
-        case "slow":
-            return time.monotonic(), session.slow(where, fault.seconds)
-        case "burn":
-            return time.monotonic(), session.burn(fault.seconds)
-        case "full":
-            begin_s = session.fill_disk(full=True)
-            time.sleep(fault.seconds)
-            end_s = session.fill_disk(full=False)
-            time.sleep(_STATUS_S)
-            for site in ("remote", "operator"):
-                if not session.figures(site).get("recording_failed"):
-                    raise NotWorking(f"{site} does not say that its recording stopped")
-            return begin_s, end_s
-    begin_s = session.command(where, fault.begin)
+    if isinstance(session, FaultSession) and fault.begin in _TO_PROCESSES:
+        return _TO_PROCESSES[fault.begin](session, fault)
+    begin_s = session.command(fault.where, fault.begin)
     if fault.expected is Outcome.LATCHED:
         deadline_s = begin_s + fault.later_s + 1.0
-        while time.monotonic() < deadline_s and not any(s.startswith("fault") for s in session.states().values()):
-            time.sleep(0.02)
-        time.sleep(0.4)
+        while session.now_s() < deadline_s and not any(s.startswith("fault") for s in session.states().values()):
+            session.wait(0.02)
+        session.wait(0.4)
     else:
-        time.sleep(fault.seconds)
-    end_s = session.command(where, fault.mend) if fault.mend else begin_s + fault.seconds
+        session.wait(fault.seconds)
+    end_s = session.command(fault.where, fault.mend) if fault.mend else begin_s + fault.seconds
     return begin_s, end_s
 
 
-def recover(session: FaultSession) -> bool:
+def _kill(session: FaultSession, fault: Fault) -> tuple[float, float]:
+    begin_s = session.signal(fault.where, signal.SIGKILL)
+    session.wait(fault.seconds)
+    return begin_s, session.restart(fault.where)
+
+
+def _stop(session: FaultSession, fault: Fault) -> tuple[float, float]:
+    begin_s = session.signal(fault.where, signal.SIGSTOP)
+    session.wait(fault.seconds)
+    return begin_s, session.signal(fault.where, signal.SIGCONT)
+
+
+def _fill_disk(session: FaultSession, fault: Fault) -> tuple[float, float]:
+    begin_s = session.fill_disk(full=True)
+    session.wait(fault.seconds)
+    end_s = session.fill_disk(full=False)
+    session.wait(_STATUS_S)
+    for site in ("remote", "operator"):
+        if not session.figures(site).get("recording_failed"):
+            raise NotWorking(f"{site} does not say that its recording stopped")
+    return begin_s, end_s
+
+
+_TO_PROCESSES: dict[str, Callable[[FaultSession, Fault], tuple[float, float]]] = {
+    "kill": _kill,
+    "stop": _stop,
+    "slow": lambda session, fault: (session.now_s(), session.slow(fault.where, fault.seconds)),
+    "burn": lambda session, fault: (session.now_s(), session.burn(fault.seconds)),
+    "full": _fill_disk,
+}
+"""What is done to processes and to their machine."""
+
+
+def recover(session: FaultedSession) -> bool:
     """Bring a session that a fault has left behind back to work, so that the next fault can be done."""
-    for name in ("sim-remote", "sim-operator"):
-        session.command(name, "mend")
-    session.command("network", "clear")
+    session.mend()
     session.clear_and_engage()
     try:
         session.wait_until_working()

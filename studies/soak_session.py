@@ -5,8 +5,9 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from studies.fault_session import FaultSession, NotWorking
+from studies.fault_session import FaultSession
 from studies.fault_table import Fault
+from studies.faulted_session import NotWorking
 from studies.faults import begin_and_end, recover
 from studies.soak_judge import WORKS_AGAIN_S, Episode
 from studies.soak_plan import Turn, turns

@@ -10,14 +10,13 @@ from typing import Any
 
 import numpy as np
 
-import sim_sensors.sim_operator
-import sim_sensors.sim_remote
 from benchmarks.reference_step import reference_step
-from benchmarks.runtime_cost.lockstep import STEP_S, LockStep, sites
 from benchmarks.runtime_cost.stages import StageClock
-from common.config import SimOperatorConfig, SimRemoteConfig, load_config
-from sim_sensors.select_loop import SelectLoop
+from sim_sensors.sim_operator import OperatorDevices
+from sim_sensors.sim_remote import RemoteDevices
 from teletaction.demo_files import DemoOptions, prepare
+from teletaction.testbed.devices import SimulatedDevices
+from teletaction.testbed.lockstep import STEP_S, LockStep, sites
 
 SCENE = Path(__file__).with_name("activities.toml")
 SCRIPT_S = 14.0
@@ -66,29 +65,19 @@ class Spent:
         return found
 
 
-class _Simulators:
-    """Both simulators, each of whose steps is timed."""
+class _TimedDevices(SimulatedDevices):
+    """Simulated devices, each of whose steps is timed.
+
+    Attributes:
+        spent_ns: processor time of the last step, by process.
+    """
 
     def __init__(self, configs: dict[str, Path], lockstep: LockStep) -> None:
-        self._sockets = {name: SelectLoop(lambda: lockstep.time_s) for name in ("sim-remote", "sim-operator")}
-        self.remote = sim_sensors.sim_remote.RemoteDevices(
-            load_config(configs["sim-remote"], SimRemoteConfig), self._sockets["sim-remote"]
-        )
-        self.operator = sim_sensors.sim_operator.OperatorDevices(
-            load_config(configs["sim-operator"], SimOperatorConfig), self._sockets["sim-operator"]
-        )
-        self.spent_ns = dict.fromkeys(self._sockets, 0)
+        super().__init__(configs, lockstep.now_s)
+        self.spent_ns: dict[str, int] = {}
 
-    def step(self, now_s: float) -> None:
-        for name, devices in (("sim-operator", self.operator), ("sim-remote", self.remote)):
-            begun_ns = time.thread_time_ns()
-            self._sockets[name].serve(0.0)
-            devices.step(now_s)
-            self.spent_ns[name] = time.thread_time_ns() - begun_ns
-
-    def close(self) -> None:
-        self.remote.close()
-        self.operator.close()
+    def advance(self, name: str, devices: OperatorDevices | RemoteDevices, now_s: float) -> None:
+        self.spent_ns[name] = timed(partial(super().advance, name, devices, now_s))
 
 
 def timed(work: Callable[[], object]) -> int:
@@ -112,7 +101,7 @@ def measure(fingers: int, seed: int, folder: Path, tell: Callable[[float], objec
     """
     configs = prepare(DemoOptions(fingers=fingers, seed=seed, scene=str(SCENE)), folder)
     lockstep, spent = LockStep(), Spent()
-    simulators = _Simulators(configs, lockstep)
+    simulators = _TimedDevices(configs, lockstep)
     try:
         with sites(lockstep, configs, StageClock):
             lockstep.engage(simulators)
@@ -120,7 +109,7 @@ def measure(fingers: int, seed: int, folder: Path, tell: Callable[[float], objec
             for number in range(steps):
                 lockstep.step(simulators)
                 doing = DOING[simulators.operator.hand.mode]
-                for process, site in (("remote", lockstep.remote), ("operator", lockstep.operator)):
+                for process, site in lockstep.due():
                     assert isinstance(site.contain, StageClock)
                     spent.ticks[process, doing, TICK].append(timed(partial(site.tick, lockstep.now_ns())))
                     for stage, ns in site.contain.take_spent_ns().items():

@@ -114,7 +114,7 @@ def test_any_bytes_raise_nothing_but_bad_frame(name: str, data: bytes) -> None:
 @pytest.mark.parametrize(
     ("site", "device", "loop_hz", "percent"),
     [
-        ("remote_site", "telemanipulator", 500, 35.1),
+        ("remote_site", "telemanipulator", 250, 28.35),
         ("operator_site", "exoskeleton", 500, 21.6),
         ("remote_site", "telemanipulator", 1000, 48.6),
         ("operator_site", "exoskeleton", 1000, 28.35),

@@ -1,5 +1,6 @@
 """What must hold at every tick, whatever happens, judged by what is at the actuators and what the network delivered."""
 
+from common.config import RemoteConfig
 from common.limits import (
     CONTACT_FORCE_N,
     FINGER_FORCE_N,
@@ -21,7 +22,9 @@ from tests.virtual.network import TO_OPERATOR, TO_REMOTE
 from tests.virtual.session import TICK_S, Truth, VirtualSession
 
 LATE_S = 2 * TICK_S + 1e-9
-"""What ticks add to a hold time: one to notice, one to act."""
+"""What ticks of the operator's site add to a hold time: one to notice, one to act."""
+REMOTE_LATE_S = 2.0 / RemoteConfig.model_fields["rate_hz"].default + 1e-9
+"""The same of the remote site."""
 SERVO_S = 0.100
 """A remote finger and hand that were told to stop stand still after this."""
 REPAIRED_S = 0.200
@@ -61,10 +64,10 @@ class RemoteStandstill:
     def check(self, now: Truth, since_s: float, disobeyed: bool) -> None:
         """Judge a moment that is `since_s` after the last valid input; of broken servos no standstill is asked."""
         told = f"{since_s:.3f} s after the last valid motion: {now}"
-        assert since_s <= THERMAL_SAFE_S + LATE_S or now.heater == 0.0, told
+        assert since_s <= THERMAL_SAFE_S + REMOTE_LATE_S or now.heater == 0.0, told
         if disobeyed:
             self._broken_s = now.time_s
-        if since_s <= GAP_S + SERVO_S + LATE_S or now.time_s - self._broken_s <= REPAIRED_S:
+        if since_s <= GAP_S + SERVO_S + REMOTE_LATE_S or now.time_s - self._broken_s <= REPAIRED_S:
             self._x_m = None
         elif self._x_m is None:
             self._x_m, self._highest_m = now.x_m, now.z_m

@@ -108,6 +108,7 @@ class VirtualSession:
             session_with(cast(OperatorLink, OperatorEnd(self.network)), operator),
             OperatorDevices(operator, self.operator_host),
         )
+        self._remote_every_s, self._remote_due_s = 1.0 / remote.rate_hz, 0.0
         self._stopped: RemoteSite | OperatorSite | None = None
         self._tacttip = self.sim_operator.modules[FINGER]
         self._thermal = self.sim_remote.thermal[FINGER]
@@ -123,7 +124,8 @@ class VirtualSession:
         self.sim_remote.step(now_s)
         self.sim_operator.step(now_s)
         # A site that is stopped in its tick lets time pass: what follows begins later than this tick did.
-        if self._stopped is not self.remote:
+        if self._stopped is not self.remote and now_s >= self._remote_due_s:
+            self._remote_due_s = now_s + self._remote_every_s - 0.5 * TICK_S
             self.remote.tick(self.remote_host.now_ns())
         if self._stopped is not self.operator:
             self.operator.tick(self.operator_host.now_ns())

@@ -9,7 +9,7 @@ from common.limits import FORCE_SAFE_S, GAP_S, THERMAL_SAFE_S
 from common.packets import LinkState
 from operator_site.site_recording import SiteRecording
 from tests.conftest import Contained
-from tests.virtual.judge import LATE_S, SERVO_S, STILL_M, Latches, check_operator_safe
+from tests.virtual.judge import REMOTE_LATE_S, SERVO_S, STILL_M, Latches, check_operator_safe
 from tests.virtual.kept_record import KeptRecord
 from tests.virtual.session import TICK_S, VirtualSession
 
@@ -74,7 +74,7 @@ def test_a_step_that_raises_is_neutral_and_named_at_both_sites_and_work_resumes_
     failed, other = (operator, remote) if side == "operator" else (remote, operator)
     for now in working.run(0.5):
         check_operator_safe(now, now.time_s - began_s)
-        assert now.time_s - began_s <= THERMAL_SAFE_S + LATE_S or now.heater == 0.0, now
+        assert now.time_s - began_s <= THERMAL_SAFE_S + REMOTE_LATE_S or now.heater == 0.0, now
     assert failed.state is LinkState.FAULT
     assert failed.fault.startswith(f"{step}: ValueError in test_contained_step.py:")
     assert failed.fault.isprintable()

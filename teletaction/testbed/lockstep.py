@@ -1,17 +1,19 @@
 """Both sites of a session in one process, in lock step with their devices.
 
 Lines, buses and link are real: devices are served over TCP, and the sites are connected by CurveZMQ. Time is virtual: a
-step of 2 ms begins as soon as the one before has ended, so nothing waits and nothing is late.
+step of 2 ms begins as soon as the one before has ended, so nothing waits and nothing is late. A site ticks at its own
+rate, in every step or in every second one.
 """
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Protocol
 
-from common.config import OperatorConfig, RemoteConfig, load_config
-from common.containment import MakeContainment
+from common.config import OperatorConfig, RemoteConfig, load_config, to_toml
+from common.containment import Containment, MakeContainment
+from common.desk import Desk
 from common.keys import TrustedKeys, load_keys
 from common.link import OperatorLink, RemoteLink
 from common.recording import Recorder
@@ -50,11 +52,18 @@ class LockStep:
         remote, operator: the two sites.
     """
 
+    remote: RemoteSite
+    operator: OperatorSite
+
     def __init__(self) -> None:
         """Without sites yet."""
         self.time_s = _FIRST_S
-        self.remote: RemoteSite
-        self.operator: OperatorSite
+        self._steps = 0
+        self._every: dict[str, int] = {}
+
+    def now_s(self) -> float:
+        """Virtual time, s."""
+        return self.time_s
 
     def now_ns(self) -> int:
         """Virtual time, ns."""
@@ -62,8 +71,26 @@ class LockStep:
 
     def step(self, devices: Devices) -> None:
         """Advance to the next step; the sites' ticks follow."""
-        self.time_s += STEP_S
+        self._steps += 1
+        self.time_s = _FIRST_S + self._steps * STEP_S
         devices.step(self.time_s)
+
+    def due(self) -> Iterator[tuple[str, RemoteSite | OperatorSite]]:
+        """The sites whose tick follows this step, with their names."""
+        for name, site in (("remote", self.remote), ("operator", self.operator)):
+            if self._steps % self._every[name] == 0:
+                yield name, site
+
+    def tick(self, devices: Devices) -> None:
+        """Advance to the next step, and let the sites tick that are due."""
+        self.step(devices)
+        for _, site in self.due():
+            site.tick(self.now_ns())
+
+    def open(self, remote: RemoteSite, operator: OperatorSite, remote_hz: float, operator_hz: float) -> None:
+        """Let two sites tick from now on, each at its rate, Hz: a whole part of 1 / STEP_S."""
+        self.remote, self.operator = remote, operator
+        self._every = {"remote": round(1.0 / remote_hz / STEP_S), "operator": round(1.0 / operator_hz / STEP_S)}
 
     def engage(self, devices: Devices) -> None:
         """Step until both sites are engaged; raises NotEngaged when that takes too long."""
@@ -71,15 +98,15 @@ class LockStep:
         while not (self.operator.client.both_engaged and self.remote.server.both_engaged):
             if time.monotonic() > deadline_s:
                 raise NotEngaged(f"not engaged within {_PATIENCE_S:g} s: {self.operator.figures()}")
-            self.step(devices)
-            self.remote.tick(self.now_ns())
-            self.operator.tick(self.now_ns())
+            self.tick(devices)
             time.sleep(0.0005)  # devices are opened by threads, and handshakes take their time
 
 
 @contextmanager
-def sites(lockstep: LockStep, configs: dict[str, Path], containment: MakeContainment) -> Iterator[LockStep]:
-    """Open both sites of a session whose devices are served already, with a recording each.
+def sites(
+    lockstep: LockStep, configs: Mapping[str, Path], containment: MakeContainment = Containment
+) -> Iterator[LockStep]:
+    """Open both sites of a session whose devices are served already, with a recording and a desk each.
 
     Args:
         lockstep: whose clock the sites have.
@@ -95,11 +122,12 @@ def sites(lockstep: LockStep, configs: dict[str, Path], containment: MakeContain
         )
         remote_devices = RemoteDevices(remote, clock)
         opened.callback(remote_devices.close)
-        recorder = open_recorder(remote, {})
+        recorder = open_recorder(remote, {"configuration": to_toml(remote)})
         assert recorder is not None
         opened.enter_context(recorder)
-        lockstep.remote = RemoteSite(
-            remote, remote_link, remote_devices, recorder, stamp_ns=lockstep.now_ns, containment=containment
+        desk = opened.enter_context(Desk(remote.desk_port, keys))
+        remote_site = RemoteSite(
+            remote, remote_link, remote_devices, recorder, desk, stamp_ns=lockstep.now_ns, containment=containment
         )
         keys = load_keys(operator.link.keys)
         operator_link = opened.enter_context(
@@ -108,12 +136,15 @@ def sites(lockstep: LockStep, configs: dict[str, Path], containment: MakeContain
         operator_devices = OperatorDevices(operator, clock)
         opened.callback(operator_devices.close)
         assert operator.record is not None
-        written = opened.enter_context(Recorder(operator.record, SCHEMAS, {}))
-        lockstep.operator = OperatorSite(
+        written = opened.enter_context(Recorder(operator.record, SCHEMAS, {"configuration": to_toml(operator)}))
+        desk = opened.enter_context(Desk(operator.desk_port, keys))
+        operator_site = OperatorSite(
             operator,
             session_with(operator_link, operator, lockstep.now_ns),
             operator_devices,
             written,
+            desk,
             containment=containment,
         )
+        lockstep.open(remote_site, operator_site, remote.rate_hz, operator.rate_hz)
         yield lockstep

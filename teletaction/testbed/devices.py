@@ -1,0 +1,52 @@
+"""All simulated devices of a session, stepped together."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from common.config import SimOperatorConfig, SimRemoteConfig, load_config
+from sim_sensors.select_loop import SelectLoop
+from sim_sensors.sim_operator import OperatorDevices
+from sim_sensors.sim_remote import RemoteDevices
+
+
+class SimulatedDevices:
+    """The devices of both sites, served over TCP as the simulators serve them.
+
+    Attributes:
+        remote, operator: of each site.
+    """
+
+    def __init__(self, configs: Mapping[str, Path], now: Callable[[], float]) -> None:
+        """Open everything.
+
+        Args:
+            configs: configuration files by the names of `teletaction.demo_files.prepare`.
+            now: virtual time, s.
+
+        Raises:
+            ValueError: a configuration cannot be carried out.
+        """
+        self._sockets = {name: SelectLoop(now) for name in ("sim-operator", "sim-remote")}
+        self.remote = RemoteDevices(load_config(configs["sim-remote"], SimRemoteConfig), self._sockets["sim-remote"])
+        try:
+            self.operator = OperatorDevices(
+                load_config(configs["sim-operator"], SimOperatorConfig), self._sockets["sim-operator"]
+            )
+        except ValueError:
+            self.remote.close()
+            raise
+
+    def step(self, now_s: float) -> None:
+        """Take what was sent to the devices, advance by a step to the moment `now_s`, and send what is due."""
+        self.advance("sim-operator", self.operator, now_s)
+        self.advance("sim-remote", self.remote, now_s)
+
+    def advance(self, name: str, devices: OperatorDevices | RemoteDevices, now_s: float) -> None:
+        """Let the devices of one site take one step."""
+        self._sockets[name].serve(0.0)
+        devices.step(now_s)
+
+    def close(self) -> None:
+        """Give every address back and finish the recordings."""
+        self.remote.close()
+        self.operator.close()
