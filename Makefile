@@ -22,7 +22,7 @@ help:
 	@echo "make netns       the link over packets that are really delayed and lost (root)"
 	@echo "make containers  tests that run the composition in containers (needs an engine)"
 	@echo "make console     the console's page in a real Chromium (\$$CHROMIUM, or the system's)"
-	@echo "make faults      every fault of the table on real processes; writes docs/faults.md"
+	@echo "make faults      every fault of the table, of devices in lock step (FAULTS=real: in real time); writes docs/faults.md"
 	@echo "make dask        studies on a Dask cluster of two workers, one of which is killed"
 	@echo "make results     every study in full into $(RESULTS)/, with an overview; ARGUMENTS=--quick"
 	@echo "make soak        ten minutes of work with faults at random; ARGUMENTS='--seconds 3000 --seed 7'"

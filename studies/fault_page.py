@@ -6,6 +6,10 @@ from typing import Any
 from studies.fault_judge import HOLD_S, Finding
 from studies.fault_table import Actuator
 
+_REAL = "All sites and simulators are processes of their own, in real time."
+_LOCK_STEP = """Faults of the network, of processes and of the disk are done to real processes. Faults of devices
+are done in lock step: both sites, their real drivers, lines and link, and all devices in one process, where each tick
+is on time on any machine (`FAULTS=real make faults` does these to real processes, too)."""
 HEAD = """# Faults
 
 What has to come of each fault, and what came of it: both sites, a simulated network between them, and simulated
@@ -87,6 +91,11 @@ emulators and physics in one process on a virtual clock (`tests/virtual`), judge
 """
 
 
-def page(findings: Sequence[Finding]) -> str:
-    """The table with what it means."""
-    return HEAD + table(findings) + TAIL
+def page(findings: Sequence[Finding], lock_step: bool) -> str:
+    """The table with what it means.
+
+    Args:
+        findings: of every fault.
+        lock_step: whether faults of devices were done in lock step.
+    """
+    return HEAD.format(form=_LOCK_STEP if lock_step else _REAL) + table(findings) + TAIL
