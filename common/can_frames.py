@@ -19,7 +19,6 @@ from cantools.database.can import Database
 from common.fingers import FINGERS
 from common.frame_packing import BYTES, FramePacking
 
-
 SentFrame = tuple[int, bytes]
 """A frame to send: its 11 bit identifier, and its bytes."""
 

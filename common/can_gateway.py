@@ -9,6 +9,7 @@ import select
 import socket
 from collections import deque
 from collections.abc import Iterable
+from functools import cached_property
 
 import can
 from can.interfaces.socketcand import SocketCanDaemonBus
@@ -25,7 +26,8 @@ _LONGEST_TEXT = 200
 _SOCKET = "_SocketCanDaemonBus__socket"
 """The library offers no way to its socket."""
 _QUICKACK = getattr(socket, "TCP_QUICKACK", None)
-"""Acknowledge at once: a gateway with Nagle's algorithm waits for it before it sends more."""
+"""Acknowledge at once: a gateway with Nagle's algorithm waits for it before it sends more. What is sent carries an
+acknowledgement along, so this is only needed where nothing is."""
 
 
 _FRAME = re.compile(r"< frame ([0-9A-Fa-f]{3}|[0-9A-Fa-f]{8}) ([0-9]+\.[0-9]+) ([0-9A-Fa-f]+) >")
@@ -49,6 +51,8 @@ class GatewayBus(SocketCanDaemonBus):
         """For the library's `recv`, which gives them one by one."""
         self._text = ""
         """Of a frame that has not come to its end."""
+        self._answered = False
+        """Whether anything was sent since frames were last taken."""
         self._unsent = b""
         """The rest of a frame that the system has taken in part."""
         _ask(host, port)
@@ -60,7 +64,7 @@ class GatewayBus(SocketCanDaemonBus):
             raise
         device_socket.tune(self._connection)
 
-    @property
+    @cached_property
     def _connection(self) -> socket.socket:
         connection: socket.socket = getattr(self, _SOCKET)
         return connection
@@ -90,7 +94,7 @@ class GatewayBus(SocketCanDaemonBus):
             data = text.encode("ascii")
             rest = self._rest_of(data)
             if len(rest) < len(data):
-                self._unsent = rest
+                self._unsent, self._answered = rest, True
                 return
         raise can.CanTimeoutError("the gateway takes nothing")
 
@@ -114,8 +118,9 @@ class GatewayBus(SocketCanDaemonBus):
             return [], False
         if not chunk:
             raise can.CanOperationError("the gateway has hung up")
-        if _QUICKACK is not None:
+        if _QUICKACK is not None and not self._answered:
             connection.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
+        self._answered = False
         try:
             frames = self._read(self._text + chunk.decode("ascii"))
         except ValueError as error:
