@@ -6,22 +6,10 @@ against cantools.
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 from cantools.database.can import Message
 
 BYTES = 8
-
-
-class _Signal(NamedTuple):
-    name: str
-    start: int
-    mask: int
-    sign: int
-    """The bit that says that a value is negative; 0 where none can be."""
-    scale: float
-    low: float
-    high: float
 
 
 class FramePacking:
@@ -40,7 +28,11 @@ class FramePacking:
             ValueError: a signal is something else.
         """
         self.frame_id = int(message.frame_id)
-        self._signals: list[_Signal] = []
+        names: list[str] = []
+        self._places: list[tuple[int, int, int, float]] = []
+        """Start, mask and scale of each value; the third is the bit that says that it is negative, 0 where none is."""
+        self._ranges: list[tuple[float, float, float, int, int, str]] = []
+        """Lowest and highest value, scale, mask, start and name of each."""
         self.has_crc = False
         for signal in sorted(message.signals, key=lambda signal: int(signal.start)):
             if signal.byte_order != "little_endian" or signal.is_float or signal.offset:
@@ -55,9 +47,11 @@ class FramePacking:
                 sign = 1 << signal.length - 1 if signal.is_signed else 0
                 low, high = float(signal.minimum or 0.0), float(signal.maximum or 0.0)
                 mask = (1 << signal.length) - 1
-                self._signals.append(_Signal(signal.name, signal.start, mask, sign, float(signal.scale), low, high))
-        self.names = tuple(each.name for each in self._signals)
-        self._places = tuple((each.start, each.mask, each.sign, each.scale) for each in self._signals)
+                start, scale = int(signal.start), float(signal.scale)
+                names.append(signal.name)
+                self._places.append((start, mask, sign, scale))
+                self._ranges.append((low, high, scale, mask, start, signal.name))
+        self.names = tuple(names)
 
     def pack(self, values: Mapping[str, float], counter: int) -> bytes:
         """The frame's bytes from values by name; else as `pack_in_order`."""
@@ -70,7 +64,7 @@ class FramePacking:
             ValueError: a value is missing or not a finite number; the message names it.
         """
         packed = counter << self._counter_at
-        for value, (name, start, mask, _, scale, low, high) in zip(values, self._signals, strict=True):
+        for value, (low, high, scale, mask, start, name) in zip(values, self._ranges, strict=True):
             if low <= value <= high:
                 packed |= (round(value / scale) & mask) << start
             elif math.isfinite(value):

@@ -211,3 +211,37 @@ def test_a_far_side_that_loses_its_power_ends_the_connection_within_seconds(stag
             for option in (socket.TCP_KEEPIDLE, socket.TCP_KEEPINTVL, socket.TCP_KEEPCNT)
         )
         assert idle + interval * count == DEAD_S
+
+
+class Watched:
+    """A connection that notes when the system was asked to acknowledge at once."""
+
+    def __init__(self, connection: socket.socket) -> None:
+        self._connection = connection
+        self.asked = 0
+
+    def setsockopt(self, level: int, option: int, value: int) -> None:
+        assert (level, option, value) == (socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)
+        self.asked += 1
+        self._connection.setsockopt(level, option, value)
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._connection, name)
+
+
+@pytest.mark.skipif(not hasattr(socket, "TCP_QUICKACK"), reason="this system has no such option")
+def test_what_came_is_acknowledged_at_once_unless_own_frames_carry_it_along(stage: ExitStack) -> None:
+    there = gateway(stage, *HELLO)
+    bus = connect(stage, there)
+    watched = Watched(bus._connection)
+    vars(bus)["_connection"] = watched
+
+    def hear() -> int:
+        there.connections[-1].sendall(b"< frame 012 1.5 00 >")
+        assert select.select((bus,), (), (), 2.0)[0]
+        assert len(bus.take_some()[0]) == 1
+        return watched.asked
+
+    assert [hear(), hear()] == [1, 2]
+    bus.send_all([(0x123, b"\x01")])
+    assert [hear(), hear()] == [2, 3]
