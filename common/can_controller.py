@@ -27,18 +27,15 @@ class CanController:
 
     Attributes:
         state: `error-active`, `warning`, `error-passive` or `bus off`.
+        off: whether it has left the bus, as after too many errors: a short circuit, a wrong bit rate.
         counts: how often each error was reported, by name.
     """
 
     def __init__(self) -> None:
         """A controller that has reported nothing."""
         self.state = "error-active"
+        self.off = False
         self.counts: Counter[str] = Counter()
-
-    @property
-    def off(self) -> bool:
-        """Whether it has left the bus, as after too many errors: a short circuit, a wrong bit rate."""
-        return self.state == "bus off"
 
     @property
     def errors(self) -> int:
@@ -48,7 +45,7 @@ class CanController:
     def alive(self) -> None:
         """A frame came through it: it is on the bus."""
         if self.off:
-            self.state = "error-active"
+            self.state, self.off = "error-active", False
 
     def report(self, error: int, data: bytes) -> list[str]:
         """Take an error frame's class and bytes; returns the names of what it says, at least one."""
@@ -57,10 +54,10 @@ class CanController:
         if error & CONTROLLER:
             found += self._controller(detail)
         if error & RESTARTED:
-            self.state = "error-active"
+            self.state, self.off = "error-active", False
             found.append("restarted")
         elif error & BUS_OFF:
-            self.state = "bus off"
+            self.state, self.off = "bus off", True
             found.append("bus off")
         found = found or ["other error"]
         self.counts.update(found)

@@ -6,6 +6,8 @@ each value's range are checked.
 """
 
 import binascii
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import resources
@@ -16,6 +18,9 @@ from cantools.database.can import Database
 
 from common.fingers import FINGERS
 from common.frame_packing import BYTES, FramePacking
+
+SentFrame = tuple[int, bytes]
+"""A frame to send: its 11 bit identifier, and its bytes."""
 
 
 class BadFrame(ValueError):
@@ -33,7 +38,12 @@ def database() -> Database:
 
 def frame_crc(frame_id: int, data: bytes) -> int:
     """Low byte of CRC-16/CCITT-FALSE over the identifier and all bytes before the CRC's own."""
-    return binascii.crc_hqx(frame_id.to_bytes(2, "big") + data[:7], 0xFFFF) & 0xFF
+    return binascii.crc_hqx(data[:7], _crc_begun(frame_id)) & 0xFF
+
+
+def _crc_begun(frame_id: int) -> int:
+    """The CRC over the identifier alone, with which that over the bytes begins."""
+    return binascii.crc_hqx(frame_id.to_bytes(2, "big"), 0xFFFF)
 
 
 def packing(name: str) -> FramePacking:
@@ -47,26 +57,33 @@ class FrameSender:
 
     name: str
     _packing: FramePacking = field(init=False)
+    _crc_begun: int = field(init=False)
     _counter: int = 0
 
     def __post_init__(self) -> None:
         self._packing = packing(self.name)
+        self._crc_begun = _crc_begun(self._packing.frame_id)
 
-    def encode(self, values: dict[str, float]) -> can.Message:
-        """Pack physical values (mm, N) into the next frame.
+    def encode(self, values: Mapping[str, float]) -> can.Message:
+        """Pack physical values (mm, N) by name into the next frame; raises as `next_frame`."""
+        frame_id, data = self.next_frame([values.get(name, math.nan) for name in self._packing.names])
+        return can.Message(arbitration_id=frame_id, data=data, is_extended_id=False)
+
+    def next_frame(self, values: Sequence[float]) -> SentFrame:
+        """Pack physical values (mm, N), in the order of their bits, into the next frame.
 
         Raises:
             ValueError: a value is missing or not a finite number.
         """
-        frame_id = self._packing.frame_id
+        layout = self._packing
         try:
-            data = self._packing.pack(values, self._counter)
+            data = layout.pack_in_order(values, self._counter)
         except ValueError as error:
             raise ValueError(f"{self.name}.{error}") from None
-        if self._packing.has_crc:
-            data = data[:7] + bytes((frame_crc(frame_id, data),))
+        if layout.has_crc:
+            data = data[:7] + bytes((binascii.crc_hqx(data[:7], self._crc_begun) & 0xFF,))
         self._counter = (self._counter + 1) & 0xF
-        return can.Message(arbitration_id=frame_id, data=data, is_extended_id=False)
+        return layout.frame_id, data
 
 
 @dataclass(slots=True)
@@ -86,27 +103,34 @@ class FrameReceiver:
     skipped: int = 0
     frame_id: int = field(init=False)
     _packing: FramePacking = field(init=False)
+    _crc_begun: int = field(init=False)
     _counter: int | None = None
 
     def __post_init__(self) -> None:
         self._packing = packing(self.name)
         self.frame_id = self._packing.frame_id
+        self._crc_begun = _crc_begun(self.frame_id)
 
     def begin(self) -> None:
         """A new connection: its first frame may have any counter."""
         self._counter = None
 
     def decode(self, data: bytes) -> dict[str, float]:
-        """Check one frame's bytes and return its physical values (mm, N).
+        """Check one frame's bytes and return its physical values (mm, N) by name; raises as `values`."""
+        return dict(zip(self._packing.names, self.values(data), strict=True))
+
+    def values(self, data: bytes) -> tuple[float, ...]:
+        """Check one frame's bytes and return its physical values (mm, N), in the order of their bits.
 
         Raises:
             BadFrame: wrong length or CRC, or the counter stands still (a frame repeated by a hung sender).
         """
+        layout = self._packing
         if len(data) != BYTES:
             raise self._refuse(f"{len(data)} bytes, expected {BYTES}")
-        if self._packing.has_crc and data[7] != frame_crc(self.frame_id, data):
+        if layout.has_crc and data[7] != binascii.crc_hqx(data[:7], self._crc_begun) & 0xFF:
             raise self._refuse("wrong CRC")
-        values, counter = self._packing.unpack(data)
+        values, counter = layout.unpack_in_order(data)
         if counter == self._counter:
             raise self._refuse("rolling counter stands still")
         if self._counter is not None:

@@ -4,17 +4,19 @@ The library's client does not notice the gateway's end, waits without end for on
 for the frames of a tick.
 """
 
+import re
 import select
 import socket
 from collections import deque
 from collections.abc import Iterable
-from typing import NamedTuple
+from functools import cached_property
 
 import can
 from can.interfaces.socketcand import SocketCanDaemonBus
 from can.interfaces.socketcand.socketcand import convert_ascii_message_to_can_message
 
 from common import device_socket
+from common.can_frames import SentFrame
 
 ANSWER_S = 1.0
 """A gateway that says nothing for this long is not there."""
@@ -24,18 +26,16 @@ _LONGEST_TEXT = 200
 _SOCKET = "_SocketCanDaemonBus__socket"
 """The library offers no way to its socket."""
 _QUICKACK = getattr(socket, "TCP_QUICKACK", None)
-"""Acknowledge at once: a gateway with Nagle's algorithm waits for it before it sends more."""
+"""Acknowledge at once: a gateway with Nagle's algorithm waits for it before it sends more. What is sent carries an
+acknowledgement along, so this is only needed where nothing is."""
 
 
-class TakenFrame(NamedTuple):
-    """What a line reads of a frame: one of the library's own messages takes four times as long to make."""
+_FRAME = re.compile(r"< frame ([0-9A-Fa-f]{3}|[0-9A-Fa-f]{8}) ([0-9]+\.[0-9]+) ([0-9A-Fa-f]+) >")
+"""Identifier, time, s, and data of a frame as gateways write it."""
 
-    timestamp: float
-    """When it was on the bus, by the bus's clock, s."""
-    arbitration_id: int
-    data: bytes
-    is_extended_id: bool
-    is_error_frame: bool = False
+TakenFrame = tuple[float, int, bytes, bool, bool]
+"""What a line reads of a frame: when it was on the bus, by the bus's clock, s; identifier; data; whether the identifier
+has 29 bits; whether it is an error frame. The library's own messages take far longer to make."""
 
 
 class GatewayBus(SocketCanDaemonBus):
@@ -48,8 +48,11 @@ class GatewayBus(SocketCanDaemonBus):
             can.CanError, OSError: the gateway is not there, or has no such channel.
         """
         self._frames: deque[TakenFrame] = deque()
+        """For the library's `recv`, which gives them one by one."""
         self._text = ""
         """Of a frame that has not come to its end."""
+        self._answered = False
+        """Whether anything was sent since frames were last taken."""
         self._unsent = b""
         """The rest of a frame that the system has taken in part."""
         _ask(host, port)
@@ -61,7 +64,7 @@ class GatewayBus(SocketCanDaemonBus):
             raise
         device_socket.tune(self._connection)
 
-    @property
+    @cached_property
     def _connection(self) -> socket.socket:
         connection: socket.socket = getattr(self, _SOCKET)
         return connection
@@ -77,23 +80,28 @@ class GatewayBus(SocketCanDaemonBus):
             can.CanTimeoutError: the gateway takes nothing at the moment; the frame is not sent.
             OSError: the connection has ended.
         """
-        self.send_all([msg])
+        width = 8 if msg.is_extended_id else 3
+        self._write(f"< send {msg.arbitration_id:0{width}X} {msg.dlc:X} {msg.data.hex(' ')} >")
 
-    def send_all(self, frames: Iterable[can.Message]) -> None:
+    def send_all(self, frames: Iterable[SentFrame]) -> None:
         """Send frames in one go; raises as `send`, and then none of them is sent."""
-        self._unsent = self._rest_of(self._unsent)
-        text = b"".join([_frame_text(frame) for frame in frames])
+        self._write("".join([f"< send {frame_id:03X} {len(data):X} {data.hex(' ')} >" for frame_id, data in frames]))
+
+    def _write(self, text: str) -> None:
+        if self._unsent:
+            self._unsent = self._rest_of(self._unsent)
         if not self._unsent:
-            self._unsent = self._rest_of(text)
-            if len(self._unsent) < len(text):
+            data = text.encode("ascii")
+            rest = self._rest_of(data)
+            if len(rest) < len(data):
+                self._unsent, self._answered = rest, True
                 return
-            self._unsent = b""
         raise can.CanTimeoutError("the gateway takes nothing")
 
     def _rest_of(self, data: bytes) -> bytes:
         """What of these bytes the system does not take now."""
         try:
-            return data[self._connection.send(data, socket.MSG_DONTWAIT) :] if data else b""
+            return data[self._connection.send(data, socket.MSG_DONTWAIT) :]
         except BlockingIOError:
             return data
 
@@ -103,39 +111,44 @@ class GatewayBus(SocketCanDaemonBus):
         Raises:
             can.CanError: the gateway has hung up, or what it says is no frame.
         """
-        more = self._receive() == _CHUNK
-        frames = list(self._frames)
-        self._frames.clear()
-        return frames, more
+        connection = self._connection
+        try:
+            chunk = connection.recv(_CHUNK, socket.MSG_DONTWAIT)
+        except BlockingIOError:
+            return [], False
+        if not chunk:
+            raise can.CanOperationError("the gateway has hung up")
+        if _QUICKACK is not None and not self._answered:
+            connection.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
+        self._answered = False
+        try:
+            frames = self._read(self._text + chunk.decode("ascii"))
+        except ValueError as error:
+            raise can.CanError(f"the gateway says what is no frame: {error}") from None
+        if len(self._text) > _LONGEST_TEXT:
+            self._text = ""
+        return frames, len(chunk) == _CHUNK
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
         if not self._frames and (timeout == 0 or select.select((self._connection,), (), (), timeout)[0]):
-            self._receive()
+            self._frames.extend(self.take_some()[0])
         return (_message(self._frames.popleft()) if self._frames else None), False
 
-    def _receive(self) -> int:
-        """Take what has come; returns how many bytes that were.
+    def _read(self, text: str) -> list[TakenFrame]:
+        """Frames in a text, of which `_text` becomes the part that has not come to its end.
 
         Raises:
-            can.CanError: the gateway has hung up, or what it says is no frame.
+            ValueError: identifier, time or bytes of a frame cannot be read.
         """
-        try:
-            chunk = self._connection.recv(_CHUNK, socket.MSG_DONTWAIT)
-        except BlockingIOError:
-            return 0
-        if not chunk:
-            raise can.CanOperationError("the gateway has hung up")
-        if _QUICKACK is not None:
-            self._connection.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
-        try:
-            *texts, self._text = (self._text + chunk.decode("ascii")).split(">")
-            frames = [_frame(text) for text in texts]
-        except ValueError as error:
-            raise can.CanError(f"the gateway says what is no frame: {error}") from None
-        self._frames.extend(frame for frame in frames if frame is not None)
-        if len(self._text) > _LONGEST_TEXT:
-            self._text = ""
-        return len(chunk)
+        parts = _FRAME.split(text)
+        if ">" not in parts[-1] and not any(parts[:-1:4]):  # there are frames and nothing else
+            self._text = parts[-1]
+            return [
+                (float(sent_s), int(identifier, 16), bytes.fromhex(data), len(identifier) != 3, False)
+                for identifier, sent_s, data in zip(parts[1::4], parts[2::4], parts[3::4], strict=True)
+            ]
+        *texts, self._text = text.split(">")
+        return [frame for each in texts if (frame := _frame(each)) is not None]
 
     def _expect_msg(self, msg: str) -> None:
         if not select.select((self._connection,), (), (), ANSWER_S)[0]:
@@ -144,7 +157,19 @@ class GatewayBus(SocketCanDaemonBus):
 
 
 def _message(frame: TakenFrame) -> can.Message:
-    return can.Message(**frame._asdict())
+    timestamp, arbitration_id, data, extended, is_error = frame
+    return can.Message(timestamp, arbitration_id, extended, is_error_frame=is_error, data=data)
+
+
+def taken_frame(message: can.Message) -> TakenFrame:
+    """What a line reads of one of the library's messages."""
+    return (
+        message.timestamp,
+        message.arbitration_id,
+        bytes(message.data),
+        message.is_extended_id,
+        message.is_error_frame,
+    )
 
 
 def _frame(text: str) -> TakenFrame | None:
@@ -157,18 +182,9 @@ def _frame(text: str) -> TakenFrame | None:
     words = text[start:].split()
     if words[:2] != ["<", "frame"] or len(words) != 5:
         found: can.Message | None = convert_ascii_message_to_can_message(f"{text[start:]}>")
-        if found is None:
-            return None
-        return TakenFrame(
-            found.timestamp, found.arbitration_id, bytes(found.data), found.is_extended_id, found.is_error_frame
-        )
+        return None if found is None else taken_frame(found)
     _, _, identifier, sent_s, data = words
-    return TakenFrame(float(sent_s), int(identifier, 16), bytes.fromhex(data), len(identifier) != 3)
-
-
-def _frame_text(frame: can.Message) -> bytes:
-    identifier = f"{frame.arbitration_id:08X}" if frame.is_extended_id else f"{frame.arbitration_id:03X}"
-    return f"< send {identifier} {frame.dlc:X} {frame.data.hex(' ')} >".encode("ascii")
+    return float(sent_s), int(identifier, 16), bytes.fromhex(data), len(identifier) != 3, False
 
 
 def _ask(host: str, port: int) -> None:

@@ -4,7 +4,7 @@ import errno
 import logging
 import re
 import time
-from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -13,8 +13,8 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from common.background import BackgroundOpener
 from common.can_controller import CanController
-from common.can_frames import BadFrame, FrameReceiver
-from common.can_gateway import GatewayBus, TakenFrame
+from common.can_frames import BadFrame, FrameReceiver, SentFrame
+from common.can_gateway import GatewayBus, TakenFrame, taken_frame
 from common.frame_damage import FrameDamage
 from common.own_frames import OwnFrames
 from common.rate_limiter import RateLimiters
@@ -101,16 +101,16 @@ class CanLine:
     unsent: int = 0
     """Frames dropped because the gateway or the transmit queue took none."""
     controller: CanController = field(default_factory=CanController)
-    came: dict[str, list[tuple[float, dict[str, float]]]] = field(default_factory=dict)
+    came: dict[str, list[tuple[float, tuple[float, ...]]]] = field(default_factory=dict)
     """Good frames of the last poll by name, oldest first: when each was on the bus, by the bus's clock, s, and its
-    values."""
+    values in the order of their bits."""
     readable: bool | None = None
     """See `ReadyLines`."""
     descriptor: int | None = None
     drained: bool = True
     """Whether the last poll has read all that waited."""
     _bus: can.BusABC | None = None
-    _unread: deque[can.Message | TakenFrame] = field(default_factory=deque)
+    _unread: list[TakenFrame] = field(default_factory=list)
     """Frames that were taken from the bus, and are to be read by the next poll."""
     _opener: BackgroundOpener[can.BusABC] = field(init=False)
     _by_id: dict[int, tuple[FrameReceiver, FrameDamage]] = field(init=False)
@@ -144,7 +144,10 @@ class CanLine:
             return f"CAN bus is off: the controller of {self.address} has left it after too many errors"
         if self._own.fault:
             return self._own.fault
-        return next((damage.fault for _, damage in self._by_id.values() if damage.fault), "")
+        for _, damage in self._by_id.values():
+            if damage.fault:
+                return damage.fault
+        return ""
 
     def figures(self) -> dict[str, object]:
         """What the status file tells of this bus."""
@@ -162,30 +165,26 @@ class CanLine:
             "unsent": self.unsent,
         }
 
-    def poll(self) -> dict[str, dict[str, float]]:
-        """The newest good values of each frame that came since the last call, by frame name; `came` has all."""
+    def poll(self) -> dict[str, list[tuple[float, tuple[float, ...]]]]:
+        """Read what has come since the last call; returns `came`."""
         self.came = {}
         if self._bus is None:
             self._bus = self._opener.take()
             if self._bus is None:
-                return {}
+                return self.came
             self.descriptor, self.readable = _descriptor(self._bus), None
             self._forget()
         self.drained = True
         if self.readable is False and not self._unread:
-            return {}
+            return self.came
         try:
             all_taken = self._gather(self._bus)
-            for _ in range(min(len(self._unread), _MOST_FRAMES)):
-                message = self._unread.popleft()
-                values = self._take(message)
-                if values is not None:
-                    name = self._by_id[message.arbitration_id][0].name
-                    self.came.setdefault(name, []).append((message.timestamp, values))
+            frames, self._unread = self._unread[:_MOST_FRAMES], self._unread[_MOST_FRAMES:]
+            self._take(frames)
             self.drained = all_taken and not self._unread
         except (can.CanError, OSError) as error:
             self._lose(error)
-        return {name: frames[-1][1] for name, frames in self.came.items()}
+        return self.came
 
     def unread(self, name: str) -> int:
         """How many frames of this name have come since the last poll, as far as the next one will read them."""
@@ -196,7 +195,7 @@ class CanLine:
         except (can.CanError, OSError) as error:
             self._lose(error)
         frame_id = next(receiver.frame_id for receiver in self.receivers if receiver.name == name)
-        return sum(message.arbitration_id == frame_id for message in self._unread)
+        return sum(frame[1] == frame_id for frame in self._unread)
 
     def _gather(self, bus: can.BusABC) -> bool:
         """Take frames from the bus, about as many as one poll reads; returns whether the bus has no more."""
@@ -209,28 +208,28 @@ class CanLine:
                 message = bus.recv(0)
                 more = message is not None
                 if message is not None:
-                    unread.append(message)
+                    unread.append(taken_frame(message))
             if not more:
                 return True
         return False
 
-    def send(self, *messages: can.Message) -> None:
+    def send(self, *frames: SentFrame) -> None:
         """Send frames; with no bus there, nothing happens."""
         bus, sent = self._bus, 0
         if bus is None:
             return
         try:
             if isinstance(bus, GatewayBus):
-                bus.send_all(messages)
+                bus.send_all(frames)
             else:
-                for message in messages:
-                    bus.send(message)
+                for frame_id, data in frames:
+                    bus.send(can.Message(arbitration_id=frame_id, data=data, is_extended_id=False))
                     sent += 1
         except (can.CanError, OSError) as error:
             if not _queue_is_full(error):
                 self._lose(error)
                 return
-            self.unsent += len(messages) - sent
+            self.unsent += len(frames) - sent
             if self._lines.allows("full", time.monotonic()):
                 log.warning("CAN %s: transmit queue full, %d frames not sent", self.address, self.unsent)
 
@@ -241,26 +240,28 @@ class CanLine:
             _shut_down(self._bus)
             self._bus = self.descriptor = None
 
-    def _take(self, message: can.Message | TakenFrame) -> dict[str, float] | None:
-        """The values of one frame; None where it is no good one."""
-        if message.is_error_frame:
-            self._report(message.arbitration_id, bytes(message.data))
-            return None
-        if self._own.step(message.arbitration_id):
-            return None
-        receiver, damage = self._by_id.get(message.arbitration_id, (None, None))
-        if receiver is None or damage is None:
-            self.unknown += 1
-            return None
-        try:
-            values = receiver.decode(bytes(message.data))
-        except BadFrame as error:
-            log.debug("%s", error)
-            damage.step(message.timestamp, damaged=True)
-            return None
-        damage.step(message.timestamp, damaged=False)
-        self.controller.alive()
-        return values
+    def _take(self, frames: Sequence[TakenFrame]) -> None:
+        """Check frames, and put the good ones into `came`."""
+        by_id, own, controller, came = self._by_id, self._own, self.controller, self.came
+        for sent_s, frame_id, data, _, is_error in frames:
+            if is_error:
+                self._report(frame_id, data)
+            elif own.step(frame_id):
+                continue
+            elif (watched := by_id.get(frame_id)) is None:
+                self.unknown += 1
+            else:
+                receiver, damage = watched
+                try:
+                    values = receiver.values(data)
+                except BadFrame as error:
+                    log.debug("%s", error)
+                    damage.step(sent_s, damaged=True)
+                    continue
+                damage.step(sent_s, damaged=False)
+                if controller.off:
+                    controller.alive()
+                came.setdefault(receiver.name, []).append((sent_s, values))
 
     def _report(self, error: int, data: bytes) -> None:
         """Take an error frame's class and bytes."""

@@ -3,6 +3,7 @@
 No output at all is always right: the device's own time-out and limits may do so.
 """
 
+import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -34,6 +35,9 @@ class Doubt:
 
     def step(self, t_s: float, wrong: bool) -> bool:
         """Take a report at its time; returns whether reports have been wrong for too long."""
+        if not (wrong or self._wrong_s):  # as nearly always: right, and so was all before it
+            self._reported_s, self._before_s = t_s, None
+            return False
         since_s = 0.0 if self._reported_s is None else min(max(0.0, t_s - self._reported_s), LONGEST_S)
         self._reported_s = t_s
         if not wrong:
@@ -59,13 +63,20 @@ class DriveObeys:
 
     def told(self, t_s: float, drive: int) -> None:
         """The device was sent a command; 0 is no output."""
+        if self._told and self._told[-1][1] == drive:
+            return  # it stays in force
         self._told.append((t_s, drive))
         _forget(self._told, t_s)  # a device that is away for hours reports nothing, and is told all the same
 
     def reported(self, t_s: float, drive: int) -> str:
         """The device reported what it applies; returns what is wrong with that, empty when nothing is."""
         _forget(self._told, t_s)
-        wrong = drive != 0 and all(drive != told for _, told in self._told)
+        wrong = drive != 0
+        if wrong:
+            for _, told in reversed(self._told):  # it is mostly one of the newest
+                if told == drive:
+                    wrong = False
+                    break
         return f"{self.name} {self.wrong.format(drive)}" if self._doubt.step(t_s, wrong) else ""
 
 
@@ -81,7 +92,10 @@ class ForcesObey:
 
     def told(self, t_s: float, force_n: Sequence[float]) -> None:
         """The device was sent forces, (5,), N."""
-        self._told.append((t_s, tuple(force_n)))
+        told_n = tuple(force_n)
+        if self._told and self._told[-1][1] == told_n:
+            return  # they stay in force
+        self._told.append((t_s, told_n))
         _forget(self._told, t_s)
 
     def reported(self, t_s: float, force_n: Sequence[float]) -> list[str]:
@@ -89,12 +103,24 @@ class ForcesObey:
         _forget(self._told, t_s)
         found = []
         for index, (finger, applied_n, doubt) in enumerate(zip(FINGERS, force_n, self._doubts, strict=True)):
-            asked_n = [told[index] for _, told in self._told] if applied_n else []
-            low_n, high_n = min(asked_n, default=0.0), max(asked_n, default=0.0)
+            low_n, high_n = self._asked_n(index, applied_n) if applied_n > 0.0 else (0.0, 0.0)
             wrong = applied_n > 0.0 and not low_n - NEAR_N <= applied_n <= high_n + NEAR_N
             if doubt.step(t_s, wrong):
                 found.append(f"{finger}: {applied_n:.2f} N applied, {low_n:.2f} to {high_n:.2f} N asked for")
         return found
+
+    def _asked_n(self, index: int, applied_n: float) -> tuple[float, float]:
+        """The lowest and the highest force in effect of one finger, N; looks no further than to one near `applied_n`.
+
+        It is mostly near one of the newest.
+        """
+        low_n, high_n = math.inf, -math.inf
+        for _, told_n in reversed(self._told):
+            asked_n = told_n[index]
+            low_n, high_n = min(low_n, asked_n), max(high_n, asked_n)
+            if low_n - NEAR_N <= applied_n <= high_n + NEAR_N:
+                break
+        return (low_n, high_n) if self._told else (0.0, 0.0)
 
 
 @dataclass(slots=True)

@@ -45,31 +45,30 @@ class EncoderJumps:
         self.refused = 0
         self._names = names
         self._fastest_m_s = fastest_m_s
-        self._place_m: list[float] = []
+        self._place_m: Sequence[float] = ()
         self._sent_s = math.nan
         self._suspects: dict[int, _Suspect] = {}
 
-    def step(self, sent_s: float, read_m: Sequence[float]) -> tuple[float, list[float]]:
+    def step(self, sent_s: float, read_m: Sequence[float]) -> tuple[float, Sequence[float]]:
         """Take a frame's readings, m; returns the time since the frame before, s, and the places to act on, m.
 
         Args:
             sent_s: when the frame was on the bus, by the bus's clock, s: a site that stood still reads late, and
                 a gateway that did sends late, but neither makes a finger fast.
-            read_m: what each encoder reads, finite.
+            read_m: what each encoder reads, finite; it must not be changed later.
         """
         dt_s, self._sent_s = sent_s - self._sent_s, sent_s
         self.faults = []
         if not 0.0 < dt_s <= UNSEEN_S:  # the first frame, the first for long, or the first of another gateway
-            self._place_m = list(read_m)
             self._suspects.clear()
-            return dt_s, self._place_m
-        reach_m = self._fastest_m_s * max(dt_s, FRAME_S)
-        near = [abs(read - place) <= reach_m for read, place in zip(read_m, self._place_m, strict=True)]
-        if all(near) and not self._suspects:
-            self._place_m = list(read_m)
-        else:
-            self._place_m = [self._judge(n, dt_s, read_m[n], near=near[n]) for n in range(len(near))]
-        return dt_s, self._place_m
+            self._place_m = read_m
+            return dt_s, read_m
+        reach_m = self._fastest_m_s * (dt_s if dt_s > FRAME_S else FRAME_S)
+        near = [-reach_m <= read - place <= reach_m for read, place in zip(read_m, self._place_m, strict=True)]
+        if self._suspects or False in near:
+            read_m = tuple([self._judge(n, dt_s, read_m[n], near=near[n]) for n in range(len(near))])
+        self._place_m = read_m
+        return dt_s, read_m
 
     def _judge(self, number: int, dt_s: float, read_m: float, *, near: bool) -> float:
         """The place to act on, of one encoder."""

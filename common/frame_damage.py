@@ -38,6 +38,9 @@ class FrameDamage:
         """
         if self._seen < WINDOW:
             self._seen += 1
+        if not (damaged or self._history):  # as nearly always: good, and so were all before it
+            self._good_s = sent_s
+            return
         self._history = (self._history << 1 | damaged) & _LATELY
         if self._good_s is None or not damaged:
             self._good_s = sent_s

@@ -5,23 +5,11 @@ against cantools.
 """
 
 import math
-from collections.abc import Mapping
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
 
 from cantools.database.can import Message
 
 BYTES = 8
-
-
-class _Signal(NamedTuple):
-    name: str
-    start: int
-    mask: int
-    sign: int
-    """The bit that says that a value is negative; 0 where none can be."""
-    scale: float
-    low: float
-    high: float
 
 
 class FramePacking:
@@ -30,6 +18,7 @@ class FramePacking:
     Attributes:
         frame_id: its identifier.
         has_crc: whether its last byte is a CRC, which is left 0 here.
+        names: of its values, in the order of their bits.
     """
 
     def __init__(self, message: Message) -> None:
@@ -39,9 +28,13 @@ class FramePacking:
             ValueError: a signal is something else.
         """
         self.frame_id = int(message.frame_id)
-        self._signals = []
+        names: list[str] = []
+        self._places: list[tuple[int, int, int, float]] = []
+        """Start, mask and scale of each value; the third is the bit that says that it is negative, 0 where none is."""
+        self._ranges: list[tuple[float, float, float, int, int, str]] = []
+        """Lowest and highest value, scale, mask, start and name of each."""
         self.has_crc = False
-        for signal in message.signals:
+        for signal in sorted(message.signals, key=lambda signal: int(signal.start)):
             if signal.byte_order != "little_endian" or signal.is_float or signal.offset:
                 raise ValueError(
                     f"{message.name}.{signal.name}: an integer in Intel byte order without offset is needed"
@@ -54,17 +47,24 @@ class FramePacking:
                 sign = 1 << signal.length - 1 if signal.is_signed else 0
                 low, high = float(signal.minimum or 0.0), float(signal.maximum or 0.0)
                 mask = (1 << signal.length) - 1
-                self._signals.append(_Signal(signal.name, signal.start, mask, sign, float(signal.scale), low, high))
+                start, scale = int(signal.start), float(signal.scale)
+                names.append(signal.name)
+                self._places.append((start, mask, sign, scale))
+                self._ranges.append((low, high, scale, mask, start, signal.name))
+        self.names = tuple(names)
 
     def pack(self, values: Mapping[str, float], counter: int) -> bytes:
-        """The frame's bytes; what lies beyond a value's range is clipped to it.
+        """The frame's bytes from values by name; else as `pack_in_order`."""
+        return self.pack_in_order([values.get(name, math.nan) for name in self.names], counter)
+
+    def pack_in_order(self, values: Sequence[float], counter: int) -> bytes:
+        """The frame's bytes from values in the order of `names`; one beyond its range is clipped to it.
 
         Raises:
             ValueError: a value is missing or not a finite number; the message names it.
         """
         packed = counter << self._counter_at
-        for name, start, mask, _, scale, low, high in self._signals:
-            value = values.get(name, math.nan)
+        for value, (low, high, scale, mask, start, name) in zip(values, self._ranges, strict=True):
             if low <= value <= high:
                 packed |= (round(value / scale) & mask) << start
             elif math.isfinite(value):
@@ -74,10 +74,12 @@ class FramePacking:
         return packed.to_bytes(BYTES, "little")
 
     def unpack(self, data: bytes) -> tuple[dict[str, float], int]:
-        """The values and the counter of eight bytes."""
+        """The values of eight bytes by name, and the counter."""
+        values, counter = self.unpack_in_order(data)
+        return dict(zip(self.names, values, strict=True)), counter
+
+    def unpack_in_order(self, data: bytes) -> tuple[tuple[float, ...], int]:
+        """The values of eight bytes in the order of `names`, and the counter."""
         packed = int.from_bytes(data, "little")
-        values = {
-            name: (((packed >> start & mask) ^ sign) - sign) * scale
-            for name, start, mask, sign, scale, _, _ in self._signals
-        }
-        return values, packed >> self._counter_at & 0xF
+        values = [(((packed >> start & mask) ^ sign) - sign) * scale for start, mask, sign, scale in self._places]
+        return tuple(values), packed >> self._counter_at & 0xF

@@ -62,24 +62,25 @@ class FrameReader:
         for piece in pieces:
             if not piece:
                 continue
-            frame = self._check(piece)
-            if frame is None:
+            body = _checked(piece)
+            if not body:
                 self.damaged += 1
                 continue
+            sequence = body[1]
             if self._sequence is not None:
-                self.lost += (frame.sequence - self._sequence - 1) & 0xFF
-            self._sequence = frame.sequence
-            frames.append(frame)
+                self.lost += (sequence - self._sequence - 1) & 0xFF
+            self._sequence = sequence
+            frames.append(Frame(body[0], sequence, body[2:]))
         return frames
 
-    @staticmethod
-    def _check(piece: bytes) -> Frame | None:
-        try:
-            body = bytes(decode(piece))
-        except DecodeError:
-            return None
-        if not 4 <= len(body) <= MAX_FRAME:
-            return None
-        if binascii.crc_hqx(body[:-2], _CRC_INIT) != int.from_bytes(body[-2:], "little"):
-            return None
-        return Frame(body[0], body[1], body[2:-2])
+
+def _checked(piece: bytes) -> bytes:
+    """Id, sequence and payload of what stood between two zero bytes; empty where it is no frame."""
+    try:
+        body = bytes(decode(piece))
+    except DecodeError:
+        return b""
+    if not 4 <= len(body) <= MAX_FRAME:
+        return b""
+    checked = body[:-2]
+    return checked if binascii.crc_hqx(checked, _CRC_INIT) == body[-1] << 8 | body[-2] else b""

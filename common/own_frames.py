@@ -34,15 +34,16 @@ class OwnFrames:
     def step(self, frame_id: int) -> bool:
         """Take one frame; returns whether it has an identifier that this host alone may send."""
         self._seen += 1
-        own = frame_id in self._names
-        if own and self._seen > SETTLING:
+        if frame_id not in self._names:
+            return False
+        if self._seen > SETTLING:
             self.heard += 1
             self._last = self._seen, self._names[frame_id]
-        elif self._last is not None and self._seen - self._last[0] > CLEAR_AFTER:
-            self._last = None
-        return own
+        return True
 
     @property
     def fault(self) -> str:
         """What is wrong; empty when nothing is."""
-        return "" if self._last is None else f"another node sends {self._last[1]}: only this site may"
+        if self._last is None or self._seen - self._last[0] > CLEAR_AFTER:
+            return ""
+        return f"another node sends {self._last[1]}: only this site may"

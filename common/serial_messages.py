@@ -7,7 +7,7 @@ import math
 import struct
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from common.fingers import FINGERS
 
@@ -47,7 +47,7 @@ class BadPayload(ValueError):
     """A frame with a good CRC whose content is not what its id promises."""
 
 
-def _unpack(layout: struct.Struct, payload: bytes, what: str) -> tuple[int | float | bytes, ...]:
+def _unpack(layout: struct.Struct, payload: bytes, what: str) -> tuple[Any, ...]:
     if len(payload) != layout.size:
         raise BadPayload(f"{what}: {len(payload)} bytes, expected {layout.size}")
     return layout.unpack(payload)
@@ -120,7 +120,8 @@ class TextureSamples:
         counts = payload[cls.HEAD.size :]
         if len(counts) != 2 * count:
             raise BadPayload(f"texture samples: {count} samples announced, {len(counts)} bytes follow")
-        if not all(-2048 <= sample <= 2047 for sample in struct.unpack(f"<{count}h", counts)):
+        samples = struct.unpack(f"<{count}h", counts)
+        if samples and not (max(samples) <= 2047 and min(samples) >= -2048):
             raise BadPayload("texture samples: beyond 12 bits")
         return cls(time_us, counts)
 
@@ -150,7 +151,7 @@ class ThermalReading:
         Raises:
             BadPayload: wrong length, counts beyond 12 bits, or a drive beyond full.
         """
-        time_us, plate, ambient, flags, heater = (int(v) for v in _unpack(cls.LAYOUT, payload, "thermal reading"))
+        time_us, plate, ambient, flags, heater = _unpack(cls.LAYOUT, payload, "thermal reading")
         if plate > 4095 or ambient > 4095:
             raise BadPayload(f"thermal reading: counts {plate}, {ambient} are beyond 12 bits")
         _check_drive(heater, BadPayload)
@@ -181,8 +182,8 @@ class HeaterCommand:
     def decode(cls, payload: bytes) -> "HeaterCommand":
         """Check and unpack; raises BadPayload on a wrong length or a drive beyond full."""
         (drive,) = _unpack(cls.LAYOUT, payload, "heater command")
-        _check_drive(int(drive), BadPayload)
-        return cls(int(drive))
+        _check_drive(drive, BadPayload)
+        return cls(drive)
 
 
 MOTOR_MAX_MV = 3000
@@ -219,7 +220,7 @@ class TactTipCommand:
     @classmethod
     def decode(cls, payload: bytes) -> "TactTipCommand":
         """Check and unpack; raises BadPayload on a wrong length or a drive out of range."""
-        command = cls(*(int(v) for v in _unpack(cls.LAYOUT, payload, "TactTip command")))
+        command = cls(*_unpack(cls.LAYOUT, payload, "TactTip command"))
         command._check(BadPayload)
         return command
 
@@ -258,7 +259,7 @@ class TactTipState:
     @classmethod
     def decode(cls, payload: bytes) -> "TactTipState":
         """Check and unpack; raises BadPayload on a wrong length, counts beyond 12 bits or a drive out of range."""
-        time_us, plate, hot, flags, motor, peltier = (int(v) for v in _unpack(cls.LAYOUT, payload, "TactTip state"))
+        time_us, plate, hot, flags, motor, peltier = _unpack(cls.LAYOUT, payload, "TactTip state")
         if plate > 4095 or hot > 4095:
             raise BadPayload(f"TactTip state: counts {plate}, {hot} are beyond 12 bits")
         _check_motor(motor, BadPayload)

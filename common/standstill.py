@@ -57,7 +57,7 @@ class HostClock:
 
     def now_s(self) -> float:
         """The time now, s."""
-        return self.now_ns() * 1e-9
+        return (self._read_ns() + self._forward_ns) * 1e-9
 
     def put_forward(self, standstill_s: float) -> int:
         """Add a standstill that devices have shown, s, above 0; returns it in ns."""
@@ -136,15 +136,21 @@ class Witness:
             return 0.0
         if host_s < self._host_s:
             reported_s = math.inf  # a clock that was set back needs no other sign
-        usual_s = self._lead_s - self._fall * min(LONGEST_STEP_S, max(0.0, host_s - self._host_s))
+        passed_s = host_s - self._host_s
+        if not 0.0 <= passed_s <= LONGEST_STEP_S:
+            passed_s = min(LONGEST_STEP_S, max(0.0, passed_s))
+        usual_s = self._lead_s - self._fall * passed_s
         jump_s, self._newest_s = lead_s - self._newest_s, lead_s
-        if min(lead_s - usual_s, jump_s, reported_s) > STANDSTILL_S:
+        if lead_s - usual_s > STANDSTILL_S and jump_s > STANDSTILL_S and reported_s > STANDSTILL_S:
             self._lead_s, self._host_s = usual_s, host_s  # the clock is put forward: the lead is the usual one again
             return lead_s - usual_s
         if not drained:
             return 0.0
-        self._lead_s, self._host_s = max(usual_s, lead_s), host_s
-        self._measure(host_s, lead_s)
+        self._lead_s, self._host_s = usual_s if usual_s >= lead_s else lead_s, host_s
+        if not 0.0 <= host_s - self._window_s < PACE_S:
+            self._measure(host_s, lead_s)
+        elif lead_s > self._best_s:
+            self._best_s = lead_s
         if lead_s >= usual_s - BEHIND_S:
             self._behind_since_s = None
         elif self._behind_since_s is None:
@@ -154,10 +160,7 @@ class Witness:
         return 0.0
 
     def _measure(self, host_s: float, lead_s: float) -> None:
-        """Compare the best lead of each PACE_S with that of the time before."""
-        if 0.0 <= host_s - self._window_s < PACE_S:
-            self._best_s = max(self._best_s, lead_s)
-            return
+        """At the end of a PACE_S, compare its best lead with that of the one before."""
         if self._before is not None and self._window_s > self._before[0]:
             began_s, best_s = self._before
             fall = (best_s - self._best_s) / (self._window_s - began_s)

@@ -53,6 +53,6 @@ class TickAge:
         if not self._old:
             unread_s = 0.0 if self._looked else self._unread_s()
             self._looked = True
-            self._old = max(self.clock.now_s() - self.began_s, unread_s) > TICK_AGE_S
+            self._old = self.clock.now_s() - self.began_s > TICK_AGE_S or unread_s > TICK_AGE_S
             self.held_back += self._old
         return not self._old

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from common.can_frames import FrameReceiver, FrameSender, by_finger
+from common.can_frames import FrameReceiver, FrameSender
 from common.can_line import CanAddress, CanLine
 from common.drive_obeys import DriveObeys, ForcesObey, StateComes
 from common.encoder_jumps import FRAME_S
@@ -64,7 +64,7 @@ class Exoskeleton:
 
     def read(self, t_s: float, *, stood_still: bool = False) -> Hand:
         """Take what came since the last call, stamped with `t_s`; after a standstill places are judged anew."""
-        frames, came = self.line.poll(), self.line.came
+        came = self.line.poll()
         self.stood_still_s = self._witness.frames(
             self._clock.now_s(), self.receivers[0].taken, drained=self.line.drained
         )
@@ -72,16 +72,17 @@ class Exoskeleton:
             self._encoders = HandEncoders(self._taking_part)
         hand, encoders = self.hand, self._encoders
         # Each frame counts: an encoder that jumps now and again is found by a late site, too.
-        for sent_s, pose in came.get("HandPose", ()):
-            hand.x_m, hand.y_m = encoders.pose(sent_s, pose["x"] / _MM, pose["y"] / _MM)
+        for sent_s, (x_mm, y_mm) in came.get("HandPose", ()):
+            hand.x_m, hand.y_m = encoders.pose(sent_s, x_mm / _MM, y_mm / _MM)
             hand.pose_s = t_s
-        for sent_s, heights in came.get("FingerHeights", ()):
-            z_m = [height / _MM for height in by_finger(heights)]
+        for sent_s, heights_mm in came.get("FingerHeights", ()):
+            z_m = tuple([height_mm / _MM for height_mm in heights_mm])
             hand.z_m = encoders.heights(sent_s, z_m, self.pushing.force_n)
             hand.heights_s = t_s
         self._state_comes.step(self.receivers[0].taken, self.receivers[2].taken)
-        if (state := frames.get("ExoskeletonState")) is not None:
-            self._take_state(t_s + self.stood_still_s, by_finger(state), state["enabled"] > 0.0)
+        if states := came.get("ExoskeletonState"):
+            *force_n, enabled = states[-1][1]
+            self._take_state(t_s + self.stood_still_s, tuple(force_n), enabled > 0.0)
         return hand
 
     def _take_state(self, t_s: float, force_n: tuple[float, ...], enabled: bool) -> None:
@@ -122,5 +123,4 @@ class Exoskeleton:
         """Send the force on each finger, N, and whether the session is engaged: not, and the drives stay off."""
         self._forces_obey.told(t_s, force_n if enabled else [0.0] * len(FINGERS))
         self._enabled_obeys.told(t_s, enabled)
-        values = {"enabled": float(enabled), **dict(zip(FINGERS, force_n, strict=True))}
-        self.line.send(self._forces.encode(values))
+        self.line.send(self._forces.next_frame([*force_n, float(enabled)]))

@@ -35,7 +35,8 @@ class RemoteDevices:
         """Last reading of each sensor plate (NaN where it was implausible), and when it came."""
         sensors: list[TextureSensor | ThermalSensor] = [*self.texture.values(), *self.thermal.values()]
         self._sensors = sensors
-        self._ready = ReadyLines([self.telemanipulator.line, *self.lines()])
+        self._lines = [sensor.line for sensor in sensors]
+        self._ready = ReadyLines([self.telemanipulator.line, *self._lines])
         self.tick = TickAge(clock, self._unread_s)
 
     def _unread_s(self) -> float:
@@ -46,19 +47,20 @@ class RemoteDevices:
 
     def lines(self) -> list[SerialLine]:
         """Every serial line."""
-        return [*(sensor.line for sensor in self.texture.values()), *(sensor.line for sensor in self.thermal.values())]
+        return self._lines
 
     def missing(self) -> str:
         """What keeps the site from working; empty when all devices are there."""
         if not self.telemanipulator.line.connected:
             return f"telemanipulator: {self.telemanipulator.line.problem or 'opening'}"
-        for line in self.lines():
-            if not line.connected:
+        for line in self._lines:
+            if line.descriptor is None:
                 return f"{line.finger} {line.kind.name.lower()}: {line.problem or 'opening'}"
+        began_s = self.tick.began_s
         for sensor in self._sensors:
-            if not self.tick.began_s - sensor.measured_s <= GAP_S:
+            if not began_s - sensor.measured_s <= GAP_S:
                 return f"{sensor.line.finger} {sensor.line.kind.name.lower()}: the line is open, but no reports come"
-        if not self.tick.began_s - self.telemanipulator.measured.oldest_s <= GAP_S:
+        if not began_s - self.telemanipulator.measured.oldest_s <= GAP_S:
             return f"telemanipulator: CAN {self.telemanipulator.line.address} is open, but no measurements come"
         return ""
 
@@ -76,14 +78,18 @@ class RemoteDevices:
         self._ready.look()
         texture: list[bytes | None] = [None] * len(FINGERS)
         plates: list[PlateReading | None] = [None] * len(FINGERS)
+        stood_still_s = 0.0
         for finger, texture_sensor in self.texture.items():
-            texture[finger] = texture_sensor.read(t_s)
+            if texture_sensor.waiting or texture_sensor.line.readable is not False:
+                texture[finger] = texture_sensor.read(t_s)
+                stood_still_s = max(stood_still_s, texture_sensor.stood_still_s)
         for finger, thermal_sensor in self.thermal.items():
-            plate = plates[finger] = thermal_sensor.read(t_s)
-            if plate is not None:
-                self.sensor_c[finger] = math.nan if plate.fault else plate.sensor_c
-                self.sensor_s[finger] = thermal_sensor.measured_s
-        stood_still_s = max((sensor.stood_still_s for sensor in self._sensors), default=0.0)
+            if thermal_sensor.line.readable is not False:
+                plate = plates[finger] = thermal_sensor.read(t_s)
+                stood_still_s = max(stood_still_s, thermal_sensor.stood_still_s)
+                if plate is not None:
+                    self.sensor_c[finger] = math.nan if plate.fault else plate.sensor_c
+                    self.sensor_s[finger] = thermal_sensor.measured_s
         measured = self.telemanipulator.read(t_s, stood_still=stood_still_s > 0.0)
         self.tick.stood_still(max(stood_still_s, self.telemanipulator.stood_still_s))
         t_s = self.tick.began_s
@@ -114,7 +120,7 @@ class RemoteDevices:
         """What devices do that they must not, and what of them is broken; empty when all is well."""
         found = [f"telemanipulator: {fault}" for fault in self.telemanipulator.faults(self.tick.began_s)]
         for finger, sensor in self.thermal.items():
-            if self.tick.began_s - sensor.measured_s > GAP_S:
+            if not (sensor.cut_out or sensor.disobeys) or self.tick.began_s - sensor.measured_s > GAP_S:
                 continue
             if sensor.cut_out:
                 found.append(f"{FINGERS[finger]}: the sensor's own temperature limit has switched its heater off")

@@ -57,9 +57,11 @@ class ForceSensorFault:
             force_n: contact force, N.
             height_m: of the finger, m.
         """
-        passed_s = min(LONGEST_TICK_S, max(0.0, dt_s))
-        self._same_s = self._same_s + passed_s if force_n == self._force_n else 0.0
-        self._force_n = force_n
+        passed_s = dt_s if 0.0 <= dt_s <= LONGEST_TICK_S else LONGEST_TICK_S if dt_s > 0.0 else 0.0
+        if force_n == self._force_n:
+            self._same_s += passed_s
+        else:
+            self._force_n, self._same_s = force_n, 0.0
         frozen = self._same_s >= FROZEN_S
         wrong = self._servo_disagrees(force_n, height_m, frozen)
         self._wrong_s = self._wrong_s + passed_s if wrong else 0.0
@@ -73,8 +75,7 @@ class ForceSensorFault:
         """Compare with the servo, once all set-points that still act were followed."""
         if self._following_s is None or self._t_s - self._following_s < MEMORY_S:
             return ""
-        held_m = height_m - self._set_m.highest
-        if frozen and held_m > HELD_M:
+        if frozen and (held_m := height_m - self._set_m.highest) > HELD_M:
             return (
                 f"force sensor dead: {force_n:.2f} N, but the finger is held {held_m * 1e3:.1f} mm above its set-point"
             )

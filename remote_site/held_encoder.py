@@ -41,13 +41,15 @@ class HeldEncoder:
             force_n: contact force, N.
             set_m: set-point that it follows, m; None while it follows none.
         """
-        passed_s = min(LONGEST_TICK_S, max(0.0, dt_s))
         if set_m is None or height_m != self._height_m:
             # What it stood at before it was sent anywhere is no reading of a finger that follows.
-            self._height_m, self._from, self.fault = (None if set_m is None else height_m), None, ""
-            self._same_s = self._wrong_s = 0.0
+            self._height_m = None if set_m is None else height_m
             self._set_m, self._bent_m = set_m or 0.0, force_n / SERVO_N_M
+            if self._same_s:
+                self._from, self.fault = None, ""
+                self._same_s = self._wrong_s = 0.0
             return ""
+        passed_s = min(LONGEST_TICK_S, max(0.0, dt_s))
         share = passed_s / (SETTLE_S + passed_s)
         self._set_m += share * (set_m - self._set_m)
         self._bent_m += share * (force_n / SERVO_N_M - self._bent_m)

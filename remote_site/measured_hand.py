@@ -17,8 +17,10 @@ class MeasuredHand:
         """Watch all encoders for jumps, and the rest of the fingers that take part."""
         self._pose, self._heights = EncoderJumps(_POSE, HAND_M_S), EncoderJumps(FINGERS, FINGER_M_S)
         taking_part = [FINGERS.index(finger) for finger in fingers]
-        self._held = {finger: HeldEncoder() for finger in taking_part}
-        self._sensors = {finger: ForceSensorFault() for finger in taking_part}
+        self._held = [(finger, HeldEncoder()) for finger in taking_part]
+        self._sensors = [(finger, ForceSensorFault()) for finger in taking_part]
+        self._held_faults: list[str] = []
+        self._sensor_faults: list[str] = []
         self._z_m: Sequence[float] = ()
         self._force_n: Sequence[float] = (0.0,) * len(FINGERS)
         self._force_sent_s = self._height_sent_s = 0.0
@@ -42,24 +44,28 @@ class MeasuredHand:
         bus, s.
         """
         dt_s, self._height_sent_s = sent_s - self._height_sent_s, sent_s
-        for finger, held in self._held.items():
-            held.step(dt_s, z_m[finger], self._force_n[finger], None if self._set_m is None else self._set_m[finger])
+        force_n, set_m, found = self._force_n, self._set_m, []
+        for finger, held in self._held:
+            if fault := held.step(dt_s, z_m[finger], force_n[finger], None if set_m is None else set_m[finger]):
+                found.append(f"{FINGERS[finger]}: {fault}")
+        self._held_faults = found
 
     def forces(self, sent_s: float, force_n: Sequence[float]) -> None:
         """Contact forces (5,), N, that were on the bus at `sent_s`, s; heights come before them."""
         dt_s, self._force_sent_s, self._force_n = sent_s - self._force_sent_s, sent_s, force_n
-        for finger, sensor in self._sensors.items() if self._z_m else ():
-            sensor.step(dt_s, force_n[finger], self._z_m[finger])
+        z_m, found = self._z_m, []
+        for finger, sensor in self._sensors if z_m else ():
+            if fault := sensor.step(dt_s, force_n[finger], z_m[finger]):
+                found.append(f"{FINGERS[finger]}: {fault}")
+        self._sensor_faults = found
 
     def told(self, t_s: float, z_m: Sequence[float], released: bool) -> None:
         """Set-points (5,), m, are sent at `t_s`, s; released, the fingers go by themselves."""
         self._set_m = None if released else z_m
-        for finger, sensor in self._sensors.items():
+        for finger, sensor in self._sensors:
             sensor.told(t_s, z_m[finger], released)
 
     @property
     def faults(self) -> list[str]:
         """What is wrong with which; empty when all is well."""
-        found = [f"{FINGERS[finger]}: {held.fault}" for finger, held in self._held.items() if held.fault]
-        found += [f"{FINGERS[finger]}: {sensor.fault}" for finger, sensor in self._sensors.items() if sensor.fault]
-        return [*self._pose.faults, *self._heights.faults, *found]
+        return self._pose.faults + self._heights.faults + self._held_faults + self._sensor_faults

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from common.can_frames import FrameReceiver, FrameSender, by_finger
+from common.can_frames import FrameReceiver, FrameSender
 from common.can_line import CanAddress, CanLine
 from common.drive_obeys import DriveObeys, StateComes
 from common.encoder_jumps import FRAME_S
@@ -70,7 +70,7 @@ class Telemanipulator:
 
     def read(self, t_s: float, *, stood_still: bool = False) -> Measured:
         """Take what came since the last call, stamped with `t_s`; after a standstill places are judged anew."""
-        frames, came = self.line.poll(), self.line.came
+        came = self.line.poll()
         self.stood_still_s = self._witness.frames(
             self._clock.now_s(), self.receivers[0].taken, drained=self.line.drained
         )
@@ -78,27 +78,24 @@ class Telemanipulator:
             self._watched = MeasuredHand(self._fingers)
         measured, watched = self.measured, self._watched
         # Each frame counts: an encoder that jumps now and again is found by a late site, too.
-        for sent_s, pose in came.get("HandPoseMeasured", ()):
-            measured.x_m, measured.y_m = watched.pose(sent_s, pose["x"] / _MM, pose["y"] / _MM)
+        for sent_s, (x_mm, y_mm) in came.get("HandPoseMeasured", ()):
+            measured.x_m, measured.y_m = watched.pose(sent_s, x_mm / _MM, y_mm / _MM)
             measured.pose_s = t_s
-        z_m: list[float] = []
-        for sent_s, heights in came.get("FingerHeightsMeasured", ()):
-            z_m = [height / _MM for height in by_finger(heights)]
+        z_m: tuple[float, ...] = ()
+        for sent_s, heights_mm in came.get("FingerHeightsMeasured", ()):
+            z_m = tuple([height_mm / _MM for height_mm in heights_mm])
             measured.z_m = watched.heights(sent_s, z_m)
             measured.heights_s = t_s
         if z_m:
             watched.servos(sent_s, z_m)
-        if (forces := frames.get("ContactForces")) is not None:
-            measured.force_n, measured.force_s = by_finger(forces), t_s
-            watched.forces(came["ContactForces"][-1][0], measured.force_n)
+        if forces := came.get("ContactForces"):
+            sent_s, measured.force_n = forces[-1]
+            measured.force_s = t_s
+            watched.forces(sent_s, measured.force_n)
         self._state_comes.step(self.receivers[0].taken, self.receivers[3].taken)
-        if (state := frames.get("TelemanipulatorState")) is not None:
-            self.following = Following(
-                released=state["released"] > 0.0,
-                hand_alive=state["hand_alive"] > 0.0,
-                heights_alive=state["heights_alive"] > 0.0,
-                reported_s=t_s,
-            )
+        if states := came.get("TelemanipulatorState"):
+            released, hand_alive, heights_alive = states[-1][1]
+            self.following = Following(released > 0.0, hand_alive > 0.0, heights_alive > 0.0, reported_s=t_s)
             self._disobeys = self._release_obeys.reported(t_s + self.stood_still_s, not self.following.released)
         return measured
 
@@ -128,9 +125,8 @@ class Telemanipulator:
 
     def move(self, t_s: float, x_m: float, y_m: float, z_m: list[float], *, released: bool) -> None:
         """Send set-points of the hand and its five fingertips, m; released, the hand stays and fingers only rise."""
-        heights_mm = {finger: height * _MM for finger, height in zip(FINGERS, z_m, strict=True)}
-        hand = self._hand.encode({"x": x_m * _MM, "y": y_m * _MM})
-        heights = self._heights.encode({"released": float(released), **heights_mm})
+        hand = self._hand.next_frame((x_m * _MM, y_m * _MM))
+        heights = self._heights.next_frame([*[height_m * _MM for height_m in z_m], float(released)])
         self._watched.told(t_s, z_m, released)
         self._release_obeys.told(t_s, not released)
         self.line.send(hand, heights)

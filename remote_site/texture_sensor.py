@@ -11,6 +11,7 @@ from common.serial_witness import SerialWitness
 from common.standstill import HostClock
 
 VOLTS_PER_COUNT = 10.0 / 2048.0
+_SAMPLES = int(MessageId.TEXTURE_SAMPLES)
 _BYTES_PER_S = 200 * 31
 """Of a sensor's samples on its line."""
 _MOST_WAITING = 40
@@ -29,7 +30,8 @@ class TextureSensor:
         self.stood_still_s = 0.0
         """For how long the host's clock stood still before the last `read`, as the sensor's own clock shows, s."""
         self._witness = SerialWitness(self.line, clock)
-        self._waiting: deque[bytes] = deque(maxlen=_MOST_WAITING)
+        self.waiting: deque[bytes] = deque(maxlen=_MOST_WAITING)
+        """Chunks that were read and not yet handed over."""
 
     def read(self, t_s: float) -> bytes | None:
         """The next chunk of counts (int16 little endian), or None: one chunk a call, so a tick's cost is bounded.
@@ -39,27 +41,27 @@ class TextureSensor:
         Args:
             t_s: time now, s.
         """
-        if self.line.silent and not self._waiting:
+        if self.line.silent and not self.waiting:
             self.stood_still_s = 0.0
             return None
         reported_us: list[int] = []
         for frame in self.line.poll():
-            if frame.message_id != MessageId.TEXTURE_SAMPLES:
+            if frame.message_id != _SAMPLES:
                 continue
             try:
                 samples = TextureSamples.decode(frame.payload)
             except BadPayload:
                 self.damaged += 1
             else:
-                self._waiting.append(samples.counts)
+                self.waiting.append(samples.counts)
                 reported_us.append(samples.device_time_us)
                 self.measured_s = t_s
         self.stood_still_s = self._witness.step(reported_us)
         if self.stood_still_s > 0.0:
-            self._waiting.clear()
+            self.waiting.clear()
         if t_s - self.measured_s > GAP_S:
-            self._waiting.clear()  # what a sensor said that says no more is old
-        return self._waiting.popleft() if self._waiting else None
+            self.waiting.clear()  # what a sensor said that says no more is old
+        return self.waiting.popleft() if self.waiting else None
 
     @property
     def unread_s(self) -> float:

@@ -19,6 +19,8 @@ from common.standstill import HostClock
 from common.thermometry import ssr_c
 from remote_site.ssr_plausibility import SsrPlausibility
 
+_READING = int(MessageId.THERMAL_READING)
+_CUT_OUT = int(DeviceFlag.THERMAL_CUT_OUT)
 _BYTES_PER_S = 100 * 17
 """Of a sensor's readings on its line."""
 
@@ -75,7 +77,7 @@ class ThermalSensor:
         newest: ThermalReading | None = None
         reported_us: list[int] = []
         for frame in self.line.poll():
-            if frame.message_id != MessageId.THERMAL_READING:
+            if frame.message_id != _READING:
                 continue
             try:
                 newest = ThermalReading.decode(frame.payload)
@@ -91,7 +93,7 @@ class ThermalSensor:
         self.disobeys = self._obeys.reported(t_s, newest.heater_permille)
         fault = self._plausible.step(t_s, newest.plate_counts, self._permille / DRIVE_FULL)
         # A plate that cannot be measured is cut off as well; that finger goes without heat, and the others go on.
-        self.cut_out = bool(newest.flags & DeviceFlag.THERMAL_CUT_OUT) and not fault
+        self.cut_out = bool(newest.flags & _CUT_OUT) and not fault
         plate_c, ambient_c = ssr_c(newest.plate_counts), ssr_c(newest.ambient_counts)
         return PlateReading(plate_c, ambient_c, fault or "", newest.device_time_us, newest.heater_permille)
 

@@ -1,5 +1,6 @@
 """The connection to a CAN gateway against gateways that behave badly."""
 
+import select
 import socket
 import threading
 import time
@@ -11,7 +12,7 @@ import pytest
 
 import common.can_gateway
 from common.can_frames import FrameReceiver, FrameSender
-from common.can_gateway import GatewayBus
+from common.can_gateway import GatewayBus, TakenFrame
 from common.can_line import CanAddress, CanLine
 from common.device_socket import DEAD_S
 from common.serial_line import DeviceAbsent
@@ -103,10 +104,11 @@ def test_a_gateway_that_reads_nothing_any_more_holds_nobody_up(stage: ExitStack)
 def test_frames_are_written_whole_and_in_one_piece(stage: ExitStack) -> None:
     there = gateway(stage, *HELLO)
     bus = connect(stage, there)
-    bus.send_all([FRAME, can.Message(arbitration_id=0x1ABCDEF, data=b"\x00\xff\x0a")])
+    bus.send_all([(0x123, b"\x01"), (0x12, b"\x00\xff\x0a")])
     there.connections[-1].settimeout(2.0)
-    heard = there.connections[-1].recv(1000)
-    assert heard == b"< send 123 1 01 >< send 01ABCDEF 3 00 ff 0a >"
+    assert there.connections[-1].recv(1000) == b"< send 123 1 01 >< send 012 3 00 ff 0a >"
+    bus.send(can.Message(arbitration_id=0x1ABCDEF, data=b"\x00\xff\x0a"))
+    assert there.connections[-1].recv(1000) == b"< send 01ABCDEF 3 00 ff 0a >"
 
 
 def test_all_frames_that_have_come_are_taken_at_once_and_half_ones_wait(stage: ExitStack) -> None:
@@ -115,17 +117,43 @@ def test_all_frames_that_have_come_are_taken_at_once_and_half_ones_wait(stage: E
     assert bus.take_some() == ([], False)
     there.connections[-1].sendall(b"< frame 012 1.5 ff000a >< frame 00000345 2.5  >< frame 013 2")
     deadline = time.monotonic() + 2.0
-    found: list[can.Message] = []
+    found: list[TakenFrame] = []
     while len(found) < 2 and time.monotonic() < deadline:
         found += bus.take_some()[0]
-    assert [(f.arbitration_id, bytes(f.data), f.timestamp, f.is_extended_id) for f in found] == [
-        (0x12, b"\xff\x00\x0a", 1.5, False),
-        (0x345, b"", 2.5, True),
-    ]
+    assert found == [(1.5, 0x12, b"\xff\x00\x0a", False, False), (2.5, 0x345, b"", True, False)]
     there.connections[-1].sendall(b".0 01 >")
     while len(found) < 3 and time.monotonic() < deadline:
         found += bus.take_some()[0]
-    assert (found[2].arbitration_id, bytes(found[2].data), found[2].timestamp) == (0x13, b"\x01", 2.0)
+    assert found[2] == (2.0, 0x13, b"\x01", False, False)
+
+
+@pytest.mark.parametrize(
+    ("words", "frames"),
+    [
+        (b"< frame 210 1.5 00 >< frame 00000345 2.5 0aFF >", [(1.5, 0x210, b"\x00"), (2.5, 0x345, b"\x0a\xff")]),
+        (b"< frame 210 1.5 00 >\n< ok >< frame 211 2 0a >", [(1.5, 0x210, b"\x00"), (2.0, 0x211, b"\x0a")]),
+        (b"6 00 >< frame 210 1.5 00 >", [(1.5, 0x210, b"\x00")]),
+        (b"< frame 210 1.5 00 >< frame", [(1.5, 0x210, b"\x00")]),
+        (b"< frame 1210 1.5 00 >", [(1.5, 0x1210, b"\x00")]),
+    ],
+)
+def test_frames_are_read_among_other_words(
+    words: bytes, frames: list[tuple[float, int, bytes]], stage: ExitStack
+) -> None:
+    there = gateway(stage, *HELLO)
+    bus = connect(stage, there)
+    there.connections[-1].sendall(words)
+    assert select.select((bus,), (), (), 2.0)[0]
+    assert [found[:3] for found in bus.take_some()[0]] == frames
+
+
+def test_an_error_frame_is_marked_as_one(stage: ExitStack) -> None:
+    there = gateway(stage, *HELLO)
+    bus = connect(stage, there)
+    there.connections[-1].sendall(b"< frame 012 1.5 00 >< error 040 2.500000 >")
+    assert select.select((bus,), (), (), 2.0)[0]
+    good, error = bus.take_some()[0]
+    assert (good[4], error[1], error[4]) == (False, 0x40, True)
 
 
 @pytest.mark.parametrize("words", [b"< frame xyz 1.5 00 >", b"< frame 012 soon 00 >", b"< frame 012 1.5 0g >", b"\xff"])
@@ -146,7 +174,7 @@ def test_a_line_counts_what_a_stalled_gateway_did_not_take_and_goes_on(stage: Ex
         line.poll()
     sender = FrameSender("HandPose")
     while line.unsent < 10 and time.monotonic() < deadline:
-        line.send(sender.encode({"x": 0.0, "y": 0.0}))
+        line.send(sender.next_frame((0.0, 0.0)))
     assert (line.connected, line.times_lost, line.unsent) == (True, 0, 10)
     assert line.figures()["unsent"] == 10
     there.connections[-1].sendall(b"< frame 012 1.5 ff000a >")
@@ -183,3 +211,37 @@ def test_a_far_side_that_loses_its_power_ends_the_connection_within_seconds(stag
             for option in (socket.TCP_KEEPIDLE, socket.TCP_KEEPINTVL, socket.TCP_KEEPCNT)
         )
         assert idle + interval * count == DEAD_S
+
+
+class Watched:
+    """A connection that notes when the system was asked to acknowledge at once."""
+
+    def __init__(self, connection: socket.socket) -> None:
+        self._connection = connection
+        self.asked = 0
+
+    def setsockopt(self, level: int, option: int, value: int) -> None:
+        assert (level, option, value) == (socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)
+        self.asked += 1
+        self._connection.setsockopt(level, option, value)
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._connection, name)
+
+
+@pytest.mark.skipif(not hasattr(socket, "TCP_QUICKACK"), reason="this system has no such option")
+def test_what_came_is_acknowledged_at_once_unless_own_frames_carry_it_along(stage: ExitStack) -> None:
+    there = gateway(stage, *HELLO)
+    bus = connect(stage, there)
+    watched = Watched(bus._connection)
+    vars(bus)["_connection"] = watched
+
+    def hear() -> int:
+        there.connections[-1].sendall(b"< frame 012 1.5 00 >")
+        assert select.select((bus,), (), (), 2.0)[0]
+        assert len(bus.take_some()[0]) == 1
+        return watched.asked
+
+    assert [hear(), hear()] == [1, 2]
+    bus.send_all([(0x123, b"\x01")])
+    assert [hear(), hear()] == [2, 3]

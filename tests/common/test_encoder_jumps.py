@@ -87,10 +87,10 @@ def test_after_a_gap_or_from_another_gateway_a_finger_may_be_anywhere(after_s: f
 def test_encoders_are_timed_by_the_bus_and_fail_one_by_one() -> None:
     encoders = EncoderJumps(("index", "middle"), FINGER_M_S)
     assert math.isnan(encoders.step(5.0, (0.001, 0.0))[0])
-    assert encoders.step(5.010, (0.015, 0.0)) == (5.010 - 5.0, [0.015, 0.0])  # 14 mm, but in 10 ms
-    assert encoders.step(5.012, (0.015, 0.008))[1] == [0.015, 0.0]
+    assert encoders.step(5.010, (0.015, 0.0)) == (5.010 - 5.0, (0.015, 0.0))  # 14 mm, but in 10 ms
+    assert encoders.step(5.012, (0.015, 0.008))[1] == (0.015, 0.0)
     encoders.step(5.014, (0.0151, 0.008))
-    assert encoders.step(5.017, (0.0152, 0.008))[1] == [0.0152, 0.008]
+    assert encoders.step(5.017, (0.0152, 0.008))[1] == (0.0152, 0.008)
     assert encoders.faults == ["middle: encoder jumped by 8.0 mm"]
     encoders.step(1.0, (0.0, 0.0))
     assert encoders.faults == []

@@ -221,7 +221,7 @@ class Texture(DriverContract):
         for _ in range(100):
             rig.turn()
         while driver_on.read(0.0) is not None:
-            assert len(driver_on._waiting) < 40
+            assert len(driver_on.waiting) < 40
 
 
 class Thermal(DriverContract):
