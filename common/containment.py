@@ -47,10 +47,14 @@ class Containment:
         self._latch = latch
         self._named: set[str] = set()
         self._latched = False
+        self._steps: dict[tuple[str, bool, tuple[type[Exception], ...]], Step] = {}
 
     def step(self, name: str, *, latches: bool = True, passes: tuple[type[Exception], ...] = ()) -> "Step":
         """A context that contains what is raised in it, except `passes`; with `latches` each one latches a fault."""
-        return Step(self, name, latches, passes)
+        which = (name, latches, passes)
+        if which not in self._steps:
+            self._steps[which] = Step(self, name, latches, passes)
+        return self._steps[which]
 
     def request(self, name: str) -> "_Request":
         """A context that turns what a peer's request raises into its refusal: others are served, nothing is latched.

@@ -12,6 +12,7 @@ from typing import Any
 import zmq
 
 from common.curve_sockets import (
+    Inbox,
     LinkProblem,
     prepare_socket,
     receive_requests,
@@ -58,10 +59,11 @@ class Desk:
         except zmq.ZMQError as error:
             self.close()
             raise LinkProblem(f"{HOST}:{port} (desk): {error.strerror}; choose another desk_port") from None
+        self._inbox = Inbox(self._socket)
 
     def serve(self, now_ns: int, do: Do) -> None:
         """Carry out what was asked since the last call, and answer."""
-        for received in receive_requests(self._socket, _AT_ONCE):
+        for received in receive_requests(self._inbox, _AT_ONCE):
             who, packet = received.who, received.packet
             try:
                 request = Request.decode(packet)
@@ -73,6 +75,7 @@ class Desk:
             except (Refused, BadPacket) as error:  # the latter: more than a packet to the far site can hold
                 refused = str(error)[:LONGEST_REFUSAL]
             send_answer(self._socket, who, Answer(0, request.sequence, now_ns, refused, told).encode())
+            self._inbox.stale()
 
     def close(self) -> None:
         """Give the port back."""

@@ -43,7 +43,7 @@ class EmergencyStop:
 
     def forget(self) -> None:
         """The fault was cleared: outputs may be on again. A stop that is still waited for is not forgotten."""
-        if not self._waiting:
+        if self.asked_ns is not None and not self._waiting:
             self.asked_ns, self.after_s = None, {}
 
     def step(self, now_ns: int, unconfirmed: Unconfirmed) -> Confirmation | None:

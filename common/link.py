@@ -14,6 +14,7 @@ import zmq.utils.monitor
 from common.bind_address import check_bind
 from common.curve_sockets import (
     MOST_AT_ONCE,
+    Inbox,
     LinkProblem,
     Received,
     end_connection,
@@ -24,7 +25,6 @@ from common.curve_sockets import (
     receive_requests,
     send_answer,
     serve_curve,
-    take,
     use_curve,
 )
 from common.doorkeeper import Doorkeeper
@@ -49,6 +49,7 @@ _CLIENT_TYPE = {
 _MAY_OBSERVE = (Direction.TO_OBSERVERS, Direction.BOTH)
 """What an observer's key opens; requests of an observer are judged by the session."""
 _LAST_REQUEST_MS = 100
+_DONTWAIT = int(zmq.DONTWAIT)
 _UNSENT = 8
 """Requests that wait to be sent; further ones fail."""
 
@@ -59,6 +60,7 @@ class _Link:
     def __init__(self) -> None:
         self._context = zmq.Context()
         self._sockets: dict[str, zmq.Socket[bytes]] = {}
+        self._inboxes: dict[str, Inbox] = {}
 
     def _socket(self, stream: Stream, kind: int) -> "zmq.Socket[bytes]":
         socket = self._context.socket(kind)
@@ -82,14 +84,14 @@ class _Link:
         socket = self._sockets.get(stream)
         if socket is not None:
             try:
-                socket.send(packet, zmq.DONTWAIT)
+                socket.send(packet, _DONTWAIT)
             except zmq.Again:
                 return
 
     def receive_latest(self, stream: str) -> bytes | None:
         """The newest unread packet of a latest-only stream."""
-        socket = self._sockets.get(stream)
-        frames = [] if socket is None else take(socket)
+        inbox = self._inboxes.get(stream)
+        frames = None if inbox is None else inbox.take()
         return frames[0].bytes if frames else None
 
     def wait_for_latest(self, stream: str, seconds: float) -> bytes | None:
@@ -100,6 +102,7 @@ class _Link:
         socket = self._sockets.get(stream)
         if socket is None:
             return None
+        self._inboxes[stream].stale()
         socket.setsockopt(zmq.RCVTIMEO, round(seconds * 1e3))
         try:
             return socket.recv()
@@ -136,13 +139,13 @@ class RemoteLink(_Link):
         """What clients sent on a request stream, at most MOST_AT_ONCE; emergency stops first."""
         if len(self._sockets) < len(STREAMS):
             self._bind_missing()
-        socket = self._sockets.get(stream)
-        return [] if socket is None else receive_requests(socket)
+        inbox = self._inboxes.get(stream)
+        return [] if inbox is None else receive_requests(inbox)
 
     def motions(self) -> list[Received]:
         """The newest unread motion of each connection, at most MOST_AT_ONCE."""
-        socket = self._sockets.get("motion")
-        return [] if socket is None else receive_newest(socket)
+        inbox = self._inboxes.get("motion")
+        return [] if inbox is None else receive_newest(inbox)
 
     def send_latest(self, stream: str, packet: bytes) -> None:
         """As `_Link.send_latest`; connections of readers that subscribe again and again are ended."""
@@ -175,6 +178,7 @@ class RemoteLink(_Link):
         socket = self._sockets.get(stream)
         if socket is not None:
             send_answer(socket, who, packet)
+            self._inboxes[stream].stale()
 
     def may_operate(self, key: str) -> bool:
         """Whether the owner of this key may be a session's operator."""
@@ -195,6 +199,7 @@ class RemoteLink(_Link):
         revoked = self._doorkeeper.revoked()
         for name in revoked:
             self._subscribers.pop(name, None)
+            self._inboxes.pop(name, None)
             if (socket := self._sockets.pop(name, None)) is not None:
                 socket.close(linger=0)
         self._bind_missing()
@@ -217,7 +222,7 @@ class RemoteLink(_Link):
         except zmq.ZMQError:
             socket.close(linger=0)
             raise
-        self._sockets[stream.name] = socket
+        self._sockets[stream.name], self._inboxes[stream.name] = socket, Inbox(socket)
         if _REMOTE_TYPE[stream.direction] == zmq.PUB:
             self._subscribers[stream.name] = Subscribers(socket, self._base_port + stream.port)
 
@@ -271,7 +276,7 @@ class OperatorLink(_Link):
             if self._address is not None:
                 socket.setsockopt(zmq.IPV6, is_ipv6(self._address))
                 socket.connect(tcp_endpoint(self._address, self._base_port + stream.port))
-            self._sockets[stream.name] = socket
+            self._sockets[stream.name], self._inboxes[stream.name] = socket, Inbox(socket)
 
     def reconnect(self) -> None:
         """Try again after a refusal: the library itself never does."""
@@ -292,6 +297,7 @@ class OperatorLink(_Link):
             self._sockets[stream].send(packet, zmq.DONTWAIT)
         except zmq.Again:
             return False
+        self._inboxes[stream].stale()
         return True
 
     def receive(self, stream: str) -> list[bytes]:
@@ -299,7 +305,8 @@ class OperatorLink(_Link):
         found: list[bytes] = []
         if self._address != self._resolver.address:  # the name server has answered
             self.reconnect()
-        while len(found) < MOST_AT_ONCE and (frames := take(self._sockets[stream])):
+        inbox = self._inboxes[stream]
+        while len(found) < MOST_AT_ONCE and (frames := inbox.take()):
             found.append(frames[0].bytes)
         return found
 

@@ -51,5 +51,9 @@ class MotionPrediction:
         """The places (5, 3), m, at a time on the sender's clock, s; None before the first packet."""
         if self._last is None or self._pace is None:
             return self._last
-        onwards_s = min(max(0.0, t_s - self._last_s), ONWARDS_S)
-        return np.asarray(self._last + onwards_s * self._pace)
+        onwards_s = t_s - self._last_s
+        if onwards_s <= 0.0:
+            return self._last
+        onwards_s = min(onwards_s, ONWARDS_S)
+        place: Floats = self._last + onwards_s * self._pace
+        return place

@@ -5,12 +5,14 @@ Each number is compared by itself: a norm over several would hide one that is ol
 
 import math
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from common.messages import TOUCH_FIELDS, Touch
+from common.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch
+from common.packets import Floats
 
 PLANE_M = 0.25e-3
 """Along the bench: a quarter of the 1 mm that a hand can tell."""
@@ -74,7 +76,7 @@ _LEAST = np.array([TOUCH_STEPS[name].least for name in TOUCH_FIELDS])
 
 def motion_felt(told_m: NDArray[np.float64], true_m: NDArray[np.float32]) -> bool:
     """Whether places (5, 3), m, differ by more than a hand would notice, in any direction of any finger."""
-    return bool((np.abs(true_m - told_m) > _MOTION_M).any())
+    return bool(np.count_nonzero(np.abs(true_m - told_m) > _MOTION_M))
 
 
 def touch_felt(told: Touch, true: Touch) -> bool:
@@ -85,5 +87,12 @@ def touch_felt(told: Touch, true: Touch) -> bool:
         return True
     if true.floats == told.floats:
         return False
-    was = told.block
-    return bool((np.abs(true.block - was) > np.maximum(_LEAST, _SHARE * np.abs(was))).any())
+    was, steps = _told(told.floats)
+    return bool(np.count_nonzero(np.abs(true.block - was) > steps))
+
+
+@lru_cache(maxsize=2)
+def _told(floats: bytes) -> tuple[Floats, NDArray[np.float64]]:
+    """A touch block that was told, and the largest difference of each number that is not told; kept while it is new."""
+    was = TOUCH_BLOCK.array(floats)
+    return was, np.maximum(_LEAST, _SHARE * np.abs(was))

@@ -142,13 +142,14 @@ class Recorder:
         Raises:
             ValueError: the recording has no such stream.
         """
-        if stream not in self._streams:
+        number = self._streams.get(stream)
+        if number is None:
             raise ValueError(f"stream {stream!r} is not in the recording's schemas: {', '.join(self._streams)}")
         if self._ended or self._closed or len(self._waiting) >= _QUEUE_LENGTH:
             self._refused += 1
         else:
             self._taken += 1
-            self._waiting.append((self._streams[stream], time_ns, payload))
+            self._waiting.append((number, time_ns, payload))
         if self._durable or not 0 <= time_ns - self._handed_ns < _HAND_NS:
             self._handed_ns = time_ns
             self._exchange()

@@ -102,7 +102,8 @@ class SessionClient:
     @property
     def both_engaged(self) -> bool:
         """Whether both sites say that outputs may act."""
-        return self.session.engaged and self.touch is not None and self.touch.state is LinkState.ENGAGED
+        touch = self.touch
+        return touch is not None and self.session.state is touch.state is LinkState.ENGAGED
 
     @property
     def stopped(self) -> str:
@@ -266,6 +267,8 @@ class SessionClient:
     def _within_rate(self, stream: str, now_ns: int) -> list[bytes]:
         """What came on a request stream; of a remote site that sends far too much, a part."""
         packets = self.link.receive(stream)
+        if not packets:
+            return packets
         allowed = [packet for packet in packets if self._rates.allows(stream, now_ns * 1e-9)]
         if len(allowed) < len(packets):
             self.damaged[f"{stream}: too many"] += len(packets) - len(allowed)

@@ -69,6 +69,8 @@ class SessionStop:
     def step(self, now_ns: int, unconfirmed: Unconfirmed) -> None:
         """Take what this site's devices say, and note when the remote site has let its time pass."""
         self._now_ns = now_ns
+        if self._devices.asked_ns is None and not self._asking:
+            return
         confirmation = self._devices.step(now_ns, unconfirmed)
         if confirmation is not None:
             self._here = str(confirmation)

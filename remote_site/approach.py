@@ -16,9 +16,10 @@ class Approach:
     Attributes:
         limit_m_s: the present one.
         met: whether the set-point has been where it is wanted since it was let go.
+        settled: whether it has met and is at full speed: then a step changes nothing.
     """
 
-    __slots__ = ("_approach_m_s", "_full_m_s", "limit_m_s", "met")
+    __slots__ = ("_approach_m_s", "_full_m_s", "limit_m_s", "met", "settled")
 
     def __init__(self, approach_m_s: float, full_m_s: float) -> None:
         """Not let go yet.
@@ -32,10 +33,11 @@ class Approach:
 
     def let_go(self) -> None:
         """Begin to approach."""
-        self.limit_m_s, self.met = self._approach_m_s, False
+        self.limit_m_s, self.met, self.settled = self._approach_m_s, False, False
 
     def step(self, dt_s: float, left_m: float) -> None:
         """Take how far from what is wanted the set-point has stayed in this tick, m."""
         self.met = self.met or left_m <= MET_M
         if self.met:
             self.limit_m_s = min(self._full_m_s, self.limit_m_s + WIDEN_M_S2 * dt_s)
+            self.settled = self.limit_m_s == self._full_m_s

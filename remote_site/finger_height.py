@@ -6,7 +6,7 @@ from common.limits import APPROACH_DOWN_M_S
 from common.oscillation import Oscillation
 from remote_site.approach import Approach
 from remote_site.left_work import LeftWork
-from remote_site.patient_limit import Limit
+from remote_site.patient_limit import APPROACH, ENERGY, FORCE, HEIGHT_RANGE, HEIGHT_SPEED
 from remote_site.telemanipulator_follow import SERVO_N_M
 
 HEIGHT_LOW_M = -0.0100
@@ -26,6 +26,7 @@ TOUCHING_N = 0.15
 """More force than this is contact for the heater, whatever the mode says."""
 ROUNDING_M = 1e-9
 """A set-point that misses by rounding only is not reported as limited."""
+_BRAKE_N_S_M = SERVO_N_M * REACTION_S
 
 
 class FingerHeight:
@@ -39,6 +40,8 @@ class FingerHeight:
     def __init__(self, force_limit_n: float) -> None:
         """A finger that presses with no more than this, N."""
         self._force_limit_n = force_limit_n
+        self._brake_n = BRAKE_SHARE * force_limit_n
+        self._reach_m = force_limit_n / SERVO_N_M
         self._approach = Approach(APPROACH_DOWN_M_S, HEIGHT_SPEED_M_S)
         self._oscillation = Oscillation()
         self._drained = False
@@ -91,31 +94,40 @@ class FingerHeight:
         Returns:
             `Limit` bits of what acted.
         """
-        acted, before_m = 0, self.z_m
+        acted, before_m, target_m, approach = 0, self.z_m, wanted_m, self._approach
         self._drained = False
-        target_m = min(HEIGHT_HIGH_M, max(HEIGHT_LOW_M, wanted_m))
-        if target_m != wanted_m:
-            acted |= Limit.HEIGHT_RANGE.value
+        if not HEIGHT_LOW_M <= wanted_m <= HEIGHT_HIGH_M:
+            target_m = HEIGHT_HIGH_M if wanted_m > HEIGHT_HIGH_M else HEIGHT_LOW_M
+            acted = HEIGHT_RANGE
         up_m = HEIGHT_SPEED_M_S * tick_s
         if pressed_n > self._force_limit_n:
             self.z_m = min(HEIGHT_HIGH_M, before_m + up_m)
-            return acted | Limit.FORCE.value
-        free_m_s = self._approach.limit_m_s if hand_met else 0.0
-        brake_m_s = max(0.0, BRAKE_SHARE * self._force_limit_n - pressed_n) / (SERVO_N_M * REACTION_S)
-        drain_m_s = self.left.room_j / (REACTION_S * max(TOUCHING_N, pressed_n))
-        down_m = min(free_m_s, brake_m_s, drain_m_s) * tick_s
-        z_m = before_m + min(up_m, max(-down_m, target_m - before_m))
-        self._approach.step(tick_s, abs(z_m - target_m))
-        if not self._approach.met:
-            acted |= Limit.APPROACH.value
-        if z_m > target_m + ROUNDING_M and min(brake_m_s, drain_m_s) < free_m_s:
-            self._drained = drain_m_s < brake_m_s
-            acted |= (Limit.ENERGY if self._drained else Limit.FORCE).value
-        elif abs(z_m - target_m) > ROUNDING_M:
-            acted |= Limit.HEIGHT_SPEED.value
-        deepest_m = measured_m - self._force_limit_n / SERVO_N_M
+            return acted | FORCE
+        free_m_s = approach.limit_m_s if hand_met else 0.0
+        step_m, held, drained = target_m - before_m, False, False
+        if step_m > 0.0:
+            z_m = before_m + (step_m if step_m < up_m else up_m)
+        else:
+            brake_m_s = max(0.0, self._brake_n - pressed_n) / _BRAKE_N_S_M
+            drain_m_s = self.left.room_j / (REACTION_S * max(TOUCHING_N, pressed_n))
+            drained = drain_m_s < brake_m_s
+            down_m_s = drain_m_s if drained else brake_m_s
+            held = down_m_s < free_m_s
+            down_m = (down_m_s if held else free_m_s) * tick_s
+            z_m = before_m + (step_m if step_m > -down_m else -down_m)
+        missed_m = z_m - target_m
+        if not approach.settled:
+            approach.step(tick_s, abs(missed_m))
+            if not approach.met:
+                acted |= APPROACH
+        if held and missed_m > ROUNDING_M:
+            self._drained = drained
+            acted |= ENERGY if drained else FORCE
+        elif not -ROUNDING_M <= missed_m <= ROUNDING_M:
+            acted |= HEIGHT_SPEED
+        deepest_m = measured_m - self._reach_m
         if z_m < deepest_m:
-            acted |= Limit.FORCE.value
+            acted |= FORCE
             z_m = min(deepest_m, before_m + up_m)
-        self.z_m = min(HEIGHT_HIGH_M, z_m)
+        self.z_m = z_m if z_m < HEIGHT_HIGH_M else HEIGHT_HIGH_M
         return acted

@@ -35,8 +35,7 @@ class HeaterLimits:
         self.known = False
         self.spent = False
         self.too_hot = False
-        self._plate_c = math.nan
-        self._mark_c = math.nan
+        self._plate_c = self._mark_c = math.nan
         self._rate_k_s = 0.0
         self._dose = SkinDose()
         self._work_s = 0.0
@@ -55,29 +54,26 @@ class HeaterLimits:
         fresh = 0.0 <= age_s <= GAP_S
         if not (fresh and SENSOR_LOW_C <= plate_c <= SENSOR_HIGH_C):
             self.known = False
-            self._plate_c = math.nan
             self._doubt(t_s, fresh)
             return
-        self._implausible = False
-        self._answer(dt_s, drive, plate_c)
-        self.spent = self._dose.step(t_s, plate_c)
-        self.known = True
-        self.too_hot = plate_c + LOOK_AHEAD_S * max(0.0, self._rate_k_s) > SENSOR_PLATE_C
-
-    def _answer(self, dt_s: float, drive: float, plate_c: float) -> None:
-        if math.isnan(self._plate_c):
+        if not self.known:
+            self.known, self._implausible = True, False
             self._plate_c = self._mark_c = plate_c
             self._rate_k_s = self._work_s = 0.0
         if dt_s > 0.0:
             rate = (plate_c - self._plate_c) / dt_s
             self._rate_k_s += (rate - self._rate_k_s) * dt_s / (RATE_LAG_S + dt_s)
             self._plate_c = plate_c
-        if abs(plate_c - self._mark_c) >= SILENT_K:
+        if not -SILENT_K < plate_c - self._mark_c < SILENT_K:
             self._mark_c, self._work_s = plate_c, 0.0
-        self._work_s = max(0.0, self._work_s + (abs(drive) - HOLDING_DRIVE) * dt_s)
-        if self._work_s > SILENT_WORK_S:
-            self._work_s = 0.0
-            self.repeated.demand_test()
+        if drive or self._work_s:
+            self._work_s = max(0.0, self._work_s + (abs(drive) - HOLDING_DRIVE) * dt_s)
+            if self._work_s > SILENT_WORK_S:
+                self._work_s = 0.0
+                self.repeated.demand_test()
+        self.spent = self._dose.step(t_s, plate_c)
+        rate_k_s = self._rate_k_s
+        self.too_hot = plate_c + (LOOK_AHEAD_S * rate_k_s if rate_k_s > 0.0 else 0.0) > SENSOR_PLATE_C
 
     def _doubt(self, t_s: float, fresh: bool) -> None:
         """A fresh reading that is implausible is a fault of the sensor, once until it is plausible again."""

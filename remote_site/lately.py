@@ -1,5 +1,6 @@
 """The highest and the lowest of what was told lately: a servo that does not overshoot is somewhere between them."""
 
+import math
 from collections import deque
 
 MEMORY_S = 0.25
@@ -11,34 +12,32 @@ highest (or the lowest)."""
 
 
 class Lately:
-    """Values of the last MEMORY_S; `add` one before anything is asked."""
+    """Values of the last MEMORY_S.
 
-    __slots__ = ("_depth", "_high")
+    Attributes:
+        highest, lowest: of them; `add` one before these are asked.
+    """
+
+    __slots__ = ("_depth", "_high", "highest", "lowest")
 
     def __init__(self) -> None:
         self._high: _Falling = deque()
         self._depth: _Falling = deque()
+        self.highest = -math.inf
+        self.lowest = math.inf
 
     def add(self, t_s: float, value: float) -> None:
         """Take a value of the time `t_s`, s, which does not go back."""
-        high, depth, before_s = self._high, self._depth, t_s - MEMORY_S
+        high, depth, before_s, entry = self._high, self._depth, t_s - MEMORY_S, (t_s, value)
         while high and high[-1][1] <= value:
             high.pop()
-        high.append((t_s, value))
+        high.append(entry)
         while high[0][0] < before_s:
             high.popleft()
+        self.highest = high[0][1]
         while depth and depth[-1][1] >= value:
             depth.pop()
-        depth.append((t_s, value))
+        depth.append(entry)
         while depth[0][0] < before_s:
             depth.popleft()
-
-    @property
-    def highest(self) -> float:
-        """The highest of them."""
-        return self._high[0][1]
-
-    @property
-    def lowest(self) -> float:
-        """The lowest of them."""
-        return self._depth[0][1]
+        self.lowest = depth[0][1]

@@ -34,6 +34,10 @@ class LeftWork:
             z_m: height of the finger, m.
             force_n: contact force, N.
         """
+        if force_n == 0.0 == self._force_n and not self.left_j:  # a finger in the air
+            self._z_m = z_m
+            return
         work_j = 0.5 * (self._force_n + force_n) * (self._z_m - z_m)
         self._z_m, self._force_n = z_m, force_n
-        self.left_j = max(0.0, self.left_j + work_j - LEFT_W * dt_s) if math.isfinite(work_j) else 0.0
+        left_j = self.left_j + work_j - LEFT_W * dt_s
+        self.left_j = left_j if 0.0 < left_j < math.inf else 0.0  # a comparison with NaN is false

@@ -58,7 +58,10 @@ class OperatorConnections:
     def own(self, stream: str, received: Received, now_ns: int) -> bool:
         """Whether a packet of the operator's key came on the connection that speaks on this stream."""
         line = self._lines.get(stream)
-        if line is not None and line.received.connection != received.connection:
+        if line is None:
+            self._lines[stream] = _Line(received, now_ns)
+            return True
+        if line.received.connection != received.connection:
             silent = now_ns - line.heard_ns > SILENT_S[stream] * 1e9
             if not silent and self._is_open(stream, line.received.connection):
                 if stream == "motion" and (
@@ -68,7 +71,7 @@ class OperatorConnections:
                 return False
             if stream == "motion":
                 self._rival = None
-        self._lines[stream] = _Line(received, now_ns)
+        line.received, line.heard_ns = received, now_ns
         return True
 
     def own_first(self, stream: str, packets: list[Received]) -> list[Received]:

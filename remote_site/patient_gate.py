@@ -17,12 +17,25 @@ from common.repeated_fault import STAYS_OFF
 from remote_site.approach import Approach
 from remote_site.finger_height import ROUNDING_M, TOUCHING_N, FingerHeight
 from remote_site.heater_limits import SENSOR_HIGH_C, HeaterLimits
-from remote_site.patient_limit import Limit
+from remote_site.patient_limit import (
+    APPROACH,
+    DOSE,
+    FORCE_UNKNOWN,
+    HEATER_CONTACT,
+    HEATER_RANGE,
+    HEATER_TEST,
+    PLANE_RANGE,
+    PLANE_SPEED,
+    RELEASED,
+    SENSOR_TEMPERATURE,
+    SENSOR_UNKNOWN,
+)
 from remote_site.telemanipulator_follow import LONGEST_TICK_S, TelemanipulatorFollow
 
 PLANE_RANGE_M = 0.655
 """What the telemanipulator's frames can say."""
 PLANE_SPEED_M_S = 0.30
+_ALL = (True,) * len(FINGERS)
 
 
 @dataclass(slots=True)
@@ -135,14 +148,13 @@ class PatientGate:
         dt_s = self._elapsed(t_s)
         self._inspect_motion(wanted_x_m + wanted_y_m + sum(wanted_z_m) + sum(heater_drive))
         measured = (measured_x_m, measured_y_m, *measured_z_m)
-        taking_part = [age_s != math.inf for age_s in sensor_age_s]
-        known = self._inspect_measured(dt_s, force_age_s, measured, force_n, taking_part)
+        known = self._inspect_measured(dt_s, force_age_s, measured, force_n, sensor_age_s)
         self._watch_forces(dt_s, known, measured_z_m, force_n)
-        for finger, plate_c in enumerate(sensor_c):
+        for number, plate_c in enumerate(sensor_c):
             if SENSOR_PLATE_C < plate_c <= SENSOR_HIGH_C:
-                self.trip(f"{FINGERS[finger]}: sensor plate at {plate_c:.1f} C, above {SENSOR_PLATE_C:.1f} C", finger)
+                self.trip(f"{FINGERS[number]}: sensor plate at {plate_c:.1f} C, above {SENSOR_PLATE_C:.1f} C", number)
         live = engaged and known and 0.0 <= motion_age_s <= GAP_S and self._fault is None
-        limited = [(0 if live else Limit.RELEASED.value) | (0 if known else Limit.FORCE_UNKNOWN.value)] * len(FINGERS)
+        limits = (0 if live else RELEASED) | (0 if known else FORCE_UNKNOWN)
         self._stopped_s = 0.0 if live else self._stopped_s + dt_s
         if dt_s > TICK_AGE_S:
             self._live = False  # after a standstill the telemanipulator may have stopped by itself, and risen
@@ -153,26 +165,25 @@ class PatientGate:
         self._live = live
         tick_s = min(LONGEST_TICK_S, dt_s)
         if live:
-            self._move_plane(tick_s, wanted_x_m, wanted_y_m, limited)
-        for finger in range(len(FINGERS)):
-            pressed_n = force_n[finger] if known else math.nan
+            limits |= self._move_plane(tick_s, wanted_x_m, wanted_y_m)
+        limited, heights_m, hand_met = [limits] * len(FINGERS), [], self._approach.met
+        for number, finger in enumerate(self._fingers):
+            pressed_n, plate_c = force_n[number] if known else math.nan, sensor_c[number]
             if live:
-                limited[finger] |= self._fingers[finger].follow(
-                    tick_s, wanted_z_m[finger], measured_z_m[finger], pressed_n, self._approach.met
-                )
+                limited[number] |= finger.follow(tick_s, wanted_z_m[number], measured_z_m[number], pressed_n, hand_met)
             else:
-                self._fingers[finger].retreat(tick_s, pressed_n, self._stopped_s)
-            self._heaters[finger].step(self._t_s, dt_s, self._drive[finger], sensor_c[finger], sensor_age_s[finger])
-            touching = in_contact[finger] or not pressed_n <= TOUCHING_N
-            self._drive[finger] = self._heat(
-                finger, live and not touching, heater_drive[finger], sensor_c[finger], limited
-            )
+                finger.retreat(tick_s, pressed_n, self._stopped_s)
+            heights_m.append(finger.z_m)
+            touching = in_contact[number] or not pressed_n <= TOUCHING_N
             if touching:
-                limited[finger] |= Limit.HEATER_CONTACT.value
-        heights_m = [finger.z_m for finger in self._fingers]
+                limited[number] |= HEATER_CONTACT
+            heater, allowed = self._heaters[number], live and not touching
+            heater.step(self._t_s, dt_s, self._drive[number], plate_c, sensor_age_s[number])
+            self._drive[number], acted = self._heat(heater, allowed, heater_drive[number], plate_c)
+            limited[number] |= acted
         if known:
             self._follow.told(self._t_s, (*self._plane, *heights_m), not live)
-        return GatedCommand(self._ready, not live, *self._plane, heights_m, list(self._drive), limited, self._fault)
+        return GatedCommand(self._ready, not live, *self._plane, heights_m, self._drive[:], limited, self._fault)
 
     def _elapsed(self, t_s: float) -> float:
         if not math.isfinite(t_s):
@@ -193,11 +204,13 @@ class PatientGate:
         age_s: float,
         measured: tuple[float, ...],
         force_n: Sequence[float],
-        taking_part: Sequence[bool],
+        sensor_age_s: Sequence[float],
     ) -> bool:
         """Whether it is known where the telemanipulator is and how hard it presses; and does it obey?"""
         fresh = 0.0 <= age_s <= GAP_S
         if fresh and math.isfinite(sum(measured) + sum(force_n)):
+            # A finger without a sensor takes no part.
+            taking_part = [age_s != math.inf for age_s in sensor_age_s] if math.inf in sensor_age_s else _ALL
             disobeys = self._follow.step(dt_s, age_s, measured, force_n, taking_part)
             if disobeys:
                 self.trip(disobeys)
@@ -208,8 +221,9 @@ class PatientGate:
         return False
 
     def _watch_forces(self, dt_s: float, known: bool, z_m: Sequence[float], force_n: Sequence[float]) -> None:
+        t_s, live = self._t_s, self._live
         for name, finger, measured_m, pressed_n in zip(FINGERS, self._fingers, z_m, force_n, strict=True):
-            wrong = finger.observe(self._t_s, dt_s, measured_m if known else math.nan, pressed_n, self._live)
+            wrong = finger.observe(t_s, dt_s, measured_m if known else math.nan, pressed_n, live)
             if wrong:
                 self.trip(f"{name}: {wrong}")
 
@@ -222,41 +236,40 @@ class PatientGate:
         for finger, z_m in zip(self._fingers, heights_m, strict=True):
             finger.let_go(z_m)
 
-    def _move_plane(self, tick_s: float, wanted_x_m: float, wanted_y_m: float, limited: list[int]) -> None:
-        """Follow the hand along the bench in range and at limited speed."""
-        target = (_within(wanted_x_m, PLANE_RANGE_M), _within(wanted_y_m, PLANE_RANGE_M))
-        reach = self._approach.limit_m_s * tick_s
-        x_m, y_m = (old + _within(new - old, reach) for old, new in zip(self._plane, target, strict=True))
-        left_m = max(abs(target[0] - x_m), abs(target[1] - y_m))
-        self._approach.step(tick_s, left_m)
-        acted = 0 if self._approach.met else Limit.APPROACH.value
-        if target != (wanted_x_m, wanted_y_m):
-            acted |= Limit.PLANE_RANGE.value
-        if left_m > ROUNDING_M:
-            acted |= Limit.PLANE_SPEED.value
-        if acted:
-            limited[:] = [bits | acted for bits in limited]
+    def _move_plane(self, tick_s: float, wanted_x_m: float, wanted_y_m: float) -> int:
+        """Follow the hand along the bench in range and at limited speed; returns `Limit` bits of what acted."""
+        target_x_m, target_y_m = _within(wanted_x_m, PLANE_RANGE_M), _within(wanted_y_m, PLANE_RANGE_M)
+        reach_m = self._approach.limit_m_s * tick_s
+        old_x_m, old_y_m = self._plane
+        x_m, y_m = old_x_m + _within(target_x_m - old_x_m, reach_m), old_y_m + _within(target_y_m - old_y_m, reach_m)
         self._plane = (x_m, y_m)
+        left_m = max(abs(target_x_m - x_m), abs(target_y_m - y_m))
+        self._approach.step(tick_s, left_m)
+        acted = 0 if self._approach.met else APPROACH
+        if target_x_m != wanted_x_m or target_y_m != wanted_y_m:
+            acted |= PLANE_RANGE
+        return acted | PLANE_SPEED if left_m > ROUNDING_M else acted
 
-    def _heat(self, finger: int, allowed: bool, wanted: float, sensor_c: float, limited: list[int]) -> float:
-        heater = self._heaters[finger]
+    def _heat(self, heater: HeaterLimits, allowed: bool, wanted: float, sensor_c: float) -> tuple[float, int]:
+        """A heater's drive, -1..1, and `Limit` bits of what acted."""
+        acted = 0
         if heater.repeated.needs_test:
-            limited[finger] |= Limit.HEATER_TEST.value
+            acted = HEATER_TEST
             free = allowed and heater.known and not heater.spent and not heater.too_hot
             wanted = heater.repeated.step(self._t_s, sensor_c, free)
         if not heater.known:
-            limited[finger] |= Limit.SENSOR_UNKNOWN.value
+            acted |= SENSOR_UNKNOWN
         elif heater.spent:
-            limited[finger] |= Limit.DOSE.value
+            acted |= DOSE
         elif heater.too_hot:
-            limited[finger] |= Limit.SENSOR_TEMPERATURE.value
+            acted |= SENSOR_TEMPERATURE
         elif allowed:
             drive = _within(wanted, 1.0)
-            if drive != wanted:
-                limited[finger] |= Limit.HEATER_RANGE.value
-            return drive
-        return 0.0
+            return drive, acted if drive == wanted else acted | HEATER_RANGE
+        return 0.0, acted
 
 
 def _within(value: float, reach: float) -> float:
-    return min(reach, max(-reach, value))
+    if -reach <= value <= reach:
+        return value
+    return reach if value > reach else -reach

@@ -15,6 +15,7 @@ SCHEMA: dict[str, object] = {
     "the motion that is followed, x_m, y_m] or null)]",
 }
 
+_pack = msgpack.Packer().pack
 _FIELDS: dict[str, Fits] = {
     "time_s": number,
     "x_m": real,
@@ -47,7 +48,7 @@ class Sensed:
             None if p is None else [p.sensor_c, p.ambient_c, p.fault, p.device_us, p.heater_permille]
             for p in self.plates
         ]
-        packed: bytes = msgpack.packb(
+        packed: bytes = _pack(
             [self.time_s, self.x_m, self.y_m, self.z_m, self.force_n, self.texture_counts, plates, self.hand]
         )
         return packed

@@ -105,17 +105,19 @@ class SessionServer:
         self._now_ns = now_ns
         if self.session.ident and now_ns - self._heard_ns > SILENCE_NS:
             self._end("the operator is silent")
-        for key in [key for key, heard_ns in self.observers.items() if now_ns - heard_ns > SILENCE_NS]:
-            del self.observers[key]
+        if self.observers:
+            self.observers = {key: ns for key, ns in self.observers.items() if now_ns - ns <= SILENCE_NS}
         for received in self.link.requests("control"):
             if self._within_rate("control", received, now_ns):
                 self._control(received, now_ns, not_ready)
-        for received in self._connections.own_first("heartbeat", self.link.requests("heartbeat")):
-            if self._within_rate("heartbeat", received, now_ns):
-                with self.contain.step("heartbeat", latches=False):
-                    self._heartbeat(received, now_ns)
-        for received in self._connections.own_first("motion", self.link.motions()):
-            self._motion(received, now_ns)
+        if beats := self.link.requests("heartbeat"):
+            for received in self._connections.own_first("heartbeat", beats):
+                if self._within_rate("heartbeat", received, now_ns):
+                    with self.contain.step("heartbeat", latches=False):
+                        self._heartbeat(received, now_ns)
+        if motions := self.link.motions():
+            for received in self._connections.own_first("motion", motions):
+                self._motion(received, now_ns)
         self.session.heard(self.acceptance.gap_ns(now_ns), self.gap_s, "motion")
         if why := self._motion_refused(now_ns):
             self._answer(self._connections.answers_to, 0, now_ns, why)
@@ -127,7 +129,8 @@ class SessionServer:
     @property
     def both_engaged(self) -> bool:
         """Whether both sites say that outputs may act."""
-        return self.session.engaged and self.motion is not None and self.motion.state is LinkState.ENGAGED
+        motion = self.motion
+        return motion is not None and self.session.state is motion.state is LinkState.ENGAGED
 
     def place_m(self, now_ns: int) -> NDArray[np.float64] | None:
         """Where the operator's fingertips are by the newest motions, (5, 3), m; None before the first of the session.
@@ -211,15 +214,17 @@ class SessionServer:
     def _motion_refused(self, now_ns: int) -> str:
         """Why motion is refused for good although the operator is heard; empty when it is accepted."""
         why = self.acceptance.latest_refusal
+        if not why or not self.session.engaged:
+            return ""
         since_ns = max(self._agreed_ns, self.acceptance.last_ns or 0)
-        if not self.session.engaged or not why or now_ns - since_ns <= SILENCE_NS:
+        if now_ns - since_ns <= SILENCE_NS:
             return ""
         return f"motion has been refused for {SESSION_SILENCE_S:g} s: {why}"
 
     def _operator_let_go(self) -> bool:
         """Whether the operator's site has said for a while that it is not engaged although this one is."""
         motion, heard_ns = self.motion, self.acceptance.last_ns
-        if not self.session.engaged or motion is None or heard_ns is None:
+        if motion is None or heard_ns is None or not self.session.engaged:
             return False
         if motion.state is LinkState.ENGAGED:
             self._agreed_ns = heard_ns
@@ -283,6 +288,8 @@ class SessionServer:
         self.link.answer("control", who, answer.encode())
 
     def _confirm_stop(self, now_ns: int, unconfirmed: Unconfirmed) -> None:
+        if self.stopping.asked_ns is None:
+            return
         confirmation = self.stopping.step(now_ns, unconfirmed)
         if self.session.state is not LinkState.FAULT:
             self.stopping.forget()

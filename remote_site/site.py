@@ -18,7 +18,7 @@ from common.fingers import FINGERS, named_finger
 from common.keys import TrustedKeys, fingerprint, load_keys
 from common.ladder import TICK_AGE_S
 from common.link import RemoteLink
-from common.messages import Touch
+from common.messages import Motion, Touch
 from common.packets import LinkState
 from common.perceptible import touch_felt
 from common.recording import Recorder
@@ -91,6 +91,8 @@ class RemoteSite:
         self._sensed = Sensed(-math.inf, 0.0, 0.0, _ZEROS, _ZEROS, _NOTHING_NEW, _NOTHING_NEW)
         self._command = GatedCommand(False, True, 0.0, 0.0, [*_ZEROS], [*_ZEROS], [0] * len(FINGERS), None)
         self._gate_raised_s = -math.inf
+        self._hand_of: Motion | None = None
+        self._hand: HandPlace | None = None
         self._link = link
         self._gap_ns = round(config.link.gap_s * 1e9)
         self._deadband = Deadband(1.0 / config.rate_hz) if config.link.deadband else None
@@ -202,23 +204,27 @@ class RemoteSite:
 
     def _followed(self) -> HandPlace | None:
         """The operator's hand as of the newest motion, while it is followed."""
-        server = self.server
-        if server.motion is None or not server.both_engaged:
+        motion = self.server.motion
+        if motion is None or not self.server.both_engaged:
             return None
-        x_m, y_m, _ = server.motion.block[HAND].tolist()
-        return HandPlace(server.motion.time_ns, x_m, y_m)
+        if motion is not self._hand_of:
+            x_m, y_m, _ = motion.block[HAND].tolist()
+            self._hand_of, self._hand = motion, HandPlace(motion.time_ns, x_m, y_m)
+        return self._hand
 
     def _place(self, now_ns: int) -> tuple[float, Place] | None:
         """How old the newest motion is, s, and where the operator's fingertips are by it; None where none is to act."""
         server = self.server
         gap_ns = server.acceptance.gap_ns(now_ns) if server.both_engaged else None
-        place_m = server.place_m(now_ns)
-        if gap_ns is None or gap_ns > self._gap_ns or place_m is None:
+        if gap_ns is None or gap_ns > self._gap_ns or (place_m := server.place_m(now_ns)) is None:
             return None
         return gap_ns * 1e-9, place_m.tolist()
 
     def _gated(self, now: Sensed, followed: tuple[float, Place] | None) -> GatedCommand:
-        devices, touches = self._devices, self.perception.touches
+        devices = self._devices
+        heater_drive, in_contact = [0.0] * len(FINGERS), [False] * len(FINGERS)
+        for finger, touch in self.perception.touches.items():
+            heater_drive[finger], in_contact[finger] = touch.heater_drive, bool(touch.contact)
         measured = devices.telemanipulator.measured
         age_s, wanted = followed or (1e9, [])
         hand_x, hand_y = (wanted[HAND][0], wanted[HAND][1]) if wanted else (now.x_m, now.y_m)
@@ -234,10 +240,10 @@ class RemoteSite:
             measured_z_m=now.z_m,
             force_n=now.force_n,
             force_age_s=now.time_s - measured.oldest_s,
-            heater_drive=[t.heater_drive if (t := touches.get(f)) else 0.0 for f in range(len(FINGERS))],
+            heater_drive=heater_drive,
             sensor_c=devices.sensor_c,
             sensor_age_s=[now.time_s - s for s in devices.sensor_s],
-            in_contact=[bool((t := touches.get(f)) and t.contact) for f in range(len(FINGERS))],
+            in_contact=in_contact,
         )
 
     def _touch(self, now_ns: int) -> bytes | None:

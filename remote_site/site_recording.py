@@ -32,6 +32,7 @@ SCHEMAS: dict[str, dict[str, object]] = {
         "exponential_material, reason, roughness_v, stiffness_n_m or null while it is not yet known]",
     },
 }
+_pack = msgpack.Packer().pack
 _THERMAL_EVERY = 50
 """Ticks between two records of each finger's identification: 10 Hz."""
 
@@ -72,7 +73,7 @@ class SiteRecording:
         for happening in happenings:
             self._recorder.write("remote/session", now_ns, happening.pack())
         for note in notes:
-            self._recorder.write("remote/note", now_ns, msgpack.packb(note))
+            self._recorder.write("remote/note", now_ns, _pack(note))
 
     def tick(
         self,
@@ -104,12 +105,12 @@ class SiteRecording:
             recorder.write("remote/touch", now_ns, packet)
         for event in happened:
             fields = [event.ident, int(event.kind), event.finger, event.time_ns, event.value, event.name]
-            recorder.write("remote/event", event.time_ns, msgpack.packb(fields))
+            recorder.write("remote/event", event.time_ns, _pack(fields))
         gated = [command.x_m, command.y_m, command.z_m, command.heater_drive, command.limited, command.fault]
-        recorder.write("remote/gate", now_ns, msgpack.packb(gated))
+        recorder.write("remote/gate", now_ns, _pack(gated))
         if self._ticks % _THERMAL_EVERY == 0:
             for finger, touch in touches.items():
-                recorder.write("remote/thermal", now_ns, msgpack.packb([finger, *_thermal(touch)]))
+                recorder.write("remote/thermal", now_ns, _pack([finger, *_thermal(touch)]))
         self._ticks += 1
 
 

@@ -38,7 +38,7 @@ class TelemanipulatorFollow:
         self._lately = [Lately() for _ in _NAMES]
         self._told = False
         self._doubt_s = 0.0
-        self._servo_m: list[float] = []
+        self._measured: tuple[Sequence[float], Sequence[float]] = ((), ())
         self._rest_m: list[float] = []
         self._released_s: float | None = None
 
@@ -59,11 +59,16 @@ class TelemanipulatorFollow:
             force_n: contact force of each finger, (5,), N, finite.
             taking_part: fingers that are expected to move; the others may stand anywhere.
         """
-        bent_m = [0.0, 0.0, *(max(0.0, newton) / SERVO_N_M for newton in force_n)]
-        self._servo_m = [place - bent for place, bent in zip(place_m, bent_m, strict=True)]
+        self._measured = (place_m, force_n)
         if not self._told or age_s > FRESH_S:
             return None
-        wrong = self._outside(place_m, bent_m, (True, True, *taking_part))
+        for is_m, lately, margin_m in zip(place_m, self._lately, _MARGIN_M, strict=True):
+            if not lately.lowest - margin_m <= is_m <= lately.highest + margin_m:
+                break
+        else:  # within the range without what forces bend
+            self._doubt_s = 0.0
+            return None
+        wrong = self._outside(place_m, _bent_m(force_n), (True, True, *taking_part))
         self._doubt_s = self._doubt_s + min(LONGEST_TICK_S, dt_s) if wrong else 0.0
         return wrong if self._doubt_s >= PERSIST_S else None
 
@@ -79,7 +84,8 @@ class TelemanipulatorFollow:
             if self._released_s is None:
                 self._released_s = t_s
             if not t_s - self._released_s >= STOPPING_S:  # a time that is not a number never judges
-                self._rest_m = self._servo_m
+                measured_m, force_n = self._measured
+                self._rest_m = [place - bent for place, bent in zip(measured_m, _bent_m(force_n), strict=True)]
             x_m, y_m, *z_m = self._rest_m
             place_m = [x_m, y_m, *map(max, z_m, place_m[2:])]
         for value, lately in zip(place_m, self._lately, strict=True):
@@ -95,3 +101,8 @@ class TelemanipulatorFollow:
                 away_m = max(lowest_m - is_m, is_m - highest_m)
                 return f"the telemanipulator does not obey: {name} is {away_m * 1e3:.1f} mm off its set-points"
         return None
+
+
+def _bent_m(force_n: Sequence[float]) -> list[float]:
+    """How far each part of a place is from where its servo holds it, (7,), m: a force bends a finger's servo."""
+    return [0.0, 0.0, *[max(0.0, newton) / SERVO_N_M for newton in force_n]]

@@ -11,6 +11,7 @@ import zmq
 
 from common.curve_sockets import (
     WAITING,
+    Inbox,
     LinkProblem,
     Received,
     end_connection,
@@ -362,10 +363,7 @@ def test_requests_for_a_stop_are_read_first_and_the_others_in_their_order() -> N
     class Waiting:
         """Packets of one client that have all arrived."""
 
-        def getsockopt(self, option: int) -> int:
-            return zmq.POLLIN
-
-        def recv_multipart(self, flags: int, copy: bool) -> list[Any]:
+        def take(self) -> list[Any]:
             return [Frame(b"who"), Frame(packets.pop(0))]
 
     class Frame:
@@ -375,8 +373,26 @@ def test_requests_for_a_stop_are_read_first_and_the_others_in_their_order() -> N
         def get(self, name: str) -> str:
             return "0"
 
-    found = receive_requests(cast("zmq.Socket[bytes]", Waiting()), most=4)
+    found = receive_requests(cast(Inbox, Waiting()), most=4)
     assert [received.packet for received in found] == [b"an estop", b"1", b"2", b"3"]
+
+
+def test_no_packet_waits_unread_after_answers_and_broken_off_reading(keys: Keys, base_port: int) -> None:
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
+        assert served(remote, operator)
+        for number in range(300):
+            asked = [b"%d %d" % (number, part) for part in range(1 + number % 3)]
+            for packet in asked:
+                operator.send("control", packet)
+            heard: list[bytes] = []
+
+            def all_heard(asked: list[bytes] = asked, heard: list[bytes] = heard) -> bool:
+                for received in remote.requests("control"):
+                    remote.answer("control", received.who, received.packet)
+                heard.extend(operator.receive("control"))
+                return heard[-len(asked) :] == asked
+
+            assert until(all_heard, 2.0), (asked, heard)
 
 
 def test_a_reader_that_subscribes_again_and_again_is_sent_away(keys: Keys, base_port: int) -> None:
