@@ -79,11 +79,6 @@ class Exploration:
         """Where the hand has been before counts no longer."""
 
     @property
-    def contact_s(self) -> float:
-        """Time at which the present (or last) contact began, s."""
-        return self._contact.began_s
-
-    @property
     def speed_m_s(self) -> float:
         """Tangential speed, m/s, >= 0."""
         return self._hand.speed_m_s
