@@ -21,15 +21,15 @@ class Lately:
 
     def add(self, t_s: float, value: float) -> None:
         """Take a value of the time `t_s`, s, which does not go back."""
-        high, depth, before_s = self._high, self._depth, t_s - MEMORY_S
+        high, depth, before_s, now = self._high, self._depth, t_s - MEMORY_S, (t_s, value)
         while high and high[-1][1] <= value:
             high.pop()
-        high.append((t_s, value))
+        high.append(now)
         while high[0][0] < before_s:
             high.popleft()
         while depth and depth[-1][1] >= value:
             depth.pop()
-        depth.append((t_s, value))
+        depth.append(now)
         while depth[0][0] < before_s:
             depth.popleft()
 

@@ -210,11 +210,12 @@ class TextureIdentification:
         """Work off a block that ends at `end_s`; return its impulses, and whether the surface changed."""
         # to 0.1 us, so that the time of a sample does not depend on how many came with it
         end_s = round(end_s, 7)
-        before, faulty = self._mode, self.fault is not None
+        watch, before = self._watch, self._mode
+        faulty = watch.fault is not None
         late = end_s - self._time_s > _GAP_S
         self._mode, self._time_s = mode, end_s
         resting = mode is not ExplorationMode.STROKING and speed_m_s < STROKING_M_S
-        if self._watch.step(samples_v, force_n, resting) is not None:
+        if watch.step(samples_v, force_n, resting) is not None:
             if not faulty:
                 self._forget()
             return [], False

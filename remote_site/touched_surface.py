@@ -116,12 +116,13 @@ class TouchedSurface:
             fit = self._fit = PressFit(last_s, self._forces_n[0], from_z_m)
         passed_s = t_s - from_s
         sinks_m_s = (from_z_m - z_m) / passed_s
-        dx_m = dy_m = 0.0
+        dx_m = dy_m = way_m = self.slope_x = self.slope_y = 0.0
         if samples == WINDOW and math.hypot(x_m - from_x_m, y_m - from_y_m) >= STROKE_M_S * passed_s:
             dx_m, dy_m = x_m - last_x_m, y_m - last_y_m
+            way_m = math.hypot(dx_m, dy_m)
         if height is not None and fit.stroked_on(t_s):
             fit.see(height.height_m, height.variance_m2, force_n)
-        if fit.step(t_s, mean_n, mean_m, sinks_m_s, math.hypot(dx_m, dy_m), samples) or samples == 2:
+        if fit.step(t_s, mean_n, mean_m, sinks_m_s, way_m, samples) or samples == 2:
             self._learn(fit)
         if height is None and not self.known:
             return
@@ -132,7 +133,8 @@ class TouchedSurface:
         else:
             height.step(dx_m, dy_m, self._drift_m2_s * (t_s - last_s), measured_m, noise_m2)
         self.surface_z_m = height.height_m
-        self.slope_x, self.slope_y = height.slope_along(dx_m, dy_m)
+        if way_m:
+            self.slope_x, self.slope_y = height.slope_along(dx_m, dy_m)
         self.damping_n_s_m = fit.damping_s_m * force_n if self._damping_known else 0.0
 
     def _learn(self, fit: PressFit) -> None:
