@@ -1,27 +1,16 @@
 """Five fingers' identification in one step, and its result as the touch packet that travels."""
 
 import math
-import struct
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import numpy as np
 
 from common.containment import Containment
 from common.fingers import FINGERS
 from common.hand_motion import HandMotion
-from common.messages import (
-    EVENT_MAX,
-    MAX_EVENTS,
-    TOUCH_BLOCK,
-    TOUCH_FIELDS,
-    TOUCH_HIGH,
-    TOUCH_LOW,
-    Event,
-    EventKind,
-    Touch,
-)
-from common.packets import BadPacket, Floats, LinkState
+from common.messages import EVENT_MAX, MAX_EVENTS, Event, EventKind, Touch
+from common.packets import LinkState
 from common.recent_samples import RecentSamples
 from common.serial_messages import DRIVE_FULL
 from remote_site.finger_identification import FingerIdentification
@@ -33,15 +22,10 @@ from remote_site.material_table import MaterialTable
 from remote_site.sensed import Sensed
 from remote_site.shared_object import SharedObject
 from remote_site.slow_telling import SlowTelling
-from remote_site.surface_class import (
-    GROOVE_DECAY_PER_S,
-    GROOVE_RAD_S,
-    TAP_DECAY_PER_S,
-    TAP_SPEED_PER_M_S,
-    SurfaceTable,
-)
+from remote_site.surface_class import SurfaceTable
 from remote_site.texture_sensor import texture_v
 from remote_site.thermal_identification import ThermalKnowledge
+from remote_site.touch_block import touch_block
 
 TRUST_S = 2.0
 """In a session more goes on than the model of a touch has, and it grows: backs warm up, blocks give way, s."""
@@ -55,11 +39,6 @@ FOUND_S = 0.1
 """A groove is found this long after it was crossed at most: by a stroke of 7 mm/s, 0.6 mm behind it."""
 AGAIN_S = 1.0
 """After an exception nothing is identified for this long, s: making the estimators anew takes a tick's time."""
-_THERMAL_UNKNOWN_SD_K = 50.0
-_EFFUSIVITY_UNKNOWN_LN_SD = _STIFFNESS_UNKNOWN_LN_SD = 10.0
-_FREE = (0.0,) * len(TOUCH_FIELDS)
-_NO_SURFACE = (0.0, _STIFFNESS_UNKNOWN_LN_SD, 0.0, 0.0, 0.0)
-_BLOCK = struct.Struct(f"<{len(FINGERS) * len(TOUCH_FIELDS)}f")
 
 
 class Perception:
@@ -193,17 +172,11 @@ class Perception:
 
     def packet(self, session: int, sequence: int, time_ns: int, state: LinkState) -> Touch:
         """The newest touches as a packet."""
-        values: list[float] = []
         names = [""] * len(FINGERS)
-        for finger in range(len(FINGERS)):
-            touch = self.touches.get(finger)
-            if touch is None:
-                values += _FREE
-            else:
-                values += _row(touch, *self._place_m)
-                names[finger] = touch.thermal.best or ""
-        events = tuple(self._events)
-        return Touch(session, sequence, time_ns, state, _packed(values), tuple(names), events, self._telling.told)
+        for finger, touch in self.touches.items():
+            names[finger] = touch.thermal.best or ""
+        floats, events = touch_block(self.touches, *self._place_m), tuple(self._events)
+        return Touch(session, sequence, time_ns, state, floats, tuple(names), events, self._telling.told)
 
 
 def _sample(sensed: Sensed, finger: int, hurry: bool) -> FingerSample:
@@ -227,66 +200,7 @@ def _sample(sensed: Sensed, finger: int, hurry: bool) -> FingerSample:
 
 def nothing_touched(session: int, sequence: int, time_ns: int, state: LinkState) -> Touch:
     """A packet that says the site's state and nothing else."""
-    floats = _packed(_FREE * len(FINGERS))
-    return Touch(session, sequence, time_ns, state, floats, ("",) * len(FINGERS), ())
-
-
-def _packed(values: Sequence[float]) -> bytes:
-    """The bytes of the touch block, all fingers' values one after the other.
-
-    What an estimator says beyond the packet's ranges saturates there: a site never falls silent over it.
-    """
-    try:
-        return TOUCH_BLOCK.check(_BLOCK.pack(*values))
-    except (BadPacket, OverflowError):
-        block: Floats = np.array(values, dtype=np.float32).reshape(len(FINGERS), -1)
-        return TOUCH_BLOCK.to_bytes(np.minimum(np.maximum(block, TOUCH_LOW), TOUCH_HIGH))
-
-
-def _row(touch: FingerTouch, x_m: float, y_m: float) -> tuple[float, ...]:
-    """One finger's line of the touch block, in the order of `TOUCH_FIELDS`, with the hand over (x, y)."""
-    # A finger that has left the object has no surface: none is rendered where nothing may be.
-    surface = _NO_SURFACE
-    if touch.contact:
-        surface = (touch.stiffness_n_m, touch.stiffness_ln_sd, touch.damping_n_s_m, touch.slope_x, touch.slope_y)
-    return (
-        touch.mode,
-        touch.contact,
-        touch.contact_force_n,
-        x_m,
-        y_m,
-        touch.surface_z_m,
-        *surface,
-        TAP_SPEED_PER_M_S,
-        TAP_DECAY_PER_S,
-        touch.k_stroke_v,
-        touch.k_stroke_f,
-        GROOVE_RAD_S,
-        GROOVE_DECAY_PER_S,
-        *_heat(touch),
-    )
-
-
-def _heat(touch: FingerTouch) -> tuple[float, ...]:
-    """The last columns of a finger's line: what the object is made of, and how warm it is."""
-    thermal = touch.thermal
-    if thermal.object_c is None:
-        return (
-            *(0.0, 0.0, 0.0, _EFFUSIVITY_UNKNOWN_LN_SD, 0.0, _THERMAL_UNKNOWN_SD_K),
-            thermal.probability,
-            thermal.status,
-        )
-    effusivity_ln_sd = thermal.effusivity_ln_sd if touch.conductivity_w_mk > 0.0 else None
-    return (
-        touch.conductivity_w_mk,
-        touch.density_kg_m3,
-        touch.specific_heat_j_kgk,
-        _EFFUSIVITY_UNKNOWN_LN_SD if effusivity_ln_sd is None else effusivity_ln_sd,
-        thermal.object_c,
-        thermal.object_c_sd or 0.0,
-        thermal.probability,
-        thermal.status,
-    )
+    return Touch(session, sequence, time_ns, state, touch_block({}, 0.0, 0.0), ("",) * len(FINGERS), ())
 
 
 def _sendable(value: float) -> float:
