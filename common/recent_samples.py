@@ -5,8 +5,8 @@ from collections import deque
 LEAST = 3
 LONGEST_S = 0.1
 """An estimate needs so many samples at least; so far back they may lie when the loop was late, s."""
-_ROUNDED_S = 1e-4
-_OLD_S = LONGEST_S + _ROUNDED_S
+ROUNDED_S = 1e-4
+OLD_S = LONGEST_S + ROUNDED_S
 
 
 class RecentSamples:
@@ -15,7 +15,7 @@ class RecentSamples:
     __slots__ = ("_samples", "_window_s")
 
     def __init__(self, window_s: float) -> None:
-        self._window_s = window_s + _ROUNDED_S
+        self._window_s = window_s + ROUNDED_S
         self._samples: deque[tuple[float, ...]] = deque()
 
     def take(self, *sample: float) -> None:
@@ -25,7 +25,7 @@ class RecentSamples:
             samples.clear()
         samples.append(sample)
         # A late tick must not leave the window empty: three samples say more than none, unless they are old.
-        while (age_s := t_s - samples[0][0]) > self._window_s and (len(samples) > LEAST or age_s > _OLD_S):
+        while (age_s := t_s - samples[0][0]) > self._window_s and (len(samples) > LEAST or age_s > OLD_S):
             samples.popleft()
 
     @property
