@@ -183,19 +183,14 @@ def _sample(sensed: Sensed, finger: int, hurry: bool) -> FingerSample:
     """One finger's part of what was sensed."""
     counts, plate = sensed.texture_counts[finger], sensed.plates[finger]
     signal_v = None if counts is None else texture_v(counts)
-    place = sensed.time_s, sensed.force_n[finger], sensed.x_m, sensed.y_m, sensed.z_m[finger]
-    if plate is None:
-        return FingerSample(*place, signal_v, hurry=hurry)
-    return FingerSample(
-        *place,
-        signal_v,
-        plate.sensor_c,
-        plate.ambient_c,
-        plate.fault or None,
-        plate.device_us,
-        plate.heater_permille / DRIVE_FULL,
-        hurry,
-    )
+    force_n, z_m = sensed.force_n[finger], sensed.z_m[finger]
+    sample = FingerSample(sensed.time_s, force_n, sensed.x_m, sensed.y_m, z_m, signal_v)
+    sample.hurry = hurry
+    if plate is not None:
+        sample.sensor_c, sample.ambient_c, sample.device_us = plate.sensor_c, plate.ambient_c, plate.device_us
+        sample.sensor_fault = plate.fault or None
+        sample.heater_drive = plate.heater_permille / DRIVE_FULL
+    return sample
 
 
 def nothing_touched(session: int, sequence: int, time_ns: int, state: LinkState) -> Touch:
