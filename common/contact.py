@@ -22,6 +22,7 @@ TAP_S = 0.15
 BOUNCE_S = 0.030
 """A finger that left within a tap and is back after less than this has bounced: it is still the same tap."""
 _ROUNDED_S = 1e-4
+_LONGEST_S = SURE_S + _ROUNDED_S
 
 
 class Contact:
@@ -44,40 +45,33 @@ class Contact:
         self._ended_s = -math.inf
         self._recent: deque[tuple[float, float]] = deque()
 
-    @property
-    def free(self) -> bool:
-        """Whether there is no sign of an object yet."""
-        return self.force_n < FREE_N
-
     def step(self, t_s: float, force_n: float) -> None:
         """Take the force at `t_s`, N; not finite counts as none."""
-        self.force_n = self._averaged(t_s, force_n if math.isfinite(force_n) else 0.0)
-        self.began = self.ended = False
-        if self.touching:
-            self.touching = self.force_n >= CONTACT_OFF_N
-            if not self.touching:
-                self.ended, self._ended_s = True, t_s
-        elif self.force_n >= CONTACT_ON_N:
-            self.touching = True
-            self.began = not self._bounced(t_s)
-            if self.began:
-                self.began_s = t_s
-
-    def _averaged(self, t_s: float, force_n: float) -> float:
+        if not math.isfinite(force_n):
+            force_n = 0.0
         recent = self._recent
         if recent and not t_s > recent[-1][0]:
             recent.clear()
         recent.append((t_s, force_n))
-        while t_s - recent[0][0] > SURE_S + _ROUNDED_S:
+        while t_s - recent[0][0] > _LONGEST_S:
             recent.popleft()
         since_s = t_s - (SURE_S if self.touching else SOON_S) - _ROUNDED_S
         total_n, count = 0.0, 0
         for when_s, sample_n in reversed(recent):
             if when_s < since_s:
                 break
-            if abs(sample_n - force_n) <= AGREES_N:
-                total_n, count = total_n + sample_n, count + 1
-        return total_n / count
+            if -AGREES_N <= sample_n - force_n <= AGREES_N:
+                total_n += sample_n
+                count += 1
+        mean_n = self.force_n = total_n / count
+        self.began = self.ended = False
+        if self.touching:
+            if not mean_n >= CONTACT_OFF_N:
+                self.touching, self.ended, self._ended_s = False, True, t_s
+        elif mean_n >= CONTACT_ON_N:
+            self.touching = True
+            if not self._bounced(t_s):
+                self.began, self.began_s = True, t_s
 
     def _bounced(self, t_s: float) -> bool:
         return 0.0 <= t_s - self._ended_s < BOUNCE_S and self._ended_s - self.began_s < TAP_S

@@ -17,7 +17,7 @@ Why so, and what it cannot tell: docs/decisions/0017-modes.md.
 
 import math
 
-from common.contact import TAP_S, Contact
+from common.contact import FREE_N, TAP_S, Contact
 from common.descent import Descent
 from common.hand_motion import HandMotion
 from common.messages import ExplorationMode
@@ -41,6 +41,9 @@ class Exploration:
         mode: mode after the last step.
         approach_m_s: how fast it came down at the present (or last) contact, m/s, >= 0 (v_n of Eq. 1); measured while
             there was no force yet.
+        contact: whether the finger touches.
+        began: whether the last step began a contact; a bounce within a tap begins none.
+        ended: whether the last step ended one.
     """
 
     __slots__ = (
@@ -53,6 +56,9 @@ class Exploration:
         "_slow_s",
         "_tap_m",
         "approach_m_s",
+        "began",
+        "contact",
+        "ended",
         "mode",
     )
 
@@ -60,6 +66,7 @@ class Exploration:
         """A finger of `hand`, which is stepped before it."""
         self.mode = ExplorationMode.FREE
         self.approach_m_s = 0.0
+        self.contact = self.began = self.ended = False
         self._contact = Contact()
         self._descent = Descent()
         self._hand = hand
@@ -70,26 +77,6 @@ class Exploration:
         """Since when it is slow."""
         self._since_s = -math.inf
         """Where the hand has been before counts no longer."""
-
-    @property
-    def contact(self) -> bool:
-        """Whether the finger touches."""
-        return self._contact.touching
-
-    @property
-    def began(self) -> bool:
-        """Whether the last step began a contact; a bounce within a tap begins none."""
-        return self._contact.began
-
-    @property
-    def ended(self) -> bool:
-        """Whether the last step ended one."""
-        return self._contact.ended
-
-    @property
-    def contact_s(self) -> float:
-        """Time at which the present (or last) contact began, s."""
-        return self._contact.began_s
 
     @property
     def speed_m_s(self) -> float:
@@ -104,27 +91,27 @@ class Exploration:
             force_n: contact force, N; not finite counts as none.
             z_m: height of the fingertip, m.
         """
-        contact, was_free = self._contact, self._contact.free
+        contact, hand = self._contact, self._hand
+        was_free = contact.force_n < FREE_N
         contact.step(t_s, force_n)
-        if was_free and not contact.free:
+        if was_free and contact.force_n >= FREE_N:
             self._fall_m_s = self._descent.speed_m_s  # of the last moment without a force
         self._descent.step(t_s, z_m)
+        self.contact, self.began, self.ended = contact.touching, contact.began, contact.ended
         if contact.began:
             self.approach_m_s = max(self._fall_m_s, 0.0)
-            self._tap_m = (self._hand.x_m, self._hand.y_m)
-        if self._hand.speed_m_s >= STROKE_OFF_M_S:
+            self._tap_m = (hand.x_m, hand.y_m)
+        if hand.speed_m_s >= STROKE_OFF_M_S:
             self._slow_s = t_s - 0.5 * WINDOW_S  # the speed is that of half a window ago
         if t_s < self._since_s:
             self._since_s = -math.inf
-        mode = self._next(t_s)
+        mode = self._next(t_s) if contact.touching else ExplorationMode.FREE
         if mode is not self.mode:
             self.mode, self._mode_s = mode, t_s
         return mode
 
     def _next(self, t_s: float) -> ExplorationMode:
-        """The mode after the present one, which may be the same."""
-        if not self._contact.touching:
-            return ExplorationMode.FREE
+        """The mode of a finger that touches after the present one, which may be the same."""
         if t_s - self._contact.began_s < TAP_S:
             return ExplorationMode.TAPPING
         if self.mode is ExplorationMode.STROKING:

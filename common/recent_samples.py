@@ -5,16 +5,17 @@ from collections import deque
 LEAST = 3
 LONGEST_S = 0.1
 """An estimate needs so many samples at least; so far back they may lie when the loop was late, s."""
-_ROUNDED_S = 1e-4
+ROUNDED_S = 1e-4
+OLD_S = LONGEST_S + ROUNDED_S
 
 
 class RecentSamples:
-    """Samples of the last `window_s`, each with its time first."""
+    """Samples of the last `window_s`, LONGEST_S at most, each with its time first."""
 
     __slots__ = ("_samples", "_window_s")
 
     def __init__(self, window_s: float) -> None:
-        self._window_s = window_s + _ROUNDED_S
+        self._window_s = window_s + ROUNDED_S
         self._samples: deque[tuple[float, ...]] = deque()
 
     def take(self, *sample: float) -> None:
@@ -24,7 +25,7 @@ class RecentSamples:
             samples.clear()
         samples.append(sample)
         # A late tick must not leave the window empty: three samples say more than none, unless they are old.
-        while t_s - samples[0][0] > (self._window_s if len(samples) > LEAST else LONGEST_S + _ROUNDED_S):
+        while (age_s := t_s - samples[0][0]) > self._window_s and (len(samples) > LEAST or age_s > OLD_S):
             samples.popleft()
 
     @property
@@ -39,5 +40,7 @@ class RecentSamples:
 
     def rise(self) -> list[float]:
         """By how much time and each signal grow from the first third of the window to the last, summed over a third."""
-        third = len(self._samples) // 3
-        return [sum(track[-third:]) - sum(track[:third]) for track in self.tracks]
+        samples = list(self._samples)
+        third = len(samples) // 3
+        late, early = zip(*samples[-third:], strict=True), zip(*samples[:third], strict=True)
+        return [sum(last) - sum(first) for last, first in zip(late, early, strict=True)]

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from remote_site.tip_path import RATE_HZ
 
 _FEWEST, _MOST, _STEPS = 1.0, 64.0, 48
+_LN_MOST = math.log(_MOST)
 _PHASES = 8
 """A box begins anywhere between two samples: places tried."""
 _MEMORY = 40
@@ -28,7 +29,7 @@ class CurvatureNoise:
 
     def power(self, samples: float) -> float:
         """Power with this many samples in a box, in parts of the noise's own; interpolated in logarithms."""
-        at = _STEPS * math.log(min(max(samples, _FEWEST), _MOST)) / math.log(_MOST)
+        at = _STEPS * math.log(min(max(samples, _FEWEST), _MOST)) / _LN_MOST
         whole = min(int(at), _STEPS - 1)
         low, high = self._power[whole], self._power[whole + 1]
         return low + (at - whole) * (high - low)

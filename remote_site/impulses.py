@@ -101,7 +101,8 @@ class Impulses:
         found: Impulse | None = None
         hollow_v, deepest = -curvature_v, self._deepest
         if deepest is None:
-            if hollow_v > self.threshold_v and curve.place_m - self._last_m > APART_M:
+            # The threshold is never below `_least_v`, and takes longer to find.
+            if hollow_v > self._least_v and hollow_v > self.threshold_v and curve.place_m - self._last_m > APART_M:
                 self._deepen(curve, hollow_v)
         elif hollow_v > deepest.strength_v:
             self._deepen(curve, hollow_v)

@@ -9,22 +9,12 @@ import numpy as np
 from common.containment import Containment
 from common.fingers import FINGERS
 from common.hand_motion import HandMotion
-from common.messages import (
-    EVENT_MAX,
-    MAX_EVENTS,
-    TOUCH_BLOCK,
-    TOUCH_FIELDS,
-    TOUCH_HIGH,
-    TOUCH_LOW,
-    Event,
-    EventKind,
-    Touch,
-)
-from common.packets import Floats, LinkState
+from common.messages import EVENT_MAX, MAX_EVENTS, Event, EventKind, Touch
+from common.packets import LinkState
 from common.recent_samples import RecentSamples
 from common.serial_messages import DRIVE_FULL
 from remote_site.finger_identification import FingerIdentification
-from remote_site.finger_touch import FingerSample, FingerTouch
+from remote_site.finger_touch import FingerSample, FingerTouch, TouchEvent
 from remote_site.followed_hand import FollowedHand
 from remote_site.heater_control import OFFSETS_K, STAGGER_K
 from remote_site.late_ticks import LateTicks
@@ -32,15 +22,10 @@ from remote_site.material_table import MaterialTable
 from remote_site.sensed import Sensed
 from remote_site.shared_object import SharedObject
 from remote_site.slow_telling import SlowTelling
-from remote_site.surface_class import (
-    GROOVE_DECAY_PER_S,
-    GROOVE_RAD_S,
-    TAP_DECAY_PER_S,
-    TAP_SPEED_PER_M_S,
-    SurfaceTable,
-)
+from remote_site.surface_class import SurfaceTable
 from remote_site.texture_sensor import texture_v
 from remote_site.thermal_identification import ThermalKnowledge
+from remote_site.touch_block import touch_block
 
 TRUST_S = 2.0
 """In a session more goes on than the model of a touch has, and it grows: backs warm up, blocks give way, s."""
@@ -54,9 +39,6 @@ FOUND_S = 0.1
 """A groove is found this long after it was crossed at most: by a stroke of 7 mm/s, 0.6 mm behind it."""
 AGAIN_S = 1.0
 """After an exception nothing is identified for this long, s: making the estimators anew takes a tick's time."""
-_THERMAL_UNKNOWN_SD_K = 50.0
-_EFFUSIVITY_UNKNOWN_LN_SD = _STIFFNESS_UNKNOWN_LN_SD = 10.0
-_FREE = (0.0,) * len(TOUCH_FIELDS)
 
 
 class Perception:
@@ -126,48 +108,39 @@ class Perception:
 
     def _identify(self, sensed: Sensed) -> list[Event]:
         hurry = self._late.step(sensed.time_s)
+        time_s, x_m, y_m = sensed.time_s, sensed.x_m, sensed.y_m
         self._hand.step(sensed.hand)
-        self._motion.step(sensed.time_s, sensed.x_m, sensed.y_m)
-        self._places.take(sensed.time_s, sensed.x_m, sensed.y_m)
+        self._motion.step(time_s, x_m, y_m)
+        self._places.take(time_s, x_m, y_m)
         happened: list[Event] = []
         for finger, identification in self._identifications.items():
-            counts, plate = sensed.texture_counts[finger], sensed.plates[finger]
-            touch = identification.step(
-                FingerSample(
-                    t_s=sensed.time_s,
-                    force_n=sensed.force_n[finger],
-                    x_m=sensed.x_m,
-                    y_m=sensed.y_m,
-                    z_m=sensed.z_m[finger],
-                    texture_v=None if counts is None else texture_v(counts),
-                    sensor_c=None if plate is None else plate.sensor_c,
-                    ambient_c=None if plate is None else plate.ambient_c,
-                    device_us=None if plate is None else plate.device_us,
-                    heater_drive=0.0 if plate is None else plate.heater_permille / DRIVE_FULL,
-                    sensor_fault=None if plate is None else plate.fault or None,
-                    hurry=hurry,
+            touch = self.touches[finger] = identification.step(_sample(sensed, finger, hurry))
+            if touch.events:
+                happened += self._happened(finger, touch.events)
+        self._share(hurry)
+        self._telling.step(time_s, self._identifications)
+        self._events.extend(happened)
+        while self._events and time_s - self._events[0].time_ns * 1e-9 > HISTORY_S:
+            self._events.popleft()
+        return happened
+
+    def _happened(self, finger: int, events: Iterable[TouchEvent]) -> list[Event]:
+        """What a finger's events are in a packet, numbered."""
+        happened = []
+        for event in events:
+            self._event_count += 1
+            kind = EventKind[event.kind.upper()]
+            happened.append(
+                Event(
+                    self._event_count,
+                    kind,
+                    finger,
+                    round((self._time_s if event.time_s is None else event.time_s) * 1e9),
+                    0 if kind is EventKind.MATERIAL else self._followed_ns(event.time_s),
+                    _sendable(event.value),
+                    event.name,
                 )
             )
-            self.touches[finger] = touch
-            for event in touch.events:
-                self._event_count += 1
-                kind = EventKind[event.kind.upper()]
-                happened.append(
-                    Event(
-                        self._event_count,
-                        kind,
-                        finger,
-                        round((sensed.time_s if event.time_s is None else event.time_s) * 1e9),
-                        0 if kind is EventKind.MATERIAL else self._followed_ns(event.time_s),
-                        _sendable(event.value),
-                        event.name,
-                    )
-                )
-        self._share(hurry)
-        self._telling.step(sensed.time_s, self._identifications)
-        self._events.extend(happened)
-        while self._events and sensed.time_s - self._events[0].time_ns * 1e-9 > HISTORY_S:
-            self._events.popleft()
         return happened
 
     def _followed_ns(self, at_s: float | None) -> int:
@@ -185,12 +158,12 @@ class Perception:
         touching = {
             finger: identification.heat.thermal
             for finger, identification in self._identifications.items()
-            if self.touches[finger].contact and not identification.heat.thermal.warmed
+            if identification.contact and not identification.heat.thermal.warmed
         }
         answer = self._shared.step(touching, hurry)
-        for finger in touching:
+        for finger, thermal in touching.items():
             self._identifications[finger].heat.shared = answer
-            self._identifications[finger].heat.thermal.alone = answer is None
+            thermal.alone = answer is None
 
     @property
     def postponed(self) -> int:
@@ -199,55 +172,30 @@ class Perception:
 
     def packet(self, session: int, sequence: int, time_ns: int, state: LinkState) -> Touch:
         """The newest touches as a packet."""
-        touches = [self.touches.get(finger) for finger in range(len(FINGERS))]
-        rows = [_FREE if touch is None else _row(touch, *self._place_m) for touch in touches]
-        names = tuple(["" if touch is None else touch.thermal.best or "" for touch in touches])
-        # What an estimator says beyond the packet's ranges saturates there; a site never falls silent over it.
-        block: Floats = np.array(rows, dtype=np.float32)
-        np.minimum(np.maximum(block, TOUCH_LOW, out=block), TOUCH_HIGH, out=block)
-        floats, events = TOUCH_BLOCK.to_bytes(block), tuple(self._events)
-        return Touch(session, sequence, time_ns, state, floats, names, events, self._telling.told)
+        names = [""] * len(FINGERS)
+        for finger, touch in self.touches.items():
+            names[finger] = touch.thermal.best or ""
+        floats, events = touch_block(self.touches, *self._place_m), tuple(self._events)
+        return Touch(session, sequence, time_ns, state, floats, tuple(names), events, self._telling.told)
+
+
+def _sample(sensed: Sensed, finger: int, hurry: bool) -> FingerSample:
+    """One finger's part of what was sensed."""
+    counts, plate = sensed.texture_counts[finger], sensed.plates[finger]
+    signal_v = None if counts is None else texture_v(counts)
+    force_n, z_m = sensed.force_n[finger], sensed.z_m[finger]
+    sample = FingerSample(sensed.time_s, force_n, sensed.x_m, sensed.y_m, z_m, signal_v)
+    sample.hurry = hurry
+    if plate is not None:
+        sample.sensor_c, sample.ambient_c, sample.device_us = plate.sensor_c, plate.ambient_c, plate.device_us
+        sample.sensor_fault = plate.fault or None
+        sample.heater_drive = plate.heater_permille / DRIVE_FULL
+    return sample
 
 
 def nothing_touched(session: int, sequence: int, time_ns: int, state: LinkState) -> Touch:
     """A packet that says the site's state and nothing else."""
-    block: Floats = np.array([_FREE] * len(FINGERS), dtype=np.float32)
-    return Touch(session, sequence, time_ns, state, TOUCH_BLOCK.to_bytes(block), ("",) * len(FINGERS), ())
-
-
-def _row(touch: FingerTouch, x_m: float, y_m: float) -> tuple[float, ...]:
-    """One finger's line of the touch block, in the order of `TOUCH_FIELDS`, with the hand over (x, y)."""
-    thermal = touch.thermal
-    known = thermal.object_c is not None
-    conducts = known and touch.conductivity_w_mk > 0.0
-    return (
-        float(touch.mode),
-        float(touch.contact),
-        touch.contact_force_n,
-        x_m,
-        y_m,
-        touch.surface_z_m,
-        # A finger that has left the object has no surface: none is rendered where nothing may be.
-        touch.stiffness_n_m if touch.contact else 0.0,
-        touch.stiffness_ln_sd if touch.contact else _STIFFNESS_UNKNOWN_LN_SD,
-        touch.damping_n_s_m if touch.contact else 0.0,
-        touch.slope_x if touch.contact else 0.0,
-        touch.slope_y if touch.contact else 0.0,
-        TAP_SPEED_PER_M_S,
-        TAP_DECAY_PER_S,
-        touch.k_stroke_v,
-        touch.k_stroke_f,
-        GROOVE_RAD_S,
-        GROOVE_DECAY_PER_S,
-        touch.conductivity_w_mk if known else 0.0,
-        touch.density_kg_m3 if known else 0.0,
-        touch.specific_heat_j_kgk if known else 0.0,
-        _EFFUSIVITY_UNKNOWN_LN_SD if not conducts or thermal.effusivity_ln_sd is None else thermal.effusivity_ln_sd,
-        thermal.object_c if thermal.object_c is not None else 0.0,
-        thermal.object_c_sd or 0.0 if known else _THERMAL_UNKNOWN_SD_K,
-        thermal.probability,
-        float(thermal.status),
-    )
+    return Touch(session, sequence, time_ns, state, touch_block({}, 0.0, 0.0), ("",) * len(FINGERS), ())
 
 
 def _sendable(value: float) -> float:

@@ -61,6 +61,7 @@ class PressFit:
         "_most_n",
         "_passing_m",
         "_press_s",
+        "_seen",
         "_t_s",
         "_way_m",
         "_z_m",
@@ -85,6 +86,7 @@ class PressFit:
         self._t_s, self._force_n, self._z_m = t_s, force_n, z_m
         self._began_s, self._press_s, self._most_n = t_s, 0.0, force_n
         self._way_m = self._passing_m = self._doubt_m_n = 0.0
+        self._seen: tuple[float, float, float] | None = None
 
     @property
     def ln_sd(self) -> float:
@@ -112,15 +114,19 @@ class PressFit:
         return self._way_m > 0.0 and t_s - self._t_s > REST_S
 
     def see(self, height_m: float, variance_m2: float, force_n: float) -> None:
-        """Take where the surface was seen since, by the compliance known and at a force in N."""
+        """Take where the surface was seen since, by the compliance known and at a force in N; the last one holds."""
+        self._seen, self._way_m = (height_m, variance_m2, force_n), 0.0
+
+    def _take_seen(self, height_m: float, variance_m2: float, force_n: float) -> None:
+        """Go on from where the surface was seen."""
         cov, shared = self._cov, force_n * self._cov[1][1]
         own_m = LAW_SHARE * self.compliance_m_n * force_n
-        self.surface_m, self._way_m = height_m, 0.0
+        self.surface_m, self._seen = height_m, None
         cov[0] = [variance_m2 + own_m * own_m + force_n * shared, shared, force_n * cov[1][2]]
         cov[1][0], cov[2][0] = cov[0][1:]
 
-    def step(self, t_s: float, force_n: float, z_m: float, speed_m_s: float, way_m: float, samples: int) -> None:
-        """Take the mean of the newest samples.
+    def step(self, t_s: float, force_n: float, z_m: float, speed_m_s: float, way_m: float, samples: int) -> bool:
+        """Take the mean of the newest samples; return whether it counted: else nothing has been learned.
 
         Args:
             t_s: time, s.
@@ -134,7 +140,9 @@ class PressFit:
         self.met_other = False
         change_n = force_n - self._force_n
         if abs(change_n) < LEAST_CHANGE_N:
-            return
+            return False
+        if self._seen is not None:
+            self._take_seen(*self._seen)
         cov, way_m = self._cov, self._way_m
         seconds, rise_m = t_s - self._t_s, z_m - self._z_m
         self._t_s, self._force_n, self._z_m, self._way_m = t_s, force_n, z_m, 0.0
@@ -155,7 +163,7 @@ class PressFit:
             if contradicts:
                 self._passing_m = PATCH_M
             self._meet(z_m, depth_m, noise_m2)
-            return
+            return True
         if rise_m * change_n < 0.0:
             learned: tuple[int, ...] = (0, 1, 2) if roughly_known else (0, 1)
             if contradicts:
@@ -176,6 +184,7 @@ class PressFit:
                 moved_m = MISTAKEN_SHARE * abs(innovation_m) / seconds * self._press_s
                 self._doubt_m_n = max(self._doubt_m_n, moved_m / self._most_n)
         self._learn(learned, cross, variance, innovation_m)
+        return True
 
     def _meet(self, z_m: float, depth_m: float, noise_m2: float) -> None:
         """The surface stays about where it was, and what lies below is as soft as that says."""

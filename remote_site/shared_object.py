@@ -41,14 +41,19 @@ class SharedObject:
             fingers: the identification of each finger in contact.
             hurry: whether a judgement that is due shall wait, for POSTPONED_S at most.
         """
-        touching = [finger for finger in fingers.values() if finger.since_s > 0.0]
+        touching: list[ThermalIdentification] = []
+        longest_s, running = 0.0, False
+        for finger in fingers.values():
+            if (since_s := finger.since_s) > 0.0:
+                touching.append(finger)
+                running = running or finger.running
+                longest_s = max(longest_s, since_s)
         if not touching:
-            self._release()
+            if self._count:
+                self._release()
             return None
-        longest_s = max(finger.since_s for finger in touching)
         if longest_s < self._judged_s:  # the fingers of the touch before have left one by one
             self._release()
-        running = any(finger.running for finger in touching)
         solved_every_s = solve_interval_s(longest_s, self._knowledge.solve_every_s)
         every_s = max(solved_every_s, JUDGE_EVERY_S) + (POSTPONED_S if hurry else 0.0)
         due = longest_s - self._judged_s >= every_s - 1e-9 or (len(touching) > self._count and not hurry)

@@ -27,6 +27,7 @@ SURE = 0.95
 """A surface this probable is the surface."""
 _GRID_M = 0.1e-3
 _LONGEST_M = 40e-3
+_LAST = round(_LONGEST_M / _GRID_M)
 
 
 class SurfaceFilter:
@@ -118,12 +119,12 @@ class SurfaceFilter:
 
 def _within(gaps: NDArray[np.intp]) -> NDArray[np.intp]:
     """Gaps held to the grid."""
-    return np.clip(gaps, 0, round(_LONGEST_M / _GRID_M))
+    return np.minimum(np.maximum(gaps, 0), _LAST)
 
 
 def _gaps(surface: Surface) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     """Log density and log survival of the way to the next groove, from anywhere and from a groove, on the grid."""
-    way: Array = _GRID_M * np.arange(round(_LONGEST_M / _GRID_M) + 1, dtype=np.float64)
+    way: Array = _GRID_M * np.arange(_LAST + 1, dtype=np.float64)
     if surface.period_mm is None:
         rare: tuple[Array, Array] = (np.full_like(way, math.log(INVENTED_PER_M)), -INVENTED_PER_M * way)
         return rare, rare

@@ -19,51 +19,50 @@ class SurfaceHeight:
 
     Attributes:
         height_m: of the surface below the finger, m.
+        variance_m2: of the height, m2.
         slope_x, slope_y: its slope.
     """
 
-    __slots__ = ("_cov", "height_m", "slope_x", "slope_y")
+    __slots__ = ("_sx", "_sy", "_xx", "_xy", "_yy", "height_m", "slope_x", "slope_y", "variance_m2")
 
     def __init__(self, height_m: float, variance_m2: float) -> None:
         """Begin at a height known to this variance, m2, with no slope known."""
-        self.height_m = height_m
+        self.height_m, self.variance_m2 = height_m, variance_m2
         self.slope_x = self.slope_y = 0.0
-        self._cov = [[variance_m2, 0.0, 0.0], [0.0, SLOPE_SD**2, 0.0], [0.0, 0.0, SLOPE_SD**2]]
-
-    @property
-    def variance_m2(self) -> float:
-        """Of the height, m2."""
-        return self._cov[0][0]
+        # The covariance of height (s) and slopes (x, y): `_sx` is that of height and slope along x.
+        self._sx = self._sy = self._xy = 0.0
+        self._xx = self._yy = SLOPE_SD**2
 
     def step(self, dx_m: float, dy_m: float, drift_m2: float, measured_m: float, noise_m2: float) -> None:
         """Go on by `dx_m`, `dy_m` and a drift of this variance; take a measured height, m, with its noise, m2."""
-        cov = self._cov
+        ss, sx, sy = self.variance_m2, self._sx, self._sy
         if dx_m or dy_m:
             self.height_m += self.slope_x * dx_m + self.slope_y * dy_m
-            cov[0] = [s + dx_m * x + dy_m * y for s, x, y in zip(*cov, strict=True)]
-            for row in cov:
-                row[0] += dx_m * row[1] + dy_m * row[2]
+            ss += dx_m * sx + dy_m * sy
+            sx += dx_m * self._xx + dy_m * self._xy
+            sy += dx_m * self._xy + dy_m * self._yy
+            ss += dx_m * sx + dy_m * sy
             bend = BEND_M05**2 * math.hypot(dx_m, dy_m)
-            cov[1][1] += bend
-            cov[2][2] += bend
-        cov[0][0] += drift_m2
-        cross = [row[0] for row in cov]
-        variance = cross[0] + noise_m2
+            self._xx += bend
+            self._yy += bend
+        ss += drift_m2
+        variance = ss + noise_m2
         surprise = (measured_m - self.height_m) / variance
-        self.height_m += cross[0] * surprise
-        self.slope_x += cross[1] * surprise
-        self.slope_y += cross[2] * surprise
-        self._cov = [
-            [p - a * b / variance for p, b in zip(row, cross, strict=True)] for row, a in zip(cov, cross, strict=True)
-        ]
+        self.height_m += ss * surprise
+        self.slope_x += sx * surprise
+        self.slope_y += sy * surprise
+        self.variance_m2 = ss - ss * ss / variance
+        self._sx, self._sy = sx - ss * sx / variance, sy - ss * sy / variance
+        self._xx -= sx * sx / variance
+        self._xy -= sx * sy / variance
+        self._yy -= sy * sy / variance
 
     def slope_along(self, dx_m: float, dy_m: float) -> tuple[float, float]:
         """Slope along a way, as its parts in x and y; (0, 0) where it is not known to KNOWN_SLOPE_SD."""
         way2 = dx_m * dx_m + dy_m * dy_m
         if way2 == 0.0:
             return 0.0, 0.0
-        cov = self._cov
-        variance = (dx_m * dx_m * cov[1][1] + 2.0 * dx_m * dy_m * cov[1][2] + dy_m * dy_m * cov[2][2]) / way2
+        variance = (dx_m * dx_m * self._xx + 2.0 * dx_m * dy_m * self._xy + dy_m * dy_m * self._yy) / way2
         if variance > KNOWN_SLOPE_SD**2:
             return 0.0, 0.0
         along = (self.slope_x * dx_m + self.slope_y * dy_m) / way2

@@ -17,7 +17,6 @@ import math
 from collections import deque
 from collections.abc import Sequence
 from itertools import islice
-from typing import NamedTuple
 
 import numpy as np
 
@@ -49,16 +48,6 @@ LOUDER = 4.0
 """Noise does not become so much more by itself, in its mean square; by a stroke over plain plastic it does."""
 
 
-class _Block(NamedTuple):
-    low_v: float
-    high_v: float
-    railed: int
-    samples: int
-    mean_v: float
-    pressed_n: float
-    resting: bool
-
-
 class TextureFault:
     """Watches one sensor, block by block.
 
@@ -66,18 +55,47 @@ class TextureFault:
         fault: its name; None while the sensor is sound.
     """
 
-    __slots__ = ("_blocks", "_count", "_force_n", "_noise_v2", "_pressed_n", "_railed", "fault")
+    __slots__ = (
+        "_block_s",
+        "_clipped",
+        "_count",
+        "_force_n",
+        "_keep",
+        "_means_v",
+        "_noise_v2",
+        "_presses_n",
+        "_railed",
+        "_rested",
+        "_samples",
+        "_spans_v",
+        "_stuck",
+        "fault",
+    )
 
-    def __init__(self, block_s: float) -> None:
-        """Take the length of a block, s."""
+    def __init__(self, samples: int) -> None:
+        """Take how many samples a block has."""
         self.fault: str | None = None
-        self._blocks: deque[_Block] = deque(maxlen=math.ceil(CLIPPED_S / block_s))
+        self._samples = samples
+        block_s = self._block_s = samples / RATE_HZ
+        self._keep = math.exp(-2.0 * math.pi * LEAK_HZ * samples / RATE_HZ)
         self._noise_v2: float | None = None
         """Mean square of the steps of a signal that is noise only."""
         self._force_n: float | None = None
-        self._pressed_n = 0.0
-        self._railed = 0
         self._count = 0
+        self._stuck = 0
+        """Blocks until now of which every sample is at an end of the range."""
+        clipped = math.ceil(CLIPPED_S / block_s)
+        self._railed = deque([0] * clipped, maxlen=clipped)
+        """Samples at the ends of the range, of each block of CLIPPED_S, and all together."""
+        self._clipped = 0
+        self._spans_v: deque[tuple[float, float]] = deque(maxlen=round(FLAT_S / block_s))
+        """The lowest and the highest sample, of each block of FLAT_S."""
+        follows = round(FOLLOWS_S / block_s)
+        self._means_v: deque[float] = deque(maxlen=follows)
+        self._presses_n = deque([0.0], maxlen=follows)
+        """The signal's mean and the force behind the integrator, of each block of FOLLOWS_S."""
+        self._rested = 0
+        """Blocks until now in which the finger does not stroke."""
 
     def step(self, samples_v: Sequence[float], force_n: float, resting: bool) -> str | None:
         """Take the next block; return the fault there is now.
@@ -87,57 +105,53 @@ class TextureFault:
             force_n: contact force, N.
             resting: whether the finger does not stroke: then force is all that can move the signal.
         """
-        count = len(samples_v)
         before_n, self._force_n = self._force_n, force_n
-        if before_n is not None:
-            keep = math.exp(-2.0 * math.pi * LEAK_HZ * count / RATE_HZ)
-            self._pressed_n = keep * (self._pressed_n + force_n - before_n)
+        changed_n = 0.0 if before_n is None else force_n - before_n
         low_v, high_v = min(samples_v), max(samples_v)
-        railed = sum(not -RAIL_V < v < RAIL_V for v in samples_v) if high_v >= RAIL_V or low_v <= -RAIL_V else 0
-        mean_v = sum(samples_v) / count
-        self._blocks.append(_Block(low_v, high_v, railed, count, mean_v, self._pressed_n, resting))
-        self._railed = sum(block.railed for block in self._blocks) if self._railed or railed else 0
+        railed = 0
+        if high_v >= RAIL_V or low_v <= -RAIL_V:
+            railed = sum(not -RAIL_V < v < RAIL_V for v in samples_v)
+        self._stuck = self._stuck + 1 if railed == self._samples else 0
+        self._clipped += railed - self._railed[0]
+        self._railed.append(railed)
+        self._spans_v.append((low_v, high_v))
+        self._means_v.append(sum(samples_v) / self._samples)
+        self._presses_n.append(self._keep * (self._presses_n[-1] + changed_n))
+        self._rested = self._rested + 1 if resting else 0
         self._count += 1
         if self._count % WATCH_EVERY == 0 and (resting or self._noise_v2 is not None):
-            self._watch_signal(count / RATE_HZ)
-        self.fault = self._name(count / RATE_HZ)
+            self._watch_signal()
+        self.fault = self._name(high_v - low_v)
         return self.fault
 
-    def _name(self, block_s: float) -> str | None:
-        block = self._blocks[-1]
-        if block.railed == block.samples and all(b.railed == b.samples for b in self._lately(SATURATED_S, block_s)):
+    def _name(self, span_v: float) -> str | None:
+        if self._stuck and self._stuck >= min(round(SATURATED_S / self._block_s), self._count):
             return SATURATED
-        if self._railed > CLIPPED_PART * CLIPPED_S * RATE_HZ:
+        if self._clipped > CLIPPED_PART * CLIPPED_S * RATE_HZ:
             return CLIPPED
-        if block.high_v - block.low_v < STILL_V:
-            flat = self._lately(FLAT_S, block_s)
-            if max(b.high_v for b in flat) - min(b.low_v for b in flat) < STILL_V:
+        if span_v < STILL_V:
+            lows_v, highs_v = zip(*self._spans_v, strict=True)
+            if max(highs_v) - min(lows_v) < STILL_V:
                 return DISCONNECTED
         return None if self._noise_v2 is None else NOISE_ONLY
 
-    def _lately(self, seconds: float, block_s: float) -> list[_Block]:
-        """The last blocks, as many as there are."""
-        wanted = round(seconds / block_s)
-        return list(islice(self._blocks, max(0, len(self._blocks) - wanted), None))
-
-    def _pressed(self, first: int, late: int) -> bool:
-        """Whether the force changed between the blocks from `first` on, without the `late` ones at either end."""
-        pressed_n = [block.pressed_n for block in islice(self._blocks, first + late, len(self._blocks) - late)]
+    def _pressed(self) -> bool:
+        """Whether the force changed in FOLLOWS_S, without LATE_S at either end."""
+        late = round(LATE_S / self._block_s)
+        pressed_n = list(islice(self._presses_n, late, len(self._presses_n) - late))
         return max(pressed_n) - min(pressed_n) >= PRESSED_N
 
-    def _watch_signal(self, block_s: float) -> None:
+    def _watch_signal(self) -> None:
         """Whether the signal went anywhere, where the force did; also where that is not known, once it did not."""
-        first = len(self._blocks) - round(FOLLOWS_S / block_s)
-        if first < 0:
+        follows = len(self._means_v)
+        if self._means_v.maxlen != follows:
             return
-        if self._noise_v2 is None and not self._pressed(first, round(LATE_S / block_s)):
+        if self._noise_v2 is None and (self._rested < follows or not self._pressed()):
             return
-        blocks = self._lately(FOLLOWS_S, block_s)
-        if self._noise_v2 is None and not all(block.resting for block in blocks):
-            return
-        signal = np.array([block.mean_v for block in blocks])
-        steps_v2 = float(np.mean(np.diff(signal) ** 2))
-        if steps_v2 < NOISE_STEP * 2.0 * float(np.var(signal)):
+        signal_v = np.array(self._means_v)
+        steps_v, around_v = signal_v[1:] - signal_v[:-1], signal_v - signal_v.sum() / follows
+        steps_v2, variance_v2 = float(steps_v @ steps_v) / (follows - 1), float(around_v @ around_v) / follows
+        if steps_v2 < NOISE_STEP * 2.0 * variance_v2:
             self._noise_v2 = None
         elif self._noise_v2 is None:
             self._noise_v2 = steps_v2

@@ -5,7 +5,7 @@ that the answer does not depend on it.
 """
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -23,8 +23,6 @@ from remote_site.texture_law import ln_roughness
 from remote_site.tip_path import CELL_M, RATE_HZ, Curve, TipPath
 
 _Value = TypeVar("_Value")
-_Block = tuple[Sequence[float], Sequence[float], Sequence[float], Sequence[ExplorationMode]]
-"""Signal, V, contact force, N, speed, m/s, and mode of each sample."""
 BLOCK = 10
 FAINTEST_GROOVE_V = 0.010
 """Curvature for one newton below which nothing is a groove, V, where none was calibrated: 1 um of depth."""
@@ -82,7 +80,7 @@ class TextureIdentification:
         self._impulses = Impulses(faintest_v)
         self._roughness = Roughness()
         self._filter = SurfaceFilter(surfaces)
-        self._watch = TextureFault(BLOCK / RATE_HZ)
+        self._watch = TextureFault(BLOCK)
         self._waiting: list[tuple[float, float, float, ExplorationMode]] = []
         self._mode = ExplorationMode.FREE
         self._lost_s = -math.inf
@@ -154,8 +152,11 @@ class TextureIdentification:
             speed_m_s: stroke speed, m/s, >= 0, and
             mode: exploration mode.
         """
-        samples = np.atleast_1d(np.asarray(signal_v, dtype=float)).tolist()
-        impulses, changed_s = self.take(t_s, samples, force_n, speed_m_s, mode)
+        samples_v = np.atleast_1d(np.asarray(signal_v, dtype=float)).tolist()
+        count = len(samples_v)
+        impulses, changed_s = self._gather(
+            t_s, samples_v, _each(force_n, count), _each(speed_m_s, count), _each(mode, count)
+        )
         sure = self._filter.sure
         return TextureReading(
             self.roughness_v,
@@ -169,58 +170,58 @@ class TextureIdentification:
         )
 
     def take(
+        self, t_s: float, samples_v: Sequence[float], force_n: float, speed_m_s: float, mode: ExplorationMode
+    ) -> list[Impulse]:
+        """As `step` with one force, speed and mode for all samples; returns only the impulses in them."""
+        count = len(samples_v)
+        forces_n, speeds_m_s = (force_n,) * count, (speed_m_s,) * count
+        if count == BLOCK and not self._waiting:
+            return self._block(t_s, samples_v, sum(forces_n) / BLOCK, sum(speeds_m_s) / BLOCK, mode)[0]
+        return self._gather(t_s, samples_v, forces_n, speeds_m_s, (mode,) * count)[0]
+
+    def _gather(
         self,
         t_s: float,
-        samples_v: list[float],
-        force_n: float | Sequence[float],
-        speed_m_s: float | Sequence[float],
-        mode: ExplorationMode | Sequence[ExplorationMode],
-    ) -> tuple[list[Impulse], float | None]:
-        """As `step`; returns only what happened in these samples: the impulses, and when another surface began, s."""
-        count = len(samples_v)
-        columns = samples_v, _each(force_n, count), _each(speed_m_s, count), _each(mode, count)
-        as_sent = count == BLOCK and not self._waiting
-        whole: Iterable[tuple[float, _Block]] = [(t_s, columns)] if as_sent else self._gather(t_s, count, columns)
-        impulses: list[Impulse] = []
-        changed_s = None
-        for end_s, block in whole:
-            # to 0.1 us, so that the time of a sample does not depend on how many came with it
-            time_s = round(end_s, 7)
-            found, changed = self._block(time_s, *block)
-            impulses += found
-            changed_s = time_s if changed else changed_s
-        return impulses, changed_s
-
-    def _gather(self, t_s: float, count: int, columns: _Block) -> Iterator[tuple[float, _Block]]:
-        """Each block that these samples complete, the last of which is of `t_s`, and when it ends, s."""
-        for left, row in zip(range(count - 1, -1, -1), zip(*columns, strict=True), strict=True):
-            self._waiting.append(row)
-            if len(self._waiting) == BLOCK:
-                samples_v, forces_n, speeds_m_s, modes = zip(*self._waiting, strict=True)
-                self._waiting = []
-                yield t_s - left / RATE_HZ, (samples_v, forces_n, speeds_m_s, modes)
-
-    def _block(
-        self,
-        end_s: float,
         samples_v: Sequence[float],
         forces_n: Sequence[float],
         speeds_m_s: Sequence[float],
         modes: Sequence[ExplorationMode],
+    ) -> tuple[list[Impulse], float | None]:
+        """Work off each block that these samples complete; the impulses, and when another surface began, s."""
+        impulses: list[Impulse] = []
+        changed_s = None
+        left = len(samples_v)
+        for row in zip(samples_v, forces_n, speeds_m_s, modes, strict=True):
+            left -= 1
+            self._waiting.append(row)
+            if len(self._waiting) == BLOCK:
+                block_v, block_n, block_m_s, block_modes = zip(*self._waiting, strict=True)
+                self._waiting = []
+                found, changed = self._block(
+                    t_s - left / RATE_HZ, block_v, sum(block_n) / BLOCK, sum(block_m_s) / BLOCK, block_modes[-1]
+                )
+                impulses += found
+                changed_s = self._time_s if changed else changed_s
+        return impulses, changed_s
+
+    def _block(
+        self, end_s: float, samples_v: Sequence[float], force_n: float, speed_m_s: float, mode: ExplorationMode
     ) -> tuple[list[Impulse], bool]:
         """Work off a block that ends at `end_s`; return its impulses, and whether the surface changed."""
-        mode, before = modes[-1], self._mode
-        force_n, speed_m_s = sum(forces_n) / BLOCK, sum(speeds_m_s) / BLOCK
+        # to 0.1 us, so that the time of a sample does not depend on how many came with it
+        end_s = round(end_s, 7)
+        watch, before = self._watch, self._mode
+        faulty = watch.fault is not None
         late = end_s - self._time_s > _GAP_S
         self._mode, self._time_s = mode, end_s
         resting = mode is not ExplorationMode.STROKING and speed_m_s < STROKING_M_S
-        if self._watch.step(samples_v, force_n, resting) is not None:
-            self._forget()
+        if watch.step(samples_v, force_n, resting) is not None:
+            if not faulty:
+                self._forget()
             return [], False
         if mode is ExplorationMode.FREE:
             if before is not ExplorationMode.FREE:
                 self._lose(end_s)
-            self._path.forget()
             return [], False
         if before is ExplorationMode.FREE and end_s - self._lost_s > CARRY_S:
             self._surface = None
@@ -233,23 +234,24 @@ class TextureIdentification:
         changed = False
         if curves:
             gain = self._law.gain(force_n, speed_m_s)
+            noise_v2 = (self._law.noise_v / gain) ** 2
             for curve in curves:
-                impulse, jumped = self._hear(curve, gain)
+                impulse, jumped = self._hear(curve, gain, noise_v2)
                 if impulse is not None and mode is ExplorationMode.STROKING:
                     impulses.append(impulse)
                 changed = changed or jumped
         return impulses, changed
 
-    def _hear(self, curve: Curve, gain: float) -> tuple[Impulse | None, bool]:
-        """Take one curvature."""
+    def _hear(self, curve: Curve, gain: float, noise_v2: float) -> tuple[Impulse | None, bool]:
+        """Take one curvature, with the power of a sample's noise for one newton."""
         curvature_v = curve.curvature_v / gain
-        noise = self._noise.power(curve.samples) * (self._law.noise_v / gain) ** 2
         impulse = self._impulses.step(curve, curvature_v)
         if impulse is not None:
             self._roughness.groove(impulse.place_m)
         # before it is known what stands out, what is felt may be a groove
         if not self._impulses.known:
             return impulse, False
+        noise = self._noise.power(curve.samples) * noise_v2
         settled = self._roughness.step(Felt(curve.place_m, curvature_v * curvature_v, noise))
         told = self._recognise(curve.place_m, settled, impulse)
         return impulse, (told or self._roughness.changed) and self._change(curve.place_m)

@@ -26,6 +26,7 @@ BOX_M = 2.0 * CELL_M
 SLOWEST_M_S = 4e-3
 """Slower than this the hand's force moves the signal more than the surface does: the path begins anew, m/s."""
 _CELLS = 6
+_KEEP = 1.0 - 2.0 * math.pi * DRIFT_HZ / RATE_HZ
 _LONGEST = RATE_HZ * CELL_M / SLOWEST_M_S
 
 
@@ -46,6 +47,7 @@ class TipPath:
     def __init__(self, viscous_s: float, leak_hz: float = LEAK_HZ) -> None:
         """Take the contact's time constant, s, and the corner of the integrator, Hz; 0 where there is none."""
         self._leak = 2.0 * math.pi * leak_hz / RATE_HZ
+        self._cells: deque[tuple[float, float, float]] = deque(maxlen=_CELLS)
         self._lag = 1.0 - math.exp(-1.0 / (RATE_HZ * viscous_s)) if viscous_s > 0.0 else 1.0
         self.forget()
 
@@ -58,42 +60,44 @@ class TipPath:
 
     def interrupt(self) -> None:
         """The way is interrupted: nothing before is compared with what comes."""
-        self._cells: deque[tuple[float, float, float]] = deque(maxlen=_CELLS)
+        self._cells.clear()
         self._sum_v = self._count = self._filled = 0.0
 
     def step(self, samples_v: Sequence[float], end_s: float, speed_m_s: float) -> list[Curve]:
         """Take consecutive samples, V, the last at `end_s`, at one speed >= 0; return the curvatures now known."""
         curves: list[Curve] = []
         cells_a_sample = speed_m_s / (RATE_HZ * CELL_M)
-        leak, lag, keep = self._leak, self._lag, 1.0 - 2.0 * math.pi * DRIFT_HZ / RATE_HZ
+        leak, lag, integral_v, path_v = self._leak, self._lag, self._integral_v, self._path_v
+        sum_v, count, filled = self._sum_v, self._count, self._filled
         time_s = end_s - len(samples_v) / RATE_HZ
         for sample_v in samples_v:
-            self._integral_v = keep * (self._integral_v + sample_v)
-            self._path_v += lag * (sample_v + leak * self._integral_v - self._path_v)
-            left = cells_a_sample
-            while self._filled + left >= 1.0:
-                room = 1.0 - self._filled
+            integral_v = _KEEP * (integral_v + sample_v)
+            path_v += lag * (sample_v + leak * integral_v - path_v)
+            left, part = cells_a_sample, 1.0
+            while filled + left >= 1.0:
+                room = 1.0 - filled
                 part = room / cells_a_sample
-                self._sum_v += part * self._path_v
-                self._count += part
                 left -= room
-                self._close(time_s + (1.0 - left / cells_a_sample) / RATE_HZ, curves)
-            part = left / cells_a_sample if cells_a_sample > 0.0 else 1.0
-            self._sum_v += part * self._path_v
-            self._count += part
-            self._filled += left
+                ends_s = time_s + (1.0 - left / cells_a_sample) / RATE_HZ
+                self._close(sum_v + part * path_v, count + part, ends_s, curves)
+                sum_v = count = filled = 0.0
+                part = left / cells_a_sample
+            sum_v += part * path_v
+            count += part
+            filled += left
             time_s += 1.0 / RATE_HZ
+        self._integral_v, self._path_v = integral_v, path_v
+        self._sum_v, self._count, self._filled = sum_v, count, filled
         return curves
 
-    def _close(self, end_s: float, curves: list[Curve]) -> None:
+    def _close(self, sum_v: float, count: float, end_s: float, curves: list[Curve]) -> None:
         """A cell is full: three boxes make a curvature."""
-        if self._count > _LONGEST:
-            self.interrupt()
-            return
         cells = self._cells
-        cells.append((self._sum_v, self._count, end_s))
+        if count > _LONGEST:
+            cells.clear()
+            return
+        cells.append((sum_v, count, end_s))
         self._way += 1
-        self._sum_v = self._count = self._filled = 0.0
         if len(cells) == _CELLS:
             (s0, n0, _), (s1, n1, _), (s2, n2, middle_s), (s3, n3, _), (s4, n4, _), (s5, n5, _) = cells
             sides_v = (s0 + s1) / (n0 + n1) + (s4 + s5) / (n4 + n5)

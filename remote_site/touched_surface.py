@@ -39,8 +39,12 @@ class TouchedSurface:
     """
 
     __slots__ = (
+        "_damping_known",
+        "_drift_m2_s",
         "_fit",
+        "_forces_n",
         "_height",
+        "_heights_m",
         "_onset_z_m",
         "_recent",
         "damping_n_s_m",
@@ -55,7 +59,12 @@ class TouchedSurface:
         self._onset_z_m: float | None
         self._fit: PressFit | None
         self._height: SurfaceHeight | None
-        self._recent: deque[tuple[float, float, float, float, float]] = deque(maxlen=WINDOW)
+        self._recent: deque[tuple[float, float, float, float]] = deque(maxlen=WINDOW)
+        """Time, x, y and z of the newest samples of the contact."""
+        self._forces_n: deque[float] = deque(maxlen=WINDOW)
+        self._heights_m: deque[float] = deque(maxlen=WINDOW)
+        self._drift_m2_s = 0.0
+        self._damping_known = False
         self._release()
 
     @property
@@ -65,51 +74,56 @@ class TouchedSurface:
 
     def step(self, t_s: float, force_n: float, x_m: float, y_m: float, z_m: float) -> None:
         """Take contact force, N, and place of the fingertip, m, at `t_s`; not finite is left out."""
+        if self._onset_z_m is None and not force_n >= ONSET_N:
+            return
         if not math.isfinite(t_s + force_n + x_m + y_m + z_m):
             return
         recent = self._recent
-        if recent and not 0.0 < t_s - recent[-1][0] <= LONGEST_GAP_S:
-            recent.clear()
+        if self._onset_z_m is not None and not 0.0 < t_s - recent[-1][0] <= LONGEST_GAP_S:
             self._release()
-        recent.append((t_s, force_n, x_m, y_m, z_m))
         if self._onset_z_m is None:
             if force_n < ONSET_N:
                 return
             self._onset_z_m = z_m
-            while len(recent) > 1:
-                recent.popleft()
         elif force_n < OFF_N:
             self._release()
             return
-        else:
-            self._feel()
+        recent.append((t_s, x_m, y_m, z_m))
+        self._forces_n.append(force_n)
+        self._heights_m.append(z_m)
+        if len(recent) > 1:
+            self._feel(t_s, force_n, x_m, y_m, z_m)
         if self._height is None:
             self._tell_too_little(self._onset_z_m, force_n, z_m)
 
     def _release(self) -> None:
         """Nothing is touched, and so nothing is known."""
+        self._recent.clear()
+        self._forces_n.clear()
+        self._heights_m.clear()
         self._onset_z_m = self._fit = self._height = None
         self.stiffness_n_m = self.surface_z_m = self.damping_n_s_m = self.slope_x = self.slope_y = 0.0
         self.stiffness_ln_sd = UNKNOWN_LN_SD
 
-    def _feel(self) -> None:
-        """Take the newest samples of a contact, two or more."""
-        recent, samples = self._recent, len(self._recent)
-        from_s, _, from_x_m, from_y_m, from_z_m = recent[0]
-        last_s, _, last_x_m, last_y_m, _ = recent[-2]
-        t_s, force_n, x_m, y_m, z_m = recent[-1]
-        mean_n, mean_m = sum(sample[1] for sample in recent) / samples, sum(sample[4] for sample in recent) / samples
-        if self._fit is None:
-            self._fit = PressFit(last_s, recent[0][1], from_z_m)
-        fit, height = self._fit, self._height
-        sinks_m_s = (from_z_m - z_m) / (t_s - from_s)
-        dx_m, dy_m = x_m - last_x_m, y_m - last_y_m
-        if samples < WINDOW or math.hypot(x_m - from_x_m, y_m - from_y_m) < STROKE_M_S * (t_s - from_s):
-            dx_m = dy_m = 0.0
+    def _feel(self, t_s: float, force_n: float, x_m: float, y_m: float, z_m: float) -> None:
+        """Take the newest sample of a contact, its second or a later one."""
+        recent, fit, height = self._recent, self._fit, self._height
+        samples = len(recent)
+        from_s, from_x_m, from_y_m, from_z_m = recent[0]
+        last_s, last_x_m, last_y_m, _ = recent[-2]
+        mean_n, mean_m = sum(self._forces_n) / samples, sum(self._heights_m) / samples
+        if fit is None:
+            fit = self._fit = PressFit(last_s, self._forces_n[0], from_z_m)
+        passed_s = t_s - from_s
+        sinks_m_s = (from_z_m - z_m) / passed_s
+        dx_m = dy_m = way_m = self.slope_x = self.slope_y = 0.0
+        if samples == WINDOW and math.hypot(x_m - from_x_m, y_m - from_y_m) >= STROKE_M_S * passed_s:
+            dx_m, dy_m = x_m - last_x_m, y_m - last_y_m
+            way_m = math.hypot(dx_m, dy_m)
         if height is not None and fit.stroked_on(t_s):
             fit.see(height.height_m, height.variance_m2, force_n)
-        fit.step(t_s, mean_n, mean_m, sinks_m_s, math.hypot(dx_m, dy_m), samples)
-        self.stiffness_ln_sd = min(fit.ln_sd, UNKNOWN_LN_SD)
+        if fit.step(t_s, mean_n, mean_m, sinks_m_s, way_m, samples) or samples == 2:
+            self._learn(fit)
         if height is None and not self.known:
             return
         # Means that overlap have no less noise together than single samples.
@@ -117,12 +131,18 @@ class TouchedSurface:
         if height is None or fit.met_other:
             height = self._height = SurfaceHeight(fit.surface_m, noise_m2)
         else:
-            height.step(dx_m, dy_m, fit.drift_m_s05**2 * (t_s - last_s), measured_m, noise_m2)
-        self.stiffness_n_m = 1.0 / fit.compliance_m_n
+            height.step(dx_m, dy_m, self._drift_m2_s * (t_s - last_s), measured_m, noise_m2)
         self.surface_z_m = height.height_m
-        self.slope_x, self.slope_y = height.slope_along(dx_m, dy_m)
-        damping_known = fit.damping_sd_s_m < DAMPING_SHARE * fit.damping_s_m
-        self.damping_n_s_m = fit.damping_s_m * force_n if damping_known else 0.0
+        if way_m:
+            self.slope_x, self.slope_y = height.slope_along(dx_m, dy_m)
+        self.damping_n_s_m = fit.damping_s_m * force_n if self._damping_known else 0.0
+
+    def _learn(self, fit: PressFit) -> None:
+        """Take over what the fit has learned from a sample that counts."""
+        self.stiffness_ln_sd = min(fit.ln_sd, UNKNOWN_LN_SD)
+        self.stiffness_n_m = 1.0 / fit.compliance_m_n
+        self._drift_m2_s = fit.drift_m_s05**2
+        self._damping_known = fit.damping_sd_s_m < DAMPING_SHARE * fit.damping_s_m
 
     def _tell_too_little(self, onset_z_m: float, force_n: float, z_m: float) -> None:
         """Tell the softest and lowest that the object may be."""
