@@ -76,7 +76,7 @@ class Exoskeleton:
             hand.x_m, hand.y_m = encoders.pose(sent_s, pose["x"] / _MM, pose["y"] / _MM)
             hand.pose_s = t_s
         for sent_s, heights in came.get("FingerHeights", ()):
-            z_m = [height / _MM for height in by_finger(heights)]
+            z_m = tuple([height / _MM for height in by_finger(heights)])
             hand.z_m = encoders.heights(sent_s, z_m, self.pushing.force_n)
             hand.heights_s = t_s
         self._state_comes.step(self.receivers[0].taken, self.receivers[2].taken)
@@ -88,7 +88,9 @@ class Exoskeleton:
         """Take what it reports to apply, and compare it with what it was sent."""
         self.pushing = Pushing(force_n, enabled, t_s)
         unasked = self._enabled_obeys.reported(t_s, enabled)
-        self._disobeys = self._forces_obey.reported(t_s, force_n) + ([unasked] if unasked else [])
+        self._disobeys = self._forces_obey.reported(t_s, force_n)
+        if unasked:
+            self._disobeys.append(unasked)
 
     @property
     def unread_s(self) -> float:
@@ -122,5 +124,6 @@ class Exoskeleton:
         """Send the force on each finger, N, and whether the session is engaged: not, and the drives stay off."""
         self._forces_obey.told(t_s, force_n if enabled else [0.0] * len(FINGERS))
         self._enabled_obeys.told(t_s, enabled)
-        values = {"enabled": float(enabled), **dict(zip(FINGERS, force_n, strict=True))}
+        values = dict(zip(FINGERS, force_n, strict=True))
+        values["enabled"] = float(enabled)
         self.line.send(self._forces.encode(values))
