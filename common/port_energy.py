@@ -90,10 +90,17 @@ class PortEnergy:
             self._top_m = z_m
         else:
             taken_j = self._damping_n_s_m * rise_m * rise_m / dt_s  # the least that the device's damping took
-            self.account_j += taken_j - self._mean_n(dt_s) * rise_m
-            self._forget(dt_s, z_m)
-            if self.account_j < 0.0 and self._forces[-1][1] == 0.0:
-                self.account_j = min(0.0, self.account_j + FORGIVEN_W * dt_s)
+            force_n = self._forces[-1][1]
+            account_j = self.account_j + (taken_j - self._mean_n(dt_s) * rise_m)
+            # A force that falls as the finger rises gives back at most itself times the way up; what is beyond is lost.
+            if not (force_n > 0.0 and self._top_m > z_m):
+                self._top_m = z_m
+            beyond_j = account_j - self._kept_j - force_n * (self._top_m - z_m)
+            if beyond_j > 0.0:
+                account_j -= beyond_j * min(1.0, dt_s / FADE_S)
+            if account_j < 0.0 and force_n == 0.0:
+                account_j = min(0.0, account_j + FORGIVEN_W * dt_s)
+            self.account_j = account_j
         self.most_produced_j = max(self.most_produced_j, -self.account_j)
         self._t_s, self._z_m = t_s, z_m
 
@@ -112,6 +119,9 @@ class PortEnergy:
     def command(self, t_s: float, force_n: float) -> None:
         """Take the force that is commanded at `t_s`, N, and held until the next."""
         forces = self._forces
+        last_s, last_n = forces[-1]
+        if last_n == 0.0 == force_n and t_s > last_s:
+            return  # it has been 0 since then
         while forces and not t_s > forces[-1][0]:  # a clock that was set back: what comes now follows all the others
             forces.pop()
         forces.append((t_s, force_n))
@@ -123,6 +133,8 @@ class PortEnergy:
         end_s = begin_s + dt_s
         while len(forces) > 1 and forces[1][0] <= begin_s:
             forces.popleft()
+        if len(forces) == 1 and forces[0][1] == 0.0:
+            return 0.0
         impulse, since_s, acting_n = 0.0, begin_s, forces[0][1]
         for began_s, force_n in forces:
             if began_s >= end_s:
@@ -132,11 +144,3 @@ class PortEnergy:
                 since_s = began_s
             acting_n = force_n
         return (impulse + acting_n * (end_s - since_s)) / dt_s
-
-    def _forget(self, dt_s: float, z_m: float) -> None:
-        """A force that falls as the finger rises can give back no more than itself times the way up; beyond: lost."""
-        force_n = self._forces[-1][1]
-        self._top_m = max(self._top_m, z_m) if force_n > 0.0 else z_m
-        beyond_j = self.account_j - self._kept_j - force_n * (self._top_m - z_m)
-        if beyond_j > 0.0:
-            self.account_j -= beyond_j * min(1.0, dt_s / FADE_S)

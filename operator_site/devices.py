@@ -41,9 +41,10 @@ class OperatorDevices:
         """What keeps the site from working; empty when all devices are there."""
         if why := self._no_exoskeleton():
             return f"exoskeleton: {why}"
+        now_s = self.tick.began_s
         for module in self.tacttips.values():
-            if why := self._no_module(module):
-                return f"{module.name}: {why}"
+            if not (now_s - module.measured_s <= GAP_S and module.line.connected):
+                return f"{module.name}: {self._no_module(module)}"
         return ""
 
     def _no_exoskeleton(self) -> str:
@@ -89,6 +90,8 @@ class OperatorDevices:
         if self.tick.in_time():
             self.exoskeleton.push(t_s, output.force_n, engaged)
         for finger, module in self.tacttips.items():
+            if not module.may_send(t_s, output.motor_rpm[finger]):
+                continue
             if not self.tick.in_time():
                 return
             module.drive(t_s, output.motor_rpm[finger], output.peltier_drive[finger])
@@ -104,17 +107,9 @@ class OperatorDevices:
         """What devices do that they must not, and what of them is broken; empty when all is well."""
         now_s = self.tick.began_s
         found = [f"exoskeleton: {fault}" for fault in self.exoskeleton.faults(now_s)]
-        for finger, module in self.tacttips.items():
-            if now_s - module.measured_s > GAP_S:
-                continue
-            if module.sensor_fault:
-                found.append(f"{FINGERS[finger]}: the plate's thermistor: {module.sensor_fault}")
-            if module.cooling_fault:
-                found.append(f"{FINGERS[finger]}: {module.cooling_fault}")
-            if module.cut_out:
-                found.append(f"{FINGERS[finger]}: the module's own temperature limit has switched its plate off")
-            if module.disobeys:
-                found.append(f"{module.name}: {module.disobeys}")
+        for module in self.tacttips.values():
+            if module.faults and now_s - module.measured_s <= GAP_S:
+                found += module.faults
         return found
 
     def figures(self) -> dict[str, object]:

@@ -89,7 +89,9 @@ class Exoskeleton:
         """Take what it reports to apply, and compare it with what it was sent."""
         self.pushing = Pushing(force_n, enabled, t_s)
         unasked = self._enabled_obeys.reported(t_s, enabled)
-        self._disobeys = self._forces_obey.reported(t_s, force_n) + ([unasked] if unasked else [])
+        self._disobeys = self._forces_obey.reported(t_s, force_n)
+        if unasked:
+            self._disobeys.append(unasked)
 
     @property
     def unread_s(self) -> float:

@@ -26,7 +26,7 @@ from operator_site.plate_display import PlateDisplay
 from operator_site.plate_loop import PlateLoop
 from operator_site.sampled_wall import SampledWall
 from operator_site.scene_skin import SceneSkin, SkinState, prepare, touched_object
-from operator_site.skin import STEP_S, SkinModel
+from operator_site.skin import STEP_S, SkinModel, Touched
 from operator_site.tissue import Body
 from operator_site.vibration import FingerVibration, PlayedEvents, Surface
 
@@ -106,12 +106,17 @@ class Fingertips:
         self._block: NDArray[np.float32] | None = None
         self._surface_m = [0.0] * n
         self._rows: list[list[float]] = [[0.0] * len(TOUCH_COLUMN)] * n
+        self._modes = [0] * n
+        self._planes: list[tuple[float, ...]] = [(0.0,) * 5] * n
+        self._objects: list[Touched | None] = [None] * n
+        self._events: Sequence[Event] = ()
         self.impulses_played: list[Event] = []
         """Taps and grooves begun in the last step; the packet that named them may be an earlier one."""
 
     def begin_session(self) -> None:
         """Forget which events were played: a new session numbers its own."""
         self._played = PlayedEvents()
+        self._events = ()
 
     def show(self, wall: SampledWall) -> None:
         """From now on show no surface stiffer than this."""
@@ -155,10 +160,14 @@ class Fingertips:
         self._t_s = t_s
         if touch is not self._block:
             self._unpack(touch)
-        fresh = self._played.new(events) if events else []
+        fresh: Sequence[Event] = ()
+        if events is not self._events:
+            self._events, fresh = events, self._played.new(events)
         if engaged:
-            fresh = self._groove_timing.step(t_s, fresh)
+            if fresh or self._groove_timing.waits:
+                fresh = self._groove_timing.step(t_s, fresh)
         else:
+            fresh = ()
             self._groove_timing.clear()
         self.impulses_played = []
         force, rpm = [], []
@@ -166,10 +175,11 @@ class Fingertips:
             height_m, stiffness_n_m = z_m[finger], row[_STIFFNESS]
             approach_m_s = self._approaches[finger].step(t_s, height_m)
             contact = self._contacts[finger]
-            contact.let_through(pushed_n[finger])
+            if contact.force_n > pushed_n[finger]:
+                contact.let_through(pushed_n[finger])
             if not engaged:
                 contact.rest()
-            surface_m = self._surface_m[finger] = _surface_below(row, x_m, y_m)
+            surface_m = self._surface_m[finger] = _surface_below(self._planes[finger], x_m, y_m)
             newton = contact.step(t_s, height_m, surface_m, stiffness_n_m, row[_DAMPING], approach_m_s)
             force.append(newton)
             # The finger's own force says how hard it strokes; before a surface is known, the remote finger's.
@@ -177,10 +187,10 @@ class Fingertips:
             if stiffness_n_m > 0.0:
                 pressed, ahead_s = newton, contact_in_s(height_m - surface_m, approach_m_s)
             self._contact_in_s[finger] = ahead_s
-            mine = [event for event in fresh if event.finger == finger] if engaged and fresh else ()
+            mine = [event for event in fresh if event.finger == finger] if fresh else ()
             speed = self._vibrations[finger].step(
                 t_s,
-                int(row[_MODE]),
+                self._modes[finger],
                 speed_m_s,
                 pressed,
                 surface=self._surfaces[finger],
@@ -208,11 +218,13 @@ class Fingertips:
         plate_age_s: Sequence[float],
     ) -> list[float]:
         """Set-points, C; with each step of skin, drives follow from them."""
-        for finger, measured in enumerate(plate_c):
-            driven, self._driven[finger] = self._driven[finger], engaged and plate_age_s[finger] <= GAP_S
-            if self._driven[finger] and not driven:
-                self._display.restart(finger, measured)
-                self._loops[finger].reset()
+        for finger, age_s in enumerate(plate_age_s):
+            drives = engaged and age_s <= GAP_S
+            if drives is not self._driven[finger]:
+                self._driven[finger] = drives
+                if drives:
+                    self._display.restart(finger, plate_c[finger])
+                    self._loops[finger].reset()
         due = self._heat_steps(t_s)
         heat = due > 0
         if heat:
@@ -228,8 +240,13 @@ class Fingertips:
     def _unpack(self, touch: NDArray[np.float32]) -> None:
         rows: list[list[float]] = touch.tolist()
         for finger, row in enumerate(rows):
-            if _vibration(row) != _vibration(self._rows[finger]):
-                self._surfaces[finger] = Surface(*_vibration(row))
+            before = self._rows[finger]
+            if (vibration := _vibration(row)) != _vibration(before):
+                self._surfaces[finger] = Surface(*vibration)
+            if (thermal := _thermal(row)) != _thermal(before):
+                self._objects[finger] = touched_object(*thermal)
+            self._modes[finger] = int(row[_MODE])
+            self._planes[finger] = _plane(row)
         self._rows = rows
         self._block = touch
 
@@ -249,7 +266,7 @@ class Fingertips:
             near = row[_STIFFNESS] > 0.0 and z_m[finger] < self._surface_m[finger] + NEAR_SURFACE_M
             touched = None
             if near or row[_CONTACT] > 0.0:
-                touched = touched_object(*_thermal(row))
+                touched = self._objects[finger]
             self._touching[finger] = touched is not None
             self._skin.touch(finger, touched, row[_OBJECT_C])
         for _ in range(steps):
@@ -260,19 +277,20 @@ class Fingertips:
         """What fingers will meet that come down to a known object, C: those whose plates need all of the time left."""
         found = {}
         for finger, contact_s in enumerate(self._contact_in_s):
-            row = self._rows[finger]
             if self._touching[finger] or contact_s > LEAD_S:
                 continue
-            touched = touched_object(*_thermal(row))
+            touched = self._objects[finger]
             if touched is not None:
-                goal_c = contact_c(float(self.skin.surface_c[finger]), touched, row[_OBJECT_C])
+                goal_c = contact_c(float(self.skin.surface_c[finger]), touched, self._rows[finger][_OBJECT_C])
                 if contact_s <= self._display.needs_s(finger, goal_c):
                     found[finger] = goal_c
         return found
 
 
-def _surface_below(row: Sequence[float], x_m: float, y_m: float) -> float:
+def _surface_below(plane: tuple[float, ...], x_m: float, y_m: float) -> float:
     """Height of the surface, m, with the hand here: the remote hand, which felt it, is somewhat behind."""
-    surface_m, felt_x_m, felt_y_m, slope_x, slope_y = _plane(row)
+    surface_m, felt_x_m, felt_y_m, slope_x, slope_y = plane
+    if slope_x == slope_y == 0.0:
+        return surface_m
     rise_m = slope_x * (x_m - felt_x_m) + slope_y * (y_m - felt_y_m)
     return surface_m + min(PLANE_REACHES_M, max(-PLANE_REACHES_M, rise_m))

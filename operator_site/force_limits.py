@@ -26,6 +26,8 @@ class ForceLimits:
         """No force so far, on an exoskeleton that can show this wall."""
         self.energy = PortEnergy(wall.stiffest_n_m, ACCOUNT_J, damping_n_s_m=wall.damping_n_s_m, delay_s=wall.delay_s)
         self._oscillation = Oscillation()
+        self._watched_n = math.nan
+        """Force that the oscillation was given last, N; NaN where it has begun anew."""
         self._ceiling_n = 0.0
         self.force_n = 0.0
         self.out_of_range = self.overdrawn = self.ramped = False
@@ -37,11 +39,12 @@ class ForceLimits:
     def begin_from_neutral(self) -> None:
         """After a standstill: the device has let go by itself, or was about to."""
         self._ceiling_n = 0.0
-        self._oscillation.begin_anew()
+        self.believe_again()
 
     def believe_again(self) -> None:
         """A person has cleared the fault: what swung before counts no more."""
         self._oscillation.begin_anew()
+        self._watched_n = math.nan
 
     def observe(self, t_s: float, height_s: float, z_m: float) -> str | None:
         """Return what the force does that it must not, or None.
@@ -52,6 +55,9 @@ class ForceLimits:
             z_m: height of the finger, m; NaN where it is not known.
         """
         self.energy.observe(height_s, z_m)
+        if self.force_n == self._watched_n and not self.overdrawn:
+            return None  # a force that stays does not swing
+        self._watched_n = self.force_n
         return self._oscillation.step(t_s, self.force_n, self.overdrawn)
 
     def step(self, t_s: float, dt_s: float, live: bool, age_s: float, wanted_n: float) -> float:
@@ -67,10 +73,11 @@ class ForceLimits:
             wanted_n: what is asked for, N.
         """
         if live:
-            self._ceiling_n = min(FINGER_FORCE_N, self._ceiling_n + FORCE_RAMP_UP_N_S * dt_s)
+            if self._ceiling_n < FINGER_FORCE_N:
+                self._ceiling_n = min(FINGER_FORCE_N, self._ceiling_n + FORCE_RAMP_UP_N_S * dt_s)
         else:
             self.energy.rest()
-            self._oscillation.begin_anew()
+            self.believe_again()
             shown_n = min(self._ceiling_n, self.force_n)
             latest_n = math.inf
             if age_s > GAP_S:
@@ -78,11 +85,13 @@ class ForceLimits:
             self._ceiling_n = min(latest_n, max(0.0, shown_n - FORCE_FALL_N_S * dt_s))
         force_n = min(FINGER_FORCE_N, wanted_n) if wanted_n > 0.0 else 0.0
         self.out_of_range = force_n != wanted_n
-        payable_n = self.energy.limit_n()
-        self.overdrawn = force_n > payable_n
-        if self.overdrawn:
-            force_n = payable_n
-        self.ramped = force_n > self._ceiling_n
-        self.force_n = min(force_n, self._ceiling_n)
-        self.energy.command(t_s, self.force_n)
-        return self.force_n
+        self.overdrawn = self.ramped = False
+        if force_n > 0.0:
+            payable_n = self.energy.limit_n()
+            if force_n > payable_n:
+                self.overdrawn, force_n = True, payable_n
+            if force_n > self._ceiling_n:
+                self.ramped, force_n = True, self._ceiling_n
+        self.force_n = force_n
+        self.energy.command(t_s, force_n)
+        return force_n

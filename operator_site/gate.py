@@ -71,6 +71,11 @@ class Limit(IntFlag):
     """Faults have named this plate repeatedly: no drive but a test pulse, until that has moved it."""
 
 
+_RELEASED, _FORCE_RANGE, _FORCE_RAMP, _PASSIVITY = (
+    limit.value for limit in (Limit.RELEASED, Limit.FORCE_RANGE, Limit.FORCE_RAMP, Limit.PASSIVITY)
+)
+
+
 @dataclass(slots=True)
 class GatedOutput:
     """What may reach the devices, five fingers each, and what the gate did."""
@@ -206,24 +211,14 @@ class OperatorGate:
             dt_s = 0.0  # nothing has risen meanwhile
         fresh = 0.0 <= last_input_age_s <= GAP_S
         live = engaged and fresh and self._fault is None
-        limited = [0 if live else Limit.RELEASED.value] * len(FINGERS)
-        out = GatedOutput(
-            self._forces(t_s, dt_s, live, last_input_age_s, force_n, limited),
-            _motors(live, motor_rpm, limited),
-            [0.0] * len(FINGERS),
-            [0.0] * len(FINGERS),
-            limited,
-            self._fault,
-        )
+        limited = [0 if live else _RELEASED] * len(FINGERS)
+        pushed_n = self._forces(t_s, dt_s, live, last_input_age_s, force_n, limited)
+        turning_rpm = _motors(live, motor_rpm, limited)
         for finger in range(len(FINGERS)):
-            measured = plate_measured_c[finger] if known[finger] else math.nan
-            set_c = self._plate_set(
-                finger, dt_s, live=live, wanted_c=plate_set_c[finger], measured_c=measured, limited=limited
-            )
-            drive = self._plate_drive(finger, live, peltier_drive[finger], measured, limited)
-            out.plate_set_c[finger] = self._set_c[finger] = set_c
-            out.peltier_drive[finger] = self._drive[finger] = drive
-        return out
+            measured_c = plate_measured_c[finger] if known[finger] else math.nan
+            self._set_c[finger] = self._plate_set(finger, dt_s, live, plate_set_c[finger], measured_c, limited)
+            self._drive[finger] = self._plate_drive(finger, live, peltier_drive[finger], measured_c, limited)
+        return GatedOutput(pushed_n, turning_rpm, list(self._set_c), list(self._drive), limited, self._fault)
 
     def _elapsed(self, t_s: float) -> float:
         if not math.isfinite(t_s):
@@ -293,15 +288,15 @@ class OperatorGate:
         for finger, force in enumerate(self._force):
             out.append(force.step(t_s, dt_s, live, age_s, wanted_n[finger]))
             if live and force.out_of_range:
-                limited[finger] |= Limit.FORCE_RANGE.value
+                limited[finger] |= _FORCE_RANGE
             if force.overdrawn:
-                limited[finger] |= Limit.PASSIVITY.value
+                limited[finger] |= _PASSIVITY
             if force.ramped:
-                limited[finger] |= Limit.FORCE_RAMP.value
+                limited[finger] |= _FORCE_RAMP
         return out
 
     def _plate_set(
-        self, finger: int, dt_s: float, *, live: bool, wanted_c: float, measured_c: float, limited: list[int]
+        self, finger: int, dt_s: float, live: bool, wanted_c: float, measured_c: float, limited: list[int]
     ) -> float:
         """Set-point inside the profile; it starts from the plate's own temperature and moves at the plate's rates."""
         low, high = self._profile.low_c, self._profile.high_c
@@ -313,10 +308,14 @@ class OperatorGate:
             base = min(high, max(low, SKIN_NEUTRAL_C if math.isnan(measured_c) else measured_c))
             if not may_drive:
                 return base
-        target = min(high, max(low, wanted_c))
-        if target != wanted_c:
+        target = wanted_c
+        if not low <= wanted_c <= high:
+            target = min(high, max(low, wanted_c))
             limited[finger] |= Limit.PLATE_RANGE.value
-        change = min(PLATE_HEATING_K_S * dt_s, max(-PLATE_COOLING_K_S * dt_s, target - base))
+        change = target - base
+        if -PLATE_COOLING_K_S * dt_s <= change <= PLATE_HEATING_K_S * dt_s:
+            return base + change
+        change = min(PLATE_HEATING_K_S * dt_s, max(-PLATE_COOLING_K_S * dt_s, change))
         if abs(target - base - change) > RATE_ROUNDING_K:
             limited[finger] |= Limit.PLATE_RATE.value
         return base + change
@@ -333,8 +332,9 @@ class OperatorGate:
         if self._spent[finger]:
             limited[finger] |= Limit.DOSE.value
             return 0.0
-        drive = min(1.0, max(-1.0, wanted))
-        if drive != wanted:
+        drive = wanted
+        if not -1.0 <= wanted <= 1.0:
+            drive = min(1.0, max(-1.0, wanted))
             limited[finger] |= Limit.DRIVE_RANGE.value
         if (
             measured_c + LOOK_AHEAD_S * self._follow[finger].rate_k_s > PLATE_FAULT_C

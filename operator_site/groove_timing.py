@@ -31,6 +31,11 @@ class GrooveTiming:
         self._ages: deque[tuple[float, float]] = deque()
         self._waiting: deque[Event] = deque()
 
+    @property
+    def waits(self) -> bool:
+        """Whether any groove is held back."""
+        return bool(self._waiting)
+
     def step(self, t_s: float, fresh: Iterable[Event]) -> list[Event]:
         """Events whose time has come, in the order in which they happened.
 

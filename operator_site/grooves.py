@@ -41,12 +41,12 @@ class Grooves:
 
     def step(self, t_s: float, decay_per_s: float) -> None:
         """Let impulses decay until `t_s`, at their surface's rate or, for 0, the usual one."""
-        dt_s, self._t_s = max(0.0, t_s - self._t_s), t_s
+        before_s, self._t_s = self._t_s, t_s
         if self.folded and t_s - self._came_s > OVER_S:
             self.end()
         if self.rad_s and not self.folded:
             # A sum of equal exponentials decays as one: J(t) needs a single number.
-            self.rad_s *= math.exp(-(decay_per_s or DECAY_PER_S) * dt_s)
+            self.rad_s *= math.exp(-(decay_per_s or DECAY_PER_S) * max(0.0, t_s - before_s))
 
     def cross(self, amplitude_rad_s: float, time_ns: int, decay_per_s: float) -> None:
         """A groove was crossed.

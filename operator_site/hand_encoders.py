@@ -33,4 +33,4 @@ class HandEncoders:
     @property
     def faults(self) -> list[str]:
         """What is wrong with which; empty when all is well."""
-        return [*self._pose.faults, *self._heights.faults, *self._still.faults]
+        return self._pose.faults + self._heights.faults + self._still.faults

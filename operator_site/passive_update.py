@@ -31,6 +31,7 @@ class PassiveContact:
     """One finger's contact with a model that may change at any time: `step` gives the force to show, N, 0..10.
 
     Attributes:
+        force_n: force of the last step that was let through to the finger, N.
         capped: whether the model's surface is stiffer than the device may show.
         surface_m: height of the surface that is shown, m; it may lag behind the model's.
         stiffness_n_m: stiffness that is shown; 0 where nothing is.
@@ -38,7 +39,6 @@ class PassiveContact:
     """
 
     __slots__ = (
-        "_force_n",
         "_held_j",
         "_stiffest_n_m",
         "_t_s",
@@ -46,6 +46,7 @@ class PassiveContact:
         "_z_m",
         "account_j",
         "capped",
+        "force_n",
         "stiffness_n_m",
         "surface_m",
     )
@@ -54,7 +55,7 @@ class PassiveContact:
         """A contact within what the device can show; its own damping, which it surely has, counts as dissipated."""
         self.show(wall)
         self._t_s = self._z_m = math.nan
-        self._force_n = self._held_j = 0.0
+        self.force_n = self._held_j = 0.0
         self.account_j = 0.0
         self.surface_m = self.stiffness_n_m = 0.0
         self.capped = False
@@ -92,14 +93,20 @@ class PassiveContact:
         # Neither holds for what is not a number.
         known = stiffness_n_m > 0.0 and abs(surface_m - z_m) < math.inf
         self.capped = known and stiffness_n_m > self._stiffest_n_m
-        shown_n_m = min(stiffness_n_m, self._stiffest_n_m) if known else 0.0
-        depth_m = self._enter(dt_s, depth_m, surface_m if known else -math.inf, shown_n_m)
+        if not known:
+            surface_m, stiffness_n_m = -math.inf, 0.0
+        elif self.capped:
+            stiffness_n_m = self._stiffest_n_m
+        if depth_m == 0.0 and not surface_m > z_m:  # a finger above the surface: any model costs nothing
+            self.surface_m, self.stiffness_n_m, self.force_n = surface_m, stiffness_n_m, 0.0
+            return 0.0
+        depth_m = self._enter(dt_s, depth_m, surface_m, stiffness_n_m)
         if depth_m == 0.0:
-            self._force_n = 0.0
+            self.force_n = 0.0
             return 0.0
         damper_n_s_m = min(damping_n_s_m, self._wall.damping_left_n_s_m(self.stiffness_n_m)) if damping_n_s_m else 0.0
-        self._force_n = min(FINGER_FORCE_N, max(0.0, self.stiffness_n_m * depth_m + damper_n_s_m * approach_m_s))
-        return self._force_n
+        self.force_n = min(FINGER_FORCE_N, max(0.0, self.stiffness_n_m * depth_m + damper_n_s_m * approach_m_s))
+        return self.force_n
 
     def rest(self) -> None:
         """Outputs do not act: a contact that is there when they do begins with RESTED_J."""
@@ -111,30 +118,31 @@ class PassiveContact:
         What does not push takes nothing from the finger: the surface sinks until its spring holds no more than that.
         What it held beyond is in the account again.
         """
-        lacking_n = self._force_n - force_n
+        lacking_n = self.force_n - force_n
         if lacking_n > 0.0:
-            self._force_n = force_n
+            self.force_n = force_n
             depth_m = max(0.0, self.surface_m - self._z_m - lacking_n / self.stiffness_n_m)
             self.surface_m = self._z_m + depth_m
             self._hold(depth_m)
 
     def _observe(self, dt_s: float, z_m: float) -> float:
         """Count what the finger put in since the last step, less what the spring stored of it; the depth now, m."""
-        descent_m = self._z_m - z_m
+        descent_m, force_n = self._z_m - z_m, self.force_n
         self._z_m = z_m
-        depth_m, before_j = 0.0, self._held_j
+        depth_m, held_j, before_j = 0.0, 0.0, self._held_j
         if self.stiffness_n_m > 0.0 and self.surface_m > z_m:
             depth_m = self.surface_m - z_m
-            self._held_j = _stored_j(self.stiffness_n_m, depth_m)
-        else:
-            self._held_j = 0.0
-        put_in_j = self._force_n * descent_m
+            held_j = _stored_j(self.stiffness_n_m, depth_m)
+        elif self.account_j == ACCOUNT_J and force_n == before_j == 0.0:
+            return 0.0  # a full account stays full
+        put_in_j = force_n * descent_m
         if dt_s > 0.0:
             put_in_j += self._wall.damping_n_s_m * descent_m * descent_m / dt_s  # the least that the device took
-        account_j = self.account_j + put_in_j + before_j - self._held_j
-        if account_j < 0.0 and self._force_n == 0.0:
+        account_j = self.account_j + put_in_j + before_j - held_j
+        if account_j < 0.0 and force_n == 0.0:
             account_j = min(0.0, account_j + FORGIVEN_W * dt_s)
-        self.account_j = min(ACCOUNT_J, account_j)
+        self._held_j = held_j
+        self.account_j = account_j if account_j < ACCOUNT_J else ACCOUNT_J
         return depth_m
 
     def _enter(self, dt_s: float, depth_m: float, surface_m: float, stiffness_n_m: float) -> float:
@@ -146,9 +154,6 @@ class PassiveContact:
             surface_m: height of the model's surface, m; -inf where nothing is known.
             stiffness_n_m: of the model; 0 where nothing is known.
         """
-        if depth_m == 0.0 and not surface_m > self._z_m:  # a finger above the surface, which costs nothing
-            self.stiffness_n_m, self.surface_m = stiffness_n_m, surface_m
-            return 0.0
         force_n, wanted_m = self.stiffness_n_m * depth_m, max(0.0, surface_m - self._z_m)
         if depth_m == 0.0:
             self.stiffness_n_m = stiffness_n_m  # that costs nothing

@@ -8,8 +8,6 @@ import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
-import numpy as np
-
 from common.limits import PLATE_COOLING_K_S, PLATE_HEATING_K_S, PlateRange
 from operator_site.gate import RATE_ROUNDING_K, Limit
 from operator_site.scene_skin import SkinState
@@ -38,6 +36,8 @@ class PlateDisplay:
         self._outside = [0] * len(self._wanted_c)
         self.set_c = list(self._wanted_c)
         self.limited = list(self._outside)
+        self._settled = False
+        """Whether all set-points are what is wanted."""
 
     def aim(self, skin: SkinState, touching: Sequence[bool], ahead_c: Mapping[int, float] = NOTHING_AHEAD) -> None:
         """Take what the plates should show; a finger that touches nothing is shown its own skin, no flux.
@@ -47,15 +47,21 @@ class PlateDisplay:
             touching: which fingers do.
             ahead_c: by finger that is about to touch, what it will meet: its plate goes there already.
         """
+        self._settled = False
         self._surface_c = skin.surface_c.tolist()
-        self._flux_w_m2 = (np.asarray(touching) * skin.flux_w_m2).tolist()
-        for finger, (surface_c, flux_w_m2) in enumerate(zip(self._surface_c, self._flux_w_m2, strict=True)):
+        self._flux_w_m2 = skin.flux_w_m2.tolist()
+        for finger, surface_c in enumerate(self._surface_c):
+            if not touching[finger]:
+                self._flux_w_m2[finger] = 0.0
+            flux_w_m2 = self._flux_w_m2[finger]
             wanted_c = ahead_c[finger] if finger in ahead_c else surface_c + flux_w_m2 * PLATE_CONTACT_M2K_W
             self._wanted_c[finger] = possible_c = self._inside(wanted_c)
             self._outside[finger] = _OUTSIDE if possible_c != wanted_c else 0
 
     def step(self, dt_s: float) -> list[float]:
         """Set-points (n,), C, `dt_s` later, at no more than the plates' own rates."""
+        if self._settled:
+            return list(self.set_c)
         lowest_k, highest_k = -PLATE_COOLING_K_S * dt_s, PLATE_HEATING_K_S * dt_s
         self.limited = list(self._outside)
         for finger, wanted_c in enumerate(self._wanted_c):
@@ -66,6 +72,7 @@ class PlateDisplay:
                     self.limited[finger] |= _BEHIND
                 change_k = slow_k
             self.set_c[finger] += change_k
+        self._settled = self.set_c == self._wanted_c
         return list(self.set_c)
 
     def load_w_m2(self) -> list[float]:
@@ -83,6 +90,7 @@ class PlateDisplay:
 
     def restart(self, finger: int, plate_c: float) -> None:
         """Go on from where a plate is; without a reading (NaN) it keeps its set-point."""
+        self._settled = False
         if math.isfinite(plate_c):
             self.set_c[finger] = self._inside(plate_c)
 

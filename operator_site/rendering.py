@@ -100,7 +100,9 @@ class Rendering:
         # Where a finger is not known nothing can be rendered to it: an old place is no place.
         located = now.time_s - min(now.pose_s, now.heights_s) <= GAP_S
         self._held.step(now.time_s, now.heights_s)
-        self._gate.show(self.wall)
+        wall = self._held.wall
+        self._gate.show(wall)
+        self.fingertips.show(wall)
         requested = self._requested(now, located)
         output = self._gate.step(
             now.time_s,
@@ -116,7 +118,8 @@ class Rendering:
             height_age_s=now.time_s - now.heights_s,
         )
         self._pushed_n = output.force_n
-        output.limited[:] = [ours | theirs for ours, theirs in zip(output.limited, requested.limited, strict=True)]
+        if any(requested.limited):
+            output.limited[:] = [ours | theirs for ours, theirs in zip(output.limited, requested.limited, strict=True)]
         return output
 
     def _requested(self, now: RenderingInput, located: bool) -> Requested:
@@ -125,10 +128,13 @@ class Rendering:
         touch = now.touch if fresh else None
         if not self._broken:
             try:
-                self.fingertips.show(self.wall)
                 if touch is not self._touch:
                     self._touch, self._block = touch, _NEUTRAL if touch is None else touch.block
-                in_test = self._gate.in_test
+                plate_age_s = now.plate_age_s
+                if True in (in_test := self._gate.in_test):
+                    plate_age_s = tuple(
+                        [math.inf if test else age_s for test, age_s in zip(in_test, plate_age_s, strict=True)]
+                    )
                 return self.fingertips.step(
                     now.time_s,
                     now.engaged and fresh and located,
@@ -140,11 +146,7 @@ class Rendering:
                     z_m=now.z_m,
                     pushed_n=self._pushed_n,
                     plate_c=now.plate_c,
-                    plate_age_s=[
-                        math.inf if test else age_s for test, age_s in zip(in_test, now.plate_age_s, strict=True)
-                    ]
-                    if any(in_test)
-                    else now.plate_age_s,
+                    plate_age_s=plate_age_s,
                 )
             except Exception as error:
                 self._broken = True

@@ -14,7 +14,7 @@ import numpy as np
 from common.fingers import FINGERS
 from common.materials import Material, contact_resistance_m2k_w
 from operator_site.model_choice import LONGEST_S, RUNGS, choose
-from operator_site.skin import OUTPUTS, SkinModel, Touched, refined, skin_step
+from operator_site.skin import OUTPUTS, SkinModel, SkinStep, Touched, refined, skin_step
 from operator_site.tissue import Body, Floats, rest
 
 AT_REST_K = 0.03
@@ -95,6 +95,7 @@ class SceneSkin:
         """Of each finger now; None at rest."""
         self._steps = 0
         self._x = np.zeros((fingers, 0))
+        self._at_rest = SkinState(*np.tile(self._rest_row, (fingers, 1)).T)
         self._size(model.states if model else 0)
 
     def touch(self, finger: int, touched: Touched | None, object_c: float) -> None:
@@ -110,7 +111,7 @@ class SceneSkin:
                 self._touched[finger] = None
                 self._use(finger)
             return
-        if touched == before and object_c == self._object_c[finger]:
+        if (touched is before or touched == before) and object_c == self._object_c[finger]:
             return
         self._fit(finger, touched, object_c)
         model = self.models[finger]
@@ -129,7 +130,7 @@ class SceneSkin:
         self._steps += 1
         states = self._x.shape[1]
         if not states:
-            return self.state()
+            return self._at_rest
         both = np.matmul(self._advance, self._x[:, :, None])[:, :, 0] + self._advance_offset
         self._x = both[:, :states]
         if self._fixed is None and self._steps % LOOK_EVERY == 0:
@@ -178,6 +179,7 @@ class SceneSkin:
         self._x = x
         self._read, self._offset = np.zeros((n, OUTPUTS, states)), np.zeros((n, OUTPUTS))
         self._advance, self._advance_offset = np.zeros((n, states + OUTPUTS, states)), np.zeros((n, states + OUTPUTS))
+        self._used: list[SkinStep | None] = [None] * n
         for finger in range(n):
             self._use(finger)
 
@@ -186,16 +188,22 @@ class SceneSkin:
         model, touched = self.models[finger], self._touched[finger]
         states = self._x.shape[1]
         advance, read = self._advance[finger], self._read[finger]
-        advance[:], read[:] = 0.0, 0.0
-        offset = self._offset[finger] = self._rest_row
         drift = np.zeros(states)
-        if model is not None:
+        if model is None:
+            advance[:], read[:] = 0.0, 0.0
+            offset = self._offset[finger] = self._rest_row
+            self._used[finger] = None
+        else:
             step = skin_step(model, touched, self.body.air_w_m2k)
-            inputs = np.array([self._rest.flux_w_m2, self._object_c[finger] - self._rest.surface_c])
             n = len(step.a)
+            if self._used[finger] is not step:
+                self._used[finger] = step
+                advance[:], read[:] = 0.0, 0.0
+                advance[:n, :n], read[:, :n] = step.a, step.c
+                advance[states:] = read @ advance[:states]
             self._x[finger, n:] = 0.0
-            advance[:n, :n], drift[:n], read[:, :n] = step.a, step.b @ inputs, step.c
+            inputs = np.array([self._rest.flux_w_m2, self._object_c[finger] - self._rest.surface_c])
+            drift[:n] = step.b @ inputs
             # What is read at rest is the rest; the flux at rest is among the inputs.
             offset = self._offset[finger] = self._rest_row + step.d @ inputs - FLUX * self._rest.flux_w_m2
-        advance[states:] = read @ advance[:states]
         self._advance_offset[finger] = np.concatenate((drift, read @ drift + offset))

@@ -232,7 +232,8 @@ class OperatorSite:
     def _send_motion(self, now_ns: int, now_s: float, hand: Hand) -> bytes | None:
         if now_s - hand.oldest_s > _HAND_AGE_S:
             return None
-        block: Floats = np.array([(hand.x_m, hand.y_m, z_m) for z_m in hand.z_m], dtype=np.float32)
+        block: Floats = np.empty(_NOWHERE.shape, dtype=np.float32)
+        block[:, 0], block[:, 1], block[:, 2] = hand.x_m, hand.y_m, hand.z_m
         packet = self.client.send_motion(now_ns, block)
         self.motions_sent += packet is not None
         return packet

@@ -36,6 +36,7 @@ SCHEMAS: dict[str, dict[str, object]] = {
     "operator/clock": {"type": "array", "description": "[offset_ns, uncertainty_ns, round_trip_ns] to the remote site"},
 }
 _pack = msgpack.Packer().pack
+_MOTION_RECORDED = STREAMS["motion"].recorded
 _SLOW_EVERY = 25
 """Ticks between two records of what changes slowly: 20 Hz."""
 
@@ -84,7 +85,7 @@ class SiteRecording:
             self._touch = touch
         if self._recorder is not None:
             self._recorder.write("operator/input", now_ns, given.pack())
-            if motion is not None and STREAMS["motion"].recorded:
+            if motion is not None and _MOTION_RECORDED:
                 self._recorder.write("operator/motion", now_ns, motion)
         rendered = [
             client.both_engaged,

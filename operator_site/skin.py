@@ -8,7 +8,7 @@ one matrix exponential per time step and object replaces any integration error.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import numpy as np
 from scipy.linalg import expm
@@ -116,18 +116,15 @@ def ladder_m(count: int, touched: Touched) -> Floats:
 @lru_cache(maxsize=256)
 def skin_rates(model: SkinModel, touched: Touched | None, air_w_m2k: float = 10.0) -> SkinStep:
     """Rates `dx/dt = a x + b u`, 1/s, free (`touched` None, tissue alone) or in contact, and what is read."""
-    tissue, m = model.tissue, model.skin_cells
+    half_m2k_w, heat, own_balance, means = _tissue(model)
+    m = model.skin_cells
     count = 0 if touched is None else model.ladder
     n = m + count
     balance = np.zeros((n, n))
-    _link(balance, tissue.links_w_m2k, 0)
-    skin = np.arange(m)
-    balance[skin, skin] -= tissue.blood_w_m2k
-    balance[m - 1, m - 1] -= tissue.deep_w_m2k
-    heat = tissue.heat_j_m2k
+    balance[:m, :m] = own_balance
     flux, flux_of = np.zeros(n), np.zeros(INPUTS)
     if touched is None:
-        flux[0], flux_of[0] = -1.0 / (1.0 / air_w_m2k + tissue.half_m2k_w), 1.0
+        flux[0], flux_of[0] = -1.0 / (1.0 / air_w_m2k + half_m2k_w), 1.0
     else:
         half_object = 0.0
         if count:
@@ -136,8 +133,8 @@ def skin_rates(model: SkinModel, touched: Touched | None, air_w_m2k: float = 10.
             half_object = float(halves[0])
             heat = np.concatenate((heat, size * touched.density_kg_m3 * touched.specific_heat_j_kgk))
             _link(balance, 1.0 / (halves[:-1] + halves[1:]), m)
-        conducts = 1.0 / (half_object + touched.contact_m2k_w + tissue.half_m2k_w)
-        flux[0], flux_of[0] = -conducts, conducts * tissue.half_m2k_w
+        conducts = 1.0 / (half_object + touched.contact_m2k_w + half_m2k_w)
+        flux[0], flux_of[0] = -conducts, conducts * half_m2k_w
         if count:
             flux[m] = conducts
         else:
@@ -150,14 +147,25 @@ def skin_rates(model: SkinModel, touched: Touched | None, air_w_m2k: float = 10.
         balance[m] -= flux
         inputs[m] = -flux_of
     c, d = np.zeros((OUTPUTS, n)), np.zeros((OUTPUTS, INPUTS))
-    for layer in range(3):
-        mine = tissue.layer_of == layer
-        c[layer, :m] = mine / mine.sum()
-    c[3] = tissue.half_m2k_w * flux
+    c[:3, :m] = means
+    c[3] = half_m2k_w * flux
     c[3, 0] += 1.0
-    d[3] = tissue.half_m2k_w * gained
+    d[3] = half_m2k_w * gained
     c[4], d[4] = flux, flux_of
     return SkinStep(balance / heat[:, None], inputs / heat[:, None], c, d)
+
+
+@cache
+def _tissue(model: SkinModel) -> tuple[float, Floats, Floats, Floats]:
+    """What no object changes: half of the first cell, m2K/W, heat capacities, balance alone, W/m2K, layer means."""
+    tissue, m = model.tissue, model.skin_cells
+    balance = np.zeros((m, m))
+    _link(balance, tissue.links_w_m2k, 0)
+    skin = np.arange(m)
+    balance[skin, skin] -= tissue.blood_w_m2k
+    balance[m - 1, m - 1] -= tissue.deep_w_m2k
+    layers = [tissue.layer_of == layer for layer in range(3)]
+    return tissue.half_m2k_w, tissue.heat_j_m2k, balance, np.array([mine / mine.sum() for mine in layers])
 
 
 def _link(balance: Floats, links: Floats, first: int) -> None:

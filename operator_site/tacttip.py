@@ -25,6 +25,7 @@ _LEAST_INTERVAL_S = 0.004
 _BYTES_PER_S = 100 * 19
 """Of a module's reports on its line."""
 _NEVER = -math.inf
+_CUT_OUT, _STATE = DeviceFlag.THERMAL_CUT_OUT.value, MessageId.TACTTIP_STATE.value
 
 
 class TactTip:
@@ -33,6 +34,7 @@ class TactTip:
     def __init__(self, finger: str, address: str, clock: HostClock | None = None):
         """Open the module at `address` in the background; `clock` is the one that `read` is given times of."""
         self.line = SerialLine(address, DeviceKind.TACTTIP, finger)
+        self._finger = finger
         self.name = f"{finger} tacttip"
         self.damaged = 0
         self.plate_c = math.nan
@@ -46,6 +48,8 @@ class TactTip:
         self.cut_out = False
         self.disobeys = ""
         """What the module does that it was not told; empty when nothing."""
+        self.faults: list[str] = []
+        """What the last report says of these, for people; empty when all is well."""
         self.applied = (0, 0)
         """What the module reported last that motor (mV) and Peltiers (thousandths) get."""
         self._sensor, self._hot_side = PlateSensor(), HotSide()
@@ -58,9 +62,11 @@ class TactTip:
 
     def read(self, t_s: float) -> None:
         """Take what came since the last call; it is judged by a time that counts what the host's clock did not."""
+        self.stood_still_s = 0.0
+        if self.line.silent:
+            return
         states = self._states()
         if not states:
-            self.stood_still_s = 0.0
             return
         self.stood_still_s = self._witness.step([state.device_time_us for state in states])
         t_s += self.stood_still_s
@@ -68,17 +74,30 @@ class TactTip:
             reading = self._sensor.step(t_s, state.plate_counts)
             self.plate_c, self.sensor_fault = reading.plate_c, reading.fault or ""
             self.cooling_fault = self._hot_side.step(t_s, state.hot_side_counts)
-            self.cut_out = bool(state.flags & DeviceFlag.THERMAL_CUT_OUT)
+            self.cut_out = bool(state.flags & _CUT_OUT)
             self.applied = (state.motor_mv, state.peltier_permille)
             motor = self._motor.reported(t_s, state.motor_mv)
             peltier = self._peltier.reported(t_s, state.peltier_permille)
             self.disobeys = motor or peltier
             self.measured_s = t_s
+        self.faults = self._faults()
+
+    def _faults(self) -> list[str]:
+        found = []
+        if self.sensor_fault:
+            found.append(f"{self._finger}: the plate's thermistor: {self.sensor_fault}")
+        if self.cooling_fault:
+            found.append(f"{self._finger}: {self.cooling_fault}")
+        if self.cut_out:
+            found.append(f"{self._finger}: the module's own temperature limit has switched its plate off")
+        if self.disobeys:
+            found.append(f"{self.name}: {self.disobeys}")
+        return found
 
     def _states(self) -> list[TactTipState]:
         found: list[TactTipState] = []
         for frame in self.line.poll():
-            if frame.message_id != MessageId.TACTTIP_STATE:
+            if frame.message_id != _STATE:
                 continue
             try:
                 found.append(TactTipState.decode(frame.payload))
@@ -100,11 +119,16 @@ class TactTip:
         motor, peltier = self.applied
         return f"motor at {motor} mV, Peltier drive {peltier / DRIVE_FULL:g}" if motor or peltier else ""
 
+    def may_send(self, t_s: float, motor_rpm: float) -> bool:
+        """Whether the module's rate budget leaves room for a command now; one that switches the motor never waits."""
+        # Less than 0: the clock was set back.
+        return not 0.0 <= t_s - self._sent_s < _LEAST_INTERVAL_S or (motor_rpm > 0.0) is not self._turning
+
     def drive(self, t_s: float, motor_rpm: float, peltier_drive: float) -> None:
-        """Send drives within the module's rate budget: motor speed in rpm, Peltier -1..1."""
-        since_s, switches = t_s - self._sent_s, (motor_rpm > 0.0) != self._turning
-        if not switches and 0.0 <= since_s < _LEAST_INTERVAL_S:  # less than 0: the clock was set back
+        """Send drives within the module's rate budget, where they are news: motor speed in rpm, Peltier -1..1."""
+        if not self.may_send(t_s, motor_rpm):
             return
+        since_s, switches = t_s - self._sent_s, (motor_rpm > 0.0) is not self._turning
         motor = self._motor_drive.step(t_s, motor_rpm)
         wanted = motor, round(peltier_drive * DRIVE_FULL)
         if wanted == self._sent and not switches and 0.0 <= since_s < COMMAND_REFRESH_S:

@@ -5,7 +5,7 @@ without delay; the network only says what the surface is like and which impulses
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from common.config import VibrationScale
@@ -30,6 +30,7 @@ COMMAND_S = 0.006
 AHEAD_S = 0.1
 """A contact that has not come by so long after the motor started for it will not."""
 REMEMBERED_EVENTS = 512
+_FREE, _STROKING = int(ExplorationMode.FREE), int(ExplorationMode.STROKING)
 
 
 class PlayedEvents:
@@ -76,6 +77,8 @@ class FingerVibration:
         self._tap_decay = 0.0
         self._tap_certain = False
         self._ahead_since_s: float | None = None
+        self._at_rest = False
+        """Nothing is felt, and nothing will be before an event, a stroke, or a contact that is known beforehand."""
 
     def step(
         self,
@@ -85,7 +88,7 @@ class FingerVibration:
         force_n: float,
         *,
         surface: Surface,
-        events: Iterable[Event] = (),
+        events: Sequence[Event] = (),
         contact_in_s: float = math.inf,
         approach_m_s: float = 0.0,
     ) -> float:
@@ -101,22 +104,27 @@ class FingerVibration:
             contact_in_s: when a free finger will meet this surface, s; infinite where nobody knows.
             approach_m_s: how fast it comes down then.
         """
+        if self._at_rest and mode != _STROKING and not events and (mode != _FREE or contact_in_s == math.inf):
+            return 0.0
         self._t_s = t_s
+        self._at_rest = False
         self._grooves.step(t_s, surface.b_groove_per_s)
         for event in events:
             self._begin(event, surface)
-        if mode == ExplorationMode.FREE:
+        if mode == _FREE:
             self._tap_t_s = -math.inf
             self._grooves.end()
             self._felt.still()
+            self._at_rest = contact_in_s == math.inf
             return self._ahead(contact_in_s, approach_m_s, surface)
         self._ahead_since_s = None
         wanted, least_rpm = self._tap()
-        if mode == ExplorationMode.STROKING:
+        if mode == _STROKING:
             wanted += surface.k_stroke_v * abs(speed_m_s) + surface.k_stroke_f * max(0.0, force_n)
             wanted += self._grooves.rad_s
         else:
             self._grooves.end()
+            self._at_rest = t_s - self._tap_t_s > TAP_S
         return max(self._felt.rpm(wanted / RPM_TO_RAD_S), least_rpm)
 
     def _begin(self, event: Event, surface: Surface) -> None:
