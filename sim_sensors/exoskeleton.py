@@ -1,5 +1,7 @@
 """The exoskeleton as a CAN node: tells where the hand and the fingertips are, pushes on the fingers."""
 
+from collections.abc import Sequence
+
 import can
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +13,7 @@ from sim_sensors.can_node import CanNode
 
 RELEASE_S = 0.050
 """A force that is no longer commanded goes to 0 within this time."""
+_NO_FORCE: NDArray[np.float64] = np.zeros(len(FINGERS))
 DRIVEN_S = 1.5
 """Enabled without a gap for this long: a session is engaged, and the remote hand has come to the operator's."""
 
@@ -27,14 +30,14 @@ class Exoskeleton(CanNode):
         self.stuck_n: dict[int, float] = {}
         self._pose_sender = FrameSender("HandPose")
         self._height_sender = FrameSender("FingerHeights")
-        self._force_n: NDArray[np.float64] = np.zeros(len(FINGERS))
+        self._force_n = _NO_FORCE
         self._enabled = False
-        self._applied_n: NDArray[np.float64] = np.zeros(len(FINGERS))
+        self._applied_n = _NO_FORCE
         self._driven_since_s: float | None = None
         self._pose = (0.0, 0.0)
-        self._z_m: NDArray[np.float64] = np.zeros(len(FINGERS))
+        self._z_m: Sequence[float] = [0.0] * len(FINGERS)
 
-    def measure(self, x_m: float, y_m: float, z_m: NDArray[np.float64]) -> None:
+    def measure(self, x_m: float, y_m: float, z_m: Sequence[float]) -> None:
         """What its encoders read now: the hand's pose and the heights of the fingertips (5,)."""
         self._pose, self._z_m = (x_m, y_m), z_m
 
@@ -59,16 +62,18 @@ class Exoskeleton(CanNode):
         return self._driven_since_s is not None and now_s - self._driven_since_s >= DRIVEN_S
 
     def _measured(self) -> list[can.Message]:
-        pose = {"x": self._pose[0] * 1e3, "y": self._pose[1] * 1e3}
-        heights = dict(zip(FINGERS, (self._z_m * 1e3).tolist(), strict=True))
-        return [self._pose_sender.encode(pose), self._height_sender.encode(heights)]
+        x_m, y_m = self._pose
+        return [
+            self._pose_sender.encode({"x": x_m * 1e3, "y": y_m * 1e3}),
+            self._height_sender.encode({finger: z_m * 1e3 for finger, z_m in zip(FINGERS, self._z_m, strict=True)}),
+        ]
 
     def _applied(self) -> dict[str, float]:
         return {"enabled": float(self._enabled), **dict(zip(FINGERS, self._applied_n.tolist(), strict=True))}
 
     def _obey(self, name: str, values: dict[str, float], now_s: float) -> None:
         self._enabled = values["enabled"] > 0.0
-        self._force_n = np.array(by_finger(values)) if self._enabled else np.zeros(len(FINGERS))
+        self._force_n = np.array(by_finger(values)) if self._enabled else _NO_FORCE
         if not self._enabled:
             self._driven_since_s = None
         elif self._driven_since_s is None:

@@ -1,7 +1,7 @@
 """Parts of the simulated devices that can break: each does nothing until it is broken, and can be mended."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Literal
 
 import can
@@ -65,6 +65,8 @@ class Piezo:
     def read(self, counts: NDArray[np.int16]) -> NDArray[np.int16]:
         """What the converter reads where a sound element would give `counts`, -2048..2047."""
         match self.fault:
+            case None:
+                return counts
             case "saturated":
                 return np.full_like(counts, _PIEZO_MAX)
             case "clipped":
@@ -73,8 +75,6 @@ class Piezo:
                 return np.zeros_like(counts)
             case "loose":
                 return np.rint(_NOISE_COUNTS * self._random.standard_normal(counts.shape)).astype(np.int16)
-            case None:
-                return counts
 
 
 class Encoder:
@@ -82,20 +82,21 @@ class Encoder:
 
     Attributes:
         fault: `glitch`: single readings are far off, `stuck`: it reads what it read last; None: it is sound.
+        last: what a sound one read last, m.
     """
 
     def __init__(self) -> None:
         self.fault: EncoderFault | None = None
         self._random = np.random.default_rng(0)
-        self._last_m = 0.0
+        self.last = 0.0
 
     def read(self, place_m: float) -> float:
         """What it reads where a sound one would read `place_m`, m."""
         if self.fault != "stuck":
-            self._last_m = place_m
+            self.last = place_m
         if self.fault == "glitch" and self._random.random() < _GLITCHES:
             return place_m - _GLITCH_M if place_m > 0.0 else place_m + _GLITCH_M
-        return self._last_m
+        return self.last
 
 
 class ForceSensor:
@@ -103,17 +104,27 @@ class ForceSensor:
 
     Attributes:
         fault: `frozen`: it reads what it read last, `biased`: 1.5 N too much; None: it is sound.
+        last: what a sound one read last, N.
     """
 
     def __init__(self) -> None:
         self.fault: ForceFault | None = None
-        self._last_n = 0.0
+        self.last = 0.0
 
     def read(self, force_n: float) -> float:
         """What it reads where a sound one would read `force_n`, N."""
         if self.fault != "frozen":
-            self._last_n = force_n
-        return self._last_n + _BIAS_N if self.fault == "biased" else self._last_n
+            self.last = force_n
+        return self.last + _BIAS_N if self.fault == "biased" else self.last
+
+
+def read_all(parts: Iterable[tuple[int, Encoder | ForceSensor]], values: list[float]) -> None:
+    """Put what each part reads in place of what a sound one would read, by its number."""
+    for number, part in parts:
+        if part.fault is None:
+            part.last = values[number]
+        else:
+            values[number] = part.read(values[number])
 
 
 class Transmitter:

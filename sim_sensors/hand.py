@@ -45,7 +45,7 @@ class ScriptedHand:
         time_s: time lived.
         script_s: time worked.
         x_m, y_m: pose of the hand.
-        z_m: heights of the fingertips over the bench plane, (5,), negative into it.
+        z_m, heights_m: heights of the fingertips over the bench plane, as array and list of five, negative into it.
         mode: exploration mode that the script means now (0 free .. 3 stroking).
         segment: movement of the script that is under way.
     """
@@ -71,15 +71,15 @@ class ScriptedHand:
         self.time_s = 0.0
         self.script_s = 0.0
         wanted = self._plan.at(0.0)
-        self._wanted_z = wanted.z_m.copy()
-        self._motion: NDArray[np.float64] = np.stack((self._wanted_z, np.zeros(count)))
+        self._wanted_z = wanted.z_m.tolist()
+        self._motion: NDArray[np.float64] = np.stack((wanted.z_m, np.zeros(count)))
+        self.heights_m = _within_stops(self._motion)
         self._follow(wanted)
 
     @property
     def z_m(self) -> NDArray[np.float64]:
         """Heights of the fingertips, (5,), within the exoskeleton's stops."""
-        heights: NDArray[np.float64] = np.minimum(np.maximum(self._motion[0], LOWEST_M), HIGHEST_M)
-        return heights
+        return np.array(self.heights_m)
 
     def total_seconds(self) -> float:
         """How long the first pass through the script takes, s."""
@@ -112,18 +112,22 @@ class ScriptedHand:
             self._plan_began_s += self._plan.seconds
             self._plan = HandPlan(self._scene, self._used, self._rng, self._plan.end)
         wanted = self._plan.at(self.script_s - self._plan_began_s)
-        tremble = self._follow(wanted)
-        wanted_z = self._lifted(wanted.z_m) + tremble[2:]
+        _, _, *tremble = self._follow(wanted)
+        wanted_z = [z + by for z, by in zip(self._lifted(wanted.z_m).tolist(), tremble, strict=True)]
         if dt_s != self._advance_dt_s:
             self._prepare(dt_s)
-        pull = np.array((0.5 * (wanted_z + self._wanted_z), (wanted_z - self._wanted_z) / dt_s, force_n))
-        self._motion = self._advance @ self._motion + self._push @ pull
+        middle, speed = [], []
+        for now, before in zip(wanted_z, self._wanted_z, strict=True):
+            middle.append(0.5 * (now + before))
+            speed.append((now - before) / dt_s)
+        self._motion = self._advance @ self._motion + self._push @ np.array((middle, speed, force_n.tolist()))
         self._wanted_z = wanted_z
+        self.heights_m = _within_stops(self._motion)
 
-    def _follow(self, wanted: Wanted) -> NDArray[np.float64]:
+    def _follow(self, wanted: Wanted) -> list[float]:
         """Carry the hand along; returns the tremor of x, y and each finger's height, m."""
-        tremble = self._tremble()
-        self.x_m, self.y_m = wanted.x_m + float(tremble[0]), wanted.y_m + float(tremble[1])
+        tremble: list[float] = self._tremble().tolist()
+        self.x_m, self.y_m = wanted.x_m + tremble[0], wanted.y_m + tremble[1]
         self.segment = wanted.segment
         self.mode = FREE if self._finished_at_s is not None or self._working_since_s is None else wanted.mode
         return tremble
@@ -155,3 +159,8 @@ class ScriptedHand:
         augmented[1] = (-stiffness, -damping - friction, stiffness, damping, 1.0 / MASS_KG)
         solved = expm(augmented * dt_s)
         self._advance, self._push, self._advance_dt_s = solved[:2, :2], solved[:2, 2:], dt_s
+
+
+def _within_stops(motion: NDArray[np.float64]) -> list[float]:
+    """Heights of fingers that move so, as far as the exoskeleton lets them."""
+    return [min(max(z_m, LOWEST_M), HIGHEST_M) for z_m in motion[0].tolist()]

@@ -34,7 +34,13 @@ Finger = TypeVar("Finger", bound=str)
 
 
 class Device(Protocol):
-    """A machine of bytes and times, as in `sim_sensors.serial_module`."""
+    """A machine of bytes and times, as in `sim_sensors.serial_module`.
+
+    Attributes:
+        due_s: moment before which it has nothing to say, as long as it is not fed.
+    """
+
+    due_s: float
 
     def feed(self, data: bytes, now_s: float) -> None:
         """Take bytes from the host."""
@@ -66,9 +72,12 @@ class SerialServer(ABC):
 
     def pump(self, now_s: float) -> None:
         """Let the module's clock reach `now_s` and send what it has to say."""
-        output = self._device.take_output(now_s)
-        if self.babble is not None:
-            output = self.babble.mix(now_s, output)
+        if self.babble is None:
+            if now_s < self._device.due_s:
+                return
+            output = self._device.take_output(now_s)
+        else:
+            output = self.babble.mix(now_s, self._device.take_output(now_s))
         if output and not self.silent:
             self._send(output)
 
@@ -139,8 +148,7 @@ class PtyServer(SerialServer):
         if self._ends is None:
             return
         master, _ = self._ends
-        self.backlog.push(output)
-        self.backlog.write(lambda data: os.write(master, data))
+        self.backlog.pass_on(output, lambda data: os.write(master, data))
 
     def _read(self, now_s: float) -> None:
         if self._ends is None:
@@ -215,9 +223,8 @@ class TcpServer(SerialServer):
     def _send(self, output: bytes) -> None:
         if self._client is None:
             return
-        self.backlog.push(output)
         try:
-            self.backlog.write(self._client.send)
+            self.backlog.pass_on(output, self._client.send)
         except OSError:
             self._hang_up()
 

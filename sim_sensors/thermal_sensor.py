@@ -78,6 +78,9 @@ class ThermalSensor(SerialModule):
             reading = ThermalReading(self._time_us(now_s), *measured, self.flags, self.drive_permille)
             self._say(MessageId.THERMAL_READING, reading.encode())
 
+    def _next_s(self) -> float:
+        return min(self._reports.due_s, self._watchdog.due_s)
+
     def _limit(self) -> None:
         asked = self._asked if self.stuck_permille is None else self.stuck_permille
         allowed = self._cut_out.allows(asked)
