@@ -4,7 +4,6 @@ import time
 from collections.abc import Callable, Iterable
 from typing import Literal
 
-import can
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,6 +15,8 @@ PiezoFault = Literal["saturated", "clipped", "cut", "loose"]
 EncoderFault = Literal["glitch", "stuck"]
 ForceFault = Literal["frozen", "biased"]
 FrameFault = Literal["counter", "crc"]
+NodeFrame = tuple[int, bytes]
+"""Identifier and data of a CAN frame."""
 Place = tuple[float, float, NDArray[np.float64]]
 """Hand's x and y, m, and the heights of the fingertips (5,), m."""
 
@@ -138,20 +139,25 @@ class Transmitter:
     def __init__(self) -> None:
         self.damage: tuple[FrameFault, float] | None = None
         self._random = np.random.default_rng(0)
-        self._last: dict[int, bytearray] = {}
+        self._last: dict[int, bytes] = {}
         self._with_crc = {m.frame_id for m in database().messages if any(s.name == "crc" for s in m.signals)}
 
-    def send(self, frame: can.Message) -> can.Message:
-        """The frame as it reaches the bus."""
-        sound, before = frame.data, self._last.get(frame.arbitration_id, frame.data)
-        self._last[frame.arbitration_id] = sound
-        if self.damage is None or self._random.random() >= self.damage[1]:
-            return frame
-        if self.damage[0] == "counter":
-            frame.data = self._last[frame.arbitration_id] = before
-        elif frame.arbitration_id in self._with_crc:
-            frame.data = sound[:7] + bytes((sound[7] ^ 0xFF,))
-        return frame
+    def send(self, frames: list[NodeFrame]) -> list[NodeFrame]:
+        """The frames as they reach the bus."""
+        if self.damage is None:
+            self._last.update(frames)
+            return frames
+        return [self._damaged(*frame, *self.damage) for frame in frames]
+
+    def _damaged(self, frame_id: int, sound: bytes, fault: FrameFault, share: float) -> NodeFrame:
+        before = self._last.get(frame_id, sound)
+        self._last[frame_id] = sound
+        if self._random.random() >= share:
+            return frame_id, sound
+        if fault == "counter":
+            self._last[frame_id] = before
+            return frame_id, before
+        return frame_id, sound[:7] + bytes((sound[7] ^ 0xFF,)) if frame_id in self._with_crc else sound
 
 
 class Servos:

@@ -62,7 +62,7 @@ class ScriptedHand:
         hz = [self._rng.uniform(*band, count + 2) for band in (TREMOR_HZ, DRIFT_HZ)]
         self._tremble_rad_s = 2.0 * math.pi * np.array(hz)
         self._phase = self._rng.uniform(0.0, 2.0 * math.pi, (2, count + 2))
-        self._tremor_m = np.concatenate(([TREMOR_XY_M] * 2, [TREMOR_Z_M] * count))
+        self._tremor_m = [TREMOR_XY_M] * 2 + [TREMOR_Z_M] * count
         self._advance = np.empty((2, 2))
         self._push = np.empty((2, 3))
         self._advance_dt_s = 0.0
@@ -126,7 +126,7 @@ class ScriptedHand:
 
     def _follow(self, wanted: Wanted) -> list[float]:
         """Carry the hand along; returns the tremor of x, y and each finger's height, m."""
-        tremble: list[float] = self._tremble().tolist()
+        tremble = self._tremble()
         self.x_m, self.y_m = wanted.x_m + tremble[0], wanted.y_m + tremble[1]
         self.segment = wanted.segment
         self.mode = FREE if self._finished_at_s is not None or self._working_since_s is None else wanted.mode
@@ -145,10 +145,9 @@ class ScriptedHand:
             return z_m
         return z_m + (HOVER_M - z_m) * minimum_jerk((self.time_s - self._finished_at_s) / LIFT_S)
 
-    def _tremble(self) -> NDArray[np.float64]:
-        fast, slow = np.sin(self._tremble_rad_s * self.time_s + self._phase)
-        tremble: NDArray[np.float64] = self._tremor_m * fast + DRIFT_M * slow
-        return tremble
+    def _tremble(self) -> list[float]:
+        fast, slow = np.sin(self._tremble_rad_s * self.time_s + self._phase).tolist()
+        return [m * up + DRIFT_M * away for m, up, away in zip(self._tremor_m, fast, slow, strict=True)]
 
     def _prepare(self, dt_s: float) -> None:
         """Exact solution of the finger's equation over one step of constant pull (van Loan 1978)."""

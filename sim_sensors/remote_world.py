@@ -7,7 +7,6 @@ Constants and what is left out: docs/decisions/0002-simulated-world.md.
 
 import math
 from bisect import bisect_right
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
@@ -20,6 +19,7 @@ from sim_sensors.bench import Bench, BenchObject
 from sim_sensors.fingertip import HIGH_Z_M, Fingertip
 from sim_sensors.fresh_ground import FreshGround
 from sim_sensors.hand_servo import follow
+from sim_sensors.normal_rows import normal_rows
 from sim_sensors.surface import GROOVE_DEPTH_M
 from sim_sensors.texture_touch import NOISE_V, TextureTouch
 from sim_sensors.thermal_touch import STEP_S, SensorSpread, ThermalTouch, draw_touch_factor
@@ -28,8 +28,6 @@ from sim_sensors.true_mode import CONTACT_N, TrueMode
 HOVER_M = 0.006
 """Height of the fingers above the bench at the start, m."""
 FORCE_NOISE_N = 0.01
-_ROWS = 256
-"""Drawn at a time."""
 _FREE = -1
 
 
@@ -111,7 +109,7 @@ class RemoteWorld:
         self.speed_m_s = 0.0
         self.heights_m = [tip.z_m for tip in self._tips]
         self.forces_n = self.read_n = [0.0] * count
-        self._force_noise = _rows(force_rng, count)
+        self._force_noise = normal_rows(force_rng, count)
         self._lay_tracks()
 
     @property
@@ -298,9 +296,3 @@ class RemoteWorld:
             self._thermal_due_s -= STEP_S
             speed_m_s = self._ground.take_speed_m_s(STEP_S)
             self._thermal.step(np.where(self._present, heater_drive, 0.0), self.force_n, speed_m_s)
-
-
-def _rows(rng: np.random.Generator, count: int) -> Iterator[list[float]]:
-    """Standard normal numbers in rows of `count`; drawn many at a time, they are the same."""
-    while True:
-        yield from rng.standard_normal((_ROWS, count)).tolist()

@@ -49,6 +49,8 @@ class SerialModule(ABC):
 
     def take_output(self, now_s: float) -> bytes:
         """Let the module's own clock reach `now_s`; return the bytes that it has for the host."""
+        if now_s < self.due_s:
+            return b""
         self._run(now_s)
         self.due_s = self._next_s()
         output, self._output = self._output, b""

@@ -34,13 +34,7 @@ Finger = TypeVar("Finger", bound=str)
 
 
 class Device(Protocol):
-    """A machine of bytes and times, as in `sim_sensors.serial_module`.
-
-    Attributes:
-        due_s: moment before which it has nothing to say, as long as it is not fed.
-    """
-
-    due_s: float
+    """A machine of bytes and times, as in `sim_sensors.serial_module`."""
 
     def feed(self, data: bytes, now_s: float) -> None:
         """Take bytes from the host."""
@@ -72,12 +66,9 @@ class SerialServer(ABC):
 
     def pump(self, now_s: float) -> None:
         """Let the module's clock reach `now_s` and send what it has to say."""
-        if self.babble is None:
-            if now_s < self._device.due_s:
-                return
-            output = self._device.take_output(now_s)
-        else:
-            output = self.babble.mix(now_s, self._device.take_output(now_s))
+        output = self._device.take_output(now_s)
+        if self.babble is not None:
+            output = self.babble.mix(now_s, output)
         if output and not self.silent:
             self._send(output)
 

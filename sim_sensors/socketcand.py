@@ -18,6 +18,7 @@ import can
 
 from common.can_controller import BUS_OFF, RESTARTED
 from sim_sensors.backlog import Backlog
+from sim_sensors.faulty_parts import NodeFrame
 from sim_sensors.intruder import Intruder
 from sim_sensors.listener import receive_tcp
 from sim_sensors.select_loop import SelectLoop
@@ -34,12 +35,12 @@ QUIET_S = 0.1
 
 
 class Node(Protocol):
-    """A CAN node of this process."""
+    """A CAN node of this process. All its frames have identifiers of 11 bits."""
 
     def feed(self, frame_id: int, data: bytes, now_s: float) -> None:
         """Take a frame from the bus."""
 
-    def take_frames(self) -> list[can.Message]:
+    def take_turn(self) -> list[NodeFrame]:
         """Return the frames that the node has to send now."""
 
 
@@ -92,13 +93,15 @@ class SocketcandBus:
         if self.silent or self.off:
             return
         for node in self._nodes:
-            frames = node.take_frames()
+            frames = node.take_turn()
             for other in self._nodes:
                 if other is not node and not self.deaf:
-                    for frame in frames:
-                        other.feed(frame.arbitration_id, bytes(frame.data), now_s)
-            if self._clients:
-                self._tell_others(None, _frames_text(frames, now_s), now_s)
+                    for frame_id, data in frames:
+                        other.feed(frame_id, data, now_s)
+            if frames and self._clients:
+                time = f"{now_s:.6f}"
+                text = [f"< frame {frame_id:03X} {time} {data.hex()} >" for frame_id, data in frames]
+                self._tell_others(None, "".join(text).encode("ascii"), now_s)
 
     def unplug(self) -> None:
         """Take the gateway off the network: hang up on everybody, and refuse whoever comes."""
@@ -180,8 +183,7 @@ class SocketcandBus:
             for node in self._nodes:
                 node.feed(frame_id, payload, now_s)
         if len(self._clients) > 1:
-            frame = can.Message(arbitration_id=frame_id, data=payload, is_extended_id=extended)
-            self._tell_others(client, _frames_text((frame,), now_s), now_s)
+            self._tell_others(client, _frame_text(frame_id, extended, payload, now_s), now_s)
         if self.intruder is not None and self.intruder.active:
             self._spread(self.intruder.answer(frame_id, payload), now_s)
 
@@ -191,17 +193,16 @@ class SocketcandBus:
             data = bytes(frame.data)
             for node in () if self.silent or self.deaf else self._nodes:
                 node.feed(frame.arbitration_id, data, now_s)
-            self._tell_others(None, _frames_text((frame,), now_s), now_s)
+            self._tell_others(None, _frame_text(frame.arbitration_id, frame.is_extended_id, data, now_s), now_s)
 
     def _tell_error(self, error: int) -> None:
         now_s = self._loop.now()
         self._tell_others(None, f"< error {error:03X} {now_s:.6f} >".encode("ascii"), now_s)
 
     def _tell_others(self, sender: _Client | None, text: bytes, now_s: float) -> None:
-        if text:
-            for client in list(self._clients.values()):
-                if client is not sender and now_s >= client.raw_from_s:
-                    self._tell(client, text)
+        for client in list(self._clients.values()):
+            if client is not sender and now_s >= client.raw_from_s:
+                self._tell(client, text)
 
     def _tell(self, client: _Client, text: bytes) -> None:
         try:
@@ -221,13 +222,9 @@ class SocketcandBus:
         client.connection.close()
 
 
-def _frames_text(frames: Iterable[can.Message], now_s: float) -> bytes:
-    time = f"{now_s:.6f}"
-    text = [
-        f"< frame {frame.arbitration_id:0{8 if frame.is_extended_id else 3}X} {time} {frame.data.hex()} >"
-        for frame in frames
-    ]
-    return "".join(text).encode("ascii")
+def _frame_text(frame_id: int, extended: bool, data: bytes, now_s: float) -> bytes:
+    identifier = f"{frame_id:08X}" if extended else f"{frame_id:03X}"
+    return f"< frame {identifier} {now_s:.6f} {data.hex()} >".encode("ascii")
 
 
 def _payload(data: Iterable[str]) -> bytes:

@@ -6,13 +6,13 @@ rise. It is released when it is told so, and when the set-points of the heights 
 
 from collections.abc import Sequence
 
-import can
 import numpy as np
 from numpy.typing import NDArray
 
-from common.can_frames import FrameReceiver, FrameSender, by_finger
+from common.can_frames import FrameReceiver, by_finger
 from common.fingers import FINGERS
-from sim_sensors.can_node import CanNode
+from sim_sensors.can_node import CanNode, NodeSender
+from sim_sensors.faulty_parts import NodeFrame
 
 HOVER_M = 0.006
 
@@ -26,9 +26,9 @@ class Telemanipulator(CanNode):
 
     def __init__(self) -> None:
         receivers = (FrameReceiver("HandSetpoint"), FrameReceiver("HeightSetpoint"))
-        super().__init__(receivers, FrameSender("TelemanipulatorState"))
+        super().__init__(receivers, NodeSender("TelemanipulatorState"))
         self.clings = False
-        self._senders = [FrameSender(n) for n in ("HandPoseMeasured", "FingerHeightsMeasured", "ContactForces")]
+        self._senders = [NodeSender(n) for n in ("HandPoseMeasured", "FingerHeightsMeasured", "ContactForces")]
         self._asked_pose = (0.0, 0.0)
         self._asked_z: NDArray[np.float64] = np.full(len(FINGERS), HOVER_M)
         self._asked_release = True
@@ -72,7 +72,7 @@ class Telemanipulator(CanNode):
         self._hand_stopped, self._fingers_stopped = hand_stops, released
         return *self._wanted_pose, self._wanted_z
 
-    def _measured(self) -> list[can.Message]:
+    def _measured(self) -> list[NodeFrame]:
         pose, heights, forces = self._senders
         x_m, y_m = self._pose
         return [

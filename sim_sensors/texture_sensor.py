@@ -31,7 +31,7 @@ class TextureSensor(SerialModule):
     def add_samples(self, counts: NDArray[np.int16]) -> None:
         """Samples that the converter has taken since the last call, oldest first, -2048..2047."""
         self.due_s = -math.inf
-        self._counts += counts.astype("<i2").tobytes()
+        self._counts += counts.astype("<i2", copy=False).tobytes()
         if len(self._counts) > 2 * _LONGEST:
             lost = len(self._counts) - 2 * _LONGEST
             self._counts = self._counts[lost:]
@@ -43,7 +43,8 @@ class TextureSensor(SerialModule):
     def _run(self, now_s: float) -> None:
         while len(self._counts) >= 2 * CHUNK:
             chunk, self._counts = self._counts[: 2 * CHUNK], self._counts[2 * CHUNK :]
-            self._say(MessageId.TEXTURE_SAMPLES, TextureSamples(self._sent * _SAMPLE_US, chunk).encode())
+            head = TextureSamples.HEAD.pack(self._sent * _SAMPLE_US & 0xFFFFFFFF, CHUNK)
+            self._say(MessageId.TEXTURE_SAMPLES, head + chunk)
             self._sent += CHUNK
 
     def _next_s(self) -> float:
