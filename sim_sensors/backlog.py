@@ -28,6 +28,23 @@ class Backlog:
             self._bytes -= len(oldest)
             self.dropped += 1
 
+    def pass_on(self, message: bytes, send: Callable[[bytes], int]) -> None:
+        """Add a message and write as much as goes without waiting.
+
+        Raises:
+            OSError: as `write`.
+        """
+        if not self._waiting:
+            try:
+                taken = send(message)
+            except (BlockingIOError, InterruptedError):
+                taken = 0
+            if taken == len(message):
+                return
+            message, self._begun = message[taken:], taken > 0
+        self.push(message)
+        self.write(send)
+
     def write(self, send: Callable[[bytes], int]) -> None:
         """Write as much as goes without waiting. `send` returns how many bytes it took.
 

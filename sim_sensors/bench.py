@@ -87,16 +87,14 @@ class Bench:
 
     def find(self, x_m: float, y_m: float, guess: int = -1) -> int:
         """Index of the object at a place, -1 where there is none; `guess` is tried first."""
-        if guess >= 0 and _covers(self.objects[guess], x_m, y_m):
-            return guess
+        if guess >= 0:
+            thing = self.objects[guess]
+            if thing.low_x_m <= x_m < thing.high_x_m and thing.low_y_m <= y_m < thing.high_y_m:
+                return guess
         for index, thing in enumerate(self.objects):
-            if _covers(thing, x_m, y_m):
+            if thing.low_x_m <= x_m < thing.high_x_m and thing.low_y_m <= y_m < thing.high_y_m:
                 return index
         return -1
-
-
-def _covers(thing: BenchObject, x_m: float, y_m: float) -> bool:
-    return thing.low_x_m <= x_m < thing.high_x_m and thing.low_y_m <= y_m < thing.high_y_m
 
 
 def _bench_object(

@@ -1,16 +1,19 @@
 """The exoskeleton as a CAN node: tells where the hand and the fingertips are, pushes on the fingers."""
 
-import can
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
-from common.can_frames import FrameReceiver, FrameSender, by_finger
+from common.can_frames import FrameReceiver, by_finger
 from common.fingers import FINGERS
 from common.limits import MODULE_TIMEOUT_S
-from sim_sensors.can_node import CanNode
+from sim_sensors.can_node import CanNode, NodeSender
+from sim_sensors.faulty_parts import NodeFrame
 
 RELEASE_S = 0.050
 """A force that is no longer commanded goes to 0 within this time."""
+_NO_FORCE: NDArray[np.float64] = np.zeros(len(FINGERS))
 DRIVEN_S = 1.5
 """Enabled without a gap for this long: a session is engaged, and the remote hand has come to the operator's."""
 
@@ -23,18 +26,18 @@ class Exoskeleton(CanNode):
     """
 
     def __init__(self) -> None:
-        super().__init__((FrameReceiver("FingerForces"),), FrameSender("ExoskeletonState"))
+        super().__init__((FrameReceiver("FingerForces"),), NodeSender("ExoskeletonState"))
         self.stuck_n: dict[int, float] = {}
-        self._pose_sender = FrameSender("HandPose")
-        self._height_sender = FrameSender("FingerHeights")
-        self._force_n: NDArray[np.float64] = np.zeros(len(FINGERS))
+        self._pose_sender = NodeSender("HandPose")
+        self._height_sender = NodeSender("FingerHeights")
+        self._force_n = _NO_FORCE
         self._enabled = False
-        self._applied_n: NDArray[np.float64] = np.zeros(len(FINGERS))
+        self._applied_n = _NO_FORCE
         self._driven_since_s: float | None = None
         self._pose = (0.0, 0.0)
-        self._z_m: NDArray[np.float64] = np.zeros(len(FINGERS))
+        self._z_m: Sequence[float] = [0.0] * len(FINGERS)
 
-    def measure(self, x_m: float, y_m: float, z_m: NDArray[np.float64]) -> None:
+    def measure(self, x_m: float, y_m: float, z_m: Sequence[float]) -> None:
         """What its encoders read now: the hand's pose and the heights of the fingertips (5,)."""
         self._pose, self._z_m = (x_m, y_m), z_m
 
@@ -58,17 +61,19 @@ class Exoskeleton(CanNode):
         """Whether it has been enabled without a gap for long enough: the hand can work."""
         return self._driven_since_s is not None and now_s - self._driven_since_s >= DRIVEN_S
 
-    def _measured(self) -> list[can.Message]:
-        pose = {"x": self._pose[0] * 1e3, "y": self._pose[1] * 1e3}
-        heights = dict(zip(FINGERS, (self._z_m * 1e3).tolist(), strict=True))
-        return [self._pose_sender.encode(pose), self._height_sender.encode(heights)]
+    def _measured(self) -> list[NodeFrame]:
+        x_m, y_m = self._pose
+        return [
+            self._pose_sender.encode({"x": x_m * 1e3, "y": y_m * 1e3}),
+            self._height_sender.encode({finger: z_m * 1e3 for finger, z_m in zip(FINGERS, self._z_m, strict=True)}),
+        ]
 
     def _applied(self) -> dict[str, float]:
         return {"enabled": float(self._enabled), **dict(zip(FINGERS, self._applied_n.tolist(), strict=True))}
 
     def _obey(self, name: str, values: dict[str, float], now_s: float) -> None:
         self._enabled = values["enabled"] > 0.0
-        self._force_n = np.array(by_finger(values)) if self._enabled else np.zeros(len(FINGERS))
+        self._force_n = np.array(by_finger(values)) if self._enabled else _NO_FORCE
         if not self._enabled:
             self._driven_since_s = None
         elif self._driven_since_s is None:

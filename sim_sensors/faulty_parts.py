@@ -1,10 +1,9 @@
 """Parts of the simulated devices that can break: each does nothing until it is broken, and can be mended."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Literal
 
-import can
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,6 +15,8 @@ PiezoFault = Literal["saturated", "clipped", "cut", "loose"]
 EncoderFault = Literal["glitch", "stuck"]
 ForceFault = Literal["frozen", "biased"]
 FrameFault = Literal["counter", "crc"]
+NodeFrame = tuple[int, bytes]
+"""Identifier and data of a CAN frame."""
 Place = tuple[float, float, NDArray[np.float64]]
 """Hand's x and y, m, and the heights of the fingertips (5,), m."""
 
@@ -65,6 +66,8 @@ class Piezo:
     def read(self, counts: NDArray[np.int16]) -> NDArray[np.int16]:
         """What the converter reads where a sound element would give `counts`, -2048..2047."""
         match self.fault:
+            case None:
+                return counts
             case "saturated":
                 return np.full_like(counts, _PIEZO_MAX)
             case "clipped":
@@ -73,8 +76,6 @@ class Piezo:
                 return np.zeros_like(counts)
             case "loose":
                 return np.rint(_NOISE_COUNTS * self._random.standard_normal(counts.shape)).astype(np.int16)
-            case None:
-                return counts
 
 
 class Encoder:
@@ -82,20 +83,21 @@ class Encoder:
 
     Attributes:
         fault: `glitch`: single readings are far off, `stuck`: it reads what it read last; None: it is sound.
+        last: what a sound one read last, m.
     """
 
     def __init__(self) -> None:
         self.fault: EncoderFault | None = None
         self._random = np.random.default_rng(0)
-        self._last_m = 0.0
+        self.last = 0.0
 
     def read(self, place_m: float) -> float:
         """What it reads where a sound one would read `place_m`, m."""
         if self.fault != "stuck":
-            self._last_m = place_m
+            self.last = place_m
         if self.fault == "glitch" and self._random.random() < _GLITCHES:
             return place_m - _GLITCH_M if place_m > 0.0 else place_m + _GLITCH_M
-        return self._last_m
+        return self.last
 
 
 class ForceSensor:
@@ -103,17 +105,27 @@ class ForceSensor:
 
     Attributes:
         fault: `frozen`: it reads what it read last, `biased`: 1.5 N too much; None: it is sound.
+        last: what a sound one read last, N.
     """
 
     def __init__(self) -> None:
         self.fault: ForceFault | None = None
-        self._last_n = 0.0
+        self.last = 0.0
 
     def read(self, force_n: float) -> float:
         """What it reads where a sound one would read `force_n`, N."""
         if self.fault != "frozen":
-            self._last_n = force_n
-        return self._last_n + _BIAS_N if self.fault == "biased" else self._last_n
+            self.last = force_n
+        return self.last + _BIAS_N if self.fault == "biased" else self.last
+
+
+def read_all(parts: Iterable[tuple[int, Encoder | ForceSensor]], values: list[float]) -> None:
+    """Put what each part reads in place of what a sound one would read, by its number."""
+    for number, part in parts:
+        if part.fault is None:
+            part.last = values[number]
+        else:
+            values[number] = part.read(values[number])
 
 
 class Transmitter:
@@ -127,20 +139,25 @@ class Transmitter:
     def __init__(self) -> None:
         self.damage: tuple[FrameFault, float] | None = None
         self._random = np.random.default_rng(0)
-        self._last: dict[int, bytearray] = {}
+        self._last: dict[int, bytes] = {}
         self._with_crc = {m.frame_id for m in database().messages if any(s.name == "crc" for s in m.signals)}
 
-    def send(self, frame: can.Message) -> can.Message:
-        """The frame as it reaches the bus."""
-        sound, before = frame.data, self._last.get(frame.arbitration_id, frame.data)
-        self._last[frame.arbitration_id] = sound
-        if self.damage is None or self._random.random() >= self.damage[1]:
-            return frame
-        if self.damage[0] == "counter":
-            frame.data = self._last[frame.arbitration_id] = before
-        elif frame.arbitration_id in self._with_crc:
-            frame.data = sound[:7] + bytes((sound[7] ^ 0xFF,))
-        return frame
+    def send(self, frames: list[NodeFrame]) -> list[NodeFrame]:
+        """The frames as they reach the bus."""
+        if self.damage is None:
+            self._last.update(frames)
+            return frames
+        return [self._damaged(*frame, *self.damage) for frame in frames]
+
+    def _damaged(self, frame_id: int, sound: bytes, fault: FrameFault, share: float) -> NodeFrame:
+        before = self._last.get(frame_id, sound)
+        self._last[frame_id] = sound
+        if self._random.random() >= share:
+            return frame_id, sound
+        if fault == "counter":
+            self._last[frame_id] = before
+            return frame_id, before
+        return frame_id, sound[:7] + bytes((sound[7] ^ 0xFF,)) if frame_id in self._with_crc else sound
 
 
 class Servos:

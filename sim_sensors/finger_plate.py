@@ -159,7 +159,7 @@ class FingerPlates:
         self._random = np.random.default_rng([seed, 0x9A7E])
         self._noise_k = ntc_noise_k
         self._since_s = 0.0
-        self._charge = np.zeros(count)
+        self._charge = [0.0] * count
         self._ntc = self.plate_c.copy()
         self.ntc_c: NDArray[np.float64] = self._ntc.copy()
 
@@ -210,15 +210,16 @@ class FingerPlates:
         Heat moves in steps of 10 ms, with the mean of the drive over them.
         """
         self._since_s += dt_s
-        self._charge += drive * dt_s
+        self._charge = [charge + part * dt_s for charge, part in zip(self._charge, drive.tolist(), strict=True)]
         if self._since_s < STEP_S - 1e-9:
             return
-        current = self._charge * np.where(self.reversed, -PELTIER_CURRENT_A, PELTIER_CURRENT_A) / self._since_s
+        sign = np.where(self.reversed, -PELTIER_CURRENT_A, PELTIER_CURRENT_A)
+        current = np.array(self._charge) * sign / self._since_s
         self._since_s = 0.0
-        self._charge = np.zeros_like(current)
+        self._charge = [0.0] * len(self._charge)
         joule = current * current * (PELTIER_OHM / 2.0)
         seebeck = current * PELTIER_SEEBECK_V_K
-        pumped = np.stack(
+        pumped = np.array(
             (
                 joule + seebeck * (self._state[_PLATE] + KELVIN),
                 joule - seebeck * (self._state[-1] + KELVIN),

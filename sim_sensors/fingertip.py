@@ -7,6 +7,7 @@ Plain floats: five of these cost less than numpy calls on arrays of five.
 """
 
 import math
+from functools import lru_cache
 
 MASS_KG = 0.05
 SERVO_N_M = 1000.0
@@ -33,10 +34,7 @@ class Fingertip:
         Semi-implicit substeps with the servo's damping taken at the new velocity: stable up to stiffnesses
         of 100 kN/m.
         """
-        substeps = max(1, math.ceil(dt_s / SUBSTEP_S - 1e-9))
-        h = dt_s / substeps
-        decay = 1.0 / (1.0 + h * SERVO_NS_M / MASS_KG)
-        gain = h / MASS_KG
+        substeps, h, decay, gain = _substeps(dt_s)
         target = min(max(setpoint_z_m, LOW_Z_M), HIGH_Z_M)
         z, v, force = self.z_m, self.velocity_m_s, self.force_n
         for _ in range(substeps):
@@ -46,10 +44,19 @@ class Fingertip:
             if depth > 0.0 and stiffness_n_m > 0.0:
                 if force <= 0.0:
                     self.approach_m_s = max(0.0, -v)
-                force = max(0.0, stiffness_n_m * depth * (1.0 - OBJECT_DAMPING_S_M * v))
+                force = stiffness_n_m * depth * (1.0 - OBJECT_DAMPING_S_M * v)
+                force = max(force, 0.0)
             else:
                 force = 0.0
         self.z_m, self.velocity_m_s, self.force_n = z, v, force
+
+
+@lru_cache(maxsize=8)
+def _substeps(dt_s: float) -> tuple[int, float, float, float]:
+    """How many substeps a step has, how long each is, s, and its decay and gain."""
+    substeps = max(1, math.ceil(dt_s / SUBSTEP_S - 1e-9))
+    h = dt_s / substeps
+    return substeps, h, 1.0 / (1.0 + h * SERVO_NS_M / MASS_KG), h / MASS_KG
 
 
 def pressing_depth_m(force_n: float, stiffness_n_m: float) -> float:

@@ -45,7 +45,7 @@ class ScriptedHand:
         time_s: time lived.
         script_s: time worked.
         x_m, y_m: pose of the hand.
-        z_m: heights of the fingertips over the bench plane, (5,), negative into it.
+        z_m, heights_m: heights of the fingertips over the bench plane, as array and list of five, negative into it.
         mode: exploration mode that the script means now (0 free .. 3 stroking).
         segment: movement of the script that is under way.
     """
@@ -62,7 +62,7 @@ class ScriptedHand:
         hz = [self._rng.uniform(*band, count + 2) for band in (TREMOR_HZ, DRIFT_HZ)]
         self._tremble_rad_s = 2.0 * math.pi * np.array(hz)
         self._phase = self._rng.uniform(0.0, 2.0 * math.pi, (2, count + 2))
-        self._tremor_m = np.concatenate(([TREMOR_XY_M] * 2, [TREMOR_Z_M] * count))
+        self._tremor_m = [TREMOR_XY_M] * 2 + [TREMOR_Z_M] * count
         self._advance = np.empty((2, 2))
         self._push = np.empty((2, 3))
         self._advance_dt_s = 0.0
@@ -71,15 +71,15 @@ class ScriptedHand:
         self.time_s = 0.0
         self.script_s = 0.0
         wanted = self._plan.at(0.0)
-        self._wanted_z = wanted.z_m.copy()
-        self._motion: NDArray[np.float64] = np.stack((self._wanted_z, np.zeros(count)))
+        self._wanted_z = wanted.z_m.tolist()
+        self._motion: NDArray[np.float64] = np.stack((wanted.z_m, np.zeros(count)))
+        self.heights_m = _within_stops(self._motion)
         self._follow(wanted)
 
     @property
     def z_m(self) -> NDArray[np.float64]:
         """Heights of the fingertips, (5,), within the exoskeleton's stops."""
-        heights: NDArray[np.float64] = np.minimum(np.maximum(self._motion[0], LOWEST_M), HIGHEST_M)
-        return heights
+        return np.array(self.heights_m)
 
     def total_seconds(self) -> float:
         """How long the first pass through the script takes, s."""
@@ -112,18 +112,22 @@ class ScriptedHand:
             self._plan_began_s += self._plan.seconds
             self._plan = HandPlan(self._scene, self._used, self._rng, self._plan.end)
         wanted = self._plan.at(self.script_s - self._plan_began_s)
-        tremble = self._follow(wanted)
-        wanted_z = self._lifted(wanted.z_m) + tremble[2:]
+        _, _, *tremble = self._follow(wanted)
+        wanted_z = [z + by for z, by in zip(self._lifted(wanted.z_m).tolist(), tremble, strict=True)]
         if dt_s != self._advance_dt_s:
             self._prepare(dt_s)
-        pull = np.array((0.5 * (wanted_z + self._wanted_z), (wanted_z - self._wanted_z) / dt_s, force_n))
-        self._motion = self._advance @ self._motion + self._push @ pull
+        middle, speed = [], []
+        for now, before in zip(wanted_z, self._wanted_z, strict=True):
+            middle.append(0.5 * (now + before))
+            speed.append((now - before) / dt_s)
+        self._motion = self._advance @ self._motion + self._push @ np.array((middle, speed, force_n.tolist()))
         self._wanted_z = wanted_z
+        self.heights_m = _within_stops(self._motion)
 
-    def _follow(self, wanted: Wanted) -> NDArray[np.float64]:
+    def _follow(self, wanted: Wanted) -> list[float]:
         """Carry the hand along; returns the tremor of x, y and each finger's height, m."""
         tremble = self._tremble()
-        self.x_m, self.y_m = wanted.x_m + float(tremble[0]), wanted.y_m + float(tremble[1])
+        self.x_m, self.y_m = wanted.x_m + tremble[0], wanted.y_m + tremble[1]
         self.segment = wanted.segment
         self.mode = FREE if self._finished_at_s is not None or self._working_since_s is None else wanted.mode
         return tremble
@@ -141,10 +145,9 @@ class ScriptedHand:
             return z_m
         return z_m + (HOVER_M - z_m) * minimum_jerk((self.time_s - self._finished_at_s) / LIFT_S)
 
-    def _tremble(self) -> NDArray[np.float64]:
-        fast, slow = np.sin(self._tremble_rad_s * self.time_s + self._phase)
-        tremble: NDArray[np.float64] = self._tremor_m * fast + DRIFT_M * slow
-        return tremble
+    def _tremble(self) -> list[float]:
+        fast, slow = np.sin(self._tremble_rad_s * self.time_s + self._phase).tolist()
+        return [m * up + DRIFT_M * away for m, up, away in zip(self._tremor_m, fast, slow, strict=True)]
 
     def _prepare(self, dt_s: float) -> None:
         """Exact solution of the finger's equation over one step of constant pull (van Loan 1978)."""
@@ -155,3 +158,8 @@ class ScriptedHand:
         augmented[1] = (-stiffness, -damping - friction, stiffness, damping, 1.0 / MASS_KG)
         solved = expm(augmented * dt_s)
         self._advance, self._push, self._advance_dt_s = solved[:2, :2], solved[:2, 2:], dt_s
+
+
+def _within_stops(motion: NDArray[np.float64]) -> list[float]:
+    """Heights of fingers that move so, as far as the exoskeleton lets them."""
+    return [min(max(z_m, LOWEST_M), HIGHEST_M) for z_m in motion[0].tolist()]

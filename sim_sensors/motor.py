@@ -25,6 +25,8 @@ SUBSTEP_S = 0.001
 RPM_PER_RAD_S = 60.0 / (2.0 * math.pi)
 
 _LOSS = VISCOUS_N_M_S + TORQUE_CONSTANT**2 / RESISTANCE_OHM
+_STARTS_V = 0.99 * STICTION_N_M * RESISTANCE_OHM / TORQUE_CONSTANT
+"""No motor starts by less."""
 TIME_CONSTANT_S = INERTIA_KG_M2 / _LOSS
 """About 50 ms: friction and back-EMF against the inertia."""
 
@@ -49,13 +51,18 @@ class VibrationMotors:
 
         Between stiction checks (each millisecond at least) the equation is linear and solved exactly.
         """
+        speeds: list[float] = self.speed_rad_s.tolist()
+        pushed: list[float] = volts.tolist()
+        if not any(speeds) and max(pushed) <= _STARTS_V:
+            return
         substeps = max(1, math.ceil(dt_s / SUBSTEP_S - 1e-9))
         keep = math.exp(-dt_s / substeps / TIME_CONSTANT_S)
-        speeds: list[float] = self.speed_rad_s.tolist()
-        for motor, volt in enumerate(volts.tolist()):
+        for motor, volt in enumerate(pushed):
             torque = volt * (TORQUE_CONSTANT / RESISTANCE_OHM)
             final = (torque - FRICTION_N_M) * (1.0 / _LOSS)
+            speed = speeds[motor]
             for _ in range(substeps):
-                if torque > STICTION_N_M or speeds[motor] > 0.0:
-                    speeds[motor] = max(0.0, final + (speeds[motor] - final) * keep)
+                if torque > STICTION_N_M or speed > 0.0:
+                    speed = max(0.0, final + (speed - final) * keep)
+            speeds[motor] = speed
         self.speed_rad_s = np.array(speeds)

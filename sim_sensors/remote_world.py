@@ -19,10 +19,11 @@ from sim_sensors.bench import Bench, BenchObject
 from sim_sensors.fingertip import HIGH_Z_M, Fingertip
 from sim_sensors.fresh_ground import FreshGround
 from sim_sensors.hand_servo import follow
+from sim_sensors.normal_rows import normal_rows
 from sim_sensors.surface import GROOVE_DEPTH_M
 from sim_sensors.texture_touch import NOISE_V, TextureTouch
 from sim_sensors.thermal_touch import STEP_S, SensorSpread, ThermalTouch, draw_touch_factor
-from sim_sensors.true_mode import TrueMode
+from sim_sensors.true_mode import CONTACT_N, TrueMode
 
 HOVER_M = 0.006
 """Height of the fingers above the bench at the start, m."""
@@ -53,7 +54,8 @@ class RemoteWorld:
 
     After each `step`: `time_s`, hand pose `x_m`, `y_m`, fingertip heights `z_m`, true forces `force_n` and
     measured ones `measured_force_n`, `speed_m_s` along the bench; truth: `mode`, `object_index` (-1: touches
-    nothing), `plate_c`.
+    nothing), `plate_c`. The lists `heights_m`, `forces_n` and `read_n` have the numbers of `z_m`, `force_n` and
+    `measured_force_n`.
     """
 
     def __init__(
@@ -80,7 +82,7 @@ class RemoteWorld:
         strangers = set(fingers) - set(FINGERS)
         if strangers:
             raise ValueError(f"unknown finger {sorted(strangers)[0]!r}; known: {', '.join(FINGERS)}")
-        bench_rng, sensor_rng, thermal_rng, texture_rng, self._touch_rng, self._force_rng = (
+        bench_rng, sensor_rng, thermal_rng, texture_rng, self._touch_rng, force_rng = (
             np.random.default_rng(part) for part in np.random.SeedSequence(seed).spawn(6)
         )
         count = len(FINGERS)
@@ -89,6 +91,7 @@ class RemoteWorld:
         self._present = tuple(name in fingers for name in FINGERS)
         self._thermal = ThermalTouch(SensorSpread.draw(count, sensor_rng), scene.ambient_c, thermal_rng)
         self._texture = TextureTouch(count, self.bench.heights_m, self.bench.slopes, texture_rng, texture_noise_v)
+        self._fingers = [finger for finger, here in enumerate(self._present) if here]
         self._tips = [Fingertip(HOVER_M if here else HIGH_Z_M) for here in self._present]
         self._truth = [TrueMode() for _ in FINGERS]
         self._below = [_FREE] * count
@@ -104,9 +107,25 @@ class RemoteWorld:
         self.x_m = 0.0
         self.y_m = 0.0
         self.speed_m_s = 0.0
-        self.z_m = np.array([tip.z_m for tip in self._tips])
-        self.force_n = np.zeros(count)
-        self.measured_force_n = np.zeros(count)
+        self.heights_m = [tip.z_m for tip in self._tips]
+        self.forces_n = self.read_n = [0.0] * count
+        self._force_noise = normal_rows(force_rng, count)
+        self._lay_tracks()
+
+    @property
+    def z_m(self) -> NDArray[np.float64]:
+        """Heights of the fingertips, m."""
+        return np.array(self.heights_m)
+
+    @property
+    def force_n(self) -> NDArray[np.float64]:
+        """True contact forces, N."""
+        return np.array(self.forces_n)
+
+    @property
+    def measured_force_n(self) -> NDArray[np.float64]:
+        """Measured contact forces, N."""
+        return np.array(self.read_n)
 
     @property
     def mode(self) -> NDArray[np.int64]:
@@ -181,33 +200,41 @@ class RemoteWorld:
 
     def _move_fingers(self, dt_s: float, heights: list[float]) -> None:
         """Move the present fingers, and lay a knot for the texture sensors."""
-        gains, tracks, origins = [], [], []
-        for finger, tip in enumerate(self._tips):
-            gain, track, origin = 0.0, 0, 0.0
-            if self._present[finger]:
-                index = self.bench.find(self.x_m, self.y_m + FINGER_Y_M[finger], self._below[finger])
-                self._below[finger] = index
-                if index == _FREE:
-                    tip.step(dt_s, heights[finger], 0.0, 0.0)
-                else:
-                    below = self.bench.objects[index]
-                    tip.step(dt_s, heights[finger], below.surface_z_m, below.stiffness_n_m)
-                    gain, track, origin = below.relief_per_m, below.track[finger], below.low_x_m
-                self._change_object(finger, index if tip.force_n > 0.0 else _FREE)
-            gains.append(gain)
-            tracks.append(track)
-            origins.append(origin)
-        forces = [tip.force_n for tip in self._tips]
-        self._texture.step(self.time_s, self.x_m, force_n=forces, gain=gains, track=tracks, origin_m=origins)
-        self.z_m = np.array([tip.z_m for tip in self._tips])
-        self.force_n = np.array(forces)
-        self.measured_force_n = self.force_n + FORCE_NOISE_N * self._force_rng.standard_normal(len(FINGERS))
+        bench, belows, moved = self.bench, self._below, False
+        for finger in self._fingers:
+            tip, before = self._tips[finger], belows[finger]
+            index = bench.find(self.x_m, self.y_m + FINGER_Y_M[finger], before)
+            if index != before:
+                belows[finger], moved = index, True
+            if index == _FREE:
+                tip.step(dt_s, heights[finger], 0.0, 0.0)
+            else:
+                below = bench.objects[index]
+                tip.step(dt_s, heights[finger], below.surface_z_m, below.stiffness_n_m)
+            touched = index if tip.force_n > 0.0 else _FREE
+            if touched != self._touched[finger]:
+                self._change_object(finger, touched)
+        if moved:
+            self._lay_tracks()
+        self.heights_m = [tip.z_m for tip in self._tips]
+        self.forces_n = forces = [tip.force_n for tip in self._tips]
+        noise = next(self._force_noise)
+        self.read_n = [force + FORCE_NOISE_N * by for force, by in zip(forces, noise, strict=True)]
+        gain, track, origin = self._tracks
+        self._texture.step(self.time_s, self.x_m, force_n=forces, gain=gain, track=track, origin_m=origin)
+
+    def _lay_tracks(self) -> None:
+        """Find the tracks below the texture sensors: gain, start in the bank, and x of that start."""
+        gain, track, origin = [0.0] * len(FINGERS), [0] * len(FINGERS), [0.0] * len(FINGERS)
+        for finger, index in enumerate(self._below):
+            if index != _FREE:
+                below = self.bench.objects[index]
+                gain[finger], track[finger], origin[finger] = below.relief_per_m, below.track[finger], below.low_x_m
+        self._tracks = gain, track, origin
 
     def _change_object(self, finger: int, index: int) -> None:
         """Tell the thermal sensor what it touches now: a new contact draws a new conductance."""
         before = self._touched[finger]
-        if index == before:
-            return
         self._touched[finger] = index
         if index == _FREE:
             self._thermal.release(finger)
@@ -223,9 +250,12 @@ class RemoteWorld:
 
     def _observe(self, before_x_m: float, before_s: float) -> None:
         """Keep the truth: modes, contacts, grooves crossed."""
-        for finger, (tip, truth) in enumerate(zip(self._tips, self._truth, strict=True)):
+        for finger in self._fingers:
+            truth, force_n = self._truth[finger], self.forces_n[finger]
             was = truth.contact
-            truth.step(self.time_s, tip.force_n, self.x_m, self.y_m, self.speed_m_s)
+            if not was and force_n < CONTACT_N:
+                continue
+            truth.step(self.time_s, force_n, self.x_m, self.y_m, self.speed_m_s)
             below = self._below[finger]
             if truth.contact != was:
                 self._add(self.time_s, finger, "contact" if truth.contact else "release")

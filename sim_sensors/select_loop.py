@@ -16,21 +16,24 @@ class SelectLoop:
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
         self.now = now
         self._handlers: dict[int, Handler] = {}
+        self._descriptors: list[int] = []
 
     def watch(self, descriptor: int, handler: Handler) -> None:
         """Call `handler(now_s)` whenever the descriptor can be read."""
         self._handlers[descriptor] = handler
+        self._descriptors = list(self._handlers)
 
     def forget(self, descriptor: int) -> None:
         """Watch it no longer; do this before closing it."""
         self._handlers.pop(descriptor, None)
+        self._descriptors = list(self._handlers)
 
     def serve(self, seconds: float) -> None:
         """Handle what comes for `seconds`; with 0, what is there already."""
         deadline = self.now() + seconds
         while True:
             wait_s = max(0.0, deadline - self.now())
-            ready, _, _ = select.select(list(self._handlers), [], [], wait_s)
+            ready, _, _ = select.select(self._descriptors, [], [], wait_s)
             now_s = self.now()
             for descriptor in ready:
                 handler = self._handlers.get(descriptor)

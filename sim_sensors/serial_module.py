@@ -12,6 +12,9 @@ from common.framing import Frame, FrameReader, encode_frame
 from common.limits import MODULE_TIMEOUT_S
 from common.serial_messages import BadPayload, Identity, MessageId
 
+_EARLY_S = 1e-9
+"""A clock that has not quite reached a report's moment has reached it: times are sums of steps."""
+
 
 class SerialModule(ABC):
     """Base of the emulated modules.
@@ -20,18 +23,21 @@ class SerialModule(ABC):
         identity: what it answers to IDENTIFY.
         refused: good frames whose content was out of range, or that this kind of module does not know.
         reader: what came in, with the count of damaged frames.
+        due_s: moment before which its own clock makes it do nothing, as long as it is not fed, s.
     """
 
     def __init__(self, identity: Identity, powered_s: float = 0.0) -> None:
         self.identity = identity
         self.reader = FrameReader()
         self.refused = 0
+        self.due_s = -math.inf
         self._powered_s = powered_s
         self._sequence = 0
-        self._output = bytearray()
+        self._output = b""
 
     def feed(self, data: bytes, now_s: float) -> None:
         """Take bytes from the host that arrived at `now_s`, in whatever pieces they come."""
+        self.due_s = -math.inf
         for frame in self.reader.feed(data):
             try:
                 if frame.message_id == MessageId.IDENTIFY:
@@ -43,11 +49,11 @@ class SerialModule(ABC):
 
     def take_output(self, now_s: float) -> bytes:
         """Let the module's own clock reach `now_s`; return the bytes that it has for the host."""
-        self._run(now_s)
-        if not self._output:
+        if now_s < self.due_s:
             return b""
-        output = bytes(self._output)
-        self._output.clear()
+        self._run(now_s)
+        self.due_s = self._next_s()
+        output, self._output = self._output, b""
         return output
 
     def _answer(self, frame: Frame) -> None:
@@ -70,19 +76,29 @@ class SerialModule(ABC):
     def _run(self, now_s: float) -> None:
         """Do what is due by `now_s`: watchdog, limits, reports."""
 
+    @abstractmethod
+    def _next_s(self) -> float:
+        """When something is due next, after `_run`, s."""
+
 
 class ReportClock:
-    """Says when the next periodic report is due; a module that was not asked for a while sends one, not a burst."""
+    """Says when the next periodic report is due; a module that was not asked for a while sends one, not a burst.
+
+    Attributes:
+        due_s: moment from which a report is due, s.
+    """
 
     def __init__(self, period_s: float, start_s: float) -> None:
         self._period_s = period_s
         self._due_s = start_s
+        self.due_s = start_s - _EARLY_S
 
     def due(self, now_s: float) -> bool:
         """Whether a report is due at `now_s`; if so, the next one is a period later."""
-        if now_s < self._due_s - 1e-9:
+        if now_s < self.due_s:
             return False
         self._due_s = max(self._due_s, now_s - self._period_s) + self._period_s
+        self.due_s = self._due_s - _EARLY_S
         return True
 
 
@@ -92,22 +108,25 @@ class CommandWatchdog:
     Attributes:
         expired: no command is in force.
         limit_s: moment at which the command in force runs out.
+        due_s: the same, infinite while no command is in force.
     """
 
     def __init__(self) -> None:
         self.expired = True
         self.limit_s = 0.0
+        self.due_s = math.inf
 
     def obeyed(self, now_s: float) -> None:
         """A valid command came."""
         self.expired = False
-        self.limit_s = now_s + MODULE_TIMEOUT_S
+        self.limit_s = self.due_s = now_s + MODULE_TIMEOUT_S
 
     def expires(self, now_s: float) -> bool:
         """Whether the command in force runs out by `now_s`; says so once."""
-        if self.expired or now_s < self.limit_s:
+        if now_s < self.due_s:
             return False
         self.expired = True
+        self.due_s = math.inf
         return True
 
 

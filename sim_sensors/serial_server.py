@@ -139,8 +139,7 @@ class PtyServer(SerialServer):
         if self._ends is None:
             return
         master, _ = self._ends
-        self.backlog.push(output)
-        self.backlog.write(lambda data: os.write(master, data))
+        self.backlog.pass_on(output, lambda data: os.write(master, data))
 
     def _read(self, now_s: float) -> None:
         if self._ends is None:
@@ -215,9 +214,8 @@ class TcpServer(SerialServer):
     def _send(self, output: bytes) -> None:
         if self._client is None:
             return
-        self.backlog.push(output)
         try:
-            self.backlog.write(self._client.send)
+            self.backlog.pass_on(output, self._client.send)
         except OSError:
             self._hang_up()
 

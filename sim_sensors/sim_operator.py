@@ -8,12 +8,13 @@ import numpy as np
 from common.config import SimOperatorConfig, to_toml
 from common.fingers import FINGERS
 from common.scene import load_scene
+from common.serial_messages import DRIVE_FULL
 from sim_sensors.announce import announce
 from sim_sensors.can_faults import encoder_faults, exoskeleton_faults, intruder_faults, transmitter_faults
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.fault_port import FaultPort
 from sim_sensors.faults import Faults, device_faults, motor_faults, plate_faults
-from sim_sensors.faulty_parts import Encoder, Hang, Thermistor
+from sim_sensors.faulty_parts import Encoder, Hang, Thermistor, read_all
 from sim_sensors.finger_plate import FingerPlates
 from sim_sensors.hand import ScriptedHand
 from sim_sensors.intruder import Intruder
@@ -56,6 +57,8 @@ class OperatorDevices:
         self._seconds = config.seconds
         self._started_s: float | None = None
         self._steps = 0
+        self._encoder_row = [(FINGERS.index(finger), part) for finger, part in self.encoders.items()]
+        self._volts_now, self._permille = [0.0] * len(FINGERS), [0] * len(FINGERS)
         self._volts = np.zeros(len(FINGERS))
         self._drive = np.zeros(len(FINGERS))
         self._measure()
@@ -92,18 +95,24 @@ class OperatorDevices:
         self.hand.step(STEP_S, force_n)
         self._measure_hand()
         self.bus.pump(now_s)
+        volts, permille = [0.0] * len(FINGERS), [0] * len(FINGERS)
         for finger, module in self.modules.items():
             index = module.identity.finger
-            self._volts[index] = module.motor_v(now_s - STEP_S, now_s)
-            self._drive[index] = module.peltier_drive
+            volts[index] = module.motor_v(now_s - STEP_S, now_s)
+            permille[index] = module.peltier_permille
             self.servers[finger].pump(now_s)
-            for moment_s, motor_mv in module.take_motor_switches():
-                self._log.write("truth_motor", moment_s, {"finger": index, "motor_mv": motor_mv})
+            if module.motor_switched:
+                for moment_s, motor_mv in module.take_motor_switches():
+                    self._log.write("truth_motor", moment_s, {"finger": index, "motor_mv": motor_mv})
+        if volts != self._volts_now:
+            self._volts_now, self._volts = volts, np.array(volts)
+        if permille != self._permille:
+            self._permille, self._drive = permille, np.array(permille) / DRIVE_FULL
         self.motors.step(STEP_S, self._volts)
         self.plates.step(STEP_S, self._drive)
         if self._steps % _MEASURE_EVERY == 0:
             self._measure()
-        if self._log.open and self._steps % LOG_EVERY == 0:
+        if self._steps % LOG_EVERY == 0 and self._log.open:
             self._write_truth(now_s, force_n.tolist())
 
     def figures(self) -> dict[str, object]:
@@ -132,11 +141,9 @@ class OperatorDevices:
             self.hand.finish()
 
     def _measure_hand(self) -> None:
-        z_m = self.hand.z_m.tolist()
-        for finger, module in self.modules.items():
-            index = module.identity.finger
-            z_m[index] = self.encoders[finger].read(z_m[index])
-        self.exoskeleton.measure(self.hand.x_m, self.hand.y_m, np.array(z_m))
+        z_m = self.hand.heights_m.copy()
+        read_all(self._encoder_row, z_m)
+        self.exoskeleton.measure(self.hand.x_m, self.hand.y_m, z_m)
 
     def _measure(self) -> None:
         plate_c, hot_side_c = self.plates.ntc_c.tolist(), self.plates.hot_side_c.tolist()
@@ -152,14 +159,14 @@ class OperatorDevices:
             now_s,
             {
                 "motor_rpm": self.motors.rpm.tolist(),
-                "motor_mv": [round(volts * 1e3) for volts in self._volts.tolist()],
+                "motor_mv": [round(volts * 1e3) for volts in self._volts_now],
                 "plate_c": plates.plate_c.tolist(),
                 "hot_side_c": plates.hot_side_c.tolist(),
                 "peltier": self._drive.tolist(),
                 "surface_c": plates.surface_c.tolist(),
                 "felt_c": plates.felt_c.tolist(),
                 "force_n": force_n,
-                "z_m": hand.z_m.tolist(),
+                "z_m": hand.heights_m,
                 "x_m": hand.x_m,
                 "y_m": hand.y_m,
                 "script_mode": hand.mode,

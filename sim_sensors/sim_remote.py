@@ -18,7 +18,7 @@ from sim_sensors.can_faults import (
 )
 from sim_sensors.fault_port import FaultPort
 from sim_sensors.faults import Faults, device_faults, piezo_faults, servo_faults
-from sim_sensors.faulty_parts import Encoder, ForceSensor, Hang, Piezo, Servos, Thermistor
+from sim_sensors.faulty_parts import Encoder, ForceSensor, Hang, Piezo, Servos, Thermistor, read_all
 from sim_sensors.intruder import Intruder
 from sim_sensors.remote_world import RemoteWorld
 from sim_sensors.select_loop import SelectLoop
@@ -59,7 +59,10 @@ class RemoteDevices:
         self.servos = Servos()
         self._intruder = Intruder({"HandSetpoint": _INTRUDED_HAND, "HeightSetpoint": _INTRUDED_HEIGHTS})
         self.hang = Hang()
+        self._permille: list[int] = []
         self._drive = np.zeros(len(FINGERS))
+        self._encoder_row = [(self._indices[finger], part) for finger, part in self.encoders.items()]
+        self._force_row = [(self._indices[finger], part) for finger, part in self.force_sensors.items()]
         self._steps = 0
         self._measure_robot()
         self._measure_plates()
@@ -86,8 +89,11 @@ class RemoteDevices:
         """Advance the world by one step to `now_s`, and say what is due."""
         self.hang.pause()
         self._steps += 1
-        for module in self.thermal.values():
-            self._drive[module.identity.finger] = module.drive
+        permille = [module.drive_permille for module in self.thermal.values()]
+        if permille != self._permille:
+            self._permille = permille
+            for module in self.thermal.values():
+                self._drive[module.identity.finger] = module.drive
         world = self.world
         world.step(STEP_S, *self.servos.setpoint_m(now_s, self.robot.setpoint_m(now_s)), self._drive)
         self._measure_robot()
@@ -126,11 +132,10 @@ class RemoteDevices:
 
     def _measure_robot(self) -> None:
         world = self.world
-        z_m, force_n = world.z_m.tolist(), world.measured_force_n.tolist()
-        for finger, index in self._indices.items():
-            z_m[index] = self.encoders[finger].read(z_m[index])
-            force_n[index] = self.force_sensors[finger].read(force_n[index])
-        self.robot.measure(world.x_m, world.y_m, np.array(z_m), np.array(force_n))
+        z_m, force_n = world.heights_m.copy(), world.read_n.copy()
+        read_all(self._encoder_row, z_m)
+        read_all(self._force_row, force_n)
+        self.robot.measure(world.x_m, world.y_m, z_m, force_n)
 
     def _measure_plates(self) -> None:
         plates, ambient = self.world.ssr_counts().tolist(), self.world.ambient_counts().tolist()
@@ -162,10 +167,10 @@ class RemoteDevices:
             {
                 "mode": world.mode.tolist(),
                 "object": world.object_index.tolist(),
-                "force_n": world.force_n.tolist(),
+                "force_n": world.forces_n,
                 "plate_c": world.plate_c.tolist(),
                 "heater": self._drive.tolist(),
-                "z_m": world.z_m.tolist(),
+                "z_m": world.heights_m,
                 "x_m": world.x_m,
                 "y_m": world.y_m,
             },

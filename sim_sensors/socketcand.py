@@ -11,13 +11,14 @@ a real bus's errors one: the gateway's controller leaves the bus (`< error 040 1
 """
 
 import socket
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Protocol
 
 import can
 
 from common.can_controller import BUS_OFF, RESTARTED
 from sim_sensors.backlog import Backlog
+from sim_sensors.faulty_parts import NodeFrame
 from sim_sensors.intruder import Intruder
 from sim_sensors.listener import receive_tcp
 from sim_sensors.select_loop import SelectLoop
@@ -28,17 +29,18 @@ _CHUNK = _BACKLOG_BYTES
 """All that waits: set-points that piled up while the process stood still must not be lived through one by one."""
 _LONGEST_COMMAND = 200
 _CHANNEL = "can0"
+_BYTES = {text: byte for byte in range(256) for text in (f"{byte:02x}", f"{byte:02X}")}
 QUIET_S = 0.1
 """A client takes the answer to `rawmode` alone in one read; frames right behind it would spoil the handshake."""
 
 
 class Node(Protocol):
-    """A CAN node of this process."""
+    """A CAN node of this process. All its frames have identifiers of 11 bits."""
 
     def feed(self, frame_id: int, data: bytes, now_s: float) -> None:
         """Take a frame from the bus."""
 
-    def take_frames(self) -> list[can.Message]:
+    def take_turn(self) -> list[NodeFrame]:
         """Return the frames that the node has to send now."""
 
 
@@ -91,13 +93,15 @@ class SocketcandBus:
         if self.silent or self.off:
             return
         for node in self._nodes:
-            text = ""
-            for frame in node.take_frames():
-                for other in self._nodes:
-                    if other is not node and not self.deaf:
-                        other.feed(frame.arbitration_id, bytes(frame.data), now_s)
-                text += _frame_text(frame.arbitration_id, frame.is_extended_id, frame.data, now_s)
-            self._tell_others(None, text.encode("ascii"), now_s)
+            frames = node.take_turn()
+            for other in self._nodes:
+                if other is not node and not self.deaf:
+                    for frame_id, data in frames:
+                        other.feed(frame_id, data, now_s)
+            if frames and self._clients:
+                time = f"{now_s:.6f}"
+                text = [f"< frame {frame_id:03X} {time} {data.hex()} >" for frame_id, data in frames]
+                self._tell_others(None, "".join(text).encode("ascii"), now_s)
 
     def unplug(self) -> None:
         """Take the gateway off the network: hang up on everybody, and refuse whoever comes."""
@@ -138,15 +142,17 @@ class SocketcandBus:
             return
         *commands, client.pending = (client.pending + data.decode("ascii", "replace")).split(">")
         for command in commands:
-            self._obey(client, command.strip().removeprefix("<").split(), now_s)
+            words = command.strip().removeprefix("<").split()
+            if len(words) > 2 and words[0] == "send":
+                self._forward(client, words[1], words[2], words[3:], now_s)
+            else:
+                self._obey(client, words, now_s)
         if len(client.pending) > _LONGEST_COMMAND:
             client.pending = ""
             self.not_understood += 1
 
     def _obey(self, client: _Client, words: list[str], now_s: float) -> None:
         match words:
-            case ["send", identifier, length, *data]:
-                self._forward(client, identifier, length, data, now_s)
             case ["open", channel] if channel == _CHANNEL:
                 self._tell(client, b"< ok >")
             case ["open", _]:
@@ -162,7 +168,7 @@ class SocketcandBus:
 
     def _forward(self, client: _Client, identifier: str, length: str, data: list[str], now_s: float) -> None:
         try:
-            frame_id, payload = int(identifier, 16), bytes([int(byte, 16) for byte in data])
+            frame_id, payload = int(identifier, 16), _payload(data)
             extended = len(identifier) > 3
             sound = int(length, 16) == len(payload) <= 8 and 0 <= frame_id < (1 << 29 if extended else 1 << 11)
         except ValueError:
@@ -173,11 +179,12 @@ class SocketcandBus:
         client.raw_from_s = min(client.raw_from_s, now_s)  # who sends has read the handshake to its end
         if self.off:
             return
-        for node in () if self.silent or self.deaf else self._nodes:
-            node.feed(frame_id, payload, now_s)
+        if not (self.silent or self.deaf):
+            for node in self._nodes:
+                node.feed(frame_id, payload, now_s)
         if len(self._clients) > 1:
-            self._tell_others(client, _frame_text(frame_id, extended, payload, now_s).encode("ascii"), now_s)
-        if self.intruder is not None:
+            self._tell_others(client, _frame_text(frame_id, extended, payload, now_s), now_s)
+        if self.intruder is not None and self.intruder.active:
             self._spread(self.intruder.answer(frame_id, payload), now_s)
 
     def _spread(self, frames: Sequence[can.Message], now_s: float) -> None:
@@ -186,8 +193,7 @@ class SocketcandBus:
             data = bytes(frame.data)
             for node in () if self.silent or self.deaf else self._nodes:
                 node.feed(frame.arbitration_id, data, now_s)
-            text = _frame_text(frame.arbitration_id, frame.is_extended_id, data, now_s)
-            self._tell_others(None, text.encode("ascii"), now_s)
+            self._tell_others(None, _frame_text(frame.arbitration_id, frame.is_extended_id, data, now_s), now_s)
 
     def _tell_error(self, error: int) -> None:
         now_s = self._loop.now()
@@ -195,13 +201,12 @@ class SocketcandBus:
 
     def _tell_others(self, sender: _Client | None, text: bytes, now_s: float) -> None:
         for client in list(self._clients.values()):
-            if client is not sender and text and now_s >= client.raw_from_s:
+            if client is not sender and now_s >= client.raw_from_s:
                 self._tell(client, text)
 
     def _tell(self, client: _Client, text: bytes) -> None:
-        client.backlog.push(text)
         try:
-            client.backlog.write(client.connection.send)
+            client.backlog.pass_on(text, client.connection.send)
         except OSError:
             self._hang_up(client)
 
@@ -217,6 +222,14 @@ class SocketcandBus:
         client.connection.close()
 
 
-def _frame_text(frame_id: int, extended: bool, data: bytes | bytearray, now_s: float) -> str:
+def _frame_text(frame_id: int, extended: bool, data: bytes, now_s: float) -> bytes:
     identifier = f"{frame_id:08X}" if extended else f"{frame_id:03X}"
-    return f"< frame {identifier} {now_s:.6f} {data.hex()} >"
+    return f"< frame {identifier} {now_s:.6f} {data.hex()} >".encode("ascii")
+
+
+def _payload(data: Iterable[str]) -> bytes:
+    """The bytes that hexadecimal words stand for; raises ValueError where one is none."""
+    try:
+        return bytes(map(_BYTES.__getitem__, data))
+    except KeyError:
+        return bytes([int(byte, 16) for byte in data])

@@ -32,12 +32,13 @@ class TactTip(SerialModule):
     """Emulated module of one operator finger.
 
     Attributes:
-        motor_mv: voltage at the motor now, 0..3000 mV.
+        motor_mv: voltage at the motor when its clock was last due, 0..3000 mV.
         peltier_permille: what the Peltiers are driven with, signed thousandths of full drive.
         stuck_permille: a fault of the command path: this drive is asked for, whatever is commanded, time-out
             included; only the cut-out behind it still acts. In force from the next measurement; None: sound.
         stuck_mv: a fault of the motor's driver: it gives this voltage, whatever is commanded; None: sound.
         flags: `DeviceFlag` bits of the next state.
+        motor_switched: what `take_motor_switches` would return.
     """
 
     def __init__(self, finger: int, powered_s: float = 0.0) -> None:
@@ -48,9 +49,10 @@ class TactTip(SerialModule):
         self._asked_permille = 0
         self._plate_counts = self._hot_side_counts = ntc_counts(25.0)
         self._cut_out.measure(25.0)
-        self._motor_switched: list[tuple[float, int]] = []
+        self.motor_switched: list[tuple[float, int]] = []
         self._motor_mv = self._pulse_mv = 0
         self._pulse_from_s = self._pulse_until_s = -math.inf
+        self._turn_s = math.inf
         self._pulse_number = 0
         self.motor_mv = 0
         self.peltier_permille = 0
@@ -91,7 +93,7 @@ class TactTip(SerialModule):
 
     def take_motor_switches(self) -> list[tuple[float, int]]:
         """Times (s) and voltages (mV) at which the motor was switched on or off since the last call."""
-        switched, self._motor_switched = self._motor_switched, []
+        switched, self.motor_switched = self.motor_switched, []
         return switched
 
     def _obey(self, frame: Frame, now_s: float) -> None:
@@ -117,9 +119,12 @@ class TactTip(SerialModule):
             state = TactTipState(self._time_us(now_s), *measured, self.flags, *applied)
             self._say(MessageId.TACTTIP_STATE, state.encode())
 
+    def _next_s(self) -> float:
+        return min(self._reports.due_s, self._watchdog.due_s, self._turn_s)
+
     def _drive_motor(self, motor_mv: int, now_s: float) -> None:
         if bool(motor_mv) != bool(self._motor_mv):
-            self._motor_switched.append((now_s, motor_mv))
+            self.motor_switched.append((now_s, motor_mv))
         self._motor_mv = motor_mv
 
     def _pulse(self, command: TactTipCommand, now_s: float) -> None:
@@ -136,6 +141,10 @@ class TactTip(SerialModule):
         pulsed = self._pulse_from_s <= now_s < self._pulse_until_s
         commanded_mv = self._pulse_mv if pulsed else self._motor_mv
         self.motor_mv = commanded_mv if self.stuck_mv is None else self.stuck_mv
+        if now_s < self._pulse_until_s:
+            self._turn_s = self._pulse_until_s if pulsed else self._pulse_from_s
+        else:
+            self._turn_s = math.inf
 
     def _limit(self) -> None:
         asked = self._asked_permille if self.stuck_permille is None else self.stuck_permille

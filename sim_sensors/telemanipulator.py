@@ -4,13 +4,15 @@ Its safe state it keeps by itself, whatever set-points come: released, the hand 
 rise. It is released when it is told so, and when the set-points of the heights end.
 """
 
-import can
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
-from common.can_frames import FrameReceiver, FrameSender, by_finger
+from common.can_frames import FrameReceiver, by_finger
 from common.fingers import FINGERS
-from sim_sensors.can_node import CanNode
+from sim_sensors.can_node import CanNode, NodeSender
+from sim_sensors.faulty_parts import NodeFrame
 
 HOVER_M = 0.006
 
@@ -24,17 +26,17 @@ class Telemanipulator(CanNode):
 
     def __init__(self) -> None:
         receivers = (FrameReceiver("HandSetpoint"), FrameReceiver("HeightSetpoint"))
-        super().__init__(receivers, FrameSender("TelemanipulatorState"))
+        super().__init__(receivers, NodeSender("TelemanipulatorState"))
         self.clings = False
-        self._senders = [FrameSender(n) for n in ("HandPoseMeasured", "FingerHeightsMeasured", "ContactForces")]
+        self._senders = [NodeSender(n) for n in ("HandPoseMeasured", "FingerHeightsMeasured", "ContactForces")]
         self._asked_pose = (0.0, 0.0)
         self._asked_z: NDArray[np.float64] = np.full(len(FINGERS), HOVER_M)
         self._asked_release = True
         self._wanted_pose = (0.0, 0.0)
         self._wanted_z = self._asked_z
         self._pose = (0.0, 0.0)
-        self._z_m = self._asked_z
-        self._measured_force_n: NDArray[np.float64] = np.zeros(len(FINGERS))
+        self._z_m: Sequence[float] = [HOVER_M] * len(FINGERS)
+        self._measured_force_n: Sequence[float] = [0.0] * len(FINGERS)
         self._hand_alive = False
         self._heights_alive = False
         self._hand_stopped = False
@@ -45,7 +47,7 @@ class Telemanipulator(CanNode):
         """Whether it is in its safe state: so from power-up until it is told otherwise."""
         return self._asked_release or not self._heights_alive
 
-    def measure(self, x_m: float, y_m: float, z_m: NDArray[np.float64], force_n: NDArray[np.float64]) -> None:
+    def measure(self, x_m: float, y_m: float, z_m: Sequence[float], force_n: Sequence[float]) -> None:
         """What its encoders and force sensors read now: pose, heights (5,), contact forces (5,)."""
         self._pose, self._z_m, self._measured_force_n = (x_m, y_m), z_m, force_n
 
@@ -64,18 +66,20 @@ class Telemanipulator(CanNode):
         if not released:
             self._wanted_z = self._asked_z
         elif not self._fingers_stopped:
-            self._wanted_z = self._z_m.copy()
+            self._wanted_z = np.array(self._z_m)
         elif self._heights_alive:
             self._wanted_z = np.maximum(self._wanted_z, self._asked_z)
         self._hand_stopped, self._fingers_stopped = hand_stops, released
         return *self._wanted_pose, self._wanted_z
 
-    def _measured(self) -> list[can.Message]:
-        pose = {"x": self._pose[0] * 1e3, "y": self._pose[1] * 1e3}
-        heights = dict(zip(FINGERS, (self._z_m * 1e3).tolist(), strict=True))
-        forces = dict(zip(FINGERS, self._measured_force_n.tolist(), strict=True))
-        values: tuple[dict[str, float], ...] = (pose, heights, forces)
-        return [sender.encode(each) for sender, each in zip(self._senders, values, strict=True)]
+    def _measured(self) -> list[NodeFrame]:
+        pose, heights, forces = self._senders
+        x_m, y_m = self._pose
+        return [
+            pose.encode({"x": x_m * 1e3, "y": y_m * 1e3}),
+            heights.encode({finger: z_m * 1e3 for finger, z_m in zip(FINGERS, self._z_m, strict=True)}),
+            forces.encode(dict(zip(FINGERS, self._measured_force_n, strict=True))),
+        ]
 
     def _applied(self) -> dict[str, float]:
         return {

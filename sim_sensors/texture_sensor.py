@@ -1,5 +1,7 @@
 """The texture sensor's module: sends the converter's samples in chunks of ten."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,15 +25,16 @@ class TextureSensor(SerialModule):
     def __init__(self, finger: int, powered_s: float = 0.0) -> None:
         identity = Identity(DeviceKind.TEXTURE_SENSOR, finger, f"TX{finger:04d}", 1, RATE_HZ, -VOLTS, VOLTS)
         super().__init__(identity, powered_s)
-        self._counts = bytearray()
+        self._counts = b""
         self._sent = 0
 
     def add_samples(self, counts: NDArray[np.int16]) -> None:
         """Samples that the converter has taken since the last call, oldest first, -2048..2047."""
-        self._counts += counts.astype("<i2").tobytes()
+        self.due_s = -math.inf
+        self._counts += counts.astype("<i2", copy=False).tobytes()
         if len(self._counts) > 2 * _LONGEST:
             lost = len(self._counts) - 2 * _LONGEST
-            del self._counts[:lost]
+            self._counts = self._counts[lost:]
             self._sent += lost // 2
 
     def _obey(self, frame: Frame, now_s: float) -> None:
@@ -39,7 +42,10 @@ class TextureSensor(SerialModule):
 
     def _run(self, now_s: float) -> None:
         while len(self._counts) >= 2 * CHUNK:
-            chunk = bytes(self._counts[: 2 * CHUNK])
-            del self._counts[: 2 * CHUNK]
-            self._say(MessageId.TEXTURE_SAMPLES, TextureSamples(self._sent * _SAMPLE_US, chunk).encode())
+            chunk, self._counts = self._counts[: 2 * CHUNK], self._counts[2 * CHUNK :]
+            head = TextureSamples.HEAD.pack(self._sent * _SAMPLE_US & 0xFFFFFFFF, CHUNK)
+            self._say(MessageId.TEXTURE_SAMPLES, head + chunk)
             self._sent += CHUNK
+
+    def _next_s(self) -> float:
+        return math.inf  # until samples come

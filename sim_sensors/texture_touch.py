@@ -17,6 +17,7 @@ from scipy.signal import butter, sosfilt
 from sim_sensors.surface import GRID_M
 
 Array = NDArray[np.float64]
+_Span = tuple[list[float], list[int], list[float]]
 
 OUTPUT_HZ = 2000.0
 OVERSAMPLING = 4
@@ -64,8 +65,9 @@ class TextureTouch:
         self._taken = 0
         self._knots: list[list[float]] = [[0.0] * (2 + count)]
         """Time, s, x, m, and the force of each finger, N."""
-        self._spans: list[list[float]] = []
+        self._spans: list[_Span] = []
         """From each knot to the next: gain, track and origin of each finger."""
+        self._nothing = np.empty((count, 0), dtype=np.int16)
 
     def step(
         self,
@@ -88,14 +90,14 @@ class TextureTouch:
             origin_m: x of that start, m.
         """
         self._knots.append([time_s, x_m, *force_n])
-        self._spans.append([*gain, *track, *origin_m])
+        self._spans.append((gain, track, origin_m))
 
     def take_counts(self) -> NDArray[np.int16]:
         """Counts of all whole blocks since the last call, (n, samples) at 2 kHz; a begun block waits for its end."""
         blocks = math.floor(self._knots[-1][0] * (OUTPUT_HZ / BLOCK) + 1e-6)
         last = blocks * _INNER_BLOCK
         if last <= self._taken or not self._spans:
-            return np.empty((self._count, 0), dtype=np.int16)
+            return self._nothing
         at = np.arange(self._taken + 1, last + 1) / INNER_HZ
         self._taken = last
         volts = self._filtered(self._raw(at)).T
@@ -107,29 +109,31 @@ class TextureTouch:
 
     def _raw(self, at: Array) -> Array:
         """The piezo's own signal at ascending times, s, (samples, n)."""
+        if not any(any(knot[2:]) for knot in self._knots):
+            return np.zeros((len(at), self._count))
         knots = np.array(self._knots)
         segment = np.minimum(knots[1:, 0].searchsorted(at - 1e-9), len(self._spans) - 1)
-        before, change = knots[segment], (knots[1:] - knots[:-1])[segment]
+        before, change = knots.take(segment, axis=0), (knots[1:] - knots[:-1]).take(segment, axis=0)
         span = change[:, 0]
         now = before + ((at - before[:, 0]) / span)[:, None] * change
         force: Array = now[:, 2:]
-        spans = np.array(self._spans)
-        if not (spans[:, : self._count].any() and force.any()):
-            return force
-        force *= 1.0 + self._relief(spans[segment], now[:, 1], change[:, 1] / span)
+        force *= 1.0 + self._relief(segment, now[:, 1:2], (change[:, 1] / span)[:, None])
         return force
 
-    def _relief(self, spans: Array, x: Array, speed: Array) -> Array:
-        """Relative force fluctuation (samples, n) from relief and its rate of change."""
-        count = self._count
-        gain, track, origin = spans[:, :count], spans[:, count : 2 * count], spans[:, 2 * count :]
-        cell = np.maximum((x[:, None] - origin) * (1.0 / GRID_M), 0.0)
+    def _relief(self, segment: NDArray[np.intp], x: Array, speed: Array) -> Array:
+        """Relative force fluctuation (samples, n) from relief and its rate of change, by places and speeds there."""
+        first = self._spans[0]
+        if all(span == first for span in self._spans):
+            gain, track, origin = (np.array(part) for part in first)
+        else:
+            gain, track, origin = (np.array(part).take(segment, axis=0) for part in zip(*self._spans, strict=True))
+        cell = np.maximum((x - origin) * (1.0 / GRID_M), 0.0)
         whole = cell.astype(np.intp)
         share = cell - whole
-        index = np.minimum(track.astype(np.intp) + whole, self._heights.size - 2)
-        height = self._heights[index]
-        height = height + share * (self._heights[index + 1] - height)
-        relief: Array = gain * (height + (VISCOUS_S * speed)[:, None] * self._slopes[index])
+        index = np.minimum(track + whole, self._heights.size - 2)
+        height = self._heights.take(index)
+        height = height + share * (self._heights.take(index + 1) - height)
+        relief: Array = gain * (height + (VISCOUS_S * speed) * self._slopes.take(index))
         return relief
 
     def _filtered(self, raw: Array) -> Array:

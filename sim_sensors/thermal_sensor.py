@@ -75,8 +75,11 @@ class ThermalSensor(SerialModule):
             self._limit()
         if self._reports.due(now_s):
             measured = (self._plate_counts, self._ambient_counts)
-            reading = ThermalReading(self._time_us(now_s), *measured, self.flags, self.drive_permille)
-            self._say(MessageId.THERMAL_READING, reading.encode())
+            reading = (self._time_us(now_s) & 0xFFFFFFFF, *measured, self.flags, self.drive_permille)
+            self._say(MessageId.THERMAL_READING, ThermalReading.LAYOUT.pack(*reading))
+
+    def _next_s(self) -> float:
+        return min(self._reports.due_s, self._watchdog.due_s)
 
     def _limit(self) -> None:
         asked = self._asked if self.stuck_permille is None else self.stuck_permille

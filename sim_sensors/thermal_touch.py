@@ -35,6 +35,7 @@ CASE_AMBIENT_W_K = 10e-3
 AIR_W_M2K = 10.0
 HEATER_W = 2.0
 _SIDES_J_K = np.array([[BACK_J_K], [CASE_J_K]])
+_SIDES_W_K = _SIDES_J_K / STAGE_S
 _SIDES_AMBIENT_W_K = np.array([[BACK_AMBIENT_W_K], [CASE_AMBIENT_W_K]])
 """Of the back side and the case."""
 BACK_HEATING = -0.5
@@ -109,7 +110,10 @@ class ThermalTouch:
         self._half_cell = np.ones(n)
         self._full = np.zeros(n)
         self._touching = np.zeros(n, dtype=bool)
+        self._touches: set[int] = set()
         self._columns: list[ObjectColumn | None] = [None] * n
+        self._sides_known_w = _SIDES_AMBIENT_W_K * ambient_c
+        """From around into back side and case."""
         self._sides_sum = _SIDES_J_K / STAGE_S + self._leak_w_k + _SIDES_AMBIENT_W_K
         back_w_k, case_w_k = self._leak_w_k * (1.0 - self._leak_w_k / self._sides_sum)
         self._plate_sum = PLATE_J_K / STAGE_S + back_w_k + case_w_k
@@ -139,6 +143,7 @@ class ThermalTouch:
         self.object_c[finger] = object_c
         self.area_m2[finger] = AREA_M2 * area_share
         self._touching[finger] = True
+        self._touches.add(finger)
         if self._columns[finger] is not column:
             self._columns[finger] = column
             self._inverse[finger] = column.inverse
@@ -152,6 +157,7 @@ class ThermalTouch:
     def release(self, finger: int) -> None:
         """Take the object away from a finger."""
         self._touching[finger] = False
+        self._touches.discard(finger)
         self._full[finger] = 0.0
 
     def step(self, drive: Array, force_n: Array, speed_m_s: float = 0.0) -> None:
@@ -165,16 +171,28 @@ class ThermalTouch:
         if speed_m_s > 0.0:
             fresh = -math.expm1(-speed_m_s * STEP_S / PLATE_LENGTH_M)
             self.column_c += fresh * (self.object_c[:, None] - self.column_c)
-        contact = self._full * force_share(force_n)
-        conductance = contact / (1.0 + contact * self._half_cell)
-        conductance /= 1.0 + conductance * self._response[:, 0]
+        if self._touches:
+            contact = self._full * force_share(force_n)
+            conductance = contact / (1.0 + contact * self._half_cell)
+            conductance /= 1.0 + conductance * self._response[:, 0]
+        else:
+            conductance = np.zeros(self._n)
+        into_object = conductance * self.area_m2
         heat = HEATER_W * np.minimum(np.maximum(drive, -1.0), 1.0)
         back_heat = np.where(heat > 0.0, BACK_HEATING, -BACK_COOLING) * heat
         air = np.where(self._touching, 0.0, AIR_W_M2K * AREA_M2)
-        start = (self.column_c, self.plate_c, self._sides_c, self.ssr_c)
-        first = self._stage(start, conductance, heat, back_heat, air)
-        second = tuple(old + _SECOND * (new - old) for old, new in zip(start, first, strict=True))
-        self.column_c, self.plate_c, self._sides_c, self.ssr_c = self._stage(second, conductance, heat, back_heat, air)
+        heats, plate_sum = (heat, back_heat, air * self.ambient_c), self._plate_sum + into_object + air
+        column, plate, sides, ssr = start = self.column_c, self.plate_c, self._sides_c, self.ssr_c
+        new_column, new_plate, new_sides, new_ssr = self._stage(start, conductance, into_object, heats, plate_sum)
+        second = (
+            column + _SECOND * (new_column - column),
+            plate + _SECOND * (new_plate - plate),
+            sides + _SECOND * (new_sides - sides),
+            ssr + _SECOND * (new_ssr - ssr),
+        )
+        self.column_c, self.plate_c, self._sides_c, self.ssr_c = self._stage(
+            second, conductance, into_object, heats, plate_sum
+        )
         self._convert()
 
     def ssr_counts(self) -> NDArray[np.int16]:
@@ -186,20 +204,28 @@ class ThermalTouch:
         return self._ambient_counts
 
     def _stage(
-        self, rest: tuple[Array, ...], conductance: Array, heat: Array, back_heat: Array, air: Array
+        self,
+        rest: tuple[Array, Array, Array, Array],
+        conductance: Array,
+        into_object: Array,
+        heats: tuple[Array, Array, Array],
+        plate_sum: Array,
     ) -> tuple[Array, Array, Array, Array]:
-        """Solve one implicit stage from `rest`: column, back and case are eliminated, the plate is solved for."""
+        """Solve one implicit stage from `rest`: column, back and case are eliminated, the plate is solved for.
+
+        `heats`: into the plate, into the back side, and from the air into the plate at its temperature, W.
+        """
         column, plate, sides, ssr = rest
+        heat, back_heat, air_w = heats
         carried = np.matmul(self._inverse, column[:, :, None])[:, :, 0]
         surface = carried[:, 0]
-        into_object = conductance * self.area_m2
-        known = (_SIDES_J_K / STAGE_S) * sides
+        known = _SIDES_W_K * sides
         known[0] += back_heat
-        known += _SIDES_AMBIENT_W_K * self.ambient_c
+        known += self._sides_known_w
         from_back, from_case = self._leak_w_k * (known / self._sides_sum)
         new_plate = (
-            (PLATE_J_K / STAGE_S) * plate + heat + into_object * surface + air * self.ambient_c + from_back + from_case
-        ) / (self._plate_sum + into_object + air)
+            (PLATE_J_K / STAGE_S) * plate + heat + into_object * surface + air_w + from_back + from_case
+        ) / plate_sum
         flux = conductance * (new_plate - surface)
         return (
             carried + self._response * flux[:, None],

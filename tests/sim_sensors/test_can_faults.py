@@ -9,6 +9,7 @@ import pytest
 from common.can_frames import BadFrame, FrameReceiver, FrameSender
 from common.config import SimOperatorConfig, SimRemoteConfig
 from common.fingers import FINGERS
+from sim_sensors.can_node import NodeSender
 from sim_sensors.faulty_parts import Encoder, ForceSensor, Transmitter
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.sim_operator import OperatorDevices
@@ -68,10 +69,10 @@ def test_a_force_sensor_freezes_or_says_too_much() -> None:
     assert sensor.read(2.0) == 3.5
 
 
-def sent(transmitter: Transmitter, name: str, frames: int) -> list[can.Message]:
-    sender = FrameSender(name)
+def sent(transmitter: Transmitter, name: str, frames: int) -> list[bytes]:
+    sender = NodeSender(name)
     values = dict.fromkeys((*FINGERS, "x", "y", "enabled"), 0.0)
-    return [transmitter.send(sender.encode(values)) for _ in range(frames)]
+    return [data for _ in range(frames) for _, data in transmitter.send([sender.encode(values)])]
 
 
 @pytest.mark.parametrize(
@@ -82,9 +83,9 @@ def test_as_many_frames_are_refused_as_were_damaged(damage: str, name: str, shar
     transmitter, receiver = Transmitter(), FrameReceiver(name)
     transmitter.damage = (damage, share)  # type: ignore[assignment]
     refused = 0
-    for frame in sent(transmitter, name, 400):
+    for data in sent(transmitter, name, 400):
         try:
-            receiver.decode(bytes(frame.data))
+            receiver.decode(data)
         except BadFrame:
             refused += 1
     assert refused == pytest.approx(400 * share, abs=40)
@@ -93,8 +94,8 @@ def test_as_many_frames_are_refused_as_were_damaged(damage: str, name: str, shar
 def test_a_frame_without_a_crc_has_none_that_could_be_wrong() -> None:
     transmitter, receiver = Transmitter(), FrameReceiver("FingerHeights")
     transmitter.damage = ("crc", 1.0)
-    for frame in sent(transmitter, "FingerHeights", 50):
-        receiver.decode(bytes(frame.data))
+    for data in sent(transmitter, "FingerHeights", 50):
+        receiver.decode(data)
     assert receiver.refused == 0
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 import can
 import pytest
 
+from sim_sensors.faulty_parts import NodeFrame
 from sim_sensors.intruder import AHEAD, Intruder
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.socketcand import QUIET_S, SocketcandBus
@@ -16,12 +17,12 @@ class Echo:
 
     def __init__(self) -> None:
         self.heard: list[tuple[int, bytes]] = []
-        self.to_send: list[can.Message] = []
+        self.to_send: list[NodeFrame] = []
 
     def feed(self, frame_id: int, data: bytes, now_s: float) -> None:
         self.heard.append((frame_id, data))
 
-    def take_frames(self) -> list[can.Message]:
+    def take_turn(self) -> list[NodeFrame]:
         frames, self.to_send = self.to_send, []
         return frames
 
@@ -81,6 +82,10 @@ FRAMES = [
 ]
 
 
+def sent(frame: can.Message) -> NodeFrame:
+    return frame.arbitration_id, bytes(frame.data)
+
+
 def test_python_can_sends_to_the_node(pumped: SocketcandBus, node: Echo) -> None:
     with client(pumped) as can_bus:
         for frame in FRAMES:
@@ -103,10 +108,14 @@ def test_python_can_hears_the_node_and_the_other_client_but_not_itself(pumped: S
         heard = one.recv(2.0)
         assert heard is not None
         assert heard.arbitration_id == 0x12
-        node.to_send = [FRAMES[2], FRAMES[3]]
+        other.send(FRAMES[3])
+        heard = one.recv(2.0)
+        assert heard is not None
+        assert (heard.arbitration_id, heard.is_extended_id) == (0x1ABCDEF0, True)
+        node.to_send = [sent(FRAMES[2]), sent(FRAMES[0])]
         for each in (one, other):
             ids = [message.arbitration_id for message in iter(lambda each=each: each.recv(0.3), None)]  # type: ignore[misc]
-            assert ids == [0x12, 0x1ABCDEF0]
+            assert ids == [0x12, 0x110]
 
 
 def test_clients_may_come_and_go_on_a_busy_bus(pumped: SocketcandBus, node: Echo) -> None:
@@ -114,7 +123,7 @@ def test_clients_may_come_and_go_on_a_busy_bus(pumped: SocketcandBus, node: Echo
 
     def babble() -> None:
         while not end.wait(0.001):
-            node.to_send.append(FRAMES[0])
+            node.to_send.append(sent(FRAMES[0]))
 
     thread = threading.Thread(target=babble)
     thread.start()
@@ -147,10 +156,10 @@ def test_the_hello_word_for_word(bus: SocketcandBus, loop: SelectLoop, node: Ech
         said(loop, connection, b"< send 110 2 a")
         said(loop, connection, b" ff >< send 12 0 >")
         assert node.heard == [(0x110, b"\x0a\xff"), (0x12, b"")]
-        node.to_send = [FRAMES[2]]
+        node.to_send = [sent(FRAMES[2])]
         bus.pump(12.5)
         assert said(loop, connection) == b""  # a time before the hello: the client is not listening yet
-        node.to_send = [FRAMES[2]]
+        node.to_send = [sent(FRAMES[2])]
         now_s = loop.now()
         bus.pump(now_s)
         assert said(loop, connection) == f"< frame 012 {now_s:.6f} ff000a >".encode()
@@ -188,7 +197,7 @@ def test_a_client_that_never_reads_does_not_stop_the_bus(bus: SocketcandBus, loo
         said(loop, connection, b"< rawmode >< send 110 1 1 >")
         start = time.monotonic()
         for _ in range(200):
-            node.to_send = [FRAMES[0]] * 200
+            node.to_send = [sent(FRAMES[0])] * 200
             bus.pump(loop.now())
         assert time.monotonic() - start < 2.0
         assert bus.clients == 1
@@ -208,13 +217,13 @@ def test_a_silent_node_passes_no_frame_either_way_and_the_connection_stays(
 ) -> None:
     bus.silent = True
     node.heard.clear()
-    node.to_send = [FRAMES[0]]
+    node.to_send = [sent(FRAMES[0])]
     bus.pump(loop.now())
     assert said(loop, listener, b"< send 110 1 1 >") == b""
     assert node.heard == []
     assert bus.clients == 1
     bus.silent = False
-    node.to_send = [FRAMES[2]]
+    node.to_send = [sent(FRAMES[2])]
     bus.pump(loop.now())
     assert b"< frame 012 " in said(loop, listener, b"< send 111 1 7 >")
     assert node.heard == [(0x111, b"\x07")]
@@ -223,7 +232,7 @@ def test_a_silent_node_passes_no_frame_either_way_and_the_connection_stays(
 def test_a_deaf_node_goes_on_sending(bus: SocketcandBus, loop: SelectLoop, node: Echo, listener: socket.socket) -> None:
     bus.deaf = True
     node.heard.clear()
-    node.to_send = [FRAMES[2]]
+    node.to_send = [sent(FRAMES[2])]
     bus.pump(loop.now())
     assert b"< frame 012 " in said(loop, listener, b"< send 110 1 1 >")
     assert node.heard == []
