@@ -23,6 +23,8 @@ from remote_site.texture_law import ln_roughness
 from remote_site.tip_path import CELL_M, RATE_HZ, Curve, TipPath
 
 _Value = TypeVar("_Value")
+_Sample = tuple[float, float, float, ExplorationMode]
+"""Signal, V, contact force, N, speed, m/s, and mode."""
 BLOCK = 10
 FAINTEST_GROOVE_V = 0.010
 """Curvature for one newton below which nothing is a groove, V, where none was calibrated: 1 um of depth."""
@@ -81,7 +83,7 @@ class TextureIdentification:
         self._roughness = Roughness()
         self._filter = SurfaceFilter(surfaces)
         self._watch = TextureFault(BLOCK)
-        self._waiting: list[tuple[float, float, float, ExplorationMode]] = []
+        self._waiting: list[_Sample] = []
         self._mode = ExplorationMode.FREE
         self._lost_s = -math.inf
         self._time_s = -np.inf
@@ -154,9 +156,8 @@ class TextureIdentification:
         """
         samples_v = np.atleast_1d(np.asarray(signal_v, dtype=float)).tolist()
         count = len(samples_v)
-        impulses, changed_s = self._gather(
-            t_s, samples_v, _each(force_n, count), _each(speed_m_s, count), _each(mode, count)
-        )
+        columns = samples_v, _each(force_n, count), _each(speed_m_s, count), _each(mode, count)
+        impulses, changed_s = self._gather(t_s, list(zip(*columns, strict=True)))
         sure = self._filter.sure
         return TextureReading(
             self.roughness_v,
@@ -173,27 +174,19 @@ class TextureIdentification:
         self, t_s: float, samples_v: Sequence[float], force_n: float, speed_m_s: float, mode: ExplorationMode
     ) -> list[Impulse]:
         """As `step` with one force, speed and mode for all samples; returns only the impulses in them."""
-        count = len(samples_v)
-        forces_n, speeds_m_s = (force_n,) * count, (speed_m_s,) * count
-        if count == BLOCK and not self._waiting:
-            return self._block(t_s, samples_v, sum(forces_n) / BLOCK, sum(speeds_m_s) / BLOCK, mode)[0]
-        return self._gather(t_s, samples_v, forces_n, speeds_m_s, (mode,) * count)[0]
+        if len(samples_v) == BLOCK and not self._waiting:
+            mean_n, mean_m_s = sum((force_n,) * BLOCK) / BLOCK, sum((speed_m_s,) * BLOCK) / BLOCK
+            return self._block(t_s, samples_v, mean_n, mean_m_s, mode)[0]
+        return self._gather(t_s, [(sample_v, force_n, speed_m_s, mode) for sample_v in samples_v])[0]
 
-    def _gather(
-        self,
-        t_s: float,
-        samples_v: Sequence[float],
-        forces_n: Sequence[float],
-        speeds_m_s: Sequence[float],
-        modes: Sequence[ExplorationMode],
-    ) -> tuple[list[Impulse], float | None]:
+    def _gather(self, t_s: float, samples: list[_Sample]) -> tuple[list[Impulse], float | None]:
         """Work off each block that these samples complete; the impulses, and when another surface began, s."""
         impulses: list[Impulse] = []
         changed_s = None
-        left = len(samples_v)
-        for row in zip(samples_v, forces_n, speeds_m_s, modes, strict=True):
+        left = len(samples)
+        for sample in samples:
             left -= 1
-            self._waiting.append(row)
+            self._waiting.append(sample)
             if len(self._waiting) == BLOCK:
                 block_v, block_n, block_m_s, block_modes = zip(*self._waiting, strict=True)
                 self._waiting = []
