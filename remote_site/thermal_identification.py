@@ -212,8 +212,7 @@ class ThermalIdentification:
         self._estimate.work()
         if self._estimate.news:
             self.fresh = True
-            evidence = self.evidence()  # in this turn, even where the hand is judged in another
-            if self.alone and evidence is not None:
+            if self.alone and (evidence := self.evidence()) is not None:
                 posterior = self._knowledge.posterior.judge([evidence])
                 self.answer = self.with_exponential(self._conclusion.step(posterior, self.since_s))
         self._see_what_is_due(self._estimate)
