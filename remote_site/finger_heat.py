@@ -32,9 +32,8 @@ class FingerHeat:
         drive: of the heater, -1..1.
     """
 
-    def __init__(self, finger: int, knowledge: ThermalKnowledge, preheat_k: float = OFFSETS_K[0]) -> None:
+    def __init__(self, knowledge: ThermalKnowledge, preheat_k: float = OFFSETS_K[0]) -> None:
         """A free finger, whose plate waits at ambient + `preheat_k`."""
-        self._finger = finger
         self._heater = HeaterControl(preheat_k)
         self._back = PeltierBack()
         self._spot = WarmedSpot()
@@ -46,9 +45,6 @@ class FingerHeat:
         self._found = NO_CONTACT
         """What the last touch came to."""
         self._told: str | None = None
-        self._waiting: tuple[float, float, float] | None = None
-        """Time, reading and force that are still to be identified from."""
-        self._turn = 0
         self._contact_s = 0.0
         self._free_c: deque[float] = deque(maxlen=WARMING)
         self._sensor_s = -1.0
@@ -93,19 +89,20 @@ class FingerHeat:
             self._spot.press(t_s, sample.x_m, sample.y_m, exploration.began)
         elif thermal.touching and not thermal.running:
             self._end_touch()
-        self._take_turn(sample.sensor_c is not None, sample.hurry)
         if sample.sensor_c is not None:
             self._take_reading(sample, sample.sensor_c, exploration.contact)
         elif t_s - self._sensor_s > READING_AGE_S:
             self.drive = 0.0
             thermal.stop("sensor fault: no reading")
+        if not sample.hurry:
+            thermal.work()
 
     def _land(self, sample: FingerSample) -> None:
         """A plate meets an object: it bounces on, is back where it has just been, or begins a touch."""
         if self.thermal.running and self._spot.near(sample.x_m, sample.y_m):
             return
         self._told = None
-        self.shared = self._waiting = None
+        self.shared = None
         # Where nothing differed, nothing was warmed.
         differed = self._found.reason != NO_DIFFERENCE
         left = self._spot.left(sample.t_s, sample.x_m, sample.y_m) if differed else 0.0
@@ -129,7 +126,7 @@ class FingerHeat:
         if self._found.reason == NO_DIFFERENCE and self._ambient_c is not None:
             self._heater.offset_k = next_offset_k(self._heater.offset_k, self._ambient_c)
         self.thermal.release()
-        self.shared = self._waiting = None
+        self.shared = None
         self._free_c.clear()
 
     def _take_reading(self, sample: FingerSample, sensor_c: float, contact: bool) -> None:
@@ -142,20 +139,5 @@ class FingerHeat:
         if not contact:
             self._free_c.append(sensor_c)
         if touched and taken_s > self._contact_s:  # one from just before contact may arrive just after
-            self._waiting = (taken_s, sensor_c, sample.force_n)
-            self._turn = self._finger
+            self.thermal.take(taken_s, sensor_c, sample.force_n)
         self.drive = self._heater.step(t_s, sensor_c, self._ambient_c, contact or touched, fault=sample.sensor_fault)
-
-    def _take_turn(self, another: bool, hurry: bool) -> None:
-        """Identify from the newest reading, some ticks after it came: fingers one after the other, not all at once.
-
-        Args:
-            another: the next reading is there already.
-            hurry: this tick is late: only what cannot wait is done.
-        """
-        if self._waiting is None or (hurry and not another):
-            return
-        if self._turn == 0 or another:
-            self.thermal.step(*self._waiting, hurry)
-            self._waiting = None
-        self._turn -= 1

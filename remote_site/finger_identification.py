@@ -55,7 +55,7 @@ class FingerIdentification:
         self._texture = TextureIdentification(surfaces)
         self._period = GroovePeriod()
         self._surface = TouchedSurface()
-        self.heat = FingerHeat(finger, knowledge, preheat_k)
+        self.heat = FingerHeat(knowledge, preheat_k)
         self._texture_s = -1.0
         self._roughness_v = 0.0
         self._rough = False

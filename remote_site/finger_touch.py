@@ -29,7 +29,7 @@ class FingerSample:
     heater_drive: float = 0.0
     """What the sensor's heater gets, as the sensor says, -1..1."""
     hurry: bool = False
-    """Whether this tick is late, so that what takes its time shall wait."""
+    """Whether what takes its time shall wait: another finger has this tick, or it is late."""
 
 
 @dataclass(frozen=True, slots=True)

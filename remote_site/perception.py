@@ -17,11 +17,11 @@ from remote_site.finger_identification import FingerIdentification
 from remote_site.finger_touch import FingerSample, FingerTouch, TouchEvent
 from remote_site.followed_hand import FollowedHand
 from remote_site.heater_control import OFFSETS_K, STAGGER_K
-from remote_site.late_ticks import LateTicks
 from remote_site.material_table import MaterialTable
 from remote_site.sensed import Sensed
 from remote_site.shared_object import SharedObject
 from remote_site.slow_telling import SlowTelling
+from remote_site.solving_turns import Solver, SolvingTurns
 from remote_site.surface_class import SurfaceTable
 from remote_site.texture_sensor import texture_v
 from remote_site.thermal_identification import ThermalKnowledge
@@ -62,10 +62,10 @@ class Perception:
             table: of materials.
             surfaces: of textures.
             contain: latches what identification raises, where it is given.
-            period_s: of the ticks, s: a tick that is late postpones what takes its time, see `LateTicks`.
+            period_s: of the ticks, s: one that is late postpones solutions, see `SolvingTurns`.
         """
         self._contain = contain or Containment()
-        self._late = LateTicks(period_s)
+        self._turns = SolvingTurns(period_s)
         self._broken_s = -math.inf
         self._numbers = [FINGERS.index(finger) for finger in fingers]
         self._knowledge, self._surfaces = ThermalKnowledge.of(table, TRUST_S, AT_ONCE, FOREIGN_SHARE), surfaces
@@ -86,6 +86,7 @@ class Perception:
             for finger, stagger_k in zip(self._numbers, STAGGER_K, strict=False)
         }
         self._shared = SharedObject(self._knowledge)
+        self._solvers: list[Solver] = [*(each.heat.thermal for each in self._identifications.values()), self._shared]
         self._hand = FollowedHand()
         self._places = RecentSamples(FOUND_S)
         self._telling = SlowTelling()
@@ -107,17 +108,18 @@ class Perception:
         return []
 
     def _identify(self, sensed: Sensed) -> list[Event]:
-        hurry = self._late.step(sensed.time_s)
+        turn = self._turns.step(sensed.time_s, self._solvers)
         time_s, x_m, y_m = sensed.time_s, sensed.x_m, sensed.y_m
         self._hand.step(sensed.hand)
         self._motion.step(time_s, x_m, y_m)
         self._places.take(time_s, x_m, y_m)
         happened: list[Event] = []
         for finger, identification in self._identifications.items():
+            hurry = identification.heat.thermal is not turn
             touch = self.touches[finger] = identification.step(_sample(sensed, finger, hurry))
             if touch.events:
                 happened += self._happened(finger, touch.events)
-        self._share(hurry)
+        self._share(self._shared is not turn)
         self._telling.step(time_s, self._identifications)
         self._events.extend(happened)
         while self._events and time_s - self._events[0].time_ns * 1e-9 > HISTORY_S:
@@ -167,8 +169,8 @@ class Perception:
 
     @property
     def postponed(self) -> int:
-        """Readings so far at which a solution was due and waited, since ticks were late."""
-        return sum(identification.heat.thermal.postponed for identification in self._identifications.values())
+        """Ticks so far in which a solution was due and waited, since they were late."""
+        return self._turns.postponed
 
     def packet(self, session: int, sequence: int, time_ns: int, state: LinkState) -> Touch:
         """The newest touches as a packet."""

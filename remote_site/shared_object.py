@@ -6,21 +6,25 @@ Each finger's own evidence stays its own; only where one object explains all of 
 from collections.abc import Mapping
 
 from common.messages import ThermalStatus
-from remote_site.late_ticks import POSTPONED_S
+from remote_site.pressed_contact import NEARLY_S
+from remote_site.solving_turns import NOTHING_DUE, POSTPONED_S
 from remote_site.thermal_answer import ThermalAnswer, ThermalConclusion
 from remote_site.thermal_identification import ThermalIdentification, ThermalKnowledge
-from remote_site.touch_estimate import solve_interval_s
 
 ONE_OBJECT = 0.5
 """Probability from which the fingers count as touching one object."""
 JUDGE_EVERY_S = 0.04
-"""Between two judgements, s; longer where the fingers solve their guesses more seldom."""
+"""Between two judgements, s, at least: the fingers have to be solved anew."""
 DOUBT_EVERY_S = 0.10
 """Between two looks at whether it is one object, s."""
 
 
 class SharedObject:
-    """Joint judgement of a hand; step it after its fingers."""
+    """Joint judgement of a hand; step it after its fingers.
+
+    Attributes:
+        waited_s: 0 or more when a judgement is due. A late tick does not postpone it: it follows solutions, which wait.
+    """
 
     def __init__(self, knowledge: ThermalKnowledge) -> None:
         """Judge with `knowledge`."""
@@ -33,13 +37,14 @@ class SharedObject:
         self._count = 0
         self._judged_s = self._doubted_s = -1.0
         self._one = True
+        self.waited_s = NOTHING_DUE
 
     def step(self, fingers: Mapping[int, ThermalIdentification], hurry: bool = False) -> ThermalAnswer | None:
         """The answer that holds for all fingers in contact; None where each has to speak for itself.
 
         Args:
             fingers: the identification of each finger in contact.
-            hurry: whether a judgement that is due shall wait, for POSTPONED_S at most.
+            hurry: whether a judgement that is due shall wait: a finger has this tick.
         """
         touching: list[ThermalIdentification] = []
         longest_s, running = 0.0, False
@@ -54,12 +59,16 @@ class SharedObject:
             return None
         if longest_s < self._judged_s:  # the fingers of the touch before have left one by one
             self._release()
-        solved_every_s = solve_interval_s(longest_s, self._knowledge.solve_every_s)
-        every_s = max(solved_every_s, JUDGE_EVERY_S) + (POSTPONED_S if hurry else 0.0)
-        due = longest_s - self._judged_s >= every_s - 1e-9 or (len(touching) > self._count and not hurry)
+        solved = longest_s - self._judged_s >= JUDGE_EVERY_S - NEARLY_S and all(
+            finger.fresh or not finger.running for finger in touching
+        )
         # Where one has left, the others keep what was last said of all: together they know no more than then.
-        if len(touching) >= max(2, self._count) and running and due:
-            self._judged_s, self._count = longest_s, len(touching)
+        due = running and len(touching) >= max(2, self._count) and (solved or len(touching) > self._count)
+        self.waited_s = POSTPONED_S if due else NOTHING_DUE
+        if due and not hurry:
+            self._judged_s, self._count, self.waited_s = longest_s, len(touching), NOTHING_DUE
+            for finger in touching:
+                finger.fresh = False
             self._judge(touching, longest_s)
         if self._answer is None or not self._one:
             return None

@@ -14,6 +14,7 @@ from common.messages import ThermalStatus
 from remote_site.exponential_response import ExponentialFit, ExponentialResponse
 from remote_site.material_posterior import MaterialPosterior
 from remote_site.material_table import MaterialTable
+from remote_site.solving_turns import NOTHING_DUE
 from remote_site.thermal_answer import NO_CONTACT, ThermalAnswer, ThermalConclusion, undecided
 from remote_site.touch_estimate import SOLVE_EVERY_S, Intervals, TouchEstimate, TouchEvidence
 from remote_site.touch_guesses import FOREIGN, Guesses, Substances, guesses, substances
@@ -83,7 +84,8 @@ class ThermalIdentification:
         warmed: whether the spot still has traces of an earlier touch: then its temperature is not that of others.
         alone: whether this finger judges by itself; not while a judgement of several fingers speaks for it.
         since_s: time since contact, s; 0 before the first reading.
-        postponed: readings of all touches at which a solution was due and waited.
+        waited_s: for how long a solution has been due, or a look at earlier readings, s; below 0 while none is.
+        fresh: whether the touch was solved since this was last set to False.
     """
 
     def __init__(self, knowledge: ThermalKnowledge) -> None:
@@ -100,7 +102,8 @@ class ThermalIdentification:
         self.rested = True
         self.warmed = False
         self.since_s = 0.0
-        self.postponed = 0
+        self.waited_s = NOTHING_DUE
+        self.fresh = False
         self._estimate: TouchEstimate | None = None
         self._running = False
 
@@ -161,19 +164,25 @@ class ThermalIdentification:
         self._light_since_s: float | None = None
         self.since_s = 0.0
         self.alone = self._running = True
+        self.waited_s, self.fresh = NOTHING_DUE, False
         self.answer = undecided(self._prior)
 
-    def step(self, t_s: float, sensor_c: float, force_n: float, hurry: bool = False) -> ThermalAnswer:
-        """Take one reading during a touch and return what is known.
+    def step(self, t_s: float, sensor_c: float, force_n: float) -> ThermalAnswer:
+        """Take one reading during a touch, do what is due, and return what is known; see `take`."""
+        self.take(t_s, sensor_c, force_n)
+        self.work()
+        return self.answer
+
+    def take(self, t_s: float, sensor_c: float, force_n: float) -> None:
+        """Take one reading during a touch; `work` finds what it says.
 
         Args:
             t_s: time, s.
             sensor_c: reading, C.
             force_n: contact force, N; below the contact threshold the touch ends.
-            hurry: whether what takes its time shall wait, see `LateTicks`; the answer then stays as it is.
         """
         if not self._running:
-            return self.answer
+            return
         if not force_n >= CONTACT_OFF_N:
             if self._light_since_s is None:
                 self._light_since_s = t_s
@@ -181,7 +190,7 @@ class ThermalIdentification:
             if t_s - self._light_since_s >= (BOUNCE_S if landing else LOST_S):
                 self.stop(CONTACT_LOST)
             if not landing or not self._running:
-                return self.answer
+                return
         else:
             self._light_since_s = None
         dt_s = t_s - self._before_s
@@ -191,15 +200,32 @@ class ThermalIdentification:
         elif dt_s > 0.0:
             self._before_s, self.since_s = t_s, t_s - self._contact_s
             assert self._estimate is not None
-            self._estimate.step(dt_s, sensor_c, force_n, hurry)
-            self.postponed += self._estimate.waits
+            self._estimate.take(dt_s, sensor_c, force_n)
             self._exponential.add(self.since_s, sensor_c)
-            evidence = self.evidence() if self.alone and self._estimate.news else None
-            if evidence is not None:
+            self._see_what_is_due(self._estimate)
+
+    def work(self) -> None:
+        """Do what takes its time and is due, if anything: a part of a solution, or of a look at earlier readings."""
+        if self.waited_s < 0.0:
+            return
+        assert self._estimate is not None
+        self._estimate.work()
+        if self._estimate.news:
+            self.fresh = True
+            if self.alone and (evidence := self.evidence()) is not None:
                 posterior = self._knowledge.posterior.judge([evidence])
                 self.answer = self.with_exponential(self._conclusion.step(posterior, self.since_s))
-            self._running = self.since_s < LASTS_S
-        return self.answer
+        self._see_what_is_due(self._estimate)
+
+    def _see_what_is_due(self, estimate: TouchEstimate) -> None:
+        self.waited_s = estimate.waited_s
+        if self.since_s >= LASTS_S and self.waited_s < 0.0:
+            self._end()
+
+    def _end(self) -> None:
+        """The touch takes no more readings."""
+        self._running = False
+        self.waited_s = NOTHING_DUE
 
     def _fault(self, t_s: float, dt_s: float, sensor_c: float) -> str:
         """What makes a reading one that nothing can be learned from; empty when it is fine."""
@@ -217,7 +243,7 @@ class ThermalIdentification:
         """End the touch; an answer that was reached is kept, otherwise it becomes `unidentifiable`."""
         if not self._running:
             return
-        self._running = False
+        self._end()
         decided = self.answer.status is not ThermalStatus.DECIDING
         status = self.answer.status if decided else ThermalStatus.UNIDENTIFIABLE
         self.answer = replace(self.answer, status=status, reason=self.answer.reason or reason)
@@ -237,7 +263,7 @@ class ThermalIdentification:
 
     def release(self) -> None:
         """Forget the touch: the finger is free."""
-        self._running = False
+        self._end()
         self._estimate = None
         self.answer = NO_CONTACT
 

@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from remote_site.late_ticks import POSTPONED_S
 from remote_site.material_table import MaterialTable
 from remote_site.pressed_contact import NEARLY_S, PressedContact
 from remote_site.reading_sums import PLATE, Reading, ReadingSums
+from remote_site.solving_turns import NOTHING_DUE, POSTPONED_S
 from remote_site.touch_guesses import Guesses, Substances
 from remote_site.touch_model import BLOCK, Contacts, SensorConstants
 
@@ -149,50 +149,62 @@ class TouchEstimate:
         """For how many comparisons each guess has been far below the best."""
         self._ln_noise = 0.0
         self._used = (0, 0.0)
+        self._evidence: TouchEvidence | None = None
         self._next = self._rounds = 0
         self._solve_from_s = 0.0
         """When the guesses are solved again, s after contact."""
         self.news = False
-        """Whether the last reading brought all guesses up to date."""
+        """Whether the last work brought all guesses up to date."""
         self.solved = True
-        """Whether all guesses have been solved from the same readings; many of them take a few readings' time."""
-        self.waits = False
-        """Whether a solution is due and waits, since the last tick was late."""
+        """Whether all guesses have been solved from the same readings; many of them take a few turns."""
         self._since_s = 0.0
         self._pressed = PressedContact(sensor)
 
-    def step(self, dt_s: float, reading_c: float, force_n: float, hurry: bool = False) -> None:
-        """Take one reading.
+    def step(self, dt_s: float, reading_c: float, force_n: float) -> None:
+        """Take one reading and do what is due; see `take`."""
+        self.take(dt_s, reading_c, force_n)
+        self.work()
+
+    def take(self, dt_s: float, reading_c: float, force_n: float) -> None:
+        """Take one reading, for later work.
 
         Args:
             dt_s: since the one before, s.
             reading_c: C.
             force_n: mean force since then, N.
-            hurry: whether a solution that is due shall wait, for POSTPONED_S at most.
         """
         self._since_s += dt_s
         changed = self._pressed.step(dt_s, force_n)
         variance = self._noise_square * (1.0 + (self._since_s / self._trust_s) ** 4)
-        reading = Reading(dt_s, reading_c - self._start_c, force_n, variance, changed)
-        self._readings.append(reading)
+        self._readings.append(Reading(dt_s, reading_c - self._start_c, force_n, variance, changed))
         self._ln_noise += math.log(variance)
-        if changed > 0.0:
-            self._sums.take(self._readings[self._sums.count : -1], self._difference_k)
-            self._loosen_plate(changed)
-            self._next = 0  # what was being solved is of another contact
+
+    @property
+    def waited_s(self) -> float:
+        """For how long a solution has been due, or a look at earlier readings, s; below 0 while none is."""
+        return max(self._solution_waited_s, self._look_waited_s)
+
+    @property
+    def _solution_waited_s(self) -> float:
+        return self._since_s - (self._solve_from_s - NEARLY_S)
+
+    @property
+    def _look_waited_s(self) -> float:
+        if not self._looks or self._mean.shape[1] > MOST_AGAIN:
+            return NOTHING_DUE
+        return self._since_s - (self._looks[0] - NEARLY_S)
+
+    def work(self) -> None:
+        """Do one turn's part of what is due: of a solution, or of a look that has waited too long, or of any look."""
         self.news = False
-        due_for_s = self._since_s - (self._solve_from_s - NEARLY_S)
-        due = self._next > 0 or due_for_s >= 0.0
-        self.waits = hurry and due and due_for_s < POSTPONED_S
-        if self.waits:
-            return
-        if due:
+        overdue_s = POSTPONED_S if self._look_waited_s >= POSTPONED_S else 0.0
+        if self._solution_waited_s >= overdue_s:
             self._solve_some()
             self.news = self.solved
             if self.news:
                 every_s = solve_interval_s(self._since_s, self._solve_every_s)
                 self._solve_from_s = every_s * (math.floor((self._since_s + NEARLY_S) / every_s) + 1)
-        else:
+        elif self._look_waited_s >= 0.0:
             self._look_again()
 
     def _loosen_plate(self, contact_variance: float) -> None:
@@ -210,10 +222,6 @@ class TouchEstimate:
     def _look_again(self) -> None:
         """Sum the readings again around what each guess has come to, some at once."""
         if self._again is None:
-            early = not self._looks or self._since_s < self._looks[0] - NEARLY_S
-            if early or self._mean.shape[1] > MOST_AGAIN:
-                return
-            self._looks.pop(0)
             ln_effusivity, ln_conductance, ln_lag = self._sums.around + self._mean[3:]
             contacts = Contacts(ln_effusivity, ln_conductance, self._slab_s)
             self._again = ReadingSums(self._sensor, contacts, np.arange(len(ln_lag)), ln_lag)
@@ -225,6 +233,7 @@ class TouchEstimate:
             self._expected[1] = self._slope_k_s * np.exp(self._again.around[2])
             self._mean[3:] -= moved
             self._sums, self._again = self._again, None
+            self._looks.pop(0)
             self._next = 0
 
     @property
@@ -244,7 +253,12 @@ class TouchEstimate:
 
     def _take_readings(self) -> None:
         """Sum the readings that came since the last solution."""
-        self._sums.take(self._readings[self._sums.count :], self._difference_k)
+        readings, sums = self._readings, self._sums
+        for number in range(sums.count, len(readings)):
+            if (changed := readings[number].contact_variance) > 0.0:
+                sums.take(readings[sums.count : number], self._difference_k)
+                self._loosen_plate(changed)
+        sums.take(readings[sums.count :], self._difference_k)
 
     def _solve_some(self) -> None:
         """Solve the next guesses; when all are, each from the readings that there were when the first was, compare."""
@@ -261,6 +275,7 @@ class TouchEstimate:
         if self.solved:
             self._next = 0
             self._rounds += 1
+            self._evidence = None
             self._ln_weight = self._ln_prior + self._sums.ln_blurred - 0.5 * self._unlikely
             self._prune()
 
@@ -299,47 +314,46 @@ class TouchEstimate:
         self._substance, self._slab_s = self._substance[likely], self._slab_s[likely]
 
     def evidence(self) -> TouchEvidence:
-        """What all readings so far say: the guesses of each substance drawn together."""
+        """What all readings that were solved say: the guesses of each substance drawn together."""
+        if self._evidence is None:
+            self._evidence = self._drawn_together()
+        return self._evidence
+
+    def _drawn_together(self) -> TouchEvidence:
         known = self._substances
-        count = len(known.probability)
-        offset = self._start_c - self._ambient_c
-        top = np.full(count, -np.inf)
-        np.maximum.at(top, self._substance, self._ln_weight)
-        weight = np.exp(self._ln_weight - top[self._substance])
-        total = np.bincount(self._substance, weight, count)
-        weight /= total[self._substance]
-
-        def drawn_together(values: Array) -> Array:
-            return np.asarray(np.bincount(self._substance, weight * values, count), dtype=np.float64)
-
-        object_k, ln_effusivity = self._mean[0] + offset, self._sums.around[0] + self._mean[3]
-        mean = np.stack((drawn_together(object_k), drawn_together(ln_effusivity)), axis=1)
-        warmer, better = object_k - mean[self._substance, 0], ln_effusivity - mean[self._substance, 1]
-        covariance = np.empty((count, 2, 2))
-        covariance[:, 0, 0] = drawn_together(self._covariance[0, 0] + warmer * warmer)
-        covariance[:, 1, 1] = drawn_together(self._covariance[1, 1] + better * better)
-        covariance[:, 0, 1] = covariance[:, 1, 0] = drawn_together(self._covariance[0, 1] + warmer * better)
+        # Guesses are in the order of their substances; of some of these none may be left.
+        first = np.flatnonzero(np.diff(self._substance, prepend=-1))
+        left = self._substance[first]
+        of = np.repeat(np.arange(len(first)), np.diff(first, append=len(self._substance)))
+        top = np.maximum.reduceat(self._ln_weight, first)
+        weight = np.exp(self._ln_weight - top[of])
+        total = np.add.reduceat(weight, first)
+        weight /= total[of]
+        numbers = np.stack((self._mean[0] + (self._start_c - self._ambient_c), self._sums.around[0] + self._mean[3]))
+        mean = np.add.reduceat(weight * numbers, first, axis=1)
+        away = numbers - mean[:, of]
+        covariance = np.add.reduceat(weight * (self._covariance + away[:, None] * away), first, axis=2)
         least = self._ln_weight.max() - FORGET
-        strayed = np.abs(mean[:, 1] - known.ln_effusivity) > STRAYED_SD * np.sqrt(known.effusivity_variance)
-        strayed[: known.calibrated] = False
-        gone = (total == 0.0) | (top < least) | strayed
+        usual, variance = known.ln_effusivity[left], known.effusivity_variance[left]
+        strayed = np.abs(mean[1] - usual) > STRAYED_SD * np.sqrt(variance)
+        heard = (top >= least) & ((left < known.calibrated) | ~strayed)
         # As likely as when it was given up, and as unknown as at first: fingers that gave up different substances
         # still have to be judged together. One without the other would let fingers agree on what each finds absurd.
-        ln_likelihood = np.where(gone, least, top + np.log(np.where(gone, 1.0, total)))
-        mean[gone, 0] = 0.0
-        mean[gone, 1] = known.ln_effusivity[gone]
-        covariance[gone] = 0.0
-        covariance[gone, 0, 0] = ANYWHERE_K**2
-        covariance[gone, 1, 1] = known.effusivity_variance[gone]
-        ln_likelihood = ln_likelihood - 0.5 * self._used[1]
-        best = int(np.argmax(self._ln_weight))
+        kept = left[heard]
+        ln_likelihood = np.full(len(known.probability), least)
+        ln_likelihood[kept] = (top + np.log(total))[heard]
+        means = np.stack((np.zeros_like(ln_likelihood), known.ln_effusivity), axis=1)
+        means[kept] = mean.T[heard]
+        covariances = np.zeros((*means.shape, 2))
+        covariances[:, 0, 0], covariances[:, 1, 1] = ANYWHERE_K**2, known.effusivity_variance
+        covariances[kept] = np.moveaxis(covariance, 2, 0)[heard]
         return TouchEvidence(
-            ln_likelihood,
-            mean,
-            covariance,
+            ln_likelihood - 0.5 * self._used[1],
+            means,
+            covariances,
             self._ambient_c,
             self._start_c,
-            float(self._misfit[best]) / max(self._used[0], 1),
+            float(self._misfit[np.argmax(self._ln_weight)]) / max(self._used[0], 1),
         )
 
 

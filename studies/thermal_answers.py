@@ -7,6 +7,7 @@ from typing import NamedTuple
 from common.messages import ThermalStatus
 from remote_site.material_table import MaterialTable
 from remote_site.shared_object import ONE_OBJECT, SharedObject
+from remote_site.solving_turns import Solver, SolvingTurns
 from remote_site.thermal_answer import ThermalAnswer
 from remote_site.thermal_identification import ThermalIdentification, ThermalKnowledge
 from remote_site.thermal_touches import RecordedTouch
@@ -17,6 +18,8 @@ from studies.thermal_situations import Hand
 JUDGED_EVERY = 5
 """Readings between two judgements: the evidence of every reading counts, but an answer is drawn 20 times a second."""
 READING_S = 0.01
+TICKS = 5
+"""Of a session from one reading to the next."""
 
 
 class Answered(NamedTuple):
@@ -105,7 +108,7 @@ def by_product(
     hand: Hand,
     times_s: Sequence[float],
     fingers: int = 1,
-    hurry: bool = False,
+    late: bool = False,
 ) -> list[Answered]:
     """Answers of the first fingers' identification as a session has it: it sees contact lost and sensor faults.
 
@@ -115,13 +118,16 @@ def by_product(
         hand: the touch.
         times_s: when, ascending, s after contact.
         fingers: number of fingers used.
-        hurry: whether every tick is late.
+        late: whether every tick is late.
     """
     touches = hand.fingers[:fingers]
     identifications = {number: ThermalIdentification(knowledge) for number in range(len(touches))}
     for touch, identification in zip(touches, identifications.values(), strict=True):
         identification.start(0.0, touch.start_c, touch.slope_k_s, touch.ambient_c)
     shared, answer = SharedObject(knowledge), identifications[0].answer
+    solvers: list[Solver] = [*identifications.values(), shared]
+    tick_s = READING_S / TICKS
+    turns = SolvingTurns(0.0 if late else tick_s)
     named: float | None = None
     found: list[Answered] = []
     for readings in zip(*(list(touch.readings())[1:] for touch in touches), strict=False):
@@ -129,10 +135,15 @@ def by_product(
         while len(found) < len(times_s) and since_s > times_s[len(found)] + 1e-6:
             found.append(_answered(method, hand, times_s[len(found)], answer, named))
         for (_, sensor_c, force_n), identification in zip(readings, identifications.values(), strict=True):
-            identification.step(since_s, sensor_c, force_n, hurry)
-        together = shared.step(identifications, hurry)
-        for identification in identifications.values():
-            identification.alone = together is None
+            identification.take(since_s, sensor_c, force_n)
+        for tick in range(TICKS):
+            turn = turns.step(since_s + tick * tick_s, solvers)
+            for identification in identifications.values():
+                if identification is turn:
+                    identification.work()
+            together = shared.step(identifications, shared is not turn)
+            for identification in identifications.values():
+                identification.alone = together is None
         answer = together or identifications[0].answer
         if named is None and answer.status is ThermalStatus.IDENTIFIED:
             named = since_s

@@ -56,7 +56,7 @@ def _consequences(summary: Mapping[str, Any]) -> list[str]:
         found.append(f"Of {impulses['crossed']} grooves {missed} were missed, and {invented} were invented.")
     postponed = sum((loop or {}).get("postponed") or 0 for loop in summary["loop"].values())
     if postponed:
-        found.append(f"Identification of materials waited at {postponed} readings, so names came later.")
+        found.append(f"Identification of materials waited in {postponed} late ticks, so names came later.")
     if taps.get("made"):
         found.append(f"Of {taps['made']} taps {taps.get('played', 0)} were felt.")
     return found

@@ -46,7 +46,7 @@ class RemoteReplay:
 
     @property
     def postponed(self) -> int:
-        """Readings at which a solution was due and waited, since ticks were late."""
+        """Ticks in which a solution was due and waited, since they were late."""
         return self._perception.postponed
 
     def sensed(self, time_s: float, recorded: bytes) -> list[Line]:

@@ -14,9 +14,9 @@ import numpy as np
 
 from benchmarks.reference_step import reference_step
 from benchmarks.runtime_cost.measure import timed
-from remote_site.late_ticks import POSTPONED_S
 from remote_site.material_table import MaterialTable
 from remote_site.perception import AT_ONCE, FOREIGN_SHARE, TRUST_S
+from remote_site.solving_turns import POSTPONED_S
 from remote_site.thermal_identification import ThermalKnowledge
 from remote_site.touch_estimate import SOLVE_EVERY_S, Intervals
 from studies.binomial_interval import clopper_pearson

@@ -64,8 +64,8 @@ def test_starved_identification_is_deciding(knowledge: ThermalKnowledge) -> None
 def test_a_hand_solved_late_or_seldom_is_known_later(knowledge: ThermalKnowledge) -> None:
     (hand,) = touched(Situation("aluminium", SEED, 1, STAGGERED_K, seconds=3.05))
     usual, late, seldom = (
-        by_product(known, "", hand, (0.3, 1.2, 3.0), fingers=5, hurry=hurry)
-        for known, hurry in ((knowledge, False), (knowledge, True), (every(knowledge, 0.5), False))
+        by_product(known, "", hand, (0.3, 1.2, 3.0), fingers=5, late=late)
+        for known, late in ((knowledge, False), (knowledge, True), (every(knowledge, 0.5), False))
     )
     known = [[answer.error_k is not None for answer in answers] for answers in (usual, late, seldom)]
     assert known == [[True, True, True], [False, True, True], [False, False, True]]
