@@ -21,6 +21,7 @@ _SWITCH_S = 1e-4
 """Within so long another thread of this process, the recording's above all, lets the loop have the interpreter."""
 _REAL_TIME_PRIORITY = 10
 """Above all ordinary work, and below the system's own threads (50)."""
+_THREADS = Path("/proc/self/task")
 _GROUP = Path("/proc/self/autogroup")
 """Where the kernel shares out processors among sessions of processes, `nice` only counts within one of them."""
 
@@ -38,7 +39,8 @@ def become_timely() -> None:
     sys.setswitchinterval(_SWITCH_S)
     with suppress(OSError, AttributeError):
         ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
-        _ask_for_short_slices(0)
+        for thread in _THREADS.iterdir():
+            _ask_for_short_slices(int(thread.name))
 
 
 def _ask_for_short_slices(thread: int) -> None:
