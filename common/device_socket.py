@@ -18,6 +18,8 @@ _OPTIONS = {
 def tune(connection: socket.socket) -> None:
     """Set a connection up as the line to a device."""
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, UNREAD_BYTES)
+    # A command must not wait until the device has acknowledged the one before.
+    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     for name, value in _OPTIONS.items():
         if hasattr(socket, name):

@@ -44,15 +44,12 @@ def accept_tcp(listener: socket.socket, buffer_bytes: int) -> socket.socket | No
 def receive_tcp(client: socket.socket, most: int) -> bytes | None:
     """What a client has sent: empty once it has gone, None if nothing is there yet.
 
-    Acknowledged at once: clients that leave Nagle's algorithm on (python-can, pyserial) hold their next
-    message back until the last one is.
+    It is acknowledged with what the device sends next, within 10 ms, for which a client that leaves Nagle's algorithm
+    on waits with its next message.
     """
     try:
-        data = client.recv(most)
-        if data and hasattr(socket, "TCP_QUICKACK"):
-            client.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)
+        return client.recv(most)
     except BlockingIOError:
         return None
     except OSError:
         return b""
-    return data
