@@ -13,7 +13,7 @@ import numpy as np
 
 from common.fingers import FINGERS
 from common.materials import Material, contact_resistance_m2k_w
-from operator_site.model_choice import LONGEST_S, RUNGS, choose
+from operator_site.model_choice import LONGEST_S, RUNGS, choose, rung_table
 from operator_site.skin import OUTPUTS, SkinModel, SkinStep, Touched, refined, skin_step
 from operator_site.tissue import Body, Floats, rest
 
@@ -61,6 +61,7 @@ def prepare(
     known: Iterable[Material], models: Iterable[SkinModel] = RUNGS, air_w_m2k: float = Body().air_w_m2k
 ) -> None:
     """Solve the skin on materials beforehand: 0.4 ms each, too long for the tick that first touches one."""
+    rung_table()
     for kind in known:
         touched = touched_object(kind.conductivity_w_mk, kind.density_kg_m3, kind.specific_heat_j_kgk)
         for model in models:

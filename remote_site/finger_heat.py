@@ -23,10 +23,10 @@ READING_AGE_S = 0.10
 
 
 class FingerHeat:
-    """Thermal touches of one finger; step it at 500 Hz.
+    """Thermal touches of one finger; step it in every tick.
 
     Attributes:
-        thermal: identification by this finger alone.
+        thermal: identification by this finger alone. What is due there is done by whoever steps this, with its `work`.
         shared: what all fingers on its object say together; None where it speaks for itself.
         answer: what is known now.
         drive: of the heater, -1..1.
@@ -94,8 +94,6 @@ class FingerHeat:
         elif t_s - self._sensor_s > READING_AGE_S:
             self.drive = 0.0
             thermal.stop("sensor fault: no reading")
-        if not sample.hurry:
-            thermal.work()
 
     def _land(self, sample: FingerSample) -> None:
         """A plate meets an object: it bounces on, is back where it has just been, or begins a touch."""

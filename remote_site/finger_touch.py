@@ -28,8 +28,6 @@ class FingerSample:
     device_us: int | None = None
     heater_drive: float = 0.0
     """What the sensor's heater gets, as the sensor says, -1..1."""
-    hurry: bool = False
-    """Whether what takes its time shall wait: another finger has this tick, or it is late."""
 
 
 @dataclass(frozen=True, slots=True)

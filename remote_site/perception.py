@@ -44,6 +44,8 @@ AGAIN_S = 1.0
 class Perception:
     """Identification of all fingers in use. Pure: readings in, touches and events out.
 
+    A tick takes a `step`, and `work` when nothing else waits for it.
+
     An exception in it is contained: nothing is touched then, and AGAIN_S later identification begins anew.
     """
 
@@ -101,25 +103,37 @@ class Perception:
         if sensed.time_s - self._broken_s >= AGAIN_S:
             with self._contain.step("identify"):
                 return self._identify(sensed)
-            self._begin_anew()
-            self._broken_s = sensed.time_s
-            self.touches.clear()
-            self._events.clear()
+            self._give_up()
         return []
 
+    def work(self) -> None:
+        """Do one piece of slow work that is due, once this tick's packet is sent; the next tick shows its result."""
+        if self._time_s - self._broken_s < AGAIN_S:
+            return
+        with self._contain.step("solve"):
+            if (solver := self._turns.step(self._time_s, self._solvers)) is not None:
+                solver.work()
+            return
+        self._give_up()
+
+    def _give_up(self) -> None:
+        """Touch nothing, and identify anew in AGAIN_S."""
+        self._begin_anew()
+        self._broken_s = self._time_s
+        self.touches.clear()
+        self._events.clear()
+
     def _identify(self, sensed: Sensed) -> list[Event]:
-        turn = self._turns.step(sensed.time_s, self._solvers)
         time_s, x_m, y_m = sensed.time_s, sensed.x_m, sensed.y_m
         self._hand.step(sensed.hand)
         self._motion.step(time_s, x_m, y_m)
         self._places.take(time_s, x_m, y_m)
         happened: list[Event] = []
         for finger, identification in self._identifications.items():
-            hurry = identification.heat.thermal is not turn
-            touch = self.touches[finger] = identification.step(_sample(sensed, finger, hurry))
+            touch = self.touches[finger] = identification.step(_sample(sensed, finger))
             if touch.events:
                 happened += self._happened(finger, touch.events)
-        self._share(self._shared is not turn)
+        self._share()
         self._telling.step(time_s, self._identifications)
         self._events.extend(happened)
         while self._events and time_s - self._events[0].time_ns * 1e-9 > HISTORY_S:
@@ -152,7 +166,7 @@ class Perception:
             return self._hand.when_ns(x_m[-1], y_m[-1])
         return self._hand.when_ns(float(np.interp(at_s, times_s, x_m)), float(np.interp(at_s, times_s, y_m)))
 
-    def _share(self, hurry: bool) -> None:
+    def _share(self) -> None:
         """Give all fingers on one object one answer; they show it from the next tick on.
 
         Those on spots that they have warmed speak for themselves: their spots' temperatures are not the object's.
@@ -162,7 +176,7 @@ class Perception:
             for finger, identification in self._identifications.items()
             if identification.contact and not identification.heat.thermal.warmed
         }
-        answer = self._shared.step(touching, hurry)
+        answer = self._shared.look(touching)
         for finger, thermal in touching.items():
             self._identifications[finger].heat.shared = answer
             thermal.alone = answer is None
@@ -181,13 +195,12 @@ class Perception:
         return Touch(session, sequence, time_ns, state, floats, tuple(names), events, self._telling.told)
 
 
-def _sample(sensed: Sensed, finger: int, hurry: bool) -> FingerSample:
+def _sample(sensed: Sensed, finger: int) -> FingerSample:
     """One finger's part of what was sensed."""
     counts, plate = sensed.texture_counts[finger], sensed.plates[finger]
     signal_v = None if counts is None else texture_v(counts)
     force_n, z_m = sensed.force_n[finger], sensed.z_m[finger]
     sample = FingerSample(sensed.time_s, force_n, sensed.x_m, sensed.y_m, z_m, signal_v)
-    sample.hurry = hurry
     if plate is not None:
         sample.sensor_c, sample.ambient_c, sample.device_us = plate.sensor_c, plate.ambient_c, plate.device_us
         sample.sensor_fault = plate.fault or None

@@ -20,7 +20,7 @@ DOUBT_EVERY_S = 0.10
 
 
 class SharedObject:
-    """Joint judgement of a hand; step it after its fingers.
+    """Joint judgement of a hand; step it, or look at it, after its fingers.
 
     Attributes:
         waited_s: 0 or more when a judgement is due. A late tick does not postpone it: it follows solutions, which wait.
@@ -38,13 +38,19 @@ class SharedObject:
         self._judged_s = self._doubted_s = -1.0
         self._one = True
         self.waited_s = NOTHING_DUE
+        self._touching: list[ThermalIdentification] = []
 
-    def step(self, fingers: Mapping[int, ThermalIdentification], hurry: bool = False) -> ThermalAnswer | None:
+    def step(self, fingers: Mapping[int, ThermalIdentification]) -> ThermalAnswer | None:
+        """Judge if that is due, and return the answer that holds for all fingers in contact; see `look`."""
+        self.look(fingers)
+        self.work()
+        return self.look(fingers)
+
+    def look(self, fingers: Mapping[int, ThermalIdentification]) -> ThermalAnswer | None:
         """The answer that holds for all fingers in contact; None where each has to speak for itself.
 
         Args:
             fingers: the identification of each finger in contact.
-            hurry: whether a judgement that is due shall wait: a finger has this tick.
         """
         touching: list[ThermalIdentification] = []
         longest_s, running = 0.0, False
@@ -64,15 +70,21 @@ class SharedObject:
         )
         # Where one has left, the others keep what was last said of all: together they know no more than then.
         due = running and len(touching) >= max(2, self._count) and (solved or len(touching) > self._count)
-        self.waited_s = POSTPONED_S if due else NOTHING_DUE
-        if due and not hurry:
-            self._judged_s, self._count, self.waited_s = longest_s, len(touching), NOTHING_DUE
-            for finger in touching:
-                finger.fresh = False
-            self._judge(touching, longest_s)
+        self._touching, self.waited_s = touching, POSTPONED_S if due else NOTHING_DUE
         if self._answer is None or not self._one:
             return None
         return self._answer if running or self._answer.status is not ThermalStatus.DECIDING else None
+
+    def work(self) -> None:
+        """Judge the hand as it was when last looked at, if that is due."""
+        if self.waited_s < 0.0:
+            return
+        touching = self._touching
+        longest_s = max(finger.since_s for finger in touching)
+        self._judged_s, self._count, self.waited_s = longest_s, len(touching), NOTHING_DUE
+        for finger in touching:
+            finger.fresh = False
+        self._judge(touching, longest_s)
 
     def _judge(self, touching: list[ThermalIdentification], longest_s: float) -> None:
         if self._conclusion is None:

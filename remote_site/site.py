@@ -102,7 +102,7 @@ class RemoteSite:
         self.touches_sent = 0
 
     def tick(self, now_ns: int) -> None:
-        """Read, serve the session, identify, gate, write, send touch, record."""
+        """Read, serve the session, identify, gate, write, send touch, record; then do slow work that is due."""
         server, contain = self.server, self.contain
         if server.session.state is not LinkState.FAULT:
             contain.not_latched()
@@ -128,6 +128,7 @@ class RemoteSite:
             with contain.step("record", latches=False):
                 self._recording.tick(now_ns, server.motion, sensed_now, packet, happened, command, touches)
                 self._recording.session(now_ns, happenings, notes)
+        self.perception.work()
 
     def _read(self, now_s: float) -> Sensed:
         """What the devices say; where reading fails, that nothing new was measured."""

@@ -23,6 +23,9 @@ class Solver(Protocol):
     def waited_s(self) -> float:
         """For how long it has been due, s; below 0 while it is not."""
 
+    def work(self) -> None:
+        """Do what is due."""
+
 
 class SolvingTurns:
     """Gives each tick to one of those that are due, one after the other. Pure: times, s, in.

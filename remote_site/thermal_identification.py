@@ -5,6 +5,7 @@ rate) and the model of the touch (`touch_estimate`), which alone decides the sta
 """
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Self
 
 import numpy as np
@@ -143,7 +144,9 @@ class ThermalIdentification:
         ambient_c = knowledge.table.ambient_c if ambient_c is None else ambient_c
         self.warmed = False
         self.rested = abs(slope_k_s) <= AT_REST_K_S
-        self._estimate = TouchEstimate(
+        self._estimate = None  # made with the first reading: the tick of a contact has enough to do
+        self._begin = partial(
+            TouchEstimate,
             knowledge.table,
             knowledge.substances,
             knowledge.guesses,
@@ -199,10 +202,11 @@ class ThermalIdentification:
             self.stop(f"sensor fault: {fault}")
         elif dt_s > 0.0:
             self._before_s, self.since_s = t_s, t_s - self._contact_s
-            assert self._estimate is not None
-            self._estimate.take(dt_s, sensor_c, force_n)
+            if (estimate := self._estimate) is None:
+                estimate = self._estimate = self._begin()
+            estimate.take(dt_s, sensor_c, force_n)
             self._exponential.add(self.since_s, sensor_c)
-            self._see_what_is_due(self._estimate)
+            self._see_what_is_due(estimate)
 
     def work(self) -> None:
         """Do what takes its time and is due, if anything: a part of a solution, or of a look at earlier readings."""

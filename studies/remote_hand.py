@@ -62,7 +62,9 @@ class RemoteHand:
             self._drive[finger] = round(drive * DRIVE_FULL) / DRIVE_FULL
         self._ticks += 1
         time_ns = round(self.world.time_s * 1e9)
-        return self._perception.packet(SESSION, self._ticks, time_ns, LinkState.ENGAGED)
+        packet = self._perception.packet(SESSION, self._ticks, time_ns, LinkState.ENGAGED)
+        self._perception.work()
+        return packet
 
     def _sensed(self) -> Sensed:
         """This tick's readings; texture comes in chunks of ten samples, which is what 5 ms bring."""

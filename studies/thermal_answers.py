@@ -137,13 +137,11 @@ def by_product(
         for (_, sensor_c, force_n), identification in zip(readings, identifications.values(), strict=True):
             identification.take(since_s, sensor_c, force_n)
         for tick in range(TICKS):
-            turn = turns.step(since_s + tick * tick_s, solvers)
-            for identification in identifications.values():
-                if identification is turn:
-                    identification.work()
-            together = shared.step(identifications, shared is not turn)
+            together = shared.look(identifications)
             for identification in identifications.values():
                 identification.alone = together is None
+            if (solver := turns.step(since_s + tick * tick_s, solvers)) is not None:
+                solver.work()
         answer = together or identifications[0].answer
         if named is None and answer.status is ThermalStatus.IDENTIFIED:
             named = since_s

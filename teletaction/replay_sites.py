@@ -51,6 +51,8 @@ class RemoteReplay:
 
     def sensed(self, time_s: float, recorded: bytes) -> list[Line]:
         """Take the readings of one tick; the events and changes of material answer in it."""
+        if self.ticks:
+            self._perception.work()  # of the tick before, whose packet has been compared
         self.ticks += 1
         happened = self._perception.step(Sensed.unpack(recorded))
         self.named.take(time_s, happened)

@@ -6,7 +6,7 @@ import time
 import pytest
 
 from common.ladder import STANDSTILL_S
-from common.standstill import BEHIND_S, BELIEVED_S, DRIFT, HostClock, Witness, since_boot_ns
+from common.standstill import BEHIND_S, BELIEVED_S, DRIFT, HostClock, Witness, _ahead_ns, since_boot_ns
 
 REPORT_S = 0.010
 WAITING = 20
@@ -192,3 +192,16 @@ def test_a_suspend_is_counted_by_the_clock_itself(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(time, "clock_gettime_ns", lambda which: boottime_ns + 30_000_000_000)
     assert read_ns() - time.monotonic_ns() > 29_000_000_000
     assert math.isfinite(HostClock().now_s())
+
+
+def test_two_clocks_are_compared_although_the_processor_is_lost_between_readings() -> None:
+    """Each reading takes 1 us, and 4 ms where the process has to wait; the other clock is 50 us ahead."""
+    time_ns, readings = 0, 0
+
+    def read() -> int:
+        nonlocal time_ns, readings
+        readings += 1
+        time_ns += 4_000_000 if readings % 5 == 0 else 1_000
+        return time_ns
+
+    assert _ahead_ns(read, lambda: read() + 50_000) == pytest.approx(50_000, abs=1_000)

@@ -66,6 +66,7 @@ def land(name: str, landings: Iterable[Landing], seed: int = 0, fingers: tuple[s
             assert all(event.time_ns == round(world.time_s * 1e9) for event in happened)
             for finger in used:
                 drive[finger] = perception.touches[finger].heater_drive
+            perception.work()
             felt.append(Felt(world.time_s, landing, {finger: perception.touches[finger] for finger in used}))
 
     pass_time(WARM_UP_S, low_x_m + IN_M, UP_M, UP_M, -1)

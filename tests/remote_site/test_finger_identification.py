@@ -61,6 +61,7 @@ def explore(
                 )
             )
         )
+        finger.heat.thermal.work()
     return finger, touches
 
 

@@ -63,6 +63,7 @@ def test_an_object_as_warm_as_the_plate_asks_for_another_preheat(knowledge: Ther
         ambient_c = AMBIENT_C if k % 5 == 0 else None
         sample = FingerSample(t_s, 1.2 if touching else 0.0, 0.0, 0.0, 0.0, None, sensor_c, ambient_c)
         thermal = finger.step(sample).thermal
+        finger.heat.thermal.work()
         statuses.add((thermal.status, thermal.reason))
     assert (ThermalStatus.UNIDENTIFIABLE, NO_DIFFERENCE) in statuses
     assert finger.heat.preheat_k == next_offset_k(preheat_k, AMBIENT_C)

@@ -27,6 +27,7 @@ def rows() -> Floats:
     with SESSION.open("rb") as file:
         for number, (_, _, _, data) in enumerate(RecordedSession(SESSION, file).messages(("remote/sensed",))):
             perception.step(Sensed.unpack(data))
+            perception.work()
             if number % 10 == 0:
                 found.append(perception.packet(1, number, number, LinkState.ENGAGED).block[1])
     return np.array(found)

@@ -38,6 +38,7 @@ def test_a_stiffness_that_is_not_yet_known_is_recorded_as_none(ln_sd: float, rec
         ["index"], MaterialTable.load(TABLES / "materials.json"), SurfaceTable.load(TABLES / "surfaces.json")
     )
     perception.step(SENSED)
+    perception.work()
     touch = replace(perception.touches[1], stiffness_n_m=850.0, stiffness_ln_sd=ln_sd)
     kept = Kept()
     recording = SiteRecording(kept)  # type: ignore[arg-type]

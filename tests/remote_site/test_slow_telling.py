@@ -29,6 +29,7 @@ def ticks() -> list[tuple[float, bool, tuple[Told, ...]]]:
         for number, (_, _, _, data) in enumerate(RecordedSession(SESSION, file).messages(("remote/sensed",))):
             sensed = Sensed.unpack(data)
             perception.step(sensed)
+            perception.work()
             told = perception.packet(1, number, number, LinkState.ENGAGED).told
             found.append((sensed.time_s, perception.touches[INDEX].contact, told))
     return found

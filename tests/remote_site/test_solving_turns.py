@@ -127,6 +127,7 @@ def test_a_tick_solves_one_finger_or_judges_the_hand(monkeypatch: pytest.MonkeyP
     for tick in range(500):
         worked.clear()
         perception.step(five_plates(tick, contact=100))
+        perception.work()
         most, all_work = max(most, len(worked)), all_work | set(worked)
     assert most == 1
     assert all_work == {"work", "_judge"}
