@@ -11,6 +11,7 @@ from typing import Any
 
 from benchmarks.runtime_cost.measure import measure
 from common.fingers import FINGERS
+from teletaction.demo_files import PROCESSES
 
 BUDGET = Path(__file__).with_name("budget.toml")
 ALLOWANCE = 1.0 / 3.0
@@ -53,7 +54,7 @@ def budget_text(rows: Iterable[Mapping[str, Any]], fingers: int) -> str:
     """The budget, in TOML, that the rows of this number of fingers make."""
     found = [f"# Reference steps a tick, mean, by process, stage and what the fingers do.\nfingers = {fingers}"]
     stages: dict[tuple[str, str], list[str]] = {}
-    for row in rows:
+    for row in sorted(rows, key=lambda row: PROCESSES.index(row["process"])):
         if row["fingers"] == fingers:
             stage = stages.setdefault((row["process"], row["stage"]), [])
             stage.append(f"{row['doing']} = {row['reference_steps']:.2f}")
