@@ -14,7 +14,7 @@ FREE_N = 0.10
 """Below this nothing is touched yet, N: three times the force's noise where that is three times its usual."""
 SOON_S = 0.003
 SURE_S = 0.010
-"""So long is averaged over while free, and while touching, s: two samples and six of the force sensors' 500 Hz."""
+"""The force is averaged over this time while free, and while touching, s: one and three of 250 samples a second."""
 AGREES_N = 0.15
 """As far as samples are so near the newest one, N."""
 TAP_S = 0.15

@@ -22,7 +22,7 @@ from remote_site.touched_surface import TouchedSurface
 
 
 class FingerIdentification:
-    """Identification of one finger; step it at 500 Hz.
+    """Identification of one finger; step it in every tick.
 
     Attributes:
         finger: number of the finger, 0..4.

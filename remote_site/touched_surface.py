@@ -14,7 +14,7 @@ from remote_site.press_fit import SOFTEST_N_M, PressFit
 from remote_site.surface_height import SurfaceHeight
 
 WINDOW = 5
-"""Samples, 8 ms at 500 Hz, whose mean is fitted, and over which speeds are measured."""
+"""Samples, 16 ms at 250 Hz, whose mean is fitted, and over which speeds are measured."""
 ONSET_N, OFF_N = 0.05, 0.02
 """A contact begins at the first and ends below the second: five and two times the noise of the force."""
 LONGEST_GAP_S = 0.1
@@ -28,7 +28,7 @@ UNKNOWN_LN_SD = TOUCH_RANGES["stiffness_ln_sd"][1]
 
 
 class TouchedSurface:
-    """Surface below one finger; step it at 500 Hz.
+    """Surface below one finger; step it in every tick.
 
     Attributes:
         stiffness_n_m: N/m; 0 without contact.
