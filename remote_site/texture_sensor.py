@@ -14,6 +14,8 @@ VOLTS_PER_COUNT = 10.0 / 2048.0
 _SAMPLES = int(MessageId.TEXTURE_SAMPLES)
 _BYTES_PER_S = 200 * 31
 """Of a sensor's samples on its line."""
+_MOST_AT_ONCE = 4
+"""Chunks that one tick is given: a site that had fallen behind is soon up to date, and no tick is long."""
 _MOST_WAITING = 40
 """Chunks kept when the loop stood still: 0.2 s of signal; older ones are dropped."""
 
@@ -34,7 +36,7 @@ class TextureSensor:
         """Chunks that were read and not yet handed over."""
 
     def read(self, t_s: float) -> bytes | None:
-        """The next chunk of counts (int16 little endian), or None: one chunk a call, so a tick's cost is bounded.
+        """The next chunks of counts (int16 little endian), oldest first, at most _MOST_AT_ONCE; None where none waits.
 
         After a standstill of the host's clock nothing from before is handed over.
 
@@ -61,7 +63,10 @@ class TextureSensor:
             self.waiting.clear()
         if t_s - self.measured_s > GAP_S:
             self.waiting.clear()  # what a sensor said that says no more is old
-        return self.waiting.popleft() if self.waiting else None
+        waiting = self.waiting
+        if len(waiting) <= 1:
+            return waiting.popleft() if waiting else None
+        return b"".join([waiting.popleft() for _ in range(min(len(waiting), _MOST_AT_ONCE))])
 
     @property
     def unread_s(self) -> float:

@@ -217,6 +217,15 @@ class Texture(DriverContract):
         volts = texture_v(self.until_it_reads(rig, driver_on))
         assert volts == pytest.approx((np.arange(10) - 2048) * 10.0 / 2048)
 
+    def test_a_late_tick_is_given_several_chunks_that_wait(self, rig: Rig, driver_on: TextureDriver) -> None:
+        """With one chunk a tick, a site that had fallen behind would stay behind its sensor."""
+        one = texture_v(self.until_it_reads(rig, driver_on))
+        for _ in range(3):
+            rig.turn()
+        chunks = driver_on.read(time.monotonic())
+        assert chunks is not None
+        assert texture_v(chunks) == one * 3
+
     def test_what_waits_too_long_is_dropped_oldest_first(self, rig: Rig, driver_on: TextureDriver) -> None:
         for _ in range(100):
             rig.turn()
