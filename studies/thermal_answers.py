@@ -85,7 +85,9 @@ def by_fingers(
     found = []
     for k in range(1, min(round(times_s[-1] / READING_S) + 1, *(len(each) for each in readings))):
         for estimate, each in zip(estimates, readings, strict=True):
-            estimate.step(each[k][0] - each[k - 1][0], each[k][1], each[k][2])
+            estimate.take(each[k][0] - each[k - 1][0], each[k][1], each[k][2])
+            for _ in range(TICKS):
+                estimate.work()
         if k % JUDGED_EVERY:
             continue
         since_s = k * READING_S

@@ -72,7 +72,7 @@ def time_out_of_180_ms() -> VirtualModule:
 
     def obeyed(below: Callable[[float], None], now_s: float) -> None:
         below(now_s)
-        module._watchdog.limit_s = now_s + 0.18
+        module._watchdog.due_s = now_s + 0.18
 
     over(module._watchdog, "obeyed", obeyed)
     return VirtualModule(module)
@@ -159,7 +159,7 @@ def identify_feeds() -> VirtualModule:
     def answer(below: Callable[[Frame], None], frame: Frame) -> None:
         below(frame)
         if not module._watchdog.expired:
-            module._watchdog.limit_s += 0.02
+            module._watchdog.due_s += 0.02
 
     over(module, "_answer", answer)
     return VirtualModule(module)

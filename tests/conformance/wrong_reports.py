@@ -86,7 +86,7 @@ def damaged_reports() -> VirtualModule:
         below(message_id, payload)
         count += 1
         if count % 50 == 0 and message_id == MessageId.THERMAL_READING:
-            module._output[-3] ^= 0x40
+            module._output = module._output[:-3] + bytes((module._output[-3] ^ 0x40,)) + module._output[-2:]
 
     over(module, "_say", say)
     return VirtualModule(module)
@@ -173,8 +173,7 @@ def eight_and_twelve() -> VirtualModule:
     def run(below: Callable[[float], None], now_s: float) -> None:
         nonlocal turns
         while len(module._counts) >= 2 * (length := 12 if turns % 2 else 8):
-            chunk = bytes(module._counts[: 2 * length])
-            del module._counts[: 2 * length]
+            chunk, module._counts = module._counts[: 2 * length], module._counts[2 * length :]
             module._say(MessageId.TEXTURE_SAMPLES, TextureSamples(module._sent * 500, chunk).encode())
             module._sent += length
             turns += 1

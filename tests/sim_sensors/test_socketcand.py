@@ -149,6 +149,7 @@ def said(loop: SelectLoop, connection: socket.socket, text: bytes = b"") -> byte
 def test_the_hello_word_for_word(bus: SocketcandBus, loop: SelectLoop, node: Echo) -> None:
     with socket.create_connection(("127.0.0.1", bus.port)) as connection:
         connection.setblocking(False)
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         assert said(loop, connection) == b"< hi >"
         assert said(loop, connection, b"< open vcan7 >") == b"< error could not open bus >"
         assert said(loop, connection, b"< open can0 >") == b"< ok >"

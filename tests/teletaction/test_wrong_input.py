@@ -79,7 +79,7 @@ def test_configuration(capsys: pytest.CaptureFixture[str], configs: dict[str, Pa
     line = refuse(capsys, "remote", "--config", str(remote))
     assert "rate_hertz" in line
     assert "remote.toml:2" in line
-    edit(remote, "rate_hertz = 500.0", "rate_hz = 5.0")
+    edit(remote, "rate_hertz = 250.0", "rate_hz = 5.0")
     line = refuse(capsys, "remote", "--config", str(remote))
     assert "rate_hz" in line
     assert "100" in line
