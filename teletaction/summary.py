@@ -1,11 +1,13 @@
 """`summary.json`: what reached the fingers, measured at the simulated devices."""
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
+from common.contact import BOUNCE_S
 from common.fingers import FINGERS, chosen_fingers
 from common.limits import MOTOR_STILL_S
 from common.messages import EventKind, ExplorationMode, ThermalStatus
@@ -168,8 +170,16 @@ def impulses(data: SessionData) -> dict[str, Any]:
 
 
 def taps(data: SessionData) -> dict[str, int]:
-    """Contacts made by the true fingertips, and how many of them the operator felt as a tap."""
-    made = [e for e in data.truth_events if e["kind"] == "contact"]
+    """Contacts made by the true fingertips, and how many of them the operator felt as a tap.
+
+    A finger that was away for less than BOUNCE_S has not made another one: its force has only dipped.
+    """
+    made, left_s = [], dict.fromkeys(range(len(FINGERS)), -math.inf)
+    for event in data.truth_events:
+        if event["kind"] == "release":
+            left_s[event["finger"]] = event["time_s"]
+        elif event["kind"] == "contact" and event["time_s"] - left_s[event["finger"]] >= BOUNCE_S:
+            made.append(event)
     shown = [p for p in data.played if p["kind"] == EventKind.TAP]
     felt = 0
     for event in made:
