@@ -116,7 +116,7 @@ def test_a_session_whose_motion_is_refused_ends_with_the_reason_at_both_sites(
     waited_s = working.until(lambda session: session.remote.server.session.ident != ident, 2.0)
     assert waited_s > 1.4
     working.until(lambda session: session.operator.client.refusal == REFUSED, 0.02)
-    working.run(0.02)
+    working.run(0.008)
     assert working.operator.client.session.ident != ident
     assert f"disconnected: {REFUSED}" in caplog.text
     assert working.remote.server.session.state is not LinkState.ENGAGED
