@@ -37,12 +37,6 @@ def test_every_tap_is_felt(summary: dict[str, Any]) -> None:
     assert summary["taps"]["played"] == summary["taps"]["made"] >= 40
 
 
-def test_few_grooves_are_missed_or_invented(summary: dict[str, Any]) -> None:
-    impulses = summary["impulses"]
-    assert impulses["crossed"] == 400
-    assert impulses["missed"] + impulses["invented"] <= 0.03 * impulses["crossed"]
-
-
 def test_no_material_is_named_wrongly(summary: dict[str, Any]) -> None:
     known = {"aluminium", "ceramic_tile", "pine", "pvc"}
     held = [touch for touch in summary["contacts"] if touch["true_material"] in known and touch["held_s"] >= 2.0]
