@@ -65,9 +65,13 @@ class FrameSender:
         self._crc_begun = _crc_begun(self._packing.frame_id)
 
     def encode(self, values: Mapping[str, float]) -> can.Message:
-        """Pack physical values (mm, N) by name into the next frame; raises as `next_frame`."""
-        frame_id, data = self.next_frame([values.get(name, math.nan) for name in self._packing.names])
+        """Pack physical values (mm, N) by name into a message of python-can; raises as `next_frame`."""
+        frame_id, data = self.named_frame(values)
         return can.Message(arbitration_id=frame_id, data=data, is_extended_id=False)
+
+    def named_frame(self, values: Mapping[str, float]) -> SentFrame:
+        """Pack physical values (mm, N) by name into the next frame; raises as `next_frame`."""
+        return self.next_frame([values.get(name, math.nan) for name in self._packing.names])
 
     def next_frame(self, values: Sequence[float]) -> SentFrame:
         """Pack physical values (mm, N), in the order of their bits, into the next frame.

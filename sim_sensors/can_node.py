@@ -1,38 +1,15 @@
 """What every simulated CAN node does: frames in with their time of arrival, frames out, set-points that expire."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
 
 import can
 
-from common.can_frames import BadFrame, FrameReceiver, frame_crc, packing
+from common.can_frames import BadFrame, FrameReceiver, FrameSender, SentFrame
 from common.limits import MODULE_TIMEOUT_S
-from sim_sensors.faulty_parts import NodeFrame, Transmitter
+from sim_sensors.faulty_parts import Transmitter
 
 STATE_EVERY = 5
 """Turns between two reports of what the node does: 100 Hz where it measures at 500 Hz, for the sake of the bus."""
-
-
-class NodeSender:
-    """Encodes one kind of a node's frames, counting."""
-
-    def __init__(self, name: str) -> None:
-        """`name`: the frame's, in the `.dbc` description."""
-        self._packing = packing(name)
-        self._counter = 0
-
-    def encode(self, values: Mapping[str, float]) -> NodeFrame:
-        """Pack physical values (mm, N) into the next frame.
-
-        Raises:
-            ValueError: a value is missing or not a finite number.
-        """
-        layout = self._packing
-        data = layout.pack(values, self._counter)
-        if layout.has_crc:
-            data = data[:7] + bytes((frame_crc(layout.frame_id, data),))
-        self._counter = (self._counter + 1) & 0xF
-        return layout.frame_id, data
 
 
 class CanNode(ABC):
@@ -43,7 +20,7 @@ class CanNode(ABC):
         transmitter: what its frames go through.
     """
 
-    def __init__(self, receivers: tuple[FrameReceiver, ...], state: "NodeSender") -> None:
+    def __init__(self, receivers: tuple[FrameReceiver, ...], state: FrameSender) -> None:
         self._receivers = {receiver.frame_id: receiver for receiver in receivers}
         self._heard_s: dict[str, float] = {}
         self.transmitter = Transmitter()
@@ -75,11 +52,11 @@ class CanNode(ABC):
         """Whether that frame's set-point is still in force."""
         return self.silent_s(name, now_s) < MODULE_TIMEOUT_S
 
-    def take_turn(self) -> list[NodeFrame]:
+    def take_turn(self) -> list[SentFrame]:
         """The frames of the next turn: what is measured now, and in every fifth what the node does."""
         frames = self._measured()
         if self._turns % STATE_EVERY == 0:
-            frames.append(self._state.encode(self._applied()))
+            frames.append(self._state.named_frame(self._applied()))
         self._turns += 1
         return self.transmitter.send(frames)
 
@@ -94,7 +71,7 @@ class CanNode(ABC):
         """Act on a good frame."""
 
     @abstractmethod
-    def _measured(self) -> list[NodeFrame]:
+    def _measured(self) -> list[SentFrame]:
         """Frames with what the node measures now."""
 
     @abstractmethod

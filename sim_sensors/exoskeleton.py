@@ -5,11 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from common.can_frames import FrameReceiver, by_finger
+from common.can_frames import FrameReceiver, FrameSender, SentFrame, by_finger
 from common.fingers import FINGERS
 from common.limits import MODULE_TIMEOUT_S
-from sim_sensors.can_node import CanNode, NodeSender
-from sim_sensors.faulty_parts import NodeFrame
+from sim_sensors.can_node import CanNode
 
 RELEASE_S = 0.050
 """A force that is no longer commanded goes to 0 within this time."""
@@ -26,10 +25,10 @@ class Exoskeleton(CanNode):
     """
 
     def __init__(self) -> None:
-        super().__init__((FrameReceiver("FingerForces"),), NodeSender("ExoskeletonState"))
+        super().__init__((FrameReceiver("FingerForces"),), FrameSender("ExoskeletonState"))
         self.stuck_n: dict[int, float] = {}
-        self._pose_sender = NodeSender("HandPose")
-        self._height_sender = NodeSender("FingerHeights")
+        self._pose_sender = FrameSender("HandPose")
+        self._height_sender = FrameSender("FingerHeights")
         self._force_n = _NO_FORCE
         self._enabled = False
         self._applied_n = _NO_FORCE
@@ -61,11 +60,13 @@ class Exoskeleton(CanNode):
         """Whether it has been enabled without a gap for long enough: the hand can work."""
         return self._driven_since_s is not None and now_s - self._driven_since_s >= DRIVEN_S
 
-    def _measured(self) -> list[NodeFrame]:
+    def _measured(self) -> list[SentFrame]:
         x_m, y_m = self._pose
         return [
-            self._pose_sender.encode({"x": x_m * 1e3, "y": y_m * 1e3}),
-            self._height_sender.encode({finger: z_m * 1e3 for finger, z_m in zip(FINGERS, self._z_m, strict=True)}),
+            self._pose_sender.named_frame({"x": x_m * 1e3, "y": y_m * 1e3}),
+            self._height_sender.named_frame(
+                {finger: z_m * 1e3 for finger, z_m in zip(FINGERS, self._z_m, strict=True)}
+            ),
         ]
 
     def _applied(self) -> dict[str, float]:

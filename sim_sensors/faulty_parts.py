@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from common.can_frames import database
+from common.can_frames import SentFrame, database
 from common.thermometry import COUNT_MAX
 
 ThermistorFault = Literal["open", "short", "frozen"]
@@ -15,8 +15,6 @@ PiezoFault = Literal["saturated", "clipped", "cut", "loose"]
 EncoderFault = Literal["glitch", "stuck"]
 ForceFault = Literal["frozen", "biased"]
 FrameFault = Literal["counter", "crc"]
-NodeFrame = tuple[int, bytes]
-"""Identifier and data of a CAN frame."""
 Place = tuple[float, float, NDArray[np.float64]]
 """Hand's x and y, m, and the heights of the fingertips (5,), m."""
 
@@ -142,14 +140,14 @@ class Transmitter:
         self._last: dict[int, bytes] = {}
         self._with_crc = {m.frame_id for m in database().messages if any(s.name == "crc" for s in m.signals)}
 
-    def send(self, frames: list[NodeFrame]) -> list[NodeFrame]:
+    def send(self, frames: list[SentFrame]) -> list[SentFrame]:
         """The frames as they reach the bus."""
         if self.damage is None:
             self._last.update(frames)
             return frames
         return [self._damaged(*frame, *self.damage) for frame in frames]
 
-    def _damaged(self, frame_id: int, sound: bytes, fault: FrameFault, share: float) -> NodeFrame:
+    def _damaged(self, frame_id: int, sound: bytes, fault: FrameFault, share: float) -> SentFrame:
         before = self._last.get(frame_id, sound)
         self._last[frame_id] = sound
         if self._random.random() >= share:

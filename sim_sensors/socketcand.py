@@ -17,8 +17,8 @@ from typing import Protocol
 import can
 
 from common.can_controller import BUS_OFF, RESTARTED
+from common.can_frames import SentFrame
 from sim_sensors.backlog import Backlog
-from sim_sensors.faulty_parts import NodeFrame
 from sim_sensors.intruder import Intruder
 from sim_sensors.listener import receive_tcp
 from sim_sensors.select_loop import SelectLoop
@@ -40,7 +40,7 @@ class Node(Protocol):
     def feed(self, frame_id: int, data: bytes, now_s: float) -> None:
         """Take a frame from the bus."""
 
-    def take_turn(self) -> list[NodeFrame]:
+    def take_turn(self) -> list[SentFrame]:
         """Return the frames that the node has to send now."""
 
 

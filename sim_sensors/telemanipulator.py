@@ -9,10 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from common.can_frames import FrameReceiver, by_finger
+from common.can_frames import FrameReceiver, FrameSender, SentFrame, by_finger
 from common.fingers import FINGERS
-from sim_sensors.can_node import CanNode, NodeSender
-from sim_sensors.faulty_parts import NodeFrame
+from sim_sensors.can_node import CanNode
 
 HOVER_M = 0.006
 
@@ -26,9 +25,9 @@ class Telemanipulator(CanNode):
 
     def __init__(self) -> None:
         receivers = (FrameReceiver("HandSetpoint"), FrameReceiver("HeightSetpoint"))
-        super().__init__(receivers, NodeSender("TelemanipulatorState"))
+        super().__init__(receivers, FrameSender("TelemanipulatorState"))
         self.clings = False
-        self._senders = [NodeSender(n) for n in ("HandPoseMeasured", "FingerHeightsMeasured", "ContactForces")]
+        self._senders = [FrameSender(n) for n in ("HandPoseMeasured", "FingerHeightsMeasured", "ContactForces")]
         self._asked_pose = (0.0, 0.0)
         self._asked_z: NDArray[np.float64] = np.full(len(FINGERS), HOVER_M)
         self._asked_release = True
@@ -72,13 +71,13 @@ class Telemanipulator(CanNode):
         self._hand_stopped, self._fingers_stopped = hand_stops, released
         return *self._wanted_pose, self._wanted_z
 
-    def _measured(self) -> list[NodeFrame]:
+    def _measured(self) -> list[SentFrame]:
         pose, heights, forces = self._senders
         x_m, y_m = self._pose
         return [
-            pose.encode({"x": x_m * 1e3, "y": y_m * 1e3}),
-            heights.encode({finger: z_m * 1e3 for finger, z_m in zip(FINGERS, self._z_m, strict=True)}),
-            forces.encode(dict(zip(FINGERS, self._measured_force_n, strict=True))),
+            pose.named_frame({"x": x_m * 1e3, "y": y_m * 1e3}),
+            heights.named_frame({finger: z_m * 1e3 for finger, z_m in zip(FINGERS, self._z_m, strict=True)}),
+            forces.named_frame(dict(zip(FINGERS, self._measured_force_n, strict=True))),
         ]
 
     def _applied(self) -> dict[str, float]:

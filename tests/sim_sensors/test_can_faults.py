@@ -9,7 +9,6 @@ import pytest
 from common.can_frames import BadFrame, FrameReceiver, FrameSender
 from common.config import SimOperatorConfig, SimRemoteConfig
 from common.fingers import FINGERS
-from sim_sensors.can_node import NodeSender
 from sim_sensors.faulty_parts import Encoder, ForceSensor, Transmitter
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.sim_operator import OperatorDevices
@@ -70,9 +69,9 @@ def test_a_force_sensor_freezes_or_says_too_much() -> None:
 
 
 def sent(transmitter: Transmitter, name: str, frames: int) -> list[bytes]:
-    sender = NodeSender(name)
+    sender = FrameSender(name)
     values = dict.fromkeys((*FINGERS, "x", "y", "enabled"), 0.0)
-    return [data for _ in range(frames) for _, data in transmitter.send([sender.encode(values)])]
+    return [data for _ in range(frames) for _, data in transmitter.send([sender.named_frame(values)])]
 
 
 @pytest.mark.parametrize(

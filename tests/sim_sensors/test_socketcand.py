@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 import can
 import pytest
 
-from sim_sensors.faulty_parts import NodeFrame
+from common.can_frames import SentFrame
 from sim_sensors.intruder import AHEAD, Intruder
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.socketcand import QUIET_S, SocketcandBus
@@ -17,12 +17,12 @@ class Echo:
 
     def __init__(self) -> None:
         self.heard: list[tuple[int, bytes]] = []
-        self.to_send: list[NodeFrame] = []
+        self.to_send: list[SentFrame] = []
 
     def feed(self, frame_id: int, data: bytes, now_s: float) -> None:
         self.heard.append((frame_id, data))
 
-    def take_turn(self) -> list[NodeFrame]:
+    def take_turn(self) -> list[SentFrame]:
         frames, self.to_send = self.to_send, []
         return frames
 
@@ -82,7 +82,7 @@ FRAMES = [
 ]
 
 
-def sent(frame: can.Message) -> NodeFrame:
+def sent(frame: can.Message) -> SentFrame:
     return frame.arbitration_id, bytes(frame.data)
 
 
