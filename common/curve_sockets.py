@@ -103,8 +103,8 @@ def use_curve(socket: "zmq.Socket[bytes]", keys: KeyPair, server_public_key: str
 class Inbox:
     """The packets that wait to be read from one socket.
 
-    The socket's descriptor is asked whether there is news: that takes a fifth of asking the library. A descriptor tells
-    each piece of news once. So the library is asked as well until it says that nothing waits, and after `stale`.
+    The socket's descriptor becomes readable with news; polling it takes a fifth of the time of asking the library. It
+    signals each piece of news once. So the library is asked until it says that nothing waits, and after `stale`.
     """
 
     __slots__ = ("_look", "_news", "_socket")

@@ -73,8 +73,8 @@ class DriveObeys:
         _forget(self._told, t_s)
         wrong = drive != 0
         if wrong:
-            for _, told in reversed(self._told):  # it is mostly one of the newest
-                if told == drive:
+            for _, sent in reversed(self._told):  # it is mostly one of the newest
+                if sent == drive:
                     wrong = False
                     break
         return f"{self.name} {self.wrong.format(drive)}" if self._doubt.step(t_s, wrong) else ""

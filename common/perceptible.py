@@ -87,12 +87,12 @@ def touch_felt(told: Touch, true: Touch) -> bool:
         return True
     if true.floats == told.floats:
         return False
-    was, steps = _told(told.floats)
+    was, steps = _steps(told.floats)
     return bool(np.count_nonzero(np.abs(true.block - was) > steps))
 
 
 @lru_cache(maxsize=2)
-def _told(floats: bytes) -> tuple[Floats, NDArray[np.float64]]:
-    """A touch block that was told, and the largest difference of each number that is not told; kept while it is new."""
+def _steps(floats: bytes) -> tuple[Floats, NDArray[np.float64]]:
+    """The touch block sent last, and the largest difference of each number that need not be sent."""
     was = TOUCH_BLOCK.array(floats)
     return was, np.maximum(_LEAST, _SHARE * np.abs(was))

@@ -26,7 +26,7 @@ class FingerHeat:
     """Thermal touches of one finger; step it in every tick.
 
     Attributes:
-        thermal: identification by this finger alone. What is due there is done by whoever steps this, with its `work`.
+        thermal: identification by this finger alone. The caller does its slow work, with `thermal.work()`.
         shared: what all fingers on its object say together; None where it speaks for itself.
         answer: what is known now.
         drive: of the heater, -1..1.

@@ -1,4 +1,4 @@
-"""The highest and the lowest of what was told lately: a servo that does not overshoot is somewhere between them."""
+"""Sliding minimum and maximum of recent set-points: a servo that does not overshoot is between them."""
 
 import math
 from collections import deque
@@ -15,7 +15,7 @@ class Lately:
     """Values of the last MEMORY_S.
 
     Attributes:
-        highest, lowest: of them; `add` one before these are asked.
+        highest, lowest: of them; infinite before the first `add`.
     """
 
     __slots__ = ("_depth", "_high", "highest", "lowest")

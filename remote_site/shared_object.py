@@ -23,7 +23,7 @@ class SharedObject:
     """Joint judgement of a hand; step it, or look at it, after its fingers.
 
     Attributes:
-        waited_s: 0 or more when a judgement is due. A late tick does not postpone it: it follows solutions, which wait.
+        waited_s: POSTPONED_S while a judgement is due, so that a late tick does not postpone it; below 0 otherwise.
     """
 
     def __init__(self, knowledge: ThermalKnowledge) -> None:

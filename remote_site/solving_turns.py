@@ -1,4 +1,4 @@
-"""Who does slow work in a tick: fingers and their hand's judgement take turns, and late ticks leave it to others.
+"""Assigns the slow work of each tick: fingers and the judgement of their hand take turns.
 
 A tick solves one finger at most; a late tick solves none, unless that has waited for POSTPONED_S. Both follow from the
 ticks' own times and from the readings, which a recording has: a replay solves when the session solved.
@@ -9,11 +9,11 @@ from collections.abc import Sequence
 from typing import Protocol
 
 LATE = 1.5
-"""A tick is late that begins more than so many periods after the one before."""
+"""Largest distance of two ticks of which the second is not late, periods."""
 POSTPONED_S = 0.2
-"""Late ticks postpone no solution for longer than this: on a machine that is always late there are five a second, s."""
+"""Longest time that late ticks postpone a solution, s: a site that is always late solves five times a second."""
 NOTHING_DUE = -math.inf
-"""For how long nothing waits, s."""
+"""Waiting time where nothing is due, s."""
 
 
 class Solver(Protocol):

@@ -15,7 +15,7 @@ _SAMPLES = int(MessageId.TEXTURE_SAMPLES)
 _BYTES_PER_S = 200 * 31
 """Of a sensor's samples on its line."""
 _MOST_AT_ONCE = 4
-"""Chunks that one tick is given: a site that had fallen behind is soon up to date, and no tick is long."""
+"""Largest number of chunks in one tick: a site that was late catches up, and each tick stays short."""
 _MOST_WAITING = 40
 """Chunks kept when the loop stood still: 0.2 s of signal; older ones are dropped."""
 

@@ -44,8 +44,8 @@ def accept_tcp(listener: socket.socket, buffer_bytes: int) -> socket.socket | No
 def receive_tcp(client: socket.socket, most: int) -> bytes | None:
     """What a client has sent: empty once it has gone, None if nothing is there yet.
 
-    It is acknowledged with what the device sends next, within 10 ms, for which a client that leaves Nagle's algorithm
-    on waits with its next message.
+    The device's next report acknowledges it, within 10 ms. A client with Nagle's algorithm holds its next message back
+    until then.
     """
     try:
         return client.recv(most)

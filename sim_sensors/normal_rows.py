@@ -1,4 +1,4 @@
-"""Noise of a few sensors a step, drawn for many steps at a time: the numbers are those of a draw in each step."""
+"""Draws the noise of many steps at a time, with the numbers of one draw for each step."""
 
 from collections.abc import Iterator
 

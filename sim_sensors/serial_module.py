@@ -23,7 +23,7 @@ class SerialModule(ABC):
         identity: what it answers to IDENTIFY.
         refused: good frames whose content was out of range, or that this kind of module does not know.
         reader: what came in, with the count of damaged frames.
-        due_s: moment before which its own clock makes it do nothing, as long as it is not fed, s.
+        due_s: earliest moment at which it acts without being fed, s.
     """
 
     def __init__(self, identity: Identity, powered_s: float = 0.0) -> None:

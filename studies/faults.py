@@ -54,7 +54,7 @@ def run(
 
     Args:
         groups: keys of GROUPS; each is a session of its own.
-        tell: is given each fault's name as it is done.
+        tell: called with each fault's name when it is done.
         lock_step: groups that are done in lock step instead of to real processes; of IN_LOCK_STEP.
     """
     findings = []
