@@ -22,6 +22,8 @@ class PeriodicLoop:
     ticks: int = 0
     overruns: int = 0
     """Ticks that came more than one period late."""
+    missed: int = 0
+    """Deadlines that passed without a tick."""
     late_max_s: float = 0.0
     _deadline: float = field(init=False)
     _histogram: np.ndarray[tuple[int], np.dtype[np.int64]] = field(init=False)
@@ -40,6 +42,7 @@ class PeriodicLoop:
         self._deadline += self.period_s
         if late > self.period_s:
             self.overruns += 1
+            self.missed += int(late / self.period_s)
             # Start a new grid: missed ticks are gone, not to be made up for in a burst.
             self._deadline = now + self.period_s
         self.ticks += 1

@@ -112,6 +112,7 @@ def _figures(loop: PeriodicLoop | None) -> dict[str, object]:
         "late_p99_us": round(loop.late_us(0.99), 1),
         "late_max_us": round(loop.late_max_s * 1e6, 1),
         "overruns": loop.overruns,
+        "missed": loop.missed,
     }
 
 

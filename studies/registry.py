@@ -47,6 +47,7 @@ STUDIES = {
     "tactile-map": "studies.tactile_map",
     "consoles": "studies.consoles",
     "sessions": "studies.sessions",
+    "rates": "studies.rates",
     "runtime-cost": "benchmarks.runtime_cost.study",
     "paper-figures": "studies.paper_figures",
 }

@@ -14,12 +14,13 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from common.held_rate import HELD
+from common.in_parallel import processors
+from common.machine import ProcessorTime
 from studies.compared import Compared
 from studies.registry import Tell
 from studies.sessions_figure import plot
-from studies.sessions_look import Look, Processors, look
+from studies.sessions_look import Look, look
 from studies.sessions_recorded import TICKS, Recorded
-from studies.workers import processors
 from teletaction.demo_files import PROCESSES, DemoOptions, prepare
 from teletaction.processes import SessionProcesses
 
@@ -108,9 +109,9 @@ class Stage:
     @classmethod
     def measured(cls, pairs: Sequence[SessionProcesses], seconds: float) -> "Stage":
         """Look, wait, look."""
-        begin, before = [look(pair) for pair in pairs], Processors.now()
+        begin, before = [look(pair) for pair in pairs], ProcessorTime.now()
         time.sleep(seconds)
-        shares = Processors.now().shares(before)
+        shares = ProcessorTime.now().shares(before)
         return cls(begin, [look(pair) for pair in pairs], shares)
 
     def loops(self, recorded: Sequence[Recorded]) -> list[Row]:

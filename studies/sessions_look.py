@@ -76,36 +76,6 @@ def look(pair: SessionProcesses) -> dict[str, Look]:
     return found
 
 
-@dataclass(frozen=True, slots=True)
-class Processors:
-    """What all processors of the machine have done so far, in clock ticks.
-
-    Attributes:
-        idle: nothing.
-        stolen: worked for others, outside of a virtual machine.
-        total: all of it.
-    """
-
-    idle: int
-    stolen: int
-    total: int
-
-    @classmethod
-    def now(cls) -> "Processors":
-        """As the system counts them."""
-        first = Path("/proc/stat").read_text("ascii").partition("\n")[0]
-        user, nice, system, idle, waiting, irq, softirq, stolen = map(int, first.split()[1:9])
-        return cls(idle + waiting, stolen, user + nice + system + idle + waiting + irq + softirq + stolen)
-
-    def shares(self, before: "Processors") -> dict[str, float]:
-        """Idle and stolen since an earlier look, 0..1."""
-        total = max(1, self.total - before.total)
-        return {
-            "idle": round((self.idle - before.idle) / total, 4),
-            "stolen": round((self.stolen - before.stolen) / total, 4),
-        }
-
-
 def _look(pid: int, told: dict[str, Any]) -> Look:
     process = Path(f"/proc/{pid}")
     members = [Path(f"/proc/{member}") for member in family(pid)]

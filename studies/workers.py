@@ -1,6 +1,5 @@
 """Who does the pieces of a study's work: processes of this machine, or a Dask cluster that is there already."""
 
-import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -9,6 +8,7 @@ from importlib import import_module
 from multiprocessing import active_children, get_context
 from typing import Any
 
+from common.in_parallel import processors
 from studies.pieces import OtherCode, Workers, code_version, do, here
 from teletaction.processes import die_with_parent
 
@@ -19,11 +19,6 @@ _DEATHS = 3
 
 class WorkersLost(RuntimeError):
     """Nobody is left to do the work; what was finished is kept."""
-
-
-def processors() -> int:
-    """How many this process may use."""
-    return len(os.sched_getaffinity(0))
 
 
 @contextmanager

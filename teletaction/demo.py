@@ -36,7 +36,7 @@ def run_demo(options: DemoOptions) -> str:
     out = _output_folder(options)
     configurations = prepare(options, out)
     stop = StopSignal()
-    _say(f"session in {out}")
+    _say(f"session in {out}; {options.rates.words}")
     processes = SessionProcesses(out)
     try:
         for name, configuration in configurations.items():

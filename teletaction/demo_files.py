@@ -28,6 +28,7 @@ from common.keys import TrustedKeys, create_keys
 from common.scene import load_scene
 from common.streams import STREAMS
 from sim_sensors.network_file import is_file, load_network
+from teletaction.session_rates import DEFAULT, Rates
 
 HOST = "127.0.0.1"
 PROCESSES = ("sim-remote", "sim-operator", "remote", "operator")
@@ -55,6 +56,7 @@ class DemoOptions:
     out: Path | None = None
     console: bool = False
     """Whether a person runs it at the console; it engages by itself without."""
+    rates: Rates = DEFAULT
 
 
 def calibrated_tables(scene: str) -> tuple[Path, Path]:
@@ -171,6 +173,7 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
             site
             | files("remote")
             | {
+                "rate_hz": options.rates.remote_hz,
                 "link": RemoteLinkConfig(bind=HOST, base_port=base_port, keys=remote_keys),
                 "texture": reaching(texture),
                 "thermal_sensors": reaching(thermal),
@@ -183,6 +186,7 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
             site
             | files("operator")
             | {
+                "rate_hz": options.rates.operator_hz,
                 "link": OperatorLinkConfig(host=HOST, base_port=operator_port, keys=operator_keys),
                 "tacttip": reaching(tacttip),
                 "exoskeleton": CanAddress(interface="socketcand", host=HOST, port=exoskeleton_port),

@@ -11,6 +11,8 @@ from common.can_line import CanAddress, CanLine
 from common.config import OperatorConfig, RemoteConfig, load_site
 from common.fingers import FINGERS
 from common.keys import TrustedKeys, fingerprint, load_keys
+from common.ladder import FASTEST_RATE_HZ
+from common.reference_step import reference_step_s
 from common.scheduling import come_first, has_real_time, stand_in_line
 from common.serial_line import open_line
 from common.serial_messages import DeviceKind
@@ -20,6 +22,7 @@ from teletaction.conformance.checklist import How, Verdict
 from teletaction.conformance.examination import opened
 from teletaction.conformance.node_talk import EXOSKELETON, TELEMANIPULATOR, NodeKind, NodeName
 from teletaction.find_devices import PORTS, find_modules, in_words, require_interface
+from teletaction.session_rates import LARGEST, taken
 
 RATE_S = 1.0
 """How long a device's own rate is measured."""
@@ -91,6 +94,7 @@ def _remote(config: RemoteConfig) -> Iterator[Finding]:
     yield _check("trusted keys", lambda: _trusted(keys))
     yield _check("calibrated tables", lambda: ", ".join(load_tables(config)[0].names()))
     yield _clock()
+    yield _rate("remote", config.rate_hz)
     yield _priority()
 
 
@@ -98,6 +102,7 @@ def _operator(config: OperatorConfig) -> Iterator[Finding]:
     yield _check("own key", lambda: fingerprint(load_keys(config.link.keys).public))
     yield _check("remote site's key", lambda: fingerprint(remote_public_key(config.link)))
     yield _clock()
+    yield _rate("operator", config.rate_hz)
     yield _priority()
 
 
@@ -194,6 +199,18 @@ def _clock() -> Finding:
     resolution_s = time.get_clock_info("monotonic").resolution
     good = resolution_s <= 1e-5
     return Finding("monotonic clock", good, f"resolution {resolution_s * 1e9:.0f} ns")
+
+
+def _rate(process: str, rate_hz: float) -> Finding:
+    """Whether this machine is fast enough for the loop's rate, with five fingers in contact."""
+    step_s = reference_step_s()
+    share, fastest = taken(process, rate_hz, step_s), taken(process, FASTEST_RATE_HZ, step_s)
+    words = f"{rate_hz:g} Hz take {share:.2f} of a processor of this machine"
+    if share > LARGEST:
+        return Finding("loop's rate", False, f"{words}, at most {LARGEST:g} fit: lower rate_hz, or a faster machine")
+    if fastest <= LARGEST and rate_hz < FASTEST_RATE_HZ:
+        words += f"; rate_hz = {FASTEST_RATE_HZ:g} fits, too ({fastest:.2f}), and shortens the way from touch to finger"
+    return Finding("loop's rate", True, words)
 
 
 def _priority() -> Finding:

@@ -31,6 +31,7 @@ METRICS: dict[str, tuple[str, str]] = {
     "loop_behind_seconds": ("counter", "For how long the loop has not held its rate."),
     "loop_ticks": ("counter", "Ticks of the loop."),
     "loop_overruns": ("counter", "Ticks that came more than one period late."),
+    "loop_missed": ("counter", "Ticks that were left out, since they were more than one period late."),
     "loop_ticks_held_back": ("counter", "Ticks whose commands were too old to be sent to the devices when they ended."),
     "cpu_ratio": ("gauge", "Processor time used per second since the start."),
     "resident_memory_peak_bytes": ("gauge", "Largest resident memory so far."),
@@ -141,6 +142,7 @@ def _of_process(told: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, str
         yield "loop_real_time", {}, bool(told["real_time"])
     yield "loop_ticks", {}, loop.get("ticks")
     yield "loop_overruns", {}, loop.get("overruns")
+    yield "loop_missed", {}, loop.get("missed")
     yield "loop_ticks_held_back", {}, told.get("held_back")
     yield "cpu_ratio", {}, loop.get("cpu")
     yield "resident_memory_peak_bytes", {}, _scaled(told.get("rss_mib"), 2.0**20)

@@ -173,7 +173,7 @@ def process_table(summary: Mapping[str, Any]) -> str:
     """Lateness, CPU and memory of each process."""
     loops: Mapping[str, Any] = summary.get("loop") or {}
     memory: Mapping[str, Any] = summary.get("rss_mib") or {}
-    fields = ("period_ms", "ticks", "late_p50_us", "late_p99_us", "late_max_us", "overruns", "behind_s", "cpu")
+    fields = ("period_ms", "ticks", "late_p50_us", "late_p99_us", "late_max_us", "missed", "behind_s", "cpu")
     rows = []
     for name in dict.fromkeys((*loops, *memory)):
         loop = loops.get(name) or {}
@@ -186,7 +186,7 @@ def process_table(summary: Mapping[str, Any]) -> str:
         "late, median (µs)",
         "late, 99 % (µs)",
         "late, largest (µs)",
-        "overruns",
+        "ticks missed",
         "rate not held (s)",
         "CPU (cores)",
         "memory (MiB)",

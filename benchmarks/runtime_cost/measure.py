@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.reference_step import reference_step
 from benchmarks.runtime_cost.stages import StageClock
+from common.reference_step import reference_step
 from sim_sensors.sim_operator import OperatorDevices
 from sim_sensors.sim_remote import RemoteDevices
 from teletaction.demo_files import DemoOptions, prepare

@@ -16,6 +16,7 @@ import numpy as np
 from benchmarks.runtime_cost.accuracy import accuracy
 from benchmarks.runtime_cost.budget import exceeded, load_budget
 from benchmarks.runtime_cost.figure import plot
+from benchmarks.runtime_cost.finger_cost import finger_costs
 from benchmarks.runtime_cost.measure import measure
 from studies.compared import Compared
 from studies.pieces import part_of
@@ -62,11 +63,12 @@ def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
         "machine": {"processors": os.cpu_count(), "python": platform.python_version()},
         "reference_step_us": round(float(np.median(reference_ns)) * 1e-3, 2),
         "cost": rows,
+        "finger": finger_costs(rows),
         "accuracy": accuracy(*touches, seed, part_of(tell, _ACCURACY_FROM, 1.0)),
         "problems": exceeded(rows, *load_budget()),
     }
 
 
 def tables(data: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """The costs, a row for each number of fingers, process, activity and stage; accuracy, a row for each schedule."""
-    return {"cost": data["cost"], "accuracy": data["accuracy"]}
+    """The costs by number of fingers, process, activity and stage; what a finger adds; accuracy by schedule."""
+    return {name: data[name] for name in ("cost", "finger", "accuracy")}

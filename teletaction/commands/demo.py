@@ -22,11 +22,16 @@ def demo(
     network: Annotated[
         str | None, typer.Option(help="Network between the sites: a name, a TOML file, or recorded round trips as CSV.")
     ] = None,
+    rates: Annotated[
+        str | None,
+        typer.Option(help="Ticks a second, REMOTE,OPERATOR; by default the fastest that this machine holds now."),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Output folder; by default a new one.")] = None,
 ) -> None:
     """A whole telediagnosis session on this machine with simulated devices over the real transports."""
     from teletaction.demo import run_demo
     from teletaction.demo_files import DemoOptions
+    from teletaction.session_rates import Rates, fitting_here
 
     options = DemoOptions(
         seconds=seconds if seconds is not None or not headless else 60.0,
@@ -36,6 +41,7 @@ def demo(
         network=network,
         out=out,
         console=not headless,
+        rates=fitting_here(console=not headless) if rates is None else Rates.read(rates),
     )
     failure = run_demo(options)
     if failure:

@@ -5,10 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.reference_step import reference_step, reference_step_s
 from benchmarks.runtime_cost.budget import budget_text, exceeded, load_budget
+from benchmarks.runtime_cost.finger_cost import finger_costs
 from benchmarks.runtime_cost.measure import DOING, TICK, measure
 from benchmarks.runtime_cost.stages import StageClock
+from common.reference_step import reference_step, reference_step_s
 from teletaction.demo_files import PROCESSES
 from tests.conftest import Contained
 
@@ -73,3 +74,19 @@ def test_every_tick_of_five_fingers_is_within_its_budget(tmp_path: Path) -> None
     rows = measure(fingers, 0, tmp_path).rows(fingers)
     assert {(each["process"], each["doing"]) for each in rows} == {(p, d) for p in PROCESSES for d in DOING}
     assert exceeded(rows, fingers, budget) == []
+
+
+def test_what_a_finger_adds_is_the_difference_between_five_and_one() -> None:
+    def costs(doing: str, identify_us: float) -> list[dict[str, object]]:
+        parts = {"tick": 100.0 + identify_us, "identify": identify_us}
+        return [
+            {"process": "remote", "doing": doing, "stage": stage, "fingers": fingers, "mean_us": us * fingers}
+            for fingers in (1, 5)
+            for stage, us in parts.items()
+        ]
+
+    added = finger_costs([*costs("free", 10.0), *costs("resting", 40.0)])
+    found = {(row["part"], row["doing"]): (row["finger_us"], row["free_share"]) for row in added}
+    assert found["whole tick", "resting"] == (140.0, pytest.approx(110.0 / 140.0, abs=1e-3))
+    assert found["identification", "resting"] == (40.0, 0.25)
+    assert found["identification", "stroking"] == (0.0, None)

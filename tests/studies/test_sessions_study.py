@@ -14,7 +14,7 @@ from common.recording import PACKET_SCHEMA, Recorder
 from studies.link_packets import next_motion
 from studies.registry import write_table
 from studies.sessions import Stage, does_not_fit, measure, plot, silent, tables
-from studies.sessions_look import Look, Processors, look
+from studies.sessions_look import Look, look
 from studies.sessions_recorded import Recorded
 from teletaction.demo_files import PROCESSES
 from teletaction.processes import SessionProcesses
@@ -121,12 +121,6 @@ def test_age_and_lateness_are_read_from_the_recordings(tmp_path: Path) -> None:
     assert told == {"age_p50_ms": 3.0, "age_p99_ms": 3.0, "longest_gap_ms": 10.0, "gap_share": 0.0}
     assert read.arrivals("motion", 2.0, 4.0)["gap_share"] == pytest.approx(0.45, abs=0.01)
     assert Recorded.read(tmp_path / "never began").times_s == {}
-
-
-def test_shares_of_the_processors_are_what_passed_between_two_looks() -> None:
-    assert Processors(150, 10, 300).shares(Processors(100, 0, 200)) == {"idle": 0.5, "stolen": 0.1}
-    now = Processors.now()
-    assert 0 <= now.idle <= now.total
 
 
 def test_a_process_that_records_is_looked_at_with_the_one_that_writes(tmp_path: Path) -> None:

@@ -11,6 +11,8 @@ import numpy as np
 _ROUNDS = 18
 _SYSTEMS = 26
 _MATRICES = np.linspace(1.0, 2.0, _SYSTEMS * 36).reshape(_SYSTEMS, 6, 6) + 6.0 * np.eye(6)
+_OTHER_BYTES = 2**25
+"""Larger than the caches of a processor core."""
 _SAMPLES = np.linspace(-1.0, 1.0, 200)
 
 
@@ -36,10 +38,16 @@ def reference_step() -> float:
     return found + float(solved[0, 0, 0]) + sum(place.x_m for place in places.values())
 
 
-def reference_step_s(times: int = 200) -> float:
-    """Processor time of one reference step on this machine, s: the median of `times`."""
+def reference_step_s(times: int = 30) -> float:
+    """Processor time of one reference step on this machine, s: the median of `times`.
+
+    Caches are cold, as in a tick that follows a pause and the work of other processes. Warm ones make a step up to three
+    times as fast, and differ more between machines than sessions do.
+    """
+    other = np.zeros(_OTHER_BYTES // 8)
     spent = []
     for _ in range(times):
+        other += 1.0
         begun_ns = time.thread_time_ns()
         reference_step()
         spent.append(time.thread_time_ns() - begun_ns)

@@ -1,0 +1,67 @@
+"""The figure of tick rates: speed and right touches of live sessions against what they cost."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from teletaction.figure_style import BLUE, GREEN, ORANGE, RED, STYLE
+
+_PROCESSES = {"remote": BLUE, "operator": ORANGE, "sim-remote": GREEN, "sim-operator": RED}
+
+
+def plot(data: Mapping[str, Any], path: Path) -> None:
+    """Write the figure of what `run` returned as PNG."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(11.5, 4.2), layout="constrained")
+        FigureCanvasAgg(figure)
+        delay, cost = figure.subplots(1, 2)
+        _delay(delay, data)
+        _cost(cost, data)
+        figure.savefig(path, dpi=150)
+
+
+def _delay(axes: Axes, data: Mapping[str, Any]) -> None:
+    for field, colour, label in (
+        ("contact_to_motor_p99_ms", ORANGE, "99 % below"),
+        ("contact_to_motor_p50_ms", BLUE, "median"),
+    ):
+        sessions = data["sessions"]
+        axes.plot(
+            [row["cores"] for row in sessions], [row[field] for row in sessions], "o", color=colour, alpha=0.35, ms=4
+        )
+        rows = data["rates"]
+        axes.plot([row["cores"] for row in rows], [row[field] for row in rows], "o-", color=colour, label=label)
+    for row in data["rates"]:
+        axes.annotate(
+            row["rates"].replace(",", " / "),
+            (row["cores"], row["contact_to_motor_p50_ms"]),
+            (0, -13),
+            textcoords="offset points",
+            ha="center",
+        )
+    axes.set_ylim(bottom=0.0)
+    axes.set(xlabel=f"processors of {data['processors']}, all processes", ylabel="contact to motor (ms)")
+    axes.set_title("Speed against cost; labels: ticks/s, remote / operator site", loc="left")
+    axes.legend(loc="upper right")
+
+
+def _cost(axes: Axes, data: Mapping[str, Any]) -> None:
+    rows = data["rates"]
+    below = [0.0] * len(rows)
+    names = [row["rates"].replace(",", " /\n") for row in rows]
+    for process, colour in _PROCESSES.items():
+        steps = [row[f"{process}_steps_s"] * 1e-3 for row in rows]
+        axes.bar(names, steps, bottom=below, color=colour, label=process)
+        below = [low + high for low, high in zip(below, steps, strict=True)]
+    for place, (row, top) in enumerate(zip(rows, below, strict=True)):
+        words = f"{row['on_time']:.1%} on time\n{row['grooves_wrong']} of {row['grooves']}"
+        axes.annotate(words, (place, top), (0, 3), textcoords="offset points", ha="center", fontsize=8)
+    axes.set_ylim(top=1.25 * max(below))
+    axes.set(xlabel="ticks/s, remote / operator site", ylabel="reference steps a second (1000)")
+    axes.set_title("Cost; above: ticks of the slowest process, grooves wrong", loc="left")
+    axes.legend(loc="upper left", ncols=2)
