@@ -205,7 +205,7 @@ def _rate(process: str, rate_hz: float) -> Finding:
     """Whether this machine is fast enough for the loop's rate, with five fingers in contact."""
     step_s = reference_step_s()
     share, fastest = taken(process, rate_hz, step_s), taken(process, FASTEST_RATE_HZ, step_s)
-    words = f"{rate_hz:g} Hz take {share:.2f} of a processor of this machine"
+    words = f"{rate_hz:g} ticks a second take {share:.2f} of a processor of this machine"
     if share > LARGEST:
         return Finding("loop's rate", False, f"{words}, at most {LARGEST:g} fit: lower rate_hz, or a faster machine")
     if fastest <= LARGEST and rate_hz < FASTEST_RATE_HZ:

@@ -47,7 +47,7 @@ class Rates:
 
 DEFAULT = Rates(RemoteConfig.model_fields["rate_hz"].default, OperatorConfig.model_fields["rate_hz"].default)
 """What a site has whose configuration says nothing of its rate."""
-FASTER = (Rates(1000.0, 1000.0),)
+FASTER = (Rates(500.0, 1000.0),)
 """Rates that a session has instead where they fit, the first that does."""
 
 
@@ -59,10 +59,10 @@ class Cost(NamedTuple):
 
 
 COSTS: Mapping[str, Cost] = {
-    "remote": Cost(1430.0, 3.1),
-    "operator": Cost(850.0, 2.26),
-    "sim-remote": Cost(1700.0, 0.0),
-    "sim-operator": Cost(1400.0, 0.0),
+    "remote": Cost(1350.0, 3.3),
+    "operator": Cost(700.0, 2.6),
+    "sim-remote": Cost(1900.0, 0.0),
+    "sim-operator": Cost(1600.0, 0.0),
 }
 """As `teletaction study rates` measures them; the simulated devices have a rate of their own."""
 

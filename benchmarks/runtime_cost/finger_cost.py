@@ -19,7 +19,9 @@ def finger_costs(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
     Returns:
         Microseconds of mean processor time that a finger adds, and what share of that a free finger adds.
     """
-    us = {(row["process"], row["doing"], row["stage"], row["fingers"]): row["mean_us"] for row in rows}
+    us: dict[tuple[str, str, str, int], float] = {
+        (row["process"], row["doing"], row["stage"], row["fingers"]): row["mean_us"] for row in rows
+    }
     most = max(fingers for *_, fingers in us)
 
     def added(process: str, doing: str, stages: tuple[str, ...]) -> float:

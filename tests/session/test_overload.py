@@ -37,6 +37,13 @@ def test_every_tap_is_felt(summary: dict[str, Any]) -> None:
     assert summary["taps"]["played"] == summary["taps"]["made"] >= 40
 
 
+def test_grooves_are_felt_where_the_rates_are_held(summary: dict[str, Any]) -> None:
+    if any(loop["behind_s"] > 1.0 for loop in summary["loop"].values()):
+        pytest.skip(f"this machine did not hold the rates: {summary['said'].splitlines()[-2]}")
+    grooves = summary["impulses"]
+    assert grooves["missed"] + grooves["invented"] <= 0.03 * grooves["crossed"]
+
+
 def test_no_material_is_named_wrongly(summary: dict[str, Any]) -> None:
     known = {"aluminium", "ceramic_tile", "pine", "pvc"}
     held = [touch for touch in summary["contacts"] if touch["true_material"] in known and touch["held_s"] >= 2.0]
