@@ -4,12 +4,15 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from multiprocessing import get_context
-from typing import TypeVar
+from typing import Any, TypeVar
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
+Map = Callable[[Callable[..., Any], Iterable[Any]], Iterable[Any]]
+"""As the built-in `map`, with one iterable."""
 Progress = Callable[[float], object]
 """Is given the share done, 0..1."""
 
@@ -62,6 +65,20 @@ def in_order(
             raise ChildProcessError("a process was ended from outside: try fewer with --processes") from None
         finally:
             pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def kept_processes(processes: int) -> Iterator[Map]:
+    """A `map` for work that comes in many rounds: its processes stay until the end.
+
+    Args:
+        processes: 1: this process alone.
+    """
+    if processes == 1:
+        yield map
+        return
+    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+        yield pool.map
 
 
 def _counted(results: Iterable[Result], count: int, progress: Progress) -> Iterator[Result]:

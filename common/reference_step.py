@@ -41,8 +41,8 @@ def reference_step() -> float:
 def reference_step_s(times: int = 30) -> float:
     """Processor time of one reference step on this machine, s: the median of `times`.
 
-    Caches are cold, as in a tick that follows a pause and the work of other processes. Warm ones make a step up to three
-    times as fast, and differ more between machines than sessions do.
+    Caches are cold, as in a tick that follows a pause and the work of other processes. Warm ones make a step up to
+    three times as fast, and differ more between machines than sessions do.
     """
     other = np.zeros(_OTHER_BYTES // 8)
     spent = []

@@ -7,12 +7,14 @@ touches share (the sensor's constants, where the populations lie). Then it takes
 touches (expectation-maximisation), and the noise from what is left.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from common.in_parallel import Map, Progress, unseen
 from remote_site.calibration_touches import UNKNOWN_OBJECT_SD_K, CalibrationReadings, CalibrationTouch
 from remote_site.population_prior import (
     BACK_SHARE,
@@ -91,14 +93,18 @@ class Population:
 class PopulationFit:
     """The fit's state, round by round."""
 
-    def __init__(self, touches: Sequence[CalibrationTouch], materials: int, leak_per_s: float) -> None:
+    def __init__(
+        self, touches: Sequence[CalibrationTouch], materials: int, leak_per_s: float, mapped: Map = map
+    ) -> None:
         """Begin.
 
         Args:
             touches: all of them; their common length counts.
             materials: number of materials; each needs two touches or more.
             leak_per_s: rate of a free cool-down, 1/s: a first guess of the leak.
+            mapped: maps courses to what they are made with; the result does not depend on it.
         """
+        self._mapped = mapped
         self.seen = seen = CalibrationReadings.of(touches)
         self.object_sd_k = seen.object_sd_k
         self.unknown = seen.object_sd_k >= UNKNOWN_OBJECT_SD_K
@@ -118,9 +124,10 @@ class PopulationFit:
         self.residual_k = np.zeros_like(seen.reading_k)
         self.solved = np.zeros((n, 3))
 
-    def run(self) -> Population:
-        """All rounds."""
+    def run(self, progress: Progress = unseen) -> Population:
+        """All rounds; `progress` is given the share of them that is done."""
         for number in range(ROUNDS):
+            progress(number / ROUNDS)
             if number in SLAB_ROUNDS:
                 self._choose_slabs()
             before = np.concatenate((self.sensor, self.mean.ravel()))
@@ -145,25 +152,10 @@ class PopulationFit:
             object_sd_k=self.solved_sd_k,
         )
 
-    def _courses(self, sensor: Array, slab_s: Array) -> Array:
-        """Courses of all touches, (touches, k, 6); slopes scaled by each touch's difference."""
-        constants = _constants(sensor)
-        contacts = Contacts(self.own[:, 0], self.own[:, 1], slab_s[self.seen.material])
-        model = TouchModel(constants, contacts, np.arange(len(self.own)), self.own[:, 2])
-        courses = np.empty((*self.seen.reading_k.shape, COURSES))
-        for k, count in enumerate(self.seen.count):
-            if count == 1.0:
-                model.step(READING_S, self.seen.force_n[:, k])
-                courses[:, k] = model.courses
-                continue
-            # a mean over readings is the reading at their middle
-            middle = 0.5 * (count + 1.0) * READING_S
-            model.step(middle, self.seen.force_n[:, k])
-            courses[:, k] = model.courses
-            model.step(count * READING_S - middle, self.seen.force_n[:, k])
-        least = np.where(np.abs(self.difference_k) < 0.5, 0.5, self.difference_k)
-        courses[:, :, 3:] *= least[:, None, None]
-        return courses
+    def _courses(self, *ways: tuple[Array, Array]) -> Iterable[Array]:
+        """Courses of all touches, for each sensor's numbers with slabs of the materials."""
+        made = partial(_courses, self.seen, self.own, self.difference_k)
+        return self._mapped(made, ways) if len(ways) > 1 else map(made, ways)
 
     def _prior(self) -> tuple[Array, Array]:
         """Means (touches, 6) and precisions (touches, 6, 6) of the touches' own numbers."""
@@ -190,13 +182,13 @@ class PopulationFit:
 
     def _round(self, number: int) -> None:
         """One step, shortened until it explains the touches better; then the scatter of what was found."""
-        courses = self._courses(self.sensor, self.slab_s)
+        (courses,) = self._courses((self.sensor, self.slab_s))
         before = self._cost(courses)
         along = self._sensor_slopes(courses)
         kept = self._state()
         for _ in range(TRIES):
             covariance = self._step(courses, along)
-            now = self._cost(self._courses(self.sensor, self.slab_s))
+            now = self._cost(*self._courses((self.sensor, self.slab_s)))
             if now < before:
                 self.damping = max(self.damping / 4.0, LEAST_DAMPING)
                 break
@@ -247,8 +239,9 @@ class PopulationFit:
     def _sensor_slopes(self, courses: Array) -> Array:
         """Slopes of all readings by what touches share, (touches, k, COMMON + 2 m); only the sensor's are not 0."""
         slopes = np.zeros((*self.seen.reading_k.shape, COMMON + 2 * len(self.mean)))
-        for k, step in enumerate(np.eye(SENSOR) * _GLOBAL_STEP):
-            moved = (self._courses(self.sensor + step, self.slab_s)[..., :3] - courses[..., :3]) / _GLOBAL_STEP
+        others = self._courses(*((self.sensor + step, self.slab_s) for step in np.eye(SENSOR) * _GLOBAL_STEP))
+        for k, other in enumerate(others):
+            moved = (other[..., :3] - courses[..., :3]) / _GLOBAL_STEP
             slopes[..., k] = np.einsum("nki,ni->nk", moved, self.solved)
         return slopes
 
@@ -346,8 +339,7 @@ class PopulationFit:
         """Whether a material's pieces are so thin that their back is felt."""
         misfits = []
         expected, precision = self._prior()
-        for slab_s in SLABS_S:
-            courses = self._courses(self.sensor, np.full(len(self.mean), slab_s))
+        for courses in self._courses(*((self.sensor, np.full(len(self.mean), slab_s)) for slab_s in SLABS_S)):
             solved, covariance = self._solve(courses)
             residual = self.seen.reading_k - np.einsum("nki,ni->nk", courses, solved)
             square = (residual**2 * self.seen.count).sum(axis=1) / self.noise_k**2
@@ -358,6 +350,34 @@ class PopulationFit:
         best = misfit.argmin(axis=0)
         gained = misfit[0] - misfit.min(axis=0) > SLAB_GAIN
         self.slab_s = np.where(gained, np.array(SLABS_S)[best], np.inf)
+
+
+def _courses(seen: CalibrationReadings, own: Array, difference_k: Array, way: tuple[Array, Array]) -> Array:
+    """Courses of all touches, (touches, k, 6); slopes scaled by each touch's difference.
+
+    Args:
+        seen: the touches.
+        own: (touches, 3) ln of their own effusivity, conductance and lag.
+        difference_k: (touches,) of plate and object, K.
+        way: the sensor's numbers, and the slab of each material, s.
+    """
+    sensor, slab_s = way
+    contacts = Contacts(own[:, 0], own[:, 1], slab_s[seen.material])
+    model = TouchModel(_constants(sensor), contacts, np.arange(len(own)), own[:, 2])
+    courses = np.empty((*seen.reading_k.shape, COURSES))
+    for k, count in enumerate(seen.count):
+        if count == 1.0:
+            model.step(READING_S, seen.force_n[:, k])
+            courses[:, k] = model.courses
+            continue
+        # a mean over readings is the reading at their middle
+        middle = 0.5 * (count + 1.0) * READING_S
+        model.step(middle, seen.force_n[:, k])
+        courses[:, k] = model.courses
+        model.step(count * READING_S - middle, seen.force_n[:, k])
+    least = np.where(np.abs(difference_k) < 0.5, 0.5, difference_k)
+    courses[:, :, 3:] *= least[:, None, None]
+    return courses
 
 
 def _constants(sensor: Array) -> SensorConstants:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from common.in_parallel import Map, Progress, kept_processes, unseen
 from remote_site.calibration_touches import KNOWN_OBJECT_SD_K, UNKNOWN_OBJECT_SD_K, CalibrationTouch
 from remote_site.exponential_response import TAU_GRID_S, ExponentialResponse
 from remote_site.material_table import RATE_TIMES_S, MaterialEntry, MaterialTable
@@ -65,7 +66,15 @@ class ThermalFit:
         ]
 
 
-def calibrate_thermal(folder: Path, out: Path, *, sensor_serial: str = "unknown", made_on: str = "") -> ThermalFit:
+def calibrate_thermal(
+    folder: Path,
+    out: Path,
+    *,
+    sensor_serial: str = "unknown",
+    made_on: str = "",
+    processes: int = 1,
+    progress: Progress = unseen,
+) -> ThermalFit:
     """Make a look-up table from FOLDER/labels.csv (`file,material[,object_c]`) and write it to `out`.
 
     Args:
@@ -73,6 +82,8 @@ def calibrate_thermal(folder: Path, out: Path, *, sensor_serial: str = "unknown"
         out: file to write.
         sensor_serial: the sensor that recorded them.
         made_on: ISO date.
+        processes: that share the work; the table does not depend on it.
+        progress: is given the share of the longest possible fit that is done.
 
     Raises:
         ValueError: a file cannot be used; names file, line and column.
@@ -89,7 +100,8 @@ def calibrate_thermal(folder: Path, out: Path, *, sensor_serial: str = "unknown"
             raise ValueError(f"{path}: column force_n: no contact (0.30 N held for 50 ms)")
         touches.setdefault(label, []).append((touch, object_c))
     leak_per_s = float(np.mean(leaks)) if leaks else USUAL_LEAK_PER_S
-    fit = fit_thermal(folder / "labels.csv", touches, leak_per_s)
+    with kept_processes(processes) as mapped:
+        fit = fit_thermal(folder / "labels.csv", touches, leak_per_s, mapped, progress)
     table = fit.table.model_copy(update={"sensor_serial": sensor_serial, "made_on": made_on})
     table.save(out)
     return replace(fit, table=table)
@@ -110,7 +122,11 @@ def _leak_per_s(trace: ThermalTrace, path: Path) -> float:
 
 
 def fit_thermal(
-    where: Path, touches: dict[str, list[tuple[RecordedTouch, float | None]]], leak_per_s: float
+    where: Path,
+    touches: dict[str, list[tuple[RecordedTouch, float | None]]],
+    leak_per_s: float,
+    mapped: Map = map,
+    progress: Progress = unseen,
 ) -> ThermalFit:
     """The table of labelled touches, and how well they fit.
 
@@ -118,6 +134,8 @@ def fit_thermal(
         where: the file of labels, for messages.
         touches: per material, each with its object's temperature where that is known, C.
         leak_per_s: rate of a free cool-down, 1/s.
+        mapped: maps courses of all touches to what they are made with.
+        progress: is given the share of the longest possible fit that is done.
 
     Raises:
         ValueError: too few materials or touches, a touch too short, or one without temperature difference.
@@ -132,13 +150,13 @@ def fit_thermal(
     if length_s < SHORTEST_S:
         raise ValueError(f"{where}: the shortest touch lasts {length_s:.2f} s, needs {SHORTEST_S} s or more")
     if any(touch.trace.reference_c is None for touch in everyone):
-        return _fit(where, touches, leak_per_s, length_s)[0]
+        return _fit(where, touches, leak_per_s, length_s, None, mapped, progress)[0]
     beside = {
         label: [(reference_touch(touch), object_c) for touch, object_c in listed] for label, listed in touches.items()
     }
-    reference, felt = _fit(where, beside, USUAL_LEAK_PER_S, length_s)
+    reference, felt = _fit(where, beside, USUAL_LEAK_PER_S, length_s, None, mapped, lambda share: progress(share / 2))
     # a sensor that starts at ambient shows best how warm the object is
-    fit, _ = _fit(where, touches, leak_per_s, length_s, felt)
+    fit, _ = _fit(where, touches, leak_per_s, length_s, felt, mapped, lambda share: progress((1 + share) / 2))
     return replace(fit, table=fit.table.model_copy(update={"reference": reference.table}))
 
 
@@ -147,7 +165,9 @@ def _fit(
     touches: dict[str, list[tuple[RecordedTouch, float | None]]],
     leak_per_s: float,
     length_s: float,
-    felt: Population | None = None,
+    felt: Population | None,
+    mapped: Map,
+    progress: Progress,
 ) -> tuple[ThermalFit, Population]:
     """The fit of one sensor; `felt` is that of another one beside it, which felt the same objects."""
     everyone = [touch for listed in touches.values() for touch, _ in listed]
@@ -170,8 +190,8 @@ def _fit(
             else replace(touch, object_c=touch.ambient_c + float(object_k), object_sd_k=float(object_sd_k))
             for touch, known, object_k, object_sd_k in zip(each, stated, felt.object_k, felt.object_sd_k, strict=True)
         ]
-    fit = PopulationFit(each, len(touches), leak_per_s)
-    population = fit.run()
+    fit = PopulationFit(each, len(touches), leak_per_s, mapped)
+    population = fit.run(progress)
     times_s = [t for t in RATE_TIMES_S if t <= length_s + 1e-6]
     material = np.array([touch.material for touch in each])
     offsets = np.array([touch.object_c - touch.ambient_c for touch in each])

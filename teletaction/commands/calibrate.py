@@ -6,6 +6,9 @@ from typing import Annotated
 
 import typer
 
+from common.in_parallel import processors
+from teletaction.commands.progress import Processes, progress_line
+
 app = typer.Typer(name="calibrate", help="Look-up tables from labelled recordings.", no_args_is_help=True)
 
 
@@ -15,12 +18,21 @@ def calibrate_thermal_command(
     out: Annotated[Path, typer.Option(help="Table to write.")],
     serial: Annotated[str, typer.Option(help="Serial number of the calibrated sensor.")] = "unknown",
     report: Annotated[Path | None, typer.Option(help="Folder for report.txt and fit.png: how well it fits.")] = None,
+    processes: Processes = 0,
 ) -> None:
     """Material look-up table from labelled touches."""
     from remote_site.thermal_calibration import calibrate_thermal
     from teletaction.calibration_report import calibration_text, write_calibration_report
 
-    fit = calibrate_thermal(traces, out, sensor_serial=serial, made_on=f"{date.today()}")
+    with progress_line("calibrate") as progress:
+        fit = calibrate_thermal(
+            traces,
+            out,
+            sensor_serial=serial,
+            made_on=f"{date.today()}",
+            processes=processes or processors(),
+            progress=progress,
+        )
     typer.echo(calibration_text(fit), err=True)
     written = [out] if report is None else [out, *write_calibration_report(fit, report)]
     typer.echo(f"wrote {', '.join(str(path) for path in written)}", err=True)

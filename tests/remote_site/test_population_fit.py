@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from common.in_parallel import Map, Progress, kept_processes, unseen
 from remote_site.calibration_touches import CalibrationTouch
 from remote_site.population_fit import Population, PopulationFit
 from tests.remote_site.made_touches import (
@@ -31,6 +32,8 @@ def fit(
     object_sd_k: float = 0.03,
     each: int = EACH,
     forces: Sequence[Force] = FORCES,
+    mapped: Map = map,
+    progress: Progress = unseen,
 ) -> tuple[Population, list[float]]:
     """The fit, and the true object temperatures above ambient."""
     touches, objects_k = [], []
@@ -54,12 +57,24 @@ def fit(
                 )
                 objects_k.append(touch.object_c - AMBIENT_C)
     leak_per_s = sensor.leak_w_m2k / PLATE_J_M2K
-    return PopulationFit(touches, len(materials), leak_per_s * 1.2).run(), objects_k
+    return PopulationFit(touches, len(materials), leak_per_s * 1.2, mapped).run(progress), objects_k
 
 
 @pytest.fixture(scope="module")
 def found() -> Population:
     return fit(MATERIALS)[0]
+
+
+def test_it_does_not_depend_on_the_processes_that_share_it() -> None:
+    few = dict(list(MATERIALS.items())[:2])
+    shares: list[float] = []
+    with kept_processes(2) as mapped:
+        (shared, objects_k), (alone, _) = fit(few, each=2, mapped=mapped), fit(few, each=2, progress=shares.append)
+    for name in Population.__dataclass_fields__:
+        assert np.array_equal(getattr(shared, name), getattr(alone, name)), name
+    assert len(objects_k) == len(shared.object_k)
+    assert shares == sorted(shares)
+    assert 0.0 == shares[0] < shares[-1] < 1.0
 
 
 def test_the_sensors_constants(found: Population) -> None:
