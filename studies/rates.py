@@ -22,9 +22,9 @@ from teletaction.session_rates import Rates
 
 __all__ = ["plot", "run", "tables"]
 MEASURES_THIS_MACHINE = "how fast a live session is on it, by its tick rates"
-RATES = tuple(Rates(*pair) for pair in ((250, 250), (250, 500), (500, 500), (500, 1000), (1000, 1000)))
+RATES = tuple(Rates(*pair) for pair in ((250, 500), (500, 500), (500, 1000), (1000, 1000)))
 SEEDS, SECONDS = 3, 60.0
-QUICK_RATES, QUICK_SECONDS = (RATES[1], RATES[-1]), 9.0
+QUICK_RATES, QUICK_SECONDS = (RATES[0], RATES[-1]), 9.0
 LEAST_HELD_S = 2.0
 """Touches of calibrated materials that last so long should have a name."""
 COMPARED = (

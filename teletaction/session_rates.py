@@ -8,9 +8,9 @@ from common.config import OperatorConfig, RemoteConfig
 from common.ladder import FASTEST_RATE_HZ, SLOWEST_RATE_HZ
 from common.machine import Machine
 
-LARGEST = 0.6
-"""Share of one processor that a loop may take at most: with more, its late ticks are too many."""
-FITS = 0.7
+LARGEST = 0.7
+"""Share of one processor that a process may take at most: a loop that works more gives its priority up."""
+FITS = 0.8
 """Share of the idle processors that a session may take at most: the rest is for what comes and goes."""
 BROWSER = 0.5
 """Processors that the browser of a console takes on the same machine."""
@@ -47,7 +47,7 @@ class Rates:
 
 DEFAULT = Rates(RemoteConfig.model_fields["rate_hz"].default, OperatorConfig.model_fields["rate_hz"].default)
 """What a site has whose configuration says nothing of its rate."""
-FASTER = (Rates(500.0, 1000.0),)
+FASTER = (Rates(1000.0, 1000.0), Rates(500.0, 1000.0))
 """Rates that a session has instead where they fit, the first that does."""
 
 
@@ -59,10 +59,10 @@ class Cost(NamedTuple):
 
 
 COSTS: Mapping[str, Cost] = {
-    "remote": Cost(1350.0, 3.3),
-    "operator": Cost(700.0, 2.6),
-    "sim-remote": Cost(1900.0, 0.0),
-    "sim-operator": Cost(1600.0, 0.0),
+    "remote": Cost(1430.0, 4.15),
+    "operator": Cost(690.0, 3.16),
+    "sim-remote": Cost(2600.0, 0.0),
+    "sim-operator": Cost(2000.0, 0.0),
 }
 """As `teletaction study rates` measures them; the simulated devices have a rate of their own."""
 
