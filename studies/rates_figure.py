@@ -45,9 +45,10 @@ def _delay(axes: Axes, data: Mapping[str, Any]) -> None:
             ha="center",
         )
     axes.set_ylim(bottom=0.0)
+    axes.margins(x=0.14)
     axes.set(xlabel=f"processors of {data['processors']}, all processes", ylabel="contact to motor (ms)")
     axes.set_title("Speed against cost; labels: ticks/s, remote / operator site", loc="left")
-    axes.legend(loc="upper right")
+    axes.legend(loc="lower left")
 
 
 def _cost(axes: Axes, data: Mapping[str, Any]) -> None:
@@ -59,9 +60,9 @@ def _cost(axes: Axes, data: Mapping[str, Any]) -> None:
         axes.bar(names, steps, bottom=below, color=colour, label=process)
         below = [low + high for low, high in zip(below, steps, strict=True)]
     for place, (row, top) in enumerate(zip(rows, below, strict=True)):
-        words = f"{row['on_time']:.1%} on time\n{row['grooves_wrong']} of {row['grooves']}"
+        words = f"{row['on_time']:.2%} on time\n{row['grooves_wrong']} of {row['grooves']}"
         axes.annotate(words, (place, top), (0, 3), textcoords="offset points", ha="center", fontsize=8)
     axes.set_ylim(top=1.25 * max(below))
     axes.set(xlabel="ticks/s, remote / operator site", ylabel="reference steps a second (1000)")
-    axes.set_title("Cost; above: ticks of the slowest process, grooves wrong", loc="left")
+    axes.set_title("Cost; above: ticks of the least timely process, grooves wrong", loc="left")
     axes.legend(loc="upper left", ncols=2)
