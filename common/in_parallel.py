@@ -16,6 +16,7 @@ Map = Callable[[Callable[..., Any], Iterable[Any]], Iterable[Any]]
 Progress = Callable[[float], object]
 """Is given the share done, 0..1."""
 
+_ENDED = "a process was ended from outside: try fewer with --processes"
 FEWEST = 8
 """Items for which further processes are worth their start, which takes about a second."""
 
@@ -62,7 +63,7 @@ def in_order(
         try:
             yield from _counted(results, len(items), progress)
         except BrokenProcessPool:
-            raise ChildProcessError("a process was ended from outside: try fewer with --processes") from None
+            raise ChildProcessError(_ENDED) from None
         finally:
             pool.shutdown(cancel_futures=True)
 
@@ -73,12 +74,18 @@ def kept_processes(processes: int) -> Iterator[Map]:
 
     Args:
         processes: 1: this process alone.
+
+    Raises:
+        ChildProcessError: a process was ended from outside, as by the system for want of memory.
     """
     if processes == 1:
         yield map
         return
     with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-        yield pool.map
+        try:
+            yield pool.map
+        except BrokenProcessPool:
+            raise ChildProcessError(_ENDED) from None
 
 
 def _counted(results: Iterable[Result], count: int, progress: Progress) -> Iterator[Result]:

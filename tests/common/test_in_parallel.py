@@ -5,7 +5,7 @@ from itertools import islice
 
 import pytest
 
-from common.in_parallel import FEWEST, in_order, processors
+from common.in_parallel import FEWEST, in_order, kept_processes, processors
 
 ITEMS = list(range(2 * FEWEST))
 
@@ -49,6 +49,8 @@ def test_what_an_item_raises_comes_after_the_results_before_it(processes: int) -
 def test_a_process_that_is_ended_is_said_to_be() -> None:
     with pytest.raises(ChildProcessError, match="fewer with --processes"):
         list(in_order(ended, ITEMS, 2))
+    with pytest.raises(ChildProcessError, match="fewer with --processes"), kept_processes(2) as mapped:
+        list(mapped(ended, ITEMS))
     with pytest.raises(ValueError, match="at least 1"):
         list(in_order(squared, ITEMS, 0))
     assert processors() >= 1

@@ -14,6 +14,7 @@ from common.serial_line import DeviceAbsent
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.serial_server import SerialServer, serve_serial
 from sim_sensors.tacttip import TactTip
+from teletaction import doctor
 from teletaction.conformance.examination import CHECKLISTS
 from teletaction.demo_files import DemoOptions, prepare
 from teletaction.doctor import EXERCISES, examine
@@ -89,6 +90,24 @@ def test_what_is_missing_is_said(tmp_path: Path) -> None:
     assert "Connection refused" in told.out
     (priority,) = (line for line in lines if "loop's priority" in line)
     assert priority.startswith(("ok   loop's priority: real-time", "ok   loop's priority: ordinary"))
+
+
+@pytest.mark.parametrize(
+    ("step_s", "good", "words"),
+    [
+        (50e-6, True, "250 ticks a second take 0.12 of a processor of this machine; rate_hz = 1000 fits, too (0.28)"),
+        (200e-6, True, "250 ticks a second take 0.49 of a processor of this machine"),
+        (400e-6, False, "at most 0.7 fit: lower rate_hz, or a faster machine"),
+    ],
+)
+def test_the_rate_is_held_against_the_machine(
+    step_s: float, good: bool, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(doctor, "reference_step_s", lambda: step_s)
+    found = examine(prepare(DemoOptions(fingers=1), tmp_path)["remote"])
+    (rate,) = (finding for finding in found if finding.what == "loop's rate")
+    assert rate.good == good
+    assert words in rate.result
 
 
 def test_a_device_elsewhere_is_found(config: Path, ports: Path) -> None:
