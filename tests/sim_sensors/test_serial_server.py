@@ -268,10 +268,21 @@ class TestTcp(LineContract):
     def test_a_new_client_takes_over_from_a_half_dead_one(
         self, server: SerialServer, loop: SelectLoop, module: TactTip
     ) -> None:
-        """Its system acknowledges nothing, as behind a cut cable; here because its buffers are full."""
-        with socket.socket() as old, self.connect(server) as new:
+        """Its system acknowledges nothing, as behind a cut cable; here because its buffers are full.
+
+        Some systems take a little more each time that they are asked whether there is room again, so a driver may have
+        to come twice.
+        """
+
+        def came() -> bool:
+            with self.connect(server) as new:
+                new.sendall(b"\0" + COMMAND)
+                return until(loop, lambda: module.motor_mv == 1234, 0.5)
+
+        with socket.socket() as old:
             old.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
-            old.connect(new.getpeername())
+            with self.connect(server) as other:
+                old.connect(other.getpeername())
             old.sendall(b"\0")
             full_s = 0.0
             while full_s < 0.2:
@@ -281,8 +292,7 @@ class TestTcp(LineContract):
                 loop.serve(0.005)
                 server.pump(loop.now())
                 full_s += 0.005
-            new.sendall(b"\0" + COMMAND)
-            assert until(loop, lambda: module.motor_mv == 1234)
+            assert any(came() for _ in range(6))
             old.settimeout(2.0)
             with suppress(ConnectionError):
                 while old.recv(65536):

@@ -34,6 +34,7 @@ STATUS: dict[str, Any] = {
         "late_p99_us": 90.0,
         "late_max_us": 1500.0,
         "overruns": 3,
+        "missed": 7,
         "cpu": 0.2,
     },
     "state": "fault",
@@ -123,6 +124,7 @@ def test_what_a_site_tells_is_served(tmp_path: Path) -> None:
     assert value("loop_late_seconds", quantile="0.99") == pytest.approx(90e-6)
     assert value("loop_late_seconds", quantile="1") == pytest.approx(1.5e-3)
     assert (value("loop_ticks_total"), value("loop_overruns_total")) == (1000.0, 3.0)
+    assert value("loop_missed_total") == 7.0
     assert (value("loop_rate_hertz"), value("loop_behind"), value("loop_behind_seconds_total")) == (412.5, 1.0, 17.5)
     assert (value("loop_works_ratio"), value("loop_real_time")) == (0.6, 0.0)
     assert value("loop_ticks_held_back_total") == 15.0
