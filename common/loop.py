@@ -39,12 +39,12 @@ class PeriodicLoop:
             self.sleep(remaining)
         now = self.now()
         late = max(0.0, now - self._deadline)
-        self._deadline += self.period_s
-        if late > self.period_s:
+        gone = int(late / self.period_s)
+        if gone:
             self.overruns += 1
-            self.missed += int(late / self.period_s)
-            # Start a new grid: missed ticks are gone, not to be made up for in a burst.
-            self._deadline = now + self.period_s
+            self.missed += gone
+        # Missed ticks are gone, not to be made up for in a burst. The grid stays: devices and sites keep their phases.
+        self._deadline += (1 + gone) * self.period_s
         self.ticks += 1
         self.late_max_s = max(self.late_max_s, late)
         self._histogram[int(np.searchsorted(_BUCKETS_US, late * 1e6, side="right")) - 1] += 1

@@ -57,8 +57,8 @@ class StepClock:
 def run_world(world: World, sockets: SelectLoop, stop: Callable[[], bool], name: str, status: Path | None) -> None:
     """Run until `stop()`; rewrites the `status` file every second with the loop's and the world's figures."""
     become_timely()
-    periodic = PeriodicLoop(STEP_S, now=sockets.now, sleep=sockets.serve)
     clock = StepClock(sockets.now())
+    periodic = PeriodicLoop(STEP_S, now=sockets.now, sleep=sockets.serve)
     held = HeldRate(1.0 / STEP_S)
     status_file = StatusFile(status, name, periodic)
     while not stop():

@@ -45,6 +45,17 @@ def test_no_burst_after_a_stall() -> None:
     assert loop.late_max_s == pytest.approx(0.998)
 
 
+def test_ticks_keep_their_grid_after_a_stall() -> None:
+    clock = Clock()
+    loop = loop_on(clock)
+    loop.wait()
+    clock.t += 0.0047
+    assert loop.wait() == pytest.approx(0.0027)
+    loop.wait()
+    assert clock.t == pytest.approx(100.008)
+    assert (loop.overruns, loop.missed) == (1, 1)
+
+
 def test_a_late_tick_within_one_period_is_caught_up_with() -> None:
     clock = Clock()
     loop = loop_on(clock)

@@ -160,6 +160,42 @@ class Counting:
         return {"answer": 42}
 
 
+class ImaginedTime(SelectLoop):
+    """Sockets whose clock passes by waiting, with a wake-up that is late, and by what the world does."""
+
+    def __init__(self) -> None:
+        super().__init__(lambda: self.t_s)
+        self.t_s = 10.0
+
+    def serve(self, seconds: float) -> None:
+        self.t_s += seconds + 20e-6
+
+
+class Stalling(Counting):
+    """A world that stands still once, for two periods and 0.7 of one, and notes how late its steps are made."""
+
+    def __init__(self, sockets: ImaginedTime) -> None:
+        super().__init__()
+        self._sockets = sockets
+        self.late_s: list[float] = []
+
+    def step(self, now_s: float) -> None:
+        super().step(now_s)
+        self.late_s.append(self._sockets.t_s - now_s)
+        if self.calls["step"] == 10:
+            self._sockets.t_s += 2.7 * STEP_S
+
+
+def test_after_a_stall_devices_are_on_time_again() -> None:
+    sockets = ImaginedTime()
+    world = Stalling(sockets)
+    run_world(world, sockets, lambda: world.calls["step"] >= 50, "sim-test", None)
+    on_time = [late_s < 1e-4 for late_s in world.late_s]
+    assert all(on_time[:10])
+    assert not all(on_time[10:13])
+    assert all(on_time[13:])
+
+
 def test_the_loop_never_runs_ahead_of_real_time_and_writes_its_status(tmp_path: Path) -> None:
     world, sockets = Counting(), SelectLoop()
     start_s = sockets.now()
