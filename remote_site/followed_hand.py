@@ -4,7 +4,6 @@ A groove belongs to the moment at which the operator's hand was over it. The tel
 delay, by its jitter and by its own lag; by the place alone that moment is found whatever they are.
 """
 
-from collections import deque
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +13,8 @@ Floats = NDArray[np.float64]
 
 KEPT_S = 0.6
 """Longer than a link may be late."""
+MOST = 1024
+"""Places that are kept: more than the fastest loop takes in KEPT_S, whatever times an operator states."""
 NEAR_M = 0.5e-3
 """The hand was at a place when its way passes it at this distance or less: the telemanipulator cuts corners."""
 
@@ -27,23 +28,32 @@ class HandPlace(NamedTuple):
 
 
 class FollowedHand:
-    """The way of the last KEPT_S."""
+    """The way of the last KEPT_S, MOST places of it at most."""
 
     def __init__(self) -> None:
-        self._way: deque[HandPlace] = deque()
+        self._rows: Floats = np.empty((2 * MOST, 3))
+        """Time, ns, and place, m, oldest first; those before `_first` have been given up."""
+        self._first = self._count = 0
+        self._newest: HandPlace | None = None
         self._late_ns = 0.0
 
     def step(self, hand: HandPlace | None) -> None:
         """Take what is followed now, the same for as long as there is nothing newer; None where nothing is."""
-        way = self._way
-        if hand is None or (way and hand.time_ns < way[-1].time_ns):
-            way.clear()
-            self._late_ns = 0.0
-        if hand is None or (way and hand.time_ns == way[-1].time_ns):
+        newest = self._newest
+        if hand is None or (newest is not None and hand.time_ns < newest.time_ns):
+            self._first = self._count = 0
+            self._newest, self._late_ns = None, 0.0
+        if hand is None or (newest is not None and hand.time_ns == newest.time_ns):
             return
-        way.append(hand)
-        while hand.time_ns - way[0].time_ns > KEPT_S * 1e9:
-            way.popleft()
+        rows = self._rows
+        if self._count == len(rows):
+            rows[:MOST] = rows[MOST:]
+            self._first, self._count = max(0, self._first - MOST), MOST
+        rows[self._count] = self._newest = hand
+        self._count += 1
+        self._first = max(self._first, self._count - MOST)
+        while hand.time_ns - rows[self._first, 0] > KEPT_S * 1e9:
+            self._first += 1
 
     def when_ns(self, x_m: float, y_m: float) -> int:
         """When the hand was at this place, on the operator's clock; 0 where nothing is followed.
@@ -51,16 +61,16 @@ class FollowedHand:
         Where it passed the place more than once, the time counts that is as late as the one before; where it was never
         near, the newest.
         """
-        way = self._way
-        if not way:
+        if self._newest is None:
             return 0
-        times_ns, away_m = _nearest(np.array(way), x_m, y_m)
+        way = self._rows[self._first : self._count]
+        times_ns, away_m = _nearest(way, x_m, y_m)
         before, after = np.concatenate(([np.inf], away_m[:-1])), np.concatenate((away_m[1:], [np.inf]))
         passes_ns = times_ns[(away_m <= NEAR_M) & (away_m <= before) & (away_m < after)]
-        newest_ns = way[-1].time_ns
+        newest_ns = self._newest.time_ns
         if not passes_ns.size:
             return newest_ns
-        late_ns = newest_ns - way[0].time_ns - passes_ns
+        late_ns = newest_ns - way[0, 0] - passes_ns
         found = int(np.argmin(np.abs(late_ns - self._late_ns)))
         self._late_ns = float(late_ns[found])
         return newest_ns - round(self._late_ns)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from remote_site.followed_hand import KEPT_S, NEAR_M, FollowedHand, HandPlace
+from remote_site.followed_hand import KEPT_S, MOST, NEAR_M, FollowedHand, HandPlace
 
 MS = 1_000_000
 START_NS = 5_000_000_000
@@ -51,6 +51,25 @@ def test_where_the_hand_never_was_the_newest_motion_counts() -> None:
     hand = FollowedHand()
     stroked(hand, 0.1, 0.2)
     assert hand.when_ns(0.01, 0.02 + 1.1 * NEAR_M) == START_NS + 198 * MS
+
+
+def test_an_operator_whose_clock_hardly_moves_is_remembered_no_longer() -> None:
+    hand = FollowedHand()
+    hand.step(HandPlace(START_NS, 0.5, 0.0))
+    for ns in range(1, 5 * MOST):
+        hand.step(HandPlace(START_NS + ns, 0.0, 0.0))
+        if ns == MOST - 1:
+            assert hand.when_ns(0.5, 0.0) == START_NS
+    assert hand.when_ns(0.5, 0.0) == START_NS + 5 * MOST - 1
+
+
+def test_the_way_is_whole_however_long_it_is_followed() -> None:
+    hand, kept = FollowedHand(), round(KEPT_S / 0.001)
+    for ms in range(6 * MOST):
+        hand.step(HandPlace(START_NS + ms * MS, 1e-4 * ms, 0.0))
+        if ms >= kept and ms % 97 == 0:
+            earliest = ms - kept + 1
+            assert hand.when_ns(1e-4 * earliest, 0.0) == pytest.approx(START_NS + earliest * MS, abs=1000)
 
 
 def test_nothing_followed_is_no_time() -> None:
