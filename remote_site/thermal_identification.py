@@ -144,7 +144,9 @@ class ThermalIdentification:
         ambient_c = knowledge.table.ambient_c if ambient_c is None else ambient_c
         self.warmed = False
         self.rested = abs(slope_k_s) <= AT_REST_K_S
-        self._estimate = None  # made with the first reading: the tick of a contact has enough to do
+        self._estimate = None  # made by `work`: the ticks of a contact have enough to do
+        self._unread: list[tuple[float, float, float]] = []
+        """Readings that came before it was made."""
         self._begin = partial(
             TouchEstimate,
             knowledge.table,
@@ -202,17 +204,25 @@ class ThermalIdentification:
             self.stop(f"sensor fault: {fault}")
         elif dt_s > 0.0:
             self._before_s, self.since_s = t_s, t_s - self._contact_s
-            if (estimate := self._estimate) is None:
-                estimate = self._estimate = self._begin()
-            estimate.take(dt_s, sensor_c, force_n)
             self._exponential.add(self.since_s, sensor_c)
-            self._see_what_is_due(estimate)
+            if (estimate := self._estimate) is None:
+                self._unread.append((dt_s, sensor_c, force_n))
+                self.waited_s = 0.0
+            else:
+                estimate.take(dt_s, sensor_c, force_n)
+                self._see_what_is_due(estimate)
 
     def work(self) -> None:
         """Do what takes its time and is due, if anything: a part of a solution, or of a look at earlier readings."""
         if self.waited_s < 0.0:
             return
-        assert self._estimate is not None
+        if self._estimate is None:
+            self._estimate = self._begin()
+            for reading in self._unread:
+                self._estimate.take(*reading)
+            self._see_what_is_due(self._estimate)
+            if self.waited_s < 0.0:
+                return
         self._estimate.work()
         if self._estimate.news:
             self.fresh = True
