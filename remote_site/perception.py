@@ -161,9 +161,9 @@ class Perception:
 
     def _followed_ns(self, at_s: float | None) -> int:
         """When the operator's hand was where the fingers were at a time, now by default."""
-        times_s, x_m, y_m = self._places.tracks
         if at_s is None:
-            return self._hand.when_ns(x_m[-1], y_m[-1])
+            return self._hand.when_ns(*self._place_m)
+        times_s, x_m, y_m = self._places.tracks
         return self._hand.when_ns(float(np.interp(at_s, times_s, x_m)), float(np.interp(at_s, times_s, y_m)))
 
     def _share(self) -> None:
