@@ -207,7 +207,7 @@ class ThermalIdentification:
             self._exponential.add(self.since_s, sensor_c)
             if (estimate := self._estimate) is None:
                 self._unread.append((dt_s, sensor_c, force_n))
-                self.waited_s = 0.0
+                self.waited_s = self.since_s
             else:
                 estimate.take(dt_s, sensor_c, force_n)
                 self._see_what_is_due(estimate)

@@ -7,6 +7,7 @@ import pytest
 
 from common.messages import ThermalStatus
 from remote_site.material_table import MaterialTable
+from remote_site.solving_turns import SolvingTurns
 from remote_site.thermal_answer import EARLIEST_S, NO_CONTACT, ThermalAnswer
 from remote_site.thermal_identification import LASTS_S, ThermalIdentification, ThermalKnowledge
 from tests.remote_site.made_touches import (
@@ -146,6 +147,19 @@ def test_a_touch_is_done_in_the_end(knowledge: ThermalKnowledge) -> None:
     identification.release()
     assert identification.answer is NO_CONTACT
     assert identification.evidence() is None
+
+
+def test_a_site_that_is_always_late_still_finds_what_it_touches(knowledge: ThermalKnowledge) -> None:
+    (touch,) = made_touches("stone", 1, seed=24, seconds=1.0)
+    identification, turns = ThermalIdentification(knowledge), SolvingTurns(0.001)
+    turns.step(-1.0, [])
+    identification.start(0.0, touch.start_c, 0.0, AMBIENT_C)
+    for t_s, sensor_c, force_n in touch.after():
+        identification.take(t_s, sensor_c, force_n)
+        if turns.step(t_s, [identification]) is not None:
+            identification.work()
+    assert turns.postponed
+    assert identification.evidence() is not None
 
 
 def test_touch_after_touch_starts_anew(knowledge: ThermalKnowledge) -> None:
