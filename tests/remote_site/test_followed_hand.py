@@ -53,7 +53,7 @@ def test_where_the_hand_never_was_the_newest_motion_counts() -> None:
     assert hand.when_ns(0.01, 0.02 + 1.1 * NEAR_M) == START_NS + 198 * MS
 
 
-def test_an_operator_whose_clock_hardly_moves_is_remembered_no_longer() -> None:
+def test_a_way_is_bounded_when_its_clock_hardly_moves() -> None:
     hand = FollowedHand()
     hand.step(HandPlace(START_NS, 0.5, 0.0))
     for ns in range(1, 5 * MOST):

@@ -161,7 +161,7 @@ class Counting:
 
 
 class ImaginedTime(SelectLoop):
-    """Sockets whose clock passes by waiting, with a wake-up that is late, and by what the world does."""
+    """Sockets with a clock of their own. It advances while they wait, by 20 us too much, and when a world stalls."""
 
     def __init__(self) -> None:
         super().__init__(lambda: self.t_s)
