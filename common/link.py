@@ -136,9 +136,15 @@ class RemoteLink(_Link):
                 raise LinkProblem(f"{self._address(stream)} ({stream.name}): {error.strerror}") from None
 
     def requests(self, stream: str) -> list[Received]:
-        """What clients sent on a request stream, at most MOST_AT_ONCE; emergency stops first."""
+        """What clients sent on a request stream, at most MOST_AT_ONCE; emergency stops first.
+
+        Connections of readers that subscribe again and again are ended here, not when a packet is sent: looking at them
+        after each packet made the library's thread send it 10 to 20 us later.
+        """
         if len(self._sockets) < len(STREAMS):
             self._bind_missing()
+        for subscribers in self._subscribers.values():
+            subscribers.step()
         inbox = self._inboxes.get(stream)
         return [] if inbox is None else receive_requests(inbox)
 
@@ -146,12 +152,6 @@ class RemoteLink(_Link):
         """The newest unread motion of each connection, at most MOST_AT_ONCE."""
         inbox = self._inboxes.get("motion")
         return [] if inbox is None else receive_newest(inbox)
-
-    def send_latest(self, stream: str, packet: bytes) -> None:
-        """As `_Link.send_latest`; connections of readers that subscribe again and again are ended."""
-        super().send_latest(stream, packet)
-        if stream in self._subscribers:
-            self._subscribers[stream].step()
 
     def expel(self, stream: str, received: Received, refuse_s: float = 0.0) -> None:
         """End the connection that `received` came on, and refuse its key at this stream for a while.

@@ -415,6 +415,7 @@ def test_a_reader_that_subscribes_again_and_again_is_sent_away(keys: Keys, base_
             with suppress(zmq.Again):
                 reader.send(b"\x01" + made.to_bytes(100, "little"), zmq.DONTWAIT)
                 made += 1
+            remote.requests("control")
             remote.send_latest("touch", b"t")
             most = max(most, subscriptions(remote._sockets["touch"]))
             return made > 500
