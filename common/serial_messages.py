@@ -102,6 +102,8 @@ class TextureSamples:
     counts: bytes
     """int16 little endian, -2048..2047 for -10..+10 V."""
     HEAD: ClassVar[struct.Struct] = struct.Struct("<IB")
+    HIGH_BYTES: ClassVar[bytes] = bytes(range(0x08)) + bytes(range(0xF8, 0x100))
+    """The second byte of a count within 12 bits, sign extended."""
 
     def encode(self) -> bytes:
         """Payload bytes."""
@@ -120,8 +122,7 @@ class TextureSamples:
         counts = payload[cls.HEAD.size :]
         if len(counts) != 2 * count:
             raise BadPayload(f"texture samples: {count} samples announced, {len(counts)} bytes follow")
-        samples = struct.unpack(f"<{count}h", counts)
-        if samples and not (max(samples) <= 2047 and min(samples) >= -2048):
+        if counts[1::2].translate(None, cls.HIGH_BYTES):
             raise BadPayload("texture samples: beyond 12 bits")
         return cls(time_us, counts)
 

@@ -34,6 +34,7 @@ SATURATED_S, FLAT_S, CLIPPED_S, FOLLOWS_S = 0.05, 0.10, 0.50, 0.40
 """How long each is watched, s."""
 CLIPPED_PART = 0.01
 """Part of the samples at the ends of the range that is no accident."""
+_CLIPPED_MOST = CLIPPED_PART * CLIPPED_S * RATE_HZ
 PRESSED_N = 0.25
 """Force, behind the integrator, that has to change before it is judged whether the signal follows, N."""
 LATE_S = 0.15
@@ -121,13 +122,15 @@ class TextureFault:
         self._count += 1
         if self._count % WATCH_EVERY == 0 and (resting or self._noise_v2 is not None):
             self._watch_signal()
-        self.fault = self._name(high_v - low_v)
+        span_v = high_v - low_v
+        sound = not railed and self._noise_v2 is None and self._clipped <= _CLIPPED_MOST and span_v >= STILL_V
+        self.fault = None if sound else self._name(span_v)
         return self.fault
 
     def _name(self, span_v: float) -> str | None:
         if self._stuck and self._stuck >= min(round(SATURATED_S / self._block_s), self._count):
             return SATURATED
-        if self._clipped > CLIPPED_PART * CLIPPED_S * RATE_HZ:
+        if self._clipped > _CLIPPED_MOST:
             return CLIPPED
         if span_v < STILL_V:
             lows_v, highs_v = zip(*self._spans_v, strict=True)

@@ -175,8 +175,7 @@ class TextureIdentification:
     ) -> list[Impulse]:
         """As `step` with one force, speed and mode for all samples; returns only the impulses in them."""
         if len(samples_v) == BLOCK and not self._waiting:
-            mean_n, mean_m_s = sum((force_n,) * BLOCK) / BLOCK, sum((speed_m_s,) * BLOCK) / BLOCK
-            return self._block(t_s, samples_v, mean_n, mean_m_s, mode)[0]
+            return self._block(t_s, samples_v, force_n, speed_m_s, mode)[0]
         return self._gather(t_s, [(sample_v, force_n, speed_m_s, mode) for sample_v in samples_v])[0]
 
     def _gather(self, t_s: float, samples: list[_Sample]) -> tuple[list[Impulse], float | None]:
