@@ -47,7 +47,7 @@ class Rates:
 
 DEFAULT = Rates(RemoteConfig.model_fields["rate_hz"].default, OperatorConfig.model_fields["rate_hz"].default)
 """What a site has whose configuration says nothing of its rate."""
-FASTER = (Rates(1000.0, 1000.0), Rates(500.0, 1000.0))
+FASTER = (Rates(1000.0, 1000.0), Rates(500.0, 500.0))
 """Rates that a session has instead where they fit, the first that does."""
 
 
