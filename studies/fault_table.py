@@ -104,6 +104,9 @@ def _found(name: str, where: str, begin: str, mend: str, later_s: float, neutral
 
 
 NETWORK_FAULTS = (
+    # These come first: an interrupted press is felt more weakly until the finger lifts (decision 18).
+    Fault("delay 20 ± 5 ms", "network", "delay 20 5", _CONTINUES, _NONE, mend="clear"),
+    Fault("delay 100 ± 20 ms", "network", "delay 100 20", _CONTINUES, _NONE, mend="clear"),
     Fault("partition 1 s", "network", "partition 1", _RESUMES, seconds=1.0),
     Fault("partition 10 s", "network", "partition 10", _RESUMES, seconds=10.0),
     Fault("stall 3 s, then a burst", "network", "stall 3", _RESUMES, seconds=3.0),
@@ -112,8 +115,6 @@ NETWORK_FAULTS = (
     Fault("way to the remote site cut, 2 s", "network", "partition 2 to_remote", _RESUMES, AT_PATIENT),
     Fault("way to the operator's site cut, 2 s", "network", "partition 2 to_operator", _RESUMES),
     Fault("TCP connections reset", "network", "cut", _RESUMES, _NONE, seconds=0.0),
-    Fault("delay 20 ± 5 ms", "network", "delay 20 5", _CONTINUES, _NONE, mend="clear"),
-    Fault("delay 100 ± 20 ms", "network", "delay 100 20", _CONTINUES, _NONE, mend="clear"),
     Fault(
         "delay 400 ± 20 ms, age limit 150 ms",
         "network",
