@@ -22,7 +22,8 @@ help:
 	@echo "make netns       the link over packets that are really delayed and lost (root)"
 	@echo "make containers  tests that run the composition in containers (needs an engine)"
 	@echo "make console     the console's page in a real Chromium (\$$CHROMIUM, or the system's)"
-	@echo "make faults      every fault of the table, of devices in lock step (FAULTS=real: in real time); writes docs/faults.md"
+	@echo "make faults      every fault of the table, on the test bed where that can show it; writes docs/faults.md (FAULTS=real: all in real time)"
+	@echo "make everything  all that takes longer, in pieces; goes on where it was; writes docs/verification.md; PIECES='soak'"
 	@echo "make dask        studies on a Dask cluster of two workers, one of which is killed"
 	@echo "make results     every study in full into $(RESULTS)/, with an overview; ARGUMENTS=--quick"
 	@echo "make soak        ten minutes of work with faults at random; ARGUMENTS='--seconds 3000 --seed 7'"
@@ -76,7 +77,7 @@ netns: $(READY)
 
 .PHONY: faults
 faults: $(READY)
-	FAULT_PAGE=docs/faults.md $(BIN)/pytest -m faults -rP tests/faults/test_fault_matrix.py
+	FAULT_PAGE=$(if $(FAULTS),,docs/faults.md) $(BIN)/pytest -m faults -rP tests/faults/test_fault_matrix.py
 
 # SCREENSHOTS=folder keeps a picture of every state. What is in real time needs the machine to itself.
 TIMED := tests/console/test_connection.py $(wildcard tests/console/test_live_*.py)
@@ -120,6 +121,10 @@ coverage: $(READY)
 	$(BIN)/pytest -q -n 2 tests/operator_site/test_gate.py tests/remote_site/test_patient_gate.py --cov-branch \
 		--cov-report=term-missing --cov-fail-under=100 \
 		$(addprefix --cov=,$(sort $(OPERATOR_GATE) $(PATIENT_GATE)))
+
+.PHONY: everything
+everything: $(READY)
+	$(BIN)/python -m tests.everything $(PIECES)
 
 .PHONY: dask
 dask: $(READY)

@@ -18,13 +18,19 @@ class BackgroundOpener(Generic[T]):
     """Runs `opener` in a thread, again and again until it succeeds, and hands the result over once."""
 
     def __init__(
-        self, opener: Callable[[], T], retry_s: float = 0.25, now_s: Callable[[], float] = time.monotonic
+        self,
+        opener: Callable[[], T],
+        retry_s: float = 0.25,
+        now_s: Callable[[], float] = time.monotonic,
+        discard: Callable[[T], object] = lambda opened: None,
     ) -> None:
-        """Open with `opener`; after it failed, and after a first early loss, wait `retry_s`, s."""
+        """Open with `opener`; after it failed, and after a first early loss, wait `retry_s`, s.
+
+        `discard` closes what was opened and is wanted no more.
+        """
         self.problem: Exception | None = None
         """Why the last try failed; None while none has."""
-        self.discard: Callable[[T], object] = lambda opened: None
-        """Closes what was opened and is wanted no more."""
+        self._discard = discard
         self._opener = opener
         self._retry_s = retry_s
         self._now_s = now_s
@@ -58,7 +64,7 @@ class BackgroundOpener(Generic[T]):
             self._stop.set()
             opened = self.take()
         if opened is not None:
-            self.discard(opened)
+            self._discard(opened)
 
     def _run(self) -> None:
         if self._wait_s > 0.0:
@@ -80,4 +86,4 @@ class BackgroundOpener(Generic[T]):
             if wanted:
                 self._opened = opened
         if not wanted:
-            self.discard(opened)
+            self._discard(opened)

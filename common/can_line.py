@@ -11,7 +11,6 @@ from typing import Literal
 import can
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from common.background import BackgroundOpener
 from common.can_controller import CanController
 from common.can_frames import BadFrame, FrameReceiver, SentFrame
 from common.can_gateway import GatewayBus, TakenFrame, taken_frame
@@ -19,7 +18,8 @@ from common.frame_damage import FrameDamage
 from common.own_frames import OwnFrames
 from common.rate_limiter import RateLimiters
 from common.resolve import is_ipv6
-from common.serial_line import DeviceAbsent
+from common.serial_port import DeviceAbsent
+from common.wiring import SYSTEM, Opener, Wiring
 
 log = logging.getLogger(__name__)
 
@@ -96,6 +96,7 @@ class CanLine:
     receivers: tuple[FrameReceiver, ...]
     sends: tuple[str, ...] = ()
     """Names of the frames that this host alone may send."""
+    wiring: Wiring = SYSTEM
     times_lost: int = 0
     unknown: int = 0
     unsent: int = 0
@@ -112,7 +113,7 @@ class CanLine:
     _bus: can.BusABC | None = None
     _unread: list[TakenFrame] = field(default_factory=list)
     """Frames that were taken from the bus, and are to be read by the next poll."""
-    _opener: BackgroundOpener[can.BusABC] = field(init=False)
+    _opener: Opener[can.BusABC] = field(init=False)
     _by_id: dict[int, tuple[FrameReceiver, FrameDamage]] = field(init=False)
     _own: OwnFrames = field(init=False)
     _lost: DeviceAbsent | None = None
@@ -121,8 +122,7 @@ class CanLine:
     def __post_init__(self) -> None:
         self._own = OwnFrames(self.sends)
         self._forget()
-        self._opener = BackgroundOpener(self.address.open)
-        self._opener.discard = _shut_down
+        self._opener = self.wiring.opener(lambda: self.wiring.open_bus(self.address), _shut_down)
         self._opener.start()
 
     @property

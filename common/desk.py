@@ -7,7 +7,7 @@ owner of the site's own secret key is let in: who may read that file may run the
 import time
 from collections.abc import Callable
 from types import TracebackType
-from typing import Any
+from typing import Any, Protocol
 
 import zmq
 
@@ -37,6 +37,13 @@ _AT_ONCE = 16
 
 Do = Callable[[str, dict[str, Any]], dict[str, Any]]
 """Carries out a verb with its details, returns what to tell; raises Refused."""
+
+
+class LocalControl(Protocol):
+    """Where a person at a site asks its process for something."""
+
+    def serve(self, now_ns: int, do: Do) -> None:
+        """Carry out what was asked since the last call, and answer."""
 
 
 class Desk:

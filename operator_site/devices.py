@@ -9,6 +9,7 @@ from common.ready_lines import ReadyLines
 from common.serial_line import SerialLine
 from common.standstill import HostClock
 from common.tick_age import TickAge
+from common.wiring import SYSTEM, Wiring
 from operator_site.exoskeleton import Exoskeleton, Hand
 from operator_site.gate import GatedOutput
 from operator_site.tacttip import TactTip
@@ -17,11 +18,11 @@ from operator_site.tacttip import TactTip
 class OperatorDevices:
     """Opens every device in the background; reading and writing never block."""
 
-    def __init__(self, config: OperatorConfig, clock: HostClock | None = None):
-        """Open them; `clock` is the one that `read` is given times of."""
+    def __init__(self, config: OperatorConfig, clock: HostClock | None = None, wiring: Wiring = SYSTEM):
+        """Open them, reached by `wiring`; `clock` is the one that `read` is given times of."""
         clock = HostClock() if clock is None else clock
-        self.exoskeleton = Exoskeleton(config.exoskeleton, config.fingers, clock)
-        self.tacttips = {FINGERS.index(f): TactTip(f, address, clock) for f, address in config.tacttip.items()}
+        self.exoskeleton = Exoskeleton(config.exoskeleton, config.fingers, clock, wiring)
+        self.tacttips = {FINGERS.index(f): TactTip(f, address, clock, wiring) for f, address in config.tacttip.items()}
         witnesses: list[Exoskeleton | TactTip] = [self.exoskeleton, *self.tacttips.values()]
         self._witnesses = witnesses
         self._ready = ReadyLines([self.exoskeleton.line, *self.lines()])

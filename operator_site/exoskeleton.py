@@ -10,6 +10,7 @@ from common.encoder_jumps import FRAME_S
 from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.standstill import HostClock, Witness
+from common.wiring import SYSTEM, Wiring
 from operator_site.hand_encoders import HandEncoders
 
 _MM = 1000.0
@@ -44,10 +45,16 @@ class Pushing:
 class Exoskeleton:
     """The hand-force exoskeleton."""
 
-    def __init__(self, address: CanAddress, fingers: Sequence[str] = FINGERS, clock: HostClock | None = None):
+    def __init__(
+        self,
+        address: CanAddress,
+        fingers: Sequence[str] = FINGERS,
+        clock: HostClock | None = None,
+        wiring: Wiring = SYSTEM,
+    ):
         """Open the bus at `address` in the background; `fingers` are in the exoskeleton, `clock` is that of `read`."""
         self.receivers = tuple(FrameReceiver(name) for name in ("HandPose", "FingerHeights", "ExoskeletonState"))
-        self.line = CanLine(address, self.receivers, sends=("FingerForces",))
+        self.line = CanLine(address, self.receivers, sends=("FingerForces",), wiring=wiring)
         self.hand = Hand()
         self.pushing = Pushing()
         self.stood_still_s = 0.0

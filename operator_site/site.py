@@ -14,7 +14,7 @@ from common.clock import ReadClock
 from common.config import OperatorConfig, to_toml
 from common.containment import Containment, MakeContainment
 from common.deadband import Deadband
-from common.desk import Desk
+from common.desk import Desk, LocalControl
 from common.fingers import FINGERS
 from common.keys import KeyPair, fingerprint, load_keys
 from common.ladder import TICK_AGE_S
@@ -66,7 +66,7 @@ class OperatorSite:
         client: OperatorSession,
         devices: OperatorDevices,
         recorder: Recorder | None = None,
-        desk: Desk | None = None,
+        desk: LocalControl | None = None,
         feed: Feed | None = None,
         containment: MakeContainment = Containment,
     ):

@@ -16,6 +16,7 @@ from common.serial_messages import (
 )
 from common.serial_witness import SerialWitness
 from common.standstill import HostClock
+from common.wiring import SYSTEM, Wiring
 from operator_site.hot_side import HotSide
 from operator_site.motor_drive import OFF, MotorDrive
 from operator_site.ntc import PlateSensor
@@ -31,9 +32,9 @@ _CUT_OUT, _STATE = DeviceFlag.THERMAL_CUT_OUT.value, MessageId.TACTTIP_STATE.val
 class TactTip:
     """One module. `plate_c` is NaN where there is no believable reading."""
 
-    def __init__(self, finger: str, address: str, clock: HostClock | None = None):
+    def __init__(self, finger: str, address: str, clock: HostClock | None = None, wiring: Wiring = SYSTEM):
         """Open the module at `address` in the background; `clock` is the one that `read` is given times of."""
-        self.line = SerialLine(address, DeviceKind.TACTTIP, finger)
+        self.line = SerialLine(address, DeviceKind.TACTTIP, finger, wiring)
         self._finger = finger
         self.name = f"{finger} tacttip"
         self.damaged = 0

@@ -9,6 +9,7 @@ from common.ready_lines import ReadyLines
 from common.serial_line import SerialLine
 from common.standstill import HostClock
 from common.tick_age import TickAge
+from common.wiring import SYSTEM, Wiring
 from remote_site.followed_hand import HandPlace
 from remote_site.patient_gate import GatedCommand
 from remote_site.sensed import Sensed
@@ -22,13 +23,15 @@ _NEVER = -math.inf
 class RemoteDevices:
     """Opens every device in the background; reading and writing never block."""
 
-    def __init__(self, config: RemoteConfig, clock: HostClock | None = None):
-        """Open them; `clock` is the one that `read` is given times of."""
+    def __init__(self, config: RemoteConfig, clock: HostClock | None = None, wiring: Wiring = SYSTEM):
+        """Open them, reached by `wiring`; `clock` is the one that `read` is given times of."""
         clock = HostClock() if clock is None else clock
-        self.telemanipulator = Telemanipulator(config.telemanipulator, config.fingers, clock)
-        self.texture = {FINGERS.index(f): TextureSensor(f, address, clock) for f, address in config.texture.items()}
+        self.telemanipulator = Telemanipulator(config.telemanipulator, config.fingers, clock, wiring)
+        self.texture = {
+            FINGERS.index(f): TextureSensor(f, address, clock, wiring) for f, address in config.texture.items()
+        }
         self.thermal = {
-            FINGERS.index(f): ThermalSensor(f, address, clock) for f, address in config.thermal_sensors.items()
+            FINGERS.index(f): ThermalSensor(f, address, clock, wiring) for f, address in config.thermal_sensors.items()
         }
         self.sensor_c = [math.nan] * len(FINGERS)
         self.sensor_s = [_NEVER] * len(FINGERS)
@@ -54,7 +57,7 @@ class RemoteDevices:
         if not self.telemanipulator.line.connected:
             return f"telemanipulator: {self.telemanipulator.line.problem or 'opening'}"
         for line in self._lines:
-            if line.descriptor is None:
+            if not line.connected:
                 return f"{line.finger} {line.kind.name.lower()}: {line.problem or 'opening'}"
         began_s = self.tick.began_s
         for sensor in self._sensors:

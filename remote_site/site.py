@@ -13,7 +13,7 @@ from common.clock import ReadClock
 from common.config import RemoteConfig, to_toml
 from common.containment import Containment, MakeContainment
 from common.deadband import Deadband
-from common.desk import Desk
+from common.desk import Desk, LocalControl
 from common.fingers import FINGERS, named_finger
 from common.keys import TrustedKeys, fingerprint, load_keys
 from common.ladder import TICK_AGE_S
@@ -64,7 +64,7 @@ class RemoteSite:
         link: RemoteLink,
         devices: RemoteDevices,
         recorder: Recorder | None = None,
-        desk: Desk | None = None,
+        desk: LocalControl | None = None,
         stamp_ns: ReadClock | None = None,
         containment: MakeContainment = Containment,
     ):

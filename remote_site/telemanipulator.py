@@ -10,6 +10,7 @@ from common.encoder_jumps import FRAME_S
 from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.standstill import HostClock, Witness
+from common.wiring import SYSTEM, Wiring
 from remote_site.measured_hand import MeasuredHand
 
 _MM = 1000.0
@@ -49,11 +50,17 @@ class Following:
 class Telemanipulator:
     """The remote hand."""
 
-    def __init__(self, address: CanAddress, fingers: Sequence[str] = FINGERS, clock: HostClock | None = None):
+    def __init__(
+        self,
+        address: CanAddress,
+        fingers: Sequence[str] = FINGERS,
+        clock: HostClock | None = None,
+        wiring: Wiring = SYSTEM,
+    ):
         """Open the bus at `address` in the background; `fingers` take part, `clock` is that of `read`."""
         frames = ("HandPoseMeasured", "FingerHeightsMeasured", "ContactForces", "TelemanipulatorState")
         self.receivers = tuple(FrameReceiver(name) for name in frames)
-        self.line = CanLine(address, self.receivers, sends=("HandSetpoint", "HeightSetpoint"))
+        self.line = CanLine(address, self.receivers, sends=("HandSetpoint", "HeightSetpoint"), wiring=wiring)
         self.measured = Measured()
         self.following = Following()
         self.stood_still_s = 0.0

@@ -9,6 +9,7 @@ from common.serial_line import SerialLine
 from common.serial_messages import BadPayload, DeviceKind, MessageId, TextureSamples
 from common.serial_witness import SerialWitness
 from common.standstill import HostClock
+from common.wiring import SYSTEM, Wiring
 
 VOLTS_PER_COUNT = 10.0 / 2048.0
 _SAMPLES = int(MessageId.TEXTURE_SAMPLES)
@@ -23,9 +24,9 @@ _MOST_WAITING = 40
 class TextureSensor:
     """Hands over the signal in the sensor's own chunks, oldest first."""
 
-    def __init__(self, finger: str, address: str, clock: HostClock | None = None):
+    def __init__(self, finger: str, address: str, clock: HostClock | None = None, wiring: Wiring = SYSTEM):
         """Open the sensor at `address` in the background; `clock` is the one that `read` is given times of."""
-        self.line = SerialLine(address, DeviceKind.TEXTURE_SENSOR, finger)
+        self.line = SerialLine(address, DeviceKind.TEXTURE_SENSOR, finger, wiring)
         self.damaged = 0
         self.measured_s = -math.inf
         """When the last samples came, s; -inf before the first."""

@@ -17,6 +17,7 @@ from common.serial_messages import (
 from common.serial_witness import SerialWitness
 from common.standstill import HostClock
 from common.thermometry import ssr_c
+from common.wiring import SYSTEM, Wiring
 from remote_site.ssr_plausibility import SsrPlausibility
 
 _READING = int(MessageId.THERMAL_READING)
@@ -47,9 +48,9 @@ class PlateReading:
 class ThermalSensor:
     """Reads at the sensor's own 100 Hz; the heater's command expires in the sensor after 100 ms."""
 
-    def __init__(self, finger: str, address: str, clock: HostClock | None = None):
+    def __init__(self, finger: str, address: str, clock: HostClock | None = None, wiring: Wiring = SYSTEM):
         """Open the sensor at `address` in the background; `clock` is the one that `read` is given times of."""
-        self.line = SerialLine(address, DeviceKind.THERMAL_SENSOR, finger)
+        self.line = SerialLine(address, DeviceKind.THERMAL_SENSOR, finger, wiring)
         self.damaged = 0
         self.measured_s = -math.inf
         """When the last reading came, s; -inf before the first."""

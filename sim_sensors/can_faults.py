@@ -11,7 +11,7 @@ from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.faults import Fault, switch
 from sim_sensors.faulty_parts import Encoder, ForceSensor, Transmitter
 from sim_sensors.intruder import Intruder
-from sim_sensors.serial_server import Finger
+from sim_sensors.serving import Finger
 from sim_sensors.telemanipulator import Telemanipulator
 
 MOST_N = 10.0

@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.fingers import FINGERS
-from common.serial_line import BAUD
 from common.serial_messages import DRIVE_FULL, MOTOR_MAX_MV
+from common.serial_port import BAUD
 from sim_sensors.faulty_parts import DRIFT_M_S, Babble, Hang, Piezo, Servos, Thermistor
 from sim_sensors.finger_plate import FingerPlates
-from sim_sensors.serial_server import Finger, SerialServer
-from sim_sensors.socketcand import SocketcandBus
+from sim_sensors.serial_server import SerialServer
+from sim_sensors.serving import Bus, Finger
 from sim_sensors.tacttip import TactTip
 
 log = logging.getLogger(__name__)
@@ -117,7 +117,7 @@ class Faults:
 
 def device_faults(
     serial: Mapping[str, SerialServer],
-    bus: SocketcandBus,
+    bus: Bus,
     drives: Mapping[Finger, Drive],
     thermistors: Mapping[Finger, Thermistor],
     hang: Hang,
@@ -131,7 +131,7 @@ def device_faults(
         thermistors: temperature sensors by finger.
         hang: what stops the whole process.
     """
-    lines: dict[str, SerialServer | SocketcandBus] = {**serial, "can": bus}
+    lines: dict[str, SerialServer | Bus] = {**serial, "can": bus}
     return {
         "unplug": Fault("DEVICE", lines, _unplug),
         "silence": Fault("DEVICE", lines, partial(switch, "silent")),
@@ -172,7 +172,7 @@ def plate_faults(plates: FingerPlates, fingers: Sequence[Finger]) -> dict[str, F
     }
 
 
-def _unplug(line: SerialServer | SocketcandBus, text: str) -> End:
+def _unplug(line: SerialServer | Bus, text: str) -> End:
     _nothing(text)
     line.unplug()
     return line.plug
@@ -233,7 +233,7 @@ def _mark(broken: NDArray[np.bool_], place: int, text: str) -> End:
     return partial(broken.__setitem__, place, False)
 
 
-def _turn_off(bus: SocketcandBus, text: str) -> End:
+def _turn_off(bus: Bus, text: str) -> End:
     _nothing(text)
     bus.turn_off()
     return bus.turn_on

@@ -8,9 +8,8 @@ import socket
 import tempfile
 import tty
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import Protocol
 
 from sim_sensors.backlog import Backlog
 from sim_sensors.faulty_parts import Babble
@@ -28,9 +27,6 @@ _KNOCK_S = 1.0
 _MOST_KNOCKING = 4
 """Connections that have sent nothing yet: for how long, s, and how many, they are kept."""
 _TCP_ADDRESS = re.compile(r"tcp:(?P<host>[^:]+):(?P<port>\d{1,5})")
-
-
-Finger = TypeVar("Finger", bound=str)
 
 
 class Device(Protocol):
@@ -56,13 +52,12 @@ class SerialServer(ABC):
 
     address: str
 
-    def __init__(self, device: Device, loop: SelectLoop) -> None:
+    def __init__(self, device: Device) -> None:
         self.backlog = Backlog(_BACKLOG_BYTES)
         self.silent = False
         self.deaf = False
         self.babble: Babble | None = None
         self._device = device
-        self._loop = loop
 
     def pump(self, now_s: float) -> None:
         """Let the module's clock reach `now_s` and send what it has to say."""
@@ -101,7 +96,8 @@ class PtyServer(SerialServer):
     """
 
     def __init__(self, device: Device, loop: SelectLoop, what: str) -> None:
-        super().__init__(device, loop)
+        super().__init__(device)
+        self._loop = loop
         self._folder = tempfile.TemporaryDirectory(prefix="serial-")
         self._link = Path(self._folder.name, what.replace(" ", "-"))
         self._ends: tuple[int, int] | None = None
@@ -159,7 +155,8 @@ class TcpServer(SerialServer):
     """
 
     def __init__(self, device: Device, loop: SelectLoop, host: str, port: int, what: str) -> None:
-        super().__init__(device, loop)
+        super().__init__(device)
+        self._loop = loop
         self._client: LineClient | None = None
         self._knocking: dict[socket.socket, float] = {}
         self._looked_s = -math.inf
@@ -260,25 +257,3 @@ def serve_serial(device: Device, loop: SelectLoop, address: str, what: str) -> S
     if match is None or int(match["port"]) > 65535:
         raise ValueError(f"{what}: address {address!r} is neither 'pty' nor 'tcp:HOST:PORT'")
     return TcpServer(device, loop, match["host"], int(match["port"]), what)
-
-
-def serve_fingers(
-    devices: Mapping[Finger, Device], loop: SelectLoop, addresses: Mapping[Finger, str], kind: str
-) -> dict[Finger, SerialServer]:
-    """Serve one kind of module for each finger, all of them or none.
-
-    Raises:
-        ValueError: fingers and addresses do not match, or an address cannot be served.
-    """
-    if set(devices) != set(addresses):
-        given = ", ".join(addresses) or "no finger"
-        raise ValueError(f"{kind}: has addresses for {given}, fingers says {', '.join(devices)}")
-    servers: dict[Finger, SerialServer] = {}
-    try:
-        for finger, device in devices.items():
-            servers[finger] = serve_serial(device, loop, addresses[finger], f"{kind} {finger}")
-    except ValueError:
-        for server in servers.values():
-            server.close()
-        raise
-    return servers

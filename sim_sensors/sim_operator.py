@@ -20,14 +20,13 @@ from sim_sensors.hand import ScriptedHand
 from sim_sensors.intruder import Intruder
 from sim_sensors.motor import VibrationMotors
 from sim_sensors.select_loop import SelectLoop
-from sim_sensors.serial_server import serve_fingers
+from sim_sensors.serving import Bus, Serving, SocketServing, serve_fingers
 from sim_sensors.simulation_loop import STEP_S, run_world
-from sim_sensors.socketcand import SocketcandBus
 from sim_sensors.tacttip import TactTip, ntc_counts
 from sim_sensors.truth_log import LOG_EVERY, OPERATOR_STREAMS, TruthLog
 
-_MEASURE_EVERY = 5
-"""Steps between two readings of the NTCs: 100 Hz."""
+_MEASURE_S = 0.010
+"""Time between two readings of the NTCs, s."""
 _INTRUDED = {"enabled": 1.0, **dict.fromkeys(FINGERS, 5.0)}
 """What a second sender on the bus commands, N."""
 
@@ -37,10 +36,18 @@ class OperatorDevices:
 
     The hand starts its script once the exoskeleton has been driven for `DRIVEN_S`, and ends
     `config.seconds` later.
+
+    Attributes:
+        step_s: by this much a step advances them, s; 10 ms at most.
     """
 
-    def __init__(self, config: SimOperatorConfig, sockets: SelectLoop) -> None:
+    def __init__(self, config: SimOperatorConfig, sockets: SelectLoop, serving: Serving | None = None) -> None:
         """Open everything.
+
+        Args:
+            config: what there is, and where.
+            sockets: serves the port for faults, and by default the devices.
+            serving: serves the devices.
 
         Raises:
             ValueError: unknown scene, an address that is taken or malformed, a recording that cannot be written.
@@ -49,7 +56,9 @@ class OperatorDevices:
         self.exoskeleton = Exoskeleton()
         self.motors = VibrationMotors(len(FINGERS))
         self.plates = FingerPlates(len(FINGERS), config.seed)
-        start_s = sockets.now()
+        self.step_s = STEP_S
+        serving = SocketServing(sockets) if serving is None else serving
+        start_s = serving.now()
         self.modules = {finger: TactTip(FINGERS.index(finger), start_s) for finger in config.fingers}
         self.thermistors = {finger: Thermistor() for finger in config.fingers}
         self.encoders = {finger: Encoder() for finger in config.fingers}
@@ -63,10 +72,10 @@ class OperatorDevices:
         self._drive = np.zeros(len(FINGERS))
         self._measure()
         with ExitStack() as opened:
-            self.servers = serve_fingers(self.modules, sockets, config.tacttip, "tacttip")
+            self.servers = serve_fingers(self.modules, serving, config.tacttip, "tacttip")
             for server in self.servers.values():
                 opened.callback(server.close)
-            self.bus = SocketcandBus(sockets, config.can_host, config.can_port, [self.exoskeleton])
+            self.bus: Bus = serving.bus(config.can_host, config.can_port, [self.exoskeleton])
             opened.callback(self.bus.close)
             lines = {f"{finger} tacttip": server for finger, server in self.servers.items()}
             kinds = device_faults(lines, self.bus, self.modules, self.thermistors, self.hang)
@@ -92,13 +101,13 @@ class OperatorDevices:
         self._steps += 1
         self._work(now_s)
         force_n = self.exoskeleton.force_n(now_s)
-        self.hand.step(STEP_S, force_n)
+        self.hand.step(self.step_s, force_n)
         self._measure_hand()
         self.bus.pump(now_s)
         volts, permille = [0.0] * len(FINGERS), [0] * len(FINGERS)
         for finger, module in self.modules.items():
             index = module.identity.finger
-            volts[index] = module.motor_v(now_s - STEP_S, now_s)
+            volts[index] = module.motor_v(now_s - self.step_s, now_s)
             permille[index] = module.peltier_permille
             self.servers[finger].pump(now_s)
             if module.motor_switched:
@@ -108,9 +117,9 @@ class OperatorDevices:
             self._volts_now, self._volts = volts, np.array(volts)
         if permille != self._permille:
             self._permille, self._drive = permille, np.array(permille) / DRIVE_FULL
-        self.motors.step(STEP_S, self._volts)
-        self.plates.step(STEP_S, self._drive)
-        if self._steps % _MEASURE_EVERY == 0:
+        self.motors.step(self.step_s, self._volts)
+        self.plates.step(self.step_s, self._drive)
+        if self._steps % round(_MEASURE_S / self.step_s) == 0:
             self._measure()
         if self._steps % LOG_EVERY == 0 and self._log.open:
             self._write_truth(now_s, force_n.tolist())

@@ -22,33 +22,43 @@ from sim_sensors.faulty_parts import Encoder, ForceSensor, Hang, Piezo, Servos, 
 from sim_sensors.intruder import Intruder
 from sim_sensors.remote_world import RemoteWorld
 from sim_sensors.select_loop import SelectLoop
-from sim_sensors.serial_server import serve_fingers
+from sim_sensors.serving import Bus, Serving, SocketServing, serve_fingers
 from sim_sensors.simulation_loop import STEP_S, run_world
-from sim_sensors.socketcand import SocketcandBus
 from sim_sensors.telemanipulator import Telemanipulator
 from sim_sensors.texture_sensor import TextureSensor
 from sim_sensors.thermal_sensor import ThermalSensor
 from sim_sensors.truth_log import LOG_EVERY, REMOTE_STREAMS, TruthLog
 
-_MEASURE_EVERY = 5
-"""Steps between two readings of the thermometers: 100 Hz."""
+_MEASURE_S = 0.010
+"""Time between two readings of the thermometers, s."""
 _INTRUDED_HAND = {"x": 0.0, "y": 0.0}
 _INTRUDED_HEIGHTS = {"released": 0.0, **dict.fromkeys(FINGERS, 6.0)}
 """What a second sender on the bus commands, mm."""
 
 
 class RemoteDevices:
-    """Devices and world of the remote side."""
+    """Devices and world of the remote side.
 
-    def __init__(self, config: SimRemoteConfig, sockets: SelectLoop) -> None:
+    Attributes:
+        step_s: by this much a step advances them, s; 10 ms at most.
+    """
+
+    def __init__(self, config: SimRemoteConfig, sockets: SelectLoop, serving: Serving | None = None) -> None:
         """Open everything.
+
+        Args:
+            config: what there is, and where.
+            sockets: serves the port for faults, and by default the devices.
+            serving: serves the devices.
 
         Raises:
             ValueError: unknown scene, an address that is taken or malformed, a recording that cannot be written.
         """
         self.world = RemoteWorld(load_scene(config.scene), config.seed, config.fingers)
         self.robot = Telemanipulator()
-        start_s = sockets.now()
+        self.step_s = STEP_S
+        serving = SocketServing(sockets) if serving is None else serving
+        start_s = serving.now()
         self._indices = {finger: FINGERS.index(finger) for finger in config.fingers}
         self.texture = {finger: TextureSensor(index, start_s) for finger, index in self._indices.items()}
         self.piezos = {finger: Piezo() for finger in config.fingers}
@@ -67,13 +77,13 @@ class RemoteDevices:
         self._measure_robot()
         self._measure_plates()
         with ExitStack() as opened:
-            self.texture_servers = serve_fingers(self.texture, sockets, config.texture, "texture")
+            self.texture_servers = serve_fingers(self.texture, serving, config.texture, "texture")
             for server in self.texture_servers.values():
                 opened.callback(server.close)
-            self.thermal_servers = serve_fingers(self.thermal, sockets, config.thermal_sensors, "thermal_sensors")
+            self.thermal_servers = serve_fingers(self.thermal, serving, config.thermal_sensors, "thermal_sensors")
             for server in self.thermal_servers.values():
                 opened.callback(server.close)
-            self.bus = SocketcandBus(sockets, config.can_host, config.can_port, [self.robot])
+            self.bus: Bus = serving.bus(config.can_host, config.can_port, [self.robot])
             opened.callback(self.bus.close)
             self.bus.intruder = self._intruder
             self.faults = self._faults()
@@ -95,14 +105,14 @@ class RemoteDevices:
             for module in self.thermal.values():
                 self._drive[module.identity.finger] = module.drive
         world = self.world
-        world.step(STEP_S, *self.servos.setpoint_m(now_s, self.robot.setpoint_m(now_s)), self._drive)
+        world.step(self.step_s, *self.servos.setpoint_m(now_s, self.robot.setpoint_m(now_s)), self._drive)
         self._measure_robot()
         self.bus.pump(now_s)
         counts = world.take_texture_counts()
         if counts.size:
             for finger, sensor in self.texture.items():
                 sensor.add_samples(self.piezos[finger].read(counts[sensor.identity.finger]))
-        if self._steps % _MEASURE_EVERY == 0:
+        if self._steps % round(_MEASURE_S / self.step_s) == 0:
             self._measure_plates()
         for server in self._servers:
             server.pump(now_s)

@@ -7,9 +7,9 @@ from studies.fault_judge import HOLD_S, Finding
 from studies.fault_table import Actuator
 
 _REAL = "All sites and simulators are processes of their own, in real time."
-_LOCK_STEP = """Faults of the network, of processes and of the disk are done to real processes. Faults of devices
-are done in lock step: both sites, their real drivers, lines and link, and all devices in one process, where each tick
-is on time on any machine (`FAULTS=real make faults` does these to real processes, too)."""
+_ON_BED = """Faults that need real processes, a real disk or TCP connections are done to real processes. All others
+are done on the test bed: both sites, their real drivers, the link and all devices in one process on a virtual clock,
+where each tick is on time on any machine (`FAULTS=real make faults` does these to real processes, too)."""
 HEAD = """# Faults
 
 What has to come of each fault, and what came of it: both sites, a simulated network between them, and simulated
@@ -91,11 +91,11 @@ emulators and physics in one process on a virtual clock (`tests/virtual`), judge
 """
 
 
-def page(findings: Sequence[Finding], lock_step: bool) -> str:
+def page(findings: Sequence[Finding], real: bool) -> str:
     """The table with what it means.
 
     Args:
         findings: of every fault.
-        lock_step: whether faults of devices were done in lock step.
+        real: whether all were done to real processes.
     """
-    return HEAD.format(form=_LOCK_STEP if lock_step else _REAL) + table(findings) + TAIL
+    return HEAD.format(form=_REAL if real else _ON_BED) + table(findings) + TAIL

@@ -25,7 +25,6 @@ from teletaction.processes import SessionProcesses, family
 
 _STROKES = 20
 """To and fro; the middle finger strokes, and the index finger, beside the object, keeps its sensor's heater at work."""
-_SLOW_STOPPED_S, _SLOW_RUNNING_S = 0.030, 0.010
 _MODELS: dict[str, Any] = {
     "sim-remote": SimRemoteConfig,
     "sim-operator": SimOperatorConfig,
@@ -109,15 +108,11 @@ class FaultSession(FaultedSession):
         self.processes.start(process, self.configurations[process])
         return time.monotonic()
 
-    def slow(self, process: str, seconds: float) -> float:
-        """Let a process run in slices of 10 ms with 30 ms between, for some time; returns when it ends, s."""
-        end_s = time.monotonic() + seconds
-        while time.monotonic() < end_s:
-            self.signal(process, signal.SIGSTOP)
-            time.sleep(_SLOW_STOPPED_S)
-            self.signal(process, signal.SIGCONT)
-            time.sleep(_SLOW_RUNNING_S)
-        return time.monotonic()
+    def stop(self, process: str, seconds: float) -> tuple[float, float]:
+        """Stop a process for some time; returns when that began and ended, s."""
+        begin_s = self.signal(process, signal.SIGSTOP)
+        time.sleep(seconds)
+        return begin_s, self.signal(process, signal.SIGCONT)
 
     def fill_disk(self, *, full: bool) -> float:
         """Let neither site write to any file, or let them again; returns when, s."""

@@ -1,4 +1,4 @@
-"""What is common to sessions to which faults are done, of real processes or in lock step."""
+"""What is common to sessions to which faults are done: of real processes, and on the test bed."""
 
 from abc import ABC, abstractmethod
 from typing import Any
@@ -8,6 +8,7 @@ from common.session import Refused
 
 _WORKING_S = 30.0
 _COOL_S = 20.0
+_SLOW_STOPPED_S, _SLOW_RUNNING_S = 0.030, 0.010
 
 
 class NotWorking(RuntimeError):
@@ -36,6 +37,18 @@ class FaultedSession(ABC):
     @abstractmethod
     def mend(self) -> None:
         """End every fault."""
+
+    @abstractmethod
+    def stop(self, process: str, seconds: float) -> tuple[float, float]:
+        """Let a process stand still for some time; returns when that began and ended, s."""
+
+    def slow(self, process: str, seconds: float) -> tuple[float, float]:
+        """Let a process run in slices of 10 ms with 30 ms between; returns when that began and ended, s."""
+        begin_s = self.now_s()
+        while self.now_s() < begin_s + seconds:
+            self.stop(process, _SLOW_STOPPED_S)
+            self.wait(_SLOW_RUNNING_S)
+        return begin_s, self.now_s()
 
     @abstractmethod
     def ask(self, site: str, verb: str) -> dict[str, Any]:

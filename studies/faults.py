@@ -2,7 +2,7 @@
 
 import signal
 import tempfile
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ from studies.fault_table import (
     Outcome,
 )
 from studies.faulted_session import FaultedSession, NotWorking
-from studies.lockstep_session import LockStepSession
+from studies.virtual_fault_session import VirtualFaultSession
 from teletaction.conclude import recordings_of
 
 GROUPS: dict[str, tuple[Fault, ...]] = {
@@ -42,27 +42,41 @@ _STATUS_S = 1.5
 """By then every process has told how it is."""
 Tell = Callable[[str], object]
 
+REAL_ONLY = ("kill", "burn", "full", "cut", "half_open")
+"""First words of faults that need real processes, a real disk or TCP: the test bed has none of them."""
 
-IN_LOCK_STEP = ("devices", "plate")
-"""Groups whose faults act in simulated devices alone: these can be done in lock step as well."""
+
+def virtual(faults: Sequence[Fault]) -> tuple[Fault, ...]:
+    """Those that can be done on the test bed as well."""
+    return tuple(fault for fault in faults if fault.begin.split()[0] not in REAL_ONLY)
 
 
-def run(
-    groups: Sequence[str] = tuple(GROUPS), tell: Tell = lambda _: None, lock_step: Collection[str] = ()
-) -> list[Finding]:
-    """Do every fault of some groups, one after the other, and judge each.
+def run(groups: Sequence[str] = tuple(GROUPS), tell: Tell = lambda _: None, *, real: bool = False) -> list[Finding]:
+    """Do every fault of some groups, and judge each.
 
     Args:
-        groups: keys of GROUPS; each is a session of its own.
+        groups: keys of GROUPS.
         tell: called with each fault's name when it is done.
-        lock_step: groups that are done in lock step instead of to real processes; of IN_LOCK_STEP.
+        real: do all to real processes; else only those of REAL_ONLY, and the others on the test bed.
     """
     findings = []
     for group in groups:
-        session = LockStepSession if group in lock_step else FaultSession
-        with tempfile.TemporaryDirectory(prefix="faults-") as folder:
-            findings += run_group(GROUPS[group], Path(folder), tell, session.open)
+        on_bed = () if real else virtual(GROUPS[group])
+        findings += run_apart(on_bed, tell, VirtualFaultSession.open)
+        findings += run_apart([fault for fault in GROUPS[group] if fault not in on_bed], tell)
     return findings
+
+
+def run_apart(
+    faults: Sequence[Fault],
+    tell: Tell = lambda _: None,
+    open_session: Callable[[Path], AbstractContextManager[FaultedSession]] = FaultSession.open,
+) -> list[Finding]:
+    """Do some faults to a session of their own, which leaves no files; no session where there is no fault."""
+    if not faults:
+        return []
+    with tempfile.TemporaryDirectory(prefix="faults-") as folder:
+        return run_group(faults, Path(folder), tell, open_session)
 
 
 def run_group(
@@ -110,8 +124,13 @@ def _do(session: FaultedSession, fault: Fault) -> Done:
 
 def begin_and_end(session: FaultedSession, fault: Fault) -> tuple[float, float]:
     """Do a fault; returns when it began, and when it was over."""
-    if isinstance(session, FaultSession) and fault.begin in _TO_PROCESSES:
-        return _TO_PROCESSES[fault.begin](session, fault)
+    if fault.begin == "stop":
+        return session.stop(fault.where, fault.seconds)
+    if fault.begin == "slow":
+        return session.slow(fault.where, fault.seconds)
+    if fault.begin in _REAL:
+        assert isinstance(session, FaultSession)
+        return _REAL[fault.begin](session, fault)
     begin_s = session.command(fault.where, fault.begin)
     if fault.expected is Outcome.LATCHED:
         deadline_s = begin_s + fault.later_s + 1.0
@@ -130,12 +149,6 @@ def _kill(session: FaultSession, fault: Fault) -> tuple[float, float]:
     return begin_s, session.restart(fault.where)
 
 
-def _stop(session: FaultSession, fault: Fault) -> tuple[float, float]:
-    begin_s = session.signal(fault.where, signal.SIGSTOP)
-    session.wait(fault.seconds)
-    return begin_s, session.signal(fault.where, signal.SIGCONT)
-
-
 def _fill_disk(session: FaultSession, fault: Fault) -> tuple[float, float]:
     begin_s = session.fill_disk(full=True)
     session.wait(fault.seconds)
@@ -147,14 +160,12 @@ def _fill_disk(session: FaultSession, fault: Fault) -> tuple[float, float]:
     return begin_s, end_s
 
 
-_TO_PROCESSES: dict[str, Callable[[FaultSession, Fault], tuple[float, float]]] = {
+_REAL: dict[str, Callable[[FaultSession, Fault], tuple[float, float]]] = {
     "kill": _kill,
-    "stop": _stop,
-    "slow": lambda session, fault: (session.now_s(), session.slow(fault.where, fault.seconds)),
     "burn": lambda session, fault: (session.now_s(), session.burn(fault.seconds)),
     "full": _fill_disk,
 }
-"""What is done to processes and to their machine."""
+"""What is done to real processes and their machine only."""
 
 
 def recover(session: FaultedSession) -> bool:

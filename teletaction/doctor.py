@@ -154,10 +154,10 @@ def _device(device: _Serial) -> Finding:
             if (found.kind, FINGERS[found.finger]) != (kind, device.finger):
                 raise ValueError(f"{address}: is the {in_words(found)}; expected the {device.name}")
             received, until_s = 0, time.monotonic() + RATE_S
-            line.port.timeout = 0.05
             while time.monotonic() < until_s:
-                # Every frame ends with a zero byte that stands nowhere else.
-                received += line.port.read(4096).count(0)
+                if line.port.wait(0.05):
+                    # Every frame ends with a zero byte that stands nowhere else.
+                    received += line.port.read().count(0)
             rate_hz = received / RATE_S
             if not 0.7 * found.rate_hz <= _values(found.kind, rate_hz) <= 1.3 * found.rate_hz:
                 raise ValueError(f"{address}: {rate_hz:.0f} messages a second, the device promises {found.rate_hz} Hz")

@@ -6,8 +6,9 @@ from pathlib import Path
 
 from common.can_line import CanAddress
 from common.fingers import FINGERS
-from common.serial_line import DeviceAbsent, open_line
+from common.serial_line import open_line
 from common.serial_messages import Identity
+from common.serial_port import DeviceAbsent
 from teletaction.conformance.node_talk import BusEnd, name_of
 
 PORTS = Path("/dev/serial/by-id")

@@ -17,7 +17,7 @@ from common.packets import Floats, LinkState
 from common.perceptible import HEIGHT_M, PLANE_M
 from operator_site.session_client import SessionClient
 from remote_site.session_server import SessionServer
-from tests.virtual.network import TO_REMOTE, Network, OperatorEnd, RemoteEnd
+from teletaction.testbed.network import TO_REMOTE, Network, OperatorEnd, RemoteEnd
 
 TICK_S = 0.002
 ABLE = capabilities(("index",), 500.0)

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from common.can_line import can_address
-from common.serial_line import DeviceAbsent
 from common.serial_messages import DeviceKind
+from common.serial_port import DeviceAbsent
 from teletaction.conformance.checklist import Checklist, Driven, How, Trial, Tried, Unsafe, Verdict
 from teletaction.conformance.cut_out import CUT_OUT, Heating
 from teletaction.conformance.disturbed_module import DISTURBED

@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
-import serial
-
 from common.framing import Frame, FrameReader, encode_frame
-from common.serial_line import BAUD, DeviceAbsent, close_port, open_port
 from common.serial_messages import BadPayload, DeviceKind, Identity, MessageId
+from common.serial_port import BAUD, DeviceAbsent, open_port
 
 ANSWER_S = 0.1
 """An IDENTIFY is answered within this time."""
@@ -22,6 +20,7 @@ REPORTS = {
     DeviceKind.TACTTIP: MessageId.TACTTIP_STATE,
 }
 _READ_S = 0.002
+_FULL_S = 0.5
 
 
 class ModuleEnd(Protocol):
@@ -52,7 +51,6 @@ class PortEnd:
             DeviceAbsent: it cannot be opened, or another program has it.
         """
         self._port = open_port(address)
-        self._port.timeout = _READ_S
         self.address = address
         self.now = time.monotonic
 
@@ -60,11 +58,20 @@ class PortEnd:
         """Put bytes on the line.
 
         Raises:
-            DeviceAbsent: the line is gone.
+            DeviceAbsent: the line is gone, or took nothing for half a second.
         """
+        until_s = self.now() + _FULL_S
         try:
-            self._port.write(data)
-        except (serial.SerialException, OSError) as error:
+            while data:
+                taken = self._port.write(data)
+                data = data[taken:]
+                if taken:
+                    until_s = self.now() + _FULL_S
+                elif self.now() > until_s:
+                    raise TimeoutError("the line takes nothing")
+                else:
+                    time.sleep(_READ_S)
+        except OSError as error:
             raise DeviceAbsent(f"{self.address}: {error}") from None
 
     def receive(self, seconds: float) -> Iterator[tuple[float, bytes]]:
@@ -76,8 +83,8 @@ class PortEnd:
         until_s = self.now() + seconds
         while self.now() < until_s:
             try:
-                piece = self._port.read(4096)
-            except (serial.SerialException, OSError) as error:
+                piece = self._port.read() if self._port.wait(_READ_S) else b""
+            except OSError as error:
                 raise DeviceAbsent(f"{self.address}: {error}") from None
             if piece:
                 yield self.now(), piece
@@ -88,7 +95,7 @@ class PortEnd:
 
     def close(self) -> None:
         """Give the port back."""
-        close_port(self._port)
+        self._port.close()
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ import can
 
 from common.can_frames import FrameSender, frame_crc, packing
 from common.can_line import CanAddress
-from common.serial_line import DeviceAbsent
+from common.serial_port import DeviceAbsent
 from teletaction.conformance.checklist import NotApplicable
 
 Values = dict[str, float]

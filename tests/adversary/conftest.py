@@ -6,9 +6,9 @@ from contextlib import contextmanager
 import pytest
 
 from common.limits import AGE_DEFAULT_S
+from teletaction.testbed.network import Visitor
 from tests.adversary.attacker import Attacker
 from tests.virtual.judge import DeviceTimeouts, HoldTimes, Latches, check_limits
-from tests.virtual.network import Visitor
 from tests.virtual.session import Truth, VirtualSession, virtual_session
 
 CLOCKS_AGREE_S = 0.005

@@ -48,7 +48,7 @@ def test_an_operator_that_lies_about_its_clock_moves_on_or_ends_with_the_reason(
 
     link.send = lying
     said = set()
-    for _ in range(round(LIE_S / shared.tick_s)):
+    for _ in range(round(LIE_S / shared.step_s)):
         shared.tick()
         said.add(shared.operator.client.refusal.partition(":")[0])
     link.send = send

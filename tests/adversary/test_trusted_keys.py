@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from common.packets import LinkState
+from teletaction.testbed.network import OBSERVER_KEY, OPERATOR_KEY
 from tests.adversary.attacker import Attacker, attack
 from tests.adversary.conftest import attacker_of, judged_session
-from tests.virtual.network import OBSERVER_KEY, OPERATOR_KEY
 from tests.virtual.session import TICK_S, Truth, VirtualSession
 
 pytestmark = pytest.mark.virtual

@@ -73,8 +73,7 @@ def test_what_is_opened_and_not_wanted_any_more_is_closed(stopped_first: bool) -
         go.wait(5.0)
         return "open"
 
-    background = BackgroundOpener(opener)
-    background.discard = closed.append
+    background = BackgroundOpener(opener, discard=closed.append)
     background.start()
     if stopped_first:
         background.stop()

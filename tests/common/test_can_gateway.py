@@ -15,7 +15,7 @@ from common.can_frames import FrameReceiver, FrameSender
 from common.can_gateway import GatewayBus, TakenFrame
 from common.can_line import CanAddress, CanLine
 from common.device_socket import DEAD_S
-from common.serial_line import DeviceAbsent
+from common.serial_port import DeviceAbsent
 
 HELLO = (b"< hi >", b"< ok >", b"< ok >")
 FRAME = can.Message(arbitration_id=0x123, data=b"\x01", is_extended_id=False)

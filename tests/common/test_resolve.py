@@ -14,7 +14,7 @@ from common.curve_sockets import LinkProblem
 from common.keys import TrustedKeys, load_keys
 from common.link import OperatorLink, RemoteLink
 from common.resolve import Resolver, bare_host, tcp_endpoint
-from common.serial_line import close_port, open_port
+from common.serial_port import open_port
 from tests.common.test_link import Keys, served, until
 
 NAME = "remote.example"
@@ -216,4 +216,4 @@ def test_a_can_gateway_over_ipv6_is_refused_with_a_reason() -> None:
 @needs_ipv6
 def test_a_serial_device_is_reached_over_ipv6() -> None:
     with socket.create_server(("::1", 0), family=socket.AF_INET6) as server:
-        close_port(open_port(f"socket://[::1]:{server.getsockname()[1]}"))
+        open_port(f"socket://[::1]:{server.getsockname()[1]}").close()

@@ -1,6 +1,7 @@
 import pytest
 
-from common.serial_line import DeviceAbsent, WrongDevice
+from common.serial_line import WrongDevice
+from common.serial_port import DeviceAbsent
 from common.startup import DevicesMissing, wait_for_devices
 
 

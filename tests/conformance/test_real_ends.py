@@ -15,8 +15,9 @@ from common.can_frames import FrameReceiver
 from common.can_line import CanAddress
 from common.fingers import FINGERS
 from common.framing import encode_frame
-from common.serial_line import DeviceAbsent, close_port, open_line
+from common.serial_line import open_line
 from common.serial_messages import DeviceKind
+from common.serial_port import DeviceAbsent
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.serial_server import serve_serial
@@ -54,7 +55,7 @@ def test_a_port_is_not_shared() -> None:
         site = open_line(server.address)
         with pytest.raises(DeviceAbsent, match=r"thermal.*another program has it"):
             PortEnd(server.address)
-        close_port(site.port)
+        site.port.close()
         PortEnd(server.address).close()
 
 

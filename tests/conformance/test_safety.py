@@ -9,8 +9,8 @@ import pytest
 from common.can_frames import packing
 from common.fingers import FINGERS
 from common.framing import FrameReader
-from common.serial_line import DeviceAbsent
 from common.serial_messages import HeaterCommand, MessageId, TactTipCommand
+from common.serial_port import DeviceAbsent
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.tacttip import TactTip
 from sim_sensors.telemanipulator import Telemanipulator

@@ -10,8 +10,9 @@ import pytest
 
 from common.fingers import FINGERS
 from common.framing import encode_frame
-from common.serial_line import DeviceAbsent, WrongDevice
+from common.serial_line import WrongDevice
 from common.serial_messages import DeviceKind, MessageId
+from common.serial_port import DeviceAbsent
 from operator_site.tacttip import TactTip as TactTipDriver
 from remote_site.texture_sensor import TextureSensor as TextureDriver
 from remote_site.texture_sensor import texture_v

@@ -11,7 +11,8 @@ import pytest
 from serial.urlhandler import protocol_socket
 
 from common.can_line import CanAddress
-from common.serial_line import DeviceAbsent, open_line
+from common.serial_line import open_line
+from common.serial_port import DeviceAbsent
 from operator_site.exoskeleton import Exoskeleton as ExoskeletonDriver
 from operator_site.tacttip import TactTip as TactTipDriver
 from sim_sensors.exoskeleton import Exoskeleton

@@ -1,6 +1,6 @@
 """Every fault of the table, done to a session and judged at the simulated actuators.
 
-Faults of devices are done in lock step, where each tick is on time; with FAULTS=real, to real processes as all others.
+Those that need no real process are done on the test bed; with FAULTS=real, to real processes as all others.
 With FAULT_PAGE set, what was measured is written there as a page, and as data beside it.
 """
 
@@ -13,12 +13,12 @@ import pytest
 
 from studies.fault_judge import Finding
 from studies.fault_page import as_data, page
-from studies.faults import GROUPS, IN_LOCK_STEP, run
+from studies.faults import GROUPS, run
 from tests.undisturbed import undisturbed
 
 pytestmark = [pytest.mark.faults, pytest.mark.timeout(900)]
 
-LOCK_STEP = () if os.environ.get("FAULTS") == "real" else IN_LOCK_STEP
+REAL = os.environ.get("FAULTS") == "real"
 
 
 @pytest.fixture(scope="module")
@@ -29,14 +29,12 @@ def findings() -> Iterator[dict[str, dict[str, Finding]]]:
     target = os.environ.get("FAULT_PAGE")
     if target and set(found) == set(GROUPS):
         every = [finding for group in GROUPS for finding in found[group].values()]
-        Path(target).write_text(page(every, bool(LOCK_STEP)), "utf-8")
+        Path(target).write_text(page(every, REAL), "utf-8")
         Path(target).with_suffix(".json").write_text(json.dumps(as_data(every), indent=1) + "\n", "utf-8")
 
 
 def _done(group: str) -> list[Finding]:
-    if group in LOCK_STEP:
-        return run([group], print, LOCK_STEP)
-    return undisturbed(lambda: run([group], print), fine=lambda found: not any(each.wrong for each in found))
+    return undisturbed(lambda: run([group], print, real=REAL), fine=lambda found: not any(each.wrong for each in found))
 
 
 @pytest.mark.parametrize(("group", "key"), [(group, fault.key) for group, faults in GROUPS.items() for fault in faults])

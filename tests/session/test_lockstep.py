@@ -1,11 +1,13 @@
-"""The testbed in lock step: each site ticks at its own rate, and both act on each other."""
+"""Both sites in lock step over real lines: each ticks at its own rate, and both act on each other."""
 
 from pathlib import Path
 
 import pytest
 
 from common.config import OperatorConfig, RemoteConfig
-from studies.lockstep_session import LockStepSession
+from teletaction.demo_files import DemoOptions, prepare
+from teletaction.testbed.devices import SimulatedDevices
+from teletaction.testbed.lockstep import LockStep, sites
 
 pytestmark = pytest.mark.session
 
@@ -13,13 +15,19 @@ pytestmark = pytest.mark.session
 def test_each_site_ticks_at_its_own_rate_and_the_session_works(tmp_path: Path) -> None:
     ticks = {"remote": 0, "operator": 0}
     rates = [kind.model_fields["rate_hz"].default for kind in (RemoteConfig, OperatorConfig)]
-    with LockStepSession.open(tmp_path) as session:
-        session.wait_until_working()
-        begin_s = session.now_s()
-        while session.now_s() < begin_s + 1.0:
-            session.lockstep.step(session.devices)
-            for name, site in session.lockstep.due():
-                ticks[name] += 1
-                site.tick(session.lockstep.now_ns())
-        assert set(session.states().values()) == {"engaged"}
+    configs, lockstep = prepare(DemoOptions(fingers=1), tmp_path), LockStep()
+    devices = SimulatedDevices(configs, lockstep.now_s)
+    try:
+        with sites(lockstep, configs):
+            lockstep.engage(devices)
+            begin_s = lockstep.time_s
+            while lockstep.time_s < begin_s + 1.0:
+                lockstep.step(devices)
+                for name, site in lockstep.due():
+                    ticks[name] += 1
+                    site.tick(lockstep.now_ns())
+            assert lockstep.remote.server.both_engaged
+            assert lockstep.operator.client.both_engaged
+    finally:
+        devices.close()
     assert list(ticks.values()) == [pytest.approx(rate, abs=1) for rate in rates]

@@ -13,7 +13,8 @@ from common.serial_messages import MessageId, TactTipCommand, TactTipState
 from sim_sensors.backlog import Backlog
 from sim_sensors.faulty_parts import Babble
 from sim_sensors.select_loop import SelectLoop
-from sim_sensors.serial_server import SerialServer, serve_fingers, serve_serial
+from sim_sensors.serial_server import SerialServer, serve_serial
+from sim_sensors.serving import SocketServing, serve_fingers
 from sim_sensors.tacttip import TactTip
 
 COMMAND = encode_frame(MessageId.TACTTIP_COMMAND, 0, TactTipCommand(1234, -500).encode())
@@ -335,16 +336,16 @@ def test_an_address_of_another_form_is_refused(address: str) -> None:
 
 
 def test_fingers_are_served_all_or_none() -> None:
-    loop = SelectLoop()
+    serving = SocketServing(SelectLoop())
     with pytest.raises(ValueError, match="fingers says thumb, index"):
-        serve_fingers({"thumb": TactTip(0), "index": TactTip(1)}, loop, {"thumb": "pty"}, "tacttip")
+        serve_fingers({"thumb": TactTip(0), "index": TactTip(1)}, serving, {"thumb": "pty"}, "tacttip")
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         before = len(os.listdir("/proc/self/fd")) if Path("/proc/self/fd").exists() else None
         with pytest.raises(ValueError, match="tacttip index: cannot listen"):
             serve_fingers(
                 {"thumb": TactTip(0), "index": TactTip(1)},
-                loop,
+                serving,
                 {"thumb": "pty", "index": f"tcp:127.0.0.1:{port}"},
                 "tacttip",
             )

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from common.can_line import CanAddress
-from common.serial_line import DeviceAbsent
+from common.serial_port import DeviceAbsent
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.serial_server import SerialServer, serve_serial
 from sim_sensors.tacttip import TactTip

@@ -1,11 +1,12 @@
 """Sessions on a virtual clock for the tests of this folder."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 
 import pytest
 
 from common.limits import AGE_DEFAULT_S
+from common.recording import Recorder
 from tests.virtual.judge import DeviceTimeouts, HoldTimes, Latches, check_limits
 from tests.virtual.session import VirtualSession, virtual_session
 
@@ -22,9 +23,12 @@ def make_session() -> Iterator[MakeSession]:
     with ExitStack() as opened:
 
         def make(
-            seed: int = 0, max_age_s: float = AGE_DEFAULT_S, clocks_agree_s: float = CLOCKS_AGREE_S
+            seed: int = 0,
+            max_age_s: float = AGE_DEFAULT_S,
+            clocks_agree_s: float = CLOCKS_AGREE_S,
+            recorders: Mapping[str, Recorder] | None = None,
         ) -> VirtualSession:
-            session = opened.enter_context(virtual_session(seed, max_age_s))
+            session = opened.enter_context(virtual_session(seed, max_age_s, recorders))
             session.watch += [check_limits, HoldTimes(max_age_s + clocks_agree_s), Latches(), DeviceTimeouts()]
             return session
 

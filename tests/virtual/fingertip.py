@@ -1,12 +1,8 @@
 """One operator's fingertip on a virtual clock: plate physics, emulated module, driver, plate loop and gate."""
 
-import os
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Iterator
+from contextlib import contextmanager
 
-import pytest
-
-import sim_sensors.sim_operator
 from common.fingers import FINGERS
 from common.limits import AGE_DEFAULT_S, PLATE_FAULT_C, WIDE, PlateRange
 from common.standstill import HostClock
@@ -14,11 +10,12 @@ from operator_site.devices import OperatorDevices
 from operator_site.gate import OperatorGate
 from operator_site.plate_loop import PlateLoop
 from operator_site.sampled_wall import SampledWall
+from sim_sensors import sim_operator
 from sim_sensors.select_loop import SelectLoop
+from teletaction.testbed.memory_wiring import MemoryWiring
 from tests.virtual import configurations
 from tests.virtual.configurations import FINGER
 from tests.virtual.session import COARSE_TICK_S, TICK_S
-from tests.virtual.wires import Wires
 
 _INDEX = FINGERS.index(FINGER)
 _CALM_C = 33.0
@@ -35,14 +32,14 @@ class Fingertip:
         plate_hot_s, skin_hot_s: for how long in all above PLATE_FAULT_C since then.
     """
 
-    def __init__(self, lay: Callable[[Callable[[], float]], None], profile: PlateRange, seed: int) -> None:
+    def __init__(self, profile: PlateRange, seed: int) -> None:
         self.time_s = 0.0
-        lay(lambda: self.time_s)
-        self.simulation = sim_sensors.sim_operator.OperatorDevices(
-            configurations.sim_operator(seed), SelectLoop(lambda: self.time_s)
+        wiring = MemoryWiring(lambda: self.time_s)
+        self.simulation = sim_operator.OperatorDevices(
+            configurations.sim_operator(seed), SelectLoop(lambda: self.time_s), wiring
         )
         self.devices = OperatorDevices(
-            configurations.operator(AGE_DEFAULT_S), HostClock(lambda: round(self.time_s * 1e9))
+            configurations.operator(AGE_DEFAULT_S), HostClock(lambda: round(self.time_s * 1e9)), wiring
         )
         self.gate = OperatorGate(profile, SampledWall(2.0, TICK_S))
         self.fault: tuple[float, str] | None = None
@@ -65,11 +62,9 @@ class Fingertip:
 
     def run(self, goal_c: float, seconds: float, tick_s: float = TICK_S) -> None:
         """Let time pass while a plate temperature is wanted, with the motor running; coarsely if time is long."""
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(sim_sensors.sim_operator, "STEP_S", tick_s)
-            patch.setattr(sim_sensors.sim_operator, "_MEASURE_EVERY", round(COARSE_TICK_S / tick_s))
-            for _ in range(round(seconds / tick_s)):
-                self._tick(goal_c, tick_s)
+        self.simulation.step_s = tick_s
+        for _ in range(round(seconds / tick_s)):
+            self._tick(goal_c, tick_s)
 
     def _tick(self, goal_c: float, tick_s: float) -> None:
         self.time_s = now_s = self.time_s + tick_s
@@ -115,10 +110,10 @@ class Fingertip:
 @contextmanager
 def fingertip(profile: PlateRange = WIDE, seed: int = 0) -> Iterator[Fingertip]:
     """A fingertip whose module is connected and whose plate is held at skin temperature."""
-    with ExitStack() as opened:
-        null = opened.enter_context(open(os.devnull, "wb"))
-        patch = opened.enter_context(pytest.MonkeyPatch.context())
-        tip = Fingertip(lambda now: Wires(now, null.fileno()).lay(patch), profile, seed)
-        opened.callback(tip.simulation.close)
+    tip = Fingertip(profile, seed)
+    try:
         tip.run(_CALM_C, 1.0)
         yield tip
+    finally:
+        tip.devices.close()
+        tip.simulation.close()

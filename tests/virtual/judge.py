@@ -16,9 +16,9 @@ from common.limits import (
     THERMAL_SAFE_S,
 )
 from common.packets import LinkState
+from teletaction.testbed.memory_lines import MemoryBus, MemoryLine
+from teletaction.testbed.network import TO_OPERATOR, TO_REMOTE
 from tests.virtual.configurations import EXOSKELETON, TACTTIP, THERMAL
-from tests.virtual.memory_lines import MemoryBus, MemoryLine
-from tests.virtual.network import TO_OPERATOR, TO_REMOTE
 from tests.virtual.session import TICK_S, Truth, VirtualSession
 
 LATE_S = 2 * TICK_S + 1e-9
@@ -134,11 +134,11 @@ class DeviceTimeouts:
 
     def __call__(self, session: VirtualSession, now: Truth) -> None:
         """Judge one tick."""
-        if self._lost_s(session.wires.lines[TACTTIP], now) > MODULE_TIMEOUT_S + LATE_S:
+        if self._lost_s(session.wiring.lines[TACTTIP], now) > MODULE_TIMEOUT_S + LATE_S:
             assert (now.motor_mv, now.peltier) == (0, 0.0), now
-        if self._lost_s(session.wires.lines[THERMAL], now) > MODULE_TIMEOUT_S + LATE_S:
+        if self._lost_s(session.wiring.lines[THERMAL], now) > MODULE_TIMEOUT_S + LATE_S:
             assert now.heater == 0.0, now
-        if self._lost_s(session.wires.buses[EXOSKELETON], now) > FORCE_SAFE_S + LATE_S:
+        if self._lost_s(session.wiring.buses[EXOSKELETON], now) > FORCE_SAFE_S + LATE_S:
             assert now.force_n == 0.0, now
 
     def _lost_s(self, line: MemoryLine | MemoryBus, now: Truth) -> float:

@@ -6,7 +6,7 @@ import pytest
 from common.config import RemoteConfig
 from common.deadband import REFRESH_S
 from common.fingers import FINGERS
-from tests.virtual.network import TO_OPERATOR, TO_REMOTE
+from teletaction.testbed.network import TO_OPERATOR, TO_REMOTE
 from tests.virtual.session import TICK_S, VirtualSession
 
 INDEX = FINGERS.index("index")

@@ -16,7 +16,7 @@ LATCHES: dict[str, Callable[[VirtualSession], None]] = {
     "damaged frames": lambda session: session.break_device("remote: damage can crc 1"),
     "jumping encoder": lambda session: session.break_device("operator: encoder index glitch"),
     "frozen force sensor": lambda session: session.break_device("remote: force index frozen"),
-    "emergency stop": VirtualSession.stop,
+    "emergency stop": VirtualSession.emergency_stop,
     "estop request": lambda session: session.ask("estop"),
 }
 SETTLED_S = 1.5

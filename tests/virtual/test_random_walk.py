@@ -6,7 +6,7 @@ from collections.abc import Callable
 import pytest
 
 from common.limits import AGE_DEFAULT_S
-from tests.virtual.network import STREAMS, TO_OPERATOR, TO_REMOTE
+from teletaction.testbed.network import STREAMS, TO_OPERATOR, TO_REMOTE
 from tests.virtual.session import VirtualSession
 
 pytestmark = pytest.mark.virtual
@@ -109,7 +109,7 @@ class Walk:
         return "all devices mended"
 
     def _stop(self) -> str:
-        self._session.stop()
+        self._session.emergency_stop()
         return "emergency stop"
 
     def _restart(self) -> str:

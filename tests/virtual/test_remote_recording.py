@@ -1,16 +1,13 @@
 """A recording that stopped at the remote site: the operator's site knows it, its figures say so, its console alarms."""
 
-from functools import partial
 from typing import cast
 
 import msgpack
 import pytest
 
-import tests.virtual.session as harness
 from common.recording import Recorder
 from operator_site.console.console import Console
 from operator_site.console.words import REMOTE_NOT_RECORDED
-from remote_site.site import RemoteSite
 from tests.virtual.conftest import MakeSession
 from tests.virtual.kept_record import KeptRecord
 from tests.virtual.session import VirtualSession
@@ -29,10 +26,9 @@ def alarms(session: VirtualSession) -> list[str]:
     return [alarm.text for alarm in console.alarms.listed]
 
 
-def test_it_alarms_at_the_operators_console(make_session: MakeSession, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_it_alarms_at_the_operators_console(make_session: MakeSession) -> None:
     kept = KeptRecord()
-    monkeypatch.setattr(harness, "RemoteSite", partial(RemoteSite, recorder=cast(Recorder, kept)))
-    session = make_session()
+    session = make_session(recorders={"remote": cast(Recorder, kept)})
     session.until(lambda session: session.both_engaged, 20.0)
     session.run(KNOWN_WITHIN_S)
     assert session.operator.figures()["remote_recording"] == ""

@@ -1,11 +1,9 @@
 """A virtual environment on simulated devices and a virtual clock: the scripted hand feels what it touches."""
 
-import os
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 
 import numpy as np
-import pytest
 
 from common.fingers import FINGERS
 from common.limits import MOTOR_FLOOR_RPM
@@ -17,10 +15,11 @@ from operator_site.virtual_environment import VirtualEnvironment
 from operator_site.virtual_session import VirtualSession
 from sim_sensors import sim_operator
 from sim_sensors.select_loop import SelectLoop
+from teletaction.testbed.memory_wiring import MemoryWiring
+from teletaction.testbed.site_clock import SiteClock
 from tests.virtual import configurations
 from tests.virtual.configurations import FINGER
-from tests.virtual.session import TICK_S, SiteClock
-from tests.virtual.wires import Wires
+from tests.virtual.session import TICK_S
 
 _INDEX = FINGERS.index(FINGER)
 
@@ -28,16 +27,17 @@ _INDEX = FINGERS.index(FINGER)
 class Touching:
     """The operator site on a scene, its devices, and the hand that follows the scene's script."""
 
-    def __init__(self, scene: str, wires: Wires, loop: SelectLoop):
+    def __init__(self, scene: str):
         self.time_s = 0.0
-        self.wires = wires
+        self.wiring = MemoryWiring(lambda: self.time_s)
         self.clock = SiteClock(100.456)
         simulated = configurations.sim_operator(0).model_copy(update={"scene": scene})
-        self.simulated = sim_operator.OperatorDevices(simulated, loop)
+        self.simulated = sim_operator.OperatorDevices(simulated, SelectLoop(lambda: self.time_s), self.wiring)
         config = configurations.operator(0.15)
         environment = VirtualEnvironment(load_scene(scene), config.fingers, 0)
         self.client = VirtualSession(environment, scene, config.engage)
-        devices = OperatorDevices(config, HostClock(lambda: self.clock.now_ns(self.time_s)))
+        devices = OperatorDevices(config, HostClock(lambda: self.clock.now_ns(self.time_s)), self.wiring)
+        self.devices = devices
         self.site = OperatorSite(config, self.client, devices)
 
     def run(self, seconds: float) -> dict[str, np.ndarray]:
@@ -64,19 +64,12 @@ class Touching:
 
 @contextmanager
 def touching(scene: str) -> Iterator[Touching]:
-    with ExitStack() as opened:
-        null = opened.enter_context(open(os.devnull, "wb"))
-        patch = opened.enter_context(pytest.MonkeyPatch.context())
-        times: list[Touching] = []
-
-        def now() -> float:
-            return times[0].time_s if times else 0.0
-
-        wires = Wires(now, null.fileno())
-        wires.lay(patch)
-        times.append(Touching(scene, wires, SelectLoop(now)))
-        opened.callback(times[0].simulated.close)
-        yield times[0]
+    session = Touching(scene)
+    try:
+        yield session
+    finally:
+        session.devices.close()
+        session.simulated.close()
 
 
 def test_force_and_vibration_of_the_textures_reach_the_finger() -> None:

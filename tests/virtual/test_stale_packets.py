@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.virtual.network import TO_OPERATOR, TO_REMOTE
+from teletaction.testbed.network import TO_OPERATOR, TO_REMOTE
 from tests.virtual.session import VirtualSession
 
 STREAMS = ("motion", "touch", "heartbeat", "control")

@@ -6,7 +6,7 @@ import pytest
 
 from common.ladder import SESSION_SILENCE_S
 from common.limits import APPROACH_PLANE_M_S, FORCE_RAMP_UP_N_S
-from tests.virtual.network import TO_OPERATOR, TO_REMOTE
+from teletaction.testbed.network import TO_OPERATOR, TO_REMOTE
 from tests.virtual.session import TICK_S, Truth, VirtualSession
 
 pytestmark = pytest.mark.virtual
@@ -53,7 +53,10 @@ def stand_still(working: VirtualSession, side: str, seconds: float, *, in_tick: 
     """Let one host stand still with its clock; judges what follows, and returns it."""
     before_s = working.time_s
     working.watch.append(ages := Ages())
-    working.stop_site(side, seconds, in_tick=in_tick, with_clock=True)
+    if in_tick:
+        working.stop_in_tick(side, seconds, with_clock=True)
+    else:
+        working.suspend(side, seconds)
     asleep, woken_s = working.now, working.time_s
     ages.agree_s = woken_s + CLOCKS_AGREE_S
     assert woken_s - before_s >= seconds - 1e-6
@@ -111,7 +114,7 @@ def test_a_process_that_waits_between_its_time_and_its_devices_is_no_standstill(
     working: VirtualSession, side: str, seconds: float
 ) -> None:
     """Another program had the processor, and the clock went on: what the devices say is newer than the tick's time."""
-    working.stop_site(side, seconds, in_tick=True, before_read=True)
+    working.stop_in_tick(side, seconds, before_read=True)
     working.run(1.0)
     host = working.remote_host if side == "remote" else working.operator_host
     assert host.standstills == 0

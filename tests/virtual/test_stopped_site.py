@@ -18,7 +18,7 @@ def test_a_site_that_was_stopped_begins_from_neutral(
     """The hold times of both sites are judged at every tick, those before and after the waking too."""
     site = working.remote if side == "remote" else working.operator
     before = len(working.truth)
-    working.stop_site(side, seconds, in_tick=in_tick)
+    (working.stop_in_tick if in_tick else working.stop)(side, seconds)
     asleep, woken_s = working.truth[before:], working.time_s
     assert asleep[-1].force_n < 1e-9  # at the very end of the ramp, but for rounding
     assert asleep[-1].peltier == 0.0
@@ -30,7 +30,7 @@ def test_a_site_that_was_stopped_begins_from_neutral(
 
 def test_a_stop_too_short_for_a_device_to_notice_is_not_felt(working: VirtualSession) -> None:
     for side in ("remote", "operator"):
-        working.stop_site(side, 0.05, in_tick=True)
+        working.stop_in_tick(side, 0.05)
         for now in working.run(0.2):
             assert now.force_n > 0.2, now
     assert working.remote._devices.tick.held_back == working.operator._devices.tick.held_back == 0

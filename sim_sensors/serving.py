@@ -1,0 +1,97 @@
+"""Where simulated devices are reached: terminals, TCP ports and a CAN gateway, or the lines of a test bed."""
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol, TypeVar
+
+from sim_sensors.intruder import Intruder
+from sim_sensors.select_loop import SelectLoop
+from sim_sensors.serial_server import Device, SerialServer, serve_serial
+from sim_sensors.socketcand import Node, SocketcandBus
+
+Finger = TypeVar("Finger", bound=str)
+
+
+class Bus(Protocol):
+    """A CAN bus with nodes of this process, and the faults that it can have; see `SocketcandBus`."""
+
+    silent: bool
+    deaf: bool
+    off: bool
+    intruder: Intruder | None
+
+    @property
+    def clients(self) -> int:
+        """How many drivers are connected."""
+
+    def pump(self, now_s: float) -> None:
+        """Put what the nodes have to send now on the bus."""
+
+    def unplug(self) -> None:
+        """Take the bus away from its drivers."""
+
+    def plug(self) -> None:
+        """Bring it back."""
+
+    def turn_off(self) -> None:
+        """Let the drivers' controller leave the bus."""
+
+    def turn_on(self) -> None:
+        """Start it again."""
+
+    def close(self) -> None:
+        """End it."""
+
+
+class Serving(Protocol):
+    """Serves lines and buses, and has the clock of what is served."""
+
+    def now(self) -> float:
+        """Time, s."""
+
+    def line(self, device: Device, address: str, what: str) -> SerialServer:
+        """Serve a serial module; raises ValueError, which names `what`, where the address cannot be served."""
+
+    def bus(self, host: str, port: int, nodes: Sequence[Node]) -> Bus:
+        """Serve a CAN bus; raises ValueError where the address is taken."""
+
+
+class SocketServing:
+    """Serves drivers of other processes."""
+
+    def __init__(self, loop: SelectLoop) -> None:
+        """Serve in a loop, which has the clock."""
+        self._loop = loop
+
+    def now(self) -> float:
+        """As `Serving.now`."""
+        return self._loop.now()
+
+    def line(self, device: Device, address: str, what: str) -> SerialServer:
+        """As `Serving.line`; `pty` or `tcp:HOST:PORT`."""
+        return serve_serial(device, self._loop, address, what)
+
+    def bus(self, host: str, port: int, nodes: Sequence[Node]) -> Bus:
+        """As `Serving.bus`."""
+        return SocketcandBus(self._loop, host, port, nodes)
+
+
+def serve_fingers(
+    devices: Mapping[Finger, Device], serving: Serving, addresses: Mapping[Finger, str], kind: str
+) -> dict[Finger, SerialServer]:
+    """Serve one kind of module for each finger, all of them or none.
+
+    Raises:
+        ValueError: fingers and addresses do not match, or an address cannot be served.
+    """
+    if set(devices) != set(addresses):
+        given = ", ".join(addresses) or "no finger"
+        raise ValueError(f"{kind}: has addresses for {given}, fingers says {', '.join(devices)}")
+    servers: dict[Finger, SerialServer] = {}
+    try:
+        for finger, device in devices.items():
+            servers[finger] = serving.line(device, addresses[finger], f"{kind} {finger}")
+    except ValueError:
+        for server in servers.values():
+            server.close()
+        raise
+    return servers

@@ -1,0 +1,264 @@
+"""Serial lines and CAN buses in memory: both ends of each, with the faults of `sim_sensors.faults`."""
+
+from collections import deque
+from collections.abc import Callable, Sequence
+
+import can
+import serial
+
+from common.can_controller import BUS_OFF, RESTARTED
+from common.can_frames import SentFrame
+from common.serial_port import CHUNK, DeviceAbsent
+from sim_sensors.intruder import Intruder
+from sim_sensors.serial_server import Device, SerialServer
+from sim_sensors.socketcand import Node
+
+_BACKLOG_BYTES = 16 * 1024
+_BACKLOG_FRAMES = 1000
+
+
+class MemoryLine(SerialServer):
+    """A simulated module's end of a serial line.
+
+    Attributes:
+        address: what a driver opens.
+        plugged: whether the cable is in; without, ports at this line fail and none can be opened.
+        unread: what the module has sent and the driver has not read.
+    """
+
+    def __init__(self, device: Device, now_s: Callable[[], float], address: str) -> None:
+        """Serve a module; `now_s` is virtual time, s."""
+        super().__init__(device)
+        self.address = address
+        self.plugged = True
+        self.unread = bytearray()
+        self._now_s = now_s
+        self._held: bytearray | None = None
+
+    @property
+    def hears(self) -> bool:
+        """Whether what a driver sends reaches the module."""
+        return self.plugged and not (self.silent or self.deaf)
+
+    def unplug(self) -> None:
+        """Pull the cable."""
+        self.plugged = False
+
+    def plug(self) -> None:
+        """Put the cable back."""
+        self.plugged = True
+
+    def close(self) -> None:
+        """Hang up."""
+        self.plugged = False
+
+    def take(self, data: bytes) -> None:
+        """Take bytes that the driver has written now."""
+        if self._held is None:
+            self._received(data, self._now_s())
+        else:
+            self._held += data
+
+    def hold(self) -> None:
+        """The module's process stands still: what drivers write waits."""
+        self._held = bytearray()
+
+    def release(self) -> None:
+        """It works again, and reads what waits."""
+        held, self._held = self._held, None
+        if held:
+            self.take(bytes(held))
+
+    def _send(self, output: bytes) -> None:
+        self.unread += output
+        if len(self.unread) > _BACKLOG_BYTES:
+            del self.unread[:-_BACKLOG_BYTES]
+
+
+class MemoryPort:
+    """A driver's end of a serial line; see `common.serial_port.Port`."""
+
+    descriptor: int | None = None
+
+    def __init__(self, line: MemoryLine) -> None:
+        """Begin with what the module says from now on.
+
+        Raises:
+            DeviceAbsent: the cable is out.
+        """
+        if not line.plugged:
+            raise DeviceAbsent(f"{line.address}: unplugged")
+        self._line = line
+        line.unread.clear()
+
+    def wait(self, seconds: float) -> bool:
+        """As `Port.wait`; raises SerialException where it would wait: nobody comes meanwhile."""
+        self._check()
+        if not self._line.unread and seconds > 0.0:
+            raise serial.SerialException("the device says nothing")
+        return bool(self._line.unread)
+
+    def read(self) -> bytes:
+        """As `Port.read`."""
+        self._check()
+        chunk = bytes(self._line.unread[:CHUNK])
+        del self._line.unread[:CHUNK]
+        return chunk
+
+    def write(self, data: bytes) -> int:
+        """As `Port.write`."""
+        self._check()
+        self._line.take(data)
+        return len(data)
+
+    def unread(self) -> int:
+        """As `Port.unread`."""
+        return len(self._line.unread)
+
+    def close(self) -> None:
+        """As `Port.close`; nothing is held open."""
+
+    def _check(self) -> None:
+        if not self._line.plugged:
+            raise serial.SerialException("unplugged")
+
+
+class MemoryBus:
+    """A CAN bus with the simulated nodes of one site, and the faults of a socketcand gateway; see `serving.Bus`.
+
+    Attributes:
+        plugged: whether the bus is there; without, open connections fail and none can be opened.
+        silent, deaf, off, intruder: as of `SocketcandBus`.
+        connections: drivers that are connected.
+    """
+
+    def __init__(self, now_s: Callable[[], float], nodes: Sequence[Node]) -> None:
+        """Serve nodes; `now_s` is virtual time, s."""
+        self.plugged = True
+        self.silent = False
+        self.deaf = False
+        self.off = False
+        self.connections: list[MemoryCan] = []
+        self.intruder: Intruder | None = None
+        self._now_s = now_s
+        self._nodes = nodes
+        self._held: list[SentFrame] | None = None
+
+    @property
+    def hears(self) -> bool:
+        """Whether what a driver sends reaches the nodes."""
+        return self.plugged and not (self.silent or self.deaf or self.off)
+
+    @property
+    def clients(self) -> int:
+        """How many drivers are connected."""
+        return len(self.connections)
+
+    def pump(self, now_s: float) -> None:
+        """Hand what the nodes have to send now to the drivers."""
+        if self.silent or self.off:
+            return
+        for node in self._nodes:
+            self._deliver(node.take_turn(), now_s)
+
+    def take(self, frame_id: int, data: bytes) -> None:
+        """Hand a driver's frame to the nodes."""
+        if self._held is not None:
+            self._held.append((frame_id, data))
+            return
+        if not self.hears:
+            return
+        now_s = self._now_s()
+        self._feed(frame_id, data, now_s)
+        if self.intruder is not None:
+            foreign = [(frame.arbitration_id, bytes(frame.data)) for frame in self.intruder.answer(frame_id, data)]
+            for foreign_id, foreign_data in foreign:
+                self._feed(foreign_id, foreign_data, now_s)
+            self._deliver(foreign, now_s)
+
+    def hold(self) -> None:
+        """The nodes' process stands still: what drivers send waits."""
+        self._held = []
+
+    def release(self) -> None:
+        """It works again, and reads what waits."""
+        held, self._held = self._held or [], None
+        for frame_id, data in held:
+            self.take(frame_id, data)
+
+    def turn_off(self) -> None:
+        """Let the drivers' controller leave the bus."""
+        self.off = True
+        self._report_error(BUS_OFF)
+
+    def turn_on(self) -> None:
+        """Start it again."""
+        self.off = False
+        self._report_error(RESTARTED)
+
+    def unplug(self) -> None:
+        """Take the bus away."""
+        self.plugged = False
+
+    def plug(self) -> None:
+        """Bring it back."""
+        self.plugged = True
+
+    def close(self) -> None:
+        """End it."""
+        self.plugged = False
+
+    def _feed(self, frame_id: int, data: bytes, now_s: float) -> None:
+        for node in self._nodes:
+            node.feed(frame_id, data, now_s)
+
+    def _deliver(self, frames: Sequence[SentFrame], now_s: float) -> None:
+        if not self.connections:
+            return
+        messages = [
+            can.Message(timestamp=now_s, arbitration_id=frame_id, data=data, is_extended_id=False)
+            for frame_id, data in frames
+        ]
+        for connection in self.connections:
+            connection.unread.extend(messages)
+
+    def _report_error(self, error: int) -> None:
+        for connection in self.connections:
+            connection.unread.append(can.Message(arbitration_id=error, is_error_frame=True))
+
+
+class MemoryCan(can.BusABC):
+    """A driver's connection to a bus."""
+
+    def __init__(self, bus: MemoryBus) -> None:
+        """Connect.
+
+        Raises:
+            DeviceAbsent: the bus is gone.
+        """
+        if not bus.plugged:
+            raise DeviceAbsent("the bus is gone")
+        super().__init__("memory")
+        self.unread: deque[can.Message] = deque(maxlen=_BACKLOG_FRAMES)
+        self._bus = bus
+        bus.connections.append(self)
+
+    def recv(self, timeout: float | None = None) -> can.Message | None:
+        """The next frame; raises CanOperationError where the bus is gone."""
+        self._check()
+        return self.unread.popleft() if self.unread else None
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        """Put a frame on the bus; raises CanOperationError where the bus is gone."""
+        self._check()
+        self._bus.take(msg.arbitration_id, bytes(msg.data))
+
+    def shutdown(self) -> None:
+        """Disconnect."""
+        super().shutdown()
+        if self in self._bus.connections:
+            self._bus.connections.remove(self)
+
+    def _check(self) -> None:
+        if not self._bus.plugged:
+            raise can.CanOperationError("the bus is gone")

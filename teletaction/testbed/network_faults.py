@@ -1,0 +1,52 @@
+"""Does to a test bed's network what is asked of the simulated one, in the words of `sim_sensors.network_live`."""
+
+from common.streams import Direction
+from sim_sensors.network_conditions import Conditions, PhasedConditions
+from sim_sensors.network_fault import WAYS
+from sim_sensors.network_file import Network as Timetable
+from sim_sensors.network_live import LiveNetwork
+from teletaction.testbed.network import TO_OPERATOR, TO_REMOTE, Network
+
+_SHORTEST_S = 0.001
+"""One way of a good network, s."""
+_NOT_HERE = ("cut", "half_open")
+"""Faults of TCP connections, of which there are none in memory."""
+
+
+class NetworkFaults:
+    """Delay, jitter, stalls and partitions; step it in every step of the test bed.
+
+    In a partition TCP sends again until it ends: what is sent meanwhile comes late, as after a stall.
+    """
+
+    def __init__(self, network: Network) -> None:
+        """A good network, until something else is asked for."""
+        self._network = network
+        self._live = LiveNetwork(Timetable("test bed", PhasedConditions([0.0], [Conditions()])))
+
+    def obey(self, command: str) -> str:
+        """Carry out a command, see `LiveNetwork.obey`; returns what it did.
+
+        Raises:
+            ValueError: it is no such command, or one of TCP connections.
+        """
+        if command.split()[:1] in [[each] for each in _NOT_HERE]:
+            raise ValueError(f"{command}: a network in memory has no connections")
+        done = self._live.obey(command, self._network.now_s)
+        self.step()
+        return done
+
+    def step(self) -> None:
+        """Let the network be as it is asked to be now."""
+        now_s = self._network.now_s
+        self._live.begin_faults(now_s)
+        conditions = self._live.conditions(now_s)
+        for way in WAYS:
+            path = self._live.paths[way]
+            down = path.stalls.end_s(now_s) is not None or path.partitions.end_s(now_s) is not None
+            self._network.impair(
+                TO_REMOTE if way is Direction.TO_REMOTE else TO_OPERATOR,
+                delay_s=max(_SHORTEST_S, conditions.delay_s - conditions.jitter_s),
+                jitter_s=2.0 * conditions.jitter_s,
+                stalled=down,
+            )

@@ -1,0 +1,381 @@
+"""A whole session in one process on a virtual clock: both sites, all simulated devices, and the network.
+
+Lines, buses and the link are in memory. Nothing waits and nothing is late: the same seed gives the same session.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Self, cast
+
+from common.config import OperatorConfig, RemoteConfig, SimOperatorConfig, SimRemoteConfig, load_config
+from common.link import OperatorLink, RemoteLink
+from common.packets import LinkState
+from common.recording import Recorder
+from common.standstill import HostClock
+from operator_site.devices import OperatorDevices
+from operator_site.exoskeleton import Hand
+from operator_site.site import OperatorSite, session_with
+from remote_site.devices import RemoteDevices
+from remote_site.followed_hand import HandPlace
+from remote_site.sensed import Sensed
+from remote_site.site import RemoteSite
+from sim_sensors import sim_operator, sim_remote
+from sim_sensors.select_loop import SelectLoop
+from sim_sensors.simulation_loop import MOST_STEPS, STEP_S
+from teletaction.testbed.memory_desk import MemoryDesk
+from teletaction.testbed.memory_lines import MemoryBus, MemoryLine
+from teletaction.testbed.memory_wiring import MemoryWiring
+from teletaction.testbed.network import Network, OperatorEnd, RemoteEnd
+from teletaction.testbed.site_clock import SiteClock
+
+COARSE_STEP_S = 0.010
+"""The longest step of the simulated devices."""
+FINE_S = 1.0
+"""A stopped site: what happens to its outputs has happened by then."""
+SITES = ("remote", "operator")
+
+
+@dataclass(frozen=True, slots=True)
+class SessionConfigs:
+    """Configurations of what a session has. Addresses are names: nothing of them is opened."""
+
+    sim_remote: SimRemoteConfig
+    sim_operator: SimOperatorConfig
+    remote: RemoteConfig
+    operator: OperatorConfig
+
+    @classmethod
+    def read(cls, files: Mapping[str, Path]) -> Self:
+        """From files by the names of `teletaction.demo_files.prepare`; ports for faults are left out."""
+        without = {"fault_port": None}
+        return cls(
+            load_config(files["sim-remote"], SimRemoteConfig).model_copy(update=without),
+            load_config(files["sim-operator"], SimOperatorConfig).model_copy(update=without),
+            load_config(files["remote"], RemoteConfig),
+            load_config(files["operator"], OperatorConfig),
+        )
+
+
+@dataclass(slots=True)
+class _Interruption:
+    """What happens once around a site's next reading of its devices."""
+
+    before: Callable[[], None] | None = None
+    after: Callable[[], None] | None = None
+
+    def take_before(self) -> None:
+        happens, self.before = self.before, None
+        if happens is not None:
+            happens()
+
+    def take_after(self) -> None:
+        happens, self.after = self.after, None
+        if happens is not None:
+            happens()
+
+
+class _RemoteDevices(RemoteDevices):
+    def __init__(self, config: RemoteConfig, clock: HostClock, wiring: MemoryWiring) -> None:
+        super().__init__(config, clock, wiring)
+        self.interruption = _Interruption()
+
+    def read(self, t_s: float, hand: HandPlace | None = None) -> Sensed:
+        self.interruption.take_before()
+        sensed = super().read(t_s, hand)
+        self.interruption.take_after()
+        return sensed
+
+
+class _OperatorDevices(OperatorDevices):
+    def __init__(self, config: OperatorConfig, clock: HostClock, wiring: MemoryWiring) -> None:
+        super().__init__(config, clock, wiring)
+        self.interruption = _Interruption()
+
+    def read(self, t_s: float) -> Hand:
+        self.interruption.take_before()
+        hand = super().read(t_s)
+        self.interruption.take_after()
+        return hand
+
+
+@dataclass(slots=True)
+class _Turns:
+    """When a process has its turn."""
+
+    every_s: float
+    due_s: float = 0.0
+    stopped: bool = False
+    """It stands still: it is stopped, or it sleeps in a tick."""
+
+    def due(self, now_s: float) -> bool:
+        """Whether it has its turn now."""
+        if self.stopped or now_s < self.due_s:
+            return False
+        self.due_s = now_s + self.every_s - 0.5 * STEP_S
+        return True
+
+
+@dataclass(slots=True)
+class _Simulated:
+    """The process of a site's simulated devices, with their ends of lines and buses."""
+
+    devices: sim_remote.RemoteDevices | sim_operator.OperatorDevices
+    ends: list[MemoryLine | MemoryBus]
+
+    def stop(self) -> None:
+        """Stand still."""
+        for end in self.ends:
+            end.hold()
+
+    def resume(self, time_s: float, missed: int) -> None:
+        """Read what waits, and make up for missed steps, as many as a process does."""
+        for end in self.ends:
+            end.release()
+        for number in reversed(range(min(missed, MOST_STEPS))):
+            self.devices.step(time_s - number * STEP_S)
+
+
+@dataclass(frozen=True, slots=True)
+class Extras:
+    """What a session has beside its configurations.
+
+    Attributes:
+        remote_clock, operator_clock: of each site's host.
+        recorders: of sites, by name; without one a site records nothing.
+    """
+
+    remote_clock: SiteClock = field(default_factory=SiteClock)
+    operator_clock: SiteClock = field(default_factory=SiteClock)
+    recorders: Mapping[str, Recorder] = field(default_factory=dict)
+
+
+class Testbed:
+    """One session; `tick` advances all of it by a step.
+
+    Attributes:
+        time_s: virtual time, s; the first step is at 2 ms.
+        step_s: length of a step, s.
+        network: the link between the sites, to be impaired at will.
+        wiring: lines and buses.
+        remote, operator: the sites.
+        sim_remote, sim_operator: their simulated devices.
+        remote_clock, operator_clock: of the sites' hosts.
+        remote_host, operator_host: what the sites make of these clocks.
+        desks: of both sites, by name.
+    """
+
+    __test__ = False
+
+    def __init__(self, configs: SessionConfigs, seed: int, extras: Extras | None = None) -> None:
+        """Begin at virtual time 0, with a good network.
+
+        Args:
+            configs: of everything.
+            seed: of what the network does by chance.
+            extras: clocks and recorders.
+
+        Raises:
+            ValueError: a configuration cannot be carried out.
+        """
+        extras = extras or Extras()
+        self.time_s = 0.0
+        self.step_s = STEP_S
+        self.network = Network(seed)
+        self.wiring = MemoryWiring(lambda: self.time_s)
+        self.remote_clock, self.operator_clock = extras.remote_clock, extras.operator_clock
+        self.remote_host = HostClock(lambda: self.remote_clock.now_ns(self.time_s))
+        self.operator_host = HostClock(lambda: self.operator_clock.now_ns(self.time_s))
+        loop = SelectLoop(lambda: self.time_s)
+        self.sim_remote = sim_remote.RemoteDevices(configs.sim_remote, loop, self.wiring)
+        of_remote = self.wiring.ends
+        self.sim_operator = sim_operator.OperatorDevices(configs.sim_operator, loop, self.wiring)
+        self._simulated = {
+            "sim-remote": _Simulated(self.sim_remote, of_remote),
+            "sim-operator": _Simulated(self.sim_operator, [end for end in self.wiring.ends if end not in of_remote]),
+        }
+        self.desks = {site: MemoryDesk() for site in SITES}
+        self._remote_devices = _RemoteDevices(configs.remote, self.remote_host, self.wiring)
+        self._operator_devices = _OperatorDevices(configs.operator, self.operator_host, self.wiring)
+        self.remote = RemoteSite(
+            configs.remote,
+            cast(RemoteLink, RemoteEnd(self.network)),
+            self._remote_devices,
+            extras.recorders.get("remote"),
+            self.desks["remote"],
+            self.remote_host.now_ns,
+        )
+        self._client = session_with(
+            cast(OperatorLink, OperatorEnd(self.network)), configs.operator, self.operator_host.now_ns
+        )
+        self.operator = OperatorSite(
+            configs.operator,
+            self._client,
+            self._operator_devices,
+            extras.recorders.get("operator"),
+            self.desks["operator"],
+        )
+        self._turns = {
+            "sim-remote": _Turns(STEP_S),
+            "sim-operator": _Turns(STEP_S),
+            "remote": _Turns(1.0 / configs.remote.rate_hz),
+            "operator": _Turns(1.0 / configs.operator.rate_hz),
+        }
+
+    def tick(self) -> None:
+        """Let one step pass: physics and devices, then the sites whose tick is due."""
+        self.time_s = self.network.now_s = now_s = self.time_s + self.step_s
+        turns = self._turns
+        if turns["sim-remote"].due(now_s):
+            self.sim_remote.step(now_s)
+        if turns["sim-operator"].due(now_s):
+            self.sim_operator.step(now_s)
+        # A site that is stopped in its tick lets time pass: what follows begins later than this tick did.
+        if turns["remote"].due(now_s):
+            self.remote.tick(self.remote_host.now_ns())
+        if turns["operator"].due(now_s):
+            self.operator.tick(self.operator_host.now_ns())
+
+    def run(self, seconds: float) -> None:
+        """Let time pass, s."""
+        for _ in range(round(seconds / self.step_s)):
+            self.tick()
+
+    def run_coarsely(self, seconds: float) -> None:
+        """The same at 100 Hz, five times as fast: for long times in which nothing should happen."""
+        self._set_step(COARSE_STEP_S)
+        self.run(seconds)
+        self._set_step(STEP_S)
+
+    def _set_step(self, step_s: float) -> None:
+        self.step_s = self.sim_remote.step_s = self.sim_operator.step_s = step_s
+
+    def until(self, reached: Callable[[Self], object], patience_s: float) -> float:
+        """Let time pass until something is reached; returns how long it took, s.
+
+        Raises:
+            AssertionError: it was not within `patience_s`.
+        """
+        start_s = self.time_s
+        while not reached(self):
+            waited_s = self.time_s - start_s
+            if waited_s >= patience_s:
+                raise AssertionError(f"not reached in {waited_s:.1f} s: {self.describe()}")
+            self.tick()
+        return self.time_s - start_s
+
+    def stop(self, process: str, seconds: float) -> None:
+        """Stop a site or its simulated devices between two ticks, as SIGSTOP does; long times pass coarsely.
+
+        Args:
+            process: `remote`, `operator`, `sim-remote` or `sim-operator`.
+            seconds: for how long, s.
+        """
+        turns, simulated = self._turns[process], self._simulated.get(process)
+        turns.stopped = True
+        if simulated is not None:
+            simulated.stop()
+        fine_s = min(seconds, FINE_S)
+        self.run(fine_s)
+        self.run_coarsely(seconds - fine_s)
+        turns.stopped = False
+        if simulated is not None:
+            simulated.resume(self.time_s, round(seconds / STEP_S))
+
+    def suspend(self, site: str, seconds: float) -> None:
+        """Stop a site and its host's clock between two ticks, as a virtual machine that is paused."""
+        clock = self._clock(site)
+        clock.stopped_s = self.time_s
+        self.stop(site, seconds)
+        clock.run_on(self.time_s)
+
+    def stop_in_tick(self, site: str, seconds: float, *, with_clock: bool = False, before_read: bool = False) -> None:
+        """Stop a site in its next tick, after it has read its devices, or before; its clock too, where asked."""
+
+        def sleep() -> None:
+            if with_clock:
+                self.suspend(site, seconds)
+            else:
+                self.stop(site, seconds)
+
+        devices = self._remote_devices if site == "remote" else self._operator_devices
+        if before_read:
+            devices.interruption.before = sleep
+        else:
+            devices.interruption.after = sleep
+        self._turns[site].due_s = self.time_s
+        self.tick()
+
+    def _clock(self, site: str) -> SiteClock:
+        return self.remote_clock if site == "remote" else self.operator_clock
+
+    def break_device(self, fault: str) -> None:
+        """Begin a fault: `remote: FAULT` or `operator: FAULT`, in the words of `sim_sensors.faults`."""
+        side, _, command = fault.partition(": ")
+        faults = {"remote": self.sim_remote.faults, "operator": self.sim_operator.faults}
+        faults[side].apply(command)
+
+    def mend_devices(self) -> None:
+        """End every fault of every device."""
+        for simulation in (self.sim_remote, self.sim_operator):
+            simulation.faults.apply("mend")
+
+    def ask_desk(self, site: str, verb: str) -> dict[str, Any]:
+        """Ask at the desk of a site, as a person there would, while time passes; returns its answer.
+
+        Raises:
+            Refused: it will not, and says why.
+            TimeoutError: it does not answer within a second.
+        """
+        desk = self.desks[site]
+        desk.ask(verb)
+        begun_s = self.time_s
+        while (answer := desk.answer()) is None:
+            if self.time_s > begun_s + 1.0:
+                raise TimeoutError(f"{site}: no answer to {verb}")
+            self.tick()
+        return answer
+
+    def ask(self, verb: str) -> None:
+        """The operator asks the remote site for something."""
+        self._client.request(verb, self.operator_host.now_ns(), {})
+
+    def emergency_stop(self) -> None:
+        """The operator hits the emergency stop."""
+        self.operator.client.stop(self.operator_host.now_ns(), "emergency stop by the operator")
+
+    def clear_faults(self) -> None:
+        """A person clears whatever fault is latched on either site."""
+        client = self.operator.client
+        if client.remote_fault or client.session.state is LinkState.FAULT:
+            client.clear(self.operator_host.now_ns())
+
+    def engage(self) -> None:
+        """The operator wants to work."""
+        self.operator.client.want_engaged = True
+
+    @property
+    def latched(self) -> tuple[bool, bool]:
+        """Whether a fault is latched at the remote site, and at the operator's."""
+        sessions = self.remote.server.session, self.operator.client.session
+        return sessions[0].state is LinkState.FAULT, sessions[1].state is LinkState.FAULT
+
+    @property
+    def both_engaged(self) -> bool:
+        """Whether both sites say that outputs may act."""
+        return self.remote.server.both_engaged and self.operator.client.both_engaged
+
+    def describe(self) -> str:
+        """Where the session is, for a failed assertion."""
+        server, client = self.remote.server, self.operator.client
+        return (
+            f"at {self.time_s:.3f} s; remote {server.session}, refused {dict(server.acceptance.refused)}; "
+            f"operator {client.session}, refused {dict(client.acceptance.refused)}, {client.refusal!r}"
+        )
+
+    def close(self) -> None:
+        """Close what the sites have open, and finish the recordings of the simulated devices."""
+        self._remote_devices.close()
+        self._operator_devices.close()
+        self.sim_remote.close()
+        self.sim_operator.close()

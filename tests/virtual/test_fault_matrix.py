@@ -1,0 +1,32 @@
+"""Every fault of the table that needs no real process, on the test bed, judged at the simulated actuators."""
+
+import pytest
+
+from studies.fault_judge import Finding
+from studies.faults import GROUPS, run_apart, virtual
+from studies.virtual_fault_session import VirtualFaultSession
+
+pytestmark = pytest.mark.timeout(600)
+
+PIECES = {
+    "network": virtual(GROUPS["network"]),
+    "devices, first half": virtual(GROUPS["devices"])[: len(GROUPS["devices"]) // 2],
+    "devices, second half": virtual(GROUPS["devices"])[len(GROUPS["devices"]) // 2 :],
+    "plate": virtual(GROUPS["plate"]),
+    "processes": virtual(GROUPS["processes"]),
+}
+"""Each is a session of its own, so that several processors share them."""
+
+
+@pytest.mark.parametrize("piece", PIECES)
+def test_faults_come_to_what_the_table_says(piece: str) -> None:
+    findings: list[Finding] = run_apart(PIECES[piece], print, VirtualFaultSession.open)
+    assert {finding.fault.name: finding.wrong for finding in findings if finding.wrong} == {}
+    assert len(findings) == len(PIECES[piece])
+
+
+def test_no_fault_is_left_out() -> None:
+    done = [fault for faults in PIECES.values() for fault in faults]
+    assert sorted(fault.key for fault in done) == sorted(
+        fault.key for faults in GROUPS.values() for fault in virtual(faults)
+    )
