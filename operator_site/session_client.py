@@ -12,7 +12,7 @@ from common.deadband import Deadband
 from common.emergency_stop import Unconfirmed
 from common.ladder import SESSION_SILENCE_S
 from common.limits import AGE_MAX_S, GAP_S
-from common.link import OperatorLink
+from common.link_sides import OperatorSide
 from common.messages import MOTION_BLOCK, Motion, Touch
 from common.motion_prediction import MotionPrediction
 from common.packets import BadPacket, Floats, LinkState, WrongVersion
@@ -47,7 +47,7 @@ class SessionClient:
     With the role of an observer it takes the same touch packets from the observers' stream and never asks for more.
     """
 
-    link: OperatorLink
+    link: OperatorSide
     capabilities: dict[str, Any]
     max_age_s: float
     want_engaged: bool

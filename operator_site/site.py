@@ -20,6 +20,7 @@ from common.keys import KeyPair, fingerprint, load_keys
 from common.ladder import TICK_AGE_S
 from common.limits import FINGER_FORCE_N, MOTOR_FLOOR_RPM, MOTOR_MAX_RPM, PLATE_PROFILES
 from common.link import OperatorLink
+from common.link_sides import OperatorSide
 from common.messages import MOTION_FIELDS
 from common.packets import Floats, LinkState
 from common.recording import Recorder
@@ -239,7 +240,7 @@ class OperatorSite:
         return packet
 
 
-def session_with(link: OperatorLink, config: OperatorConfig, stamp_ns: ReadClock | None = None) -> SessionClient:
+def session_with(link: OperatorSide, config: OperatorConfig, stamp_ns: ReadClock | None = None) -> SessionClient:
     """This site's end of a session with the remote site at the other end of `link`."""
     plates = PLATE_PROFILES[config.rendering.profile]
     able = capabilities(

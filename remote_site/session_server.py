@@ -19,7 +19,7 @@ from common.emergency_stop import EmergencyStop, Unconfirmed
 from common.keys import fingerprint
 from common.ladder import SESSION_SILENCE_S
 from common.limits import AGE_MAX_S, GAP_S
-from common.link import RemoteLink
+from common.link_sides import RemoteSide
 from common.messages import Motion
 from common.motion_prediction import MotionPrediction
 from common.packets import SCHEMA_VERSION, BadPacket, LinkState, WrongVersion
@@ -46,7 +46,7 @@ EXPELLED_S = 10.0
 class SessionServer:
     """Serves one operator at a time, and observers beside. Time is an argument, ns of this site's monotonic clock."""
 
-    link: RemoteLink
+    link: RemoteSide
     capabilities: dict[str, Any]
     max_age_s: float
     gap_s: float = GAP_S

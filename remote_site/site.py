@@ -18,6 +18,7 @@ from common.fingers import FINGERS, named_finger
 from common.keys import TrustedKeys, fingerprint, load_keys
 from common.ladder import TICK_AGE_S
 from common.link import RemoteLink
+from common.link_sides import RemoteSide
 from common.messages import Motion, Touch
 from common.packets import LinkState
 from common.perceptible import touch_felt
@@ -61,7 +62,7 @@ class RemoteSite:
     def __init__(
         self,
         config: RemoteConfig,
-        link: RemoteLink,
+        link: RemoteSide,
         devices: RemoteDevices,
         recorder: Recorder | None = None,
         desk: LocalControl | None = None,

@@ -1,5 +1,5 @@
-"""A whole session in one process and in lock step: no tick is ever late, whatever the machine does.
+"""A whole session in one process: no tick is ever late, whatever the machine does.
 
-`lockstep` has both sites, `devices` what they read and write. Real are lines, buses, link and recordings; virtual is
-time.
+`testbed` runs it in memory on a virtual clock, the same for the same seed. `lockstep` runs it on a virtual clock over
+real lines, buses and link, for measuring what a tick costs.
 """

@@ -218,7 +218,7 @@ class Visitor:
 
 
 class RemoteEnd:
-    """The remote site's side, with what the site uses of `common.link.RemoteLink`."""
+    """The remote site's side, see `common.link_sides.RemoteSide`."""
 
     def __init__(self, network: Network) -> None:
         self.handshakes: dict[str, int] = {}
@@ -277,7 +277,7 @@ class RemoteEnd:
 
 
 class OperatorEnd:
-    """The operator site's side, with what the site uses of `common.link.OperatorLink`."""
+    """The operator site's side, see `common.link_sides.OperatorSide`."""
 
     def __init__(self, network: Network) -> None:
         self._network = network
@@ -299,7 +299,3 @@ class OperatorEnd:
     def send_latest(self, stream: str, packet: bytes) -> None:
         """Send to the remote site."""
         self._network.send(stream, TO_REMOTE, packet)
-
-    def key_refused(self) -> bool:
-        """The remote site trusts this key."""
-        return False

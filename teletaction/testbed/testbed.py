@@ -6,10 +6,9 @@ Lines, buses and the link are in memory. Nothing waits and nothing is late: the 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Self, cast
+from typing import Any, Self
 
 from common.config import OperatorConfig, RemoteConfig, SimOperatorConfig, SimRemoteConfig, load_config
-from common.link import OperatorLink, RemoteLink
 from common.packets import LinkState
 from common.recording import Recorder
 from common.standstill import HostClock
@@ -199,15 +198,13 @@ class Testbed:
         self._operator_devices = _OperatorDevices(configs.operator, self.operator_host, self.wiring)
         self.remote = RemoteSite(
             configs.remote,
-            cast(RemoteLink, RemoteEnd(self.network)),
+            RemoteEnd(self.network),
             self._remote_devices,
             extras.recorders.get("remote"),
             self.desks["remote"],
             self.remote_host.now_ns,
         )
-        self._client = session_with(
-            cast(OperatorLink, OperatorEnd(self.network)), configs.operator, self.operator_host.now_ns
-        )
+        self._client = session_with(OperatorEnd(self.network), configs.operator, self.operator_host.now_ns)
         self.operator = OperatorSite(
             configs.operator,
             self._client,
