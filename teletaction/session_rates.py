@@ -10,7 +10,7 @@ from common.machine import Machine
 
 LARGEST = 0.7
 """Share of one processor that a process may take at most: a loop that works more gives its priority up."""
-FITS = 0.7
+FITS = 0.65
 """Share of the idle processors that a session may take at most. Sessions that were to take 0.75 to 0.85 of them made
 98 to 99 % of their ticks (`study rates`)."""
 BROWSER = 0.5
