@@ -23,7 +23,7 @@ help:
 	@echo "make containers  tests that run the composition in containers (needs an engine)"
 	@echo "make console     the console's page in a real Chromium (\$$CHROMIUM, or the system's)"
 	@echo "make faults      every fault of the table, on the test bed where that can show it; writes docs/faults.md (FAULTS=real: all in real time)"
-	@echo "make everything  all that takes longer, in pieces; goes on where it was; writes docs/verification.md; PIECES='soak'"
+	@echo "make everything  all that takes longer, in pieces; resumes after an interruption; writes docs/verification.md; PIECES='soak'"
 	@echo "make dask        studies on a Dask cluster of two workers, one of which is killed"
 	@echo "make results     every study in full into $(RESULTS)/, with an overview; ARGUMENTS=--quick"
 	@echo "make soak        ten minutes of work with faults at random; ARGUMENTS='--seconds 3000 --seed 7'"

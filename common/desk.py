@@ -40,7 +40,7 @@ Do = Callable[[str, dict[str, Any]], dict[str, Any]]
 
 
 class LocalControl(Protocol):
-    """Where a person at a site asks its process for something."""
+    """Takes requests of a person at the site: `Desk` by a socket, a test bed's in memory."""
 
     def serve(self, now_ns: int, do: Do) -> None:
         """Carry out what was asked since the last call, and answer."""

@@ -87,7 +87,7 @@ class VirtualFaultSession(FaultedSession):
         return begin_s, self.bed.time_s
 
     def ask(self, site: str, verb: str) -> dict[str, Any]:
-        """Ask at the desk of a site, as a person there would, while time goes on; raises Refused."""
+        """Ask at the desk of a site, as a person there would, while time passes; raises Refused."""
         return self.bed.ask_desk(site, verb)
 
     def figures(self, process: str) -> dict[str, Any]:

@@ -6,6 +6,7 @@ begins with the piece that was interrupted. `python -m tests.everything NAME ...
 
 import json
 import re
+import shutil
 import subprocess
 import sys
 import time
@@ -25,10 +26,12 @@ PIECES: dict[str, tuple[str, ...]] = {
     "console": ("console",),
     "faults": ("faults",),
     "faults-real": ("faults", "FAULTS=real"),
-    "soak": ("soak",),
-    "studies": ("results", "ARGUMENTS=--quick", "RESULTS=build/quick-results"),
+    "soak": ("soak", "SOAK_OUT=build/everything/soak"),
+    "studies": ("results", "ARGUMENTS=--quick", "RESULTS=build/everything/results"),
 }
 """Targets and settings of `make`, each of them in less than 45 minutes."""
+SCRATCH = Path("build/everything")
+"""What pieces leave; each begins without it."""
 RECORD = Path("docs/verification.json")
 PAGE = Path("docs/verification.md")
 WRITTEN = (str(RECORD), str(PAGE), "docs/faults.md", "docs/faults.json")
@@ -106,6 +109,8 @@ def counted(output: str) -> tuple[int, int, tuple[str, ...]]:
 
 def run_piece(piece: str, commit: str) -> Run:
     """Run a piece, show what it prints, and say what came of it."""
+    shutil.rmtree(SCRATCH, ignore_errors=True)
+    SCRATCH.mkdir(parents=True)
     machine, begun_s = Machine.measured(), time.monotonic()
     lines = []
     words = ["make", *PIECES[piece]]

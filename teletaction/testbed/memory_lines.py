@@ -17,28 +17,14 @@ _BACKLOG_BYTES = 16 * 1024
 _BACKLOG_FRAMES = 1000
 
 
-class MemoryLine(SerialServer):
-    """A simulated module's end of a serial line.
+class Cable:
+    """What a line and a bus have in common.
 
     Attributes:
-        address: what a driver opens.
-        plugged: whether the cable is in; without, ports at this line fail and none can be opened.
-        unread: what the module has sent and the driver has not read.
+        plugged: whether the cable is in; without, what is open at it fails and nothing can be opened.
     """
 
-    def __init__(self, device: Device, now_s: Callable[[], float], address: str) -> None:
-        """Serve a module; `now_s` is virtual time, s."""
-        super().__init__(device)
-        self.address = address
-        self.plugged = True
-        self.unread = bytearray()
-        self._now_s = now_s
-        self._held: bytearray | None = None
-
-    @property
-    def hears(self) -> bool:
-        """Whether what a driver sends reaches the module."""
-        return self.plugged and not (self.silent or self.deaf)
+    plugged = True
 
     def unplug(self) -> None:
         """Pull the cable."""
@@ -49,8 +35,30 @@ class MemoryLine(SerialServer):
         self.plugged = True
 
     def close(self) -> None:
-        """Hang up."""
+        """Pull it for good."""
         self.plugged = False
+
+
+class MemoryLine(Cable, SerialServer):
+    """A simulated module's end of a serial line.
+
+    Attributes:
+        address: what a driver opens.
+        unread: what the module has sent and the driver has not read.
+    """
+
+    def __init__(self, device: Device, now_s: Callable[[], float], address: str) -> None:
+        """Serve a module; `now_s` is virtual time, s."""
+        super().__init__(device)
+        self.address = address
+        self.unread = bytearray()
+        self._now_s = now_s
+        self._held: bytearray | None = None
+
+    @property
+    def hears(self) -> bool:
+        """Whether what a driver sends reaches the module."""
+        return self.plugged and not (self.silent or self.deaf)
 
     def take(self, data: bytes) -> None:
         """Take bytes that the driver has written now."""
@@ -123,18 +131,16 @@ class MemoryPort:
             raise serial.SerialException("unplugged")
 
 
-class MemoryBus:
+class MemoryBus(Cable):
     """A CAN bus with the simulated nodes of one site, and the faults of a socketcand gateway; see `serving.Bus`.
 
     Attributes:
-        plugged: whether the bus is there; without, open connections fail and none can be opened.
         silent, deaf, off, intruder: as of `SocketcandBus`.
         connections: drivers that are connected.
     """
 
     def __init__(self, now_s: Callable[[], float], nodes: Sequence[Node]) -> None:
         """Serve nodes; `now_s` is virtual time, s."""
-        self.plugged = True
         self.silent = False
         self.deaf = False
         self.off = False
@@ -195,18 +201,6 @@ class MemoryBus:
         """Start it again."""
         self.off = False
         self._report_error(RESTARTED)
-
-    def unplug(self) -> None:
-        """Take the bus away."""
-        self.plugged = False
-
-    def plug(self) -> None:
-        """Bring it back."""
-        self.plugged = True
-
-    def close(self) -> None:
-        """End it."""
-        self.plugged = False
 
     def _feed(self, frame_id: int, data: bytes, now_s: float) -> None:
         for node in self._nodes:

@@ -12,16 +12,12 @@ from common.config import OperatorConfig, RemoteConfig, SimOperatorConfig, SimRe
 from common.packets import LinkState
 from common.recording import Recorder
 from common.standstill import HostClock
-from operator_site.devices import OperatorDevices
-from operator_site.exoskeleton import Hand
 from operator_site.site import OperatorSite, session_with
-from remote_site.devices import RemoteDevices
-from remote_site.followed_hand import HandPlace
-from remote_site.sensed import Sensed
 from remote_site.site import RemoteSite
 from sim_sensors import sim_operator, sim_remote
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.simulation_loop import MOST_STEPS, STEP_S
+from teletaction.testbed.interrupted_devices import InterruptedOperatorDevices, InterruptedRemoteDevices
 from teletaction.testbed.memory_desk import MemoryDesk
 from teletaction.testbed.memory_lines import MemoryBus, MemoryLine
 from teletaction.testbed.memory_wiring import MemoryWiring
@@ -54,48 +50,6 @@ class SessionConfigs:
             load_config(files["remote"], RemoteConfig),
             load_config(files["operator"], OperatorConfig),
         )
-
-
-@dataclass(slots=True)
-class _Interruption:
-    """What happens once around a site's next reading of its devices."""
-
-    before: Callable[[], None] | None = None
-    after: Callable[[], None] | None = None
-
-    def take_before(self) -> None:
-        happens, self.before = self.before, None
-        if happens is not None:
-            happens()
-
-    def take_after(self) -> None:
-        happens, self.after = self.after, None
-        if happens is not None:
-            happens()
-
-
-class _RemoteDevices(RemoteDevices):
-    def __init__(self, config: RemoteConfig, clock: HostClock, wiring: MemoryWiring) -> None:
-        super().__init__(config, clock, wiring)
-        self.interruption = _Interruption()
-
-    def read(self, t_s: float, hand: HandPlace | None = None) -> Sensed:
-        self.interruption.take_before()
-        sensed = super().read(t_s, hand)
-        self.interruption.take_after()
-        return sensed
-
-
-class _OperatorDevices(OperatorDevices):
-    def __init__(self, config: OperatorConfig, clock: HostClock, wiring: MemoryWiring) -> None:
-        super().__init__(config, clock, wiring)
-        self.interruption = _Interruption()
-
-    def read(self, t_s: float) -> Hand:
-        self.interruption.take_before()
-        hand = super().read(t_s)
-        self.interruption.take_after()
-        return hand
 
 
 @dataclass(slots=True)
@@ -194,8 +148,8 @@ class Testbed:
             "sim-operator": _Simulated(self.sim_operator, [end for end in self.wiring.ends if end not in of_remote]),
         }
         self.desks = {site: MemoryDesk() for site in SITES}
-        self._remote_devices = _RemoteDevices(configs.remote, self.remote_host, self.wiring)
-        self._operator_devices = _OperatorDevices(configs.operator, self.operator_host, self.wiring)
+        self._remote_devices = InterruptedRemoteDevices(configs.remote, self.remote_host, self.wiring)
+        self._operator_devices = InterruptedOperatorDevices(configs.operator, self.operator_host, self.wiring)
         self.remote = RemoteSite(
             configs.remote,
             RemoteEnd(self.network),

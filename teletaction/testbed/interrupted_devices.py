@@ -1,0 +1,63 @@
+"""Devices of a site in whose next reading something else happens: so a site is stopped in its tick."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from common.config import OperatorConfig, RemoteConfig
+from common.standstill import HostClock
+from operator_site.devices import OperatorDevices
+from operator_site.exoskeleton import Hand
+from remote_site.devices import RemoteDevices
+from remote_site.followed_hand import HandPlace
+from remote_site.sensed import Sensed
+from teletaction.testbed.memory_wiring import MemoryWiring
+
+
+@dataclass(slots=True)
+class Interruption:
+    """What happens once, before or after the next reading."""
+
+    before: Callable[[], None] | None = None
+    after: Callable[[], None] | None = None
+
+    def take_before(self) -> None:
+        """Let happen what has to before a reading."""
+        happens, self.before = self.before, None
+        if happens is not None:
+            happens()
+
+    def take_after(self) -> None:
+        """Let happen what has to after it."""
+        happens, self.after = self.after, None
+        if happens is not None:
+            happens()
+
+
+class InterruptedRemoteDevices(RemoteDevices):
+    """The remote site's devices."""
+
+    def __init__(self, config: RemoteConfig, clock: HostClock, wiring: MemoryWiring) -> None:
+        super().__init__(config, clock, wiring)
+        self.interruption = Interruption()
+
+    def read(self, t_s: float, hand: HandPlace | None = None) -> Sensed:
+        """As `RemoteDevices.read`."""
+        self.interruption.take_before()
+        sensed = super().read(t_s, hand)
+        self.interruption.take_after()
+        return sensed
+
+
+class InterruptedOperatorDevices(OperatorDevices):
+    """The operator site's devices."""
+
+    def __init__(self, config: OperatorConfig, clock: HostClock, wiring: MemoryWiring) -> None:
+        super().__init__(config, clock, wiring)
+        self.interruption = Interruption()
+
+    def read(self, t_s: float) -> Hand:
+        """As `OperatorDevices.read`."""
+        self.interruption.take_before()
+        hand = super().read(t_s)
+        self.interruption.take_after()
+        return hand
