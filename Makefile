@@ -18,6 +18,7 @@ help:
 	@echo "make demo        60 s session on simulated devices; leaves summary, report and recording in $(OUT)/"
 	@echo "make test        the fast tests"
 	@echo "make session     tests that run whole sessions, on a virtual clock and in real time"
+	@echo "make breaks      ten deliberate breaks, each of which the fast tests must notice"
 	@echo "make hardening   a million broken frames for each decoder, 500 strange sequences for each site (minutes); SEQUENCES=100000"
 	@echo "make netns       the link over packets that are really delayed and lost (root)"
 	@echo "make containers  tests that run the composition in containers (needs an engine)"
@@ -64,6 +65,10 @@ session: $(READY)
 containers: $(READY)
 	@settings=$$(PYTHON=$(PYTHON) tests/network/prepare.sh); eval "$$settings"; $(BIN)/pytest -m containers -rPs tests/containers
 
+.PHONY: breaks
+breaks: $(READY)
+	$(BIN)/python -m tests.breaks
+
 # Sessions at their full rate beside their attackers: a core must not be busy with something else.
 ALONE := tests/hardening/test_hostile_connections.py tests/adversary
 .PHONY: hardening
@@ -100,7 +105,8 @@ check: $(READY)
 
 .PHONY: pages
 pages: $(READY)
-	$(BIN)/pytest -m pages -n 2 tests/docs tests/packaging
+	$(BIN)/pytest -m pages tests/docs/test_hardware_page.py
+	$(BIN)/pytest -m pages -n 2 --ignore=tests/docs/test_hardware_page.py tests/docs tests/packaging
 
 # Warnings are errors, also those about links that lead nowhere.
 .PHONY: docs

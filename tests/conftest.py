@@ -13,6 +13,7 @@ from hypothesis import settings
 
 from common.containment import NAMED_IN
 from common.keys import TrustedKeys, create_keys
+from tests.not_judged import NotJudged
 
 settings.register_profile("suite", deadline=None, derandomize=True, print_blob=True)
 settings.load_profile("suite")
@@ -20,6 +21,12 @@ settings.load_profile("suite")
 # Where a shell runs all this in the background Ctrl-C is ignored, and would be by every process that a test interrupts.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """A failure beside a standstill of the machine is no finding."""
+    config.pluginmanager.register(NotJudged(), "not-judged")
+
 
 PROTOCOLS = Path(__file__).parent.parent / "docs" / "protocols.md"
 _BLOCK = re.compile(r"^```golden (\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)

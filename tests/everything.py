@@ -14,11 +14,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from datetime import date
 from pathlib import Path
+from typing import NamedTuple
 
 from common.in_parallel import processors
 from common.machine import Machine
 
 PIECES: dict[str, tuple[str, ...]] = {
+    "breaks": ("breaks",),
     "hardening": ("hardening",),
     "netns": ("netns",),
     "pages": ("pages",),
@@ -40,13 +42,15 @@ HEAD = """# What ran when
 
 `make test` and `.ci/run` hold for each commit. `make everything` runs what takes longer, in pieces, and writes this
 page: the newest run of each piece. The reference step says how fast the machine was then (0.1 ms is a usual value).
+*Not judged* is a real-time test that failed while the machine stood still.
 
-| piece | commit | day | minutes | processors, reference step | passed | skipped | failed |
-|---|---|---|---|---|---|---|---|
+| piece | commit | day | minutes | processors, reference step | passed | skipped | not judged | failed |
+|---|---|---|---|---|---|---|---|---|
 """
 _COUNT = re.compile(r"(\d+) (passed|failed|skipped|error)")
-_SUMMARY = re.compile(r"^=+ .*\bin [\d.]+s\b.* =+$", re.MULTILINE)
-_FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+)", re.MULTILINE)
+_SUMMARY = re.compile(r"^(?:=+ .*\bin [\d.]+s\b.* =+|\d+ passed, \d+ failed)$", re.MULTILINE)
+_FAILED = re.compile(r"^(?:FAILED|ERROR|MISSED) (\S.*?)(?: - .*)?$", re.MULTILINE)
+_NOT_JUDGED = re.compile(r"^NOT JUDGED (.+)$", re.MULTILINE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +64,8 @@ class Run:
         minutes: how long it took.
         processors: of the machine.
         reference_step_us: of the machine just before, us.
-        passed, skipped: tests.
+        passed, skipped: tests; the latter include those of `not_judged`.
+        not_judged: what a machine that stood still took away, a line each.
         failed: names of tests, or what else failed; empty where nothing did.
     """
 
@@ -72,6 +77,7 @@ class Run:
     reference_step_us: float
     passed: int
     skipped: int
+    not_judged: tuple[str, ...]
     failed: tuple[str, ...]
 
 
@@ -80,7 +86,8 @@ def read(record: Path = RECORD) -> dict[str, Run]:
     if not record.is_file():
         return {}
     rows = json.loads(record.read_text("utf-8"))
-    return {row["piece"]: Run(**{**row, "failed": tuple(row["failed"])}) for row in rows}
+    runs = (Run(**row | {key: tuple(row[key]) for key in ("not_judged", "failed")}) for row in rows)
+    return {run.piece: run for run in runs}
 
 
 def write(runs: Iterable[Run], record: Path = RECORD, page: Path = PAGE) -> None:
@@ -92,19 +99,29 @@ def write(runs: Iterable[Run], record: Path = RECORD, page: Path = PAGE) -> None
 
 def _row(run: Run) -> str:
     machine = f"{run.processors}, {run.reference_step_us:.0f} us"
-    failed = "; ".join(f"`{name}`" for name in run.failed) or "none"
-    cells = (run.piece, run.commit, run.day, f"{run.minutes:.1f}", machine, run.passed, run.skipped, failed)
+    named = (" ".join(f"`{name}`" for name in names) or "none" for names in (run.not_judged, run.failed))
+    cells = (run.piece, run.commit, run.day, f"{run.minutes:.1f}", machine, run.passed, run.skipped, *named)
     return f"| {' | '.join(map(str, cells))} |\n"
 
 
-def counted(output: str) -> tuple[int, int, tuple[str, ...]]:
-    """Tests passed and skipped, and the names of those that failed, in the output of one pytest after the other."""
+class Counted(NamedTuple):
+    """What a run of tests came to, as in `Run`."""
+
+    passed: int
+    skipped: int
+    not_judged: tuple[str, ...]
+    failed: tuple[str, ...]
+
+
+def counted(output: str) -> Counted:
+    """What the output of one pytest after the other says."""
     found = {"passed": 0, "skipped": 0}
     for summary in _SUMMARY.findall(output):
         for count, what in _COUNT.findall(summary):
             if what in found:
                 found[what] += int(count)
-    return found["passed"], found["skipped"], tuple(dict.fromkeys(_FAILED.findall(output)))
+    names = (tuple(dict.fromkeys(pattern.findall(output))) for pattern in (_NOT_JUDGED, _FAILED))
+    return Counted(found["passed"], found["skipped"], *names)
 
 
 def run_piece(piece: str, commit: str) -> Run:
@@ -119,9 +136,9 @@ def run_piece(piece: str, commit: str) -> Run:
         for line in make.stdout:
             print(line, end="", flush=True)
             lines.append(line)
-    passed, skipped, failed = counted("".join(lines))
-    if make.returncode and not failed:
-        failed = (f"{' '.join(words)}: exit code {make.returncode}",)
+    found = counted("".join(lines))
+    if make.returncode and not found.failed:
+        found = found._replace(failed=(f"{' '.join(words)}: exit code {make.returncode}",))
     return Run(
         piece,
         commit,
@@ -129,9 +146,7 @@ def run_piece(piece: str, commit: str) -> Run:
         round((time.monotonic() - begun_s) / 60.0, 1),
         processors(),
         round(machine.step_s * 1e6, 1),
-        passed,
-        skipped,
-        failed,
+        *found,
     )
 
 

@@ -13,20 +13,25 @@ PRINTED = """
 FAILED tests/a.py::test_one[x] - AssertionError: in 3 words
 ============ 1 failed, 12 passed, 2 skipped, 100 deselected in 62.10s (0:01:02) ============
 tests/b.py ....
+NOT JUDGED tests/c.py::test_late - the machine stood still for 73 ms
 ============================== 30 passed in 1.00s ==============================
+MISSED timeout doubled (a.py; tests/b.py)
+1 passed, 1 failed
 """
-RUN = Run("dask", "abc123", "2026-11-26", 1.5, 2, 101.0, 9, 1, ())
+RUN = Run("dask", "abc123", "2026-11-26", 1.5, 2, 101.0, 9, 1, ("tests/c.py::z - 73 ms",), ())
 
 
 def test_tests_of_all_runs_are_counted_and_failures_named() -> None:
-    assert counted(PRINTED) == (42, 2, ("tests/a.py::test_one[x]",))
-    assert counted("make: *** no rule") == (0, 0, ())
+    late = "tests/c.py::test_late - the machine stood still for 73 ms"
+    failed = ("tests/a.py::test_one[x]", "timeout doubled (a.py; tests/b.py)")
+    assert counted(PRINTED) == (43, 2, (late,), failed)
+    assert counted("make: *** no rule") == (0, 0, (), ())
 
 
 def test_the_record_is_read_as_it_was_written(tmp_path: Path) -> None:
     record, page = tmp_path / "record.json", tmp_path / "page.md"
     assert read(record) == {}
-    write([RUN, Run("hardening", "abc123", "2026-11-26", 2.0, 2, 101.0, 5, 0, ("tests/x.py::y",))], record, page)
+    write([RUN, Run("hardening", "abc123", "2026-11-26", 2.0, 2, 101.0, 5, 0, (), ("tests/x.py::y",))], record, page)
     assert read(record)["dask"] == RUN
     assert page.read_text("utf-8").index("| hardening |") < page.read_text("utf-8").index("| dask | abc123 |")
     assert "`tests/x.py::y`" in page.read_text("utf-8")
@@ -37,7 +42,7 @@ def test_what_has_passed_at_this_commit_is_not_run_again(tmp_path: Path, monkeyp
 
     def run_piece(piece: str, commit: str) -> Run:
         ran.append(piece)
-        return Run(piece, commit, "2026-11-26", 0.0, 2, 100.0, 1, 0, ("t",) if piece == "soak" else ())
+        return Run(piece, commit, "2026-11-26", 0.0, 2, 100.0, 1, 0, (), ("t",) if piece == "soak" else ())
 
     monkeypatch.chdir(tmp_path)
     Path("docs").mkdir()
@@ -52,7 +57,7 @@ def test_what_has_passed_at_this_commit_is_not_run_again(tmp_path: Path, monkeyp
 
 def test_an_unknown_piece_is_refused_with_those_that_there_are(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["fault"]) == 2
-    assert "no piece 'fault'; there are: hardening" in capsys.readouterr().err
+    assert "no piece 'fault'; there are: breaks" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("target", sorted({words[0] for words in PIECES.values()}))

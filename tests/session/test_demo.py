@@ -13,7 +13,6 @@ import pytest
 from mcap.reader import make_reader
 
 from common import limits
-from tests.undisturbed import undisturbed
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(120)]
 
@@ -38,29 +37,17 @@ def children_of(text: str) -> list[str]:
 
 @pytest.mark.timeout(400)
 @pytest.mark.parametrize(("scene", "fingers"), [("materials", 5), ("phantom", 1)])
-def test_a_headless_session_leaves_a_true_summary(
-    tmp_path_factory: pytest.TempPathFactory, scene: str, fingers: int
-) -> None:
-    def explore() -> Path:
-        out = tmp_path_factory.mktemp("demo") / "out"
-        run = subprocess.run(
-            demo(out, "--headless", "--seconds", "9", "--scene", scene, "--fingers", str(fingers), "--seed", "7"),
-            capture_output=True,
-            text=True,
-            timeout=100,
-            check=False,
-        )
-        assert run.returncode == 0, run.stderr
-        assert run.stdout == ""
-        return out
-
-    def summed_up(out: Path) -> dict[str, Any]:
-        found: dict[str, Any] = json.loads((out / "summary.json").read_text("utf-8"))
-        return found
-
-    # A hand that a stalled machine takes back touches more often than it was told to.
-    out = undisturbed(explore, fine=lambda out: not summed_up(out)["interruptions"])
-    summary = summed_up(out)
+def test_a_headless_session_leaves_a_true_summary(tmp_path: Path, scene: str, fingers: int) -> None:
+    out = tmp_path / "out"
+    run = subprocess.run(
+        demo(out, "--headless", "--seconds", "9", "--scene", scene, "--fingers", str(fingers), "--seed", "7"),
+        capture_output=True,
+        text=True,
+        timeout=100,
+        check=False,
+    )
+    assert (run.returncode, run.stdout) == (0, ""), run.stderr
+    summary: dict[str, Any] = json.loads((out / "summary.json").read_text("utf-8"))
     assert summary["scene"] == scene
     assert summary["seed"] == 7
     assert len(summary["contacts"]) == fingers

@@ -21,7 +21,6 @@ from common.messages import Motion, Touch
 from studies.fault_session import FaultSession
 from tests.commands import Told, command
 from tests.session.truth import FELT_N, HEATS, LATE_S, STROKES, Truth, between, read_truth
-from tests.undisturbed import passes_its_tests, undisturbed
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(400)]
 
@@ -90,12 +89,9 @@ def send_again(session: FaultSession, packet: bytes) -> tuple[int, int]:
 
 
 @pytest.fixture(scope="module")
-def story(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Story:
+def story(tmp_path_factory: pytest.TempPathFactory) -> Story:
     """The operator's key is revoked in the middle of the work, trusted again, and both in one breath."""
-    return undisturbed(lambda: tell(tmp_path_factory.mktemp("revoked")), passes_its_tests(request))
-
-
-def tell(folder: Path) -> Story:
+    folder = tmp_path_factory.mktemp("revoked")
     with FaultSession.open(folder) as session:
         remote_keys = folder / "keys" / "remote"
         operator_key = load_keys(folder / "keys" / "operator").public

@@ -26,7 +26,6 @@ from operator_site.session_client import SessionClient
 from studies.fault_session import FaultSession
 from studies.fault_table import STROKING
 from tests.commands import Told, command
-from tests.undisturbed import passes_its_tests, undisturbed
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(400)]
 
@@ -121,12 +120,9 @@ def strokes(line: dict[str, Any]) -> bool:
 
 
 @pytest.fixture(scope="module")
-def story(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Story:
+def story(tmp_path_factory: pytest.TempPathFactory) -> Story:
     """A session at which a process and a program look on, until both are revoked in the middle of the work."""
-    return undisturbed(lambda: tell(tmp_path_factory.mktemp("observed")), passes_its_tests(request))
-
-
-def tell(folder: Path) -> Story:
+    folder = tmp_path_factory.mktemp("observed")
     story = Story(folder)
     with FaultSession.open(folder) as session:
         remote = load_config(session.configurations["remote"], RemoteConfig).link

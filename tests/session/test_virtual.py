@@ -14,7 +14,6 @@ from teletaction.demo_files import DemoOptions, prepare
 from teletaction.processes import SessionProcesses
 from tests.commands import command
 from tests.session.truth import written
-from tests.undisturbed import passes_its_tests, undisturbed
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(400)]
 
@@ -24,7 +23,7 @@ WORK_S = 8.0
 PATIENCE_S = 40.0
 
 
-def tell(folder: Path) -> Path:
+def explore(folder: Path) -> Path:
     """A session of WORK_S that has a note, an emergency stop and a clearing; returns its folder."""
     configurations = prepare(DemoOptions(fingers=1, scene=SCENE), folder)
     config = configurations["operator"]
@@ -58,8 +57,8 @@ def tell(folder: Path) -> Path:
 
 
 @pytest.fixture(scope="module")
-def session(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Path:
-    return undisturbed(lambda: tell(tmp_path_factory.mktemp("virtual")), passes_its_tests(request))
+def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return explore(tmp_path_factory.mktemp("virtual"))
 
 
 def test_the_hand_feels_force_vibration_and_heat(session: Path) -> None:

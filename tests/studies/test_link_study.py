@@ -27,7 +27,6 @@ from studies.link_packets import (
     touch_parts,
     wire_bytes,
 )
-from tests.undisturbed import undisturbed
 
 MS = 1_000_000
 HALF_TICK_MS = link_age.TICK_NS / 2 / MS
@@ -230,23 +229,16 @@ def test_the_figure_is_drawn_with_and_without_the_fault_matrix(tmp_path: Path, f
 @pytest.mark.session
 @pytest.mark.timeout(400)
 def test_a_touch_packet_takes_at_most_half_as_long_again_as_a_bare_message() -> None:
-    # The promise is of the link and not of the machine: where others work as well, the best of three runs counts, each
-    # of them with the bare sockets' and the link's messages taking turns.
-    found: list[float] = []
-    while len(found) < 3 and not (found and min(found) <= 1.5):
-        measured = undisturbed(lambda: link_latency.measure(60, seed=len(found)))
-        (ours,) = (row for row in measured["ways"] if row["way"] == link_latency.LINK)
-        found.append(ours["to_bare"])
-    assert min(found) <= 1.5, found
+    # Bare sockets' messages and the link's take turns, so that what else the machine does slows both.
+    measured = link_latency.measure(180, seed=0)
+    (ours,) = (row for row in measured["ways"] if row["way"] == link_latency.LINK)
+    assert ours["to_bare"] <= 1.5
 
 
 @pytest.mark.session
 @pytest.mark.timeout(240)
 def test_the_link_takes_at_most_twice_the_processor_time_of_bare_sockets() -> None:
-    found: list[float] = []
-    while len(found) < 3 and not (found and min(found) <= 2.0):
-        found.append(link_load.ratios(link_load.compare(5, 2.0))["without_loop"])
-    assert min(found) <= 2.0, found
+    assert link_load.ratios(link_load.compare(5, 2.0))["without_loop"] <= 2.0
 
 
 @pytest.mark.session

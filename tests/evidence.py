@@ -1,0 +1,337 @@
+"""From each hazard to its limit, its code, its tests and the faults that try it: docs/evidence.md.
+
+`python -m tests.evidence > docs/evidence.md` writes the page. A test of this folder says what is missing or not there.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from studies.faults import GROUPS
+
+
+@dataclass(frozen=True, slots=True)
+class Hazard:
+    """What could hurt an operator or a patient, or mislead them.
+
+    Attributes:
+        name: what could happen.
+        limits: constants of `common.limits`; empty where no number limits it.
+        code: modules that keep it from happening.
+        tests: `file::test`, or files.
+        faults: keys of the fault table.
+    """
+
+    name: str
+    limits: tuple[str, ...]
+    code: tuple[str, ...]
+    tests: tuple[str, ...]
+    faults: tuple[str, ...]
+
+
+_GATE, _PATIENT_GATE = "tests/operator_site/test_gate.py", "tests/remote_site/test_patient_gate.py"
+_SAFE_STATES = "tests/common/test_safe_states.py"
+
+HAZARDS = (
+    Hazard(
+        "an operator's plate is too hot or too cold",
+        ("WIDE", "COMFORT", "PLATE_FAULT_C", "PLATE_PEAK_C", "PLATE_HEATING_K_S", "PLATE_COOLING_K_S"),
+        ("operator_site.gate", "operator_site.plate_follow", "common.repeated_fault"),
+        (
+            f"{_GATE}::test_plate_set_point_range_and_rate",
+            f"{_GATE}::test_hot_plate_is_a_fault_that_latches_for_all",
+            f"{_GATE}::test_single_fault_is_found_and_stays_below_the_peak",
+            f"{_GATE}::test_a_plate_that_does_not_pass_its_test_gets_no_more_than_a_pulse_in_half_a_minute",
+            "tests/virtual/test_fingertip_faults.py",
+            "tests/virtual/test_sound_plates.py",
+        ),
+        (
+            "sim-operator-thermistor-middle-frozen",
+            "sim-operator-thermistor-middle-open",
+            "sim-operator-thermistor-middle-short",
+            "sim-operator-reverse-middle",
+            "sim-operator-water-middle",
+        ),
+    ),
+    Hazard(
+        "skin is warm for too long",
+        ("DOSE_ABOVE_C", "DOSE_LIMIT_K_S", "DOSE_WINDOW_S"),
+        ("common.skin_dose", "operator_site.gate", "remote_site.heater_limits"),
+        (
+            f"{_GATE}::test_dose_is_spent_before_it_is_exceeded_and_comes_back",
+            f"{_GATE}::test_dose_counts_a_gap_at_the_hotter_of_its_two_ends",
+            f"{_PATIENT_GATE}::test_dose_is_spent_before_it_is_exceeded_and_comes_back",
+            f"{_PATIENT_GATE}::test_dose_counts_a_gap_at_the_hotter_of_its_two_ends",
+        ),
+        (),
+    ),
+    Hazard(
+        "a finger is pushed too hard or at once",
+        ("FINGER_FORCE_N", "FORCE_RAMP_UP_N_S", "FORCE_RAMP_DOWN_N_S"),
+        ("operator_site.gate", "operator_site.force_limits"),
+        (
+            f"{_GATE}::test_force_range",
+            f"{_GATE}::test_force_rises_slowly_after_engaging_then_is_free",
+            f"{_GATE}::test_force_falls_to_zero_in_time",
+            "tests/virtual/test_steady.py::test_force_ramps_up_from_zero_on_engaging",
+        ),
+        ("sim-operator-encoder-middle-glitch", "sim-operator-encoder-middle-stuck"),
+    ),
+    Hazard(
+        "force feedback swings, or gives out energy that nobody put in",
+        ("PRODUCED_J", "FORGIVEN_W", "SWING_N", "SWING_CYCLES", "SWING_S", "SWING_SLOW_HZ", "SWING_SLOW_CYCLES"),
+        ("common.port_energy", "common.oscillation", "operator_site.force_limits"),
+        (
+            f"{_GATE}::test_whatever_the_renderer_asks_for_no_more_comes_out_than_went_in",
+            f"{_GATE}::test_a_force_that_swings_is_a_fault_until_it_is_cleared",
+            "tests/common/test_port_energy.py",
+            "tests/common/test_oscillation.py",
+        ),
+        (),
+    ),
+    Hazard(
+        "vibration is stronger than the motor may be driven",
+        ("MOTOR_FLOOR_RPM", "MOTOR_MAX_RPM"),
+        ("operator_site.gate",),
+        (f"{_GATE}::test_motor_range",),
+        ("sim-operator-motor-middle-2999",),
+    ),
+    Hazard(
+        "a sensor's heated plate burns the patient",
+        ("SENSOR_PLATE_C",),
+        ("remote_site.patient_gate", "remote_site.heater_limits", "common.repeated_fault"),
+        (
+            f"{_PATIENT_GATE}::test_hot_sensor_plate_is_a_fault",
+            f"{_PATIENT_GATE}::test_heater_is_off_on_contact",
+            f"{_PATIENT_GATE}::test_heater_looks_ahead_of_its_sensor",
+            f"{_PATIENT_GATE}::test_heater_needs_engagement_motion_and_a_believable_reading",
+            "tests/virtual/test_repeated_heater_faults.py",
+        ),
+        (
+            "sim-remote-thermistor-index-open",
+            "sim-remote-thermistor-index-short",
+            "sim-remote-thermistor-index-frozen",
+            "sim-remote-stuck-index-1000",
+        ),
+    ),
+    Hazard(
+        "a remote finger presses the patient too hard",
+        ("CONTACT_FORCE_N",),
+        ("remote_site.patient_gate", "remote_site.finger_height", "remote_site.force_sensor_fault"),
+        (
+            f"{_PATIENT_GATE}::test_contact_force_stays_below_the_limit_on_an_object",
+            f"{_PATIENT_GATE}::test_force_decides_how_fast_a_finger_goes_deeper",
+            f"{_PATIENT_GATE}::test_stopped_finger_that_presses_too_hard_leaves_at_once",
+            "tests/remote_site/test_force_sensor_fault.py",
+        ),
+        ("sim-remote-force-middle-frozen", "sim-remote-force-middle-biased", "sim-remote-encoder-middle-glitch"),
+    ),
+    Hazard(
+        "a remote finger shakes, or works on the patient without end",
+        ("LEFT_J", "LEFT_W"),
+        ("remote_site.left_work", "common.oscillation"),
+        (
+            f"{_PATIENT_GATE}::test_work_left_in_the_object_slows_the_finger_and_three_such_cycles_are_a_fault",
+            f"{_PATIENT_GATE}::test_a_force_that_swings_faster_than_a_hand_is_a_fault_in_half_a_second",
+            "tests/remote_site/test_telemanipulator_follow.py"
+            "::test_set_points_that_shake_in_contact_as_no_hand_does_are_a_fault_and_the_fingers_leave",
+        ),
+        (),
+    ),
+    Hazard(
+        "the remote hand jumps to where the operator's hand is",
+        ("APPROACH_PLANE_M_S", "APPROACH_DOWN_M_S"),
+        ("remote_site.approach", "remote_site.finger_height", "remote_site.lately"),
+        (
+            f"{_PATIENT_GATE}::test_set_points_begin_where_the_hand_is_whenever_it_is_let_go",
+            f"{_PATIENT_GATE}::test_a_hand_that_went_elsewhere_meanwhile_is_approached_without_a_jump",
+            f"{_PATIENT_GATE}::test_contact_in_the_approach_is_soft_and_stays_below_the_limit",
+            "tests/remote_site/test_lately.py",
+        ),
+        (),
+    ),
+    Hazard(
+        "the telemanipulator does not go where it is sent",
+        (),
+        ("remote_site.telemanipulator_follow",),
+        (
+            f"{_PATIENT_GATE}::test_a_hand_that_does_not_follow_is_a_fault",
+            f"{_PATIENT_GATE}::test_a_hand_that_goes_on_after_its_release_is_a_fault_once_it_had_time_to_stop",
+            "tests/remote_site/test_telemanipulator_follow.py",
+        ),
+        (
+            "sim-remote-disobey",
+            "sim-remote-disobey-index",
+            "sim-remote-disobey-drift",
+            "sim-remote-encoder-index-stuck",
+        ),
+    ),
+    Hazard(
+        "outputs go on although nothing new arrives",
+        ("GAP_S", "FORCE_SAFE_S", "MOTOR_SAFE_S", "MOTOR_STILL_S", "THERMAL_SAFE_S"),
+        ("operator_site.gate", "remote_site.patient_gate"),
+        (
+            f"{_SAFE_STATES}::test_the_operators_gate_is_as_fast_as_the_table_says",
+            f"{_SAFE_STATES}::test_the_patients_gate_is_as_fast_as_the_table_says",
+            "tests/virtual/test_partition.py",
+            "tests/virtual/test_random_walk.py",
+        ),
+        (
+            "network-partition-1",
+            "network-partition-10",
+            "network-half-open-5",
+            "network-partition-2-to-remote",
+            "network-partition-2-to-operator",
+            "network-cut",
+            "remote-kill",
+            "remote-stop-1-s",
+            "remote-stop-3-s",
+            "remote-slow",
+            "operator-kill",
+            "operator-stop-1-s",
+            "operator-stop-3-s",
+            "operator-slow",
+            "machine-burn",
+        ),
+    ),
+    Hazard(
+        "what is acted on is old, or of another session",
+        ("AGE_DEFAULT_S", "AGE_MAX_S"),
+        ("common.acceptance", "common.clock", "common.standstill"),
+        (
+            "tests/common/test_acceptance.py",
+            "tests/common/test_clock.py",
+            "tests/common/test_standstill.py",
+            "tests/virtual/test_stale_packets.py",
+            "tests/virtual/test_delay.py",
+            "tests/virtual/test_clock_steps.py",
+        ),
+        ("network-delay-20-5", "network-delay-100-20", "network-stall-3", "network-delay-400-20"),
+    ),
+    Hazard(
+        "a device whose line is cut keeps its output",
+        ("MODULE_TIMEOUT_S",),
+        ("teletaction.conformance.checklist",),
+        (
+            f"{_SAFE_STATES}::test_a_module_left_alone_switches_off_within_its_time",
+            f"{_SAFE_STATES}::test_a_heater_left_alone_switches_off_within_its_time",
+            f"{_SAFE_STATES}::test_an_exoskeleton_left_alone_lets_go_within_its_time",
+            "tests/conformance/test_emulators_conform.py",
+            "tests/virtual/test_unplugged.py",
+        ),
+        (
+            "sim-remote-unplug-middle-texture",
+            "sim-remote-unplug-middle-thermal",
+            "sim-operator-unplug-middle-tacttip",
+            "sim-remote-unplug-can",
+            "sim-operator-unplug-can",
+            "sim-remote-silence-can",
+            "sim-operator-silence-can",
+            "sim-remote-silence-middle-texture",
+            "sim-operator-silence-middle-tacttip",
+            "sim-remote-kill",
+            "sim-remote-stop-1-s",
+            "sim-remote-stop-3-s",
+            "sim-remote-slow",
+            "sim-operator-kill",
+            "sim-operator-stop-1-s",
+            "sim-operator-stop-3-s",
+            "sim-operator-slow",
+        ),
+    ),
+    Hazard(
+        "a device does what nobody asked of it",
+        (),
+        ("common.drive_obeys",),
+        ("tests/common/test_drive_obeys.py", "tests/virtual/test_unasked_outputs.py"),
+        (
+            "sim-operator-stuck-middle-1000",
+            "sim-operator-push-index-2",
+            "sim-operator-intrude",
+            "sim-remote-intrude",
+        ),
+    ),
+    Hazard(
+        "damaged frames are believed",
+        (),
+        ("common.can_frames", "common.framing", "common.encoder_jumps"),
+        (
+            "tests/common/test_can_frames.py",
+            "tests/common/test_framing.py",
+            "tests/common/test_frame_damage.py",
+            "tests/common/test_encoder_jumps.py",
+        ),
+        (
+            "sim-remote-bus-off",
+            "sim-operator-bus-off",
+            "sim-remote-damage-can-counter-0.5",
+            "sim-remote-damage-can-crc-1",
+            "sim-operator-damage-can-counter-0.5",
+            "sim-operator-damage-can-crc-1",
+            "sim-operator-damage-can-crc-0.01",
+            "sim-remote-babble-middle-texture",
+            "sim-operator-babble-middle-tacttip",
+        ),
+    ),
+    Hazard(
+        "texture is felt that is not there",
+        (),
+        ("remote_site.texture_fault",),
+        ("tests/remote_site/test_texture_fault.py", "tests/remote_site/test_piezo_faults.py"),
+        ("sim-remote-piezo-middle-cut", "sim-remote-piezo-middle-saturated"),
+    ),
+    Hazard(
+        "a fault ends by itself, or a stop does not hold",
+        (),
+        ("common.session", "operator_site.session_stop"),
+        ("tests/virtual/test_emergency_stop.py", "tests/virtual/test_latched_faults.py"),
+        (),
+    ),
+    Hazard(
+        "somebody acts who may not",
+        (),
+        ("common.keys", "common.doorkeeper"),
+        ("tests/common/test_keys.py", "tests/common/test_doorkeeper.py", "tests/adversary/test_trusted_keys.py"),
+        (),
+    ),
+    Hazard(
+        "a recording that fails takes the session with it",
+        (),
+        ("common.recording",),
+        ("tests/common/test_recording.py", "tests/virtual/test_contained_step.py"),
+        ("disk-full",),
+    ),
+)
+
+HEAD = """# Evidence
+
+From each hazard to the number that limits it, the code that keeps it, the tests that try the code, and the rows of the
+[fault matrix](faults.md) that try it at a whole session. A test fails where a limit, a module of a gate or a fault is
+in no row, or where a row names what is not there. `python -m tests.evidence > docs/evidence.md` writes this page.
+
+| hazard | limits (`common.limits`) | code | tests | faults |
+|---|---|---|---|---|
+"""
+
+
+def page(hazards: Iterable[Hazard] = HAZARDS) -> str:
+    """The page."""
+    names = {fault.key: fault.name for faults in GROUPS.values() for fault in faults}
+
+    def cell(words: Iterable[str]) -> str:
+        return "<br>".join(words) or "-"
+
+    rows = (
+        (
+            hazard.name,
+            cell(f"`{name}`" for name in hazard.limits),
+            cell(f"`{name}`" for name in hazard.code),
+            cell(f"`{test.removeprefix('tests/')}`" for test in hazard.tests),
+            cell(names[key] for key in hazard.faults),
+        )
+        for hazard in hazards
+    )
+    return HEAD + "".join(f"| {' | '.join(row)} |\n" for row in rows)
+
+
+if __name__ == "__main__":
+    print(page(), end="")

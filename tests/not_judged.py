@@ -1,0 +1,151 @@
+"""A real-time test that fails while the machine stood still is not judged; at most two of a run may end so.
+
+A process of its own watches the machine. It does nothing but wake up every 2 ms, so that neither a session nor busy
+programs beside it make it late. No test is run again.
+"""
+
+import subprocess
+import sys
+import time
+from collections.abc import Generator, Iterable
+from typing import Any
+
+import pytest
+
+STOOD_STILL_S = 0.040
+"""The watching process is never so late by the work of a session, nor by four busy loops beside it."""
+MOST = 2
+"""Of a run; more fail it."""
+REAL_TIME = ("session", "faults", "console", "containers", "netns", "real_time")
+"""Marks of tests that depend on the machine's time. `real_time(stall_s=...)` names the standstill that matters."""
+PROTECTS = "protects"
+"""Mark of tests of a gate or of an emergency stop, which are always judged."""
+NOT_JUDGED = "not judged: "
+_LEAST_S = 0.004
+_WATCH = """
+import select, sys, time
+then_s = time.monotonic()
+while True:
+    asked = bool(select.select([sys.stdin], [], [], 0.002)[0])
+    now_s = time.monotonic()
+    if now_s - then_s > float(sys.argv[1]):
+        print(then_s, now_s)
+    then_s = now_s
+    if asked:
+        if not sys.stdin.readline():
+            break
+        print("now", flush=True)
+"""
+
+
+class Watch:
+    """A process that notes when the machine stood still.
+
+    Attributes:
+        process: it.
+    """
+
+    def __init__(self) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", _WATCH, str(_LEAST_S)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+        self._stalls: list[tuple[float, float]] = []
+        self.longest_s(0.0)
+
+    def longest_s(self, since_s: float) -> float:
+        """The longest standstill since a time of the monotonic clock, s."""
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
+        self.process.stdin.write("\n")
+        self.process.stdin.flush()
+        while (line := self.process.stdout.readline()) not in ("now\n", ""):
+            begun_s, ended_s = map(float, line.split())
+            self._stalls.append((begun_s, ended_s))
+        return max((ended_s - begun_s for begun_s, ended_s in self._stalls if ended_s > since_s), default=0.0)
+
+    def end(self) -> None:
+        """End the process."""
+        self.process.communicate()
+
+
+class NotJudged:
+    """The plugin.
+
+    Attributes:
+        watch: of the machine; None while no test depends on its time.
+        found: what was not judged, by the names of tests.
+    """
+
+    def __init__(self) -> None:
+        self.watch: Watch | None = None
+        self.found: dict[str, str] = {}
+        self._begun_s: dict[str, float] = {}
+
+    def pytest_collection_finish(self, session: pytest.Session) -> None:
+        """Watch, where a test depends on the machine's time."""
+        if not session.config.option.collectonly and any(_stall_s(item) is not None for item in session.items):
+            self.watch = Watch()
+
+    def pytest_unconfigure(self) -> None:
+        """Watch no longer."""
+        if self.watch is not None:
+            self.watch.end()
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_setup(self, item: pytest.Item) -> None:
+        """Note when a test begins."""
+        self._begun_s[item.nodeid] = time.monotonic()
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_fixture_setup(self, fixturedef: pytest.FixtureDef[Any], request: pytest.FixtureRequest) -> None:
+        """Note when what several tests of a module judge began."""
+        if fixturedef.scope == "module":
+            self._begun_s[f"{request.node.nodeid}: {fixturedef.argname}"] = time.monotonic()
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(self, item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+        """Judge a test that failed, or do not."""
+        report = yield
+        stall_s = _stall_s(item)
+        if report.failed and report.when != "teardown" and stall_s is not None and self.watch is not None:
+            longest_s = self.watch.longest_s(min(self._beginnings(item)))
+            if longest_s > stall_s:
+                report.outcome = "skipped"
+                reason = f"{NOT_JUDGED}the machine stood still for {longest_s * 1e3:.0f} ms"
+                report.longrepr = (str(item.path), item.location[1] or 0, reason)
+        return report
+
+    def _beginnings(self, item: pytest.Item) -> Iterable[float]:
+        yield self._begun_s[item.nodeid]
+        module = item.getparent(pytest.Module)
+        for name in getattr(item, "fixturenames", ()):
+            begun_s = self._begun_s.get(f"{module.nodeid}: {name}") if module else None
+            if begun_s is not None:
+                yield begun_s
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Count; with several processes this is called in the one that has the result."""
+        if report.skipped and isinstance(report.longrepr, tuple) and report.longrepr[2].startswith(NOT_JUDGED):
+            self.found[report.nodeid] = report.longrepr[2]
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
+        """Fail a run of which too much was not judged."""
+        if len(self.found) > MOST:
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        """Name what was not judged."""
+        for name, reason in self.found.items():
+            terminalreporter.write_line(f"NOT JUDGED {name} - {reason.removeprefix(NOT_JUDGED)}")
+        if len(self.found) > MOST:
+            terminalreporter.write_line(f"FAILED {len(self.found)} tests were not judged; {MOST} may be")
+
+
+def _stall_s(item: pytest.Item) -> float | None:
+    """The standstill that excuses a test, s; None where nothing does."""
+    if item.get_closest_marker(PROTECTS) is not None:
+        return None
+    if mark := item.get_closest_marker("real_time"):
+        return float(mark.kwargs.get("stall_s", STOOD_STILL_S))
+    return STOOD_STILL_S if any(item.get_closest_marker(name) for name in REAL_TIME) else None
