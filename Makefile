@@ -70,7 +70,7 @@ breaks: $(READY)
 	$(BIN)/python -m tests.breaks
 
 # Sessions at their full rate beside their attackers: a core must not be busy with something else.
-ALONE := tests/hardening/test_hostile_connections.py tests/adversary
+ALONE := tests/hardening/test_hostile_connections.py tests/hardening/test_console_attacked.py tests/adversary
 .PHONY: hardening
 hardening: $(READY)
 	$(BIN)/pytest -m hardening -n 2 $(addprefix --ignore=,$(ALONE)) tests/hardening

@@ -121,6 +121,7 @@ def test_every_answer_forbids_what_is_not_of_this_page(session: Session) -> None
         assert response.headers["cache-control"] == "no-cache"
 
 
+@pytest.mark.protects
 def test_an_emergency_stop_is_confirmed_by_each_device_and_seen_at_them(session: Session) -> None:
     with opened(session.address) as page:
         engage(page)
@@ -145,6 +146,7 @@ def test_an_emergency_stop_is_confirmed_by_each_device_and_seen_at_them(session:
         assert page.state["stop"] is None
 
 
+@pytest.mark.protects
 def test_of_two_pages_one_acts_and_either_stops(session: Session) -> None:
     with opened(session.address) as first, opened(session.address) as second:
         engage(first)

@@ -26,7 +26,7 @@ from tests.busy import busy
 from tests.conftest import Keys
 from tests.operator_site.console.stub_site import Site
 
-pytestmark = [pytest.mark.session, pytest.mark.timeout(240)]
+pytestmark = [pytest.mark.hardening, pytest.mark.protects, pytest.mark.timeout(240)]
 
 FILES = 1024
 """Files that the console may open."""
