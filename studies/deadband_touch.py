@@ -12,9 +12,9 @@ from common.fingers import FINGERS
 from common.perceptible import TOUCH_STEPS, touch_felt
 from common.scene import load_scene
 from sim_sensors.hand import ScriptedHand
-from studies.remote_hand import RemoteHand
-from studies.rendered_hand import TICK_S
 from studies.teleoperation import SCENE
+from teletaction.testbed.remote_fingers import RemoteFingers
+from teletaction.testbed.rendered_fingers import TICK_S
 
 WEBER = (0.02, 0.05, 0.07, 0.10, 0.15, 0.20, 0.27)
 """Up to the largest with which people still work as well as without a deadband (Chaudhari et al. 2011)."""
@@ -44,7 +44,7 @@ def force_rows(forces_n: Sequence[NDArray[np.float64]], rate_hz: float) -> Itera
 def touch_rows(seconds: float, seed: int) -> list[dict[str, Any]]:
     """Ticks and packets of five fingers at work on the scene, by what the hand is doing, and of all together."""
     scene = load_scene(SCENE)
-    hand, remote = ScriptedHand(scene, seed=seed), RemoteHand(scene, seed, FINGERS)
+    hand, remote = ScriptedHand(scene, seed=seed), RemoteFingers(scene, seed, FINGERS)
     hand.start()
     deadband, told = Deadband(TICK_S), None
     ticks, sent, news = Counter[str](), Counter[str](), Counter[str]()

@@ -16,9 +16,9 @@ from studies.felt_error import felt_error, tolerance_k
 from studies.ideal_plate import ideal_plate_touch
 from studies.pieces import Piece
 from studies.real_touch import real_touch
-from studies.rendered_hand import RenderedHand
 from studies.simulated_finger import STEP_S, Array
 from studies.virtual_touch import resting_on, touch_packet
+from teletaction.testbed.rendered_fingers import RenderedFingers
 
 TICKS_S = (0.001, 0.002, 0.005, 0.010, 0.020, 0.050)
 BAD_NOISE_K, BAD_DELAY_S = 0.1, 0.1
@@ -38,7 +38,7 @@ def rendered_courses(
     names: Sequence[str], object_c: float, tick_s: float, noise_k: float, delay_s: float, seed: int
 ) -> tuple[Array, Array]:
     """Change of the felt temperature on each object every STEP_S from contact on, K, and the plates' temperatures."""
-    hand = RenderedHand(seed, tick_s=tick_s, noise_k=noise_k, delay_s=delay_s)
+    hand = RenderedFingers(seed, tick_s=tick_s, noise_k=noise_k, delay_s=delay_s)
     touching = touch_packet(2, {finger: resting_on(name, object_c, STIFFNESS_N_M) for finger, name in enumerate(names)})
     free = touch_packet(1, {})
     for _ in range(round(REST_S / tick_s)):

@@ -9,9 +9,9 @@ from typing import Any
 from sim_sensors.fingertip import pressing_depth_m
 from sim_sensors.thermal_touch import AREA_M2
 from studies.lowering import height_m
-from studies.remote_hand import RemoteHand
-from studies.rendered_hand import TICK_S
 from studies.teleoperation import block_of, scene_of
+from teletaction.testbed.remote_fingers import RemoteFingers
+from teletaction.testbed.rendered_fingers import TICK_S
 
 MATERIAL = "aluminium"
 OBJECT_C = 25.0
@@ -28,7 +28,7 @@ SHOWN_EVERY = 25
 def identification_rows(seed: int) -> list[dict[str, Any]]:
     """One row every 50 ms from contact on; None where nothing is known yet."""
     block = block_of(MATERIAL).model_copy(update={"absolute_c": OBJECT_C})
-    hand, depth_m = RemoteHand(scene_of(block), seed), pressing_depth_m(FORCE_N, block.stiffness)
+    hand, depth_m = RemoteFingers(scene_of(block), seed), pressing_depth_m(FORCE_N, block.stiffness)
     rows: list[dict[str, Any]] = []
     ticks, contact = 0, None
     while contact is None or ticks - contact <= round(TOUCHED_S / TICK_S):
@@ -41,7 +41,7 @@ def identification_rows(seed: int) -> list[dict[str, Any]]:
     return rows
 
 
-def _row(hand: RemoteHand) -> dict[str, Any]:
+def _row(hand: RemoteFingers) -> dict[str, Any]:
     answer = hand.touch.thermal
     rate_per_s = answer.rate_per_s
     return {

@@ -4,10 +4,10 @@ from common.scene import SceneObject
 from common.surfaces import surface_kind
 from sim_sensors.fingertip import pressing_depth_m
 from studies.lowering import height_m
-from studies.rendered_hand import TICK_S
 from studies.rendered_stroke import DEPTH_M, FingertipCourse, tick_of
 from studies.stroke_path import FORCE_N, HOVER_S, LENGTH_M, SECONDS, place_m
 from studies.teleoperation import Teleoperation, scene_of
+from teletaction.testbed.rendered_fingers import TICK_S
 
 
 def remote_stroke(surface: str, seed: int) -> FingertipCourse:

@@ -5,11 +5,11 @@ import numpy as np
 from common.materials import material
 from sim_sensors.fingertip import pressing_depth_m
 from studies.lowering import height_m
-from studies.remote_hand import INDEX
-from studies.rendered_hand import TICK_S
 from studies.rendered_touch import DEPTH_M, EVERY, REST_S
 from studies.simulated_finger import STEP_S, Array
 from studies.teleoperation import Teleoperation, block_of, scene_of
+from teletaction.testbed.remote_fingers import INDEX
+from teletaction.testbed.rendered_fingers import TICK_S
 
 FORCE_N = 1.0
 AT_M = 0.03

@@ -14,11 +14,11 @@ from operator_site.motor_drive import motor_mv
 from remote_site.surface_class import GROOVE_DECAY_PER_S, GROOVE_RAD_S, TAP_DECAY_PER_S, TAP_SPEED_PER_M_S
 from sim_sensors.motor import RPM_PER_RAD_S, VibrationMotors
 from studies.lowering import LOWER_S, height_m
-from studies.remote_hand import INDEX
-from studies.rendered_hand import TICK_S, RenderedHand
 from studies.simulated_finger import Array
 from studies.stroke_path import FORCE_N, HOVER_S, REST_S, SECONDS, SPEED_M_S, place_m
 from studies.virtual_touch import touch_packet
+from teletaction.testbed.remote_fingers import INDEX
+from teletaction.testbed.rendered_fingers import TICK_S, RenderedFingers
 
 SHOWN_N_M = 400.0
 """The stiffest that is displayed unless a site is configured otherwise."""
@@ -57,7 +57,7 @@ class FingertipCourse(NamedTuple):
         return cls(*np.array(ticks).T)
 
 
-def tick_of(hand: RenderedHand, mode: int, depth_m: float) -> tuple[float, ...]:
+def tick_of(hand: RenderedFingers, mode: int, depth_m: float) -> tuple[float, ...]:
     """The index finger's values in the hand's last tick."""
     output = hand.output
     assert output is not None, "a hand that has lived a tick has an output"
@@ -83,7 +83,7 @@ def rendered_stroke(
     vibration: VibrationScale = "speed",
 ) -> FingertipCourse:
     """The finger taps the surface, rests on it, and strokes along it; each groove is told as it is crossed."""
-    hand, known = RenderedHand(seed, RenderingConfig(vibration=vibration)), _columns(surface)
+    hand, known = RenderedFingers(seed, RenderingConfig(vibration=vibration)), _columns(surface)
     events: list[Event] = []
     ticks, contact_s, before_z_m = [], None, height_m(0.0, DEPTH_M)
     crossed = bisect_right(surface.grooves_m, place_m(0.0))

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from studies.lowering import UP_M, height_m
-from studies.rendered_hand import TICK_S, RenderedHand
 from studies.simulated_finger import STEP_S, Array
 from studies.virtual_touch import resting_on, touch_packet
+from teletaction.testbed.rendered_fingers import TICK_S, RenderedFingers
 
 REST_S = 10.0
 """The finger lies on its neutral plate for so long before the touch: nothing changes any more."""
@@ -28,7 +28,7 @@ def rendered_touches(
         seed: of the plates' sensors.
         known_ahead: whether rendering knows the objects before they are touched, as those of a virtual world may be.
     """
-    hand = RenderedHand(seed)
+    hand = RenderedFingers(seed)
     objects = {finger: resting_on(name, object_c, hand.stiffest_n_m) for finger, name in enumerate(names)}
     untouched = {finger: known | {"mode": 0.0, "contact": 0.0} for finger, known in objects.items()}
     free, touching = touch_packet(1, untouched if known_ahead else {}), touch_packet(2, objects)

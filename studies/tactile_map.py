@@ -21,10 +21,10 @@ from sim_sensors.hand_plan import Segment
 from studies.compared import Compared
 from studies.pieces import HERE, Work
 from studies.registry import Tell
-from studies.remote_hand import RemoteHand
-from studies.rendered_hand import TICK_S
 from studies.tactile_map_figure import plot
 from teletaction.found_targets import Found, find_highest, judged
+from teletaction.testbed.remote_fingers import RemoteFingers
+from teletaction.testbed.rendered_fingers import TICK_S
 
 __all__ = ["plot", "run", "tables"]
 
@@ -108,7 +108,7 @@ class Sweep:
         """Draw a session; the sensors wait until they have reached their pre-heat."""
         self.felt, self.time_s = TactileMap(), 0.0
         self._scene, self._seed, self._fingers = scene, seed, fingers
-        self._remote = RemoteHand(scene, seed, fingers)
+        self._remote = RemoteFingers(scene, seed, fingers)
 
     def explore(self, script: tuple[Step, ...]) -> list[Segment]:
         """Let the hand do a script once; returns its movements."""

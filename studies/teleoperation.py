@@ -4,8 +4,8 @@ from collections import deque
 
 from common.messages import Touch
 from common.scene import Scene, SceneObject, load_scene
-from studies.remote_hand import RemoteHand
-from studies.rendered_hand import TICK_S, RenderedHand
+from teletaction.testbed.remote_fingers import RemoteFingers
+from teletaction.testbed.rendered_fingers import TICK_S, RenderedFingers
 
 SCENE = "materials"
 DELAY_S = 0.020
@@ -22,7 +22,7 @@ class Teleoperation:
 
     def __init__(self, scene: Scene, seed: int) -> None:
         """Draw both worlds."""
-        self.remote, self.hand = RemoteHand(scene, seed), RenderedHand(seed)
+        self.remote, self.hand = RemoteFingers(scene, seed), RenderedFingers(seed)
         self._under_way: deque[bytes | None] = deque([None] * round(DELAY_S / TICK_S))
 
     def step(self, x_m: float, remote_z_m: float, hand_z_m: float) -> None:

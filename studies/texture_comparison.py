@@ -11,12 +11,12 @@ from common.surfaces import surface_kind
 from sim_sensors.surface import SurfaceProfile, make_profile, relief_of
 from studies.paper_tables import MATCHED, MATCHING_OF, beside
 from studies.remote_stroke import remote_stroke
-from studies.rendered_hand import TICK_S
 from studies.rendered_stroke import SHOWN_N_M, FingertipCourse, VirtualSurface, left_to_itself, rendered_stroke
 from studies.simulated_finger import Array
 from studies.stroke_features import motor_features, surface_features
 from studies.stroke_path import LENGTH_M, SLOW_M_S, measured
 from studies.texture_observer import LAPSE, PATTERN, Features, confusion, matching
+from teletaction.testbed.rendered_fingers import TICK_S
 
 SURFACES = tuple(MATCHED)
 MORE_LAPSE = 0.10

@@ -8,7 +8,7 @@ from common.fingers import FINGERS
 from common.materials import material
 from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, TOUCH_FIELDS, Event, ExplorationMode, Touch
 from common.packets import LinkState
-from studies.rendered_hand import SESSION
+from teletaction.testbed.rendered_fingers import SESSION
 
 _NO_NAMES = ("",) * len(FINGERS)
 

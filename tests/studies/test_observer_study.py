@@ -19,7 +19,6 @@ from studies.reference_finger import felt_course
 from studies.registry import write_table
 from studies.remote_stroke import remote_stroke
 from studies.remote_touch import remote_touch
-from studies.rendered_hand import TICK_S
 from studies.rendered_stroke import FingertipCourse, VirtualSurface, left_to_itself, rendered_stroke
 from studies.rendered_touch import rendered_touches
 from studies.simulated_finger import STEP_S, SimulatedFinger
@@ -28,6 +27,7 @@ from studies.stroke_path import LENGTH_M, REST_S, SLOW_M_S, SPEED_M_S, measured
 from studies.texture_comparison import BY_INTENSITY, OWN_STIFFNESS, SLOWLY, SURFACES, Strokes
 from studies.texture_observer import Features
 from studies.thermal_comparison import DWELLS_S, KNOWN_AHEAD, OBJECT_C, OBJECTS, PAIRS, ablation_rows
+from teletaction.testbed.rendered_fingers import TICK_S
 
 AT_3_S = round(3.0 / STEP_S)
 

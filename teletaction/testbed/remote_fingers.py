@@ -1,4 +1,7 @@
-"""Simulated remote fingers, and what the remote site makes of them as packets, on virtual time."""
+"""Half a session: simulated remote fingers, and identification alone, without devices, gate or link.
+
+For studies that need thousands of touches: a second takes a tenth of what it takes in the whole test bed.
+"""
 
 from collections.abc import Sequence
 
@@ -18,15 +21,15 @@ from remote_site.surface_class import SurfaceTable
 from remote_site.thermal_sensor import PlateReading
 from sim_sensors.remote_world import RemoteWorld
 from sim_sensors.ssr_converter import celsius_of
-from studies.rendered_hand import SESSION, TICK_S
 from teletaction.demo_files import calibrated_tables
+from teletaction.testbed.rendered_fingers import SESSION, TICK_S
 
 READ_EVERY = 5
 """Ticks between two readings of the thermal sensor: 100 Hz."""
 INDEX = FINGERS.index("index")
 
 
-class RemoteHand:
+class RemoteFingers:
     """Fingers over a scene: the index finger alone, or several.
 
     Attributes:

@@ -1,4 +1,4 @@
-"""A hand with five simulated TactTips, rendered by the operator site on virtual time: no network, no processes."""
+"""Half a session: rendering and its gate with five simulated fingertip modules, without exoskeleton or link."""
 
 import math
 from collections import deque
@@ -29,7 +29,7 @@ COMMAND_S = 0.004
 _ROUNDING_S = 1e-9
 
 
-class RenderedHand:
+class RenderedFingers:
     """Rendering with its gate, and the plates and motors under the fingers.
 
     Attributes:
