@@ -59,6 +59,8 @@ def account(
 ) -> None:
     """Add to an episode's `wrong` every fault of it that left no trace where it has to, and every latch out of place.
 
+    A latch that the desk named is a trace: a person may clear it before the next sample, a second later.
+
     Args:
         episode: is changed.
         samples: of each process, in order of time.
@@ -76,7 +78,8 @@ def account(
         episode.wrong.append("not latched")
     for fault in episode.turn.faults:
         others = [other for other in episode.turn.faults if other is not fault]
-        if not _may_pass_unseen(fault, others) and not _traces(fault, samples, begin_s, next_s):
+        latched = fault.expected is Outcome.LATCHED and any(_SITES.get(fault.where) == at for at, _ in episode.latched)
+        if not latched and not _may_pass_unseen(fault, others) and not _traces(fault, samples, begin_s, next_s):
             episode.wrong.append(f"{fault.name}: left no trace")
 
 

@@ -195,6 +195,7 @@ def test_a_latched_reason_must_stand_in_the_recording_and_only_where_something_l
     told = seen("remote", fault="it does not obey")
     key = "sim-remote-disobey"
     assert wrong(told, key, latched="it does not obey", recorded="it does not obey") == []
+    assert wrong(seen("remote"), key, latched="it does not obey", recorded="it does not obey") == [], "cleared at once"
     (unsaid,) = wrong(told, key, latched="it does not obey", recorded="another one")
     assert "its recording does not say so" in unsaid
     assert wrong(told, key) == ["not latched"]
