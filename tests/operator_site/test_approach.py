@@ -1,4 +1,4 @@
-"""What is known of a contact before it happens."""
+"""Contacts that are known before they happen."""
 
 import math
 

@@ -1,3 +1,5 @@
+"""A console that nobody watches pauses the session in time."""
+
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -1,7 +1,5 @@
-"""What a console is fed: all of the streams it may see, in order, by the site's own key alone."""
+"""A console's feed: all of the streams it may see, in order, by the site's own key alone."""
 
-import socket
-import time
 from collections.abc import Iterator
 
 import msgpack
@@ -13,43 +11,40 @@ from common.keys import load_keys
 from operator_site.feed import BATCH_S, STREAMS, Fed, Feed, FeedReader
 from operator_site.site_recording import SCHEMAS
 from tests.conftest import Keys
+from tests.waiting import wait_until
 
 MS = 1_000_000
 
 
 @pytest.fixture
-def port() -> int:
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        number: int = free.getsockname()[1]
-        return number
-
-
-@pytest.fixture
-def feed(port: int, keys: Keys) -> Iterator[Feed]:
-    with Feed(port, load_keys(keys.operator)) as feed:
+def feed(base_port: int, keys: Keys) -> Iterator[Feed]:
+    with Feed(base_port, load_keys(keys.operator)) as feed:
         yield feed
 
 
 def joined(feed: Feed, reader: FeedReader) -> int:
     """Feed until the reader has got something; the last time that was fed, ns."""
-    now_ns, end_s = 0, time.monotonic() + 10.0
-    while time.monotonic() < end_s:
+    now_ns = 0
+
+    def fed() -> bool:
+        nonlocal now_ns
         now_ns += 100 * MS
         feed.write("operator/clock", now_ns, b"")
         feed.step(now_ns)
-        if reader.socket.poll(20):
-            while reader.socket.poll(50):
-                list(reader.receive())
-            return now_ns
-    raise AssertionError("the reader was never fed")
+        return bool(reader.socket.poll(20))
+
+    wait_until(fed, "the reader was never fed")
+    while reader.socket.poll(50):
+        list(reader.receive())
+    return now_ns
 
 
 def test_every_stream_of_it_is_one_that_the_site_records() -> None:
     assert SCHEMAS.keys() >= STREAMS
 
 
-def test_what_is_written_arrives_in_order_batch_by_batch(feed: Feed, port: int, keys: Keys) -> None:
-    reader = FeedReader(port, load_keys(keys.operator))
+def test_what_is_written_arrives_in_order_batch_by_batch(feed: Feed, base_port: int, keys: Keys) -> None:
+    reader = FeedReader(base_port, load_keys(keys.operator))
     start_ns = joined(feed, reader) + 100 * MS
     written = [Fed("operator/rendered", start_ns + n * 2 * MS, msgpack.packb(n)) for n in range(100)]
     for fed in written:
@@ -85,9 +80,9 @@ def test_a_batch_is_sent_thirty_times_a_second_and_nothing_is_kept_back_by_a_clo
     assert len(sent) == before + 1
 
 
-def test_a_stranger_is_fed_nothing(feed: Feed, port: int, keys: Keys) -> None:
+def test_a_stranger_is_fed_nothing(feed: Feed, base_port: int, keys: Keys) -> None:
     own, stranger = load_keys(keys.operator), load_keys(keys.stranger)
-    reader = FeedReader(port, own)
+    reader = FeedReader(base_port, own)
     context = zmq.Context()
     foreign = context.socket(zmq.SUB)
     foreign.setsockopt(zmq.LINGER, 0)
@@ -95,13 +90,13 @@ def test_a_stranger_is_fed_nothing(feed: Feed, port: int, keys: Keys) -> None:
     foreign.setsockopt(zmq.CURVE_SECRETKEY, stranger.secret)
     foreign.setsockopt(zmq.CURVE_PUBLICKEY, stranger.public.encode())
     foreign.subscribe(b"")
-    foreign.connect(f"tcp://127.0.0.1:{port}")
+    foreign.connect(f"tcp://127.0.0.1:{base_port}")
     joined(feed, reader)
     assert not foreign.poll(100)
     context.destroy(linger=0)
     reader.close()
 
 
-def test_a_port_in_use_is_named(feed: Feed, port: int, keys: Keys) -> None:
-    with pytest.raises(LinkProblem, match=rf"{port} \(feed\).*feed_port"):
-        Feed(port, load_keys(keys.operator))
+def test_a_port_in_use_is_named(feed: Feed, base_port: int, keys: Keys) -> None:
+    with pytest.raises(LinkProblem, match=rf"{base_port} \(feed\).*feed_port"):
+        Feed(base_port, load_keys(keys.operator))

@@ -1,8 +1,7 @@
-"""What a console costs the operator loop: ticks with and without a feed that is read, turn by turn in one run."""
+"""The cost of a console for the operator loop: ticks with and without a feed that is read, turn by turn in one run."""
 
 import itertools
 import os
-import socket
 import statistics
 import subprocess
 import sys
@@ -46,12 +45,10 @@ def median_ticks_us(recorder: Recorder, feed: Feed) -> tuple[float, float]:
     return statistics.median(took_us[0]), statistics.median(took_us[1])
 
 
-def test_a_console_that_is_fed_costs_the_loop_next_to_nothing(tmp_path: Path, keys: Keys) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
+def test_a_console_that_is_fed_costs_the_loop_next_to_nothing(tmp_path: Path, keys: Keys, base_port: int) -> None:
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    with Recorder(tmp_path / "a.mcap", SCHEMAS, {}) as recorder, Feed(port, load_keys(keys.operator)) as feed:
-        reader = subprocess.Popen([sys.executable, "-c", READER, str(port), str(keys.operator)], env=environment)
+    with Recorder(tmp_path / "a.mcap", SCHEMAS, {}) as recorder, Feed(base_port, load_keys(keys.operator)) as feed:
+        reader = subprocess.Popen([sys.executable, "-c", READER, str(base_port), str(keys.operator)], env=environment)
         try:
             without_us, with_us = median_ticks_us(recorder, feed)
         finally:

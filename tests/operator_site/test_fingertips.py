@@ -7,21 +7,15 @@ import pytest
 
 from common.limits import COMFORT
 from common.materials import material
-from common.messages import TOUCH_COLUMN, Event, EventKind, ExplorationMode
+from common.messages import Event, EventKind, ExplorationMode
 from operator_site.fingertips import Fingertips, Requested
 from operator_site.gate import Limit, OperatorGate
 from operator_site.sampled_wall import SampledWall
+from tests.operator_site.touches import INDEX, block
 
 DT = 0.002
 WALL = SampledWall(2.0, DT, 0.004)
 UP, DOWN = [0.006] * 5, [-0.002] * 5
-
-
-def block(fingers=range(5), **values: float) -> np.ndarray:
-    touch = np.zeros((5, len(TOUCH_COLUMN)), dtype=np.float32)
-    for name, value in values.items():
-        touch[list(fingers), TOUCH_COLUMN[name]] = value
-    return touch
 
 
 def constants(name: str, object_c: float) -> dict[str, float]:
@@ -41,8 +35,8 @@ class Rig:
         self.plate_c = [33.0] * 5
         self.out: Requested | None = None
 
-    def step(self, touch, z_m, events=(), speed=0.0, engaged=True, age=0.005, x_m=0.0, y_m=0.0):
-        self.t_s += DT
+    def step(self, touch, z_m, events=(), speed=0.0, engaged=True, age=0.005, x_m=0.0, y_m=0.0, dt=DT):
+        self.t_s += dt
         self.out = self.tips.step(
             self.t_s,
             engaged,
@@ -63,11 +57,8 @@ class Rig:
 
 
 def test_free_hand_feels_nothing():
-    rig = Rig()
-    for out in rig.run(1.0, block(), UP, speed=0.3):
-        assert out.force_n == [0.0] * 5
-        assert out.motor_rpm == [0.0] * 5
-    assert out.plate_set_c == pytest.approx([33.03] * 5, abs=0.05)
+    for out in Rig().run(1.0, block(), UP, speed=0.3):
+        assert out.force_n == out.motor_rpm == [0.0] * 5
 
 
 def test_force_comes_from_the_local_height():
@@ -80,7 +71,9 @@ def test_force_comes_from_the_local_height():
 
 def test_cold_metal_is_felt_by_the_finger_that_touches_it():
     rig = Rig()
-    touch = block([1], stiffness_n_m=400.0, contact=1, mode=ExplorationMode.QUIESCENT, **constants("aluminium", 23.0))
+    touch = block(
+        [INDEX], stiffness_n_m=400.0, contact=1, mode=ExplorationMode.QUIESCENT, **constants("aluminium", 23.0)
+    )
     start = rig.tips.skin.epidermis_c.copy()
     out = rig.run(4.0, touch, DOWN)[-1]
     change = rig.tips.skin.epidermis_c - start
@@ -97,16 +90,16 @@ def test_contact_for_heat_is_local_or_the_remote_fingers():
         assert (rig.tips.skin.flux_w_m2[0] < -500.0) == touches
 
 
-def test_unknown_material_is_neutral():
-    rig = Rig()
-    out = rig.run(1.0, block(stiffness_n_m=400.0, contact=1, object_c=20.0), DOWN)[-1]
-    assert out.plate_set_c == pytest.approx([33.03] * 5, abs=0.05)
+def test_a_free_hand_and_one_on_an_unknown_material_are_shown_the_skins_own_temperature():
+    touched = block(stiffness_n_m=400.0, contact=1, object_c=20.0)
+    for touch, z_m in ((block(), UP), (touched, DOWN)):
+        out = Rig().run(1.0, touch, z_m)[-1]
+        assert out.plate_set_c == pytest.approx([33.03] * 5, abs=0.05)
 
 
 def test_rate_that_the_plate_cannot_show_is_reported():
-    rig = Rig()
     touch = block(stiffness_n_m=400.0, contact=1, **constants("aluminium", 15.0))
-    assert any(out.limited[0] & Limit.PLATE_RATE for out in rig.run(0.2, touch, DOWN))
+    assert any(out.limited[0] & Limit.PLATE_RATE for out in Rig().run(0.2, touch, DOWN))
 
 
 def test_events_reach_their_own_finger_once_and_only_while_engaged():
@@ -130,14 +123,14 @@ def test_a_slope_goes_on_below_a_hand_that_is_ahead_of_the_remote_one():
     plane = {"surface_z_m": 0.0, "x_m": 0.1, "y_m": -0.1, "slope_x": 0.1, "slope_y": -0.2, "stiffness_n_m": 300.0}
     for x_m, y_m, height_m in ((0.1, -0.1, 0.0), (0.103, -0.1, 0.0003), (0.1, -0.101, 0.0002), (0.2, -0.1, 0.001)):
         rig = Rig()
-        rig.run(0.02, block([1], **plane), UP, x_m=x_m, y_m=y_m)
-        felt = rig.step(block([1], **plane), DOWN, x_m=x_m, y_m=y_m)
+        rig.run(0.02, block([INDEX], **plane), UP, x_m=x_m, y_m=y_m)
+        felt = rig.step(block([INDEX], **plane), DOWN, x_m=x_m, y_m=y_m)
         assert felt.force_n[1] == pytest.approx(300.0 * (0.002 + height_m), rel=1e-4)
 
 
 def test_a_surface_stiffer_than_the_exoskeleton_may_show_is_said_to_be():
     rig = Rig()
-    hard, soft = block([1], stiffness_n_m=3000.0), block([1], stiffness_n_m=300.0)
+    hard, soft = block([INDEX], stiffness_n_m=3000.0), block([INDEX], stiffness_n_m=300.0)
     rig.run(0.02, hard, UP)
     shown = rig.step(hard, DOWN)
     assert shown.force_n[1] == pytest.approx(0.002 * WALL.stiffest_n_m)
@@ -158,10 +151,8 @@ def test_stroke_uses_the_hands_own_speed_and_force():
 
 def test_plate_without_a_fresh_reading_or_engagement_is_not_driven():
     touch = block(stiffness_n_m=400.0, contact=1, **constants("aluminium", 20.0))
-    rig = Rig()
-    assert all(out.peltier_drive == [0.0] * 5 for out in rig.run(0.5, touch, DOWN, age=math.inf))
-    rig = Rig()
-    assert all(out.peltier_drive == [0.0] * 5 for out in rig.run(0.5, touch, DOWN, engaged=False))
+    for changes in ({"age": math.inf}, {"engaged": False}):
+        assert all(out.peltier_drive == [0.0] * 5 for out in Rig().run(0.5, touch, DOWN, **changes))
 
 
 def test_whole_chain_shows_an_object_and_the_gate_has_nothing_to_correct():
@@ -204,7 +195,7 @@ def lowered(rig: Rig, touch: np.ndarray, speed_m_s: float, until_m: float) -> li
 
 def test_the_plate_starts_before_a_contact_that_is_known_to_come():
     rig = Rig()
-    known = block([1], stiffness_n_m=400.0, surface_z_m=0.0, **constants("aluminium", 23.0))
+    known = block([INDEX], stiffness_n_m=400.0, surface_z_m=0.0, **constants("aluminium", 23.0))
     rig.run(0.2, known, UP)
     at_rest = rig.step(known, UP).plate_set_c[1]
     shown = lowered(rig, known, 0.01, 0.0031)
@@ -215,34 +206,20 @@ def test_the_plate_starts_before_a_contact_that_is_known_to_come():
     assert rig.run(0.6, known, UP)[-1].plate_set_c[1] == pytest.approx(at_rest, abs=0.02)
 
 
-@pytest.mark.parametrize("changes", [{"stiffness_n_m": 0.0}, {"conductivity_w_mk": 0.0}])
-def test_without_a_known_surface_or_material_no_plate_starts_early(changes):
-    rig = Rig()
-    values = {"stiffness_n_m": 400.0, "surface_z_m": 0.0, **constants("aluminium", 23.0), **changes}
-    unknown = block([1], **values)
-    rig.run(0.2, unknown, UP)
-    at_rest = rig.step(unknown, UP).plate_set_c[1]
-    assert lowered(rig, unknown, 0.01, 0.0005)[-1] == pytest.approx(at_rest, abs=1e-6)
+@pytest.mark.parametrize("unknown", [{"stiffness_n_m": 0.0}, {"conductivity_w_mk": 0.0}])
+def test_without_a_known_surface_or_material_no_plate_starts_early(unknown):
+    rig, touch = Rig(), block([INDEX], **{"stiffness_n_m": 400.0, **constants("aluminium", 23.0), **unknown})
+    rig.run(0.2, touch, UP)
+    at_rest = rig.step(touch, UP).plate_set_c[INDEX]
+    assert lowered(rig, touch, 0.01, 0.0005)[-1] == pytest.approx(at_rest, abs=1e-6)
 
 
 @pytest.mark.parametrize("tick_s", [0.002, 0.01, 0.025, 0.05])
 def test_the_skin_keeps_time_at_any_tick(tick_s):
     """A tick that is late, or always slow, must not slow the skin down."""
-    tips, touch = Fingertips(WALL), block([1], contact=1, **constants("aluminium", 23.0))
-    for tick in range(round(3.0 / tick_s) + 1):
-        tips.step(
-            tick * tick_s,
-            True,
-            touch=touch,
-            events=(),
-            speed_m_s=0.0,
-            x_m=0.0,
-            y_m=0.0,
-            z_m=UP,
-            pushed_n=[0.0] * 5,
-            plate_c=[33.0] * 5,
-            plate_age_s=[0.0] * 5,
-        )
-    steady = Rig()
+    touch = block([INDEX], contact=1, **constants("aluminium", 23.0))
+    slow, steady = Rig(), Rig()
+    for _ in range(round(3.0 / tick_s) + 1):
+        slow.step(touch, UP, age=0.0, dt=tick_s)
     steady.run(3.01, touch, UP)
-    assert tips.skin.epidermis_c[1] == pytest.approx(steady.tips.skin.epidermis_c[1], abs=0.02)
+    assert slow.tips.skin.epidermis_c[INDEX] == pytest.approx(steady.tips.skin.epidermis_c[INDEX], abs=0.02)

@@ -1,4 +1,6 @@
-"""When grooves are felt: each once, in order, as far behind the hand as the one before it."""
+"""Times at which grooves are felt: each once, in order, as far behind the hand as the one before it."""
+
+from collections import deque
 
 import numpy as np
 import pytest
@@ -19,14 +21,12 @@ def groove(ident: int, hand_s: float, finger: int = 1) -> Event:
 
 def felt(crossed_s: list[float], came_s: list[float], until_s: float) -> dict[int, float]:
     """When each groove is felt, by its number, that was crossed and then came at these times."""
-    timing, times = GrooveTiming(), dict[int, float]()
-    told = 0
+    timing, times, coming = GrooveTiming(), dict[int, float](), deque(enumerate(came_s))
     for tick in range(round((until_s - START_S) / TICK_S)):
-        t_s = START_S + tick * TICK_S
-        fresh = []
-        while told < len(came_s) and came_s[told] <= t_s:
-            fresh.append(groove(told, crossed_s[told]))
-            told += 1
+        t_s, fresh = START_S + tick * TICK_S, []
+        while coming and coming[0][1] <= t_s:
+            number, _ = coming.popleft()
+            fresh.append(groove(number, crossed_s[number]))
         for event in timing.step(t_s, fresh):
             assert event.ident not in times
             times[event.ident] = t_s

@@ -1,4 +1,4 @@
-"""What a step of heat costs, as ratios within one run."""
+"""The cost of a step of heat, as ratios within one run."""
 
 from collections.abc import Callable
 from functools import partial

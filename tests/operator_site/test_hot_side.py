@@ -1,4 +1,4 @@
-"""What the hot side's thermistor tells of a module's cooling."""
+"""The hot side's thermistor shows how a module's cooling works."""
 
 import numpy as np
 import pytest

@@ -24,6 +24,10 @@ WITHIN = 0.2
 """Of the felt intensity, which grows with the square of the speed."""
 
 
+def frame_of(sent: MotorVoltage) -> bytes:
+    return encode_frame(MessageId.TACTTIP_COMMAND, 0, TactTipCommand(sent.hold_mv, 0, *sent[1:]).encode())
+
+
 def driven(wanted_rpm: Callable[[float], float], seconds: float = 0.4, compensated: bool = True) -> np.ndarray:
     """Time, s, and speed, rpm, of the simulated motor behind its module, commanded every 4 ms."""
     motor, drive, module = VibrationMotors(1), MotorDrive(), TactTip(0)
@@ -31,8 +35,8 @@ def driven(wanted_rpm: Callable[[float], float], seconds: float = 0.4, compensat
     for tick in range(round(seconds / TICK_S)):
         t_s, frame = tick * TICK_S, b""
         if tick % 2 == 0:
-            told = drive.step(t_s, wanted_rpm(t_s)) if compensated else MotorVoltage(motor_mv(wanted_rpm(t_s)))
-            frame = encode_frame(MessageId.TACTTIP_COMMAND, 0, TactTipCommand(told.hold_mv, 0, *told[1:]).encode())
+            rpm = wanted_rpm(t_s)
+            frame = frame_of(drive.step(t_s, rpm) if compensated else MotorVoltage(motor_mv(rpm)))
         line.append(frame)
         module.feed(line.popleft(), t_s)
         motor.step(TICK_S, np.array([module.motor_v(t_s, t_s + TICK_S)]))
@@ -105,9 +109,7 @@ def test_a_host_that_stands_still_in_a_pulse_neither_prolongs_nor_repeats_it(lat
     for tick in range(round(0.2 / 0.001)):
         t_s = 0.001 * tick
         while command_s and command_s[0] <= t_s:
-            told = drive.step(command_s.pop(0), MOTOR_MAX_RPM)
-            payload = TactTipCommand(told.hold_mv, 0, *told[1:]).encode()
-            module.feed(encode_frame(MessageId.TACTTIP_COMMAND, 0, payload), t_s)
+            module.feed(frame_of(drive.step(command_s.pop(0), MOTOR_MAX_RPM)), t_s)
         motor.step(0.001, np.array([module.motor_v(t_s, t_s + 0.001)]))
         fastest = max(fastest, float(motor.rpm[0]))
     assert 0.94 * MOTOR_MAX_RPM <= fastest <= MOTOR_MAX_RPM * 1.001
@@ -138,9 +140,7 @@ def test_another_motor_than_told_is_neither_late_nor_wild(real: Motor) -> None:
     for n in range(400):
         t_s = 0.001 * n
         if n % 4 == 0:
-            told = drive.step(t_s, 6000.0)
-            payload = TactTipCommand(told.hold_mv, 0, *told[1:]).encode()
-            module.feed(encode_frame(MessageId.TACTTIP_COMMAND, 0, payload), t_s)
+            module.feed(frame_of(drive.step(t_s, 6000.0)), t_s)
         speed = real.speed_rad_s(speed, module.motor_v(t_s, t_s + 0.001), 0.001)
         course.append(speed / RPM_TO_RAD_S)
     alone = (1e-3 * motor_mv(6000.0) - real.start_v) / (real.voltage_v(1.0) - real.start_v) / RPM_TO_RAD_S

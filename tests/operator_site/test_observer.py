@@ -4,7 +4,7 @@ import json
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,26 +15,19 @@ from common.curve_sockets import LinkProblem
 from common.fingers import FINGERS
 from common.keys import KeyProblem, Role, TrustedKeys, load_keys
 from common.link import OperatorLink, RemoteLink
-from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, TOUCH_FIELDS, ExplorationMode, ThermalStatus, Touch
-from common.packets import LinkState
+from common.messages import ExplorationMode, ThermalStatus, Touch
 from operator_site.observer import measured, opinion, run_observer
 from operator_site.session_client import SessionClient
 from remote_site.session_server import SessionServer
+from tests.conftest import Keys
+from tests.operator_site.touches import touch
+from tests.waiting import PATIENCE_S, wait_until
 
-INDEX, RING = FINGERS.index("index"), FINGERS.index("ring")
 AT_REST = np.zeros((5, 3), np.float32)
-PATIENCE_S = 10.0
-
-
-class Keys(Protocol):
-    remote: Path
-    operator: Path
-    stranger: Path
 
 
 def pressed(**more: float) -> Touch:
     """The index finger strokes pine; the ring finger is in the air and nothing is known of it."""
-    block = np.zeros((len(FINGERS), len(TOUCH_FIELDS)), np.float32)
     known = {
         "mode": ExplorationMode.STROKING,
         "contact": 1,
@@ -43,16 +36,16 @@ def pressed(**more: float) -> Touch:
         "object_c": 23.456,
         "contact_force_n": 1.234,
     }
-    for name, value in {**known, **more}.items():
-        block[INDEX, TOUCH_COLUMN[name]] = value
-    return Touch(7, 1, 1, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), ("", "pine", "", "steel", ""), ())
+    return touch(materials=("", "pine", "", "steel", ""), **known | more)
 
 
-def test_the_opinion_is_in_words() -> None:
+def test_the_opinion_is_in_words_without_numbers_that_change_all_the_time() -> None:
     said = opinion(pressed())
     assert said["state"] == "engaged"
     assert list(said["fingers"]) == list(FINGERS)
     assert said["fingers"]["index"] == {"mode": "stroking", "contact": True, "status": "identified", "material": "pine"}
+    assert said == opinion(pressed(contact_force_n=2.0, object_c=30.0, probability=0.5))
+    assert said != opinion(pressed(contact=0))
 
 
 @pytest.mark.parametrize("status", [status for status in ThermalStatus if status is not ThermalStatus.IDENTIFIED])
@@ -60,11 +53,6 @@ def test_a_material_is_named_only_when_it_is_identified(status: ThermalStatus) -
     fingers = opinion(pressed(thermal_status=status))["fingers"]
     assert (fingers["index"]["status"], fingers["index"]["material"]) == (status.name.lower(), None)
     assert fingers["ring"]["material"] is None
-
-
-def test_numbers_that_change_all_the_time_are_no_opinion() -> None:
-    assert opinion(pressed()) == opinion(pressed(contact_force_n=2.0, object_c=30.0, probability=0.5))
-    assert opinion(pressed()) != opinion(pressed(contact=0))
 
 
 def test_numbers_are_told_of_the_fingers_that_touch() -> None:
@@ -103,11 +91,12 @@ class Session:
         self.operator.send_motion(time.monotonic_ns(), AT_REST)
 
     def until(self, done: Callable[[], object]) -> None:
-        deadline_s = time.monotonic() + PATIENCE_S
-        while not done():
-            assert time.monotonic() < deadline_s, (self.server.session, self.operator.refusal)
-            self.turn()
-            time.sleep(0.001)  # leaves the processor to the sockets' own threads
+        """Take turns until something is reached; between two the sockets' own threads get the processor."""
+
+        def reached() -> object:
+            return done() or self.turn()
+
+        wait_until(reached, lambda: (self.server.session, self.operator.refusal), every_s=0.001)
 
     def engaged(self) -> bool:
         return self.server.both_engaged and self.operator.both_engaged

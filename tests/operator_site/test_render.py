@@ -32,16 +32,12 @@ def test_thermal_rows():
     assert all(COMFORT.low_c <= plate <= COMFORT.high_c for plate in plates)
 
 
-def test_thermal_rows_without_plate_and_shorter_than_contact():
-    rows = list(render_thermal("pvc", 25.0, 25.0, 0.5, model="1+1+1"))
-    assert len(rows) == 51
-    assert len(rows[0]) == len(THERMAL_COLUMNS)
-
-
-def test_warm_object_warms():
+def test_a_warm_object_warms_and_rows_without_a_plate_are_shorter():
     rows = list(render_thermal("iron", 40.0, 25.0, 4.0))
     assert rows[-1][5] > 0.0
     assert rows[-1][1] > rows[0][1] + 1.0
+    short = list(render_thermal("pvc", 25.0, 25.0, 0.5, model="1+1+1"))  # it ends before the contact
+    assert (len(short), len(short[0])) == (51, len(THERMAL_COLUMNS))
 
 
 def test_parameters_are_enough_to_compute_the_case_again(tmp_path):
@@ -49,22 +45,9 @@ def test_parameters_are_enough_to_compute_the_case_again(tmp_path):
     write_parameters(path, "wood", 25.0, 22.0, model="2+1+1+6")
     told = json.loads(path.read_text())
     assert [layer["name"] for layer in told["skin"]] == ["epidermis", "dermis", "subcutis"]
-    assert set(told["skin"][0]) == {
-        "name",
-        "thickness_m",
-        "conductivity_w_mk",
-        "density_kg_m3",
-        "specific_heat_j_kgk",
-        "perfusion_per_s",
-    }
-    assert told["object"] == {
-        "name": "wood",
-        "conductivity_w_mk": 0.12,
-        "density_kg_m3": 500.0,
-        "specific_heat_j_kgk": 2000.0,
-        "thickness_m": None,
-        "start_c": 25.0,
-    }
+    constants = {"conductivity_w_mk": 0.12, "density_kg_m3": 500.0, "specific_heat_j_kgk": 2000.0}
+    assert set(told["skin"][0]) == {"name", "thickness_m", *constants, "perfusion_per_s"}
+    assert told["object"] == {"name": "wood", **constants, "thickness_m": None, "start_c": 25.0}
     assert (told["arterial_c"], told["deep_c"], told["air_c"], told["air_w_m2k"]) == (35.0, 34.0, 22.0, 10.0)
     assert (told["contact_s"], told["model"], told["step_s"]) == (1.0, "2+1+1+6", 0.01)
     # Steady state from the file alone: the flux to the air is what the rendered rows say.

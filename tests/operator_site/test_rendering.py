@@ -3,50 +3,26 @@
 import math
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from common.config import RenderingConfig
-from common.fingers import FINGERS
 from common.limits import FORCE_SAFE_S, MOTOR_FLOOR_RPM, PRODUCED_J
-from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, TOUCH_FIELDS, Event, EventKind, ExplorationMode, Touch
-from common.packets import LinkState, N
+from common.messages import Event, EventKind, ExplorationMode, Touch
+from common.packets import N
 from operator_site.gate import GatedOutput, Limit
 from operator_site.rendering import Rendering
-from operator_site.rendering_input import RenderingInput
+from tests.operator_site.touches import INDEX, tick_input, touch
 
 TICK_S = 0.002
 GAP_S = 0.1
-INDEX = FINGERS.index("index")
 CUT_OUT = "index: the module's own temperature limit has switched its plate off"
 TAP = Event(1, EventKind.TAP, INDEX, 0, 0, 0.2)
 
 
 def touching(*events: Event, sequence: int = 1) -> Touch:
     """The index finger is tapping a stiff surface at z = 0."""
-    block = np.zeros((N, len(TOUCH_FIELDS)), dtype=np.float32)
-    values = {"mode": ExplorationMode.TAPPING, "contact": 1, "stiffness_n_m": 300, "k_tap": 4000, "b_tap_per_s": 30}
-    for name, value in values.items():
-        block[INDEX, TOUCH_COLUMN[name]] = value
-    return Touch(7, sequence, 1, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), ("",) * N, events)
-
-
-PRESSING = RenderingInput(
-    time_s=10.0,
-    session=7,
-    fault_cleared=False,
-    engaged=True,
-    gap_ns=0,
-    touch=touching(),
-    x_m=0.0,
-    y_m=0.0,
-    z_m=(-0.005,) * N,
-    pose_s=10.0,
-    heights_s=10.0,
-    plate_c=(33.0,) * N,
-    plate_age_s=(0.0,) * N,
-    device_faults=(),
-)
+    tapped = {"mode": ExplorationMode.TAPPING, "contact": 1, "stiffness_n_m": 300, "k_tap": 4000, "b_tap_per_s": 30}
+    return touch(*events, sequence=sequence, **tapped)
 
 
 class Run:
@@ -54,7 +30,7 @@ class Run:
 
     def __init__(self) -> None:
         self.rendering = Rendering(RenderingConfig(), TICK_S, GAP_S)
-        self.now = PRESSING
+        self.now = tick_input(touch=touching(), z_m=(-0.005,) * N)
         self.hand_measured = True
 
     def press(self) -> GatedOutput:

@@ -1,22 +1,17 @@
 """Rendering input goes into a recording and comes back without a bit changed."""
 
 import msgpack
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch
-from common.packets import LinkState, N
+from common.messages import Touch
+from common.packets import N
 from operator_site.rendering_input import RenderingInput
+from tests.operator_site.touches import tick_input, touch
 
 ANY = st.floats()
 FIVE = st.tuples(*[ANY] * N)
-
-
-def touch(sequence: int) -> Touch:
-    block = np.zeros((N, len(TOUCH_FIELDS)), dtype=np.float32)
-    return Touch(7, sequence, 1, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), ("",) * N, ())
 
 
 INPUTS = st.builds(
@@ -26,7 +21,7 @@ INPUTS = st.builds(
     fault_cleared=st.booleans(),
     engaged=st.booleans(),
     gap_ns=st.none() | st.integers(0, 2**62),
-    touch=st.none() | st.builds(touch, st.integers(0, 2**62)),
+    touch=st.none() | st.builds(touch, sequence=st.integers(0, 2**62)),
     x_m=ANY,
     y_m=ANY,
     z_m=FIVE,
@@ -39,22 +34,21 @@ INPUTS = st.builds(
 
 
 @given(INPUTS)
-def test_what_was_packed_is_unpacked_to_the_last_bit(given_input: RenderingInput) -> None:
+def test_what_was_packed_is_unpacked_to_the_last_bit(put_in: RenderingInput) -> None:
     def touch_of(sequence: int) -> Touch | None:
-        assert given_input.touch is not None
-        assert sequence == given_input.touch.sequence
-        return given_input.touch
+        assert put_in.touch is not None
+        assert sequence == put_in.touch.sequence
+        return put_in.touch
 
-    packed = given_input.pack()
+    packed = put_in.pack()
     again = RenderingInput.unpack(packed, touch_of)
     assert again.pack() == packed  # NaN equals nothing, its bytes do
-    assert again.touch is given_input.touch
-    assert repr(again) == repr(given_input)
+    assert again.touch is put_in.touch
+    assert repr(again) == repr(put_in)
 
 
 def test_a_touch_packet_that_is_lost_is_nothing_touched() -> None:
-    some = RenderingInput(1.0, 7, False, True, 5, touch(3), 0.0, 0.0, (0.0,) * N, 1.0, 1.0, (33.0,) * N, (0.0,) * N, ())
-    assert RenderingInput.unpack(some.pack(), lambda _: None).touch is None
+    assert RenderingInput.unpack(tick_input(touch=touch()).pack(), lambda _: None).touch is None
 
 
 @pytest.mark.parametrize("packed", [msgpack.packb(3), msgpack.packb([1.0] * 13), msgpack.packb({}), b""])

@@ -1,4 +1,4 @@
-"""What a device can show of a wall."""
+"""A wall as far as a device can show it."""
 
 import math
 
@@ -9,12 +9,13 @@ from hypothesis import strategies as st
 from operator_site.sampled_wall import SampledWall
 
 
-def test_stiffest_wall_without_delay_is_that_of_the_publication() -> None:
-    assert SampledWall(0.5, 0.001).stiffest_n_m == pytest.approx(2.0 * 0.5 / 0.001)
-
-
-def test_a_delay_costs_stiffness() -> None:
-    assert SampledWall(2.0, 0.002, 0.004).stiffest_n_m == pytest.approx(400.0)
+@pytest.mark.parametrize(
+    ("wall", "stiffest_n_m"),
+    [(SampledWall(0.5, 0.001), 2.0 * 0.5 / 0.001), (SampledWall(2.0, 0.002, 0.004), 400.0)],
+    ids=["of the publication, without delay", "a delay costs stiffness"],
+)
+def test_stiffest_wall(wall: SampledWall, stiffest_n_m: float) -> None:
+    assert wall.stiffest_n_m == pytest.approx(stiffest_n_m)
 
 
 @given(st.floats(0.0, 50.0), st.floats(1e-4, 0.1), st.floats(0.0, 0.1), st.floats(0.0, 1.0))

@@ -1,102 +1,21 @@
 """The operator's end of a session against a remote site whose every word is the test's, in virtual time."""
 
-from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import Any
 
-import numpy as np
 import pytest
 
-from common.capabilities import capabilities
 from common.emergency_stop import PATIENCE_NS
 from common.limits import AGE_MAX_S
-from common.link import OperatorLink
-from common.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch
 from common.packets import LinkState
 from common.session import Refused
-from common.session_messages import Answer, Heartbeat, Request
-from operator_site.session_client import SILENCE_NS, SessionClient
+from common.session_messages import Answer
+from operator_site.session_client import SILENCE_NS
+from tests.operator_site.session_pair import ABLE, IDENT, MS, Pair
 
-MS = 1_000_000
-IDENT = 4711
-ABLE = capabilities(("index",), 500.0, calibration="abc")
-WHY = "emergency stop by the operator"
 HERE = "here: stopped, confirmed by every device after 2 ms"
-
-
-@dataclass
-class Remote:
-    """A remote site as its link shows it: beats as long as it lives, answers what the test lets it."""
-
-    state: LinkState = LinkState.CONNECTED
-    alive: bool = True
-    asked: list[Request] = field(default_factory=list)
-    answers: list[bytes] = field(default_factory=list)
-    beats: list[bytes] = field(default_factory=list)
-    now_ns: int = 10**12
-    sequence: int = 0
-
-    def send(self, stream: str, packet: bytes) -> bool:
-        if stream == "control":
-            self.asked.append(Request.decode(packet))
-        elif self.alive:
-            beat = Heartbeat.decode(packet)
-            echo = (beat.session, beat.sequence, self.now_ns, self.state, beat.sent_ns, self.now_ns, 0, 0)
-            self.beats.append(Heartbeat(*echo).encode())
-        return True
-
-    def receive(self, stream: str) -> list[bytes]:
-        waiting = self.answers if stream == "control" else self.beats
-        taken, waiting[:] = list(waiting), []
-        return taken
-
-    def receive_latest(self, stream: str) -> bytes | None:
-        if not self.alive:
-            return None
-        self.sequence += 1
-        block = np.zeros((5, len(TOUCH_FIELDS)), np.float32)
-        return Touch(IDENT, self.sequence, self.now_ns, self.state, TOUCH_BLOCK.to_bytes(block), ("",) * 5, ()).encode()
-
-    def answer(self, verb: str, refused: str = "", **details: Any) -> None:
-        """Answer the last request of a kind."""
-        request = next(request for request in reversed(self.asked) if request.verb == verb)
-        self.answers.append(Answer(IDENT, request.sequence, self.now_ns, refused, details).encode())
-
-    def count(self, verb: str) -> int:
-        return sum(request.verb == verb for request in self.asked)
-
-
-@dataclass
-class Pair:
-    remote: Remote = field(default_factory=Remote)
-    client: SessionClient = field(init=False)
-    here: str = ""
-    """Devices of this site that do not confirm."""
-
-    def __post_init__(self) -> None:
-        self.client = SessionClient(cast(OperatorLink, self.remote), dict(ABLE), 0.15, want_engaged=False)
-
-    def run(self, ms: int = 2) -> None:
-        for _ in range(0, ms, 2):
-            self.remote.now_ns += 2 * MS
-            self.client.step(self.remote.now_ns, "", lambda _: {"index tacttip": self.here, "exoskeleton": ""})
-
-    def connect(self) -> None:
-        self.run()
-        self.remote.answer("hello", session=IDENT, **ABLE)
-        self.run(200)
-        assert self.client.session.state is LinkState.CONNECTED
-
-    def stop(self) -> None:
-        self.client.stop(self.remote.now_ns, WHY)
-        self.run(10)
-
-
-@pytest.fixture
-def pair() -> Pair:
-    """Connected."""
-    made = Pair()
-    made.connect()
-    return made
+UNCONFIRMED = {"after_s": 0.3, "unconfirmed": "middle thermal_sensor: no report"}
+THERE = "remote site: stopped, confirmed by every device after 12 ms"
+CONFIRMED = {"after_s": 0.012, "unconfirmed": ""}
 
 
 def test_what_the_remote_site_says_of_its_calibration_is_told_and_not_believed_to_be_short(pair: Pair) -> None:
@@ -109,18 +28,21 @@ def test_what_the_remote_site_says_of_its_calibration_is_told_and_not_believed_t
 def test_an_emergency_stop_is_over_when_both_sites_have_said_how_it_went(pair: Pair) -> None:
     pair.stop()
     assert pair.client.stopped == "", "the remote site has said nothing yet"
-    pair.remote.answer("estop", after_s=0.012, unconfirmed="")
-    pair.run()
-    assert pair.client.stopped == f"{HERE}; remote site: stopped, confirmed by every device after 12 ms"
+    pair.answer("estop", **CONFIRMED)
+    assert pair.client.stopped == f"{HERE}; {THERE}"
     happenings = [happening.text for happening in pair.client.session.take_happenings() if happening.what == "estop"]
-    assert happenings == [HERE, "remote site: stopped, confirmed by every device after 12 ms"]
+    assert happenings == [HERE, THERE]
+    pair.stop()
+    assert pair.client.stopped == "", "a second stop is confirmed anew"
+    pair.run(200)
+    pair.answer("estop", after_s=0.034, unconfirmed="")
+    assert pair.client.stopped == f"{HERE}; remote site: stopped, confirmed by every device after 34 ms"
 
 
 def test_a_device_of_either_site_that_does_not_confirm_is_named(pair: Pair) -> None:
     pair.here = "no report"
     pair.stop()
-    pair.remote.answer("estop", after_s=0.3, unconfirmed="middle thermal_sensor: no report")
-    pair.run()
+    pair.answer("estop", **UNCONFIRMED)
     assert pair.client.stopped == "", "this site's own devices still have time"
     pair.run(PATIENCE_NS // MS)
     here, there = pair.client.stopped.split("; ")
@@ -136,33 +58,24 @@ def test_each_device_is_told_when_it_confirmed_and_the_remote_site_is_asked_unti
         "exoskeleton": pytest.approx(0.002),
         "remote hand": None,
     }
-    pair.remote.answer("estop", after_s=0.3, unconfirmed="middle thermal_sensor: no report")
-    pair.run(100)
+    pair.answer("estop", **UNCONFIRMED)
+    pair.run(98)
     pair.here = ""
-    asked = pair.remote.count("estop")
-    pair.run(200)
-    assert pair.remote.count("estop") == asked, "it has just said that it cannot"
-    pair.run(1000)
-    assert pair.remote.count("estop") > asked
+    assert pair.asked("estop", 200) == 0, "it has just said that it cannot"
+    assert pair.asked("estop", 1000) > 0
     assert pair.client.stopping.after_s["index tacttip"] == pytest.approx(0.11, abs=0.005)
     assert pair.client.stopping.after_s["remote hand"] is None
-    pair.remote.answer("estop", after_s=0.012, unconfirmed="")
-    pair.run(4)
+    pair.answer("estop", **CONFIRMED)
     assert pair.client.stopping.after_s["remote hand"] == pytest.approx(1.31, abs=0.02)
-    asked = pair.remote.count("estop")
-    pair.run(1000)
-    assert pair.remote.count("estop") == asked
+    assert pair.asked("estop", 1000) == 0
 
 
 def test_a_stop_that_was_cleared_is_not_asked_for_again(pair: Pair) -> None:
     pair.stop()
-    pair.remote.answer("estop", after_s=0.3, unconfirmed="middle thermal_sensor: no report")
-    pair.run(10)
+    pair.answer("estop", **UNCONFIRMED)
     pair.client.clear(pair.remote.now_ns)
     pair.run(10)
-    asked = pair.remote.count("estop")
-    pair.run(1000)
-    assert pair.remote.count("estop") == asked
+    assert pair.asked("estop", 1000) == 0
     assert (pair.client.stopping.asked_ns, pair.client.stopping.after_s) == (None, {})
 
 
@@ -172,15 +85,10 @@ def test_a_remote_site_that_does_not_answer_is_said_and_asked_on(pair: Pair) -> 
     assert pair.client.stopped == "", "on the slowest link its word may still come"
     pair.run(30)
     assert pair.client.stopped == f"{HERE}; remote site: not confirmed, no answer within 1300 ms"
-    asked = pair.remote.count("estop")
-    pair.run(1000)
-    assert pair.remote.count("estop") > asked
-    pair.remote.answer("estop", after_s=0.012, unconfirmed="")
-    pair.run()
-    assert pair.client.stopped.endswith("remote site: stopped, confirmed by every device after 12 ms")
-    asked = pair.remote.count("estop")
-    pair.run(1000)
-    assert pair.remote.count("estop") == asked
+    assert pair.asked("estop", 1000) > 0
+    pair.answer("estop", **CONFIRMED)
+    assert pair.client.stopped == f"{HERE}; {THERE}"
+    assert pair.asked("estop", 1000) == 0
 
 
 def test_a_remote_site_that_is_gone_has_not_confirmed(pair: Pair) -> None:
@@ -207,7 +115,6 @@ def test_without_a_remote_site_only_the_own_devices_count() -> None:
     alone = Pair()
     alone.stop()
     assert alone.client.stopped == f"{HERE}; remote site: not connected"
-    assert "not confirmed" not in alone.client.stopped
 
 
 @pytest.mark.parametrize(
@@ -222,36 +129,27 @@ def test_an_answer_without_a_confirmation_is_none(
     refused: str, details: dict[str, Any], words: str, pair: Pair
 ) -> None:
     pair.stop()
-    pair.remote.answer("estop", refused, **details)
-    pair.run()
+    pair.answer("estop", refused, **details)
     assert pair.client.stopped == f"{HERE}; remote site: not confirmed, {words}"
 
 
-def test_a_second_stop_is_confirmed_anew(pair: Pair) -> None:
-    pair.stop()
-    pair.remote.answer("estop", after_s=0.012, unconfirmed="")
-    pair.run()
-    assert pair.client.stopped
-    pair.stop()
-    assert pair.client.stopped == ""
-    pair.run(200)
-    pair.remote.answer("estop", after_s=0.034, unconfirmed="")
-    pair.run()
-    assert pair.client.stopped == f"{HERE}; remote site: stopped, confirmed by every device after 34 ms"
+def test_a_fault_of_the_remote_site_is_not_believed_to_be_short(pair: Pair) -> None:
+    pair.remote.state = LinkState.FAULT
+    pair.run(20)
+    pair.answer("status", fault="x" * 3000)
+    assert len(pair.client.remote_fault) == 400
 
 
 def test_why_the_remote_site_does_not_clear_is_known_until_its_fault_is_gone(pair: Pair) -> None:
     pair.remote.state = LinkState.FAULT
     pair.run(20)
-    pair.remote.answer("status", fault="emergency stop at the remote site")
-    pair.run()
+    pair.answer("status", fault="emergency stop at the remote site")
     assert pair.client.remote_fault == "emergency stop at the remote site"
     pair.client.refusal = "of something long ago"
     pair.client.clear(pair.remote.now_ns)
     assert pair.client.refusal == ""
     pair.run(20)
-    pair.remote.answer("clear_fault", "to be cleared where it was latched")
-    pair.run()
+    pair.answer("clear_fault", "to be cleared where it was latched")
     assert pair.client.refusal == "to be cleared where it was latched"
     pair.remote.state = LinkState.CONNECTED
     pair.run(20)
@@ -260,20 +158,11 @@ def test_why_the_remote_site_does_not_clear_is_known_until_its_fault_is_gone(pai
         pair.client.clear(pair.remote.now_ns)
 
 
-def test_a_fault_of_the_remote_site_is_not_believed_to_be_short(pair: Pair) -> None:
-    pair.remote.state = LinkState.FAULT
-    pair.run(20)
-    pair.remote.answer("status", fault="x" * 3000)
-    pair.run()
-    assert len(pair.client.remote_fault) == 400
-
-
 def test_a_remote_site_that_cannot_be_worked_with_is_said_once(caplog: pytest.LogCaptureFixture) -> None:
     foreign = Pair()
     for _ in range(5):
         foreign.run(200)
-        foreign.remote.answer("hello", session=IDENT, **{**ABLE, "layout": "another"})
-        foreign.run(2)
+        foreign.answer("hello", session=IDENT, **{**ABLE, "layout": "another"})
         assert "laid out differently" in foreign.client.refusal
         assert foreign.client.session.ident == 0
     assert foreign.remote.count("goodbye") == 5, "it shall not wait for this operator"
@@ -304,12 +193,12 @@ def test_a_session_that_the_remote_site_ends_says_why_until_both_are_engaged_aga
     assert (pair.client.session.ident, pair.client.refusal) == (0, why)
     assert [h.text for h in pair.client.session.take_happenings() if h.what == "disconnected"] == [why]
     pair.run(ms=300)
-    pair.remote.answer("hello", session=IDENT, **ABLE)
+    pair.answer("hello", session=IDENT, **ABLE)
     pair.run(ms=100)
     assert (pair.client.session.ident, pair.client.refusal) == (IDENT, why)
     pair.client.want_engaged = True
     pair.run(ms=300)
-    pair.remote.answer("engage", max_age_s=0.15)
+    pair.answer("engage", max_age_s=0.15)
     pair.run(ms=10)
     assert pair.client.session.engaged
     assert pair.client.refusal == ""

@@ -1,30 +1,25 @@
 """The operator site's tick with devices and link in the test's hands."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 
-from common.can_line import CanAddress
-from common.config import OperatorConfig, OperatorLinkConfig, to_toml
+from common.config import to_toml
 from common.fingers import FINGERS
-from common.limits import PLATE_COOLING_K_S, PLATE_HEATING_K_S
 from common.link import OperatorLink
-from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, TOUCH_FIELDS, Event, EventKind, Touch
+from common.messages import Event, EventKind, Touch
 from common.packets import LinkState
 from common.recording import Recorder
-from common.tick_age import TickAge
 from operator_site.devices import OperatorDevices
-from operator_site.exoskeleton import Hand
-from operator_site.gate import GatedOutput
 from operator_site.session_client import SessionClient
 from operator_site.site import OperatorSite, session_with
 from operator_site.site_recording import SCHEMAS
 from teletaction.replay import replay
-
-MS = 1_000_000
+from tests.operator_site.touches import INDEX, touch
+from tests.operator_site.virtual_touch import CONFIG, MS, Devices
 
 
 class SilentLink:
@@ -43,50 +38,6 @@ class SilentLink:
         raise AssertionError("no motion without a session")
 
 
-@dataclass
-class Devices:
-    """Devices that do what the test says, and remember what reached them."""
-
-    hand: Hand = field(default_factory=Hand)
-    cut: list[str] = field(default_factory=list)
-    written: list[tuple[GatedOutput, bool]] = field(default_factory=list)
-    plate_c: list[float] = field(default_factory=lambda: [33.0] * len(FINGERS))
-    tick: TickAge = field(default_factory=TickAge)
-
-    def read(self, t_s: float) -> Hand:
-        self.hand.pose_s = self.hand.heights_s = t_s
-        return self.hand
-
-    def missing(self) -> str:
-        return ""
-
-    def faults(self) -> list[str]:
-        return self.cut
-
-    def plates(self, t_s: float) -> tuple[list[float], list[float]]:
-        return list(self.plate_c), [0.0] * len(FINGERS)
-
-    def write(self, t_s: float, output: GatedOutput, engaged: bool) -> None:
-        self.written.append((output, engaged))
-        for finger, drive in enumerate(output.peltier_drive):
-            self.plate_c[finger] += 0.002 * drive * (PLATE_HEATING_K_S if drive > 0.0 else PLATE_COOLING_K_S)
-
-    def unconfirmed(self, since_s: float) -> dict[str, str]:
-        return {}
-
-    def figures(self) -> dict[str, object]:
-        return {}
-
-
-CONFIG = OperatorConfig(
-    fingers=("index",),
-    link=OperatorLinkConfig(keys=Path("keys")),
-    tacttip={"index": "pty"},
-    exoskeleton=CanAddress(interface="virtual"),
-    engage=True,
-)
-
-
 def site(devices: Devices, recorder: Recorder | None = None) -> OperatorSite:
     client = session_with(cast(OperatorLink, SilentLink()), CONFIG)
     return OperatorSite(CONFIG, client, cast(OperatorDevices, devices), recorder)
@@ -102,8 +53,8 @@ def test_without_a_far_side_everything_is_neutral() -> None:
     devices = Devices()
     run(site(devices), 0, 200)
     assert len(devices.written) == 200
-    for output, engaged in devices.written:
-        assert not engaged
+    assert not any(devices.engaged)
+    for output in devices.written:
         assert output.force_n == output.motor_rpm == output.peltier_drive == [0.0] * len(FINGERS)
 
 
@@ -132,9 +83,6 @@ def test_a_module_that_cut_out_latches_a_fault_until_it_is_cleared() -> None:
     assert figures["limited"]["index"] == ("released", "plate_test"), "a second fault within ten minutes"
 
 
-INDEX = FINGERS.index("index")
-
-
 @dataclass(slots=True)
 class ScriptedClient(SessionClient):
     """A session whose touch packets the test writes; nothing goes to a link."""
@@ -152,13 +100,11 @@ class ScriptedClient(SessionClient):
 
 def pressed(sequence: int, rng: np.random.Generator) -> Touch:
     """The index finger strokes and taps something that is never quite the same."""
-    block = np.zeros((len(FINGERS), len(TOUCH_FIELDS)), dtype=np.float32)
     known = {"mode": 3, "contact": 1, "conductivity_w_mk": 200, "density_kg_m3": 2700, "specific_heat_j_kgk": 900}
     estimated = {"stiffness_n_m": 300, "k_tap": 4000, "k_stroke_v": 5000, "k_stroke_f": 50, "object_c": 22}
-    for name, value in {**known, **{name: value * rng.uniform(0.9, 1.0) for name, value in estimated.items()}}.items():
-        block[INDEX, TOUCH_COLUMN[name]] = value
-    events = tuple(Event(n, EventKind.TAP, INDEX, n, 0, 0.2) for n in range(sequence // 50, sequence // 50 + 3))
-    return Touch(7, sequence, 1, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), ("",) * len(FINGERS), events)
+    never_the_same = {name: value * rng.uniform(0.9, 1.0) for name, value in estimated.items()}
+    events = (Event(n, EventKind.TAP, INDEX, n, 0, 0.2) for n in range(sequence // 50, sequence // 50 + 3))
+    return touch(*events, sequence=sequence, **known, **never_the_same)
 
 
 def test_a_replay_of_what_was_just_recorded_is_identical_to_the_last_bit(tmp_path: Path) -> None:
@@ -197,8 +143,7 @@ def test_a_replay_of_what_was_just_recorded_is_identical_to_the_last_bit(tmp_pat
         "first_difference": None,
         "missing_touch_packets": 0,
     }
-    outputs = [output for output, _ in devices.written]
-    assert max(output.force_n[INDEX] for output in outputs) > 1.0
-    assert len({output.motor_rpm[INDEX] for output in outputs}) > 100
-    assert any(output.fault for output in outputs)
+    assert max(output.force_n[INDEX] for output in devices.written) > 1.0
+    assert len({output.motor_rpm[INDEX] for output in devices.written}) > 100
+    assert any(output.fault for output in devices.written)
     assert (tmp_path / "out" / "rendering.csv").read_text("utf-8").count("\n") == 2001

@@ -11,27 +11,18 @@ import numpy as np
 import pytest
 
 from common.config import RenderingConfig
-from common.fingers import FINGERS
-from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, TOUCH_FIELDS, Touch
-from common.packets import LinkState, N
+from common.packets import N
 from operator_site.gate import Limit
 from operator_site.rendering import Rendering
-from operator_site.rendering_input import RenderingInput
+from tests.operator_site.touches import INDEX, tick_input, touch
 
 TICK_S = 0.002
-INDEX = FINGERS.index("index")
+HARD = touch(contact=1, stiffness_n_m=2000.0)
 PHYSICS = 20
 """Steps of the finger in a tick."""
 LATE_TICKS = 2
 SLICE, WORKED = 20, 5
 """Ticks of 40 ms, and those of them that a slowed loop does."""
-
-
-def hard_surface() -> Touch:
-    block = np.zeros((N, len(TOUCH_FIELDS)), dtype=np.float32)
-    block[INDEX, TOUCH_COLUMN["contact"]] = 1
-    block[INDEX, TOUCH_COLUMN["stiffness_n_m"]] = 2000.0
-    return Touch(7, 1, 1, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), ("",) * N, ())
 
 
 class Finger:
@@ -43,22 +34,7 @@ class Finger:
         self.deep_m = deep_m
         self.pushed = deque([0.0] * LATE_TICKS, maxlen=LATE_TICKS)
         self.force_n, self.limited = 0.0, 0
-        self.given = RenderingInput(
-            time_s=0.0,
-            session=7,
-            fault_cleared=False,
-            engaged=True,
-            gap_ns=0,
-            touch=hard_surface(),
-            x_m=0.0,
-            y_m=0.0,
-            z_m=(0.01,) * N,
-            pose_s=0.0,
-            heights_s=0.0,
-            plate_c=(math.nan,) * N,
-            plate_age_s=(math.inf,) * N,
-            device_faults=(),
-        )
+        self.given = tick_input(touch=HARD, plate_c=(math.nan,) * N, plate_age_s=(math.inf,) * N)
 
     def run(self, seconds: float, *, slowed: bool = False, engaged: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """Heights and forces of each tick for some time, m and N."""

@@ -71,23 +71,22 @@ def test_a_finger_that_is_not_in_the_exoskeleton_may_stand_still() -> None:
     assert not any(faults for _, faults in watch(frames, (True, True, True, True, False)))
 
 
-def step_still(fingers: StillFingers, seconds: float, z_m: float = 0.0, **given_to: object) -> None:
+def step_still(
+    fingers: StillFingers, seconds: float, z_m: float = 0.0, pushed_n: tuple[float, ...] = (0.0,) * 5
+) -> None:
     for _ in range(round(seconds / TICK_S)):
-        fingers.step(TICK_S, [z_m] * 5, given_to.get("pose_m", (0.0, 0.0)), given_to.get("pushed_n", (0.0,) * 5))  # type: ignore[arg-type]
+        fingers.step(TICK_S, [z_m] * 5, (0.0, 0.0), pushed_n)
 
 
-def test_where_nobody_is_nothing_is_stuck_but_what_is_pushed_and_does_not_give() -> None:
+def test_where_nobody_is_nothing_is_stuck_but_what_is_pushed_and_does_not_give_before_its_stop() -> None:
     fingers = StillFingers()
     step_still(fingers, 20.0)
     assert fingers.faults == []
     step_still(fingers, STILL_S + TICK_S, pushed_n=(0.0, PUSHED_N, 0.0, 0.0, 0.0))
     assert [fault.partition(":")[0] for fault in fingers.faults] == ["index"]
-
-
-def test_at_its_stop_a_finger_may_stand_still_whatever_pushes_it() -> None:
-    fingers = StillFingers()
-    step_still(fingers, 20.0, z_m=STOP_M, pushed_n=(10.0,) * 5)
-    assert fingers.faults == []
+    at_its_stop = StillFingers()
+    step_still(at_its_stop, 20.0, z_m=STOP_M, pushed_n=(10.0,) * 5)
+    assert at_its_stop.faults == []
 
 
 def test_a_hand_that_lies_down_for_a_moment_starts_no_clock_for_longer_than_it_was_lively() -> None:

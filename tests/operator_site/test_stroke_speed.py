@@ -14,22 +14,17 @@ def place(t_s: float) -> float:
     return round(SPEED_M_S * t_s / 2e-5) * 2e-5
 
 
-def test_an_even_stroke_has_its_speed() -> None:
+@pytest.mark.parametrize("ticks", [1, 2], ids=["each tick", "every other tick"])
+def test_an_even_stroke_has_its_speed_also_in_ticks_without_a_new_pose(ticks: int) -> None:
     speed = StrokeSpeed()
-    told = [speed.step(0.002 * n, place(0.002 * n), 0.0) for n in range(200)]
-    assert told[20:] == pytest.approx([SPEED_M_S] * 180, abs=0.0011)
+    poses_s = [0.002 * ticks * (n // ticks) for n in range(200)]
+    steps = [speed.step(t_s, place(t_s), 0.0) for t_s in poses_s]
+    assert steps[20:] == pytest.approx([SPEED_M_S] * 180, abs=0.0011)
 
 
 def test_the_speed_is_that_of_both_directions_together() -> None:
     speed = StrokeSpeed()
-    told = [speed.step(0.002 * n, 0.03 * 0.002 * n, -0.04 * 0.002 * n) for n in range(50)]
-    assert told[-1] == pytest.approx(0.05)
-
-
-def test_a_tick_without_a_new_pose_goes_on_with_the_last_speed() -> None:
-    speed = StrokeSpeed()
-    told = [speed.step(0.004 * (n // 2), place(0.004 * (n // 2)), 0.0) for n in range(100)]
-    assert told[20:] == pytest.approx([SPEED_M_S] * 80, abs=0.0011)
+    assert [speed.step(0.002 * n, 0.03 * 0.002 * n, -0.04 * 0.002 * n) for n in range(50)][-1] == pytest.approx(0.05)
 
 
 @pytest.mark.parametrize("held_s", [0.01, 0.03, 0.06, 0.09])

@@ -49,22 +49,31 @@ class Hand:
         return sum(event.kind is kind and event.finger == INDEX for event in self.events)
 
 
+def lowered(where: Scene, x_m: float = 0.020, seed: int = 0) -> Hand:
+    """A hand that lies on a scene."""
+    hand = Hand(where, seed=seed)
+    hand.go(0.1, x_m=x_m)
+    hand.go(0.1, z_m=DOWN_M)
+    hand.go(0.3)
+    return hand
+
+
 def scene(surface: str = "plain_pvc", **more: object) -> Scene:
     block = {"name": "block", "material": "pvc", "surface": surface, "x_m": 0.0, "length_m": 0.1, **more}
     return Scene.model_validate({"name": "small", "objects": [block]})
 
 
 def test_a_free_finger_above_an_object_knows_what_it_will_touch() -> None:
-    hand = Hand(scene(height_m=0.001, absolute_c=30.0))
-    packet = hand.go(0.1, x_m=0.05)
-    row, pvc = hand.row(), surface_kind("plain_pvc")
+    hand = Hand(scene("closely_grooved_pvc", height_m=0.001, absolute_c=30.0))
+    packet = hand.go(1.0, x_m=0.05)
+    row, pvc = hand.row(), surface_kind("closely_grooved_pvc")
     assert (row["mode"], row["contact"], row["contact_force_n"]) == (ExplorationMode.FREE, 0.0, 0.0)
     assert row["surface_z_m"] == pytest.approx(0.001)
     assert (row["stiffness_n_m"], row["k_tap"], row["k_stroke_v"]) == (pvc.stiffness_n_m, pvc.k_tap, pvc.k_stroke_v)
     assert row["conductivity_w_mk"] == pytest.approx(0.17)
     assert (row["object_c"], row["probability"], row["thermal_status"]) == (30.0, 1.0, ThermalStatus.IDENTIFIED)
     assert packet.materials == ("pvc",) * len(FINGERS)
-    assert hand.events == []
+    assert hand.events == [], "grooves under a free finger are not crossed"
 
 
 def test_a_finger_over_nothing_has_nothing_and_one_that_is_not_used_neither() -> None:
@@ -135,10 +144,7 @@ def test_modes_are_those_of_the_paper() -> None:
     ("surface", "grooves"), [("closely_grooved_pvc", 30), ("widely_grooved_pvc", 8), ("plain_pvc", 0)]
 )
 def test_each_groove_that_is_stroked_over_is_told_once(surface: str, grooves: int) -> None:
-    hand = Hand(scene(surface))
-    hand.go(0.1, x_m=0.020)
-    hand.go(0.1, z_m=DOWN_M)
-    hand.go(0.3)
+    hand = lowered(scene(surface))
     hand.go(1.2, x_m=0.082)
     assert hand.count(EventKind.GROOVE) == pytest.approx(grooves, abs=1)
     forth = hand.count(EventKind.GROOVE)
@@ -151,10 +157,7 @@ def test_each_groove_that_is_stroked_over_is_told_once(surface: str, grooves: in
 
 
 def test_a_groove_is_crossed_when_the_finger_is_there_and_not_when_it_is_asked() -> None:
-    hand = Hand(scene("closely_grooved_pvc"))
-    hand.go(0.1, x_m=0.020)
-    hand.go(0.1, z_m=DOWN_M)
-    hand.go(0.3)
+    hand = lowered(scene("closely_grooved_pvc"))
     for way_m in (0.060, -0.060):
         before = len(hand.events)
         hand.go(0.6, x_m=hand.x_m + way_m)
@@ -162,18 +165,9 @@ def test_a_groove_is_crossed_when_the_finger_is_there_and_not_when_it_is_asked()
         assert np.diff(times_ns) == pytest.approx(20e6, rel=1e-3), "2 mm at 100 mm/s, in ticks of 2 ms or between"
 
 
-def test_grooves_under_a_free_finger_are_not_crossed() -> None:
-    hand = Hand(scene("closely_grooved_pvc"))
-    hand.go(1.0, x_m=0.09)
-    assert hand.events == []
-
-
 def test_the_session_is_drawn_with_the_seed() -> None:
     def drawn(seed: int) -> tuple[float, list[int]]:
-        hand = Hand(load_scene("materials"), seed=seed)
-        hand.go(0.1, x_m=0.110)
-        hand.go(0.1, z_m=DOWN_M)
-        hand.go(0.3)
+        hand = lowered(load_scene("materials"), x_m=0.110, seed=seed)
         hand.go(1.0, x_m=0.150)
         return hand.row()["object_c"], [event.time_ns for event in hand.events if event.kind is EventKind.GROOVE]
 
@@ -206,10 +200,7 @@ def test_a_clock_that_is_set_back_begins_anew_without_repeating_an_event() -> No
 
 
 def test_a_hand_that_leaps_tells_no_more_than_a_packet_holds() -> None:
-    hand = Hand(scene("closely_grooved_pvc"))
-    hand.go(0.1, x_m=0.01)
-    hand.go(0.1, z_m=DOWN_M)
-    hand.go(0.5)
+    hand = lowered(scene("closely_grooved_pvc"), x_m=0.01)
     hand.go(0.3, x_m=0.03)
     packet = hand.go(x_m=0.09)
     assert len(packet.events) == MAX_EVENTS

@@ -1,4 +1,4 @@
-"""What docs/howto/virtual.md shows is what the program reads."""
+"""The examples of docs/howto/virtual.md are read by the program as they stand."""
 
 import re
 from pathlib import Path

@@ -39,8 +39,10 @@ class Devices:
     hand: Hand = field(default_factory=Hand)
     seen: bool = True
     lacking: str = ""
+    cut: list[str] = field(default_factory=list)
     on: dict[str, str] = field(default_factory=dict)
     written: list[GatedOutput] = field(default_factory=list)
+    engaged: list[bool] = field(default_factory=list)
     plate_c: float = 33.0
     tick: TickAge = field(default_factory=TickAge)
 
@@ -53,7 +55,7 @@ class Devices:
         return self.lacking
 
     def faults(self) -> list[str]:
-        return []
+        return self.cut
 
     def plates(self, t_s: float) -> tuple[list[float], list[float]]:
         plate_c, age_s = [math.nan] * len(FINGERS), [math.inf] * len(FINGERS)
@@ -62,6 +64,7 @@ class Devices:
 
     def write(self, t_s: float, output: GatedOutput, engaged: bool) -> None:
         self.written.append(output)
+        self.engaged.append(engaged)
         self.plate_c += 0.002 * (4.0 * output.peltier_drive[INDEX] + 0.2 * (33.0 - self.plate_c))
 
     def unconfirmed(self, since_s: float) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""What a site feeds, made by hand."""
+"""Messages of a site to its console, made by hand."""
 
 from typing import Any
 
@@ -8,6 +8,7 @@ import numpy as np
 from common.fingers import FINGERS
 from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, TOUCH_FIELDS, ThermalStatus, Touch
 from common.packets import LinkState
+from common.session import Happening
 from common.told import NOTHING, Told
 from operator_site.console.console import Console
 
@@ -55,6 +56,10 @@ def figures(**given: Any) -> bytes:
     devices = {name: {"missing": ""} for name in ("exoskeleton", "index tacttip", "middle tacttip")}
     usual = {"state": "engaged", "fault": "", "devices": devices, "session": 7, "recorded": {"operator/touch": 5}}
     return bytes(msgpack.packb(usual | given))
+
+
+def happen(console: Console, at_s: float, what: str, text: str = "") -> None:
+    console.take("operator/session", round(at_s * S), Happening(what, 7, text).pack())
 
 
 def fed(console: Console, from_s: float, to_s: float, **values: float) -> None:

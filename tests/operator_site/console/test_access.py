@@ -1,4 +1,4 @@
-"""Who may open the page: anybody on loopback, elsewhere nobody without a token and TLS."""
+"""Opening the page: anybody on loopback, elsewhere nobody without a token and TLS."""
 
 from pathlib import Path
 
@@ -10,12 +10,16 @@ from operator_site.console.access import Access, AccessProblem, Visitor, read_to
 TOKEN, OTHER = "a" * 40, "b" * 40
 
 
+def written(folder: Path, text: str, mode: int = 0o600) -> Path:
+    path = folder / "tokens"
+    path.write_text(text, "utf-8")
+    path.chmod(mode)
+    return path
+
+
 @pytest.fixture
 def tokens(tmp_path: Path) -> Path:
-    path = tmp_path / "tokens"
-    path.write_text(f"# who\nOR-2 act {TOKEN}\n\nstudent observe {OTHER}\n", "utf-8")
-    path.chmod(0o600)
-    return path
+    return written(tmp_path, f"# who\nOR-2 act {TOKEN}\n\nstudent observe {OTHER}\n")
 
 
 def config(**given: object) -> ConsoleConfig:
@@ -38,7 +42,7 @@ def test_with_tokens_loopback_wants_one_too(tokens: Path) -> None:
 
 
 @pytest.mark.parametrize("bind", ["0.0.0.0", "192.168.1.7", "::", "console.example"])
-def test_a_network_needs_tokens_and_tls(bind: str, tokens: Path) -> None:
+def test_a_network_needs_tokens_and_tls_and_behind_a_proxy_loopback_is_one(bind: str, tokens: Path) -> None:
     with pytest.raises(AccessProblem, match="`tokens` first"):
         Access(config(bind=bind))
     with pytest.raises(AccessProblem, match="`tokens` first"):
@@ -47,9 +51,6 @@ def test_a_network_needs_tokens_and_tls(bind: str, tokens: Path) -> None:
         Access(config(bind=bind, tokens=tokens))
     assert Access(config(bind=bind, tokens=tokens, certificate=Path("c"), certificate_key=Path("k"))).secure
     assert Access(config(bind=bind, tokens=tokens, behind_proxy=True)).secure
-
-
-def test_behind_a_proxy_loopback_is_a_network() -> None:
     with pytest.raises(AccessProblem, match="behind a proxy"):
         Access(config(behind_proxy=True))
 
@@ -93,11 +94,8 @@ def test_behind_a_proxy_the_configured_address_counts(tokens: Path) -> None:
     ],
 )
 def test_a_bad_list_of_tokens_says_where(tmp_path: Path, text: str, match: str) -> None:
-    path = tmp_path / "tokens"
-    path.write_text(text, "utf-8")
-    path.chmod(0o600)
     with pytest.raises(AccessProblem, match=match):
-        read_tokens(path)
+        read_tokens(written(tmp_path, text))
 
 
 def test_tokens_that_others_can_read_are_none(tokens: Path) -> None:

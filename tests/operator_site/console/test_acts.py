@@ -1,4 +1,4 @@
-"""Who may do what, and that every act is answered and kept."""
+"""Acts at the console: they are for those who may, and every one is answered and kept."""
 
 import asyncio
 from collections.abc import Callable, Sequence
@@ -20,7 +20,7 @@ from operator_site.console.keeping import Keeping
 from operator_site.console.reporting import Reporting
 from operator_site.console.session_book import LONGEST_NOTE
 from tests.conftest import Contained
-from tests.operator_site.console.fed import S, fed
+from tests.operator_site.console.fed import fed, happen
 
 BRIEF = {"state": "connected", "session": 7}
 
@@ -31,15 +31,16 @@ class Desk:
     def __init__(self) -> None:
         self.asked: list[str] = []
         self.answer: Callable[[], dict[str, Any]] = lambda: dict(BRIEF)
+        self.fails: Exception | None = None
 
     def ask(self, verb: str, details: dict[str, Any] | None = None) -> "Future[dict[str, Any]]":
         self.asked.append(verb)
-        told: Future[dict[str, Any]] = Future()
-        try:
-            told.set_result(self.answer())
-        except Exception as error:
-            told.set_exception(error)
-        return told
+        answered: Future[dict[str, Any]] = Future()
+        if self.fails is None:
+            answered.set_result(self.answer())
+        else:
+            answered.set_exception(self.fails)
+        return answered
 
 
 class Keeper(Keeping):
@@ -53,6 +54,9 @@ class Keeper(Keeping):
         self.kept.append((stream, record))
         msgpack.packb(record)  # the recording takes it
 
+    def of(self, stream: str) -> list[dict[str, Any]]:
+        return [record for kept_in, record in self.kept if kept_in == stream]
+
 
 class Desktop:
     """A console with two pages that may act and one that may not."""
@@ -64,13 +68,22 @@ class Desktop:
         self.observer = Client(Visitor("student", "observe"), "student 3", 0.0)
         for client in (self.observer, self.first, self.second):
             self.control.offer(client)
-        self.console.take("operator/session", 98 * S, msgpack.packb(["connected", 7, ""]))
+        happen(self.console, 98.0, "connected")
         fed(self.console, 98.0, 101.0)
         self.console.desk(101.0, BRIEF)
-        self.console.take("operator/session", 101 * S, msgpack.packb(["disengaged", 7, ""]))
+        happen(self.console, 101.0, "disengaged")
 
     def ask(self, verb: object, client: Client | None = None, **details: Any) -> Answer:
         return asyncio.run(self.acts.ask(client or self.first, verb, details, 101.0))
+
+    @property
+    def kept_acts(self) -> list[dict[str, Any]]:
+        return self.keeper.of("console/act")
+
+    @property
+    def kept(self) -> list[tuple[str, bool | None]]:
+        """Verb and success of the acts that were kept; one before it is done has no success."""
+        return [(act["verb"], act["ok"]) for act in self.kept_acts]
 
 
 @pytest.fixture
@@ -91,7 +104,7 @@ def test_an_observer_is_refused_and_nothing_is_asked_of_the_site(desktop: Deskto
     answer = desktop.ask(verb, desktop.observer)
     assert (answer.ok, answer.text) == (False, "OBSERVER. Control is at OR-1 1.")
     assert desktop.desk.asked == []
-    assert [record["who"] for stream, record in desktop.keeper.kept if stream == "console/act"] == ["student 3"]
+    assert [act["who"] for act in desktop.kept_acts] == ["student 3"]
 
 
 def test_engaging_waits_until_sound_was_answered(desktop: Desktop) -> None:
@@ -102,22 +115,18 @@ def test_engaging_waits_until_sound_was_answered(desktop: Desktop) -> None:
     assert desktop.desk.asked == ["engage"]
 
 
-def test_a_refusal_of_the_site_is_told(desktop: Desktop) -> None:
-    def refuse() -> dict[str, Any]:
-        raise Refused("a fault is latched")
-
+@pytest.mark.parametrize(
+    ("verb", "fails", "text"),
+    [
+        ("engage", Refused("a fault is latched"), "a fault is latched"),
+        ("estop", DeskSilent("nobody"), STOP_NOT_SENT),
+        ("disengage", DeskSilent("nobody"), "The operator site does not answer."),
+    ],
+)
+def test_why_the_site_did_not_do_it_is_answered(desktop: Desktop, verb: str, fails: Exception, text: str) -> None:
     desktop.ask("sound", answer="refused")
-    desktop.desk.answer = refuse
-    assert desktop.ask("engage") == Answer(False, "a fault is latched")
-
-
-def test_a_site_that_does_not_answer_is_told_and_a_stop_says_what_to_do(desktop: Desktop) -> None:
-    def silent() -> dict[str, Any]:
-        raise DeskSilent("nobody")
-
-    desktop.desk.answer = silent
-    assert desktop.ask("estop") == Answer(False, STOP_NOT_SENT)
-    assert desktop.ask("disengage") == Answer(False, "The operator site does not answer.")
+    desktop.desk.fails = fails
+    assert desktop.ask(verb) == Answer(False, text)
 
 
 def test_who_is_not_in_control_may_stop_and_take_over_but_nothing_else(desktop: Desktop) -> None:
@@ -125,7 +134,7 @@ def test_who_is_not_in_control_may_stop_and_take_over_but_nothing_else(desktop: 
     assert desktop.ask("estop", desktop.second).ok
     assert desktop.ask("take_control", desktop.second).text == "OR-1 2 took control."
     assert desktop.ask("disengage", desktop.first).text.startswith("Control is at OR-1 2.")
-    desktop.console.take("operator/session", 102 * S, msgpack.packb(["engaged", 7, ""]))
+    happen(desktop.console, 102.0, "engaged")
     assert desktop.ask("take_control", desktop.first).text == "Not while engaged. Pause first."
 
 
@@ -138,8 +147,7 @@ def test_a_session_has_a_study_number_and_ends_with_what_was_kept(desktop: Deskt
     ended = desktop.ask("end")
     assert ended.text == "1 finding not yet on disk. Report has 1 finding without a place."
     assert desktop.ask("end").text == "No session is under way."
-    what = [record["what"] for stream, record in desktop.keeper.kept if stream == "console/session"]
-    assert what == ["begin", "end"]
+    assert [record["what"] for record in desktop.keeper.of("console/session")] == ["begin", "end"]
 
 
 @pytest.mark.parametrize(
@@ -170,8 +178,8 @@ def test_a_note_is_kept_as_it_was_written(desktop: Desktop) -> None:
     assert desktop.console.book.findings[ident].note == hostile
     assert desktop.ask("note", finding=ident, text="half \ud83d").ok
     assert desktop.console.book.findings[ident].note == "half \ufffd"
-    acts = [record for stream, record in desktop.keeper.kept if stream == "console/act"]
-    assert max(len(str(act["details"].get("text", ""))) for act in acts) <= 200, "the whole note is with its finding"
+    kept = [str(act["details"].get("text", "")) for act in desktop.kept_acts]
+    assert max(map(len, kept)) <= 200, "the whole note is with its finding"
 
 
 def test_what_was_felt_at_a_place_is_told_with_how_well(desktop: Desktop) -> None:
@@ -185,7 +193,7 @@ def test_what_was_felt_at_a_place_is_told_with_how_well(desktop: Desktop) -> Non
 def test_who_clears_a_fault_clears_its_alarm_too_and_nothing_else(desktop: Desktop) -> None:
     console = desktop.console
     assert desktop.ask("clear_fault").text == "There is nothing to clear."
-    console.take("operator/session", 101 * S, msgpack.packb(["fault", 7, "index: the force swings"]))
+    happen(console, 101.0, "fault", "index: the force swings")
     console.step(101.0)
     assert desktop.ask("clear_fault").ok
     assert desktop.desk.asked == ["clear_fault"]
@@ -193,58 +201,70 @@ def test_who_clears_a_fault_clears_its_alarm_too_and_nothing_else(desktop: Deskt
     desktop.acts.step(101.1)
     (alarm,) = console.alarms.listed
     assert (alarm.cleared_by, alarm.ended_s) == ("OR-1 1", 101.1)
-    console.take("operator/session", 110 * S, msgpack.packb(["fault", 7, "index: the force swings"]))
+    happen(console, 110.0, "fault", "index: the force swings")
     console.step(110.0)
-    console.take("operator/session", 110 * S, msgpack.packb(["cleared", 7, ""]))
+    happen(console, 110.0, "cleared")
     console.step(110.1)
     desktop.acts.step(110.1)
     assert console.alarms.listed[0].waits, "that was another one"
 
 
-@pytest.mark.parametrize("verb", ["reboot", "", None, 7, ["engage"], "play", "seek"])
+def nested(depth: int) -> list[Any]:
+    value: list[Any] = []
+    for _ in range(depth):
+        value = [value]
+    return value
+
+
+STRANGE = {"nested": nested(5000), "digits": 10**5000}
+
+
+@pytest.mark.parametrize("verb", ["reboot", "", None, 7, ["engage"], "play", "seek", *STRANGE])
 def test_what_there_is_not_cannot_be_asked_for(desktop: Desktop, verb: object) -> None:
+    verb = STRANGE.get(str(verb), verb)
     assert not desktop.ask(verb).ok
     assert desktop.desk.asked == []
+    assert desktop.kept == [(verb if isinstance(verb, str) else type(verb).__name__, False)]
 
 
-def test_every_act_is_kept_with_who_and_what_was_answered(tmp_path: Path, desktop: Desktop) -> None:
-    desktop.ask("sound", answer="heard")
-    desktop.ask("engage", desktop.second)
-    acts = [record for stream, record in desktop.keeper.kept if stream == "console/act"]
-    assert [(act["who"], act["verb"], act["ok"]) for act in acts] == [
-        ("OR-1 1", "sound", None),
-        ("OR-1 1", "sound", True),
-        ("OR-1 2", "engage", False),
-    ]
-
-
-def kept_acts(desktop: Desktop) -> list[dict[str, Any]]:
-    return [record for stream, record in desktop.keeper.kept if stream == "console/act"]
-
-
-def test_an_act_is_recorded_before_it_is_done_and_again_with_its_answer(desktop: Desktop) -> None:
-    recorded_before: list[dict[str, Any]] = []
+@pytest.mark.parametrize(("verb", "text"), [("disengage", "PAUSED. Outputs neutral."), ("estop", "STOPPING")])
+def test_an_act_is_kept_before_it_is_done_but_for_a_stop_and_again_with_who_and_its_answer(
+    desktop: Desktop, verb: str, text: str
+) -> None:
+    kept_before: list[dict[str, Any]] = []
 
     def look() -> dict[str, Any]:
-        recorded_before.extend(kept_acts(desktop))
+        kept_before.extend(desktop.kept_acts)
         return dict(BRIEF)
 
     desktop.desk.answer = look
-    assert desktop.ask("disengage").ok
-    (asked,) = recorded_before
-    assert (asked["verb"], asked["ok"], asked["answer"]) == ("disengage", None, "")
-    done = kept_acts(desktop)[-1]
-    assert {name: done[name] for name in ("at_s", "who", "verb")} == {n: asked[n] for n in ("at_s", "who", "verb")}
-    assert (done["ok"], done["answer"]) == (True, "PAUSED. Outputs neutral.")
+    assert desktop.ask(verb) == Answer(True, text)
+    done = desktop.kept_acts[-1]
+    assert (done["who"], done["verb"], done["ok"], done["answer"]) == ("OR-1 1", verb, True, text)
+    assert kept_before == ([{**done, "ok": None, "answer": ""}] if verb == "disengage" else [])
+    assert len(desktop.kept) == len(kept_before) + 1
+    desktop.ask("engage", desktop.second)
+    refused = desktop.kept_acts[-1]
+    assert (refused["who"], refused["verb"], refused["ok"]) == ("OR-1 2", "engage", False)
 
 
-@pytest.mark.parametrize("details", [{"half \ud83d": 1}, {"x" * 10_000: 1}, {"deep": [[[["\ud83d"]]]]}, {"n": 10**400}])
+@pytest.mark.parametrize(
+    "details",
+    [
+        {"half \ud83d": 1},
+        {"x" * 10_000: 1},
+        {"deep": [[[["\ud83d"]]]]},
+        {"n": 10**400},
+        *({"strange": value} for value in STRANGE.values()),
+    ],
+    ids=["half", "long", "deep", "number", *STRANGE],
+)
 def test_an_act_with_details_that_no_file_takes_is_answered_and_recorded(
     desktop: Desktop, details: dict[str, Any]
 ) -> None:
-    answer = asyncio.run(desktop.acts.ask(desktop.first, "disengage", details, 101.0))
-    assert answer.ok
-    assert [(act["verb"], act["ok"]) for act in kept_acts(desktop)] == [("disengage", None), ("disengage", True)]
+    assert desktop.ask("disengage", **details).ok
+    assert desktop.ask("estop", **details).ok
+    assert desktop.kept == [("disengage", None), ("disengage", True), ("estop", True)]
 
 
 @pytest.mark.parametrize("error", [ValueError("no such record"), KeyError("stream"), AssertionError()])
@@ -261,19 +281,6 @@ def test_what_cannot_be_recorded_is_not_done_but_for_a_stop(
     assert desktop.desk.asked == ["estop"]
     (name,) = contained.take()
     assert name.startswith("record of acts: ")
-
-
-def test_a_stop_is_asked_for_before_it_is_recorded(desktop: Desktop) -> None:
-    recorded_before: list[dict[str, Any]] = []
-
-    def look() -> dict[str, Any]:
-        recorded_before.extend(kept_acts(desktop))
-        return dict(BRIEF)
-
-    desktop.desk.answer = look
-    assert desktop.ask("estop").ok
-    assert recorded_before == []
-    assert [(act["verb"], act["ok"]) for act in kept_acts(desktop)] == [("estop", True)]
 
 
 def test_stops_while_one_waits_wait_for_the_same_one(desktop: Desktop, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -296,26 +303,15 @@ def test_stops_while_one_waits_wait_for_the_same_one(desktop: Desktop, monkeypat
     assert asked == ["estop"]
 
 
-def nested(depth: int) -> list[Any]:
-    value: list[Any] = []
-    for _ in range(depth):
-        value = [value]
-    return value
-
-
-@pytest.mark.parametrize("value", [nested(5000), 10**5000], ids=["nested", "digits"])
-def test_what_cannot_be_written_out_is_answered_and_recorded(desktop: Desktop, value: object) -> None:
-    assert desktop.ask("disengage", strange=value).ok
-    assert desktop.ask("estop", strange=value).ok
-    assert not desktop.ask(value).ok
-    assert [act["verb"] for act in kept_acts(desktop)] == ["disengage", "disengage", "estop", type(value).__name__]
-
-
-@pytest.mark.parametrize("pseudonym", ["P-1\n2026-11-25 ERROR forged", "P-1\x1b[31m", "P-1\u202e"])
-def test_a_study_number_is_printable(desktop: Desktop, caplog: pytest.LogCaptureFixture, pseudonym: str) -> None:
+@pytest.mark.parametrize("text", ["P-1\n2026-11-25 ERROR forged", "P-1\x1b[31m", "P-1\u202e"])
+def test_a_study_number_is_printable_and_a_verb_stands_on_one_line_of_the_log(
+    desktop: Desktop, caplog: pytest.LogCaptureFixture, text: str
+) -> None:
     caplog.set_level("INFO")
-    assert not desktop.ask("begin", pseudonym=pseudonym).ok
+    assert not desktop.ask("begin", pseudonym=text).ok
     assert desktop.console.book.pseudonym is None
+    assert not desktop.ask(text).ok
+    assert len(caplog.records) >= 2
     assert all(record.getMessage().isprintable() for record in caplog.records)
 
 
@@ -343,18 +339,11 @@ def test_refusals_without_end_are_answered_and_only_a_part_is_recorded(
     caplog.set_level("INFO")
     for _ in range(500):
         assert not desktop.ask("estop", desktop.observer).ok
-    acts = kept_acts(desktop)
-    assert 1 <= len(acts) <= 20
+    kept = len(desktop.kept)
+    assert 1 <= kept <= 20
     assert len(caplog.records) <= 20
     desktop.observer.name = "student 4"  # the same visitor by another page
     later = asyncio.run(desktop.acts.ask(desktop.observer, "engage", {}, 201.0))
     assert not later.ok
-    assert kept_acts(desktop)[-1]["details"]["refused_before"] == 500 - len(acts)
+    assert desktop.kept_acts[-1]["details"]["refused_before"] == 500 - kept
     assert desktop.ask("estop").ok
-
-
-def test_what_a_page_asks_stands_on_one_line_of_the_log(desktop: Desktop, caplog: pytest.LogCaptureFixture) -> None:
-    caplog.set_level("INFO")
-    desktop.ask("engage\n2026-11-25 ERROR forged \x1b[31m")
-    for record in caplog.records:
-        assert record.getMessage().isprintable(), record.getMessage()

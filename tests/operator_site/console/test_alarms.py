@@ -1,6 +1,5 @@
 """Priority, latching, one cause one alarm, and that what is over is over."""
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -107,9 +106,8 @@ def test_what_is_wrong_is_always_shown_with_at_least_its_priority(
         assert all(alarm.ident in wrong or alarm.gone_s is not None for alarm in shown.values())
 
 
-@pytest.mark.parametrize("count", [500])
-def test_the_list_of_the_past_is_bounded(count: int) -> None:
+def test_the_list_of_the_past_is_bounded() -> None:
     alarms = Alarms()
-    for n in range(count):
+    for n in range(500):
         alarms.step(2.0 * n, {f"{n}": LOW})
     assert len(alarms.listed) <= 201

@@ -40,22 +40,17 @@ def filled(*stages: Stage) -> tuple[Connections[Line], list[Line]]:
         ((Stage.IDLE, Stage.ARRIVING, Stage.ARRIVING, Stage.BUSY), 1),
         ((Stage.PAGE, Stage.BUSY, Stage.IDLE, Stage.IDLE), 2),
         ((Stage.PAGE, Stage.PAGE, Stage.BUSY, Stage.BUSY), 2),
+        ((Stage.PAGE, Stage.PAGE), -1),
     ],
 )
-def test_the_oldest_of_the_lowest_stage_is_dropped_for_a_new_connection(
+def test_the_oldest_of_the_lowest_stage_is_dropped_for_a_new_connection_which_is_refused_where_all_are_pages(
     stages: tuple[Stage, ...], dropped: int
 ) -> None:
     connections, lines = filled(*stages)
-    assert connections.arrived(Line(), 9.0) is lines[dropped]
+    lines.append(Line())
+    assert connections.arrived(lines[-1], 9.0) is lines[dropped]
     assert len(connections) == len(stages)
     assert connections.dropped == 1
-
-
-def test_a_new_connection_is_refused_where_pages_have_all_places() -> None:
-    connections, _ = filled(Stage.PAGE, Stage.PAGE)
-    new = Line()
-    assert connections.arrived(new, 9.0) is new
-    assert len(connections) == 2
 
 
 def test_a_connection_that_closed_leaves_its_place() -> None:

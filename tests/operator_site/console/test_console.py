@@ -15,7 +15,7 @@ from operator_site.console.picture import Kind, Picture, Priority
 from operator_site.console.shown_state import shown_state
 from operator_site.console.signals import BINS
 from operator_site.gate import Limit
-from tests.operator_site.console.fed import INDEX, S, fed, figures, rendered, touch
+from tests.operator_site.console.fed import INDEX, S, fed, figures, happen, rendered, touch
 
 AGE_S = FIELDS.index("age_s")
 
@@ -24,8 +24,8 @@ AGE_S = FIELDS.index("age_s")
 def console() -> Console:
     """At work for two seconds, on the clock from 100 s to 102 s."""
     made = Console()
-    made.take("operator/session", 100 * S - 1, msgpack.packb(["connected", 7, "calibration 5f2c"]))
-    made.take("operator/session", 100 * S - 1, msgpack.packb(["engaged", 7, ""]))
+    happen(made, 99.99, "connected", "calibration 5f2c")
+    happen(made, 99.99, "engaged")
     fed(made, 100.0, 102.0)
     made.step(102.0)
     return made
@@ -92,6 +92,7 @@ def test_an_empty_console_shows_nothing_as_known() -> None:
     console = Console()
     console.step(5.0)
     picture = Picture.decode(console.picture(5.0, 1, None))
+    assert picture.flags.state is LinkState.DISCONNECTED
     assert np.isnan(picture.fingers).all()
     assert np.isnan(picture.bins).all()
     state = shown(console, 5.0)
@@ -114,21 +115,16 @@ def test_what_the_numbers_rest_on_is_told_and_where_nobody_says_they_are_not_cal
     assert calibration(shown(console, 102.0)) == (said, False), "who is connected next may be another"
 
 
-def test_the_state_tells_what_is_known_of_a_finger(console: Console) -> None:
-    finger = shown(console, 102.0)["fingers"][INDEX]
+def test_the_state_has_what_is_known_of_a_finger_and_the_link_with_its_error(console: Console) -> None:
+    state = shown(console, 102.0)
+    finger, link = state["fingers"][INDEX], state["link"]
+    assert (link["delay_ms"], link["delay_sd_ms"], link["loss"]) == pytest.approx((20.0, 2.0, 0.0))
     assert (finger["decision"], finger["line"]) == ("IDENTIFIED", "PVC 91 %")
     assert finger["candidates"] == [["PVC", 0.91], ["acrylic", 0.05]]
     assert (finger["object_c"], finger["object_c_sd"]) == (24.1, 0.3)
     assert (finger["roughness_v"], finger["groove_mm"], finger["groove_sd_mm"]) == (0.12, 4.0, 0.1)
     assert finger["stiffness_known"]
     assert finger["contact_s"] == pytest.approx(2.0)
-
-
-def test_the_link_is_told_with_its_error(console: Console) -> None:
-    link = shown(console, 102.0)["link"]
-    assert link["delay_ms"] == pytest.approx(20.0)
-    assert link["delay_sd_ms"] == pytest.approx(2.0)
-    assert link["loss"] == 0.0
 
 
 def test_a_packet_that_never_came_counts_where_nothing_came_in_time(console: Console) -> None:

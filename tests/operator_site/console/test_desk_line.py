@@ -1,8 +1,8 @@
 """The line to the desk: answers come back, a desk that is gone is said in time, and a stop waits for its answer."""
 
-import socket
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 
 import pytest
 
@@ -11,39 +11,32 @@ from common.session import Refused
 from operator_site.console.desk_line import PATIENCE_S, DeskLine, DeskSilent
 from tests.conftest import Keys
 from tests.operator_site.console.stub_site import Site
+from tests.waiting import wait_until
 
 
 @pytest.fixture
-def port() -> int:
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        number: int = free.getsockname()[1]
-        return number
-
-
-@pytest.fixture
-def line(port: int, keys: Keys) -> Iterator[DeskLine]:
-    made = DeskLine(port, load_keys(keys.operator))
+def line(base_port: int, keys: Keys) -> Iterator[DeskLine]:
+    made = DeskLine(base_port, load_keys(keys.operator))
     yield made
     made.close()
 
 
 @pytest.fixture
-def site(port: int, keys: Keys) -> Iterator[Site]:
-    made = Site(port, keys)
+def site(base_port: int, keys: Keys) -> Iterator[Site]:
+    made = Site(base_port, keys)
     yield made
     made.close()
 
 
 def reached(line: DeskLine) -> None:
     """Ask until the two have found each other."""
-    end_s = time.monotonic() + 10.0
-    while True:
-        try:
-            line.ask("status").result(5.0)
-        except DeskSilent:
-            assert time.monotonic() < end_s
-        else:
-            return
+
+    def answered() -> bool:
+        with suppress(DeskSilent):
+            return bool(line.ask("status").result(5.0))
+        return False
+
+    wait_until(answered)
 
 
 def test_what_is_asked_is_answered_or_refused(site: Site, line: DeskLine) -> None:
@@ -62,11 +55,11 @@ def test_a_desk_that_is_not_there_is_said_in_time(line: DeskLine) -> None:
     assert PATIENCE_S <= time.monotonic() - began_s < 4.0 * PATIENCE_S
 
 
-def test_a_request_to_nobody_is_not_kept_for_later_but_a_stop_is(port: int, keys: Keys, line: DeskLine) -> None:
+def test_a_request_to_nobody_is_not_kept_for_later_but_a_stop_is(base_port: int, keys: Keys, line: DeskLine) -> None:
     engage, stop = line.ask("engage"), line.ask("estop")
     with pytest.raises(DeskSilent):
         engage.result(5.0)
-    site = Site(port, keys)
+    site = Site(base_port, keys)
     try:
         assert stop.result(10.0)["verb"] == "estop"
         reached(line)
@@ -91,8 +84,8 @@ def test_a_stop_is_asked_for_again_until_it_is_answered(site: Site, line: DeskLi
     assert site.asked.count("estop") == asked
 
 
-def test_what_still_waits_when_the_line_is_closed_is_cancelled(port: int, keys: Keys) -> None:
-    line = DeskLine(port, load_keys(keys.operator))
+def test_what_still_waits_when_the_line_is_closed_is_cancelled(base_port: int, keys: Keys) -> None:
+    line = DeskLine(base_port, load_keys(keys.operator))
     stop = line.ask("estop")
     line.close()
     assert stop.cancelled()

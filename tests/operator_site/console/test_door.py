@@ -6,7 +6,7 @@ import socket
 import ssl
 import subprocess
 from collections.abc import AsyncIterator
-from contextlib import ExitStack, asynccontextmanager, suppress
+from contextlib import ExitStack, asynccontextmanager, closing, suppress
 from pathlib import Path
 
 import pytest
@@ -52,31 +52,23 @@ async def page(scope: Scope, receive: Receive, send: Send) -> None:
 
 
 @asynccontextmanager
-async def served(certificate: Path | None = None) -> AsyncIterator[tuple[Door, int]]:
-    """A door with MOST places, and its port."""
+async def served(certificate: Path | None = None) -> AsyncIterator[tuple[Door, int, ExitStack]]:
+    """A door with MOST places, its port, and what is closed after it."""
     connections: Connections[Accepted] = Connections(MOST)
     key = None if certificate is None else certificate.with_name("key.pem")
-    config = uvicorn.Config(
-        Stages(page, connections, Containment()),
-        lifespan="off",
-        log_config=None,
-        ssl_certfile=certificate,
-        ssl_keyfile=key,
-    )
+    stages = Stages(page, connections, Containment())
+    config = uvicorn.Config(stages, lifespan="off", log_config=None, ssl_certfile=certificate, ssl_keyfile=key)
     config.load()
     listening = socket.create_server(("127.0.0.1", 0), backlog=200)
-    door = Door(listening, uvicorn.Server(config), connections)
-    try:
-        yield door, listening.getsockname()[1]
-    finally:
-        door.close()
+    with ExitStack() as opened, closing(Door(listening, uvicorn.Server(config), connections)) as door:
+        yield door, listening.getsockname()[1], opened
 
 
-async def got(port: int, trust: ssl.SSLContext | None, before: bytes = HEAD, after: bytes = b"\r\n") -> bytes:
+async def got(port: int, trust: ssl.SSLContext | None = None) -> bytes:
     """The answer to one request, on a connection of its own."""
     name = None if trust is None else "localhost"
     reader, writer = await asyncio.open_connection("127.0.0.1", port, ssl=trust, server_hostname=name)
-    writer.write(before + after)
+    writer.write(HEAD + b"\r\n")
     answer = await asyncio.wait_for(reader.readuntil(b"\r\n\r\nok"), 5.0)
     writer.close()
     with suppress(ConnectionError, ssl.SSLError):
@@ -105,14 +97,13 @@ def test_half_open_connections_do_not_keep_a_page_out(certificate: Path, sent: b
     trust = ssl.create_default_context(cafile=certificate) if tls else None
 
     async def flood() -> None:
-        with ExitStack() as opened:
-            async with served(certificate if tls else None) as (door, port):
-                lines = [half_open(opened, port, sent) for _ in range(10 * MOST)]
-                for _ in range(5):
-                    assert b"200 OK" in await got(port, trust)
-                    assert len(door.connections) <= MOST
-                await until_closed(lines[0])
-                assert sent or door.connections.dropped >= 9 * MOST
+        async with served(certificate if tls else None) as (door, port, opened):
+            lines = [half_open(opened, port, sent) for _ in range(10 * MOST)]
+            for _ in range(5):
+                assert b"200 OK" in await got(port, trust)
+                assert len(door.connections) <= MOST
+            await until_closed(lines[0])
+            assert sent or door.connections.dropped >= 9 * MOST
 
     asyncio.run(flood())
 
@@ -124,16 +115,15 @@ def test_a_half_open_connection_is_closed_in_time(
     monkeypatch.setattr(rule, "IDLE_S", -1.0)
 
     async def wait() -> None:
-        with ExitStack() as opened:
-            async with served(certificate if tls else None) as (door, port):
-                line = half_open(opened, port, b"")
-                while not len(door.connections):
-                    await asyncio.sleep(0.0)
-                door.step()
-                await until_closed(line)
-                while len(door.connections):
-                    await asyncio.sleep(0.0)
-                assert door.connections.dropped == 1
+        async with served(certificate if tls else None) as (door, port, opened):
+            line = half_open(opened, port, b"")
+            while not len(door.connections):
+                await asyncio.sleep(0.0)
+            door.step()
+            await until_closed(line)
+            while len(door.connections):
+                await asyncio.sleep(0.0)
+            assert door.connections.dropped == 1
 
     asyncio.run(wait())
 
@@ -146,30 +136,29 @@ UPGRADE = (
 
 def test_a_page_is_never_dropped_and_one_that_was_sent_away_is(monkeypatch: pytest.MonkeyPatch) -> None:
     async def flood() -> None:
-        with ExitStack() as opened:
-            async with served() as (door, port):
-                loop = asyncio.get_running_loop()
-                inside, away = (half_open(opened, port, b"GET " + path + UPGRADE) for path in (b"/page", b"/other"))
-                heard = b""
-                while b"hello" not in heard:
-                    heard += await asyncio.wait_for(loop.sock_recv(inside, 4096), 5.0)
-                assert await asyncio.wait_for(loop.sock_recv(away, 4096), 5.0)
-                for _ in range(3 * MOST):
-                    half_open(opened, port, HEAD)
-                    await asyncio.sleep(0.0)
-                assert b"200 OK" in await got(port, None)
-                monkeypatch.setattr(rule, "IDLE_S", -1.0)
-                door.step()
-                await until_closed(away)
-                inside.sendall(b"\x89\x80\x00\x00\x00\x00")  # a ping
-                assert (await asyncio.wait_for(loop.sock_recv(inside, 4096), 5.0))[0] == 0x8A
+        async with served() as (door, port, opened):
+            loop = asyncio.get_running_loop()
+            inside, away = (half_open(opened, port, b"GET " + path + UPGRADE) for path in (b"/page", b"/other"))
+            heard = b""
+            while b"hello" not in heard:
+                heard += await asyncio.wait_for(loop.sock_recv(inside, 4096), 5.0)
+            assert await asyncio.wait_for(loop.sock_recv(away, 4096), 5.0)
+            for _ in range(3 * MOST):
+                half_open(opened, port, HEAD)
+                await asyncio.sleep(0.0)
+            assert b"200 OK" in await got(port)
+            monkeypatch.setattr(rule, "IDLE_S", -1.0)
+            door.step()
+            await until_closed(away)
+            inside.sendall(b"\x89\x80\x00\x00\x00\x00")  # a ping
+            assert (await asyncio.wait_for(loop.sock_recv(inside, 4096), 5.0))[0] == 0x8A
 
     asyncio.run(flood())
 
 
 def test_an_answered_connection_is_idle_and_a_head_that_is_too_long_is_refused() -> None:
     async def ask() -> None:
-        async with served() as (door, port):
+        async with served() as (door, port, _):
             reader, writer = await asyncio.open_connection("127.0.0.1", port)
             writer.write(HEAD + b"\r\n")
             await reader.readuntil(b"ok")
@@ -185,14 +174,14 @@ def test_an_answered_connection_is_idle_and_a_head_that_is_too_long_is_refused()
 
 def test_what_a_request_raises_is_named_once_and_ends_no_other(contained: Contained) -> None:
     async def ask() -> None:
-        async with served() as (_, port):
+        async with served() as (_, port, _):
             for _ in range(3):
                 reader, writer = await asyncio.open_connection("127.0.0.1", port)
                 writer.write(HEAD.replace(b"/ ", b"/broken ", 1) + b"\r\n")
                 assert b" 500 " in await asyncio.wait_for(reader.readline(), 5.0)
                 writer.close()
                 await writer.wait_closed()
-            assert b"200 OK" in await got(port, None)
+            assert b"200 OK" in await got(port)
 
     asyncio.run(ask())
     (name,) = contained.take()

@@ -1,4 +1,4 @@
-"""What a finger's packets tell: a rest one temperature, a press one stiffness, a stroke the roughness of its way."""
+"""Samples from a finger's packets: a rest one temperature, a press one stiffness, a stroke the roughness of its way."""
 
 import math
 from itertools import pairwise
@@ -51,11 +51,8 @@ def test_a_rest_gives_one_temperature_that_is_replaced_while_it_lasts() -> None:
     assert {(s.quantity, s.key) for s in found} == {("temperature", (INDEX, 1, 0))}
     assert (found[-1].x_m, found[-1].y_m, found[-1].value) == pytest.approx((0.010, 0.020, 36.4))
     assert found[-1].variance == pytest.approx(0.04)
-
-
-def test_what_is_told_for_certain_is_believed_but_not_without_bounds() -> None:
-    found = rest(FingerSamples(INDEX), 2.0, object_c=36.4, object_c_sd=0.0)
-    assert {one.variance for one in found} == {LEAST_VARIANCE}
+    certain = rest(FingerSamples(INDEX), 2.0, object_c=36.4, object_c_sd=0.0)
+    assert {one.variance for one in certain} == {LEAST_VARIANCE}, "none is believed without bounds"
 
 
 def test_another_contact_is_another_touch() -> None:
@@ -73,13 +70,18 @@ def test_a_finger_that_slides_tells_no_temperature_of_the_way_beyond_its_place()
     assert {s.x_m for s in found} == {0.010}
 
 
-def test_a_short_touch_tells_no_temperature() -> None:
-    assert rest(FingerSamples(INDEX), DWELL_S - 0.05, object_c=36.4, object_c_sd=0.2) == []
-
-
-@pytest.mark.parametrize("fields", [{"object_c_sd": 2.1}, {"thermal_status": float(ThermalStatus.NO_CONTACT)}])
-def test_what_is_not_known_gives_no_temperature(fields: dict[str, float]) -> None:
-    assert rest(FingerSamples(INDEX), 3.0, **({"object_c": 36.4, "object_c_sd": 0.2} | fields)) == []
+@pytest.mark.parametrize(
+    ("seconds", "fields"),
+    [
+        (DWELL_S - 0.05, {}),
+        (3.0, {"object_c_sd": 2.1}),
+        (3.0, {"thermal_status": float(ThermalStatus.NO_CONTACT)}),
+        (1.0, {"mode": STROKING, "stiffness_n_m": 600.0, "stiffness_ln_sd": 0.03}),
+    ],
+    ids=["too short", "not known", "no contact", "a stroke, nor stiffness"],
+)
+def test_where_a_temperature_is_not_known_none_is_sampled(seconds: float, fields: dict[str, float]) -> None:
+    assert rest(FingerSamples(INDEX), seconds, **({"object_c": 36.4, "object_c_sd": 0.2} | fields)) == []
 
 
 def test_a_press_tells_stiffness_once_it_is_known() -> None:
@@ -87,11 +89,6 @@ def test_a_press_tells_stiffness_once_it_is_known() -> None:
     found = rest(FingerSamples(INDEX), 1.0, stiffness_n_m=600.0, stiffness_ln_sd=0.03)
     assert {s.quantity for s in found} == {"stiffness"}
     assert math.exp(found[-1].value) == pytest.approx(600.0)
-
-
-def test_a_stroke_tells_nothing_of_temperature_and_stiffness() -> None:
-    known = {"object_c": 36.4, "object_c_sd": 0.2, "stiffness_n_m": 600.0, "stiffness_ln_sd": 0.03}
-    assert rest(FingerSamples(INDEX), 1.0, mode=STROKING, **known) == []
 
 
 def test_a_material_counts_where_it_is_identified() -> None:

@@ -1,19 +1,19 @@
-"""What is called saved is on the disk; what a full disk did not take is kept, and written when there is room again."""
+"""Saved findings are on the disk; what a full disk did not take is kept, and written when there is room again."""
 
 import errno
 import resource
 import shutil
 import subprocess
-import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import msgpack
 import pytest
 
 from operator_site.console.keeping import AGAIN_S, Keeping
 from tests.session.truth import written
+from tests.waiting import wait_until
 
 
 def finding(ident: int, note: str = "") -> dict[str, Any]:
@@ -21,22 +21,11 @@ def finding(ident: int, note: str = "") -> dict[str, Any]:
 
 
 def until_saved(keeping: Keeping, ident: int, now_s: float) -> None:
-    end_s = time.monotonic() + 10.0
-    while not keeping.is_saved(ident):
-        assert time.monotonic() < end_s
+    def saved() -> bool:
         keeping.step(now_s)
-        time.sleep(0.005)  # leaves the processor to the recorder's process
+        return keeping.is_saved(ident)
 
-
-def until(reached: Callable[[], bool]) -> None:
-    end_s = time.monotonic() + 10.0
-    while not reached():
-        assert time.monotonic() < end_s
-        time.sleep(0.005)  # leaves the processor to the recorder's process
-
-
-def disk_free(folder: Path) -> int:
-    return shutil.disk_usage(folder).free
+    wait_until(saved)
 
 
 def test_a_finding_is_saved_when_its_newest_record_is_on_the_disk(tmp_path: Path) -> None:
@@ -68,10 +57,7 @@ def test_a_full_disk_loses_nothing_and_is_tried_again(tmp_path: Path) -> None:
     until_saved(keeping, 1, 0.5)
     no_more_room(keeping, tmp_path / "console.mcap")
     keeping.write("console/finding", 1.0, finding(2, "lesion"))
-    end_s = time.monotonic() + 10.0
-    while not keeping.failed:
-        assert time.monotonic() < end_s
-        time.sleep(0.005)  # leaves the processor to the recorder's process
+    wait_until(lambda: keeping.failed)
     keeping.write("console/finding", 2.0, finding(3))
     keeping.write("console/act", 2.0, {"verb": "finding"})
     assert not keeping.is_saved(2)
@@ -85,24 +71,25 @@ def test_a_full_disk_loses_nothing_and_is_tried_again(tmp_path: Path) -> None:
     assert [time_s for time_s, _ in again] == [1.0, 2.0], "they keep their own times"
 
 
-def test_a_disk_that_stays_full_is_tried_every_few_seconds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    keeping = Keeping(tmp_path / "console.mcap", {})
-    tries = []
-
-    def full(*_: Any, **__: Any) -> None:
-        tries.append(1)
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr("operator_site.console.keeping.Recorder", full)
-    assert keeping._recorder is not None
-    keeping._recorder._fail("No space left on device")
-    for tenth in range(100, 200):
-        keeping.step(0.1 * tenth)
-        keeping.write("console/finding", 0.1 * tenth, finding(tenth))
-    assert len(tries) == pytest.approx(10.0 / AGAIN_S, abs=1)
-    assert keeping.unsaved == 100
-    assert not any(keeping.is_saved(tenth) for tenth in range(100, 200))
+def test_a_console_starts_on_a_full_disk_which_is_tried_every_few_seconds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opening = Mock(side_effect=OSError(errno.ENOSPC, "No space left on device"))
+    with monkeypatch.context() as patch:
+        patch.setattr("operator_site.console.keeping.Recorder", opening)
+        keeping = Keeping(tmp_path / "console.mcap", {})
+        for tenth in range(100, 200):
+            keeping.step(0.1 * tenth)
+            keeping.write("console/finding", 0.1 * tenth, finding(tenth))
+        assert keeping.failed
+        assert opening.call_count == pytest.approx(1.0 + 10.0 / AGAIN_S, abs=1)
+        assert keeping.unsaved == 100
+        assert not any(keeping.is_saved(tenth) for tenth in range(100, 200))
+    until_saved(keeping, 199, 30.0)
+    assert keeping.unsaved == 0
     keeping.close()
+    with pytest.raises(FileNotFoundError):
+        Keeping(tmp_path / "no such folder" / "console.mcap", {})
 
 
 def test_a_disk_that_stays_full_is_not_strewn_with_files_and_room_is_used_at_once(tmp_path: Path) -> None:
@@ -116,13 +103,13 @@ def test_a_disk_that_stays_full_is_not_strewn_with_files_and_room_is_used_at_onc
         keeping = Keeping(disk / "console.mcap", {})
         keeping.write("console/finding", 0.5, finding(1))
         until_saved(keeping, 1, 0.5)
-        (disk / "other").write_bytes(bytes(disk_free(disk)))
+        (disk / "other").write_bytes(bytes(shutil.disk_usage(disk).free))
         keeping.write("console/finding", 1.0, finding(2, "x" * 10_000))
         now_s, tries = 10.0, 5
         for _ in range(tries):
             now_s += AGAIN_S
             keeping.step(now_s)
-            until(lambda: keeping.failed)
+            wait_until(lambda: keeping.failed)
             keeping.write("console/finding", now_s, finding(3))
             assert (keeping.is_saved(1), keeping.is_saved(2), keeping.is_saved(3)) == (True, False, False)
         assert len([*disk.glob("console*.mcap")]) <= 2
@@ -135,21 +122,6 @@ def test_a_disk_that_stays_full_is_not_strewn_with_files_and_room_is_used_at_onc
         assert keeping.files == [disk / "console.mcap", disk / "console-1.mcap"]
     finally:
         subprocess.run(("umount", str(disk)), check=True)
-
-
-def test_a_console_starts_on_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*_: Any, **__: Any) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    with monkeypatch.context() as patch:
-        patch.setattr("operator_site.console.keeping.Recorder", full)
-        keeping = Keeping(tmp_path / "console.mcap", {})
-        keeping.write("console/finding", 1.0, finding(1))
-        assert keeping.failed
-    until_saved(keeping, 1, 2.0)
-    keeping.close()
-    with pytest.raises(FileNotFoundError):
-        Keeping(tmp_path / "no such folder" / "console.mcap", {})
 
 
 def test_what_an_earlier_run_kept_is_not_written_over(tmp_path: Path) -> None:

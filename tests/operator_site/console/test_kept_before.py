@@ -18,11 +18,14 @@ def finding(ident: int, at_s: float, note: str = "") -> dict[str, Any]:
     return {"id": ident, "at_s": at_s, "note": note}
 
 
+STREAMS = {"what": "console/session", "samples": "console/felt", "note": "console/finding"}
+
+
 def run(path: Path, *kept: tuple[float, dict[str, Any]]) -> KeptBefore:
     """One run of a console, which keeps this; what it found to go on with."""
     keeping = Keeping(path, {})
     for now_s, record in kept:
-        keeping.write("console/session" if "what" in record else "console/finding", now_s, record)
+        keeping.write(next(STREAMS[key] for key in STREAMS if key in record), now_s, record)
         keeping.write("console/act", now_s, {"verb": "anything"})
     keeping.close()
     return keeping.before
@@ -45,17 +48,10 @@ def test_an_examination_goes_on_over_any_number_of_runs(tmp_path: Path) -> None:
 
 def test_what_was_felt_is_among_it(tmp_path: Path) -> None:
     path = tmp_path / "console.mcap"
-    keeping = Keeping(path, {})
-    kept = [
-        ("console/session", session("begin", 1.0)),
-        ("console/felt", {"samples": []}),
-        ("console/finding", finding(1, 3.0)),
-    ]
-    for now_s, (stream, record) in enumerate(kept, 1):
-        keeping.write(stream, float(now_s), record)
-    keeping.close()
+    run(path, (1.0, session("begin", 1.0)), (2.0, {"samples": []}), (3.0, finding(1, 3.0)))
     before = run(path)
-    assert list(before.records) == kept
+    assert [stream for stream, _ in before.records] == [*STREAMS.values()]
+    assert [record for _, record in before.records] == [session("begin", 1.0), {"samples": []}, finding(1, 3.0)]
     assert before.findings == {1}
 
 

@@ -1,7 +1,7 @@
 """A recording under a page's hands: a jump to what is not read yet waits for that, and nothing else does."""
 
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import cast
 
@@ -42,9 +42,7 @@ class Reader:
 
 
 def test_a_jump_waits_for_what_it_starts_from_and_the_newest_counts(path: Path) -> None:
-    with ExitStack() as opened:
-        recording = Recording(path)
-        opened.callback(recording.close)
+    with closing(Recording(path)) as recording:
         reader, all_made = Reader(), _read(path)
         player = Player(recording, cast(ReadingAhead, reader))
         player.step(0.0)
@@ -68,9 +66,7 @@ def test_a_jump_waits_for_what_it_starts_from_and_the_newest_counts(path: Path) 
 
 
 def test_what_another_process_has_read_is_entered_as_if_it_were_played(path: Path) -> None:
-    with ExitStack() as opened:
-        recording = Recording(path)
-        opened.callback(recording.close)
+    with ExitStack() as opened, closing(Recording(path)) as recording:
         ahead = ReadingAhead(path, opened)
         jumped = Player(recording, ahead)
         jumped.seek(at_s := 3.5 * CHECKPOINT_S)

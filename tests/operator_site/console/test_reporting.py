@@ -22,11 +22,8 @@ def test_what_the_command_wrote_is_offered_and_never_written_over(tmp_path: Path
     assert asyncio.run(reports.write("P-0417", [])) == "/report/P-0417.html"
     assert asyncio.run(reports.write("P-0417", [])) == "/report/P-0417-1.html"
     assert asyncio.run(reports.write("../P 1/<x>", [])) == "/report/___P_1__x_.html"
-    assert {path.name for path in (tmp_path / "reports").iterdir()} == {
-        "P-0417.html",
-        "P-0417-1.html",
-        "___P_1__x_.html",
-    }
+    names = {path.name for path in (tmp_path / "reports").iterdir()}
+    assert names == {"P-0417.html", "P-0417-1.html", "___P_1__x_.html"}
 
 
 @pytest.mark.parametrize(

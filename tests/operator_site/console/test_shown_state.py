@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import msgpack
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -13,7 +12,7 @@ from operator_site.console.console import Console
 from operator_site.console.picture import Picture
 from operator_site.console.shown_state import shown_state
 from operator_site.console.site_now import SILENT_S
-from tests.operator_site.console.fed import S, figures, rendered, touch
+from tests.operator_site.console.fed import S, figures, happen, rendered, touch
 
 AT_S = 102.0
 
@@ -22,7 +21,7 @@ def engaged(gap_s: float | None = 0.004) -> Console:
     """Engaged; the site was last heard at AT_S."""
     console = Console()
     for what in ("connected", "engaged"):
-        console.take("operator/session", 100 * S, msgpack.packb([what, 7, ""]))
+        happen(console, 100.0, what)
     at_ns = round(AT_S * S)
     console.take("operator/figures", at_ns, figures())
     console.take("operator/touch", at_ns, touch(1, at_ns - 20_000_000))
@@ -63,17 +62,19 @@ def test_nothing_old_and_nothing_stopped_is_shown_as_engaged_or_engaging(
         assert (word, drawn) == ("engaged", LinkState.ENGAGED)
 
 
-def test_a_silent_site_is_silent_as_soon_as_its_alarm_says_so() -> None:
-    console = engaged()
-    assert words(console, AT_S + 0.4) == ("engaged", LinkState.ENGAGED)
-    assert words(console, AT_S + 0.6) == ("silent", LinkState.DISCONNECTED)
-    assert console.alarms.listed[0].text == "No data for 0.6 s. Screen is not live."
-
-
-def test_a_lost_link_is_no_green_state() -> None:
-    console = engaged(gap_s=0.11)
-    assert words(console, AT_S + 0.01) == ("lost", LinkState.DISCONNECTED)
-    assert console.alarms.listed[0].text == "LINK LOST. Outputs are neutral. Wait for the link."
+@pytest.mark.parametrize(
+    ("gap_s", "age_s", "word", "alarm"),
+    [
+        (0.004, 0.4, "engaged", ""),
+        (0.004, 0.6, "silent", "No data for 0.6 s. Screen is not live."),
+        (0.11, 0.01, "lost", "LINK LOST. Outputs are neutral. Wait for the link."),
+    ],
+)
+def test_silence_is_shown_as_soon_as_its_alarm_says_so(gap_s: float, age_s: float, word: str, alarm: str) -> None:
+    console = engaged(gap_s)
+    drawn = LinkState.DISCONNECTED if alarm else LinkState.ENGAGED
+    assert words(console, AT_S + age_s) == (word, drawn)
+    assert [one.text for one in console.alarms.listed] == ([alarm] if alarm else [])
 
 
 def test_a_desk_that_answers_is_no_proof_of_what_is_drawn() -> None:
@@ -104,7 +105,3 @@ def test_a_stop_cancels_engaging_at_once(state: str) -> None:
     assert words(console, AT_S)[0] == "engaging"
     console.desk(AT_S, {"state": state, "wanted": True, "session": 7, "stop_asked_ns": round(AT_S * S)})
     assert words(console, AT_S)[0] == "stopped"
-
-
-def test_what_was_never_heard_is_disconnected() -> None:
-    assert words(Console(), 5.0) == ("disconnected", LinkState.DISCONNECTED)

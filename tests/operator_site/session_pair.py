@@ -1,0 +1,97 @@
+"""The operator's end of a session, and a remote site whose every word is the test's, in virtual time."""
+
+from dataclasses import dataclass, field
+from typing import Any, cast
+
+import numpy as np
+
+from common.capabilities import capabilities
+from common.link import OperatorLink
+from common.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch
+from common.packets import LinkState
+from common.session_messages import Answer, Heartbeat, Request
+from operator_site.session_client import SessionClient
+
+MS = 1_000_000
+IDENT = 4711
+ABLE = capabilities(("index",), 500.0, calibration="abc")
+WHY = "emergency stop by the operator"
+NOWHERE = TOUCH_BLOCK.to_bytes(np.zeros((5, len(TOUCH_FIELDS)), np.float32))
+
+
+@dataclass
+class Remote:
+    """A remote site as its link shows it: beats as long as it lives, answers what the test lets it."""
+
+    state: LinkState = LinkState.CONNECTED
+    alive: bool = True
+    asked: list[Request] = field(default_factory=list)
+    answers: list[bytes] = field(default_factory=list)
+    beats: list[bytes] = field(default_factory=list)
+    now_ns: int = 10**12
+    sequence: int = 0
+
+    def send(self, stream: str, packet: bytes) -> bool:
+        if stream == "control":
+            self.asked.append(Request.decode(packet))
+        elif self.alive:
+            beat = Heartbeat.decode(packet)
+            echo = (beat.session, beat.sequence, self.now_ns, self.state, beat.sent_ns, self.now_ns, 0, 0)
+            self.beats.append(Heartbeat(*echo).encode())
+        return True
+
+    def receive(self, stream: str) -> list[bytes]:
+        waiting = self.answers if stream == "control" else self.beats
+        taken, waiting[:] = list(waiting), []
+        return taken
+
+    def receive_latest(self, stream: str) -> bytes | None:
+        if not self.alive:
+            return None
+        self.sequence += 1
+        return Touch(IDENT, self.sequence, self.now_ns, self.state, NOWHERE, ("",) * 5, ()).encode()
+
+    def answer(self, verb: str, refused: str = "", **details: Any) -> None:
+        """Answer the last request of a kind."""
+        request = next(request for request in reversed(self.asked) if request.verb == verb)
+        self.answers.append(Answer(IDENT, request.sequence, self.now_ns, refused, details).encode())
+
+    def count(self, verb: str) -> int:
+        return sum(request.verb == verb for request in self.asked)
+
+
+@dataclass
+class Pair:
+    remote: Remote = field(default_factory=Remote)
+    client: SessionClient = field(init=False)
+    here: str = ""
+    """Devices of this site that do not confirm."""
+
+    def __post_init__(self) -> None:
+        self.client = SessionClient(cast(OperatorLink, self.remote), dict(ABLE), 0.15, want_engaged=False)
+
+    def run(self, ms: int = 2) -> None:
+        for _ in range(0, ms, 2):
+            self.remote.now_ns += 2 * MS
+            self.client.step(self.remote.now_ns, "", lambda _: {"index tacttip": self.here, "exoskeleton": ""})
+
+    def connect(self) -> None:
+        self.run()
+        self.remote.answer("hello", session=IDENT, **ABLE)
+        self.run(200)
+        assert self.client.session.state is LinkState.CONNECTED
+
+    def stop(self) -> None:
+        self.client.stop(self.remote.now_ns, WHY)
+        self.run(10)
+
+    def answer(self, verb: str, refused: str = "", **details: Any) -> None:
+        """The remote site answers the last request of a kind."""
+        self.remote.answer(verb, refused, **details)
+        self.run()
+
+    def asked(self, verb: str, ms: int) -> int:
+        """How often the remote site is asked in this time."""
+        before = self.remote.count(verb)
+        self.run(ms)
+        return self.remote.count(verb) - before

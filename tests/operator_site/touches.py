@@ -1,0 +1,53 @@
+"""Touch packets, and the input of a tick of the rendering, made of what a test names."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from common.fingers import FINGERS
+from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, TOUCH_FIELDS, Event, Touch
+from common.packets import LinkState, N
+from operator_site.rendering_input import RenderingInput
+
+INDEX = FINGERS.index("index")
+ALL = range(N)
+UNNAMED = ("",) * N
+
+
+def block(fingers: Iterable[int] = ALL, **values: float) -> np.ndarray:
+    """Fields of these fingers; everything else is 0."""
+    made = np.zeros((N, len(TOUCH_FIELDS)), np.float32)
+    for name, value in values.items():
+        made[list(fingers), TOUCH_COLUMN[name]] = value
+    return made
+
+
+def touch(*events: Event, sequence: int = 1, materials: tuple[str, ...] = UNNAMED, **values: float) -> Touch:
+    """A packet of the index finger alone."""
+    floats = TOUCH_BLOCK.to_bytes(block([INDEX], **values))
+    return Touch(7, sequence, 1, LinkState.ENGAGED, floats, materials, events)
+
+
+NEUTRAL = RenderingInput(
+    time_s=10.0,
+    session=7,
+    fault_cleared=False,
+    engaged=True,
+    gap_ns=0,
+    touch=None,
+    x_m=0.0,
+    y_m=0.0,
+    z_m=(0.01,) * N,
+    pose_s=10.0,
+    heights_s=10.0,
+    plate_c=(33.0,) * N,
+    plate_age_s=(0.0,) * N,
+    device_faults=(),
+)
+
+
+def tick_input(**changes: Any) -> RenderingInput:
+    """Engaged, with a free hand and plates of 33 C, but for these changes."""
+    return replace(NEUTRAL, **changes)
