@@ -1,19 +1,12 @@
+"""A device is opened beside the loop: again and again, ever more slowly, and handed over once."""
+
 import threading
 import time
-from collections.abc import Callable
 
 import pytest
 
 from common.background import STEADY_S, BackgroundOpener
-
-
-def until(done: Callable[[], object], seconds: float = 5.0) -> bool:
-    deadline = time.monotonic() + seconds
-    while time.monotonic() < deadline:
-        if done():
-            return True
-        threading.Event().wait(0.001)
-    return False
+from tests.waiting import wait_until
 
 
 def test_it_hands_over_once_and_opens_again_when_asked() -> None:
@@ -28,15 +21,13 @@ def test_it_hands_over_once_and_opens_again_when_asked() -> None:
     for expected in (1, 2):
         background.start()
         background.start()  # one try under way is enough
-        taken: list[int] = []
-        assert until(lambda: taken.extend(t for t in [background.take()] if t is not None) or taken)  # noqa: B023
-        assert taken == [expected]
+        wait_until(lambda expected=expected: background.take() == expected)
         assert background.take() is None
     assert opened == [1, 2]
 
 
-@pytest.mark.parametrize("error", [OSError("no such port"), ValueError("another device")])
-def test_it_tries_again_and_says_why_it_failed(error: Exception) -> None:
+@pytest.mark.parametrize("error", [OSError("no such port"), ValueError("another device"), KeyError("a library's bug")])
+def test_it_tries_again_whatever_a_library_raises_and_says_why_it_failed(error: Exception) -> None:
     there = threading.Event()
 
     def opener() -> str:
@@ -46,28 +37,15 @@ def test_it_tries_again_and_says_why_it_failed(error: Exception) -> None:
 
     background = BackgroundOpener(opener, retry_s=0.001)
     background.start()
-    assert until(lambda: background.problem is error)
+    wait_until(lambda: background.problem is error)
     there.set()
-    assert until(lambda: background.take() == "open")
+    wait_until(lambda: background.take() == "open")
     assert background.problem is None
-
-
-def test_it_goes_on_whatever_a_library_raises() -> None:
-    raised = [RuntimeError("a bug"), KeyError("another")]
-
-    def opener() -> str:
-        if raised:
-            raise raised.pop()
-        return "open"
-
-    background = BackgroundOpener(opener, retry_s=0.001)
-    background.start()
-    assert until(lambda: background.take() == "open")
 
 
 @pytest.mark.parametrize("stopped_first", [True, False])
 def test_what_is_opened_and_not_wanted_any_more_is_closed(stopped_first: bool) -> None:
-    go, closed = threading.Event(), []
+    go, closed, before = threading.Event(), [], set(threading.enumerate())
 
     def opener() -> str:
         go.wait(5.0)
@@ -77,12 +55,11 @@ def test_what_is_opened_and_not_wanted_any_more_is_closed(stopped_first: bool) -
     background.start()
     if stopped_first:
         background.stop()
-        go.set()
-    else:
-        go.set()
-        assert until(lambda: background._opened)
+    go.set()
+    if not stopped_first:
+        wait_until(lambda: before >= set(threading.enumerate()), "it has opened, and nobody has taken it")
         background.stop()
-    assert until(lambda: closed)
+    wait_until(lambda: closed)
     assert closed == ["open"]
     assert background.take() is None
 
@@ -104,7 +81,7 @@ def test_it_never_waits_for_the_opener_and_gives_up_when_told() -> None:
     assert time.monotonic() - start < 1.0
     go.set()
     assert ended.wait(5.0)
-    assert until(lambda: background.problem is not None)
+    wait_until(lambda: background.problem is not None)
     assert background.take() is None
     assert len(tries) == 1
 
@@ -123,7 +100,7 @@ def test_what_is_lost_as_soon_as_it_is_open_is_opened_again_ever_more_slowly() -
     def reopened() -> float:
         waited_s.clear()
         background.start()
-        assert until(lambda: background.take() == "open")
+        wait_until(lambda: background.take() == "open")
         return sum(waited_s)
 
     assert [reopened() for _ in range(6)] == [0.0, 0.25, 0.5, 1.0, 2.0, 2.0]

@@ -1,9 +1,9 @@
 """The connection to a CAN gateway against gateways that behave badly."""
 
+import os
 import select
 import socket
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import ExitStack, suppress
 
@@ -16,6 +16,7 @@ from common.can_gateway import GatewayBus, TakenFrame
 from common.can_line import CanAddress, CanLine
 from common.device_socket import DEAD_S
 from common.serial_port import DeviceAbsent
+from tests.waiting import wait_until
 
 HELLO = (b"< hi >", b"< ok >", b"< ok >")
 FRAME = can.Message(arbitration_id=0x123, data=b"\x01", is_extended_id=False)
@@ -68,27 +69,33 @@ def gateway(stage: ExitStack, *words: bytes) -> Gateway:
     return found
 
 
-def connect(stage: ExitStack, found: Gateway) -> GatewayBus:
-    bus = GatewayBus("can0", "127.0.0.1", found.port)
-    stage.callback(bus.shutdown)
-    return bus
+@pytest.fixture
+def there(stage: ExitStack) -> Gateway:
+    return gateway(stage, *HELLO)
 
 
-def test_the_end_of_a_gateway_is_noticed_by_listening_alone(stage: ExitStack) -> None:
-    there = gateway(stage, *HELLO)
-    bus = connect(stage, there)
+@pytest.fixture
+def bus(there: Gateway) -> Iterator[GatewayBus]:
+    bus = GatewayBus("can0", "127.0.0.1", there.port)
+    yield bus
+    bus.shutdown()
+
+
+def test_the_end_of_a_gateway_is_noticed_by_listening_alone(there: Gateway, bus: GatewayBus) -> None:
     assert bus.recv(0.0) is None
-    there.connections[-1].sendall(b"< frame 012 1.5 ff000a >< fra")
+    there.connections[-1].sendall(b"< frame 012 1.5 ff000a >< error 040 2.500000 >< fra")
     there.connections[-1].shutdown(socket.SHUT_RDWR)
     heard = bus.recv(2.0)
     assert heard is not None
-    assert (heard.arbitration_id, bytes(heard.data)) == (0x12, b"\xff\x00\x0a")
+    assert (heard.arbitration_id, bytes(heard.data), heard.is_error_frame) == (0x12, b"\xff\x00\x0a", False)
+    error = bus.recv(2.0)
+    assert error is not None
+    assert (error.arbitration_id, error.is_error_frame) == (0x40, True)
     with pytest.raises(can.CanOperationError, match="hung up"):
         bus.recv(2.0)
 
 
-def test_a_gateway_that_reads_nothing_any_more_holds_nobody_up(stage: ExitStack) -> None:
-    bus = connect(stage, gateway(stage, *HELLO))
+def test_a_gateway_that_reads_nothing_any_more_holds_nobody_up(bus: GatewayBus) -> None:
     taken = 0
     try:
         while taken < 1_000_000:
@@ -101,9 +108,41 @@ def test_a_gateway_that_reads_nothing_any_more_holds_nobody_up(stage: ExitStack)
         bus.send(FRAME)
 
 
-def test_frames_are_written_whole_and_in_one_piece(stage: ExitStack) -> None:
-    there = gateway(stage, *HELLO)
-    bus = connect(stage, there)
+def test_what_is_taken_in_part_is_finished_before_the_next_frame_which_waits_or_is_not_sent_at_all(
+    there: Gateway, bus: GatewayBus
+) -> None:
+    frame, heard = b"< send 123 1 01 >", bytearray()
+    with socket.socket(fileno=os.dup(bus.fileno())) as same_connection:
+        same_connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
+    bus.send_all([(0x123, b"\x01")] * 4000)
+    with pytest.raises(can.CanTimeoutError):
+        bus.send(FRAME)
+
+    def sent() -> bool:
+        with suppress(BlockingIOError):
+            heard.extend(there.connections[-1].recv(1 << 16, socket.MSG_DONTWAIT))
+        with suppress(can.CanTimeoutError):
+            bus.send(FRAME)
+            return True
+        return False
+
+    wait_until(sent)
+    there.connections[-1].settimeout(2.0)
+    while len(heard) < 4001 * len(frame):
+        heard += there.connections[-1].recv(1 << 16)
+    assert heard == 4001 * frame
+
+
+def test_a_frame_of_which_nothing_is_taken_is_not_sent(bus: GatewayBus) -> None:
+    with socket.socket(fileno=os.dup(bus.fileno())) as same_connection:
+        with suppress(BlockingIOError):
+            while True:
+                same_connection.send(bytes(4096), socket.MSG_DONTWAIT)
+        with pytest.raises(can.CanTimeoutError):
+            bus.send(FRAME)
+
+
+def test_frames_are_written_whole_and_in_one_piece(there: Gateway, bus: GatewayBus) -> None:
     bus.send_all([(0x123, b"\x01"), (0x12, b"\x00\xff\x0a")])
     there.connections[-1].settimeout(2.0)
     assert there.connections[-1].recv(1000) == b"< send 123 1 01 >< send 012 3 00 ff 0a >"
@@ -111,20 +150,16 @@ def test_frames_are_written_whole_and_in_one_piece(stage: ExitStack) -> None:
     assert there.connections[-1].recv(1000) == b"< send 01ABCDEF 3 00 ff 0a >"
 
 
-def test_all_frames_that_have_come_are_taken_at_once_and_half_ones_wait(stage: ExitStack) -> None:
-    there = gateway(stage, *HELLO)
-    bus = connect(stage, there)
+def test_all_frames_that_have_come_are_taken_at_once_and_half_ones_wait(there: Gateway, bus: GatewayBus) -> None:
     assert bus.take_some() == ([], False)
     there.connections[-1].sendall(b"< frame 012 1.5 ff000a >< frame 00000345 2.5  >< frame 013 2")
-    deadline = time.monotonic() + 2.0
     found: list[TakenFrame] = []
-    while len(found) < 2 and time.monotonic() < deadline:
-        found += bus.take_some()[0]
+    wait_until(lambda: found.extend(bus.take_some()[0]) or len(found) >= 2)
     assert found == [(1.5, 0x12, b"\xff\x00\x0a", False, False), (2.5, 0x345, b"", True, False)]
-    there.connections[-1].sendall(b".0 01 >")
-    while len(found) < 3 and time.monotonic() < deadline:
-        found += bus.take_some()[0]
+    there.connections[-1].sendall(b".0 01 >< error 040 2.500000 >")
+    wait_until(lambda: found.extend(bus.take_some()[0]) or len(found) >= 4)
     assert found[2] == (2.0, 0x13, b"\x01", False, False)
+    assert (found[3][1], found[3][4]) == (0x40, True), "an error frame is marked as one"
 
 
 @pytest.mark.parametrize(
@@ -138,48 +173,30 @@ def test_all_frames_that_have_come_are_taken_at_once_and_half_ones_wait(stage: E
     ],
 )
 def test_frames_are_read_among_other_words(
-    words: bytes, frames: list[tuple[float, int, bytes]], stage: ExitStack
+    words: bytes, frames: list[tuple[float, int, bytes]], there: Gateway, bus: GatewayBus
 ) -> None:
-    there = gateway(stage, *HELLO)
-    bus = connect(stage, there)
     there.connections[-1].sendall(words)
     assert select.select((bus,), (), (), 2.0)[0]
     assert [found[:3] for found in bus.take_some()[0]] == frames
 
 
-def test_an_error_frame_is_marked_as_one(stage: ExitStack) -> None:
-    there = gateway(stage, *HELLO)
-    bus = connect(stage, there)
-    there.connections[-1].sendall(b"< frame 012 1.5 00 >< error 040 2.500000 >")
-    assert select.select((bus,), (), (), 2.0)[0]
-    good, error = bus.take_some()[0]
-    assert (good[4], error[1], error[4]) == (False, 0x40, True)
-
-
 @pytest.mark.parametrize("words", [b"< frame xyz 1.5 00 >", b"< frame 012 soon 00 >", b"< frame 012 1.5 0g >", b"\xff"])
-def test_what_is_no_frame_ends_the_connection_with_its_reason(words: bytes, stage: ExitStack) -> None:
-    there = gateway(stage, *HELLO)
-    bus = connect(stage, there)
+def test_what_is_no_frame_ends_the_connection_with_its_reason(words: bytes, there: Gateway, bus: GatewayBus) -> None:
     there.connections[-1].sendall(words)
     with pytest.raises(can.CanError, match="what is no frame"):
         bus.recv(2.0)
 
 
-def test_a_line_counts_what_a_stalled_gateway_did_not_take_and_goes_on(stage: ExitStack) -> None:
-    there = gateway(stage, *HELLO)
+def test_a_line_counts_what_a_stalled_gateway_did_not_take_and_goes_on(there: Gateway, stage: ExitStack) -> None:
     line = CanLine(CanAddress(interface="socketcand", port=there.port), (FrameReceiver("HandPose"),))
     stage.callback(line.close)
-    deadline = time.monotonic() + 5.0
-    while not line.connected and time.monotonic() < deadline:
-        line.poll()
+    wait_until(lambda: (line.poll(), line.connected)[1])
     sender = FrameSender("HandPose")
-    while line.unsent < 10 and time.monotonic() < deadline:
-        line.send(sender.next_frame((0.0, 0.0)))
+    wait_until(lambda: line.send(sender.next_frame((0.0, 0.0))) or line.unsent >= 10, every_s=0.0)
     assert (line.connected, line.times_lost, line.unsent) == (True, 0, 10)
     assert line.figures()["unsent"] == 10
     there.connections[-1].sendall(b"< frame 012 1.5 ff000a >")
-    while not line.unknown and time.monotonic() < deadline:
-        line.poll()
+    wait_until(lambda: (line.poll(), line.unknown)[1])
     assert line.unknown == 1
 
 
@@ -200,9 +217,9 @@ def test_what_is_no_gateway_or_has_no_such_bus_is_absent_by_name(words: tuple[by
         CanAddress(interface="socketcand", port=there.port).open()
 
 
-def test_a_far_side_that_loses_its_power_ends_the_connection_within_seconds(stage: ExitStack) -> None:
+def test_a_far_side_that_loses_its_power_ends_the_connection_within_seconds(bus: GatewayBus) -> None:
     # Power cannot be cut here: what the system was told is what can be seen.
-    connection = connect(stage, gateway(stage, *HELLO))._connection
+    connection = bus._connection
     assert connection.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE) == 1
     if hasattr(socket, "TCP_USER_TIMEOUT"):
         assert connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT) == DEAD_S * 1000
@@ -230,9 +247,7 @@ class Watched:
 
 
 @pytest.mark.skipif(not hasattr(socket, "TCP_QUICKACK"), reason="this system has no such option")
-def test_what_came_is_acknowledged_at_once_unless_own_frames_carry_it_along(stage: ExitStack) -> None:
-    there = gateway(stage, *HELLO)
-    bus = connect(stage, there)
+def test_what_came_is_acknowledged_at_once_unless_own_frames_carry_it_along(there: Gateway, bus: GatewayBus) -> None:
     watched = Watched(bus._connection)
     vars(bus)["_connection"] = watched
 

@@ -72,6 +72,8 @@ def write(folder: Path, text: str) -> Path:
         ('host = "sim"', "port = 0", 14, r"exoskeleton\.port: "),
         ('fingers = ["thumb", "index"]', 'fingers = ["thumb", "toe"]', 1, "fingers"),
         ('fingers = ["thumb", "index"]', "fingers = []", 1, "fingers: .*at least 1"),
+        ('"index"]', '"index", "index"]', 1, "fingers: a finger is named twice"),
+        (OPERATOR[OPERATOR.index("[tacttip]") :], "", 1, "tacttip: Field required"),
         ('fingers = ["thumb", "index"]', 'fingers = ["thumb"]', None, "tacttip: has addresses for index, thumb"),
         ('index = "socket://sim:7001"', 'index = "/dev/ttyUSB0"', None, "/dev/ttyUSB0 is given to two devices"),
         ('profile = "comfort"', "exoskeleton_damping_n_s_m = inf", 17, r"rendering\.exoskeleton_damping_n_s_m"),
@@ -90,32 +92,6 @@ def test_each_kind_of_wrong_input_gives_one_line_with_file_line_and_field(
     assert re.search(says, message), message
     if line is not None:
         assert f":{line}: " in message, message
-
-
-def test_a_missing_section_is_named(tmp_path: Path) -> None:
-    file = write(tmp_path, OPERATOR[: OPERATOR.index("[tacttip]")])
-    with pytest.raises(ConfigProblem, match="tacttip: Field required"):
-        load_config(file, OperatorConfig)
-
-
-def test_one_finger_named_twice_is_refused(tmp_path: Path) -> None:
-    file = write(tmp_path, OPERATOR.replace('["thumb", "index"]', '["thumb", "index", "index"]'))
-    with pytest.raises(ConfigProblem, match="fingers: a finger is named twice"):
-        load_config(file, OperatorConfig)
-
-
-@pytest.mark.parametrize(("text", "says"), [("a = ", "not TOML.*end"), ("a = 1\na = = 2\n", "not TOML.*line 2")])
-def test_what_is_no_toml_is_said_with_its_line(tmp_path: Path, text: str, says: str) -> None:
-    with pytest.raises(ConfigProblem, match=rf"site\.toml: {says}"):
-        load_config(write(tmp_path, text), OperatorConfig)
-
-
-def test_no_file_and_no_text_are_said(tmp_path: Path) -> None:
-    with pytest.raises(ConfigProblem, match=r"absent\.toml: No such file"):
-        load_config(tmp_path / "absent.toml", OperatorConfig)
-    (tmp_path / "binary.toml").write_bytes(b"\xff\xfe")
-    with pytest.raises(ConfigProblem, match="not TOML"):
-        load_config(tmp_path / "binary.toml", OperatorConfig)
 
 
 def test_paths_count_from_the_files_own_folder(tmp_path: Path) -> None:

@@ -2,9 +2,8 @@
 
 import threading
 import time
-from collections.abc import Callable, Iterator
-from pathlib import Path
-from typing import Any, Protocol
+from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
@@ -12,11 +11,7 @@ from common.curve_sockets import LinkProblem
 from common.desk import Desk, ask_desk, stop_from_desk
 from common.keys import load_keys
 from common.session import Refused
-
-
-class Keys(Protocol):
-    operator: Path
-    stranger: Path
+from tests.conftest import Keys
 
 
 class Site:
@@ -57,11 +52,16 @@ def test_what_is_asked_reaches_the_site_and_its_answer_comes_back(site: Site, ke
     told = ask_desk(base_port, load_keys(keys.operator), "annotate", {"text": "a rough spot"})
     assert told == {"state": "connected", "estop": ""}
     assert site.asked == [("annotate", {"text": "a rough spot"})]
-
-
-def test_a_refusal_says_why(site: Site, keys: Keys, base_port: int) -> None:
     with pytest.raises(Refused, match="hot plate"):
         ask_desk(base_port, load_keys(keys.operator), "engage")
+
+
+def test_nobody_there_is_said_and_so_is_a_port_in_use(keys: Keys, base_port: int) -> None:
+    own = load_keys(keys.operator)
+    with pytest.raises(LinkProblem, match="is it running"):
+        ask_desk(base_port, own, "status")
+    with Desk(base_port, own), pytest.raises(LinkProblem, match="choose another desk_port"):
+        Desk(base_port, own)
 
 
 def test_another_key_reaches_nothing(site: Site, keys: Keys, base_port: int) -> None:
@@ -71,18 +71,8 @@ def test_another_key_reaches_nothing(site: Site, keys: Keys, base_port: int) -> 
 
 
 def test_a_stop_waits_for_what_the_devices_say(site: Site, keys: Keys, base_port: int) -> None:
-    waiting: Callable[[], str] = lambda: stop_from_desk(base_port, load_keys(keys.operator))  # noqa: E731
-    assert "not confirmed" in waiting()
+    own = load_keys(keys.operator)
+    assert "not confirmed" in stop_from_desk(base_port, own)
     site.estop = "here: stopped, confirmed by every device after 12 ms"
-    assert waiting() == site.estop
+    assert stop_from_desk(base_port, own) == site.estop
     assert site.asked[0] == ("estop", {})
-
-
-def test_nobody_there_is_said(keys: Keys, base_port: int) -> None:
-    with pytest.raises(LinkProblem, match="is it running"):
-        ask_desk(base_port, load_keys(keys.operator), "status")
-
-
-def test_a_port_in_use_is_said(site: Site, keys: Keys, base_port: int) -> None:
-    with pytest.raises(LinkProblem, match="choose another desk_port"):
-        Desk(base_port, load_keys(keys.operator))

@@ -1,5 +1,5 @@
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import pytest
 import zmq
@@ -107,8 +107,7 @@ def test_an_exception_of_whom_it_asks_refuses_that_one_and_the_next_is_answered(
 
 def test_closing_ends_the_thread(door: Door) -> None:
     before = threading.active_count()
-    keeper = Door()
+    another = Door()
     assert threading.active_count() > before
-    ended: Callable[[], None] = keeper.close
-    ended()
+    another.close()
     assert threading.active_count() == before

@@ -12,13 +12,10 @@ def test_the_newest_has_the_name_and_the_earlier_ones_are_numbered(tmp_path: Pat
         path.write_text(content, "utf-8")
     found = {file.name: file.read_text("utf-8") for file in tmp_path.iterdir()}
     assert found == {"remote-1.mcap": "first", "remote-2.mcap": "second", "remote.mcap": "third"}
-
-
-def test_what_is_no_file_stays_where_it_is(tmp_path: Path) -> None:
-    (tmp_path / "remote.mcap").mkdir()
-    set_aside(tmp_path / "remote.mcap")
     set_aside(tmp_path / "operator.mcap")
-    assert [file.name for file in tmp_path.iterdir()] == ["remote.mcap"]
+    (tmp_path / "operator.mcap").mkdir()
+    set_aside(tmp_path / "operator.mcap")
+    assert {file.name for file in tmp_path.iterdir()} == {*found, "operator.mcap"}, "what is no file stays"
 
 
 def test_a_recording_is_never_written_over(tmp_path: Path) -> None:

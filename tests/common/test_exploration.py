@@ -71,6 +71,18 @@ def test_touch_rest_stroke_rest_lift() -> None:
     assert abs(finger.modes.count(STROKING) * TICK_S - (1.0 - first + REST_S)) < 0.010
 
 
+def test_a_turn_is_one_stroke_and_a_slip_one_as_long_as_it_lasts() -> None:
+    rested, stroke = (0.5, DOWN, 0.0), (0.5, DOWN, 0.05)
+    finger = Finger().go(rested, stroke, (0.08, DOWN, 0.0), (0.5, DOWN, -0.05), (0.08, DOWN, 0.0), stroke)
+    assert finger.order() == [TAPPING, QUIESCENT, STROKING]
+    slipped = Finger().go(rested, (0.1, DOWN, 0.04), rested)
+    assert slipped.order() == [TAPPING, QUIESCENT, STROKING, QUIESCENT]
+    assert slipped.modes.count(STROKING) * TICK_S < 0.1 + REST_S
+    tapped = Finger().go(rested, stroke, (0.06, UP, 0.05), stroke)
+    assert tapped.order() == [TAPPING, QUIESCENT, STROKING, FREE, TAPPING, STROKING], "a tap in a stroke is a tap"
+    assert tapped.taps == 2
+
+
 def test_a_stroke_needs_distance_and_speed() -> None:
     rested = (0.5, DOWN, 0.0)
     assert Finger().go(rested, (0.037, DOWN, 0.05)).modes[-1] is QUIESCENT, "fast, not far"
@@ -78,13 +90,7 @@ def test_a_stroke_needs_distance_and_speed() -> None:
     assert Finger().go(rested, (2.0, DOWN, 1.2 * STROKE_ON_M_S)).modes[-1] is STROKING
 
 
-def test_a_turn_is_one_stroke() -> None:
-    there, back = (0.5, DOWN, 0.05), (0.5, DOWN, -0.05)
-    finger = Finger().go((0.5, DOWN, 0.0), there, (0.08, DOWN, 0.0), back, (0.08, DOWN, 0.0), there)
-    assert finger.order() == [TAPPING, QUIESCENT, STROKING]
-
-
-def test_an_arm_that_shakes_does_not_stroke() -> None:
+def test_an_arm_that_shakes_strokes_only_where_it_goes_somewhere() -> None:
     landed = Finger().go((0.4, DOWN, 0.0)).shake(1.0, 0.5e-3, 8.0)
     assert landed.order() == [TAPPING, QUIESCENT]
     stroked = Finger().go((0.4, DOWN, 0.0), (0.5, DOWN, 0.05))
@@ -92,24 +98,8 @@ def test_an_arm_that_shakes_does_not_stroke() -> None:
     stroked.shake(1.5, 0.5e-3, 8.0)
     assert order(stroked.modes[before:]) == [STROKING, QUIESCENT]
     assert stroked.modes[before:].count(STROKING) * TICK_S < 0.3
-
-
-def test_an_arm_that_shakes_still_strokes_where_it_goes_somewhere() -> None:
-    finger = Finger().go((0.5, DOWN, 0.0)).shake(2.0, 0.5e-3, 8.0, speed_m_s=0.02)
-    assert finger.order() == [TAPPING, QUIESCENT, STROKING]
-
-
-def test_a_slip_is_a_stroke_as_long_as_it_lasts() -> None:
-    finger = Finger().go((0.5, DOWN, 0.0), (0.1, DOWN, 0.04), (0.5, DOWN, 0.0))
-    assert finger.order() == [TAPPING, QUIESCENT, STROKING, QUIESCENT]
-    assert finger.modes.count(STROKING) * TICK_S < 0.1 + REST_S
-
-
-def test_a_tap_in_a_stroke_is_a_tap_and_then_the_stroke_again() -> None:
-    stroke = (0.5, DOWN, 0.05)
-    finger = Finger().go((0.5, DOWN, 0.0), stroke, (0.06, UP, 0.05), stroke)
-    assert finger.order() == [TAPPING, QUIESCENT, STROKING, FREE, TAPPING, STROKING]
-    assert finger.taps == 2
+    going_somewhere = Finger().go((0.5, DOWN, 0.0)).shake(2.0, 0.5e-3, 8.0, speed_m_s=0.02)
+    assert going_somewhere.order() == [TAPPING, QUIESCENT, STROKING]
 
 
 def test_a_bounce_is_one_tap() -> None:

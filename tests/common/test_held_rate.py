@@ -27,13 +27,10 @@ def looks(shares: list[float], waited: float | None = 0.0) -> list[dict[str, obj
     return told[1:]
 
 
-def test_a_loop_on_time_has_its_rate_and_nothing_to_say() -> None:
-    assert looks([1.0] * 10)[-1] == {"rate_hz": 500.0, "works": 0.25, "behind": "", "behind_s": 0.0}
-
-
-def test_before_the_first_second_has_passed_nothing_is_known() -> None:
+def test_a_loop_on_time_has_its_rate_and_nothing_to_say_and_at_first_nothing_is_known() -> None:
     told = HeldRate(RATE_HZ).look(3.0, Spent(0, 0.0, None))
     assert told == {"rate_hz": None, "works": None, "behind": "", "behind_s": 0.0}
+    assert looks([1.0] * 10)[-1] == {"rate_hz": 500.0, "works": 0.25, "behind": "", "behind_s": 0.0}
 
 
 def test_a_rate_that_is_not_held_is_told_with_what_the_loop_did_instead() -> None:
@@ -42,14 +39,8 @@ def test_a_rate_that_is_not_held_is_told_with_what_the_loop_did_instead() -> Non
     words = "400 of 500 ticks a second; it works 25% of the time and waits for a processor 70%"
     assert told[-1] == {"rate_hz": 400.0, "works": 0.25, "behind": words, "behind_s": 3.0}
     assert [each["works"] for each in told] == [None] * 4 + [0.25] * 4
-
-
-def test_where_the_system_does_not_tell_who_waits_that_is_left_out() -> None:
-    assert looks([0.8] * 8, waited=None)[-1]["behind"] == "400 of 500 ticks a second; it works 25% of the time"
-
-
-def test_one_short_stop_is_no_rate_that_is_not_held() -> None:
-    assert not any(each["behind"] for each in looks([1.0] * 5 + [0.8] + [1.0] * 5))
+    without_waiting = "400 of 500 ticks a second; it works 25% of the time"
+    assert looks([0.8] * 8, waited=None)[-1]["behind"] == without_waiting, "where the system does not tell who waits"
 
 
 def test_it_is_told_once_when_it_begins_and_once_when_it_is_over(caplog: pytest.LogCaptureFixture) -> None:
@@ -62,7 +53,8 @@ def test_it_is_told_once_when_it_begins_and_once_when_it_is_over(caplog: pytest.
     assert 10.0 <= float(str(told[-1]["behind_s"])) <= 10.0 + WINDOW_S
 
 
-def test_at_the_edge_it_does_not_come_and_go() -> None:
+def test_one_short_stop_is_nothing_and_at_the_edge_it_does_not_come_and_go() -> None:
+    assert not any(each["behind"] for each in looks([1.0] * 5 + [0.8] + [1.0] * 5))
     between = 0.5 * (HELD + HELD_AGAIN)
     assert not any(each["behind"] for each in looks([between] * 10))
     assert all(each["behind"] for each in looks([0.5] * 5 + [between] * 10)[4:])

@@ -32,10 +32,8 @@ def test_results_are_in_order_and_progress_reaches_the_end(processes: int) -> No
     assert (os.getpid() in {process for _, process in found}) == (processes == 1)
     assert shares == sorted(shares)
     assert (len(shares), shares[-1]) == (len(ITEMS), 1.0)
-
-
-def test_few_items_are_not_worth_another_process() -> None:
-    assert {process for _, process in in_order(squared, ITEMS[: FEWEST - 1], 4)} == {os.getpid()}
+    few = in_order(squared, ITEMS[: FEWEST - 1], processes)
+    assert {process for _, process in few} == {os.getpid()}, "not worth another process"
 
 
 @pytest.mark.parametrize("processes", [1, 2])

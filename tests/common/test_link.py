@@ -1,10 +1,7 @@
 import errno
 import socket
-import time
-from collections.abc import Callable
 from contextlib import suppress
-from pathlib import Path
-from typing import Any, Protocol, cast
+from typing import Any, cast
 
 import pytest
 import zmq
@@ -23,69 +20,25 @@ from common.curve_sockets import (
 from common.keys import Role, TrustedKeys, load_keys
 from common.link import OperatorLink, RemoteLink
 from common.streams import STREAMS, Stream
+from tests.common.links import ask, operator_link, remote_link, touched
+from tests.conftest import Keys
+from tests.waiting import wait_until
 
 OBSERVED_STREAMS = 3
 """Control, heartbeat and the copy of the touch."""
 
 
-class Keys(Protocol):
-    remote: Path
-    operator: Path
-    stranger: Path
-
-
-def until(done: Callable[[], object], seconds: float = 5.0) -> bool:
-    deadline = time.monotonic() + seconds
-    while time.monotonic() < deadline:
-        if done():
-            return True
-        time.sleep(0.001)  # leaves the processor to the sockets' own threads
-    return False
-
-
-def remote_link(keys: Keys, base_port: int) -> RemoteLink:
-    return RemoteLink("127.0.0.1", base_port, load_keys(keys.remote), TrustedKeys(keys.remote))
-
-
-def operator_link(keys: Keys, base_port: int, folder: Path | None = None) -> OperatorLink:
-    remote_key = load_keys(keys.remote).public
-    return OperatorLink("127.0.0.1", base_port, load_keys(folder or keys.operator), remote_key)
-
-
-def served(remote: RemoteLink, operator: OperatorLink, question: bytes = b"?", seconds: float = 5.0) -> bool:
-    """Whether a request reaches the remote site and its answer comes back."""
-
-    def asked_and_answered() -> bool:
-        operator.send("control", question)
-        for who, _, packet, _ in remote.requests("control"):
-            remote.answer("control", who, packet + b"!")
-        return question + b"!" in operator.receive("control")
-
-    return until(asked_and_answered, seconds)
-
-
 def test_a_trusted_key_is_served_on_every_stream(keys: Keys, base_port: int) -> None:
     with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
-        assert served(remote, operator)
-
-        def beaten() -> bool:
-            operator.send("heartbeat", b"beat")
-            for who, _, packet, _ in remote.requests("heartbeat"):
-                remote.answer("heartbeat", who, packet)
-            return b"beat" in operator.receive("heartbeat")
-
-        assert until(beaten)
+        ask(remote, operator)
+        ask(remote, operator, b"beat", "heartbeat")
 
         def moved() -> bool:
             operator.send_latest("motion", b"m")
             return remote.receive_latest("motion") == b"m"
 
-        def touched() -> bool:
-            remote.send_latest("touch", b"t")
-            return operator.receive_latest("touch") == b"t"
-
-        assert until(moved)
-        assert until(touched)
+        wait_until(moved)
+        wait_until(lambda: touched(remote, operator))
         assert not operator.key_refused()
 
 
@@ -95,15 +48,15 @@ def test_an_unknown_key_is_refused_told_and_harms_nothing(keys: Keys, base_port:
         operator_link(keys, base_port, keys.stranger) as stranger,
         operator_link(keys, base_port) as operator,
     ):
-        assert until(stranger.key_refused)
-        assert served(remote, operator)
+        wait_until(stranger.key_refused)
+        ask(remote, operator)
         for n in range(100):
             stranger.send_latest("motion", b"%d" % n)
             remote.send_latest("touch", b"secret")
             assert not stranger.send("control", b"please")
             assert remote.receive_latest("motion") is None
         assert stranger.receive_latest("touch") is None
-        assert until(lambda: operator.receive_latest("touch") == b"secret")
+        wait_until(lambda: operator.receive_latest("touch") == b"secret")
 
 
 def test_a_wrong_server_key_reaches_nothing(keys: Keys, base_port: int) -> None:
@@ -113,7 +66,7 @@ def test_a_wrong_server_key_reaches_nothing(keys: Keys, base_port: int) -> None:
         OperatorLink("127.0.0.1", base_port, load_keys(keys.operator), wrong) as misled,
         operator_link(keys, base_port) as operator,
     ):
-        assert served(remote, operator)
+        ask(remote, operator)
         assert not misled.send("control", b"hello?")
         assert misled.receive("control") == []
 
@@ -121,14 +74,14 @@ def test_a_wrong_server_key_reaches_nothing(keys: Keys, base_port: int) -> None:
 def test_a_revoked_key_is_refused_on_a_new_connection(keys: Keys, base_port: int) -> None:
     with remote_link(keys, base_port) as remote:
         with operator_link(keys, base_port) as operator:
-            assert served(remote, operator)
+            ask(remote, operator)
         TrustedKeys(keys.remote).revoke("operator")
         with operator_link(keys, base_port) as operator:
-            assert until(operator.key_refused)
+            wait_until(operator.key_refused)
             assert not operator.send("control", b"?")
         TrustedKeys(keys.remote).trust("operator", load_keys(keys.operator).public)
         with operator_link(keys, base_port) as operator:
-            assert served(remote, operator)
+            ask(remote, operator)
 
 
 def test_latest_only_gives_the_newest_when_the_peer_was_absent(keys: Keys, base_port: int) -> None:
@@ -137,29 +90,19 @@ def test_latest_only_gives_the_newest_when_the_peer_was_absent(keys: Keys, base_
             operator.send_latest("motion", b"%d" % n)
         assert not operator.send("control", b"nobody there")
         with remote_link(keys, base_port) as remote:
-            got: list[bytes] = []
-
-            def came() -> bool:
-                got.extend(packet for packet in [remote.receive_latest("motion")] if packet is not None)
-                return bool(got)
-
-            assert until(came)
-            assert got == [b"499"]
+            got: list[bytes | None] = [None]
+            wait_until(lambda: got.append(remote.receive_latest("motion")) or got[-1])
+            assert got[-1] == b"499"
             assert remote.receive_latest("motion") is None
-            assert until(lambda: operator.send("control", b"now"))
+            wait_until(lambda: operator.send("control", b"now"))
             requests: list[bytes] = []
-            assert until(lambda: requests.extend(r.packet for r in remote.requests("control")) or requests)
+            wait_until(lambda: requests.extend(r.packet for r in remote.requests("control")) or requests)
             assert set(requests) == {b"now"}
 
 
 def test_a_slow_reader_gets_the_newest_only(keys: Keys, base_port: int) -> None:
     with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
-
-        def subscribed() -> bool:
-            remote.send_latest("touch", b"first")
-            return operator.receive_latest("touch") is not None
-
-        assert until(subscribed)
+        wait_until(lambda: touched(remote, operator, b"first"))
         for n in range(300):
             remote.send_latest("touch", b"%d" % n)
         seen: list[bytes] = []
@@ -172,7 +115,7 @@ def test_a_slow_reader_gets_the_newest_only(keys: Keys, base_port: int) -> None:
                 seen.append(packet)
             return seen[-1:] == [b"next"]
 
-        assert until(last)
+        wait_until(last)
         assert len(seen) < 100
 
 
@@ -191,26 +134,26 @@ def test_a_reader_that_meets_a_packet_gets_it_with_the_next_at_the_latest(keys: 
             remote.send_latest("touch", b"0")
             return came(0)
 
-        assert until(subscribed)
+        wait_until(subscribed)
         for n in range(1, 3000):
             remote.send_latest("touch", b"%d" % n)
             came(n)
-        assert until(lambda: remote.send_latest("touch", b"3000") or came(3000))
+        wait_until(lambda: remote.send_latest("touch", b"3000") or came(3000))
         assert newest == sorted(newest)
 
 
 def test_too_large_a_packet_never_arrives(keys: Keys, base_port: int) -> None:
     with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
-        assert served(remote, operator)
+        ask(remote, operator)
         operator.send("control", bytes(5000))
-        assert served(remote, operator, b"small")
+        ask(remote, operator, b"small")
 
 
 def test_either_side_may_come_first_and_come_back(keys: Keys, base_port: int) -> None:
     with operator_link(keys, base_port) as operator:
         for _ in range(2):
             with remote_link(keys, base_port) as remote:
-                assert served(remote, operator)
+                ask(remote, operator)
 
 
 @pytest.mark.parametrize("offset", range(5))
@@ -225,7 +168,7 @@ def test_a_port_in_use_is_a_link_problem_and_leaves_nothing_behind(keys: Keys, b
 
 def test_an_address_of_another_machine_is_a_link_problem(keys: Keys, base_port: int) -> None:
     with pytest.raises(LinkProblem, match=r"192\.0\.2\.1"):
-        RemoteLink("192.0.2.1", base_port, load_keys(keys.remote), TrustedKeys(keys.remote))
+        remote_link(keys, base_port, "192.0.2.1")
 
 
 @pytest.mark.parametrize("held", ["observed", "control"])
@@ -244,16 +187,14 @@ def test_a_port_that_was_held_for_a_moment_is_bound_with_whatever_is_read_next(
             raise zmq.ZMQError(errno.EADDRINUSE)
         bind(link, stream)
 
-    with remote_link(keys, base_port) as remote:
-        remote_key = load_keys(keys.remote).public
-        with OperatorLink("127.0.0.1", base_port, load_keys(keys.stranger), remote_key, Role.OBSERVER):
-            assert until(lambda: remote.handshakes["admitted"] == OBSERVED_STREAMS)
-            monkeypatch.setattr(RemoteLink, "_bind", bind_late)
-            trusted.revoke("student")
-            assert remote.recheck_keys() == {student}
-            assert held not in remote._sockets
-            # The operating system, too, may hold a port for a moment: each reading tries again.
-            assert until(lambda: remote.requests("heartbeat") == [] and set(remote._sockets) == set(STREAMS))
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port, keys.stranger, role=Role.OBSERVER):
+        wait_until(lambda: remote.handshakes["admitted"] == OBSERVED_STREAMS)
+        monkeypatch.setattr(RemoteLink, "_bind", bind_late)
+        trusted.revoke("student")
+        assert remote.recheck_keys() == {student}
+        assert held not in remote._sockets
+        # The operating system, too, may hold a port for a moment: each reading tries again.
+        wait_until(lambda: remote.requests("heartbeat") == [] and set(remote._sockets) == set(STREAMS))
 
 
 def test_each_connection_hands_over_its_newest_motion_and_one_may_be_ended(keys: Keys, base_port: int) -> None:
@@ -273,19 +214,22 @@ def test_each_connection_hands_over_its_newest_motion_and_one_may_be_ended(keys:
             newest.update({received.key: received for received in remote.motions()})
             return set(newest) == {rightful, other}
 
-        assert until(lambda: sent(b"1", operator, colleague))
+        wait_until(lambda: sent(b"1", operator, colleague))
         assert newest[rightful].connection != newest[other].connection
         ended = newest.pop(other)
         remote.expel("motion", ended, refuse_s=60.0)
-        assert until(lambda: sent(b"2", operator) or remote.handshakes["expelled"] >= 2)
+        wait_until(lambda: sent(b"2", operator) or remote.handshakes["expelled"] >= 2)
         newest.clear()
-        assert until(lambda: newest.get(rightful, ended).packet == b"3" or sent(b"3", operator, colleague))
+        wait_until(lambda: newest.get(rightful, ended).packet == b"3" or sent(b"3", operator, colleague))
         assert other not in newest
         assert not colleague.key_refused()
-        assert served(remote, operator)
+        ask(remote, operator)
 
 
-def test_a_key_that_was_sent_away_is_back_after_its_time(keys: Keys, base_port: int) -> None:
+@pytest.mark.parametrize(("refuse_s", "forgiven"), [(0.2, False), (1000.0, True)])
+def test_a_key_that_was_sent_away_is_back_after_its_time_or_at_once_when_it_is_forgiven(
+    keys: Keys, base_port: int, refuse_s: float, forgiven: bool
+) -> None:
     with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
         found: list[Received] = []
 
@@ -294,12 +238,16 @@ def test_a_key_that_was_sent_away_is_back_after_its_time(keys: Keys, base_port: 
             found.extend(remote.motions())
             return bool(found)
 
-        assert until(moved)
+        wait_until(moved)
         first = found.pop()
-        remote.expel("motion", first, refuse_s=0.2)
-        assert until(lambda: remote.handshakes["expelled"] > 0)
+        assert remote.is_open("motion", first.connection)
+        assert not remote.is_open("control", first.connection), "of another port"
+        remote.expel("motion", first, refuse_s=refuse_s)
+        wait_until(lambda: remote.handshakes["expelled"] > 0)
         found.clear()
-        assert until(moved)
+        if forgiven:
+            remote.forgive(first.key)
+        wait_until(moved)
 
 
 def test_only_a_connection_of_the_named_port_is_ended() -> None:
@@ -318,33 +266,13 @@ def test_only_a_connection_of_the_named_port_is_ended() -> None:
         end_connection(0, port)
 
 
-def test_a_key_that_was_sent_away_is_served_at_once_when_it_is_forgiven(keys: Keys, base_port: int) -> None:
-    with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
-        found: list[Received] = []
-
-        def moved() -> bool:
-            operator.send_latest("motion", b"m")
-            found.extend(remote.motions())
-            return bool(found)
-
-        assert until(moved)
-        first = found.pop()
-        assert remote.is_open("motion", first.connection)
-        assert not remote.is_open("control", first.connection), "of another port"
-        remote.expel("motion", first, refuse_s=1000.0)
-        assert until(lambda: remote.handshakes["expelled"] > 0)
-        found.clear()
-        remote.forgive(first.key)
-        assert until(moved)
-
-
 def test_a_connection_that_its_peer_closed_is_not_open(keys: Keys, base_port: int) -> None:
     with remote_link(keys, base_port) as remote:
         found: list[Received] = []
         with operator_link(keys, base_port) as operator:
-            assert until(lambda: (operator.send("control", b"?") and found.extend(remote.requests("control"))) or found)
+            wait_until(lambda: (operator.send("control", b"?") and found.extend(remote.requests("control"))) or found)
             assert remote.is_open("control", found[0].connection)
-        assert until(lambda: not remote.is_open("control", found[0].connection))
+        wait_until(lambda: not remote.is_open("control", found[0].connection))
 
 
 def test_no_socket_has_heartbeats_of_the_library_and_every_queue_is_bounded(keys: Keys, base_port: int) -> None:
@@ -379,7 +307,7 @@ def test_requests_for_a_stop_are_read_first_and_the_others_in_their_order() -> N
 
 def test_no_packet_waits_unread_after_answers_and_broken_off_reading(keys: Keys, base_port: int) -> None:
     with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
-        assert served(remote, operator)
+        ask(remote, operator)
         for number in range(300):
             asked = [b"%d %d" % (number, part) for part in range(1 + number % 3)]
             for packet in asked:
@@ -392,17 +320,12 @@ def test_no_packet_waits_unread_after_answers_and_broken_off_reading(keys: Keys,
                 heard.extend(operator.receive("control"))
                 return heard[-len(asked) :] == asked
 
-            assert until(all_heard, 2.0), (asked, heard)
+            wait_until(all_heard, lambda asked=asked, heard=heard: (asked, heard), 2.0, every_s=0.001)
 
 
 def test_a_reader_that_subscribes_again_and_again_is_sent_away(keys: Keys, base_port: int) -> None:
     with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
-
-        def touched() -> bool:
-            remote.send_latest("touch", b"t")
-            return operator.receive_latest("touch") == b"t"
-
-        assert until(touched)
+        wait_until(lambda: touched(remote, operator))
         most, made = 0, 0
         context = zmq.Context()
         reader = context.socket(zmq.XSUB)
@@ -420,8 +343,8 @@ def test_a_reader_that_subscribes_again_and_again_is_sent_away(keys: Keys, base_
             most = max(most, subscriptions(remote._sockets["touch"]))
             return made > 500
 
-        assert until(subscribed_often)
+        wait_until(subscribed_often, every_s=0.001)
         context.destroy(linger=0)
         assert remote._subscribers["touch"].ended > 0
         assert 1 < most < made / 4
-        assert until(touched), "the operator reads on"
+        wait_until(lambda: touched(remote, operator), "the operator reads on")

@@ -2,11 +2,12 @@
 
 import json
 import logging
+import math
 import sys
 from collections.abc import Iterator
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from common.log_flood import AT_ONCE, PER_S, SAFETY_AT_ONCE, FloodFilter
@@ -48,15 +49,23 @@ def record(message: str, *arguments: object, **extra: object) -> logging.LogReco
     return logging.makeLogRecord({"name": "a.b", "levelname": "INFO", "msg": message, "args": arguments, **extra})
 
 
-@given(ANY_TEXT, st.none() | st.floats() | ANY_TEXT | st.binary() | st.integers() | st.just(10**5000))
-def test_any_record_is_one_printable_line(text: str, value: object) -> None:
+@given(
+    ANY_TEXT,
+    st.none() | st.floats() | ANY_TEXT | st.binary() | st.integers() | st.just(10**5000) | st.lists(st.integers()),
+)
+@example(FORGED, FORGED)
+def test_any_record_is_one_printable_line_and_strict_json_where_it_is_json(text: str, value: object) -> None:
     for line in (
         TextLines("remote").format(record("%s", text, context=value)),
         JsonLines("remote").format(record("%s", text, context=value)),
     ):
         assert line.isprintable()
         line.encode("utf-8")
-    assert json.loads(line)["message"] == printable(text)
+    told = json.loads(line)
+    assert told["message"] == printable(text)
+    assert json.loads(json.dumps(told, allow_nan=False)) == told
+    if isinstance(value, float) and not math.isfinite(value):
+        assert told["context"] == str(value)
 
 
 @pytest.mark.parametrize("lines", [TextLines("remote"), JsonLines("remote")])
@@ -68,13 +77,6 @@ def test_a_line_of_any_length_is_cut(lines: logging.Formatter) -> None:
     assert line.isprintable()
     assert len(line) <= LONGEST_LINE
     assert "ValueError" in line
-
-
-def test_nothing_forges_a_line(kept: Kept) -> None:
-    logging.getLogger("remote_site.session_server").warning("refused annotate: %s", FORGED)
-    (line,) = kept.lines
-    assert line.isprintable()
-    assert r"no\n12.000 remote INFO" in line
 
 
 def test_two_alternating_refusals_are_few_lines_and_the_rest_is_counted(kept: Kept) -> None:

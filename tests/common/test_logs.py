@@ -2,18 +2,14 @@
 
 import json
 import logging
-import math
 import subprocess
 import sys
 import time
 from datetime import UTC, datetime
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from common.logs import JsonLines, spoken
-from common.printable import printable
 
 PROGRAM = """
 import logging, sys, threading, warnings
@@ -37,19 +33,15 @@ def run(form: str, then: str = "") -> list[str]:
     return done.stderr.splitlines()
 
 
-def line_of(message: str, *arguments: object, **extra: object) -> dict[str, object]:
-    record = logging.makeLogRecord(
-        {"name": "a.b", "levelname": "INFO", "msg": message, "args": arguments, "created": time.time(), **extra}
-    )
-    text = JsonLines("operator").format(record)
-    assert "\n" not in text
-    found: dict[str, object] = json.loads(text)
-    return found
-
-
-def test_a_json_line_has_both_times_and_the_context() -> None:
+def test_a_json_line_has_both_times_and_the_context_beside_them() -> None:
     before = (time.monotonic(), datetime.now(UTC))
-    line = line_of("%s is %d", "thumb", 3, finger="thumb", session=12)
+    forged = dict.fromkeys(("level", "logger", "process", "time_utc", "monotonic_s"), "never")
+    record = logging.makeLogRecord(
+        forged
+        | {"name": "a.b", "levelname": "INFO", "msg": "%s is %d", "args": ("thumb", 3), "created": time.time()}
+        | {"finger": "thumb", "session": 12}
+    )
+    line = json.loads(JsonLines("operator").format(record))
     after = (time.monotonic(), datetime.now(UTC))
     assert (line["level"], line["process"], line["logger"], line["message"]) == (
         "info",
@@ -58,27 +50,12 @@ def test_a_json_line_has_both_times_and_the_context() -> None:
         "thumb is 3",
     )
     assert (line["finger"], line["session"]) == ("thumb", 12)
+    assert "never" not in line.values(), "context takes the place of nothing that every line has"
     assert isinstance(line["monotonic_s"], float)
     assert before[0] - 0.001 <= line["monotonic_s"] <= after[0] + 0.001
     written = datetime.fromisoformat(str(line["time_utc"]))
     assert (before[1].timestamp() - 0.001) <= written.timestamp() <= (after[1].timestamp() + 0.001)
     assert written.utcoffset() is not None
-
-
-def test_context_cannot_take_the_place_of_what_every_line_has() -> None:
-    line = line_of("true", level="none", logger="none", process="none", time_utc="never", monotonic_s="never")
-    assert (line["level"], line["logger"], line["process"], line["message"]) == ("info", "a.b", "operator", "true")
-    assert "never" not in line.values()
-
-
-@given(st.text(), st.none() | st.floats() | st.text() | st.binary() | st.lists(st.integers()))
-def test_any_text_and_any_context_are_one_line_of_json(message: str, value: object) -> None:
-    line = line_of("%s", message, context=value)
-    assert line["message"] == printable(message)
-    strict = json.dumps(line, allow_nan=False)
-    assert json.loads(strict) == line
-    if isinstance(value, float) and not math.isfinite(value):
-        assert line["context"] == str(value)
 
 
 def test_lines_for_people_stay_what_they_were() -> None:

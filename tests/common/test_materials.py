@@ -6,7 +6,7 @@ import pytest
 from common.materials import ALIASES, contact_resistance_m2k_w, material, materials, read_materials
 
 
-def test_there_are_at_least_24_plausible_materials() -> None:
+def test_there_are_at_least_24_plausible_materials_known_by_name_and_alias() -> None:
     known = materials()
     assert len(known) >= 24
     for name, each in known.items():
@@ -15,27 +15,18 @@ def test_there_are_at_least_24_plausible_materials() -> None:
         assert 10 < each.density_kg_m3 <= 25_000
         assert 100 < each.specific_heat_j_kgk <= 10_000
         assert 0 < each.spread < 0.5
-
-
-def test_aliases_name_specimens() -> None:
+        constants = each.conductivity_w_mk * each.density_kg_m3 * each.specific_heat_j_kgk
+        assert each.effusivity == pytest.approx(math.sqrt(constants))
     for alias, name in ALIASES.items():
-        assert material(alias) is materials()[name]
-        assert alias not in materials()
+        assert material(alias) is known[name]
+        assert alias not in known
+    with pytest.raises(KeyError, match=r"unknown material 'unobtainium'; known: .*aluminium.*wood"):
+        material("unobtainium")
 
 
 def test_effusivities_are_ordered_as_fingers_feel_them() -> None:
     felt = [material(name).effusivity for name in ("aluminium", "ceramic", "pvc", "wood", "foam")]
     assert felt == sorted(felt, reverse=True)
-
-
-def test_effusivity_is_of_the_material_s_own_constants() -> None:
-    copper = material("copper")
-    assert copper.effusivity == pytest.approx(math.sqrt(400.0 * 8960.0 * 385.0))
-
-
-def test_an_unknown_material_is_answered_with_those_there_are() -> None:
-    with pytest.raises(KeyError, match=r"unknown material 'unobtainium'; known: .*aluminium.*wood"):
-        material("unobtainium")
 
 
 def test_contact_resistance_falls_with_conductivity_to_a_floor() -> None:

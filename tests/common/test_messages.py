@@ -99,7 +99,7 @@ def test_each_headers_field_is_checked(golden: dict[str, bytes], name: str) -> N
             KINDS[name].decode(msgpack.packb(wrong))
     with pytest.raises(BadPacket):
         KINDS[name].decode(golden[name] + b"\0")
-    for version in (0, SCHEMA_VERSION + 1, True, 1.0, None, "1"):
+    for version in (0, SCHEMA_VERSION + 1, True, float(SCHEMA_VERSION), None, str(SCHEMA_VERSION)):
         with pytest.raises(WrongVersion, match=f"speaks {SCHEMA_VERSION}"):
             KINDS[name].decode(msgpack.packb([version, *fields[1:]]))
 
@@ -110,6 +110,13 @@ def test_a_state_that_is_none_is_refused(golden: dict[str, bytes], name: str) ->
     for bad in (4, -1, 1.0, "engaged", None, True):
         with pytest.raises(BadPacket, match="LinkState"):
             KINDS[name].decode(msgpack.packb([*fields[:4], bad, *fields[5:]]))
+
+
+def touch_with(golden: dict[str, bytes], position: int, value: object) -> bytes:
+    """The touch of the document with another value in one of its fields."""
+    fields = msgpack.unpackb(golden["touch"])
+    fields[position] = value
+    return bytes(msgpack.packb(fields))
 
 
 def beyond(low: float, high: float) -> list[float]:
@@ -154,39 +161,27 @@ def _put(fields: list[Any], index: int, value: float) -> None:
 
 @pytest.mark.parametrize("block", [b"", bytes(499), bytes(501), "text", None, [0.0] * 125])
 def test_a_block_of_another_size_is_refused(golden: dict[str, bytes], block: object) -> None:
-    fields = msgpack.unpackb(golden["touch"])
     with pytest.raises(BadPacket, match="expected 500 bytes"):
-        Touch.decode(msgpack.packb([*fields[:5], block, *fields[6:]]))
+        Touch.decode(touch_with(golden, 5, block))
 
 
-@pytest.mark.parametrize(
-    ("position", "bad"),
-    [
-        (0, -1),
-        (0, 1.0),
-        (1, 3),
-        (2, 5),
-        (2, -1),
-        (3, -1),
-        (3, None),
-        (4, -1),
-        (4, 0.0),
-        (5, 1),
-        (5, -0.1),
-        (5, 2001.0),
-        (5, math.nan),
-        (5, math.inf),
-        (6, "x" * 41),
-        (6, b"pvc"),
-        (6, None),
-    ],
-)
-def test_each_field_of_an_event_is_checked(golden: dict[str, bytes], position: int, bad: object) -> None:
-    fields = msgpack.unpackb(golden["touch"])
-    news = msgpack.unpackb(fields[6])
-    news[1][1][position] = bad
+BAD_IN_EVENT: dict[str, tuple[object, ...]] = {
+    "ident": (-1, 1.0),
+    "kind": (3,),
+    "finger": (5, -1),
+    "time_ns": (-1, None),
+    "hand_ns": (-1, 0.0),
+    "value": (1, -0.1, 2001.0, math.nan, math.inf),
+    "name": ("x" * 41, b"pvc", None),
+}
+
+
+@pytest.mark.parametrize(("name", "bad"), [(name, bad) for name, found in BAD_IN_EVENT.items() for bad in found])
+def test_each_field_of_an_event_is_checked(golden: dict[str, bytes], name: str, bad: object) -> None:
+    news = msgpack.unpackb(msgpack.unpackb(golden["touch"])[6])
+    news[1][1][Event._fields.index(name)] = bad
     with pytest.raises(BadPacket):
-        Touch.decode(msgpack.packb([*fields[:6], msgpack.packb(news), fields[7]]))
+        Touch.decode(touch_with(golden, 6, msgpack.packb(news)))
 
 
 def test_lists_of_names_and_events_have_their_lengths(golden: dict[str, bytes]) -> None:
@@ -207,10 +202,10 @@ def test_lists_of_names_and_events_have_their_lengths(golden: dict[str, bytes]) 
         7,
     ):
         with pytest.raises(BadPacket):
-            Touch.decode(msgpack.packb([*fields[:6], msgpack.packb(news), fields[7]]))
+            Touch.decode(touch_with(golden, 6, msgpack.packb(news)))
     for unread in ([names, events], None, "text", b"", fields[6] + b"\0", fields[6][:-1], {}):
         with pytest.raises(BadPacket):
-            Touch.decode(msgpack.packb([*fields[:6], unread, fields[7]]))
+            Touch.decode(touch_with(golden, 6, unread))
 
 
 @pytest.mark.parametrize(
@@ -221,12 +216,8 @@ def test_lists_of_names_and_events_have_their_lengths(golden: dict[str, bytes]) 
         [[], None, None, None, None, None],
         [None, None, None, None, None],
         [[["pvc", 0.5]] * (MAX_CANDIDATES + 1), None, None, None, None],
-        [[["pvc"]], None, None, None, None],
-        [[[1, 0.5]], None, None, None, None],
-        [[["x" * 41, 0.5]], None, None, None, None],
-        [[["pvc", 1]], None, None, None, None],
-        [[["pvc", 1.01]], None, None, None, None],
-        [[["pvc", math.nan]], None, None, None, None],
+        *([[["pvc", bad]], None, None, None, None] for bad in (1, 1.01, math.nan)),
+        *([[bad], None, None, None, None] for bad in (["pvc"], [1, 0.5], ["x" * 41, 0.5])),
         [[], -0.1, None, None, None],
         [[], 1, None, None, None],
         [[], None, math.inf, None, None],
@@ -236,10 +227,9 @@ def test_lists_of_names_and_events_have_their_lengths(golden: dict[str, bytes]) 
     ],
 )
 def test_what_is_told_of_a_finger_is_checked(golden: dict[str, bytes], finger: object) -> None:
-    fields = msgpack.unpackb(golden["touch"])
-    told = msgpack.unpackb(fields[7])
+    told = msgpack.unpackb(msgpack.unpackb(golden["touch"])[7])
     with pytest.raises(BadPacket, match="told"):
-        Touch.decode(msgpack.packb([*fields[:7], msgpack.packb([*told[:4], finger])]))
+        Touch.decode(touch_with(golden, 7, msgpack.packb([*told[:4], finger])))
 
 
 def test_something_is_told_of_each_finger(golden: dict[str, bytes]) -> None:
@@ -247,7 +237,7 @@ def test_something_is_told_of_each_finger(golden: dict[str, bytes]) -> None:
     told = msgpack.unpackb(fields[7])
     for unread in (told, None, "text", b"", fields[7] + b"\0", msgpack.packb(told[:4]), msgpack.packb(7)):
         with pytest.raises(BadPacket):
-            Touch.decode(msgpack.packb([*fields[:7], unread]))
+            Touch.decode(touch_with(golden, 7, unread))
 
 
 def test_nothing_is_told_that_would_be_refused() -> None:
@@ -266,12 +256,14 @@ def test_the_fullest_touch_packet_fits() -> None:
     assert (read.events, read.told) == (events, told)
 
 
-def test_too_long_a_packet_is_neither_sent_nor_taken() -> None:
+def test_too_long_a_packet_is_neither_sent_nor_taken_and_a_refusal_has_its_longest() -> None:
     details = {"text": "x" * MAX_PACKET}
     with pytest.raises(BadPacket, match=f"longer than {MAX_PACKET}"):
         Request(1, 1, 1, "annotate", details).encode()
     with pytest.raises(BadPacket, match=f"longer than {MAX_PACKET}"):
         Request.decode(msgpack.packb([SCHEMA_VERSION, 1, 1, 1, "annotate", details]))
+    with pytest.raises(BadPacket, match="refused"):
+        Answer.decode(msgpack.packb([SCHEMA_VERSION, 1, 1, 1, "x" * 401, {}]))
 
 
 @pytest.mark.parametrize("verb", ["", "Engage", "reboot", None, 3, ["engage"], b"engage"])
@@ -287,18 +279,14 @@ def test_details_are_a_flat_map_with_text_keys(kind: Any, details: object) -> No
         kind.decode(msgpack.packb([SCHEMA_VERSION, 1, 1, 1, "hello", details]))
 
 
-def test_a_refusal_has_its_longest() -> None:
-    with pytest.raises(BadPacket, match="refused"):
-        Answer.decode(msgpack.packb([SCHEMA_VERSION, 1, 1, 1, "x" * 401, {}]))
-
-
-@given(st.sampled_from(REQUESTS), st.integers(0, 2**63 - 1), st.dictionaries(st.text(max_size=9), st.text(max_size=9)))
-def test_requests_come_back(verb: str, number: int, details: dict[str, str]) -> None:
+@given(
+    st.sampled_from(REQUESTS),
+    st.integers(0, 2**63 - 1),
+    st.dictionaries(st.text(max_size=9), st.text(max_size=9)),
+    st.integers(-(2**63), 2**63 - 1),
+)
+def test_requests_and_heartbeats_come_back(verb: str, number: int, details: dict[str, str], offset_ns: int) -> None:
     request = Request(number, number, number, verb, details)
     assert Request.decode(request.encode()) == request
-
-
-@given(st.integers(-(2**63), 2**63 - 1), st.integers(0, 2**63 - 1))
-def test_heartbeats_come_back(offset_ns: int, uncertainty_ns: int) -> None:
-    beat = Heartbeat(1, 2, 3, LinkState.FAULT, 4, 5, offset_ns, uncertainty_ns)
+    beat = Heartbeat(1, 2, 3, LinkState.FAULT, 4, 5, offset_ns, number)
     assert Heartbeat.decode(beat.encode()) == beat

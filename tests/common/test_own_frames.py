@@ -13,17 +13,12 @@ def settled() -> OwnFrames:
     return watch
 
 
-def test_one_own_frame_from_another_node_is_a_fault() -> None:
+def test_one_own_frame_from_another_node_is_a_fault_until_that_has_been_silent_for_long() -> None:
     watch = settled()
     assert watch.fault == ""
     assert watch.step(OWN)
     assert watch.fault == "another node sends FingerForces: only this site may"
     assert watch.heard == 1
-
-
-def test_the_fault_stays_until_the_second_sender_has_been_silent_for_long() -> None:
-    watch = settled()
-    watch.step(OWN)
     for _ in range(CLEAR_AFTER):
         watch.step(OTHER)
         assert watch.fault

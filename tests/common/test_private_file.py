@@ -33,13 +33,7 @@ def victim(tmp_path: Path) -> Path:
 
 
 @pytest.mark.usefixtures("open_umask")
-def test_a_recording_is_readable_by_its_owner_only(tmp_path: Path) -> None:
-    Recorder(tmp_path / "s.mcap", {}, {}).close()
-    assert mode(tmp_path / "s.mcap") == 0o600
-
-
-@pytest.mark.usefixtures("open_umask")
-def test_a_status_file_is_readable_by_its_owner_only_and_leaves_nothing_beside_it(tmp_path: Path) -> None:
+def test_status_files_and_recordings_are_readable_by_their_owner_only_and_leave_nothing_beside(tmp_path: Path) -> None:
     path = tmp_path / "s.json"
     (tmp_path / "s.json.part").write_text("left by a process that was killed", "utf-8")
     status = StatusFile(path, "s")
@@ -48,6 +42,8 @@ def test_a_status_file_is_readable_by_its_owner_only_and_leaves_nothing_beside_i
         assert mode(path) == 0o600
     assert json.loads(path.read_text("utf-8"))["number"] == 1
     assert [file.name for file in tmp_path.iterdir()] == ["s.json"]
+    Recorder(tmp_path / "s.mcap", {}, {}).close()
+    assert mode(tmp_path / "s.mcap") == 0o600
 
 
 @pytest.mark.parametrize("dangling", [False, True])
@@ -61,19 +57,14 @@ def test_a_recording_is_not_written_through_a_link(tmp_path: Path, victim: Path,
     assert not (tmp_path / "absent").exists()
 
 
-def test_a_status_file_is_not_written_through_a_link(tmp_path: Path, victim: Path) -> None:
-    link = tmp_path / "s.json"
-    link.symlink_to(victim)
-    with pytest.raises(OSError, match=r"symbolic link, refused.*s\.json"):
-        StatusFile(link, "s")
-
-
-def test_a_link_that_comes_later_is_refused_and_said_once(
+def test_a_status_file_is_not_written_through_a_link_and_one_that_comes_later_is_said_once(
     tmp_path: Path, victim: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     path = tmp_path / "s.json"
     status = StatusFile(path, "s")
     path.symlink_to(victim)
+    with pytest.raises(OSError, match=r"symbolic link, refused.*s\.json"):
+        StatusFile(path, "s")
     with caplog.at_level(logging.WARNING):
         for second in range(3):
             status.write(float(second), {})
@@ -94,14 +85,11 @@ def test_a_link_in_place_of_the_temporary_file_is_not_followed(tmp_path: Path, v
     assert json.loads(path.read_text("utf-8"))["process"] == "s"
 
 
-def test_a_file_that_exists_is_kept(victim: Path) -> None:
+def test_a_file_that_exists_is_kept_and_one_that_is_to_be_replaced_is_a_new_one(victim: Path, tmp_path: Path) -> None:
+    """Who has the old one open keeps its content and its mode."""
     with pytest.raises(FileExistsError):
         create_private(victim)
     assert victim.read_text("utf-8") == "precious"
-
-
-def test_a_file_that_is_to_be_replaced_is_a_new_one(victim: Path, tmp_path: Path) -> None:
-    """Who has the old one open keeps its content and its mode."""
     (tmp_path / "other").hardlink_to(victim)
     with create_private(victim, replace=True) as file:
         file.write(b"new")

@@ -8,7 +8,7 @@ import struct
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import IO, Any, cast
 
@@ -22,13 +22,18 @@ from mcap.stream_reader import StreamReader
 from common import recording, recording_writer
 from common.recording import Recorder, recording_figures
 from common.software_version import software_version
+from tests.waiting import wait_until
 from tests.writer_thread import write_in_a_thread
 
 SCHEMAS = {"touch": {"type": "array", "description": "a packet"}, "event": {"type": "object"}}
 
 
-def record(path: Path, messages: int) -> Recorder:
-    with Recorder(path, SCHEMAS, {"configuration": "rate_hz = 500.0\n", "key": "curve:abc"}) as recorder:
+METADATA = {"configuration": "rate_hz = 500.0\n", "key": "curve:abc"}
+ATTACHED = {"materials.json": bytes(range(256)) * 300, "empty.json": b""}
+
+
+def record(path: Path, messages: int, attached: dict[str, bytes] | None = None) -> Recorder:
+    with Recorder(path, SCHEMAS, METADATA, attached) as recorder:
         for n in range(messages):
             recorder.write("touch", 10**12 + n * 2_000_000, n.to_bytes(4, "little") * 25)
             if n % 10 == 0:
@@ -46,7 +51,7 @@ def figures(recorded: dict[str, int], lost: int, failed: str, failed_ns: int | N
 
 
 def test_the_public_reader_finds_everything(tmp_path: Path) -> None:
-    recorder = record(tmp_path / "s.mcap", 1000)
+    recorder = record(tmp_path / "s.mcap", 1000, ATTACHED)
     assert (recorder.written, recorder.lost, recorder.failed) == (Counter(touch=1000, event=100), 0, None)
     with (tmp_path / "s.mcap").open("rb") as file:
         reader = make_reader(file)
@@ -59,15 +64,14 @@ def test_the_public_reader_finds_everything(tmp_path: Path) -> None:
         assert {s.name: json.loads(s.data) for s in summary.schemas.values()} == SCHEMAS
         (metadata,) = list(reader.iter_metadata())
         assert metadata.metadata.pop("version") == software_version()
-        assert metadata.metadata == {"configuration": "rate_hz = 500.0\n", "key": "curve:abc"}
+        assert metadata.metadata == METADATA
+        assert {attached.name: attached.data for attached in reader.iter_attachments()} == ATTACHED
         times = [(m.log_time, m.publish_time, m.data[:4]) for _, c, m in reader.iter_messages() if c.topic == "touch"]
     start = 10**12
     assert times == [(start + n * 2_000_000, start + n * 2_000_000, n.to_bytes(4, "little")) for n in range(1000)]
 
 
-def test_between_two_flushes_a_recording_grows_by_one_chunk_however_much_is_written(
-    tmp_path: Path,
-) -> None:
+def test_between_two_flushes_a_recording_grows_by_one_chunk_however_much_is_written(tmp_path: Path) -> None:
     """Each chunk of the file costs memory until the file is closed: a session of hours must not pay by the byte."""
     record(tmp_path / "s.mcap", 1500)
     with (tmp_path / "s.mcap").open("rb") as file:
@@ -78,6 +82,15 @@ def test_between_two_flushes_a_recording_grows_by_one_chunk_however_much_is_writ
     assert 1 <= summary.statistics.chunk_count <= 4
 
 
+def readable(path: Path) -> list[bytes]:
+    """Payloads of all messages of a file that may end in the middle of a record."""
+    found = []
+    # The reader says in more ways than one that it does.
+    with path.open("rb") as file, contextlib.suppress(McapError, struct.error):
+        found.extend(item.data for item in StreamReader(file).records if isinstance(item, Message))
+    return found
+
+
 def test_a_file_cut_anywhere_still_yields_its_closed_chunks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write_in_a_thread(monkeypatch)
     monkeypatch.setattr(recording_writer, "CHUNK_BYTES", 16 * 1024)
@@ -86,12 +99,7 @@ def test_a_file_cut_anywhere_still_yields_its_closed_chunks(tmp_path: Path, monk
     for share in (0.3, 0.5, 0.77):
         cut = tmp_path / "cut.mcap"
         cut.write_bytes(whole[: int(len(whole) * share)])
-        found: list[Message] = []
-        # The reader says in more ways than one that the file ends in the middle of a record.
-        with cut.open("rb") as file, contextlib.suppress(McapError, struct.error):
-            for item in StreamReader(file).records:
-                found.extend([item] if isinstance(item, Message) else [])
-        numbers = [int.from_bytes(m.data[:4], "little") for m in found if m.data != b"event"]
+        numbers = [int.from_bytes(data[:4], "little") for data in readable(cut) if data != b"event"]
         assert numbers == list(range(len(numbers)))
         # At most the chunk under way is lost; chunk and index take some bytes more than the messages.
         chunk_messages = recording_writer.CHUNK_BYTES / 131
@@ -137,13 +145,6 @@ def disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[SlowDisk]:
     disk.file.close()
 
 
-def until(reached: Callable[[], object]) -> None:
-    end_s = time.monotonic() + 30.0
-    while not reached():
-        assert time.monotonic() < end_s
-        time.sleep(0.001)
-
-
 def test_a_stuck_disk_never_makes_the_loop_wait_and_what_does_not_fit_is_counted_and_said_once(
     disk: SlowDisk, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -158,7 +159,7 @@ def test_a_stuck_disk_never_makes_the_loop_wait_and_what_does_not_fit_is_counted
     # Ten wait in the queue, ten or a few more are being handed over; the sockets hold a few hundred kilobytes.
     assert 900 <= lost <= 990
     disk.moving.set()
-    until(lambda: recorder.written["touch"] == 1000 - lost)
+    wait_until(lambda: recorder.written["touch"] == 1000 - lost)
     for n in range(3):
         recorder.write("touch", 10**10 + n, b"x")
     recorder.close()
@@ -206,7 +207,7 @@ def test_a_writer_that_dies_of_anything_stops_the_recording_and_not_the_loop(
     write_in_a_thread(monkeypatch)
     recorder = Recorder(tmp_path / "s.mcap", SCHEMAS, {})
     recorder.write("touch", 1, b"x")
-    until(lambda: recorder.failed)
+    wait_until(lambda: recorder.failed)
     for n in range(10):
         recorder.write("touch", n, b"x")
     recorder.close()
@@ -219,10 +220,10 @@ def test_a_writer_that_is_killed_stops_the_recording_and_not_the_loop(
 ) -> None:
     recorder = Recorder(tmp_path / "s.mcap", SCHEMAS, {})
     recorder.write("touch", 1, b"x")
-    until(lambda: recorder.written)
+    wait_until(lambda: recorder.written)
     killed_ns = time.monotonic_ns()
     os.kill(recorder._process.pid, signal.SIGKILL)
-    until(lambda: recorder.failed)
+    wait_until(lambda: recorder.failed)
     for n in range(10):
         recorder.write("touch", 10**9 * n, b"x")
     recorder.close()
@@ -236,7 +237,7 @@ def test_a_writer_that_is_killed_stops_the_recording_and_not_the_loop(
 def test_an_end_that_is_told_to_all_processes_does_not_end_the_recording_before_its_owner(tmp_path: Path) -> None:
     with Recorder(tmp_path / "s.mcap", SCHEMAS, {}) as recorder:
         recorder.write("touch", 1, b"x")
-        until(lambda: recorder.written)
+        wait_until(lambda: recorder.written)
         for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
             os.kill(recorder._process.pid, number)
         recorder.write("touch", 10**9, b"y")
@@ -285,45 +286,26 @@ def test_an_unknown_stream_is_the_callers_error_and_the_recording_goes_on(tmp_pa
     assert (recorder.written, recorder.lost, recorder.failed) == (Counter(touch=1), 0, None)
 
 
-def test_attached_files_come_back_whole(tmp_path: Path) -> None:
-    table = bytes(range(256)) * 300
-    with Recorder(tmp_path / "s.mcap", SCHEMAS, {}, {"materials.json": table, "empty.json": b""}):
-        pass
-    with (tmp_path / "s.mcap").open("rb") as file:
-        found = {attached.name: attached.data for attached in make_reader(file).iter_attachments()}
-    assert found == {"materials.json": table, "empty.json": b""}
-
-
 def test_what_was_written_is_in_the_file_without_closing_it(tmp_path: Path) -> None:
     """However little it is: the chunk under way is ended on time, not when it is full."""
     recorder = Recorder(tmp_path / "s.mcap", SCHEMAS, {})
     recorder.write("touch", 7, b"seven")
-    until(lambda: recorder.written)
-    found: list[bytes] = []
-    with (tmp_path / "s.mcap").open("rb") as file, contextlib.suppress(McapError, struct.error):
-        found.extend(item.data for item in StreamReader(file).records if isinstance(item, Message))
-    assert found == [b"seven"]
+    wait_until(lambda: recorder.written)
+    assert readable(tmp_path / "s.mcap") == [b"seven"]
     recorder.close()
 
 
-def test_what_comes_after_the_end_is_lost_and_counted(tmp_path: Path) -> None:
-    recorder = record(tmp_path / "s.mcap", 1)
-    recorder.write("touch", 1, b"x")
-    assert recorder.lost == 1
-
-
-def test_a_site_that_does_not_record_has_figures_too() -> None:
+def test_a_site_that_does_not_or_cannot_record_knows_it(tmp_path: Path) -> None:
     assert recording_figures(None) == figures({}, 0, "", None)
-
-
-def test_a_folder_that_is_not_there_is_said(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="No such file"):
         Recorder(tmp_path / "absent" / "s.mcap", SCHEMAS, {})
 
 
-def test_closing_twice_is_no_error(tmp_path: Path) -> None:
+def test_closing_twice_is_no_error_and_what_comes_after_the_end_is_lost_and_counted(tmp_path: Path) -> None:
     recorder = record(tmp_path / "s.mcap", 1)
     recorder.close()
+    recorder.write("touch", 1, b"x")
+    assert recorder.lost == 1
 
 
 def test_a_durable_recording_calls_written_only_what_the_disk_has_and_does_not_wait_for_the_next_flush(
@@ -343,14 +325,14 @@ def test_a_durable_recording_calls_written_only_what_the_disk_has_and_does_not_w
 
     monkeypatch.setattr(os, "fsync", sync)
     recorder = Recorder(tmp_path / "s.mcap", SCHEMAS, {}, durable=True)
-    until(lambda: synced)  # the head is there
+    wait_until(lambda: synced)  # the head is there
     moving.clear()
     asked.clear()
     recorder.write("touch", 7, b"seven")
     assert asked.wait(30.0)
     assert not recorder.written, "the disk has not got it yet"
     moving.set()
-    until(lambda: recorder.written)
+    wait_until(lambda: recorder.written)
     assert synced[-1] == (tmp_path / "s.mcap").stat().st_size
     recorder.close()
     assert synced[-1] == (tmp_path / "s.mcap").stat().st_size

@@ -11,11 +11,12 @@ from common import resolve
 from common.bind_address import check_bind
 from common.can_line import CanAddress, can_address
 from common.curve_sockets import LinkProblem
-from common.keys import TrustedKeys, load_keys
-from common.link import OperatorLink, RemoteLink
+from common.keys import TrustedKeys
 from common.resolve import Resolver, bare_host, tcp_endpoint
 from common.serial_port import open_port
-from tests.common.test_link import Keys, served, until
+from tests.common.links import ask, operator_link, remote_link
+from tests.conftest import Keys
+from tests.waiting import wait_until
 
 NAME = "remote.example"
 
@@ -75,38 +76,38 @@ def test_a_number_is_its_own_address_and_asks_nobody(names: Names) -> None:
 
 def test_the_last_good_address_stays_while_the_name_server_fails_or_is_silent(names: Names, resolver: Resolver) -> None:
     assert resolver.address is None
-    assert until(lambda: names.asked > 1)
+    wait_until(lambda: names.asked > 1)
     assert resolver.address is None
     names.addresses = ["192.0.2.7"]
-    assert until(lambda: resolver.address == "192.0.2.7")
+    wait_until(lambda: resolver.address == "192.0.2.7")
     names.addresses = []
     asked = names.asked
-    assert until(lambda: names.asked > asked + 2)
+    wait_until(lambda: names.asked > asked + 2)
     assert resolver.address == "192.0.2.7"
     names.answers.clear()
     assert resolver.address == "192.0.2.7"
     names.addresses = ["192.0.2.8"]
     names.answers.set()
-    assert until(lambda: resolver.address == "192.0.2.8")
+    wait_until(lambda: resolver.address == "192.0.2.8")
 
 
 def test_an_address_that_answers_is_kept_whatever_the_name_server_says(names: Names) -> None:
     names.addresses = ["127.0.0.1"]
     with socket.create_server(("127.0.0.1", 0)) as server:
         resolver = Resolver(NAME, server.getsockname()[1])
-        assert until(lambda: resolver.address == "127.0.0.1")
+        wait_until(lambda: resolver.address == "127.0.0.1")
         for names.addresses in (["127.0.0.2", "127.0.0.1"], ["127.0.0.2"], []):
             asked = names.asked
-            assert until(lambda asked=asked: names.asked > asked + 2)
+            wait_until(lambda asked=asked: names.asked > asked + 2)
             assert resolver.address == "127.0.0.1"
         names.addresses = ["127.0.0.2"]
-    assert until(lambda: resolver.address == "127.0.0.2")
+    wait_until(lambda: resolver.address == "127.0.0.2")
     resolver.close()
 
 
 def test_a_name_without_address_is_logged_once(names: Names, caplog: pytest.LogCaptureFixture) -> None:
     resolver = Resolver("no\x1b[2J.example", 5600)
-    assert until(lambda: names.asked > 3)
+    wait_until(lambda: names.asked > 3)
     resolver.close()
     (record,) = [record for record in caplog.records if "no address" in record.message]
     assert record.message.isprintable()
@@ -117,7 +118,7 @@ def test_of_several_addresses_one_that_answers_is_taken(names: Names) -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         names.addresses = ["::1", "127.0.0.1"]
         resolver = Resolver(NAME, server.getsockname()[1])
-        assert until(lambda: resolver.address is not None)
+        wait_until(lambda: resolver.address is not None)
         assert resolver.address == "127.0.0.1"
         resolver.close()
 
@@ -126,24 +127,17 @@ def test_closing_ends_the_thread(names: Names) -> None:
     before = threading.active_count()
     resolver = Resolver(NAME, 5600)
     resolver.close()
-    assert until(lambda: threading.active_count() == before)
-
-
-def a_link(keys: Keys, host: str, base_port: int) -> OperatorLink:
-    return OperatorLink(host, base_port, load_keys(keys.operator), load_keys(keys.remote).public)
+    wait_until(lambda: threading.active_count() == before)
 
 
 def test_a_link_by_name_follows_its_host_to_another_address(names: Names, keys: Keys, base_port: int) -> None:
     names.addresses = ["127.0.0.2"]
-    with (
-        RemoteLink("127.0.0.1", base_port, load_keys(keys.remote), TrustedKeys(keys.remote)) as remote,
-        a_link(keys, NAME, base_port) as operator,
-    ):
-        assert until(lambda: names.asked > 2)
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port, host=NAME) as operator:
+        wait_until(lambda: names.asked > 2)
         assert operator.receive("control") == []
         assert not operator.send("control", b"?")
         names.addresses = ["127.0.0.1"]
-        assert served(remote, operator)
+        ask(remote, operator)
 
 
 def test_a_link_by_name_begins_when_the_name_server_answers_and_is_not_cut_by_it(
@@ -152,43 +146,40 @@ def test_a_link_by_name_begins_when_the_name_server_answers_and_is_not_cut_by_it
     names.answers.clear()
     names.addresses = ["127.0.0.1"]
     with (
-        RemoteLink("127.0.0.1", base_port, load_keys(keys.remote), TrustedKeys(keys.remote)) as remote,
-        a_link(keys, NAME, base_port) as operator,
-        a_link(keys, "127.0.0.1", base_port) as numeric,
+        remote_link(keys, base_port) as remote,
+        operator_link(keys, base_port, host=NAME) as operator,
+        operator_link(keys, base_port) as numeric,
     ):
         assert not operator.send("control", b"?")
         assert operator.receive("control") == []
         operator.send_latest("motion", b"m")
-        assert served(remote, numeric)
+        ask(remote, numeric)
         names.answers.set()
-        assert served(remote, operator)
+        ask(remote, operator)
         asked = names.asked
         names.addresses = ["127.0.0.2"]
-        assert until(lambda: names.asked > asked + 2)
-        assert served(remote, operator, b"still here")
+        wait_until(lambda: names.asked > asked + 2)
+        ask(remote, operator, b"still here")
 
 
 @needs_ipv6
 @pytest.mark.parametrize("host", ["::1", "[::1]"])
 def test_a_link_over_ipv6(host: str, keys: Keys, base_port: int) -> None:
-    with (
-        RemoteLink(host, base_port, load_keys(keys.remote), TrustedKeys(keys.remote)) as remote,
-        a_link(keys, host, base_port) as operator,
-    ):
-        assert served(remote, operator)
+    with remote_link(keys, base_port, host) as remote, operator_link(keys, base_port, host=host) as operator:
+        ask(remote, operator)
         operator.send("control", b"once more")
         found: list[Any] = []
-        assert until(lambda: found.extend(remote.requests("control")) or found)
+        wait_until(lambda: found.extend(remote.requests("control")) or found)
         remote.expel("control", found[0])
-        assert served(remote, operator, b"again")
+        ask(remote, operator, b"again")
 
 
 @needs_ipv6
 def test_a_bind_to_every_address_of_both_families_serves_both(keys: Keys, base_port: int) -> None:
-    with RemoteLink("::", base_port, load_keys(keys.remote), TrustedKeys(keys.remote)) as remote:
+    with remote_link(keys, base_port, "::") as remote:
         for host in ("::1", "127.0.0.1"):
-            with a_link(keys, host, base_port) as operator:
-                assert served(remote, operator)
+            with operator_link(keys, base_port, host=host) as operator:
+                ask(remote, operator)
 
 
 def test_a_bind_in_brackets_is_judged_as_without(keys: Keys) -> None:

@@ -28,10 +28,15 @@ TICK_S = 0.002
 DEFAULT_NICE = os.getpriority(os.PRIO_PROCESS, 0)
 
 
+def said(code: str, *, leads: bool = False) -> list[str]:
+    """The words that a program prints."""
+    run = [sys.executable, "-c", code]
+    return subprocess.run(run, capture_output=True, text=True, check=True, start_new_session=leads).stdout.split()
+
+
 def told(does: str, *, leads: bool = False) -> list[str]:
     """Nice, policy, nice of the group, and slice in ns, after doing something."""
-    run = [sys.executable, "-c", f"{does}\n{LOOK}"]
-    return subprocess.run(run, capture_output=True, text=True, check=True, start_new_session=leads).stdout.split()
+    return said(f"{does}\n{LOOK}", leads=leads)
 
 
 @pytest.mark.skipif(not KNOWS_SLICES, reason="this kernel gives no slices that were asked for (Linux 6.12 does)")
@@ -42,9 +47,8 @@ def test_a_loop_has_short_slices_and_all_else_stays() -> None:
 
 
 def test_other_threads_give_up_the_interpreter_within_a_small_part_of_a_tick() -> None:
-    code = f"{SHORT}; import sys; print(sys.getswitchinterval())"
-    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert float(said) == pytest.approx(_SWITCH_S)
+    (interval_s,) = said(f"{SHORT}; import sys; print(sys.getswitchinterval())")
+    assert float(interval_s) == pytest.approx(_SWITCH_S)
     assert _SWITCH_S <= 0.1 * TICK_S
 
 
@@ -71,8 +75,7 @@ print(policy(), *inside, subprocess.run(
 
 
 def test_a_loop_comes_first_where_it_may_and_what_it_starts_does_not() -> None:
-    run = [sys.executable, "-c", f"{SHORT}\n{FIRST}\n{POLICIES}"]
-    allowed, *policies = subprocess.run(run, capture_output=True, text=True, check=True).stdout.split()
+    allowed, *policies = said(f"{SHORT}\n{FIRST}\n{POLICIES}")
     own = os.SCHED_RR if allowed == "True" else os.SCHED_OTHER
     assert policies == [str(own), str(os.SCHED_OTHER), str(os.SCHED_OTHER)]
 
@@ -84,7 +87,7 @@ def test_a_loop_that_came_first_stands_in_line_again_with_its_nice_and_short_sli
 
 @pytest.mark.skipif(os.getuid() != 0, reason="only root can become an ordinary user, who is denied a right for sure")
 def test_an_ordinary_user_may_stand_in_line_and_come_first_only_by_the_limit_of_priorities() -> None:
-    code = f"""
+    first, *then = said(f"""
 import os, resource
 from common.scheduling import come_first, policy, stand_in_line
 {SHORT}
@@ -93,11 +96,10 @@ resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))
 os.setuid(65534)
 stand_in_line()
 print(policy(), come_first(), policy())
-"""
-    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    if said[0] == "False":
+""")
+    if first == "False":
         pytest.skip("no real-time policy may be set here")
-    assert said[1:] == [str(os.SCHED_OTHER), "False", str(os.SCHED_OTHER)]
+    assert then == [str(os.SCHED_OTHER), "False", str(os.SCHED_OTHER)]
 
 
 def test_who_gives_way_lowers_itself_and_the_session_that_it_leads() -> None:

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -41,22 +42,25 @@ def test_a_wrong_length_is_refused(kind: Any, length: int) -> None:
             kind.decode(bytes(wrong))
 
 
-@given(drive)
-def test_heater_commands_come_back(permille: int) -> None:
-    assert HeaterCommand.decode(HeaterCommand(permille).encode()).drive_permille == permille
-
-
 @given(st.integers(0, 3000), drive, st.integers(0, 3000), st.integers(0, 50_000), st.integers(0, 255))
-def test_tacttip_commands_come_back(motor_mv: int, permille: int, pulse_mv: int, pulse_us: int, number: int) -> None:
-    command = TactTipCommand(motor_mv, permille, pulse_mv, pulse_us, number)
-    assert TactTipCommand.decode(command.encode()) == command
+def test_commands_come_back(motor_mv: int, permille: int, pulse_mv: int, pulse_us: int, number: int) -> None:
+    for command in (HeaterCommand(permille), TactTipCommand(motor_mv, permille, pulse_mv, pulse_us, number)):
+        assert type(command).decode(command.encode()) == command
 
 
 @given(u32, counts_12, counts_12, st.integers(0, 255), st.integers(0, 3000), drive)
-def test_reports_come_back(time_us: int, first: int, second: int, flags: int, motor_mv: int, permille: int) -> None:
-    measured = (time_us, first, second, flags)
-    for report in (ThermalReading(*measured, permille), TactTipState(*measured, motor_mv, permille)):
+def test_reports_come_back_and_device_time_wraps(
+    time_us: int, first: int, second: int, flags: int, motor_mv: int, permille: int
+) -> None:
+    measured = (first, second, flags)
+    for report in (
+        ThermalReading(time_us, *measured, permille),
+        TactTipState(time_us, *measured, motor_mv, permille),
+        TextureSamples(time_us, bytes(20)),
+    ):
         assert type(report).decode(report.encode()) == report
+        wrapped = replace(report, device_time_us=time_us + 2**32)
+        assert type(report).decode(wrapped.encode()) == report
 
 
 @pytest.mark.parametrize(
@@ -121,7 +125,3 @@ def test_an_identity_of_nobody_is_refused(position: int, value: int, message: st
     payload[position] = value
     with pytest.raises(BadPayload, match=message):
         Identity.decode(bytes(payload))
-
-
-def test_device_time_wraps() -> None:
-    assert ThermalReading.decode(ThermalReading(2**32 + 5, 0, 0, 0, 0).encode()).device_time_us == 5

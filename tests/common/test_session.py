@@ -119,42 +119,6 @@ class Sessions(RuleBasedStateMachine):
 TestSessions = Sessions.TestCase
 
 
-def test_after_a_fault_somebody_new_can_connect_and_clear_it() -> None:
-    session = Session()
-    session.connect(1)
-    session.latch("hot plate")
-    session.disconnect()
-    assert session.ident == 0
-    session.connect(2)
-    assert session.fault
-    session.clear()
-    assert session.state is LinkState.CONNECTED
-
-
-def test_what_a_person_latched_here_is_not_cleared_by_whoever_connects_next() -> None:
-    session = Session()
-    session.connect(1)
-    session.latch("emergency stop at the remote site", cleared_here_only=True)
-    session.disconnect()
-    session.connect(2)
-    with pytest.raises(Refused, match="emergency stop at the remote site: to be cleared where it was latched"):
-        session.clear(here=False)
-    assert session.fault
-    session.clear()
-    session.latch("hot plate")
-    session.clear(here=False)
-    assert session.state is LinkState.CONNECTED
-
-
-def test_a_person_who_stops_what_is_latched_already_keeps_it_to_this_site() -> None:
-    session = Session()
-    session.latch("hot plate")
-    session.latch("emergency stop at the remote site", cleared_here_only=True)
-    assert session.fault == "hot plate", "the first reason is kept"
-    with pytest.raises(Refused, match="to be cleared where it was latched"):
-        session.clear(here=False)
-
-
 def test_a_happening_is_recorded_with_its_session() -> None:
     session = Session()
     session.connect(7, "operator curve:abc")

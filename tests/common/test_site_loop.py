@@ -2,9 +2,11 @@
 
 import json
 import socket
+from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -13,6 +15,7 @@ from common.curve_sockets import LinkProblem
 from common.notify import Supervisor
 from common.precedence import Precedence
 from common.site_loop import in_words, run_site_loop
+from common.watchdog import LoopWatchdog
 from tests.conftest import Contained
 
 MS = 1_000_000
@@ -37,8 +40,10 @@ class Site:
         self._clock = clock
         self._costs_ms = costs_ms or {}
         self._fails_at = fails_at
+        self.look: Callable[[], object] = lambda: None
 
     def tick(self, now_ns: int) -> None:
+        self.look()
         self.ticked_ns.append(now_ns)
         self._clock.now_ns += self._costs_ms.get(len(self.ticked_ns), 0) * MS
         if len(self.ticked_ns) == self._fails_at:
@@ -71,13 +76,10 @@ class Asked(Precedence):
         return super().look(holds_rate, works)
 
 
-def unwatched(ticks: object) -> AbstractContextManager[object]:
-    return nullcontext()
-
-
-def run(clock: Clock, site: Site, until_ms: int, status: Path | None = None, **more: object) -> Heard:
+def run(clock: Clock, site: Site, until_ms: int, status: Path | None = None, **more: Any) -> Heard:
     heard = Heard()
     end_ns = clock.now_ns + until_ms * MS
+    defaults = {"precedence": Asked(), "watchdog": lambda ticks: nullcontext(), "supervisor": heard}
     run_site_loop(
         site,
         "remote",
@@ -86,48 +88,51 @@ def run(clock: Clock, site: Site, until_ms: int, status: Path | None = None, **m
         status=status,
         clock_ns=lambda: clock.now_ns,
         sleep=clock.sleep,
-        watchdog=unwatched,
-        supervisor=heard,
-        **{"precedence": Asked()} | more,  # type: ignore[arg-type]
+        **defaults | more,
     )
     return heard
 
 
-def test_it_ticks_at_its_rate_with_the_clocks_time() -> None:
+def test_it_ticks_at_its_rate_with_the_clocks_time_which_the_watchdog_sees() -> None:
     clock = Clock()
     site = Site(clock)
-    run(clock, site, 1000)
+    counted: list[int] = []
+
+    def watch(ticks: Callable[[], int]) -> AbstractContextManager[object]:
+        site.look = lambda: counted.append(ticks())
+        return nullcontext()
+
+    run(clock, site, 1000, watchdog=watch)
     assert len(site.ticked_ns) == 500
     steps_ns = {later - earlier for earlier, later in pairwise(site.ticked_ns)}
     assert all(abs(step_ns - 2 * MS) < 1000 for step_ns in steps_ns)
+    assert counted == list(range(1, 501))
 
 
-def test_the_last_status_says_that_the_process_has_ended(tmp_path: Path) -> None:
-    clock = Clock()
-    status = tmp_path / "remote.json"
+@pytest.mark.parametrize("with_status", [False, True])
+def test_once_a_second_it_tells_its_figures_and_the_supervisor_and_in_the_end_that_it_has_ended(
+    tmp_path: Path, with_status: bool
+) -> None:
+    clock, status = Clock(), tmp_path / "remote.json"
+    site = Site(clock)
+    seconds: list[int] = []
     states: list[str] = []
 
     def look() -> None:
+        seconds.append(len(site.ticked_ns))
         if status.exists():
             states.append(json.loads(status.read_text())["state"])
 
-    run(clock, Site(clock), 3_500, status, each_second=look)
-    assert states == ["engaged"] * 3
-    assert json.loads(status.read_text())["state"] == "ended"
-
-
-def test_once_a_second_it_tells_its_figures_and_the_supervisor(tmp_path: Path) -> None:
-    clock = Clock()
-    site = Site(clock)
-    seconds: list[int] = []
-    heard = run(clock, site, 3_500, tmp_path / "remote.json", each_second=lambda: seconds.append(len(site.ticked_ns)))
+    heard = run(clock, site, 3_500, status if with_status else None, each_second=look)
     assert len(seconds) == 4
     assert seconds[0] == 1, "at once, after the first tick"
     told = ("WATCHDOG=1", "STATUS=engaged")
     assert heard.lines == [("READY=1",), told, told, told, told, ("STOPPING=1",)]
-    status = json.loads((tmp_path / "remote.json").read_text("utf-8"))
-    assert status["process"] == "remote"
-    assert status["made"] == len(site.ticked_ns), "written again at the end"
+    if with_status:
+        assert states == ["engaged"] * 3
+        last = json.loads(status.read_text("utf-8"))
+        assert (last["process"], last["state"]) == ("remote", "ended")
+        assert last["made"] == len(site.ticked_ns), "written again at the end"
 
 
 def test_a_loop_that_cannot_hold_its_rate_tells_it_everywhere(tmp_path: Path) -> None:
@@ -154,13 +159,6 @@ def test_a_loop_on_time_comes_first_once_that_is_known_and_one_that_is_behind_do
         assert json.loads((tmp_path / "remote.json").read_text("utf-8"))["real_time"] == first
 
 
-def test_the_hook_is_called_without_a_status_file_too() -> None:
-    clock = Clock()
-    seconds: list[int] = []
-    run(clock, Site(clock), 1_500, each_second=lambda: seconds.append(clock.now_ns))
-    assert len(seconds) == 2
-
-
 def test_a_loop_that_never_ran_was_never_ready() -> None:
     clock = Clock()
     site = Site(clock)
@@ -179,19 +177,9 @@ def test_a_long_tick_is_not_made_up_for_in_a_burst() -> None:
 
 
 def test_the_supervisor_hears_of_an_end_by_error_too() -> None:
-    clock = Clock()
-    heard = Heard()
+    clock, heard = Clock(), Heard()
     with pytest.raises(RuntimeError, match="as the test says"):
-        run_site_loop(
-            Site(clock, fails_at=3),
-            "remote",
-            500.0,
-            lambda: False,
-            clock_ns=lambda: clock.now_ns,
-            sleep=clock.sleep,
-            watchdog=unwatched,
-            supervisor=heard,
-        )
+        run(clock, Site(clock, fails_at=3), 1000, supervisor=heard)
     assert heard.lines[-1] == ("STOPPING=1",)
 
 
@@ -224,51 +212,14 @@ def test_what_else_the_hook_or_the_figures_raise_is_named_and_the_loop_continues
     assert sum("WATCHDOG=1" in line for line in heard.lines) == 3
 
 
-def test_the_watchdog_sees_the_count_of_ticks() -> None:
-    clock = Clock()
-    site = Site(clock)
-    counted: list[int] = []
-
-    def watch(ticks: object) -> AbstractContextManager[object]:
-        assert callable(ticks)
-        site_tick = site.tick
-
-        def tick(now_ns: int) -> None:
-            counted.append(ticks())
-            site_tick(now_ns)
-
-        site.tick = tick  # type: ignore[method-assign]
-        return nullcontext()
-
-    end_ns = clock.now_ns + 20 * MS
-    run_site_loop(
-        site,
-        "remote",
-        500.0,
-        lambda: clock.now_ns >= end_ns,
-        clock_ns=lambda: clock.now_ns,
-        sleep=clock.sleep,
-        watchdog=watch,
-    )
-    assert counted == list(range(1, 11))
-
-
 def test_a_real_supervisor_is_found_in_the_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     address = str(tmp_path / "notify")
     clock = Clock()
-    end_ns = clock.now_ns + 10 * MS
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as heard:
         heard.bind(address)
         heard.settimeout(10.0)
         monkeypatch.setenv("NOTIFY_SOCKET", address)
-        run_site_loop(
-            Site(clock),
-            "remote",
-            500.0,
-            lambda: clock.now_ns >= end_ns,
-            clock_ns=lambda: clock.now_ns,
-            sleep=clock.sleep,
-        )
+        run(clock, Site(clock), 10, supervisor=None, precedence=None, watchdog=LoopWatchdog)
         assert [heard.recv(1000) for _ in range(3)] == [b"READY=1", b"WATCHDOG=1\nSTATUS=engaged", b"STOPPING=1"]
 
 

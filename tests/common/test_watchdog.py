@@ -19,7 +19,7 @@ PROGRAM = """
 import logging, os, signal, sys, threading, time
 from common.logs import log_to_stderr
 from common.watchdog import LoopWatchdog
-log_to_stderr("remote", {form!r})
+log_to_stderr("remote")
 ticks = 0
 def a_tick_that_hangs():
     {hang}
@@ -32,9 +32,10 @@ with LoopWatchdog(lambda: ticks):
 """
 
 
-def start(hang: str, form: str = "text") -> "subprocess.Popen[str]":
+def start(hang: str) -> "subprocess.Popen[str]":
     return subprocess.Popen(
-        [sys.executable, "-c", PROGRAM.format(hang=hang, form=form)],
+        [sys.executable, "-c", PROGRAM.format(hang=hang)],
+        stdin=subprocess.PIPE,  # never written to: a read waits for ever
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -56,14 +57,7 @@ def test_it_trips_after_so_many_wake_ups_without_a_tick_and_never_before(ticks_b
     "hang", ["time.sleep(600)", "while True: pass", "threading.Lock().acquire() and os.read(0, 1)"]
 )
 def test_a_loop_that_hangs_ends_its_process_and_says_where_it_stood(hang: str) -> None:
-    process = subprocess.Popen(
-        [sys.executable, "-c", PROGRAM.format(hang=hang, form="text")],
-        stdin=subprocess.PIPE,  # never written to: a read waits for ever
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    with process:
+    with start(hang) as process:
         assert process.stdout is not None
         assert process.stderr is not None
         assert process.wait(50) == EXIT_CODE == 70
