@@ -1,7 +1,6 @@
 """Simulated strokes as the identification of one finger feels them."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,11 +9,10 @@ from common.exploration import Exploration
 from common.hand_motion import HandMotion
 from common.messages import ExplorationMode
 from remote_site.felt_stroke import EvenStroke, FeltBlock, felt
-from remote_site.surface_class import SurfaceTable
 from sim_sensors.simulated_stroke import StrokeTrace, simulate_stroke
+from tests.remote_site.shipped_tables import SURFACES
 
-SHIPPED = SurfaceTable.load(Path(__file__).parents[2] / "remote_site" / "tables" / "surfaces.json")
-SIX = tuple(surface.name for surface in SHIPPED.surfaces)
+SIX = tuple(surface.name for surface in SURFACES.surfaces)
 SPEEDS_MM_S, FORCES_N = (20.0, 150.0), (0.56, 4.5)
 """The range in which a stroke may be, with the spread that the simulated hand adds to its force."""
 
@@ -24,17 +22,22 @@ def even(trace: StrokeTrace, speed_factor: float = 1.0) -> EvenStroke:
     return EvenStroke(trace.time_s, trace.pressure_v, trace.force_n, 1e-3 * speed_factor * trace.speed_mm_s)
 
 
-def played(trace: StrokeTrace, table: SurfaceTable = SHIPPED) -> list[FeltBlock]:
+def played(trace: StrokeTrace) -> list[FeltBlock]:
     """All blocks of a stroke."""
-    return list(felt(even(trace), table))
+    return list(felt(even(trace), SURFACES))
 
 
-def drawn(surface: str, seed: int, *, seconds: float = 1.3, **how: object) -> StrokeTrace:
+def stroking(blocks: list[FeltBlock]) -> list[FeltBlock]:
+    """Those while the finger strokes."""
+    return [block for block in blocks if block.mode is ExplorationMode.STROKING]
+
+
+def drawn(surface: str, seed: int) -> StrokeTrace:
     """A stroke of random speed and force over a surface, so long that a second of it is a stroke."""
     chance = np.random.default_rng([seed, 11])
     speed_mm_s, force_n = chance.uniform(*SPEEDS_MM_S), chance.uniform(*FORCES_N)
-    length_m = float(np.clip(1e-3 * speed_mm_s * seconds, 0.02, 0.3))
-    return simulate_stroke(surface, seed, float(speed_mm_s), float(force_n), length_m=length_m, **how)  # type: ignore[arg-type]
+    length_m = float(np.clip(1e-3 * speed_mm_s * 1.3, 0.02, 0.3))
+    return simulate_stroke(surface, seed, float(speed_mm_s), float(force_n), length_m=length_m)
 
 
 @dataclass(frozen=True)
@@ -64,11 +67,25 @@ def _without(some: NDArray[np.float64], others: NDArray[np.float64], near_s: flo
 def modes_of(trace: StrokeTrace) -> list[ExplorationMode]:
     """Mode at each sample, as a machine that is stepped with each of them has it."""
     hand = HandMotion()
-    exploration = Exploration(hand)
+    exploration, modes = Exploration(hand), []
     x_m = np.cumsum(1e-3 * trace.speed_mm_s) / 2000.0
-    rows = zip(trace.time_s, trace.force_n, x_m, 1e-3 * trace.speed_mm_s, strict=True)
-    modes = []
-    for t, f, x, _ in rows:
-        hand.step(float(t), float(x), 0.0)
-        modes.append(exploration.step(float(t), float(f), 0.0))
+    for t_s, force_n, at_m in zip(trace.time_s.tolist(), trace.force_n.tolist(), x_m.tolist(), strict=True):
+        hand.step(t_s, at_m, 0.0)
+        modes.append(exploration.step(t_s, force_n, 0.0))
     return modes
+
+
+def held_values(thing: object, seen: set[int] | None = None) -> int:
+    """Number of values in all that an object holds."""
+    seen = set() if seen is None else seen
+    if id(thing) in seen or isinstance(thing, type):
+        return 0
+    seen.add(id(thing))
+    if isinstance(thing, np.ndarray):
+        return thing.size
+    if isinstance(thing, dict):
+        return sum(held_values(value, seen) for value in thing.values())
+    if hasattr(thing, "__iter__") and not isinstance(thing, str):
+        return sum(1 + held_values(value, seen) for value in thing)
+    names = [name for kind in type(thing).__mro__ for name in getattr(kind, "__slots__", ())]
+    return sum(held_values(getattr(thing, name), seen) for name in [*names, *getattr(thing, "__dict__", {})])

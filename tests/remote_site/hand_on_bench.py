@@ -2,22 +2,18 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from common.fingers import FINGERS
 from common.scene import load_scene
 from remote_site.finger_touch import FingerTouch
-from remote_site.material_table import MaterialTable
-from remote_site.perception import Perception
 from remote_site.sensed import Sensed
-from remote_site.surface_class import SurfaceTable
 from remote_site.thermal_sensor import PlateReading
 from sim_sensors.remote_world import RemoteWorld
 from sim_sensors.ssr_converter import celsius_of
+from tests.remote_site.shipped_tables import perception
 
-TABLES = Path(__file__).parents[2] / "remote_site" / "tables"
 TICK_S = 0.002
 READ_EVERY = 5
 LOWER_S = 0.04
@@ -48,9 +44,7 @@ class Felt:
 def land(name: str, landings: Iterable[Landing], seed: int = 0, fingers: tuple[str, ...] = FINGERS) -> list[Felt]:
     """Land on the object `name` of scene `materials` again and again, with plates that were warm at first."""
     world = RemoteWorld(load_scene("materials"), seed, fingers)
-    perception = Perception(
-        fingers, MaterialTable.load(TABLES / "materials_blocks.json"), SurfaceTable.load(TABLES / "surfaces.json")
-    )
+    identified = perception(fingers, "materials_blocks")
     used = [FINGERS.index(finger) for finger in fingers]
     low_x_m = next(thing.low_x_m for thing in world.bench.objects if thing.name == name)
     drive = np.zeros(len(FINGERS))
@@ -62,12 +56,12 @@ def land(name: str, landings: Iterable[Landing], seed: int = 0, fingers: tuple[s
             moved = min((tick + 1) * TICK_S / LOWER_S, 1.0)
             eased = moved**3 * (10.0 - 15.0 * moved + 6.0 * moved * moved)
             world.step(TICK_S, x_m, 0.0, np.full(len(FINGERS), from_m + eased * (to_m - from_m)), drive)
-            happened = perception.step(_sensed(world, drive, used, len(felt) % READ_EVERY == 0))
+            happened = identified.step(_sensed(world, drive, used, len(felt) % READ_EVERY == 0))
             assert all(event.time_ns == round(world.time_s * 1e9) for event in happened)
             for finger in used:
-                drive[finger] = perception.touches[finger].heater_drive
-            perception.work()
-            felt.append(Felt(world.time_s, landing, {finger: perception.touches[finger] for finger in used}))
+                drive[finger] = identified.touches[finger].heater_drive
+            identified.work()
+            felt.append(Felt(world.time_s, landing, {finger: identified.touches[finger] for finger in used}))
 
     pass_time(WARM_UP_S, low_x_m + IN_M, UP_M, UP_M, -1)
     for number, landing in enumerate(landings):

@@ -75,10 +75,11 @@ MATERIALS = {
 }
 
 
-def bar(slab_s: float, cells: int = 40) -> tuple[Array, Array]:
+def bar(slab_s: float, cells: int = 40) -> tuple[Array, Array, float]:
     """Heat conduction over one STEP_S in a bar of unit effusivity: what remains of each cell, what a unit flux adds.
 
-    The depth is measured in sqrt(s), which makes diffusivity one; the far end is insulated.
+    And the way from the surface to the middle of the first cell. The depth is measured in sqrt(s), which makes
+    diffusivity one; the far end is insulated.
     """
     if np.isinf(slab_s):
         width = 0.004 * 1.22 ** np.arange(cells)
@@ -94,15 +95,7 @@ def bar(slab_s: float, cells: int = 40) -> tuple[Array, Array]:
         matrix[k + 1, k] += between[k] / width[k + 1]
     matrix[0, cells] = 1.0 / width[0]
     step = expm(matrix * STEP_S)
-    return step[:cells, :cells], step[:cells, cells]
-
-
-def first_half_cell(slab_s: float, cells: int = 40) -> float:
-    """Way from the surface to the middle of the first cell, sqrt(s)."""
-    if np.isinf(slab_s):
-        return 0.002
-    shape = 1.12 ** np.arange(cells)
-    return float(0.5 * np.sqrt(slab_s) / shape.sum())
+    return step[:cells, :cells], step[:cells, cells], 0.5 * float(width[0])
 
 
 def plate_courses(
@@ -118,8 +111,7 @@ def plate_courses(
 ) -> Array:
     """Readings without noise of n touches, (n, k), every READING_S from the first after contact on."""
     force = force or pressed()
-    remains, warms = bar(slab_s)
-    middle = first_half_cell(slab_s)
+    remains, warms, middle = bar(slab_s)
     n, steps = len(effusivity), round(seconds / STEP_S)
     object_k = np.zeros((len(remains), n))
     plate_k, back_k = start_c - object_c, ambient_c + sensor.back_share * (start_c - ambient_c) - object_c
@@ -176,20 +168,20 @@ class MadeTouch:
         rows = zip(self.time_s[later], self.sensor_c[later], self.force_n[later], strict=True)
         return [(float(t), float(c), float(f)) for t, c, f in rows]
 
+    def where(self, kept: NDArray[np.bool_]) -> "MadeTouch":
+        """Some of its readings."""
+        columns = {"time_s": self.time_s, "sensor_c": self.sensor_c, "force_n": self.force_n}
+        if self.reference_c is not None:
+            columns["reference_c"] = self.reference_c
+        return replace(self, **{name: column[kept] for name, column in columns.items()})
+
     def until(self, seconds: float) -> "MadeTouch":
         """The same touch, cut off."""
-        kept = self.time_s <= seconds + 1e-9
-        return replace(
-            self,
-            time_s=self.time_s[kept],
-            sensor_c=self.sensor_c[kept],
-            force_n=self.force_n[kept],
-            reference_c=None if self.reference_c is None else self.reference_c[kept],
-        )
+        return self.where(self.time_s <= seconds + 1e-9)
 
-    def write(self, path: Path, *, ambient: bool = True) -> Path:
-        """As a trace file; its clock starts at 0."""
-        columns = {"time_s": self.time_s - self.time_s[0], "sensor_c": self.sensor_c, "force_n": self.force_n}
+    def write(self, path: Path, *, ambient: bool = True, clock_s: float = 0.0) -> Path:
+        """As a trace file; its clock starts at `clock_s`."""
+        columns = {"time_s": clock_s + self.time_s - self.time_s[0], "sensor_c": self.sensor_c, "force_n": self.force_n}
         if ambient:
             columns["ambient_c"] = np.full_like(self.time_s, self.ambient_c)
         if self.reference_c is not None:

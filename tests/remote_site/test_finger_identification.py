@@ -1,22 +1,23 @@
 """One finger from approach to lift: modes, events, heater and thermal answer."""
 
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from common.hand_motion import HandMotion
+from common.limits import SENSOR_PLATE_C
 from common.messages import ExplorationMode, ThermalStatus
 from remote_site.finger_identification import FingerIdentification
 from remote_site.finger_touch import FingerSample, FingerTouch
+from remote_site.heater_control import OFFSETS_K, STAGGER_K, next_offset_k
 from remote_site.perception import FOREIGN_SHARE
-from remote_site.surface_class import SurfaceTable
+from remote_site.thermal_answer import NO_DIFFERENCE
 from remote_site.thermal_identification import ThermalKnowledge
 from tests.remote_site.made_touches import AMBIENT_C, MATERIALS, made_touches, measured, pressed, true_table
 from tests.remote_site.made_touches import SENSOR as MADE_SENSOR
+from tests.remote_site.shipped_tables import SURFACES
 
-SURFACES = SurfaceTable.load(Path(__file__).parents[2] / "remote_site" / "tables" / "surfaces.json")
 NAMES = {"aluminium": "metal", "ceramic_tile": "stone", "pvc": "plastic"}
 """Materials whose constants can be rendered, and the made-up ones that they are here."""
 CONTACT_S, PRESS_N = 0.5, pressed()
@@ -36,9 +37,10 @@ def explore(
     seconds: float = 4.5,
     fault: str | None = None,
     lift_s: float = 4.2,
+    preheat_k: float = OFFSETS_K[0],
 ) -> tuple[FingerIdentification, list[FingerTouch]]:
     hand = HandMotion()
-    finger = FingerIdentification(1, knowledge, SURFACES, hand)
+    finger = FingerIdentification(1, knowledge, SURFACES, hand, preheat_k)
     rng = np.random.default_rng(0)
     touches = []
     for k in range(round(500 * seconds)):
@@ -71,10 +73,10 @@ def on(name: str) -> Callable[[float], float]:
     return lambda t: float(touch.sensor_c[min(max(round(100 * t), 0), len(touch.sensor_c) - 1)])
 
 
-def warm(seed: int = 0) -> Callable[[float], float]:
-    """Readings of a plate at 33 C on something as warm."""
-    rng = np.random.default_rng(seed)
-    return lambda t: float(measured(np.array([33.0]), MADE_SENSOR, rng)[0])
+def warm(preheat_k: float = OFFSETS_K[0]) -> Callable[[float], float]:
+    """Readings of a plate that meets something as warm as it is."""
+    rng = np.random.default_rng(0)
+    return lambda t: float(measured(np.array([AMBIENT_C + preheat_k]), MADE_SENSOR, rng)[0])
 
 
 def test_a_tap_is_told_once_with_its_speed(knowledge: ThermalKnowledge) -> None:
@@ -89,13 +91,15 @@ def test_the_heater_is_off_in_contact(knowledge: ThermalKnowledge) -> None:
     assert all(touch.heater_drive == 0.0 for touch in touches if touch.contact)
 
 
-def test_body_warm_objects_ask_for_another_preheat(knowledge: ThermalKnowledge) -> None:
-    finger, touches = explore(knowledge, warm())
+@pytest.mark.parametrize("preheat_k", sorted({OFFSETS_K[0] + stagger_k for stagger_k in STAGGER_K}))
+def test_an_object_as_warm_as_the_plate_asks_for_another_preheat(knowledge: ThermalKnowledge, preheat_k: float) -> None:
+    finger, touches = explore(knowledge, warm(preheat_k), preheat_k=preheat_k)
     answer = touches[2000].thermal
-    assert answer.status is ThermalStatus.UNIDENTIFIABLE
-    assert answer.reason == "no temperature difference"
+    assert (answer.status, answer.reason) == (ThermalStatus.UNIDENTIFIABLE, NO_DIFFERENCE)
     assert touches[2000].conductivity_w_mk == 0.0
-    assert finger.heat.preheat_k == 17.0
+    assert finger.heat.preheat_k == next_offset_k(preheat_k, AMBIENT_C)
+    assert abs(finger.heat.preheat_k - preheat_k) >= 3.0
+    assert AMBIENT_C + finger.heat.preheat_k < SENSOR_PLATE_C
     assert touches[-1].thermal.status is ThermalStatus.NO_CONTACT
 
 

@@ -1,30 +1,41 @@
-"""A heater that holds its offset and stops in doubt."""
+"""A heater that holds its offset and stops in doubt, and plates of different warmth on one hand."""
+
+from itertools import pairwise
 
 import pytest
 
-from remote_site.heater_control import HeaterControl, next_offset_k
+from common.fingers import FINGERS
+from remote_site.heater_control import GAIN_PER_K, OFFSETS_K, STAGGER_K, HeaterControl, next_offset_k
+from remote_site.sensed import Sensed
+from remote_site.thermal_sensor import PlateReading
+from tests.remote_site.made_touches import AMBIENT_C
+from tests.remote_site.shipped_tables import perception
+
+PREHEATS_K = [OFFSETS_K[0] + stagger_k for stagger_k in STAGGER_K]
+"""Of the first, second, ... finger in use."""
 
 
-def plate(control, seconds, lag_s=0.3):
-    """A plate of 5.2 K/s at full drive, 2 mW/K to air, read through a lag."""
-    true = read = 23.0
+def plate(control: HeaterControl, seconds: float, lag_s: float) -> tuple[float, float]:
+    """Last and highest temperature of a plate of 5.2 K/s at full drive, 2 mW/K to air, read through a lag."""
+    true = read = AMBIENT_C
     worst = 0.0
     for n in range(round(100 * seconds)):
-        drive = control.step(0.01 * n, read, 23.0, False)
-        true += 0.01 * (5.2 * drive - 0.03 * (true - 23.0))
+        drive = control.step(0.01 * n, read, AMBIENT_C, False)
+        true += 0.01 * (5.2 * drive - 0.03 * (true - AMBIENT_C))
         read += 0.01 / lag_s * (true - read)
         worst = max(worst, true)
     return true, worst
 
 
+@pytest.mark.parametrize("offset_k", sorted(set(PREHEATS_K)))
 @pytest.mark.parametrize("lag_s", [0.2, 0.3, 0.5])
-def test_the_plate_reaches_its_offset_without_overshoot(lag_s):
-    true, worst = plate(HeaterControl(10.0), 6.0, lag_s)
-    assert true == pytest.approx(33.0, abs=0.15)
-    assert worst < 33.6
+def test_the_plate_reaches_its_offset_without_overshoot(offset_k: float, lag_s: float) -> None:
+    true, worst = plate(HeaterControl(offset_k), 6.0, lag_s)
+    assert true == pytest.approx(AMBIENT_C + offset_k, abs=0.15)
+    assert worst < AMBIENT_C + offset_k + 0.6
 
 
-def test_the_heater_is_off_in_contact_and_in_doubt():
+def test_the_heater_is_off_in_contact_and_in_doubt() -> None:
     control = HeaterControl()
     assert control.step(0.0, 25.0, 23.0, False) == 1.0
     assert control.step(0.1, 25.0, 23.0, True) == 0.0
@@ -36,8 +47,23 @@ def test_the_heater_is_off_in_contact_and_in_doubt():
     assert control.step(0.7, 42.5, 23.0, False) == 0.0
 
 
-def test_the_next_offset_never_passes_42_c():
+def test_the_next_offset_never_passes_42_c() -> None:
     assert next_offset_k(10.0, 23.0) == 17.0
     assert next_offset_k(17.0, 23.0) == 3.0
     assert next_offset_k(3.0, 23.0) == 10.0
     assert next_offset_k(10.0, 26.0) == 3.0
+
+
+def test_there_is_a_difference_between_any_two_neighbours_and_one_for_each_finger() -> None:
+    assert len(STAGGER_K) == len(FINGERS)
+    assert all(abs(a - b) >= 3.0 for a, b in pairwise(STAGGER_K))
+    assert all(preheat_k >= 3.0 for preheat_k in PREHEATS_K)
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_a_session_staggers_its_fingers(count: int) -> None:
+    """Each heater heats a plate that is 1 K below its own pre-heat as it should."""
+    identified, rest, none = perception(FINGERS[:count]), (0.0,) * len(FINGERS), (None,) * len(FINGERS)
+    plates = tuple(PlateReading(AMBIENT_C + preheat_k - 1.0, AMBIENT_C, "", 0, 0) for preheat_k in PREHEATS_K)
+    identified.step(Sensed(1.0, 0.0, 0.0, rest, rest, none, plates))
+    assert [touch.heater_drive for touch in identified.touches.values()] == pytest.approx([GAIN_PER_K] * count)

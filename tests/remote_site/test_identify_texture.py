@@ -97,11 +97,9 @@ def test_constants_lie_between_the_calibrated_ones(calibrated):
     assert max(np.abs(np.diff(np.log(speeds)))) < 0.35
 
 
-def test_a_slow_recording_gives_its_period(tmp_path):
+def test_a_slow_recording_names_no_surface_and_needs_a_speed(tmp_path):
     t = np.arange(0.0, 12.0, 0.028)
-    x = 10.0 * t
-    signal = 100 + 20 * np.sin(2 * np.pi * x / 20.0) + 10 * np.sin(2 * np.pi * x / 4.0)
-    rows = (f"{a:.3f},{b:.2f}" for a, b in zip(t, signal, strict=True))
+    rows = (f"{a:.3f},{b:.2f}" for a, b in zip(t, 100.0 + 10.0 * np.sin(5.0 * np.pi * t), strict=True))
     (tmp_path / "slow.csv").write_text("time_s,taxel1\n" + "\n".join(rows) + "\n")
     (line,) = identify_texture([tmp_path / "slow.csv"], None, "best", 10.0)
     assert line["period_mm"] == pytest.approx(4.0, abs=0.05)

@@ -1,6 +1,8 @@
 """Off-line identification: the lines' contract, no look ahead, joint touches, and every kind of bad trace."""
 
 import json
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -39,14 +41,21 @@ def stone(seed: int = 5, seconds: float = 2.6) -> MadeTouch:
     return made_touches("stone", 1, seed, seconds)[0]
 
 
-def identify(table: MaterialTable, *traces: Path, at: tuple[float, ...] = (1.0,)) -> list[Line]:
-    lines = list(identify_thermal(table, traces, at))
+def identify(
+    table: MaterialTable, *traces: Path, at: tuple[float, ...] = (1.0,), touches: Path | None = None
+) -> list[Line]:
+    lines = list(identify_thermal(table, traces, at, touches))
     for line in lines:
-        assert set(line) == {"trace"} | FIELDS
+        assert set(line) == {"trace" if touches is None else "touch"} | FIELDS
         assert line["status"] in STATUSES
         assert (line["material"] is not None) == (line["status"] == "identified")
         assert json.loads(json.dumps(line, allow_nan=False)) == line
     return lines
+
+
+def said(line: Line) -> Line:
+    """All of a line but what it is of."""
+    return {name: value for name, value in line.items() if name not in ("trace", "touch")}
 
 
 def test_one_line_for_each_time_and_a_final_one(table: MaterialTable, tmp_path: Path) -> None:
@@ -67,32 +76,18 @@ def test_one_line_for_each_time_and_a_final_one(table: MaterialTable, tmp_path: 
 def test_no_sample_after_contact_and_t_is_used(table: MaterialTable, tmp_path: Path, at_s: float) -> None:
     whole = stone()
     later = whole.time_s > at_s + 1e-6
-    other = MadeTouch(
-        "stone",
-        whole.time_s,
-        np.where(later, 40.0 + whole.time_s, whole.sensor_c),
-        np.where(later, 0.1, whole.force_n),
-        0,
-        0,
-    )
+    sensor_c = np.where(later, 40.0 + whole.time_s, whole.sensor_c)
+    other = replace(whole, sensor_c=sensor_c, force_n=np.where(later, 0.1, whole.force_n))
     lines = [
-        identify(table, touch.write(tmp_path / f"{name}.csv"), at=(at_s,))[0]
-        for name, touch in (("whole", whole), ("cut", whole.until(at_s)), ("other", other))
+        said(identify(table, touch.write(tmp_path / "a.csv"), at=(at_s,))[0])
+        for touch in (whole, whole.until(at_s), other)
     ]
     assert lines[0]["object_c"] is not None
-    for line in lines[1:]:
-        assert {**line, "trace": ""} == {**lines[0], "trace": ""}
+    assert lines[0] == lines[1] == lines[2]
 
 
 def test_time_counts_from_contact_whatever_the_clock_says(table: MaterialTable, tmp_path: Path) -> None:
-    touch = stone()
-    first = identify(table, touch.write(tmp_path / "a.csv"))[0]
-    text = (tmp_path / "a.csv").read_text().splitlines()
-    moved = [text[0]] + [
-        ",".join([f"{float(row.split(',')[0]) + 1000.0:.4f}", *row.split(",")[1:]]) for row in text[1:]
-    ]
-    (tmp_path / "b.csv").write_text("\n".join(moved) + "\n")
-    again = identify(table, tmp_path / "b.csv")[0]
+    first, again = (identify(table, stone().write(tmp_path / "a.csv", clock_s=clock_s))[0] for clock_s in (0.0, 1000.0))
     assert again["probability"] == pytest.approx(first["probability"], abs=0.002)
     assert again["object_c"] == pytest.approx(first["object_c"], abs=0.02)
 
@@ -101,40 +96,32 @@ def test_a_short_force_is_no_contact(table: MaterialTable, tmp_path: Path) -> No
     """Contact is 0.30 N held for 50 ms."""
     touch = stone()
     knock = np.where((touch.time_s > -0.3) & (touch.time_s < -0.27), 1.0, touch.force_n)
-    knocked = MadeTouch("stone", touch.time_s, touch.sensor_c, knock, 0.0, 0.0)
-    a = identify(table, touch.write(tmp_path / "a.csv"))[0]
-    b = identify(table, knocked.write(tmp_path / "b.csv"))[0]
-    assert {**a, "trace": ""} == {**b, "trace": ""}
+    a, b = (identify(table, each.write(tmp_path / "a.csv"))[0] for each in (touch, replace(touch, force_n=knock)))
+    assert said(a) == said(b)
 
 
 # --- joint touches ---
 
 
-def joint(
-    table: MaterialTable, path: Path, at: tuple[float, ...] = (1.0,), traces: tuple[Path, ...] = ()
-) -> list[Line]:
-    return list(identify_thermal(table, traces, at, path))
+def listed(folder: Path, *rows: str) -> Path:
+    path = folder / "touches.csv"
+    path.write_text("\n".join(("touch,trace", *rows)) + "\n")
+    return path
 
 
 def test_fingers_on_one_object_are_judged_together(table: MaterialTable, tmp_path: Path) -> None:
-    starts_c = np.array([29.0, 33.0, 37.0])
-    for k, touch in enumerate(made_touches("stone", 3, 8, 2.0, start_c=starts_c, same_piece=True)):
+    starts_c, traces = np.array([29.0, 33.0, 37.0]), [tmp_path / f"f{k}.csv" for k in range(3)]
+    touches = made_touches("stone", 3, 8, 2.0, start_c=starts_c, same_piece=True)
+    for k, touch in enumerate(touches):
         # each trace's clock starts at its own contact: one was recorded with more before it
-        kept = touch.time_s >= -0.1 * (k + 2)
-        MadeTouch("stone", touch.time_s[kept], touch.sensor_c[kept], touch.force_n[kept], 0.0, 0.0).write(
-            tmp_path / f"f{k}.csv"
-        )
-        object_c = touch.object_c
-    (tmp_path / "touches.csv").write_text("touch,trace\n" + "".join(f"one,f{k}.csv\n" for k in range(3)))
-    lines = joint(table, tmp_path / "touches.csv", (0.5, 1.0))
-    assert [set(line) for line in lines] == [{"touch"} | FIELDS] * 3
-    assert [line["touch"] for line in lines] == ["one"] * 3
-    assert [line["final"] for line in lines] == [False, False, True]
+        touch.where(touch.time_s >= -0.1 * (k + 2)).write(traces[k])
+    lines = identify(table, at=(0.5, 1.0), touches=listed(tmp_path, *(f"one,{trace.name}" for trace in traces)))
+    assert [(line["touch"], line["final"]) for line in lines] == [("one", False), ("one", False), ("one", True)]
     assert (lines[1]["best"], lines[1]["probability"] > 0.9) == ("stone", True)
     assert (lines[2]["status"], lines[2]["material"]) == ("identified", "stone")
-    alone = identify(table, *(tmp_path / f"f{k}.csv" for k in range(3)))
+    alone = identify(table, *traces)
     assert lines[1]["object_c_sd"] < 0.5 * min(line["object_c_sd"] for line in alone if not line["final"])
-    assert lines[1]["object_c"] == pytest.approx(object_c, abs=0.5)
+    assert lines[1]["object_c"] == pytest.approx(touches[0].object_c, abs=0.5)
 
 
 def test_joint_touches_look_at_no_later_sample_either(table: MaterialTable, tmp_path: Path) -> None:
@@ -142,19 +129,16 @@ def test_joint_touches_look_at_no_later_sample_either(table: MaterialTable, tmp_
     for k, touch in enumerate(touches):
         touch.write(tmp_path / f"whole{k}.csv")
         touch.until(1.0).write(tmp_path / f"cut{k}.csv")
-    (tmp_path / "touches.csv").write_text(
-        "touch,trace\nwhole,whole0.csv\ncut,cut0.csv\nwhole,whole1.csv\ncut,cut1.csv\n"
-    )
-    whole, _, cut, _ = joint(table, tmp_path / "touches.csv")
+    rows = [f"{name},{name}{k}.csv" for k in range(2) for name in ("whole", "cut")]
+    whole, _, cut, _ = identify(table, touches=listed(tmp_path, *rows))
     assert (whole["touch"], cut["touch"]) == ("whole", "cut")
-    assert {**whole, "touch": ""} == {**cut, "touch": ""}
+    assert said(whole) == said(cut)
 
 
 def test_a_bad_trace_in_a_joint_touch_leaves_the_other_fingers(table: MaterialTable, tmp_path: Path) -> None:
     for k, touch in enumerate(made_touches("stone", 2, 8, 2.0, start_c=np.array([33.0, 37.0]), same_piece=True)):
         touch.write(tmp_path / f"f{k}.csv")
-    (tmp_path / "touches.csv").write_text("touch,trace\none,f0.csv\none,gone.csv\none,f1.csv\ntwo,gone.csv\n")
-    lines = joint(table, tmp_path / "touches.csv")
+    lines = identify(table, touches=listed(tmp_path, "one,f0.csv", "one,gone.csv", "one,f1.csv", "two,gone.csv"))
     assert [line["touch"] for line in lines] == ["one", "one", "two", "two"]
     assert lines[0]["best"] == "stone"
     assert lines[0]["object_c"] is not None
@@ -176,7 +160,7 @@ def test_a_list_of_touches_that_cannot_be_used_is_refused(
 ) -> None:
     (tmp_path / "touches.csv").write_text(text)
     with pytest.raises(ValueError, match=expected):
-        joint(table, tmp_path / "touches.csv")
+        identify(table, touches=tmp_path / "touches.csv")
 
 
 @pytest.mark.parametrize("at_s", [0.0, -1.0, float("nan"), float("inf")])
@@ -192,16 +176,13 @@ def with_reference(start_c: float, object_c: float, seconds: float = 1.5) -> Mad
     heated, unheated = made_touches(
         "stone", 2, 11, seconds, start_c=np.array([start_c, AMBIENT_C]), object_c=object_c, same_piece=True
     )
-    return MadeTouch(
-        "stone", heated.time_s, heated.sensor_c, heated.force_n, object_c, 0.0, reference_c=unheated.sensor_c
-    )
+    return replace(heated, reference_c=unheated.sensor_c)
 
 
 def test_an_unheated_sensor_counts_as_a_second_finger(table: MaterialTable, tmp_path: Path) -> None:
     both = with_reference(33.0, 26.0)
-    without = MadeTouch("stone", both.time_s, both.sensor_c, both.force_n, 26.0, 0.0)
     with_it = identify(table, both.write(tmp_path / "a.csv"))[0]
-    alone = identify(table, without.write(tmp_path / "b.csv"))[0]
+    alone = identify(table, replace(both, reference_c=None).write(tmp_path / "b.csv"))[0]
     assert with_it["best"] == "stone"
     assert with_it["object_c_sd"] < 0.5 * alone["object_c_sd"]
     assert with_it["object_c"] == pytest.approx(26.0, abs=0.3)
@@ -216,77 +197,56 @@ def test_it_shows_what_the_heated_one_cannot(table: MaterialTable, tmp_path: Pat
 
 def test_it_stands_in_for_the_ambient_temperature(table: MaterialTable, tmp_path: Path) -> None:
     both = with_reference(33.0, 24.0)
-    said = identify(table, both.write(tmp_path / "a.csv", ambient=True))[0]
-    unsaid = identify(table, both.write(tmp_path / "b.csv", ambient=False))[0]
-    assert unsaid["object_c"] == pytest.approx(said["object_c"], abs=0.05)
+    given, missing = (identify(table, both.write(tmp_path / "a.csv", ambient=ambient))[0] for ambient in (True, False))
+    assert missing["object_c"] == pytest.approx(given["object_c"], abs=0.05)
 
 
 # --- bad traces ---
 
 
-def broken_text(touch: MadeTouch, folder: Path, line: int, column: int, text: str) -> Path:
-    path = touch.write(folder / "bad.csv")
-    rows = path.read_text().splitlines()
-    cells = rows[line - 1].split(",")
-    cells[column] = text
-    rows[line - 1] = ",".join(cells)
+Spoil = Callable[[MadeTouch, Path], Path]
+
+
+def spoiled(change: Callable[[MadeTouch], MadeTouch]) -> Spoil:
+    return lambda touch, path: change(touch).write(path)
+
+
+def not_a_number(touch: MadeTouch, path: Path) -> Path:
+    """In line 80."""
+    rows = touch.write(path).read_text().splitlines()
+    rows[79] = ",".join((rows[79].split(",")[0], "nan", *rows[79].split(",")[2:]))
     path.write_text("\n".join(rows) + "\n")
     return path
 
 
-def spoiled(touch: MadeTouch, **changes: Any) -> MadeTouch:
-    values = {"time_s": touch.time_s, "sensor_c": touch.sensor_c, "force_n": touch.force_n} | changes
-    return MadeTouch("stone", values["time_s"], values["sensor_c"], values["force_n"], 0.0, 0.0)
-
-
-def a_gap(touch: MadeTouch, folder: Path) -> Path:
-    kept = (touch.time_s < 0.15) | (touch.time_s > 0.6)
-    return spoiled(touch, time_s=touch.time_s[kept], sensor_c=touch.sensor_c[kept], force_n=touch.force_n[kept]).write(
-        folder / "bad.csv"
-    )
-
-
-BAD = {
-    "gap": (a_gap, "unidentifiable", "sensor fault: thermal readings missing"),
-    "nan": (lambda t, f: broken_text(t, f, 80, 1, "nan"), "unidentifiable", "line 80: column sensor_c"),
-    "missing value": (lambda t, f: broken_text(t, f, 80, 2, ""), "unidentifiable", "line 80: column force_n"),
-    "reversed time": (
-        lambda t, f: broken_text(t, f, 80, 0, "0.1"),
+BAD: dict[str, tuple[Spoil, str | None, str | None]] = {
+    "gap": (
+        spoiled(lambda t: t.where((t.time_s < 0.15) | (t.time_s > 0.6))),
         "unidentifiable",
-        "line 80: column time_s does not ascend",
+        "sensor fault: thermal readings missing",
     ),
-    "no contact": (lambda t, f: spoiled(t, force_n=0.1 + 0 * t.force_n).write(f / "bad.csv"), "no_contact", None),
+    "no number": (not_a_number, "unidentifiable", "line 80: column sensor_c"),
+    "no contact": (spoiled(lambda t: replace(t, force_n=0.1 + 0 * t.force_n)), "no_contact", None),
     "flat line": (
-        lambda t, f: spoiled(t, sensor_c=33.0 + 0 * t.sensor_c).write(f / "bad.csv"),
+        spoiled(lambda t: replace(t, sensor_c=33.0 + 0 * t.sensor_c)),
         "unidentifiable",
         "sensor fault: the reading does not change",
     ),
     "saturated": (
-        lambda t, f: spoiled(t, sensor_c=np.minimum(t.sensor_c, 24.0)).write(f / "bad.csv"),
+        spoiled(lambda t: replace(t, sensor_c=np.minimum(t.sensor_c, 24.0))),
         "unidentifiable",
         "saturated or stuck",
     ),
-    "missing file": (lambda t, f: f / "none.csv", "unidentifiable", "none.csv: cannot be read"),
-    "a folder": (lambda t, f: f, "unidentifiable", "cannot be read"),
+    "missing file": (lambda _, path: path.with_name("none.csv"), "unidentifiable", "none.csv: cannot be read"),
+    "a folder": (lambda _, path: path.parent, "unidentifiable", "cannot be read"),
     "contact lost": (
-        lambda t, f: spoiled(t, force_n=np.where(t.time_s > 0.15, 0.0, t.force_n)).write(f / "bad.csv"),
+        spoiled(lambda t: replace(t, force_n=np.where(t.time_s > 0.15, 0.0, t.force_n))),
         "unidentifiable",
         "contact lost",
     ),
-    "in contact from the first sample": (
-        lambda t, f: t.until(2.0).write(f / "bad.csv") and broken_start(t, f),
-        None,
-        None,
-    ),
-    "ends at contact": (lambda t, f: t.until(0.06).write(f / "bad.csv"), "deciding", None),
+    "in contact from the first sample": (spoiled(lambda t: t.where(t.time_s >= 0.0)), None, None),
+    "ends at contact": (spoiled(lambda t: t.until(0.06)), "deciding", None),
 }
-
-
-def broken_start(touch: MadeTouch, folder: Path) -> Path:
-    kept = touch.time_s >= 0.0
-    return spoiled(touch, time_s=touch.time_s[kept], sensor_c=touch.sensor_c[kept], force_n=touch.force_n[kept]).write(
-        folder / "bad.csv"
-    )
 
 
 @pytest.mark.parametrize("kind", BAD)
@@ -296,27 +256,23 @@ def test_a_bad_trace_is_answered_with_its_reason_and_the_others_go_on(
     spoil, status, reason = BAD[kind]
     good = stone(seconds=1.2)
     before, after = good.write(tmp_path / "before.csv"), good.write(tmp_path / "after.csv")
-    bad = spoil(good.until(1.2), tmp_path)
+    bad = spoil(good, tmp_path / "bad.csv")
     lines = identify(table, before, bad, after)
     assert [line["trace"] for line in lines] == [str(path) for path in (before, before, bad, bad, after, after)]
     of_bad = lines[2:4]
     assert [line["final"] for line in of_bad] == [False, True]
     if status is not None:
         assert {line["status"] for line in of_bad} == {status}
-    assert {line["material"] for line in of_bad} == {None}
     for line in of_bad:
-        if reason is None:
-            assert line["reason"] is None
-        else:
-            assert reason in line["reason"]
-    assert {**lines[0], "trace": ""} == {**lines[4], "trace": ""}
+        assert line["material"] is None
+        assert line["reason"] is None if reason is None else reason in line["reason"]
+    assert said(lines[0]) == said(lines[4])
     assert lines[4]["best"] == "stone"
 
 
 def test_a_bad_trace_after_a_name_keeps_it(table: MaterialTable, tmp_path: Path) -> None:
     touch = stone(seconds=7.0)
-    later = touch.time_s > 5.0
-    stuck = spoiled(touch, sensor_c=np.where(later, 25.0, touch.sensor_c))
+    stuck = replace(touch, sensor_c=np.where(touch.time_s > 5.0, 25.0, touch.sensor_c))
     kept, final = identify(table, stuck.write(tmp_path / "a.csv"), at=(5.0,))
     assert kept["material"] == "stone"
     assert final["material"] in ("stone", None)

@@ -15,9 +15,10 @@ from remote_site.material_posterior import (
     Posterior,
 )
 from remote_site.thermal_identification import ThermalKnowledge
-from remote_site.touch_estimate import ANYWHERE_K, TouchEstimate, TouchEvidence
+from remote_site.touch_estimate import ANYWHERE_K, TouchEvidence
 from remote_site.touch_guesses import Substances
 from tests.remote_site.made_touches import AMBIENT_C, MATERIALS, MadeTouch, made_touches, true_table
+from tests.remote_site.played_touches import estimated
 
 TABLE = true_table({name: MATERIALS[name] for name in ("stone", "plastic")})
 SMALL = Substances(np.array([-0.1, -1.4, -0.8]), np.array([0.05, 0.08, 0.04]), np.array([0.5, 0.3, 0.2]), 2)
@@ -146,19 +147,12 @@ def test_the_order_of_fingers_does_not_matter_and_one_that_knows_nothing_changes
         assert again.object_c_sd == pytest.approx(once.object_c_sd, rel=1e-5)
 
 
-def evidence(knowledge: ThermalKnowledge, touch: MadeTouch) -> TouchEvidence:
-    found = TouchEstimate(knowledge.table, knowledge.substances, knowledge.guesses, touch.start_c, 0.0, AMBIENT_C)
-    for _, sensor_c, force_n in touch.after():
-        found.step(0.01, sensor_c, force_n)
-    return found.evidence()
-
-
 def pair(
     knowledge: ThermalKnowledge, name: str, seed: int, starts_k: tuple[float, float], seconds: float
 ) -> tuple[Posterior, MadeTouch]:
     starts_c = AMBIENT_C + np.array(starts_k)
     touches = made_touches(name, 2, seed, seconds, start_c=starts_c, same_piece=True)
-    return knowledge.posterior.judge([evidence(knowledge, touch) for touch in touches]), touches[0]
+    return knowledge.posterior.judge([estimated(knowledge, touch) for touch in touches]), touches[0]
 
 
 def test_two_staggered_fingers_beat_two_equal_ones(knowledge: ThermalKnowledge) -> None:
@@ -176,11 +170,24 @@ def test_two_staggered_fingers_beat_two_equal_ones(knowledge: ThermalKnowledge) 
     assert max(abs(error) / sd for error, sd in zip(errors[staggered], sds[staggered], strict=True)) < 3.5
 
 
-def test_fingers_on_different_objects_are_recognised(knowledge: ThermalKnowledge) -> None:
-    judge = knowledge.posterior
-    for first, second in (("metal", "plastic"), ("stone", "plastic"), ("metal", "stone")):
-        one, other = (evidence(knowledge, made_touches(name, 1, seed=5, seconds=1.5)[0]) for name in (first, second))
-        assert judge.judge([one, other]).same_object < 0.1, (first, second)
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        (("metal", None), ("plastic", None)),
+        (("stone", None), ("plastic", None)),
+        (("metal", None), ("stone", None)),
+        (("metal", 20.0), ("metal", 26.0)),
+    ],
+)
+def test_fingers_on_different_objects_are_recognised(
+    knowledge: ThermalKnowledge, first: tuple[str, float | None], second: tuple[str, float | None]
+) -> None:
+    """Be they of one material at different temperatures."""
+    found = [
+        estimated(knowledge, made_touches(name, 1, seed=5, seconds=1.5, object_c=object_c)[0])
+        for name, object_c in (first, second)
+    ]
+    assert knowledge.posterior.judge(found).same_object < 0.1
 
 
 def test_fingers_on_one_object_are_not_torn_apart(knowledge: ThermalKnowledge) -> None:
@@ -189,18 +196,10 @@ def test_fingers_on_one_object_are_not_torn_apart(knowledge: ThermalKnowledge) -
             assert pair(knowledge, name, seed, (6.0, 14.0), 1.5)[0].same_object > 0.5, (name, seed)
 
 
-def test_pieces_of_one_material_at_different_temperatures_are_two_objects(knowledge: ThermalKnowledge) -> None:
-    cold, warm = (
-        evidence(knowledge, made_touches("metal", 1, seed=6, seconds=1.5, object_c=object_c)[0])
-        for object_c in (20.0, 26.0)
-    )
-    assert knowledge.posterior.judge([cold, warm]).same_object < 0.1
-
-
 def test_fingers_that_gave_up_each_others_material_are_still_judged(knowledge: ThermalKnowledge) -> None:
     """Nothing is left that explains both: they touch two objects, and every number stays one."""
     metal, plastic = (
-        evidence(knowledge, made_touches(name, 1, seed=7, seconds=4.0, object_c=object_c)[0])
+        estimated(knowledge, made_touches(name, 1, seed=7, seconds=4.0, object_c=object_c)[0])
         for name, object_c in (("metal", 21.0), ("plastic", 25.0))
     )
     said = knowledge.posterior.judge([metal, plastic])

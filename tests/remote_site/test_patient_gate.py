@@ -91,10 +91,14 @@ class Rig:
             self.x_m, self.y_m, self.z_m = out.x_m, out.y_m, list(out.z_m)
         return out
 
+    def run(self, ticks, **changes):
+        for _ in range(ticks):
+            out = self.step(**changes)
+        return out
+
     def met(self):
         """A hand that has met the operator's, and follows at full speed."""
-        for _ in range(100):
-            self.step()
+        self.run(100)
         return self
 
 
@@ -178,8 +182,7 @@ def test_force_decides_how_fast_a_finger_goes_deeper(limit):
 def test_set_point_does_not_run_ahead_of_a_blocked_finger():
     rig = Rig(z_m=0.0)
     rig.step()
-    for _ in range(100):
-        out = rig.step(wanted_z_m=HEIGHT_LOW_M, measured_z_m=0.0)
+    out = rig.run(100, wanted_z_m=HEIGHT_LOW_M, measured_z_m=0.0)
     assert out.z_m[0] == pytest.approx(-CONTACT_FORCE_N / SERVO_N_M)
     assert out.fault is None
     assert "force" in limit_names(out.limited[0])
@@ -206,9 +209,7 @@ def test_gap_stops_then_retreats_until_clear_then_goes_on():
     rig.step()
     start = list(rig.z_m)
     for age in dense(GAP_S, step=0.0005):
-        moved = PatientGate()
         probe = Rig(z_m=-0.002)
-        probe.gate = moved
         probe.step()
         out = probe.step(age=age, wanted_x_m=0.01)
         assert (out.x_m > 0.0) == (age <= GAP_S)
@@ -252,8 +253,7 @@ def test_unknown_force_stops_and_retreats():
         assert bool(out.limited[0] & Limit.FORCE_UNKNOWN) != known
         assert out.heater_drive[0] == (0.5 if known else 0.0)
         assert out.fault is None
-    for _ in range(600):
-        out = rig.step(wanted_z_m=-0.01, force_age_s=1.0)
+    out = rig.run(600, wanted_z_m=-0.01, force_age_s=1.0)
     assert out.z_m == [CLEAR_HEIGHT_M] * 5
     assert rig.step(wanted_z_m=-0.01).z_m[0] < CLEAR_HEIGHT_M
 
@@ -279,8 +279,7 @@ def test_what_is_no_number_is_a_fault(name, value):
     assert out.fault
     assert out.heater_drive == [0.0] * 5
     assert all(map(math.isfinite, [out.x_m, out.y_m, *out.z_m]))
-    for _ in range(600):
-        out = rig.step(wanted_z_m=-0.002)
+    out = rig.run(600, wanted_z_m=-0.002)
     assert out.z_m == [CLEAR_HEIGHT_M] * 5  # latched: it retreats although all is well again
     rig.gate.clear_fault()
     assert rig.gate.fault is None
@@ -364,11 +363,9 @@ def test_dose_counts_a_gap_at_the_hotter_of_its_two_ends(unseen, read_c):
     before_c, after_c = read_c
     for gap_s, spent in ((5.0, False), (13.5, True), (30.0, True)):
         rig = Rig()
-        for _ in range(100):
-            rig.step(sensor_c=before_c)
+        rig.run(100, sensor_c=before_c)
         if unseen == "no reading":
-            for _ in range(round(gap_s / 0.05)):
-                rig.step(dt=0.05, sensor_c=before_c, sensor_age_s=1.0)
+            rig.run(round(gap_s / 0.05), dt=0.05, sensor_c=before_c, sensor_age_s=1.0)
         rig.step(dt=gap_s if unseen == "standstill" else DT, sensor_c=after_c)
         out = rig.step(sensor_c=after_c)
         assert bool(out.limited[0] & Limit.DOSE) == spent
@@ -444,8 +441,7 @@ def test_no_test_pulse_in_contact_nor_across_a_standstill():
 def test_a_fresh_reading_that_is_implausible_again_is_a_repeated_fault():
     rig = Rig()
     for times in range(2):
-        for _ in range(3):
-            rig.step(sensor_c=math.nan)
+        rig.run(3, sensor_c=math.nan)
         out = rig.step(heater_drive=0.5)
         assert out.heater_drive == [0.0 if times else 0.5] * 5
     rig = Rig()
@@ -486,11 +482,9 @@ def test_dose_is_spent_before_it_is_exceeded_and_comes_back():
             break
         dose += (reading - DOSE_ABOVE_C) * DT
     assert 0.7 * DOSE_LIMIT_K_S < dose < DOSE_LIMIT_K_S - 2.0 * 1.4
-    for _ in range(400):
-        rig.step(dt=0.1, sensor_c=30.0)
+    rig.run(400, dt=0.1, sensor_c=30.0)
     assert rig.step(heater_drive=0.1, sensor_c=30.0).heater_drive[0] == 0.0
-    for _ in range(300):
-        rig.step(dt=0.1, sensor_c=30.0)
+    rig.run(300, dt=0.1, sensor_c=30.0)
     assert rig.step(heater_drive=0.1, sensor_c=30.0).heater_drive[0] == 0.1
 
 
@@ -521,8 +515,7 @@ def test_after_a_standstill_set_points_begin_where_the_hand_is():
 def come_back(rig: Rig, ticks: int, **wanted) -> list:
     """Engaged after a release, with a hand that went elsewhere meanwhile."""
     rig.met()
-    for _ in range(30):
-        rig.step(engaged=False)
+    rig.run(30, engaged=False)
     return [rig.step(**wanted) for _ in range(ticks)]
 
 
@@ -629,8 +622,7 @@ def test_work_left_in_the_object_slows_the_finger_and_three_such_cycles_are_a_fa
     assert outs[fault].fault == "index: force swings at 8 Hz by 4.2 N"
     assert 2.0 / 8.0 <= (fault - first) * DT <= 4.5 / 8.0
     assert outs[fault].released
-    for _ in range(600):
-        out = rig.step(wanted_z_m=-0.003)
+    out = rig.run(600, wanted_z_m=-0.003)
     assert out.z_m == [CLEAR_HEIGHT_M] * 5  # latched: it has retreated
     assert rig.gate.left_mj[0] == 0.0 < rig.gate.left_mj[1]
     rig.gate.clear_fault()
@@ -697,8 +689,7 @@ def test_a_hand_that_does_not_follow_is_a_fault(axis, speed):
 def test_a_hand_that_moves_untold_is_a_fault_live_and_released(drift_m_s):
     for engaged in (True, False):
         rig = Rig()
-        for _ in range(200):
-            rig.step(engaged=engaged)
+        rig.run(200, engaged=engaged)
         took_s, why = until_fault(
             rig, 2.0, engaged=engaged, wanted_x_m=0.0, measured_x_m=lambda t_s: drift_m_s * t_s, measured_y_m=0.0
         )
@@ -773,8 +764,7 @@ def test_old_reports_add_nothing_to_the_doubt():
 
 def test_what_was_out_of_sight_may_stand_anywhere():
     rig = Rig()
-    for _ in range(200):
-        rig.step()
+    rig.run(200)
     rig.step(force_age_s=GAP_S + 0.01)
     elsewhere = {"wanted_x_m": 0.2, "measured_x_m": 0.2, "measured_z_m": 0.009}
     assert until_fault(rig, 1.0, engaged=False, **elsewhere) == (math.inf, "")
@@ -784,8 +774,7 @@ def test_what_was_out_of_sight_may_stand_anywhere():
 def test_fingers_without_a_sensor_take_no_part():
     parked = {"wanted_z_m": 0.0, "measured_z_m": one(0.0, 0.0102), "sensor_age_s": one(0.0, math.inf)}
     rig = Rig()
-    for _ in range(60):
-        rig.step(wanted_z_m=0.0)
+    rig.run(60, wanted_z_m=0.0)
     assert until_fault(rig, 1.0, **parked) == (math.inf, "")
     assert until_fault(rig, 1.0, **parked | {"sensor_age_s": 0.0})[0] < 1.0
 

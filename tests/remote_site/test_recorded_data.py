@@ -13,9 +13,9 @@ from remote_site.identify_texture import identify_texture
 from remote_site.identify_thermal import identify_thermal
 from remote_site.material_table import MaterialTable
 from remote_site.traces import read_thermal
+from tests.remote_site.shipped_tables import TABLES
 
 DATA = Path(os.environ.get("TELETACTION_DATA", Path(__file__).parents[3] / "shared" / "data"))
-TABLE = Path(__file__).parents[2] / "remote_site" / "tables" / "materials.json"
 STATUSES = {"no_contact", "deciding", "identified", "ambiguous", "unknown", "unidentifiable"}
 
 
@@ -28,7 +28,7 @@ def recordings(folder: str) -> list[Path]:
 
 def test_every_touch_is_read_and_answered() -> None:
     traces = recordings("thermal_contact")[::6]
-    table = MaterialTable.load(TABLE)
+    table = MaterialTable.load(TABLES / "materials.json")
     for trace in traces:
         assert read_thermal(trace).contact() is not None
     for trace in traces[::6]:  # two sensors over many seconds take their time

@@ -2,47 +2,36 @@
 
 import math
 from itertools import pairwise
-from pathlib import Path
 
 import pytest
 
 from common.fingers import FINGERS
 from remote_site.heater_control import OFFSETS_K, STAGGER_K
-from remote_site.material_table import MaterialTable
-from remote_site.perception import Perception
 from remote_site.sensed import Sensed
 from remote_site.shared_object import SharedObject
 from remote_site.solving_turns import LATE, NOTHING_DUE, POSTPONED_S, SolvingTurns
-from remote_site.surface_class import SurfaceTable
 from remote_site.thermal_answer import ThermalAnswer
-from remote_site.thermal_identification import ThermalIdentification, ThermalKnowledge
+from remote_site.thermal_identification import ThermalKnowledge
 from remote_site.thermal_sensor import PlateReading
 from remote_site.touch_estimate import TouchEstimate
 from tests.remote_site.made_touches import AMBIENT_C, MATERIALS, MadeTouch, made_touches
+from tests.remote_site.played_touches import touching
+from tests.remote_site.shipped_tables import perception
 
 PERIOD_S = 0.002
-TABLES = Path(__file__).parents[2] / "remote_site" / "tables"
+FIVE = len(FINGERS)
 
 
 def five_plates(tick: int, contact: int) -> Sensed:
     """A hand at rest whose fingers land all at once in the tick `contact`; readings come every fifth tick."""
     after_s = max(tick - contact, 0) * PERIOD_S
-    plates: list[PlateReading | None] = [None] * len(FINGERS)
+    plates: list[PlateReading | None] = [None] * FIVE
     if tick % 5 == 0:
         for finger, stagger_k in enumerate(STAGGER_K):
             sensor_c = AMBIENT_C + (OFFSETS_K[0] + stagger_k) * (0.6 + 0.4 * math.exp(-after_s))
             plates[finger] = PlateReading(sensor_c, AMBIENT_C, "", 2000 * tick, 0)
-    fingers = range(len(FINGERS))
-    force_n = 1.2 if tick >= contact else 0.0
-    return Sensed(
-        5.0 + PERIOD_S * tick,
-        x_m=0.0,
-        y_m=0.0,
-        z_m=tuple(0.0 for _ in fingers),
-        force_n=tuple(force_n for _ in fingers),
-        texture_counts=tuple(None for _ in fingers),
-        plates=tuple(plates),
-    )
+    forces_n = (1.2 if tick >= contact else 0.0,) * FIVE
+    return Sensed(5.0 + PERIOD_S * tick, 0.0, 0.0, (0.0,) * FIVE, forces_n, (None,) * FIVE, tuple(plates))
 
 
 class Waiting:
@@ -60,9 +49,7 @@ def turns_of(turns: SolvingTurns, solvers: list[Waiting], ticks: int, period_s: 
 
 def course(knowledge: ThermalKnowledge, touch: MadeTouch, late_until_s: float) -> tuple[list[ThermalAnswer], int]:
     """Answers to each reading, and in how many late ticks a solution waited."""
-    identification = ThermalIdentification(knowledge)
-    identification.start(0.0, touch.start_c, 0.0, AMBIENT_C)
-    turns, t_s, answers = SolvingTurns(PERIOD_S), 0.0, []
+    identification, turns, t_s, answers = touching(knowledge, touch), SolvingTurns(PERIOD_S), 0.0, []
     for row in touch.until(4.0).after():
         identification.take(*row)
         for _ in range(2 if row[0] < late_until_s else 5):
@@ -108,29 +95,28 @@ def test_without_a_period_no_tick_is_late() -> None:
 
 
 def test_a_tick_solves_one_finger_or_judges_the_hand(monkeypatch: pytest.MonkeyPatch) -> None:
-    worked: list[str] = []
+    worked: list[type] = []
 
-    def counted(kind: type, method: str) -> None:
-        plain = getattr(kind, method)
+    def count(kind: type[TouchEstimate | SharedObject]) -> None:
+        plain = kind.work
 
-        def count(self: object, *given: object) -> object:
-            worked.append(method)
-            return plain(self, *given)
+        def counted(self: TouchEstimate | SharedObject) -> None:
+            worked.append(kind)
+            plain(self)
 
-        monkeypatch.setattr(kind, method, count)
+        monkeypatch.setattr(kind, "work", counted)
 
-    counted(TouchEstimate, "work")
-    counted(SharedObject, "_judge")
-    table, surfaces = MaterialTable.load(TABLES / "materials.json"), SurfaceTable.load(TABLES / "surfaces.json")
-    perception = Perception(FINGERS, table, surfaces)
-    most, all_work = 0, set[str]()
+    count(TouchEstimate)
+    count(SharedObject)
+    identified = perception(FINGERS)
+    most, all_work = 0, set[type]()
     for tick in range(500):
         worked.clear()
-        perception.step(five_plates(tick, contact=100))
-        perception.work()
+        identified.step(five_plates(tick, contact=100))
+        identified.work()
         most, all_work = max(most, len(worked)), all_work | set(worked)
     assert most == 1
-    assert all_work == {"work", "_judge"}
+    assert all_work == {TouchEstimate, SharedObject}
 
 
 def test_where_every_tick_is_late_answers_come_later_and_none_is_wrong(calibrated_knowledge: ThermalKnowledge) -> None:

@@ -5,14 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from remote_site.identify_texture import identify_texture, load_surfaces
 from remote_site.spectrum_calibration import LabelledStroke, calibrate_spectra
 from remote_site.spectrum_table import SpectrumTable
 from remote_site.surface_spectrum import _without_motions, unevenness
-from teletaction.commands.calibrate import app as calibrate_app
-from teletaction.commands.identify import app as identify_app
+from tests.commands import command
 from tests.slow_strokes import PLACES_MM, SURFACES, folder_of, stroke
 
 
@@ -101,27 +99,17 @@ def write(folder, traces):
 def test_from_a_folder_to_a_name(tmp_path, signal):
     write(tmp_path, folder_of((120, 180)))
     out = tmp_path / "surfaces.json"
-    call = ["texture", "--strokes", str(tmp_path), "--out", str(out), "--signal", signal]
-    done = CliRunner().invoke(calibrate_app, [*call, "--report", str(tmp_path / "report")], catch_exceptions=False)
-    assert done.exit_code == 0
-    assert "left out" in (tmp_path / "report" / "report.txt").read_text() or "made without" in done.stderr
+    made = ("--out", out, "--report", tmp_path / "report")
+    done = command("calibrate", "texture", "--strokes", tmp_path, "--signal", signal, *made)
+    assert done.code == 0
+    assert "left out" in (tmp_path / "report" / "report.txt").read_text() or "made without" in done.err
     assert isinstance(load_surfaces(out), SpectrumTable)
     new = tmp_path / "new"
     new.mkdir()
     write(new, [one for one in folder_of((240,), seed=3) if one.speed_m_s == 0.04])
-    call = [
-        "texture",
-        "--table",
-        str(out),
-        "--signal",
-        signal,
-        "--speed",
-        "40",
-        *(str(new / f"{k}.csv") for k in range(3)),
-    ]
-    lines = [
-        json.loads(line) for line in CliRunner().invoke(identify_app, call, catch_exceptions=False).stdout.splitlines()
-    ]
+    files = [new / f"{k}.csv" for k in range(3)]
+    found = command("identify", "texture", "--table", out, "--signal", signal, "--speed", 40, *files)
+    lines = [json.loads(line) for line in found.out.splitlines()]
     right = sum(line["surface"] == name for line, name in zip(lines, SURFACES, strict=True))
     assert right == 3 if signal != "taxel7" else right >= 1
     assert all(0.3 < line["surface_probability"] <= 1.0 for line in lines)

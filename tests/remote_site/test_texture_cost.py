@@ -7,7 +7,7 @@ import numpy as np
 from common.messages import ExplorationMode
 from remote_site.texture_identification import BLOCK, TextureIdentification
 from sim_sensors.simulated_stroke import simulate_stroke
-from tests.remote_site.felt_strokes import SHIPPED
+from tests.remote_site.shipped_tables import SURFACES
 
 MOST = 40.0
 """Units that 5 ms of one finger may cost: 16 were measured, at the fastest stroke there is."""
@@ -17,7 +17,7 @@ def test_a_block_of_samples_costs_no_more_than_forty_spectra_of_two_hundred() ->
     trace = simulate_stroke("closely_grooved_pvc", 90_000, 150.0, 1.0, length_m=0.2)
     moving = (trace.time_s > trace.stroke_s[0] + 0.1) & (trace.time_s < trace.stroke_s[1])
     signal, values = trace.pressure_v[moving], np.random.default_rng(0).standard_normal(200)
-    identification = TextureIdentification(SHIPPED)
+    identification = TextureIdentification(SURFACES)
     blocks_s, units_s = [], []
     for number in range(len(signal) // BLOCK):
         samples = signal[number * BLOCK : (number + 1) * BLOCK]

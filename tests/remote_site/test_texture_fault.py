@@ -1,62 +1,59 @@
 """Faults of the texture sensor have names, make nothing felt, and end by themselves."""
 
-import dataclasses
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from common.messages import ExplorationMode
+from remote_site.felt_stroke import Array
 from remote_site.texture_fault import CLIPPED, DISCONNECTED, NOISE_ONLY, SATURATED
+from remote_site.texture_sensor import VOLTS_PER_COUNT
 from remote_site.tip_path import RATE_HZ
 from sim_sensors.simulated_stroke import simulate_stroke
-from tests.remote_site.felt_strokes import SIX, drawn, played
-
-VOLTS_PER_COUNT = 10.0 / 2048.0
+from tests.remote_site.felt_strokes import SIX, drawn, played, stroking
 
 
-def noise(count):
-    return np.rint(np.random.default_rng(1).normal(0.0, 0.008, count) / VOLTS_PER_COUNT) * VOLTS_PER_COUNT
+def noise(noise_v: float) -> Callable[[Array], Array]:
+    return lambda v: np.random.default_rng(1).normal(0.0, noise_v, len(v))
 
 
-FAULTS = {
-    SATURATED: lambda v: np.full_like(v, 2047 * VOLTS_PER_COUNT),
-    DISCONNECTED: np.zeros_like,
-    NOISE_ONLY: lambda v: noise(len(v)),
-    CLIPPED: lambda v: np.clip(v + 11.0 * np.sin(np.arange(len(v)) / 20.0), -10.0, 2047 * VOLTS_PER_COUNT),
+FAULTS: dict[str, tuple[str, Callable[[Array], Array]]] = {
+    "saturated": (SATURATED, lambda v: np.full_like(v, 2047 * VOLTS_PER_COUNT)),
+    "cut": (DISCONNECTED, np.zeros_like),
+    "loose": (NOISE_ONLY, lambda v: np.rint(noise(0.008)(v) / VOLTS_PER_COUNT) * VOLTS_PER_COUNT),
+    "finer": (NOISE_ONLY, noise(0.008)),
+    "noisy": (NOISE_ONLY, noise(0.05)),
+    "noisier": (NOISE_ONLY, noise(0.5)),
+    "overdriven": (
+        CLIPPED,
+        lambda v: np.clip(v + 11.0 * np.sin(np.arange(len(v)) / 20.0), -10.0, 2047 * VOLTS_PER_COUNT),
+    ),
 }
 
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_is_named_and_nothing_is_felt(fault):
     sound = simulate_stroke("closely_grooved_pvc", 81_000, 60.0, 1.5)
-    blocks = played(dataclasses.replace(sound, pressure_v=FAULTS[fault](sound.pressure_v)))
-    stroking = [block for block in blocks if block.mode is ExplorationMode.STROKING]
-    assert {block.texture.fault for block in stroking} == {fault}
-    assert not any(block.texture.valid or block.texture.impulses or block.texture.surface for block in stroking)
+    name, spoil = FAULTS[fault]
+    textures = [block.texture for block in stroking(played(replace(sound, pressure_v=spoil(sound.pressure_v))))]
+    assert {texture.fault for texture in textures} == {name}
+    assert not any(texture.valid or texture.impulses or texture.surface for texture in textures)
 
 
-@pytest.mark.parametrize("fault", [SATURATED, DISCONNECTED, CLIPPED])
+@pytest.mark.parametrize("fault", ["saturated", "cut", "overdriven"])
 def test_a_fault_within_a_stroke_ends_with_its_cause(fault):
     trace = simulate_stroke("widely_grooved_pvc", 82_000, 60.0, 1.5, length_m=0.2)
     broken = (trace.time_s > trace.stroke_s[0] + 0.8) & (trace.time_s < trace.stroke_s[0] + 1.3)
     signal = trace.pressure_v.copy()
-    signal[broken] = FAULTS[fault](signal[broken])
-    blocks = played(dataclasses.replace(trace, pressure_v=signal))
-    found = {block.texture.fault for block in blocks}
-    assert fault in found
+    name, spoil = FAULTS[fault]
+    signal[broken] = spoil(signal[broken])
+    blocks = played(replace(trace, pressure_v=signal))
+    assert name in {block.texture.fault for block in blocks}
     assert blocks[-1].texture.fault is None
-    last = [block for block in blocks if block.mode is ExplorationMode.STROKING][-1]
-    assert last.texture.valid
-    assert last.texture.best == "widely_grooved_pvc"
-
-
-@pytest.mark.parametrize("noise_v", [0.008, 0.05, 0.5])
-def test_noise_of_any_size_is_no_signal(noise_v):
-    trace = simulate_stroke("sandpaper", 83_000, 60.0, 1.5)
-    signal = np.random.default_rng(2).normal(0.0, noise_v, len(trace.time_s))
-    blocks = played(dataclasses.replace(trace, pressure_v=signal))
-    stroking = [block for block in blocks if block.mode is ExplorationMode.STROKING]
-    assert {block.texture.fault for block in stroking} == {NOISE_ONLY}
+    last = stroking(blocks)[-1].texture
+    assert last.valid
+    assert last.best == "widely_grooved_pvc"
 
 
 @pytest.mark.parametrize("surface", SIX)
@@ -68,7 +65,7 @@ def test_a_sensor_that_was_named_for_a_force_that_was_none_is_sound_again_when_i
     quiet = np.random.default_rng(3).normal(0.0, 0.008, len(before))
     later = trace.time_s >= came_s
     biased_n = np.where((before > -0.5) & (before < -0.25), 1.5, 0.0)
-    both = dataclasses.replace(
+    both = replace(
         trace,
         time_s=np.concatenate([came_s + before, trace.time_s[later]]),
         pressure_v=np.concatenate([quiet, trace.pressure_v[later]]),
@@ -77,9 +74,9 @@ def test_a_sensor_that_was_named_for_a_force_that_was_none_is_sound_again_when_i
     )
     blocks = played(both)
     assert NOISE_ONLY in {block.texture.fault for block in blocks}
-    stroking = [block for block in blocks if block.mode is ExplorationMode.STROKING]
-    assert stroking[-1].texture.fault is None
-    assert stroking[-1].texture.valid
+    last = stroking(blocks)[-1].texture
+    assert last.fault is None
+    assert last.valid
 
 
 @pytest.mark.parametrize("surface", SIX)
@@ -91,5 +88,5 @@ def test_a_sound_sensor_has_no_fault(surface):
 @pytest.mark.parametrize("late_s", [-0.1, -0.05, 0.05, 0.1])
 def test_a_sound_sensor_has_no_fault_when_force_and_texture_come_apart(late_s):
     trace = drawn("closely_grooved_pvc", 85_000)
-    apart = dataclasses.replace(trace, pressure_v=np.roll(trace.pressure_v, round(late_s * RATE_HZ)))
+    apart = replace(trace, pressure_v=np.roll(trace.pressure_v, round(late_s * RATE_HZ)))
     assert {block.texture.fault for block in played(apart)} == {None}

@@ -4,15 +4,14 @@ import numpy as np
 import pytest
 
 from common.messages import ExplorationMode
-from remote_site.felt_stroke import felt
+from remote_site.felt_stroke import Array, felt
 from remote_site.groove_period import GroovePeriod
-from remote_site.texture_identification import TextureIdentification
+from remote_site.impulses import Impulse
+from remote_site.texture_identification import TextureIdentification, TextureReading
+from remote_site.tip_path import RATE_HZ
 from sim_sensors.simulated_stroke import simulate_stroke
-from tests.remote_site.felt_strokes import SHIPPED, SIX, counted, drawn, even, modes_of, played
-
-
-def stroking(blocks):
-    return [block for block in blocks if block.mode is ExplorationMode.STROKING]
+from tests.remote_site.felt_strokes import SIX, counted, drawn, even, held_values, modes_of, played, stroking
+from tests.remote_site.shipped_tables import SURFACES
 
 
 @pytest.mark.parametrize("surface", SIX)
@@ -40,14 +39,18 @@ def test_roughness_is_no_groove(surface):
     assert counted(trace, played(trace)).invented == 0
 
 
+def changed_after_s(trace, blocks):
+    """From the border between two surfaces to each moment from which another surface was felt."""
+    return [block.texture.changed_s - trace.border_s for block in blocks if block.texture.changed_s is not None]
+
+
 def test_a_stroke_over_skin_into_a_lesion_and_the_other_way_has_an_edge_and_no_grooves():
     for before, after in (("skin", "lesion"), ("lesion", "skin")):
         trace = simulate_stroke(before, 74_000, 60.0, 1.5, length_m=0.1, then=after)
         blocks = played(trace)
         assert counted(trace, blocks).invented <= 3
-        seen = [block.texture.changed_s for block in blocks if block.texture.changed_s is not None]
-        assert len(seen) == 1
-        assert 0.0 < seen[0] - trace.border_s < 0.3
+        (seen_s,) = changed_after_s(trace, blocks)
+        assert 0.0 < seen_s < 0.3
 
 
 @pytest.mark.parametrize("pair", [("plain_pvc", "widely_grooved_pvc"), ("sandpaper", "foam"), ("foam", "sandpaper")])
@@ -55,30 +58,33 @@ def test_a_change_of_surface_is_seen_once_within_50_mm(pair):
     before, after = pair
     trace = simulate_stroke(before, 75_000, 80.0, 2.0, length_m=0.14, then=after)
     blocks = played(trace)
-    seen = [block.texture.changed_s for block in blocks if block.texture.changed_s is not None]
-    assert len(seen) == 1
-    assert 0.0 < seen[0] - trace.border_s < 0.05 / 0.08
+    (seen_s,) = changed_after_s(trace, blocks)
+    assert 0.0 < seen_s < 0.05 / 0.08
     assert stroking(blocks)[-1].texture.surface == after
+
+
+def read(
+    time_s: Array, signal_v: Array, force_n: Array, speed_m_s: Array, modes: list[ExplorationMode], size: int
+) -> tuple[list[Impulse], TextureReading]:
+    """All impulses and the last reading of a stroke that comes in pieces of `size` samples."""
+    identification, impulses = TextureIdentification(SURFACES), []
+    for first in range(0, len(time_s), size):
+        part = slice(first, first + size)
+        reading = identification.step(
+            float(time_s[part][-1]), signal_v[part], force_n[part].tolist(), speed_m_s[part].tolist(), modes[part]
+        )
+        impulses += reading.impulses
+    return impulses, reading
 
 
 def test_pieces_of_any_size_give_the_same():
     trace = simulate_stroke("arbitrarily_grooved_pvc", 76_000, 90.0, 1.0)
-    modes = modes_of(trace)
     whole = len(trace.time_s) // 200 * 200
+    columns = (trace.time_s, trace.pressure_v, trace.force_n, 1e-3 * trace.speed_mm_s, modes_of(trace))
     found = []
     for size in (1, 7, 200):
-        identification, told = TextureIdentification(SHIPPED), []
-        for first in range(0, whole, size):
-            part = slice(first, min(first + size, whole))
-            reading = identification.step(
-                float(trace.time_s[part][-1]),
-                trace.pressure_v[part],
-                trace.force_n[part].tolist(),
-                (1e-3 * trace.speed_mm_s[part]).tolist(),
-                modes[part],
-            )
-            told += list(reading.impulses)
-        found.append((told, reading.roughness_v, reading.probability, reading.surface))
+        impulses, last = read(*(column[:whole] for column in columns), size)
+        found.append((impulses, last.roughness_v, last.probability, last.surface))
     assert found[0] == found[1] == found[2]
     assert len(found[0][0]) > 5
 
@@ -87,27 +93,11 @@ def test_an_hour_of_stroking_takes_no_more_memory_than_a_minute():
     trace = simulate_stroke("closely_grooved_pvc", 77_000, 60.0, 1.0)
     moving = (trace.time_s > trace.stroke_s[0] + 0.1) & (trace.time_s < trace.stroke_s[1] - 0.1)
     signal = trace.pressure_v[moving][:2000]
-    identification, sizes = TextureIdentification(SHIPPED), []
+    identification, sizes = TextureIdentification(SURFACES), []
     for second in range(40):
         identification.step(float(second + 1), signal, 1.0, 0.06, ExplorationMode.STROKING)
-        sizes.append(_held(identification))
+        sizes.append(held_values(identification))
     assert max(sizes[20:]) <= max(sizes[:20])
-
-
-def _held(thing, seen=None):
-    """Number of values in all that an object holds."""
-    seen = set() if seen is None else seen
-    if id(thing) in seen or isinstance(thing, type):
-        return 0
-    seen.add(id(thing))
-    if isinstance(thing, np.ndarray):
-        return thing.size
-    if isinstance(thing, dict):
-        return sum(_held(value, seen) for value in thing.values())
-    if hasattr(thing, "__iter__") and not isinstance(thing, str):
-        return sum(1 + _held(value, seen) for value in thing)
-    names = [name for kind in type(thing).__mro__ for name in getattr(kind, "__slots__", ())]
-    return sum(_held(getattr(thing, name), seen) for name in [*names, *getattr(thing, "__dict__", {})])
 
 
 @pytest.mark.parametrize("factor", [0.8, 1.2])
@@ -126,7 +116,7 @@ def test_a_swing_of_the_arm_larger_than_the_pattern_is_not_taken_for_it():
 
 def period_of(stroke):
     period = GroovePeriod()
-    for block in felt(stroke, SHIPPED):
+    for block in felt(stroke, SURFACES):
         for impulse in block.texture.impulses:
             period.groove(impulse.place_m)
     return period.estimate()
@@ -139,24 +129,15 @@ def test_a_turn_of_the_hand_is_no_groove():
     signal, speed = trace.pressure_v[moving], 1e-3 * trace.speed_mm_s[moving]
     both = np.concatenate((signal, signal[::-1]))
     turn = np.concatenate((speed, speed[::-1])) * np.minimum(1.0, np.abs(np.arange(2 * len(speed)) - len(speed)) / 60.0)
-    identification, told = TextureIdentification(SHIPPED), []
-    for first in range(0, len(both) - 9, 10):
-        reading = identification.step(
-            (first + 10) / 2000.0,
-            both[first : first + 10],
-            1.5,
-            turn[first : first + 10].tolist(),
-            ExplorationMode.STROKING,
-        )
-        told += list(reading.impulses)
-    assert told == []
+    time_s = np.arange(1, 1 + len(both)) / RATE_HZ
+    modes = [ExplorationMode.STROKING] * len(both)
+    assert read(time_s, both, np.full(len(both), 1.5), turn, modes, 10)[0] == []
 
 
 def test_a_finger_that_jumps_over_the_border_has_come_to_another_surface():
     """It presses so lightly on plain PVC that it loses contact for a moment where the soft foam begins."""
     trace = simulate_stroke("plain_pvc", 91_000, 100.0, 1.0, length_m=0.14, then="foam")
     blocks = played(trace)
-    seen = [block.texture.changed_s for block in blocks if block.texture.changed_s is not None]
     assert any(block.mode is ExplorationMode.FREE for block in blocks if 1.2 < block.end_s < 2.2)
-    assert len(seen) == 1
-    assert 0.0 < seen[0] - trace.border_s < 0.5
+    (seen_s,) = changed_after_s(trace, blocks)
+    assert 0.0 < seen_s < 0.5

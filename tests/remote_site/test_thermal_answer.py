@@ -49,24 +49,13 @@ def play(concluded: ThermalConclusion, said: Posterior, from_s: float, to_s: flo
     return [concluded.step(said, 0.01 * k) for k in range(round(100 * from_s), round(100 * to_s) + 1)]
 
 
-def test_a_name_has_to_be_sure_for_a_while() -> None:
-    answers = play(conclusion(), stone(CERTAIN), 0.5, 0.5 + HELD_S)
-    assert [answer.status for answer in answers[:-1]] == [ThermalStatus.DECIDING] * (len(answers) - 1)
+@pytest.mark.parametrize(("from_s", "named_s"), [(0.5, 0.5 + HELD_S), (0.01, EARLIEST_S + HELD_S)])
+def test_a_name_has_to_be_sure_for_a_while_and_what_is_sure_too_early_does_not_count(
+    from_s: float, named_s: float
+) -> None:
+    answers = play(conclusion(), stone(CERTAIN), from_s, named_s)
+    assert {answer.status for answer in answers[:-1]} == {ThermalStatus.DECIDING}
     assert (answers[-1].status, answers[-1].material) == (ThermalStatus.IDENTIFIED, "stone")
-
-
-def test_nothing_is_named_early() -> None:
-    concluded = conclusion()
-    assert all(answer.material is None for answer in play(concluded, stone(CERTAIN), 0.01, EARLIEST_S))
-    assert play(concluded, stone(CERTAIN), EARLIEST_S + 0.01, EARLIEST_S + HELD_S)[-1].material == "stone"
-
-
-def test_a_glimpse_names_nothing() -> None:
-    concluded = conclusion()
-    play(concluded, stone(0.7), 0.3, 0.99)
-    glimpse = play(concluded, stone(CERTAIN), 1.0, 1.0 + HELD_S - 0.01)
-    after = play(concluded, stone(0.7), 1.1, 1.5)
-    assert {answer.status for answer in glimpse + after} == {ThermalStatus.DECIDING}
 
 
 def test_a_name_sticks_until_it_is_doubtful() -> None:

@@ -1,17 +1,15 @@
 """Every way in which a touch can fail to show its material, and the kind of answer that it gets: never a wrong name."""
 
-from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from common.messages import ThermalStatus
-from remote_site.conduction import Array
-from remote_site.shared_object import SharedObject
-from remote_site.thermal_answer import NO_DIFFERENCE, ThermalAnswer
-from remote_site.thermal_identification import ThermalIdentification, ThermalKnowledge
+from remote_site.thermal_answer import NO_DIFFERENCE, NO_FIT, ThermalAnswer
+from remote_site.thermal_identification import ThermalKnowledge
 from tests.remote_site.made_touches import (
-    AMBIENT_C,
     MATERIALS,
     MadeMaterial,
     MadeSensor,
@@ -20,21 +18,7 @@ from tests.remote_site.made_touches import (
     pressed,
     true_table,
 )
-
-
-def play(
-    knowledge: ThermalKnowledge,
-    touch: MadeTouch,
-    change: Callable[[float, float, float], tuple[float, float, float]] | None = None,
-) -> list[ThermalAnswer]:
-    identification = ThermalIdentification(knowledge)
-    identification.start(0.0, touch.start_c, 0.0, AMBIENT_C)
-    return [identification.step(*(row if change is None else change(*row))) for row in touch.after()]
-
-
-def names(answers: list[ThermalAnswer]) -> set[str]:
-    return {answer.material for answer in answers if answer.material is not None}
-
+from tests.remote_site.played_touches import Change, Hand, names, play
 
 # --- small temperature difference ---
 
@@ -49,20 +33,11 @@ def test_no_temperature_difference(knowledge: ThermalKnowledge, name: str, off_k
 
 
 def test_a_second_start_temperature_shows_what_the_first_could_not(knowledge: ThermalKnowledge) -> None:
-    touches = made_touches("stone", 2, seed=2, seconds=3.0, start_c=np.array([31.0, 37.0]), object_c=31.0)
-    fingers = {number: ThermalIdentification(knowledge) for number in range(2)}
-    for finger, touch in zip(fingers.values(), touches, strict=True):
-        finger.start(0.0, touch.start_c, 0.0, AMBIENT_C)
-    shared = SharedObject(knowledge)
-    joint = None
-    for rows in zip(*(touch.after() for touch in touches), strict=True):
-        for finger, row in zip(fingers.values(), rows, strict=True):
-            finger.step(*row)
-        joint = shared.step(fingers)
-    assert fingers[0].answer.reason == NO_DIFFERENCE
+    hand = Hand(knowledge, made_touches("stone", 2, seed=2, seconds=3.0, start_c=np.array([31.0, 37.0]), object_c=31.0))
+    joint = hand.play()[-1]
+    assert hand.fingers[0].answer.reason == NO_DIFFERENCE
     assert joint is not None
-    assert joint.best == "stone"
-    assert joint.reason is None
+    assert (joint.best, joint.reason) == ("stone", None)
     assert joint.object_c == pytest.approx(31.0, abs=0.3)
 
 
@@ -91,18 +66,22 @@ def test_contact_that_is_lost_while_the_force_stays(knowledge: ThermalKnowledge,
     (touch,) = made_touches(name, 1, seed=5, force=lambda t: np.where(t < 2.0, pressed()(t), 0.0))
     answers = play(knowledge, touch, lambda t, c, f: (t, c, 1.2 if t >= 2.0 else f))
     assert names(answers) <= {name}
-    assert answers[-1].material in (None, name)
     assert answers[-1].status is not ThermalStatus.IDENTIFIED
 
 
-@pytest.mark.parametrize("to_n", [0.5, 3.0])
-def test_a_pressure_that_changes_is_followed(knowledge: ThermalKnowledge, to_n: float) -> None:
-    def force(t_s: Array) -> Array:
-        return np.asarray(np.where(t_s < 1.5, pressed()(t_s), to_n))
+BORNE: dict[str, dict[str, Any]] = {
+    "less pressure in the end": {"seed": 6, "force": lambda t_s: np.where(t_s < 1.5, pressed()(t_s), 0.5)},
+    "more pressure in the end": {"seed": 6, "force": lambda t_s: np.where(t_s < 1.5, pressed()(t_s), 3.0)},
+    "a light touch": {"seed": 8, "force": pressed(0.45)},
+    "a slow approach": {"seed": 10, "force": pressed(1.2, ramp_s=0.4)},
+    "a little more lag and leak": {"seed": 11, "sensor": MadeSensor(leak_w_m2k=88.0, lag_s=0.32)},
+}
 
+
+@pytest.mark.parametrize("how", BORNE)
+def test_what_is_part_of_the_model_or_near_it_changes_no_name(knowledge: ThermalKnowledge, how: str) -> None:
     for name in MATERIALS:
-        (touch,) = made_touches(name, 1, seed=6, seconds=3.0, force=force)
-        answers = play(knowledge, touch)
+        answers = play(knowledge, made_touches(name, 1, seconds=3.0, **BORNE[how])[0])
         assert names(answers) <= {name}
         assert answers[-1].best == name
 
@@ -118,14 +97,6 @@ def test_a_partial_contact_is_never_another_material(knowledge: ThermalKnowledge
         assert "plastic" not in names(play(knowledge, touch))
 
 
-def test_a_light_touch_is_judged_by_its_force(knowledge: ThermalKnowledge) -> None:
-    for name in MATERIALS:
-        (touch,) = made_touches(name, 1, seed=8, seconds=3.0, force=pressed(0.45))
-        answers = play(knowledge, touch)
-        assert names(answers) <= {name}
-        assert answers[-1].best == name
-
-
 # --- onset ---
 
 
@@ -135,31 +106,11 @@ def test_heat_and_force_need_not_begin_together(knowledge: ThermalKnowledge, lat
     for name in MATERIALS:
         (touch,) = made_touches(name, 1, seed=9, seconds=3.0)
         shifted = np.interp(touch.time_s - late_s, touch.time_s, touch.sensor_c)
-        moved = MadeTouch(name, touch.time_s, shifted, touch.force_n, touch.object_c, touch.effusivity)
-        answers = play(knowledge, moved)
+        answers = play(knowledge, replace(touch, sensor_c=shifted))
         assert names(answers) <= {name}
         if abs(late_s) < 0.02:
             assert answers[-1].best == name
             assert answers[-1].status is not ThermalStatus.UNKNOWN
-
-
-def test_a_slow_approach_is_part_of_the_model(knowledge: ThermalKnowledge) -> None:
-    for name in MATERIALS:
-        (touch,) = made_touches(name, 1, seed=10, seconds=3.0, force=pressed(1.2, ramp_s=0.4))
-        answers = play(knowledge, touch)
-        assert names(answers) <= {name}
-        assert answers[-1].best == name
-
-
-# --- another sensor than the table's ---
-
-
-def test_a_slightly_different_lag_and_leak_are_borne(knowledge: ThermalKnowledge) -> None:
-    sensor = MadeSensor(leak_w_m2k=88.0, lag_s=0.32)
-    for name in MATERIALS:
-        answers = play(knowledge, made_touches(name, 1, seed=11, seconds=3.0, sensor=sensor)[0])
-        assert names(answers) <= {name}
-        assert answers[-1].best == name
 
 
 def test_a_sensor_that_is_not_the_tables_is_a_misfit(knowledge: ThermalKnowledge) -> None:
@@ -167,8 +118,7 @@ def test_a_sensor_that_is_not_the_tables_is_a_misfit(knowledge: ThermalKnowledge
     for name in MATERIALS:
         answers = play(knowledge, made_touches(name, 1, seed=12, seconds=3.0, sensor=MadeSensor(noise_k=0.3))[0])
         assert names(answers) == set()
-        assert answers[-1].status is ThermalStatus.UNKNOWN
-        assert answers[-1].reason == "the response is that of no material"
+        assert (answers[-1].status, answers[-1].reason) == (ThermalStatus.UNKNOWN, NO_FIT)
 
 
 # --- materials that were not calibrated ---
@@ -227,8 +177,7 @@ def test_thin_pieces_of_a_material_calibrated_thick_are_not_another_one(knowledg
         thick = MATERIALS[name]
         thin = MadeMaterial(thick.effusivity, thick.conductance_w_m2k, slab_s=2.0)
         answers = play(knowledge, made_touches(name, 1, seed=14, material=thin)[0])
-        assert names(answers) <= {name}, name
-        assert answers[-1].status is not ThermalStatus.IDENTIFIED or answers[-1].material == name
+        assert names(answers) <= {name}
 
 
 def test_thin_pieces_that_were_calibrated_thin_are_named() -> None:
@@ -272,9 +221,7 @@ def test_materials_that_nothing_tells_apart_are_a_set() -> None:
     ],
     ids=["no number", "flat", "gap", "clock set back", "no time"],
 )
-def test_a_sensor_fault_is_no_material(
-    knowledge: ThermalKnowledge, change: Callable[[float, float, float], tuple[float, float, float]], reason: str
-) -> None:
+def test_a_sensor_fault_is_no_material(knowledge: ThermalKnowledge, change: Change, reason: str) -> None:
     answer = play(knowledge, made_touches("stone", 1, seed=17, seconds=2.0)[0], change)[-1]
     assert answer.status is ThermalStatus.UNIDENTIFIABLE
     assert answer.material is None
@@ -295,5 +242,4 @@ def test_a_fault_late_in_a_touch_keeps_the_name(knowledge: ThermalKnowledge) -> 
 def test_readings_cut_off_by_saturation_are_no_other_material(knowledge: ThermalKnowledge, name: str) -> None:
     """The converter ends at 31 C, and the plate began at 33 C."""
     (touch,) = made_touches(name, 1, seed=18, seconds=4.0)
-    cut = MadeTouch(name, touch.time_s, np.minimum(touch.sensor_c, 31.0), touch.force_n, touch.object_c, 0.0)
-    assert names(play(knowledge, cut)) <= {name}
+    assert names(play(knowledge, replace(touch, sensor_c=np.minimum(touch.sensor_c, 31.0)))) <= {name}
