@@ -2,9 +2,13 @@
 
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 
+from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.select_loop import SelectLoop
+from sim_sensors.serial_server import SerialServer, serve_serial
+from sim_sensors.socketcand import SocketcandBus
+from sim_sensors.thermal_sensor import ThermalSensor
 
 STEP_S = 0.002
 
@@ -26,3 +30,26 @@ def alive(loop: SelectLoop, step: Callable[[float], None]) -> Iterator[None]:
     finally:
         ended.set()
         thread.join()
+
+
+@contextmanager
+def thermal_sensor(address: str = "pty", silent: bool = False) -> Iterator[SerialServer]:
+    """The index finger's thermal sensor."""
+    loop = SelectLoop()
+    server = serve_serial(ThermalSensor(1, loop.now()), loop, address, "thermal")
+    server.silent = silent
+    with closing(server), alive(loop, server.pump):
+        yield server
+
+
+@contextmanager
+def exoskeleton(node: Exoskeleton) -> Iterator[SocketcandBus]:
+    """An exoskeleton on a bus."""
+    loop = SelectLoop()
+
+    def step(now_s: float) -> None:
+        node.force_n(now_s)
+        bus.pump(now_s)
+
+    with closing(SocketcandBus(loop, "127.0.0.1", 0, [node])) as bus, alive(loop, step):
+        yield bus

@@ -1,7 +1,8 @@
-"""Ways to make one thing wrong in an emulated module."""
+"""Ways to make one thing wrong in an emulated module, and to enter it under the duty that it breaks."""
 
 import struct
 from collections.abc import Callable
+from functools import partial, wraps
 from typing import Any
 
 from cobs import cobs
@@ -11,8 +12,9 @@ from common.serial_messages import MessageId
 from sim_sensors.serial_module import SerialModule
 from tests.conformance.virtual_ends import VirtualModule
 
-WrongModules = list[tuple[str, Callable[[], VirtualModule]]]
+WRONG_MODULES: list[tuple[str, Callable[[], VirtualModule]]] = []
 """Number of a duty, and a module that breaks it."""
+Entered = Callable[[Callable[..., None]], Callable[[], VirtualModule]]
 BORN_S = 90.0
 FINGER = 2
 FLAGS, HEATER, MOTOR, PELTIER = 8, 9, 9, 11
@@ -41,7 +43,41 @@ def changed_reports(module: SerialModule, change: Callable[[bytearray, int], Non
     over(module, "_say", say)
 
 
-def i16(payload: bytearray, at: int) -> int:
+def wrong(number: str, kind: type[SerialModule]) -> Entered:
+    """Enter a module that breaks a duty; the function makes it wrong, given a sound one at the end of a line."""
+
+    def enter(spoil: Callable[..., None]) -> Callable[[], VirtualModule]:
+        @wraps(spoil)
+        def made() -> VirtualModule:
+            end = VirtualModule(kind(FINGER, BORN_S))  # type: ignore[call-arg, arg-type]
+            spoil(end)
+            return end
+
+        WRONG_MODULES.append((number, made))
+        return made
+
+    return enter
+
+
+def wrong_method(number: str, kind: type[SerialModule], name: str) -> Entered:
+    """The function stands over one method: it is given the module, the method, and then what that is given."""
+
+    def enter(do: Callable[..., Any]) -> Callable[[], VirtualModule]:
+        return wrong(number, kind)(wraps(do)(lambda end: over(end.module, name, partial(do, end.module))))
+
+    return enter
+
+
+def wrong_reports(number: str, kind: type[SerialModule]) -> Entered:
+    """The function changes reports: it is given the module, a report's payload, and the report's number."""
+
+    def enter(change: Callable[..., None]) -> Callable[[], VirtualModule]:
+        return wrong(number, kind)(wraps(change)(lambda end: changed_reports(end.module, partial(change, end.module))))
+
+    return enter
+
+
+def i16(payload: bytes, at: int) -> int:
     return int(struct.unpack_from("<h", payload, at)[0])
 
 

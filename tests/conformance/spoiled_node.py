@@ -1,30 +1,26 @@
-"""Ways to make one thing wrong in an emulated CAN node."""
+"""Ways to make one thing wrong in an emulated CAN node, and to enter it under the duty that it breaks."""
 
 from collections.abc import Callable
+from functools import wraps
+from typing import Any
 
 import can
 
 from common.can_frames import frame_crc, packing
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.telemanipulator import Telemanipulator
-from teletaction.conformance.node_talk import NodeName
 from tests.conformance.spoiled_module import over
 from tests.conformance.virtual_ends import VirtualNode
 
-WrongNodes = list[tuple[str, NodeName, Callable[[], VirtualNode]]]
-"""Number of a duty, the node, and one that breaks it."""
-EXO, ROBOT = NodeName.EXOSKELETON, NodeName.TELEMANIPULATOR
-POSE_ID, STATE_ID, ROBOT_STATE_ID = 0x100, 0x102, 0x213
+WRONG_NODES: list[tuple[str, Callable[[], VirtualNode]]] = []
+"""Number of a duty, and a node that breaks it."""
+Kind = type[Exoskeleton] | type[Telemanipulator]
+Entered = Callable[[Callable[..., Any]], Callable[[], VirtualNode]]
+Going = Callable[[Any, Any, float, float, Any], tuple[float, float, Any]]
+"""Where a node goes instead: it is given the node, its world, and where it should go."""
+POSE_ID = 0x100
 HANGS_ON = 6
 """State frames, 60 ms."""
-
-
-def exoskeleton() -> VirtualNode:
-    return VirtualNode(Exoskeleton())
-
-
-def telemanipulator() -> VirtualNode:
-    return VirtualNode(Telemanipulator())
 
 
 def remade(frame: can.Message, data: bytes) -> can.Message:
@@ -58,32 +54,88 @@ def spoiled(end: VirtualNode, frame_id: int, change: Callable[[can.Message, int]
     return end
 
 
-def changed_states(
-    end: VirtualNode, name: str, change: Callable[[dict[str, float], int], dict[str, float]]
-) -> VirtualNode:
-    """Change the values of the state frames, which come with their number."""
-    layout = packing(name)
+def changed_states(end: VirtualNode, change: Callable[[dict[str, float]], dict[str, float]]) -> VirtualNode:
+    """Change the values of the state frames."""
+    layout = packing(f"{type(end.node).__name__}State")
 
-    def remake(frame: can.Message, count: int) -> list[can.Message]:
+    def remake(frame: can.Message, _: int) -> list[can.Message]:
         values, counter = layout.unpack(bytes(frame.data))
-        return [remade(frame, layout.pack(change(values, count), counter))]
+        return [remade(frame, layout.pack(change(values), counter))]
 
     return spoiled(end, layout.frame_id, remake)
 
 
-def hanging_on(end: VirtualNode, name: str, signal: str, value: float, turns: int = HANGS_ON) -> VirtualNode:
+def hanging_on(end: VirtualNode, signal: str, value: float) -> None:
     """A state that says a signal for some frames longer than it is so."""
     left = 0
 
-    def hang(values: dict[str, float], _: int) -> dict[str, float]:
+    def hang(values: dict[str, float]) -> dict[str, float]:
         nonlocal left
-        left = turns if values[signal] == value else left - 1
+        left = HANGS_ON if values[signal] == value else left - 1
         return {**values, signal: value} if left > 0 else values
 
-    return changed_states(end, name, hang)
+    changed_states(end, hang)
 
 
-def heard(end: VirtualNode, do: Callable[[Callable[..., None], int, bytes, float], None]) -> VirtualNode:
-    """Change what the node hears."""
-    over(end.node, "feed", do)
+def going(change: Going) -> VirtualNode:
+    """A telemanipulator that goes elsewhere."""
+    end = VirtualNode(Telemanipulator())
+    over(end.node, "setpoint_m", lambda below, now_s: change(end.node, end.hand, *below(now_s)))
     return end
+
+
+def _entered(number: str, name: Callable[..., Any], make: Callable[[], VirtualNode]) -> Callable[[], VirtualNode]:
+    made = wraps(name)(make)
+    WRONG_NODES.append((number, made))
+    return made
+
+
+def wrong(number: str, kind: Kind) -> Entered:
+    """Enter a node that breaks a duty; the function makes it wrong, given a sound one on a bus."""
+
+    def enter(spoil: Callable[[VirtualNode], None]) -> Callable[[], VirtualNode]:
+        def made() -> VirtualNode:
+            end = VirtualNode(kind())
+            spoil(end)
+            return end
+
+        return _entered(number, spoil, made)
+
+    return enter
+
+
+def wrong_frames(number: str) -> Entered:
+    """The function makes of a frame with the exoskeleton's pose, and of the frame's number, what is sent instead."""
+    return lambda change: _entered(number, change, lambda: spoiled(VirtualNode(Exoskeleton()), POSE_ID, change))
+
+
+def wrong_states(number: str, kind: Kind) -> Entered:
+    """The function makes of a node and the values of its state what is sent instead."""
+
+    def enter(change: Callable[[Any, dict[str, float]], dict[str, float]]) -> Callable[[], VirtualNode]:
+        def made() -> VirtualNode:
+            end = VirtualNode(kind())
+            return changed_states(end, lambda values: change(end, values))
+
+        return _entered(number, change, made)
+
+    return enter
+
+
+def wrong_hearing(number: str) -> Entered:
+    """The function stands over what the exoskeleton hears: it is given the node, that method, and a frame."""
+
+    def enter(do: Callable[..., None]) -> Callable[[], VirtualNode]:
+        def made() -> VirtualNode:
+            end = VirtualNode(Exoskeleton())
+            over(end.node, "feed", lambda below, *frame: do(end.node, below, *frame))
+            return end
+
+        return _entered(number, do, made)
+
+    return enter
+
+
+def wrong_way(number: str) -> Entered:
+    """The function says where a telemanipulator goes."""
+    return lambda change: _entered(number, change, lambda: going(change))

@@ -75,22 +75,15 @@ def test_a_node_says_by_its_frames_what_it_is(at: Callable[[Any], Any], node: Ca
     assert len(end.said) > frames
 
 
-@pytest.mark.parametrize("answer", ["n\n", ""])
-def test_nothing_is_driven_before_it_is_confirmed(
-    at: Callable[[Any], Any], monkeypatch: pytest.MonkeyPatch, answer: str
+@pytest.mark.parametrize(("answer", "code"), [("n\n", 130), ("", 130), ("y\n", 0)])
+def test_nothing_is_driven_unless_it_is_confirmed(
+    at: Callable[[Any], Any], monkeypatch: pytest.MonkeyPatch, answer: str, code: int
 ) -> None:
     end = at(VirtualNode(Exoskeleton()))
     monkeypatch.setattr("sys.stdin", io.StringIO(answer))
     told = command("conformance", BUS, "--exercise")
-    assert (told.code, told.out.strip(), end.said) == (130, "", [])
+    assert (told.code, bool(told.out.strip()), bool(end.said)) == (code, code == 0, code == 0)
     assert "pushes with 0.3 N on each finger" in told.err
-
-
-def test_what_is_confirmed_is_done(at: Callable[[Any], Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    end = at(VirtualNode(Exoskeleton()))
-    monkeypatch.setattr("sys.stdin", io.StringIO("y\n"))
-    assert command("conformance", BUS, "--exercise").code == 0
-    assert end.said
 
 
 @pytest.mark.parametrize(
@@ -111,11 +104,10 @@ def test_bad_input_is_one_line(arguments: tuple[str, ...], says: str) -> None:
     assert says in one_line(command("conformance", *arguments), 2)
 
 
-@pytest.mark.parametrize("text", ["socketcan:can0", "socketcand://10.0.0.7:29536/can1", "virtual:a bus"])
-def test_a_can_address_is_read_as_it_is_written(text: str) -> None:
-    assert str(can_address(text)) == text
-
-
-def test_what_is_no_can_address_is_a_serial_one() -> None:
-    assert can_address("/dev/ttyUSB0") is None
-    assert can_address("socket://127.0.0.1:7001") is None
+@pytest.mark.parametrize(
+    ("text", "read"),
+    [(text, text) for text in ("socketcan:can0", "socketcand://10.0.0.7:29536/can1", "virtual:a bus")]
+    + [(text, "") for text in ("/dev/ttyUSB0", "socket://127.0.0.1:7001")],
+)
+def test_a_can_address_is_read_as_it_is_written_and_a_serial_one_is_none(text: str, read: str) -> None:
+    assert str(can_address(text) or "") == read

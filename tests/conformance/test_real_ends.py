@@ -19,25 +19,18 @@ from common.serial_line import open_line
 from common.serial_messages import DeviceKind
 from common.serial_port import DeviceAbsent
 from sim_sensors.exoskeleton import Exoskeleton
-from sim_sensors.select_loop import SelectLoop
-from sim_sensors.serial_server import serve_serial
-from sim_sensors.socketcand import SocketcandBus
 from sim_sensors.thermal_sensor import ThermalSensor
 from teletaction.conformance.module_talk import ModuleTalk, PortEnd
 from teletaction.conformance.node_talk import EXOSKELETON, BusEnd, NodeName, NodeTalk, name_of
 from teletaction.demo_files import DemoOptions, prepare
-from tests.conformance.living import alive
+from tests.conformance.living import exoskeleton, thermal_sensor
 from tests.conformance.spoiled_module import over
 from tests.conformance.virtual_ends import VirtualModule
 
 
 @pytest.mark.parametrize("where", ["pty", "tcp:127.0.0.1:0"])
 def test_a_module_is_talked_to(where: str) -> None:
-    loop = SelectLoop()
-    module = ThermalSensor(1, loop.now())
-    server = serve_serial(module, loop, where, "thermal")
-    with closing(server), alive(loop, server.pump):
-        end = PortEnd(server.address)
+    with thermal_sensor(where) as server, closing(PortEnd(server.address)) as end:
         talk = ModuleTalk(end)
         assert talk.kind is DeviceKind.THERMAL_SENSOR
         assert talk.identity is not None
@@ -45,13 +38,10 @@ def test_a_module_is_talked_to(where: str) -> None:
         assert len(talk.ask(1.0)) == 1
         end.look_away(0.05)
         assert talk.reports(talk.listen(0.2))
-        end.close()
 
 
 def test_a_port_is_not_shared() -> None:
-    loop = SelectLoop()
-    server = serve_serial(ThermalSensor(1), loop, "pty", "thermal")
-    with closing(server), alive(loop, server.pump):
+    with thermal_sensor() as server:
         site = open_line(server.address)
         with pytest.raises(DeviceAbsent, match=r"thermal.*another program has it"):
             PortEnd(server.address)
@@ -60,15 +50,10 @@ def test_a_port_is_not_shared() -> None:
 
 
 def test_a_silent_module_is_absent_unless_its_kind_is_told() -> None:
-    loop = SelectLoop()
-    server = serve_serial(ThermalSensor(1), loop, "pty", "thermal")
-    server.silent = True
-    with closing(server), alive(loop, server.pump):
-        end = PortEnd(server.address)
+    with thermal_sensor(silent=True) as server, closing(PortEnd(server.address)) as end:
         with pytest.raises(DeviceAbsent, match=r"thermal: no answer.*0 other frames, 0 damaged .is it powered"):
             ModuleTalk(end)
         assert ModuleTalk(end, DeviceKind.TACTTIP).kind is DeviceKind.TACTTIP
-        end.close()
 
 
 @pytest.mark.parametrize(
@@ -90,26 +75,14 @@ def test_what_does_not_say_who_it_is_is_told_apart(says: bytes, problem: str) ->
 
 
 def test_a_line_that_goes_is_told() -> None:
-    loop = SelectLoop()
-    server = serve_serial(ThermalSensor(1), loop, "tcp:127.0.0.1:0", "thermal")
-    end = PortEnd(server.address)
-    loop.serve(0.0)
-    server.close()
-    with pytest.raises(DeviceAbsent, match="socket://"):
+    with thermal_sensor("tcp:127.0.0.1:0") as server:
+        end = PortEnd(server.address)
+    with closing(end), pytest.raises(DeviceAbsent, match="socket://"):
         list(end.receive(1.0))
-    end.close()
 
 
 def test_a_node_is_talked_to() -> None:
-    loop = SelectLoop()
-    node = Exoskeleton()
-    bus = SocketcandBus(loop, "127.0.0.1", 0, [node])
-
-    def step(now_s: float) -> None:
-        node.force_n(now_s)
-        bus.pump(now_s)
-
-    with closing(bus), alive(loop, step):
+    with exoskeleton(Exoskeleton()) as bus:
         end = BusEnd(CanAddress(interface="socketcand", port=bus.port))
         assert name_of(end) is NodeName.EXOSKELETON
         talk = NodeTalk(end, EXOSKELETON)
@@ -125,9 +98,7 @@ def test_a_node_is_talked_to() -> None:
     [("conformance", signal.SIGINT), ("conformance", signal.SIGTERM), ("doctor", signal.SIGHUP)],
 )
 def test_a_command_that_is_ended_leaves_the_device_neutral(name: str, number: int, tmp_path: Path) -> None:
-    loop = SelectLoop()
     node = Exoskeleton()
-    bus = SocketcandBus(loop, "127.0.0.1", 0, [node])
     pushed, heard = threading.Event(), []
 
     def feed(below: Callable[..., None], frame_id: int, data: bytes, now_s: float) -> None:
@@ -136,17 +107,12 @@ def test_a_command_that_is_ended_leaves_the_device_neutral(name: str, number: in
         if heard[-1]["enabled"]:
             pushed.set()
 
-    def step(now_s: float) -> None:
-        node.force_n(now_s)
-        bus.pump(now_s)
-
     over(node, "feed", feed)
     site = prepare(DemoOptions(fingers=1), tmp_path)["operator"]
-    site.write_text(re.sub(r"(?m)^port = .*$", f"port = {bus.port}", site.read_text("utf-8")), "utf-8")
-    what = {"conformance": [f"socketcand://127.0.0.1:{bus.port}/can0"], "doctor": ["--config", str(site)]}
-    arguments = (name, *what[name], "--exercise", "--yes")
-    with closing(bus), alive(loop, step):
-        command = [sys.executable, "-m", "teletaction", *arguments]
+    with exoskeleton(node) as bus:
+        site.write_text(re.sub(r"(?m)^port = .*$", f"port = {bus.port}", site.read_text("utf-8")), "utf-8")
+        what = {"conformance": [f"socketcand://127.0.0.1:{bus.port}/can0"], "doctor": ["--config", str(site)]}
+        command = [sys.executable, "-m", "teletaction", name, *what[name], "--exercise", "--yes"]
         with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
             assert pushed.wait(30.0)
             process.send_signal(number)

@@ -1,6 +1,7 @@
 """An examination drives nothing unless it is let, stops when more happens than was announced, and ends neutral."""
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from typing import Any
 
 import can
@@ -18,56 +19,46 @@ from sim_sensors.texture_sensor import TextureSensor
 from sim_sensors.thermal_sensor import ThermalSensor
 from teletaction.conformance.checklist import Came, Duty, How, NotApplicable, Tried, Verdict
 from teletaction.conformance.drives import Drives
-from teletaction.conformance.examination import OnTrial, module_on_trial, node_on_trial
+from teletaction.conformance.examination import OnTrial
 from teletaction.conformance.module_talk import ModuleTalk
 from teletaction.conformance.node_talk import KINDS, NodeName, NodeTalk
-from tests.conformance.spoiled_module import changed_reports, over
-from tests.conformance.spoiled_node import changed_states
+from tests.conformance.examining import ALL, examined, on_trial
+from tests.conformance.spoiled_module import BORN_S, changed_reports, over
+from tests.conformance.spoiled_node import changed_states, going
 from tests.conformance.virtual_ends import VirtualModule, VirtualNode, values_of
 from tests.conformance.wrong_drives import reversed_polarity
-from tests.conformance.wrong_telemanipulators import going
 
-ALL = frozenset(How)
 LISTENING = frozenset({How.LISTEN})
-BORN_S = 90.0
 POINTS = 4
 
 
 def commands(end: VirtualModule) -> list[HeaterCommand | TactTipCommand]:
     """The good commands of its own kind that a module was sent."""
-    kinds: dict[int, Any] = {
-        TextureSensor: {},
-        ThermalSensor: {MessageId.HEATER_COMMAND: HeaterCommand},
-        TactTip: {MessageId.TACTTIP_COMMAND: TactTipCommand},
-    }[type(end.module)]
-    frames = FrameReader().feed(b"".join(end.said))
-    sound = [frame for frame in frames if frame.message_id in kinds and len(frame.payload) in (2, 9)]
+    message_id, kind = {
+        ThermalSensor: (MessageId.HEATER_COMMAND, HeaterCommand),
+        TactTip: (MessageId.TACTTIP_COMMAND, TactTipCommand),
+    }.get(type(end.module), (None, None))
     found = []
-    for frame in sound:
-        try:
-            found.append(kinds[frame.message_id].decode(frame.payload))
-        except ValueError:
-            continue
+    for frame in FrameReader().feed(b"".join(end.said)):
+        if kind is not None and frame.message_id == message_id:
+            with suppress(ValueError):
+                found.append(kind.decode(frame.payload))
     return found
-
-
-def examined(on_trial: OnTrial, allowed: frozenset[How] = ALL) -> list[Tried]:
-    return on_trial.tried(allowed, lambda _: None)
 
 
 @pytest.mark.parametrize("kind", [ThermalSensor, TactTip, TextureSensor])
 def test_without_leave_a_module_gets_no_command(kind: Callable[..., Any]) -> None:
     end = VirtualModule(kind(1, BORN_S))
-    results = examined(module_on_trial(ModuleTalk(end)), LISTENING)
+    results = examined(end, LISTENING)
     assert commands(end) == []
     tried = {t.duty.number for t in results if t.verdict is not Verdict.NOT_TRIED}
     assert tried == {t.duty.number for t in results if t.duty.how is How.LISTEN}
 
 
-@pytest.mark.parametrize(("name", "node"), [("exoskeleton", Exoskeleton()), ("telemanipulator", Telemanipulator())])
-def test_without_leave_a_node_gets_no_frame(name: NodeName, node: Any) -> None:
+@pytest.mark.parametrize("node", [Exoskeleton(), Telemanipulator()])
+def test_without_leave_a_node_gets_no_frame(node: Any) -> None:
     end = VirtualNode(node)
-    examined(node_on_trial(NodeTalk(end, KINDS[name])), LISTENING)
+    examined(end, LISTENING)
     assert end.said == []
 
 
@@ -81,40 +72,40 @@ def test_without_leave_to_heat_no_plate_comes_near_its_limit() -> None:
         warmest_c = max(warmest_c, end.plate.plate_c)
 
     over(end.plate, "step", step)
-    examined(module_on_trial(ModuleTalk(end)), frozenset({How.LISTEN, How.EXERCISE}))
+    examined(end, frozenset({How.LISTEN, How.EXERCISE}))
     assert 24.0 < warmest_c < 26.0
 
 
-def interrupted(end: VirtualModule | VirtualNode, on_trial: Callable[[], OnTrial], share: float, steps: int) -> None:
-    trial = on_trial()
+def interrupted(end: VirtualModule | VirtualNode, share: float, steps: int) -> None:
+    trial = on_trial(end)
     end.interrupt_at = end.steps + max(1, round(share * steps))
     with pytest.raises(KeyboardInterrupt):
-        examined(trial)
+        trial.tried(ALL, lambda _: None)
 
 
 @pytest.mark.parametrize("kind", [ThermalSensor, TactTip])
 def test_interrupted_anywhere_a_module_is_left_neutral(kind: Callable[..., Any]) -> None:
     whole = VirtualModule(kind(1, BORN_S))
-    examined(module_on_trial(ModuleTalk(whole)))
+    examined(whole)
     off = TactTipCommand(0, 0) if kind is TactTip else HeaterCommand(0)
     driving = 0
     for point in range(POINTS):
         end = VirtualModule(kind(1, BORN_S))
         # A prime share of the steps, so that no two stops are in the same place of a trial.
-        interrupted(end, lambda e=end: module_on_trial(ModuleTalk(e)), 0.35 + 0.16 * point, whole.steps)
+        interrupted(end, 0.35 + 0.16 * point, whole.steps)
         sent = commands(end)
         assert sent[-1] == off
         driving += off not in sent[-3:-2]
     assert driving, "none of the interruptions came while something was driven"
 
 
-@pytest.mark.parametrize(("name", "kind"), [("exoskeleton", Exoskeleton), ("telemanipulator", Telemanipulator)])
-def test_interrupted_anywhere_a_node_is_left_neutral(name: NodeName, kind: Callable[[], Any]) -> None:
+@pytest.mark.parametrize("kind", [Exoskeleton, Telemanipulator])
+def test_interrupted_anywhere_a_node_is_left_neutral(kind: Callable[[], Any]) -> None:
     whole = VirtualNode(kind())
-    examined(node_on_trial(NodeTalk(whole, KINDS[name])))
+    examined(whole)
     for point in range(POINTS):
         end = VirtualNode(kind())
-        interrupted(end, lambda e=end: node_on_trial(NodeTalk(e, KINDS[name])), 0.13 + 0.231 * point, whole.steps)
+        interrupted(end, 0.13 + 0.231 * point, whole.steps)
         assert neutral(end.said[-1])
 
 
@@ -136,7 +127,7 @@ def stopped(results: list[Tried], words: str) -> None:
 def test_a_plate_that_runs_away_stops_everything(polarity: float) -> None:
     end = VirtualModule(ThermalSensor(1, BORN_S))
     end.polarity = polarity
-    results = examined(module_on_trial(ModuleTalk(end)))
+    results = examined(end)
     stopped(results, "the plate is at")
     assert commands(end)[-1] == HeaterCommand(0)
 
@@ -149,21 +140,21 @@ def test_a_plate_that_can_no_longer_be_read_stops_everything() -> None:
             payload += b"?"
 
     changed_reports(end.module, unreadable)
-    stopped(examined(module_on_trial(ModuleTalk(end))), "reports that cannot be read")
+    stopped(examined(end), "reports that cannot be read")
     assert commands(end)[-1] == TactTipCommand(0, 0)
 
 
 def test_a_plate_that_nothing_is_told_of_is_not_heated() -> None:
     end = VirtualModule(TactTip(1, BORN_S))
     over(end.module, "_say", lambda below, *said: None if end.plate.plate_c > 30.0 else below(*said))
-    stopped(examined(module_on_trial(ModuleTalk(end))), "no reports while it is heated")
+    stopped(examined(end), "no reports while it is heated")
     assert end.plate.plate_c < 34.0
     assert commands(end)[-1] == TactTipCommand(0, 0)
 
 
 def test_a_plate_that_is_driven_the_wrong_way_is_not_frozen() -> None:
     end = reversed_polarity()
-    examined(module_on_trial(ModuleTalk(end)))
+    examined(end)
     assert end.plate.plate_c > 18.0
 
 
@@ -171,24 +162,22 @@ def test_a_plate_that_is_hot_already_is_not_driven() -> None:
     end = VirtualModule(ThermalSensor(1, BORN_S))
     end.plate.plate_c = 55.0
     over(end.plate, "step", lambda below, drive: None)
-    results = examined(module_on_trial(ModuleTalk(end)))
+    results = examined(end)
     obeys = next(tried for tried in results if tried.duty.number == "D4")
     assert obeys.verdict is Verdict.NOT_APPLICABLE
     assert "nothing is driven" in obeys.came
 
 
 def test_an_exoskeleton_that_pushes_harder_stops_everything() -> None:
-    end = changed_states(
-        VirtualNode(Exoskeleton()), "ExoskeletonState", lambda values, _: {**values, "ring": 10.0 * values["ring"]}
-    )
-    results = examined(node_on_trial(NodeTalk(end, KINDS[NodeName.EXOSKELETON])))
+    end = changed_states(VirtualNode(Exoskeleton()), lambda values: {**values, "ring": 10.0 * values["ring"]})
+    results = examined(end)
     stopped(results, "it pushes with 3.00 N")
     assert neutral(end.said[-1])
 
 
 def test_a_telemanipulator_that_runs_away_stops_everything() -> None:
     end = going(lambda node, hand, x_m, y_m, z_m: (x_m + (0.02 if node._hand_alive else 0.0), y_m, z_m))
-    results = examined(node_on_trial(NodeTalk(end, KINDS[NodeName.TELEMANIPULATOR])))
+    results = examined(end)
     stopped(results, "mm from where it stood")
     assert neutral(end.said[-1])
 
@@ -200,7 +189,7 @@ def test_a_finger_that_meets_something_stops_everything() -> None:
         below(x_m, y_m, z_m, force_n + (1.5 if z_m.max() > 0.0065 else 0.0))
 
     over(end.node, "measure", measure)
-    results = examined(node_on_trial(NodeTalk(end, KINDS[NodeName.TELEMANIPULATOR])))
+    results = examined(end)
     stopped(results, "a finger meets something with 1.50 N")
     assert neutral(end.said[-1])
 
@@ -216,21 +205,21 @@ def test_a_finger_is_not_asked_to_jump() -> None:
         below(message)
 
     over(end, "send", send)
-    examined(node_on_trial(NodeTalk(end, KINDS[NodeName.TELEMANIPULATOR])))
+    examined(end)
     # Its servo follows within 10 ms: at 20 mm/s it is 0.3 mm behind, where a jump would be of 1 mm.
     assert 0.1 < max(ahead_mm) < 0.4
 
 
 def test_no_finger_is_asked_for_more_than_was_announced() -> None:
     end = VirtualNode(Exoskeleton())
-    examined(node_on_trial(NodeTalk(end, KINDS[NodeName.EXOSKELETON])))
+    examined(end)
     forces = [values_of(message, "FingerForces") for message in end.said if len(message.data) == 8]
     assert max(values[finger] for values in forces for finger in FINGERS) == pytest.approx(0.3)
 
 
 def test_a_device_that_was_not_meant_is_left_alone() -> None:
     end = VirtualModule(TactTip(1, BORN_S))
-    results = examined(module_on_trial(ModuleTalk(end, told_finger=3)))
+    results = examined(end, told_finger=3)
     stopped(results, "the index tacttip: what was not meant is not tried")
     assert commands(end) == []
 
@@ -244,7 +233,7 @@ def test_a_device_that_goes_when_it_is_driven_has_failed() -> None:
             raise DeviceAbsent("a virtual line: brown-out")
 
     over(end, "send", send)
-    results = examined(module_on_trial(ModuleTalk(end)))
+    results = examined(end)
     stopped(results, "brown-out")
     assert commands(end)[-1] == TactTipCommand(0, 0)
 
@@ -261,7 +250,7 @@ def test_what_could_not_be_judged_is_made_neutral_too() -> None:
         return Came(commands(end)[-1] == HeaterCommand(0), "")
 
     trials = [(Duty("D0", "", How.EXERCISE, check), drives), (Duty("D1", "", How.LISTEN, spy), None)]
-    results = examined(OnTrial("a module", trials, drives, {}))
+    results = OnTrial("a module", trials, drives, {}).tried(ALL, lambda _: None)
     assert [tried.verdict for tried in results] == [Verdict.NOT_APPLICABLE, Verdict.PASS]
 
 
@@ -281,7 +270,7 @@ def test_a_host_that_paused_does_not_blame_the_device() -> None:
 
     over(end, "receive", receive)
     over(end, "send", send)
-    results = examined(node_on_trial(NodeTalk(end, KINDS[NodeName.EXOSKELETON])))
+    results = examined(end)
     obeys = next(tried for tried in results if tried.duty.number == "N7")
     assert obeys.verdict is Verdict.NOT_APPLICABLE
     assert obeys.came == "this host paused for 210 ms meanwhile: try again"

@@ -38,14 +38,18 @@ class Plate:
 
 
 class VirtualModule:
-    """An emulated module at the end of a line that holds 4 KiB."""
+    """An emulated module at the end of a line that holds 4 KiB.
+
+    Attributes:
+        blocking: it stands still while nobody reads.
+    """
 
     address = "a virtual line"
 
-    def __init__(self, module: SerialModule, blocking: bool = False) -> None:
+    def __init__(self, module: SerialModule) -> None:
         self.module, self.plate = module, Plate()
         self.polarity, self.hot_side_c = 1.0, 20.0
-        self._blocking, self._stood_s = blocking, 0.0
+        self.blocking, self._stood_s = False, 0.0
         self.said: list[bytes] = []
         self.interrupt_at: int | None = None
         self.steps = 0
@@ -84,7 +88,7 @@ class VirtualModule:
             if self.steps == self.interrupt_at:
                 raise KeyboardInterrupt
             self._now_s += STEP_S
-            if self._blocking and not reading:
+            if self.blocking and not reading:
                 self._stood_s += STEP_S
                 continue
             self._measure()

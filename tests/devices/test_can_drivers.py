@@ -1,7 +1,7 @@
 """The CAN drivers against their emulators over socketcand."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -15,56 +15,22 @@ from remote_site.telemanipulator import Telemanipulator as TelemanipulatorDriver
 from sim_sensors.can_node import CanNode
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.intruder import Intruder
-from sim_sensors.select_loop import SelectLoop
-from sim_sensors.socketcand import SocketcandBus
 from sim_sensors.telemanipulator import Telemanipulator
+from tests.devices.rigs import Rig, alone
 
+Driver = ExoskeletonDriver | TelemanipulatorDriver
 HEIGHTS_M = np.array([0.006, -0.002, 0.0, 0.00005, -0.01])
-
-
-class Rig:
-    """A bus with one node, turned by the test."""
-
-    def __init__(self, node: CanNode) -> None:
-        self.loop = SelectLoop()
-        self.node = node
-        self.bus = SocketcandBus(self.loop, "127.0.0.1", 0, [node])
-        self.address = CanAddress(interface="socketcand", port=self.bus.port)
-
-    def turn(self) -> None:
-        self.loop.serve(0.002)
-        # A step of the physics, which asks the node what it does.
-        if isinstance(self.node, Exoskeleton):
-            self.node.force_n(self.loop.now())
-        elif isinstance(self.node, Telemanipulator):
-            self.node.setpoint_m(self.loop.now())
-        self.bus.pump(self.loop.now())
-
-    def until(self, driver_turn: Callable[[], object], done: Callable[[], object], seconds: float = 5.0) -> None:
-        deadline = time.monotonic() + seconds
-        while not done():
-            assert time.monotonic() < deadline, "nothing came of it"
-            self.turn()
-            driver_turn()
-
-    def go_away(self) -> int:
-        port = self.bus.port
-        self.bus.close()
-        return port
-
-    def come_back(self, port: int) -> None:
-        self.bus = SocketcandBus(self.loop, "127.0.0.1", port, [self.node])
 
 
 class CanContract:
     """What a CAN driver promises with its node."""
 
-    Driver: type[ExoskeletonDriver] | type[TelemanipulatorDriver]
+    kind: type[Driver]
 
     def node(self) -> CanNode:
         raise NotImplementedError
 
-    def newest_s(self, driver: ExoskeletonDriver | TelemanipulatorDriver) -> float:
+    def newest_s(self, driver: Driver) -> float:
         """A tick of the driver: read, and write as a site does."""
         newest_s = driver.read(time.monotonic()).oldest_s
         if isinstance(driver, ExoskeletonDriver):
@@ -75,47 +41,52 @@ class CanContract:
 
     @pytest.fixture
     def rig(self) -> Iterator[Rig]:
-        rig = Rig(self.node())
+        rig = Rig({}, self.node())
         yield rig
-        rig.bus.close()
+        rig.close()
 
     @pytest.fixture
-    def driver(self, rig: Rig) -> Iterator[ExoskeletonDriver | TelemanipulatorDriver]:
-        driver = self.Driver(rig.address)
+    def driver(self, rig: Rig) -> Iterator[Driver]:
+        driver = self.kind(rig.can)
         rig.until(lambda: None, lambda: self.newest_s(driver) > 0.0)
         yield driver
         driver.line.close()
 
-    def test_nothing_is_refused_or_unknown(self, rig: Rig, driver: ExoskeletonDriver | TelemanipulatorDriver) -> None:
+    def test_nothing_is_refused_or_unknown(self, rig: Rig, driver: Driver) -> None:
         for _ in range(50):
             rig.turn()
             driver.read(time.monotonic())
         assert driver.line.connected
         assert driver.line.problem is None
         assert [receiver.refused for receiver in driver.receivers] == [0] * len(driver.receivers)
-        assert (driver.line.unknown, rig.node.refused, rig.bus.not_understood) == (0, 0, 0)
+        assert (driver.line.unknown, rig.nodes[0].refused, rig.bus.not_understood) == (0, 0, 0)
 
-    def test_the_bus_goes_away_and_comes_back(
-        self, rig: Rig, driver: ExoskeletonDriver | TelemanipulatorDriver
-    ) -> None:
-        port = rig.go_away()
-        deadline = time.monotonic() + 5.0
-        while driver.line.connected and time.monotonic() < deadline:
-            start = time.monotonic()
-            self.newest_s(driver)
-            assert time.monotonic() - start < 0.2  # losing a device holds no loop up
-        assert (driver.line.connected, driver.line.times_lost) == (False, 1)
-        last_s = self.newest_s(driver)
-        while driver.line.problem is None and time.monotonic() < deadline:
-            driver.read(time.monotonic())
-        assert isinstance(driver.line.problem, DeviceAbsent)
-        assert f"socketcand://127.0.0.1:{port}/can0" in str(driver.line.problem)
-        assert self.newest_s(driver) == last_s  # what is old stays as old as it is
-        rig.come_back(port)
-        rig.until(lambda: None, lambda: self.newest_s(driver) > last_s, seconds=15.0)
+    @pytest.mark.parametrize("sends", [True, False])
+    def test_the_bus_goes_away_and_comes_back(self, rig: Rig, driver: Driver, sends: bool) -> None:
+        """Also where the driver only listens, and so finds out by nothing that it sends."""
+
+        def tick() -> object:
+            return self.newest_s(driver) if sends else driver.read(time.monotonic())
+
+        def timed_tick() -> None:
+            start_s = time.monotonic()
+            tick()
+            assert time.monotonic() - start_s < 0.2  # losing a device holds no loop up
+
+        for times in (1, 2):
+            rig.bus.unplug()
+            alone(timed_tick, lambda: not driver.line.connected)
+            assert driver.line.times_lost == times
+            last_s = self.newest_s(driver)
+            alone(tick, lambda: driver.line.problem is not None)
+            assert isinstance(driver.line.problem, DeviceAbsent)
+            assert str(rig.can) in str(driver.line.problem)
+            assert self.newest_s(driver) == last_s  # what is old stays as old as it is
+            rig.bus.plug()
+            rig.until(tick, lambda last_s=last_s: driver.read(time.monotonic()).oldest_s > last_s)  # type: ignore[misc]
 
     def test_a_bus_that_is_off_is_named_until_it_is_on_again_and_neither_start_nor_loss_is_a_fault(
-        self, rig: Rig, driver: ExoskeletonDriver | TelemanipulatorDriver
+        self, rig: Rig, driver: Driver
     ) -> None:
         def faults() -> list[str]:
             self.newest_s(driver)
@@ -125,39 +96,35 @@ class CanContract:
         rig.bus.turn_off()
         rig.until(lambda: None, faults)
         assert faults() == [
-            f"CAN bus is off: the controller of {rig.address} has left it after too many errors",
+            f"CAN bus is off: the controller of {rig.can} has left it after too many errors",
         ]
         rig.bus.turn_on()
         rig.until(lambda: None, lambda: faults() == [])
-        rig.go_away()
+        rig.bus.unplug()
         rig.until(lambda: None, lambda: faults() == [] and not driver.line.connected)
 
     def test_a_node_that_hides_what_its_outputs_do_is_a_fault(
-        self, rig: Rig, driver: ExoskeletonDriver | TelemanipulatorDriver, monkeypatch: pytest.MonkeyPatch
+        self, rig: Rig, driver: Driver, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.setattr(sim_sensors.can_node, "STATE_EVERY", 10**9)
         hidden = "reports its place, but not what its outputs do"
         rig.until(lambda: self.newest_s(driver), lambda: hidden in driver.faults(time.monotonic()))
 
-    def test_a_second_sender_of_the_sites_frames_is_a_fault(
-        self, rig: Rig, driver: ExoskeletonDriver | TelemanipulatorDriver
-    ) -> None:
+    def test_a_second_sender_of_the_sites_frames_is_a_fault(self, rig: Rig, driver: Driver) -> None:
         name = driver.line.sends[0]
         rig.bus.intruder = Intruder({name: dict.fromkeys(("enabled", "x", "y", *FINGERS), 0.0)})
         rig.bus.intruder.active = True
         foreign = f"another node sends {name}: only this site may"
         rig.until(lambda: self.newest_s(driver), lambda: foreign in driver.faults(time.monotonic()))
 
-    def test_frames_that_are_all_damaged_are_a_fault(
-        self, rig: Rig, driver: ExoskeletonDriver | TelemanipulatorDriver
-    ) -> None:
-        rig.node.transmitter.damage = ("counter", 1.0)
+    def test_frames_that_are_all_damaged_are_a_fault(self, rig: Rig, driver: Driver) -> None:
+        rig.nodes[0].transmitter.damage = ("counter", 1.0)
         rig.until(lambda: self.newest_s(driver), lambda: driver.faults(time.monotonic()))
         assert "frames damaged" in driver.faults(time.monotonic())[0]
 
 
 class TestExoskeleton(CanContract):
-    Driver = ExoskeletonDriver
+    kind = ExoskeletonDriver
 
     def node(self) -> Exoskeleton:
         node = Exoskeleton()
@@ -169,9 +136,10 @@ class TestExoskeleton(CanContract):
         assert (hand.x_m, hand.y_m) == (pytest.approx(-0.17), pytest.approx(0.002))
         assert hand.z_m == pytest.approx(HEIGHTS_M, abs=2.6e-6)
 
-    def test_forces_reach_the_fingers_while_enabled(self, rig: Rig, driver: ExoskeletonDriver) -> None:
-        node = rig.node
+    def test_forces_reach_the_fingers_while_enabled_and_end_by_themselves(self, rig: Rig, driver: Driver) -> None:
+        (node,) = rig.nodes
         assert isinstance(node, Exoskeleton)
+        assert isinstance(driver, ExoskeletonDriver)
         force_n = [0.0, 0.5, 1.25, 10.0, 99.0]
 
         def drive() -> None:
@@ -181,16 +149,12 @@ class TestExoskeleton(CanContract):
         rig.until(drive, lambda: node.force_n(rig.loop.now())[2] > 0.0)
         assert node.force_n(rig.loop.now()) == pytest.approx([0.0, 0.5, 1.25, 10.0, 10.23])
         driver.push(time.monotonic(), force_n, enabled=False)
-        rig.until(lambda: None, lambda: not node.force_n(rig.loop.now()).any(), seconds=0.09)
-
-    def test_forces_end_by_themselves_when_the_driver_is_gone(self, rig: Rig, driver: ExoskeletonDriver) -> None:
-        node = rig.node
-        assert isinstance(node, Exoskeleton)
-        driver.push(time.monotonic(), [1.0] * 5, enabled=True)
+        rig.until(lambda: None, lambda: not node.force_n(rig.loop.now()).any(), patience_s=0.09)
+        driver.push(time.monotonic(), force_n, enabled=True)
         rig.until(lambda: None, lambda: node.force_n(rig.loop.now()).any())
-        start = time.monotonic()
+        start_s = time.monotonic()  # from here on the driver is gone
         rig.until(lambda: None, lambda: not node.force_n(rig.loop.now()).any())
-        assert time.monotonic() - start >= 0.1
+        assert time.monotonic() - start_s >= 0.1
 
     def test_what_it_does_is_confirmed_by_its_own_reports_only(self, rig: Rig, driver: ExoskeletonDriver) -> None:
         def drive(newton: float, enabled: bool) -> None:
@@ -202,12 +166,12 @@ class TestExoskeleton(CanContract):
         stopped_s = time.monotonic()
         assert driver.unconfirmed(stopped_s) == "no report"
         rig.until(lambda: drive(2.5, False), lambda: driver.unconfirmed(stopped_s) == "")
-        rig.go_away()
+        rig.bus.unplug()
         rig.until(lambda: drive(0.0, False), lambda: driver.unconfirmed(stopped_s) == "not connected")
 
 
 class TestTelemanipulator(CanContract):
-    Driver = TelemanipulatorDriver
+    kind = TelemanipulatorDriver
 
     def node(self) -> Telemanipulator:
         node = Telemanipulator()
@@ -221,7 +185,7 @@ class TestTelemanipulator(CanContract):
         assert measured.force_n == pytest.approx([0.0, 0.15, 0.3, 2.0, 5.0])
 
     def test_set_points_reach_the_servos_and_stop_where_it_is(self, rig: Rig, driver: TelemanipulatorDriver) -> None:
-        node = rig.node
+        (node,) = rig.nodes
         assert isinstance(node, Telemanipulator)
         wanted = [0.006, -0.002, 0.0, 0.001, 0.01]
 
@@ -249,7 +213,7 @@ class TestTelemanipulator(CanContract):
         rig.until(lambda: drive(True), lambda: driver.unconfirmed(stopped_s) == "")
         rig.until(lambda: driver.read(time.monotonic()), lambda: not driver.following.heights_alive)
         assert driver.unconfirmed(stopped_s) == ""  # its time-out releases it, too
-        rig.go_away()
+        rig.bus.unplug()
         rig.until(lambda: drive(True), lambda: driver.unconfirmed(stopped_s) == "not connected")
 
 

@@ -23,39 +23,33 @@ from remote_site.texture_sensor import texture_v
 from remote_site.thermal_sensor import ThermalSensor as ThermalDriver
 from sim_sensors.can_node import CanNode
 from sim_sensors.exoskeleton import Exoskeleton
-from sim_sensors.select_loop import SelectLoop
-from sim_sensors.serial_server import serve_serial
 from sim_sensors.tacttip import TactTip
 from sim_sensors.telemanipulator import Telemanipulator
 from sim_sensors.texture_sensor import TextureSensor
 from sim_sensors.thermal_sensor import ThermalSensor
+from tests.devices.rigs import ModuleRig
+from tests.waiting import wait_until
 
 
-def test_the_emulated_thermal_sensor_answers_identify_and_obeys(golden: dict[str, bytes]) -> None:
+def test_the_emulated_thermal_sensor_answers_identify_obeys_and_reports(golden: dict[str, bytes]) -> None:
     sensor = ThermalSensor(1)
     sensor.feed(golden["identify"], 0.0)
     assert sensor.take_output(0.0).startswith(golden["identity"])
     sensor.feed(golden["heater_command"], 0.0)
     assert sensor.drive_permille == -250
-
-
-def test_the_emulated_thermal_sensor_reports(golden: dict[str, bytes]) -> None:
     sensor = ThermalSensor(1)
     sensor.measure(2210, 1610)
     sensor.feed(golden["identify"] * 200 + golden["heater_command"], 1.0)
     assert sensor.take_output(1.0).endswith(b"\0" + golden["thermal_reading"])
 
 
-def test_the_emulated_tacttip_obeys(golden: dict[str, bytes]) -> None:
-    module = TactTip(1)
+def test_the_emulated_tacttip_obeys_and_reports(golden: dict[str, bytes]) -> None:
+    module, last_s = TactTip(1), 4294.967295
     module.feed(golden["tacttip_command"], 0.0)
     assert (module.motor_mv, module.peltier_permille) == (3000, -500)
     module.take_output(0.0246)
     assert (module.motor_mv, module.peltier_permille) == (1410, -500)
-
-
-def test_the_emulated_tacttip_reports(golden: dict[str, bytes]) -> None:
-    module, last_s = TactTip(1), 4294.967295
+    module = TactTip(1)
     module.measure(0, 2275)  # shorted for a moment: its Peltiers stay off while they are asked to heat
     heating = encode_frame(MessageId.TACTTIP_COMMAND, 0, TactTipCommand(1410, 500).encode())
     module.feed(golden["identify"] * 255 + heating, last_s)
@@ -105,11 +99,13 @@ def test_the_emulated_can_nodes_report_what_they_do(golden: dict[str, bytes]) ->
 def test_drivers_read_the_state_frames(golden: dict[str, bytes]) -> None:
     address = CanAddress(interface="virtual", channel="golden states")
     exoskeleton, telemanipulator = ExoskeletonDriver(address), TelemanipulatorDriver(address)
-    deadline = time.monotonic() + 5.0
-    while not (exoskeleton.line.connected and telemanipulator.line.connected):
-        assert time.monotonic() < deadline
+
+    def connected() -> bool:
         exoskeleton.read(1.0)
         telemanipulator.read(1.0)
+        return exoskeleton.line.connected and telemanipulator.line.connected
+
+    wait_until(connected)
     with can.Bus(interface="virtual", channel="golden states") as bus:
         for frame_id, name in ((0x102, "ExoskeletonState"), (0x213, "TelemanipulatorState")):
             bus.send(can.Message(arbitration_id=frame_id, data=golden[name], is_extended_id=False))
@@ -143,22 +139,18 @@ def test_drivers_read_the_reports(golden: dict[str, bytes], name: str) -> None:
         "thermal_reading": (ThermalSensor(1), ThermalDriver),
         "tacttip_state": (TactTip(1), TactTipDriver),
     }[name]
-    loop = SelectLoop()
-    server = serve_serial(OneReport(module, golden[name]), loop, "pty", name)
-    read: Any = driver("index", server.address)
-    got: Any = None
-    deadline = time.monotonic() + 5.0
-    while got is None:
-        assert time.monotonic() < deadline
-        loop.serve(0.001)
-        server.pump(loop.now())
-        if name == "texture_samples":
-            got = read.read(0.0)
-        elif name == "thermal_reading":
-            got = read.read(time.monotonic())
-        else:
-            read.read(time.monotonic())
-            got = read.plate_c if read.measured_s > 0.0 else None
+    rig = ModuleRig(OneReport(module, golden[name]), "pty")
+    read: Any = driver("index", rig.address)
+    got: list[Any] = []
+
+    def tick() -> None:
+        found = read.read(time.monotonic())
+        if name == "tacttip_state":
+            found = read.plate_c if read.measured_s > 0.0 else None
+        got.extend([found] if found is not None else [])
+
+    rig.until(tick, lambda: got)
+    (got,) = got
     if name == "texture_samples":
         samples = np.array([-2048, 2047, 0, 1, -1, 256, 100, -100, 1000, -1000])
         assert texture_v(got) == pytest.approx(samples * 10.0 / 2048)
@@ -176,4 +168,4 @@ def test_drivers_read_the_reports(golden: dict[str, bytes], name: str) -> None:
         assert read.applied == (1410, 0)
         assert DeviceFlag.THERMAL_CUT_OUT == 0x02
     read.line.close()
-    server.close()
+    rig.close()

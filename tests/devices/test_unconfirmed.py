@@ -1,5 +1,6 @@
 """Which devices have not yet reported that their outputs are off: both sites' devices against all their emulators."""
 
+import re
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -8,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from common.can_line import CanAddress
 from common.config import CalibrationConfig, OperatorConfig, OperatorLinkConfig, RemoteConfig, RemoteLinkConfig
 from common.fingers import FINGERS
 from operator_site.devices import OperatorDevices
@@ -16,35 +16,32 @@ from operator_site.gate import GatedOutput
 from remote_site.devices import RemoteDevices
 from remote_site.patient_gate import GatedCommand
 from sim_sensors.exoskeleton import Exoskeleton
-from sim_sensors.select_loop import SelectLoop
-from sim_sensors.serial_server import SerialServer, serve_serial
-from sim_sensors.socketcand import SocketcandBus
 from sim_sensors.ssr_converter import counts_of
 from sim_sensors.tacttip import TactTip, ntc_counts
 from sim_sensors.telemanipulator import Telemanipulator
 from sim_sensors.texture_sensor import TextureSensor
 from sim_sensors.thermal_sensor import ThermalSensor
+from tests.devices.rigs import Rig
 
 USED = ("index", "middle")
 
 
-class Rig:
-    """A site's devices and their emulators, turned by the test."""
+class SiteRig(Rig):
+    """A site's devices and their emulators."""
 
     devices: Any
+    counts: tuple[int, ...]
+    """What the converters of a module read on a plate that is neither hot nor broken."""
+    names: tuple[str, str, str]
+    driven: str
+    """What a module is said to do while it is driven, and while it is not and its drive is stuck."""
+    stuck: str
 
     def __init__(self, node: Exoskeleton | Telemanipulator, modules: dict[str, Any]) -> None:
-        self.loop = SelectLoop()
-        self.node = node
-        self.modules = modules
-        self.bus = SocketcandBus(self.loop, "127.0.0.1", 0, [node])
-        self.servers: dict[str, SerialServer] = {
-            name: serve_serial(module, self.loop, "tcp:127.0.0.1:0", name) for name, module in modules.items()
-        }
-
-    @property
-    def can(self) -> CanAddress:
-        return CanAddress(interface="socketcand", port=self.bus.port)
+        super().__init__({name: (module, "tcp:127.0.0.1:0") for name, module in modules.items()}, node)
+        for module in modules.values():
+            if not isinstance(module, TextureSensor):
+                module.measure(*self.counts)
 
     def addresses(self, kind: str) -> dict[str, str]:
         return {finger: self.servers[f"{finger} {kind}"].address for finger in USED}
@@ -53,36 +50,25 @@ class Rig:
         """A tick of the site, that drives everything or nothing."""
         raise NotImplementedError
 
-    def step_node(self, now_s: float) -> None:
-        raise NotImplementedError
+    def runs_until(self, driven: bool, done: Callable[[], object]) -> None:
+        self.until(lambda: self.write(driven), done)
 
-    def turn(self, driven: bool) -> None:
-        self.loop.serve(0.001)
-        now_s = self.loop.now()
-        self.step_node(now_s)
-        self.bus.pump(now_s)
-        for server in self.servers.values():
-            server.pump(now_s)
-        self.write(driven)
-
-    def until(self, driven: bool, done: Callable[[], bool]) -> None:
-        deadline = time.monotonic() + 10.0
-        while not done():
-            assert time.monotonic() < deadline, self.devices.unconfirmed(0.0)
-            self.turn(driven)
+    def unconfirmed(self, since_s: float) -> dict[str, str]:
+        """Who has not confirmed, and why."""
+        return {device: why for device, why in self.devices.unconfirmed(since_s).items() if why}
 
     def close(self) -> None:
         self.devices.close()
-        self.bus.close()
-        for server in self.servers.values():
-            server.close()
+        super().close()
 
 
-class OperatorRig(Rig):
+class OperatorRig(SiteRig):
+    counts = (ntc_counts(33.0), ntc_counts(20.0))
+    names = ("exoskeleton", "index tacttip", "middle tacttip")
+    driven, stuck = r"motor at [1-9]\d* mV, Peltier drive 0\.2", "motor at 0 mV, Peltier drive 0.7"
+
     def __init__(self) -> None:
         super().__init__(Exoskeleton(), {f"{f} tacttip": TactTip(FINGERS.index(f), time.monotonic()) for f in USED})
-        for module in self.modules.values():
-            module.measure(*COUNTS[OperatorRig])
         config = OperatorConfig(
             fingers=USED,
             link=OperatorLinkConfig(keys=Path("keys")),
@@ -90,10 +76,6 @@ class OperatorRig(Rig):
             exoskeleton=self.can,
         )
         self.devices = OperatorDevices(config)
-
-    def step_node(self, now_s: float) -> None:
-        assert isinstance(self.node, Exoskeleton)
-        self.node.force_n(now_s)
 
     def write(self, driven: bool) -> None:
         now_s = time.monotonic()
@@ -103,27 +85,25 @@ class OperatorRig(Rig):
         self.devices.write(now_s, output, driven)
 
 
-class RemoteRig(Rig):
+class RemoteRig(SiteRig):
+    counts = tuple(counts_of(np.array([34.0, 24.0])).tolist())
+    names = ("telemanipulator", "index thermal_sensor", "middle thermal_sensor")
+    driven, stuck = r"heater drive 0\.2", "heater drive 0.7"
+
     def __init__(self) -> None:
         start_s = time.monotonic()
-        thermal = {f"{f} thermal": ThermalSensor(FINGERS.index(f), start_s) for f in USED}
+        thermal = {f"{f} thermal_sensor": ThermalSensor(FINGERS.index(f), start_s) for f in USED}
         texture = {f"{f} texture": TextureSensor(FINGERS.index(f), start_s) for f in USED}
         super().__init__(Telemanipulator(), {**thermal, **texture})
-        for module in thermal.values():
-            module.measure(*COUNTS[RemoteRig])
         config = RemoteConfig(
             fingers=USED,
             link=RemoteLinkConfig(keys=Path("keys")),
             texture=self.addresses("texture"),
-            thermal_sensors=self.addresses("thermal"),
+            thermal_sensors=self.addresses("thermal_sensor"),
             telemanipulator=self.can,
             calibration=CalibrationConfig(materials=Path("materials"), surfaces=Path("surfaces")),
         )
         self.devices = RemoteDevices(config)
-
-    def step_node(self, now_s: float) -> None:
-        assert isinstance(self.node, Telemanipulator)
-        self.node.setpoint_m(now_s)
 
     def write(self, driven: bool) -> None:
         sensed = self.devices.read(time.monotonic())
@@ -131,63 +111,44 @@ class RemoteRig(Rig):
         self.devices.write(GatedCommand(True, not driven, 0.0, 0.0, [0.0] * 5, heat, [0] * 5, None), sensed)
 
 
-COUNTS: dict[type[Rig], list[int]] = {
-    OperatorRig: [ntc_counts(33.0), ntc_counts(20.0)],
-    RemoteRig: counts_of(np.array([34.0, 24.0])).tolist(),
-}
-"""What the converters of a module read on a plate that is neither hot nor broken."""
-NAMES = {
-    OperatorRig: ("exoskeleton", "index tacttip", "middle tacttip"),
-    RemoteRig: ("telemanipulator", "index thermal_sensor", "middle thermal_sensor"),
-}
-
-
-@pytest.fixture(params=list(NAMES))
-def rig(request: pytest.FixtureRequest) -> Iterator[Rig]:
-    rig: Rig = request.param()
+@pytest.fixture(params=[OperatorRig, RemoteRig])
+def rig(request: pytest.FixtureRequest) -> Iterator[SiteRig]:
+    rig: SiteRig = request.param()
     yield rig
     rig.close()
 
 
-def named(said: dict[str, str]) -> dict[str, str]:
-    """Who has not confirmed, and why."""
-    return {device: why for device, why in said.items() if why}
+def test_devices_that_are_not_there_have_confirmed_nothing(rig: SiteRig) -> None:
+    assert rig.unconfirmed(0.0) == dict.fromkeys(rig.names, "not connected")
 
 
-def test_devices_that_are_not_there_have_confirmed_nothing(rig: Rig) -> None:
-    assert named(rig.devices.unconfirmed(0.0)) == dict.fromkeys(NAMES[type(rig)], "not connected")
-
-
-def test_all_are_named_until_each_has_reported_that_it_is_off(rig: Rig) -> None:
-    everything, devices = set(NAMES[type(rig)]), rig.devices
+def test_all_are_named_until_each_has_reported_that_it_is_off(rig: SiteRig) -> None:
+    everything = set(rig.names)
 
     def all_driven() -> bool:
-        said = named(devices.unconfirmed(0.0))
+        said = rig.unconfirmed(0.0)
         return set(said) == everything and not {"no report", "not connected"} & set(said.values())
 
-    rig.until(True, all_driven)
+    rig.runs_until(True, all_driven)
     stopped_s = time.monotonic()
-    assert named(devices.unconfirmed(stopped_s)) == dict.fromkeys(everything, "no report")
-    rig.until(False, lambda: named(devices.unconfirmed(stopped_s)) == {})
-    assert named(devices.unconfirmed(time.monotonic())) == dict.fromkeys(everything, "no report")
-    rig.until(True, all_driven)  # what was off once and is on again is not confirmed
-    assert set(named(devices.unconfirmed(stopped_s))) == everything
+    assert rig.unconfirmed(stopped_s) == dict.fromkeys(everything, "no report")
+    rig.runs_until(False, lambda: rig.unconfirmed(stopped_s) == {})
+    assert rig.unconfirmed(time.monotonic()) == dict.fromkeys(everything, "no report")
+    rig.runs_until(True, all_driven)  # what was off once and is on again is not confirmed
+    assert set(rig.unconfirmed(stopped_s)) == everything
 
 
-def test_one_drive_that_is_stuck_is_named_alone(rig: Rig) -> None:
-    stuck = NAMES[type(rig)][1]
-    rig.until(True, lambda: "drive 0.2" in rig.devices.unconfirmed(0.0)[stuck])
-    module = rig.modules[stuck.removesuffix("_sensor")]
+def test_one_drive_that_is_stuck_and_one_device_that_was_unplugged_are_named_alone(rig: SiteRig) -> None:
+    _, stuck, lost = rig.names
+    rig.runs_until(False, lambda: rig.unconfirmed(0.0) == {})
+    rig.runs_until(True, lambda: re.fullmatch(rig.driven, rig.devices.unconfirmed(0.0)[stuck]))
+    stopped_s = time.monotonic()
+    module: Any = rig.modules[stuck]
     module.stuck_permille = 700
-    module.measure(*COUNTS[type(rig)])
-    stopped_s = time.monotonic()
-    rig.until(False, lambda: set(named(rig.devices.unconfirmed(stopped_s))) == {stuck})
-    assert rig.devices.unconfirmed(stopped_s)[stuck].endswith("drive 0.7")
-
-
-def test_a_device_that_was_unplugged_is_named_as_not_connected(rig: Rig) -> None:
-    stopped_s = time.monotonic()
-    rig.until(False, lambda: named(rig.devices.unconfirmed(stopped_s)) == {})
-    lost = NAMES[type(rig)][2]
-    rig.servers.pop(lost.removesuffix("_sensor")).close()
-    rig.until(False, lambda: named(rig.devices.unconfirmed(stopped_s)) == {lost: "not connected"})
+    module.measure(*rig.counts)
+    rig.runs_until(False, lambda: rig.unconfirmed(stopped_s) == {stuck: rig.stuck})
+    module.stuck_permille = None
+    module.measure(*rig.counts)
+    rig.runs_until(False, lambda: rig.unconfirmed(stopped_s) == {})
+    rig.servers[lost].unplug()
+    rig.runs_until(False, lambda: rig.unconfirmed(stopped_s) == {lost: "not connected"})

@@ -1,44 +1,17 @@
 """What the simulated devices on the CAN buses do when they are told to lie."""
 
-from collections.abc import Iterator
-
-import can
 import numpy as np
 import pytest
 
 from common.can_frames import BadFrame, FrameReceiver, FrameSender
-from common.config import SimOperatorConfig, SimRemoteConfig
 from common.fingers import FINGERS
 from sim_sensors.faulty_parts import Encoder, ForceSensor, Transmitter
-from sim_sensors.select_loop import SelectLoop
 from sim_sensors.sim_operator import OperatorDevices
 from sim_sensors.sim_remote import RemoteDevices
 from sim_sensors.simulation_loop import STEP_S
-from tests.sim_sensors.test_faults import START_S, advance, free_port, send_hand
+from tests.sim_sensors.stepped import START_S, advance, forces, hear, heights, send_hand
 
 INDEX = FINGERS.index("index")
-
-
-@pytest.fixture
-def loop() -> SelectLoop:
-    return SelectLoop(lambda: START_S)
-
-
-@pytest.fixture
-def remote(loop: SelectLoop) -> Iterator[RemoteDevices]:
-    lines = {"index": "tcp:127.0.0.1:0"}
-    config = SimRemoteConfig(fingers=("index",), texture=lines, thermal_sensors=lines, can_port=free_port())
-    devices = RemoteDevices(config, loop)
-    yield devices
-    devices.close()
-
-
-@pytest.fixture
-def operator(loop: SelectLoop) -> Iterator[OperatorDevices]:
-    config = SimOperatorConfig(fingers=("index",), tacttip={"index": "tcp:127.0.0.1:0"}, can_port=free_port())
-    devices = OperatorDevices(config, loop)
-    yield devices
-    devices.close()
 
 
 def test_an_encoder_that_glitches_is_far_off_now_and_then_and_right_between() -> None:
@@ -52,15 +25,11 @@ def test_an_encoder_that_glitches_is_far_off_now_and_then_and_right_between() ->
     assert encoder.read(0.001) == 0.001
 
 
-def test_an_encoder_that_is_stuck_reads_what_it_read_last() -> None:
-    encoder = Encoder()
+def test_a_stuck_encoder_and_a_frozen_force_sensor_repeat_and_a_biased_one_says_too_much() -> None:
+    encoder, sensor = Encoder(), ForceSensor()
     encoder.read(0.003)
     encoder.fault = "stuck"
     assert [encoder.read(place_m) for place_m in (0.0, -0.004)] == [0.003, 0.003]
-
-
-def test_a_force_sensor_freezes_or_says_too_much() -> None:
-    sensor = ForceSensor()
     sensor.read(0.7)
     sensor.fault = "frozen"
     assert sensor.read(2.0) == 0.7
@@ -75,10 +44,16 @@ def sent(transmitter: Transmitter, name: str, frames: int) -> list[bytes]:
 
 
 @pytest.mark.parametrize(
-    ("damage", "name"), [("counter", "FingerHeights"), ("counter", "HandPose"), ("crc", "HandPose")]
+    ("damage", "name", "found"),
+    [
+        ("counter", "FingerHeights", True),
+        ("counter", "HandPose", True),
+        ("crc", "HandPose", True),
+        ("crc", "FingerHeights", False),  # it has none that could be wrong
+    ],
 )
 @pytest.mark.parametrize("share", [0.3, 1.0])
-def test_as_many_frames_are_refused_as_were_damaged(damage: str, name: str, share: float) -> None:
+def test_as_many_frames_are_refused_as_were_damaged(damage: str, name: str, found: bool, share: float) -> None:
     transmitter, receiver = Transmitter(), FrameReceiver(name)
     transmitter.damage = (damage, share)  # type: ignore[assignment]
     refused = 0
@@ -87,15 +62,7 @@ def test_as_many_frames_are_refused_as_were_damaged(damage: str, name: str, shar
             receiver.decode(data)
         except BadFrame:
             refused += 1
-    assert refused == pytest.approx(400 * share, abs=40)
-
-
-def test_a_frame_without_a_crc_has_none_that_could_be_wrong() -> None:
-    transmitter, receiver = Transmitter(), FrameReceiver("FingerHeights")
-    transmitter.damage = ("crc", 1.0)
-    for data in sent(transmitter, "FingerHeights", 50):
-        receiver.decode(data)
-    assert receiver.refused == 0
+    assert refused == (pytest.approx(400 * share, abs=40) if found else 0)
 
 
 def test_at_both_sites_the_hand_goes_on_and_only_what_is_told_of_it_is_wrong(
@@ -128,26 +95,16 @@ def test_one_joint_of_the_robot_is_stuck_and_the_others_go_where_they_are_sent(r
     send_hand(remote, range(1, 200), x_m=0.0)
     remote.faults.apply("disobey index")
     before_m = remote.world.z_m.copy()
-    wanted = {"released": 0.0, **dict.fromkeys(FINGERS, 3.0)}
-    pose, heights = FrameSender("HandSetpoint"), FrameSender("HeightSetpoint")
-    for step in range(200, 500):
-        for frame in (pose.encode({"x": 20.0, "y": 0.0}), heights.encode(wanted)):
-            remote.robot.feed(frame.arbitration_id, bytes(frame.data), START_S + step * STEP_S)
-        remote.step(START_S + step * STEP_S)
+    send_hand(remote, range(200, 500), x_m=0.02, height_mm=3.0)
     assert remote.world.z_m[INDEX] == pytest.approx(before_m[INDEX], abs=1e-4)
     assert remote.world.x_m == pytest.approx(0.02, abs=1e-4)
     remote.faults.apply("mend disobey index")
     assert remote.servos.jammed == set()
 
 
-def forces(newton: float) -> can.Message:
-    return FrameSender("FingerForces").encode({"enabled": 1.0, **dict.fromkeys(FINGERS, newton)})
-
-
 def test_one_drive_of_the_exoskeleton_pushes_whatever_is_commanded_and_reports_it(operator: OperatorDevices) -> None:
     operator.faults.apply("push index 2.5")
-    frame = forces(1.0)
-    operator.exoskeleton.feed(frame.arbitration_id, bytes(frame.data), START_S)
+    hear(operator.exoskeleton, FrameSender("FingerForces").encode(forces(1.0)), START_S)
     assert operator.exoskeleton.force_n(START_S).tolist() == [1.0, 2.5, 1.0, 1.0, 1.0]
     assert operator.exoskeleton.force_n(START_S + 1.0).tolist() == [0.0, 2.5, 0.0, 0.0, 0.0]
     assert operator.exoskeleton._applied()["index"] == 2.5
@@ -161,14 +118,14 @@ def test_one_drive_of_the_exoskeleton_pushes_whatever_is_commanded_and_reports_i
 def test_a_second_sender_answers_each_frame_of_a_site_and_overrides_it(operator: OperatorDevices) -> None:
     bus, node = operator.bus, operator.exoskeleton
     assert bus.intruder is not None
-    frame = forces(1.0)
+    frame = FrameSender("FingerForces").encode(forces(1.0))
     assert bus.intruder.answer(frame.arbitration_id, bytes(frame.data)) == []
     operator.faults.apply("intrude")
     for _ in range(40):
-        frame = forces(1.0)
+        frame = FrameSender("FingerForces").encode(forces(1.0))
         (answer,) = bus.intruder.answer(frame.arbitration_id, bytes(frame.data))
         assert answer.arbitration_id == frame.arbitration_id
-        node.feed(answer.arbitration_id, bytes(answer.data), START_S)
+        hear(node, answer, START_S)
     assert node.force_n(START_S).tolist() == [5.0] * len(FINGERS)
     assert bus.intruder.answer(0x100, bytes(8)) == []
     operator.faults.apply("mend intrude")
@@ -178,9 +135,8 @@ def test_a_second_sender_answers_each_frame_of_a_site_and_overrides_it(operator:
 def test_a_robot_that_clings_ignores_a_commanded_release_and_not_its_time_out(remote: RemoteDevices) -> None:
     send_hand(remote, range(1, 20), x_m=0.0)
     remote.faults.apply("cling")
-    release = FrameSender("HeightSetpoint").encode({"released": 1.0, **dict.fromkeys(FINGERS, 6.0)})
     now_s = START_S + 20 * STEP_S
-    remote.robot.feed(release.arbitration_id, bytes(release.data), now_s)
+    hear(remote.robot, FrameSender("HeightSetpoint").encode(heights(6.0, released=True)), now_s)
     remote.robot.setpoint_m(now_s)
     assert not remote.robot.released
     remote.robot.setpoint_m(now_s + 1.0)

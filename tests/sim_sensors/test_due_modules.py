@@ -52,7 +52,7 @@ def test_it_misses_nothing(kind: type[TactTip | ThermalSensor], seed: int) -> No
     assert looks < 0.2 * step
 
 
-def test_a_message_goes_past_an_empty_backlog_and_behind_a_full_one() -> None:
+def test_a_backlog_drops_whole_messages_oldest_first_and_never_half_of_one() -> None:
     backlog, written, room = Backlog(10), bytearray(), [3]
 
     def send(data: bytes) -> int:
@@ -63,12 +63,15 @@ def test_a_message_goes_past_an_empty_backlog_and_behind_a_full_one() -> None:
         room[0] -= len(taken)
         return len(taken)
 
-    backlog.pass_on(b"aaaaa", send)
-    backlog.pass_on(b"bbbbb", send)
-    backlog.pass_on(b"ccccc", send)
+    for message in (b"aaaaa", b"bbbbb", b"ccccc"):
+        backlog.pass_on(message, send)
     assert (bytes(written), backlog.dropped) == (b"aaa", 1)
+    room[0] = 4
+    for message in (b"ddd", b"eeeeee"):
+        backlog.pass_on(message, send)
+    assert (bytes(written), backlog.dropped) == (b"aaaaacc", 2)
     room[0] = 100
-    backlog.pass_on(b"d", send)
-    assert bytes(written) == b"aaaaacccccd"
-    backlog.pass_on(b"e", send)
-    assert bytes(written) == b"aaaaacccccde"
+    backlog.pass_on(b"f", send)
+    assert bytes(written) == b"aaaaaccccceeeeeef", "behind what waited"
+    backlog.pass_on(b"g", send)
+    assert bytes(written) == b"aaaaaccccceeeeeefg", "past a backlog that is empty"

@@ -4,24 +4,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.framing import FrameReader, encode_frame
-from common.thermometry import COUNT_MAX
-from sim_sensors.faulty_parts import Babble, Hang, Piezo, Place, Servos, Thermistor
+from sim_sensors.faulty_parts import Babble, Piezo, Place, Servos
 
 BAUD = 921_600
 STEP_S = 0.002
-
-
-def test_a_thermistor_reads_what_its_fault_makes_it_read_and_is_sound_again_afterwards() -> None:
-    thermistor = Thermistor()
-    assert thermistor.read(1000) == 1000
-    thermistor.fault = "open"
-    assert thermistor.read(1100) == COUNT_MAX
-    thermistor.fault = "short"
-    assert thermistor.read(1200) == 0
-    thermistor.fault = "frozen"
-    assert [thermistor.read(counts) for counts in (1300, 1400)] == [1000, 1000]
-    thermistor.fault = None
-    assert thermistor.read(1500) == 1500
 
 
 def test_a_piezo_gives_what_its_fault_makes_it_give_and_is_sound_again_afterwards() -> None:
@@ -93,14 +79,3 @@ def test_babble_does_not_make_up_for_a_long_pause() -> None:
     babble.mix(0.0, b"")
     assert len(babble.mix(100.0, b"")) <= 0.05 * BAUD / 10
     assert babble.mix(100.0, b"frame\0") == b"frame\0"
-
-
-def test_a_hang_happens_once_at_the_next_pause() -> None:
-    slept: list[float] = []
-    hang = Hang(slept.append)
-    hang.pause()
-    hang.begin(2.5)
-    assert slept == []
-    hang.pause()
-    hang.pause()
-    assert slept == [2.5]

@@ -48,13 +48,9 @@ def delay_s(live: LiveNetwork, now_s: float) -> float:
     return live.conditions(now_s).delay_s
 
 
-def test_before_the_start_it_stays_as_at_time_0(live: LiveNetwork) -> None:
-    assert live.begin_faults(START_S) == []
-    assert delay_s(live, START_S) == 0.010
-    assert live.time_s(START_S) == 0.0
-
-
 def test_faults_begin_in_order_at_their_own_times_however_late_somebody_looks(live: LiveNetwork) -> None:
+    assert live.begin_faults(START_S) == []
+    assert (live.time_s(START_S), delay_s(live, START_S)) == (0.0, 0.010), "before the start it stays as at time 0"
     live.obey("start", START_S)
     assert live.begin_faults(START_S + 0.999) == []
     begun = live.begin_faults(START_S + 3.5)
@@ -133,9 +129,3 @@ def test_a_command_that_is_none_is_refused_and_changes_nothing(live: LiveNetwork
     assert "\n" not in str(refused.value)
     assert live.begin_faults(START_S) == []
     assert delay_s(live, START_S) == 0.010
-
-
-def test_the_timetable_starts_once(live: LiveNetwork) -> None:
-    live.obey("start", START_S)
-    with pytest.raises(ValueError, match="running already"):
-        live.obey("start", START_S + 1.0)

@@ -4,8 +4,9 @@ import json
 import socket
 import struct
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -13,6 +14,7 @@ from common.config import SimNetworkConfig
 from common.streams import STREAMS
 from sim_sensors.network_proxy import NetworkProxy, run_sim_network
 from sim_sensors.select_loop import SelectLoop
+from tests.sim_sensors.stepped import free_port
 
 HOST = "127.0.0.1"
 PORT = STREAMS["control"].port
@@ -77,9 +79,12 @@ class Bench:
         self.step()
         return client, found[0]
 
+    def control(self) -> dict[str, Any]:
+        """What the proxy says of the stream."""
+        return self.proxy.figures()["streams"]["control"]  # type: ignore[index, no-any-return]
+
     def in_flight(self, way: str = "to_remote") -> int:
-        figures = self.proxy.figures()
-        return int(figures["streams"]["control"][way]["in_flight_bytes"])  # type: ignore[index]
+        return int(self.control()[way]["in_flight_bytes"])
 
     def send(self, sender: socket.socket, data: bytes, way: str = "to_remote") -> None:
         """Send, and wait until it is on its way, without time passing."""
@@ -112,10 +117,21 @@ def was_reset(end: socket.socket) -> bool:
 
 
 @pytest.fixture
-def bench(base_port: int) -> Iterator[Bench]:
-    bench = Bench(base_port, "satellite")
-    yield bench
-    bench.close()
+def benches(base_port: int) -> Iterator[Callable[..., Bench]]:
+    """Makes a bench with a network and settings."""
+    with ExitStack() as stage:
+
+        def make(network: str, **settings: object) -> Bench:
+            bench = Bench(base_port, network, **settings)
+            stage.callback(bench.close)
+            return bench
+
+        yield make
+
+
+@pytest.fixture
+def bench(benches: Callable[..., Bench]) -> Bench:
+    return benches("satellite")
 
 
 def test_bytes_arrive_after_the_delay_and_not_before(bench: Bench) -> None:
@@ -130,28 +146,25 @@ def test_bytes_arrive_after_the_delay_and_not_before(bench: Bench) -> None:
     assert bench.until(lambda: heard(client) == b"welcome", 0.1) < 0.003
 
 
-def test_a_megabyte_each_way_arrives_whole(base_port: int) -> None:
-    bench = Bench(base_port, "mobile")
-    try:
-        ends = bench.connection()
-        sent = [bytes(n * k % 251 for n in range(1 << 20)) for k in (1, 3)]
-        unsent = [memoryview(data) for data in sent]
-        got = [bytearray(), bytearray()]
+def test_a_megabyte_each_way_arrives_whole(benches: Callable[..., Bench]) -> None:
+    bench = benches("mobile")
+    ends = bench.connection()
+    sent = [bytes(n * k % 251 for n in range(1 << 20)) for k in (1, 3)]
+    unsent = [memoryview(data) for data in sent]
+    got = [bytearray(), bytearray()]
 
-        def done() -> bool:
-            for n, end in enumerate(ends):
-                with suppress(BlockingIOError):
-                    unsent[n] = unsent[n][end.send(unsent[n]) :] if unsent[n] else unsent[n]
-                got[1 - n] += heard(end) or b""
-            return len(got[0]) == len(got[1]) == 1 << 20
+    def done() -> bool:
+        for n, end in enumerate(ends):
+            with suppress(BlockingIOError):
+                unsent[n] = unsent[n][end.send(unsent[n]) :] if unsent[n] else unsent[n]
+            got[1 - n] += heard(end) or b""
+        return len(got[0]) == len(got[1]) == 1 << 20
 
-        bench.until(done, 100.0)
-        assert got == sent
-        figures = bench.proxy.figures()["streams"]["control"]  # type: ignore[index]
-        assert figures["to_remote"]["bytes"] == figures["to_operator"]["bytes"] == 1 << 20
-        assert figures["to_remote"]["retransmitted"] > 0
-    finally:
-        bench.close()
+    bench.until(done, 100.0)
+    assert got == sent
+    figures = bench.control()
+    assert figures["to_remote"]["bytes"] == figures["to_operator"]["bytes"] == 1 << 20
+    assert figures["to_remote"]["retransmitted"] > 0
 
 
 def test_the_end_of_one_side_reaches_the_other_behind_its_last_byte(bench: Bench) -> None:
@@ -165,7 +178,7 @@ def test_the_end_of_one_side_reaches_the_other_behind_its_last_byte(bench: Bench
     server.close()
     bench.until(lambda: heard(client) == b"and you", 0.3)
     bench.until(lambda: heard(client) == b"", 0.3)
-    bench.until(lambda: bench.proxy.figures()["streams"]["control"]["connections_open"] == 0)  # type: ignore[index]
+    bench.until(lambda: bench.control()["connections_open"] == 0)
 
 
 def test_a_client_that_dies_takes_its_connection_with_it(bench: Bench) -> None:
@@ -175,7 +188,7 @@ def test_a_client_that_dies_takes_its_connection_with_it(bench: Bench) -> None:
     client.close()
     bench.until(lambda: heard(server) == b"", 1.0)
     server.close()
-    bench.until(lambda: bench.proxy.figures()["streams"]["control"]["connections_open"] == 0, 1.0)  # type: ignore[index]
+    bench.until(lambda: bench.control()["connections_open"] == 0, 1.0)
 
 
 def test_a_client_of_nobody_is_reset(bench: Bench) -> None:
@@ -241,46 +254,22 @@ def test_a_partition_keeps_connections_and_lets_no_new_one_through(bench: Bench)
     bench.until(lambda: heard(anew) == b"me too", 30.0)
 
 
-def test_a_stall_ends_in_one_burst(bench: Bench) -> None:
-    client, server = bench.connection()
-    bench.proxy._obey("stall 3")
-    for n in range(5):
-        bench.send(client, bytes([n]))
-        bench.step(0.5)
-    assert heard(server) is None
-    bench.step(0.5)
-    bench.until(lambda: heard(server) == bytes(range(5)))
-
-
-def test_a_sender_into_a_slow_network_is_held_back(base_port: int, tmp_path: Path) -> None:
-    (tmp_path / "slow.toml").write_text("[[phase]]\nfrom_s = 0\nrate_kbit_s = 80\n", "utf-8")
-    bench = Bench(base_port, str(tmp_path / "slow.toml"))
-    try:
-        client, _ = bench.connection()
-        sent = 0
-        for _ in range(300):
-            with suppress(BlockingIOError):
-                sent += client.send(bytes(64 * 1024))
-            bench.step()
-        assert bench.in_flight() < 200_000
-        assert sent < 10_000_000, "of 19.7 MB that were offered"
-    finally:
-        bench.close()
-
-
-def test_a_receiver_that_never_reads_holds_its_sender_back(base_port: int) -> None:
-    bench = Bench(base_port, "lan")
-    try:
-        client, _ = bench.connection()
-        client.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 64 * 1024)
-        sent = 0
-        for _ in range(2000):
-            with suppress(BlockingIOError):
-                sent += client.send(bytes(64 * 1024))
-            bench.step(TICK_S)
-        assert sent < 10_000_000, "of 131 MB that were offered"
-    finally:
-        bench.close()
+@pytest.mark.parametrize("network", ["slow", "lan"])
+def test_a_sender_is_held_back_by_a_slow_network_and_by_a_receiver_that_never_reads(
+    network: str, benches: Callable[..., Bench], tmp_path: Path
+) -> None:
+    slow = tmp_path / "slow.toml"
+    slow.write_text("[[phase]]\nfrom_s = 0\nrate_kbit_s = 80\n", "utf-8")
+    bench = benches(str(slow) if network == "slow" else network)
+    client, _ = bench.connection()
+    client.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 64 * 1024)
+    sent = 0
+    for _ in range(2000):
+        with suppress(BlockingIOError):
+            sent += client.send(bytes(64 * 1024))
+        bench.step(0.0 if network == "slow" else TICK_S)
+    assert sent < 10_000_000, "of 131 MB that were offered"
+    assert network != "slow" or bench.in_flight() < 200_000
 
 
 def ask(bench: Bench, client: socket.socket, line: str) -> str:
@@ -290,32 +279,28 @@ def ask(bench: Bench, client: socket.socket, line: str) -> str:
     return answers[0].decode().strip()
 
 
-def test_it_is_told_what_to_do_at_a_port(base_port: int) -> None:
-    with socket.create_server((HOST, 0)) as free:
-        fault_port = free.getsockname()[1]
-    bench = Bench(base_port, "bad_evening", fault_port=fault_port, wait_for_start=True)
-    try:
-        ends = bench.connection()
-        bench.step(3.0)
-        assert bench.proxy.figures()["faults"] == []
-        with socket.create_connection((HOST, fault_port)) as client:
-            client.setblocking(False)
-            assert ask(bench, client, "start").startswith("ok 500300")
-            assert ask(bench, client, "start") == "error start: the timetable is running already"
-            assert ask(bench, client, "explode").startswith("error 'explode': expected partition")
-            assert ask(bench, client, "cut").startswith("ok ")
-            for end in ends:
-                bench.until(lambda end=end: was_reset(end))  # type: ignore[misc]
-            bench.step(2.5)
-            assert ask(bench, client, "delay 400 20").startswith("ok ")
-        figures = bench.proxy.figures()
-        assert figures["delay_ms"] == 400.0
-        assert figures["faults"] == [
-            {"at_s": 0.0, "kind": "cut", "direction": "both"},
-            {"at_s": 2.0, "kind": "stall", "seconds": 0.4, "direction": "both"},
-        ]
-    finally:
-        bench.close()
+def test_it_is_told_what_to_do_at_a_port(benches: Callable[..., Bench]) -> None:
+    fault_port = free_port()
+    bench = benches("bad_evening", fault_port=fault_port, wait_for_start=True)
+    ends = bench.connection()
+    bench.step(3.0)
+    assert bench.proxy.figures()["faults"] == []
+    with socket.create_connection((HOST, fault_port)) as client:
+        client.setblocking(False)
+        assert ask(bench, client, "start").startswith("ok 500300")
+        assert ask(bench, client, "start") == "error start: the timetable is running already"
+        assert ask(bench, client, "explode").startswith("error 'explode': expected partition")
+        assert ask(bench, client, "cut").startswith("ok ")
+        for end in ends:
+            bench.until(lambda end=end: was_reset(end))  # type: ignore[misc]
+        bench.step(2.5)
+        assert ask(bench, client, "delay 400 20").startswith("ok ")
+    figures = bench.proxy.figures()
+    assert figures["delay_ms"] == 400.0
+    assert figures["faults"] == [
+        {"at_s": 0.0, "kind": "cut", "direction": "both"},
+        {"at_s": 2.0, "kind": "stall", "seconds": 0.4, "direction": "both"},
+    ]
 
 
 def test_a_taken_port_is_named_and_the_others_are_given_back(base_port: int) -> None:

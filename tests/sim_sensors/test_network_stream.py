@@ -237,16 +237,6 @@ def test_a_sender_is_held_back_when_too_much_waits_or_is_on_its_way() -> None:
     assert not long.full(60.0)
 
 
-def test_the_end_comes_behind_the_last_byte() -> None:
-    tcp = stream(Conditions(0.1))
-    tcp.push(b"last words", 0.0)
-    tcp.push(b"", 0.05)
-    assert tcp.take(0.1) == b"last words"
-    assert not tcp.ended
-    assert tcp.take(0.151) == b""
-    assert tcp.ended
-
-
 def test_what_vanishes_never_arrives_and_holds_nobody_back() -> None:
     tcp = stream(Conditions(0.1))
     tcp.push(bytes(WINDOW_BYTES), 0.0)

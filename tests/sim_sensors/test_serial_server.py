@@ -1,7 +1,7 @@
 import os
 import socket
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -10,33 +10,20 @@ import serial
 
 from common.framing import FrameReader, encode_frame
 from common.serial_messages import MessageId, TactTipCommand, TactTipState
-from sim_sensors.backlog import Backlog
 from sim_sensors.faulty_parts import Babble
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.serial_server import SerialServer, serve_serial
 from sim_sensors.serving import SocketServing, serve_fingers
 from sim_sensors.tacttip import TactTip
+from tests.sim_sensors.stepped import until
 
 COMMAND = encode_frame(MessageId.TACTTIP_COMMAND, 0, TactTipCommand(1234, -500).encode())
-
-
-def until(loop: SelectLoop, done: Callable[[], object], seconds: float = 2.0) -> bool:
-    deadline = time.monotonic() + seconds
-    while time.monotonic() < deadline:
-        loop.serve(0.002)
-        if done():
-            return True
-    return False
 
 
 class LineContract:
     """What a served module promises, whatever the line."""
 
     address: str
-
-    @pytest.fixture
-    def loop(self) -> SelectLoop:
-        return SelectLoop()
 
     @pytest.fixture
     def module(self, loop: SelectLoop) -> TactTip:
@@ -54,22 +41,10 @@ class LineContract:
         loop.serve(0.01)
         return port
 
-    def test_a_driver_is_answered(self, server: SerialServer, loop: SelectLoop) -> None:
-        reader = FrameReader()
-        seen: set[int] = set()
-        with self.open(server, loop) as port:
-            port.write(encode_frame(MessageId.IDENTIFY, 0))
-
-            def identified() -> bool:
-                seen.update(frame.message_id for frame in reader.feed(port.read(4096)))
-                return MessageId.IDENTITY in seen
-
-            assert until(loop, identified)
-
     def test_every_byte_value_passes_unchanged(self, server: SerialServer, loop: SelectLoop, module: TactTip) -> None:
         with self.open(server, loop) as port:
             port.write(COMMAND)
-            assert until(loop, lambda: module.motor_mv == 1234 and module.peltier_permille == -500)
+            until(loop, lambda: module.motor_mv == 1234 and module.peltier_permille == -500)
             reader, states = FrameReader(), []
             for counts in (0x1113, 0x0A0D, 0x0304):  # XON, XOFF, line ends, interrupt
                 module.measure(counts & 0xFFF, counts & 0xFFF)
@@ -88,10 +63,8 @@ class LineContract:
                 # The zero byte ends whatever the driver before left half sent; a pty cannot see it go.
                 command = TactTipCommand(motor_mv, 0).encode()
                 port.write(b"\0" + encode_frame(MessageId.TACTTIP_COMMAND, 0, command))
-                assert until(loop, lambda wanted=motor_mv: module.motor_mv == wanted)  # type: ignore[misc]
-                port.write(COMMAND[:4])  # and dies in the middle of a frame
-            loop.serve(0.01)
-            server.pump(loop.now())
+                until(loop, lambda wanted=motor_mv: module.motor_mv == wanted)  # type: ignore[misc]
+                port.write(COMMAND[:4])  # and dies in the middle of a frame; the next one comes at once
 
     def test_a_driver_that_never_reads_holds_nothing_up(self, server: SerialServer, loop: SelectLoop) -> None:
         with self.open(server, loop):
@@ -105,15 +78,15 @@ class LineContract:
 
     def heard(
         self, server: SerialServer, loop: SelectLoop, port: serial.SerialBase, seconds: float, frames: int = 0
-    ) -> FrameReader:
-        """What a driver has read after turning the module for a while, and until so many frames have come."""
-        reader, end = FrameReader(), loop.now() + seconds
-        self.frames = 0
-        while loop.now() < end or (self.frames < frames and loop.now() < end + 10.0):
+    ) -> tuple[FrameReader, int]:
+        """What a driver has read after turning the module for a while, and until this number of frames has come."""
+        reader, end, count = FrameReader(), loop.now() + seconds, 0
+        while loop.now() < end or count < frames:
+            assert loop.now() < end + 10.0
             loop.serve(0.002)
             server.pump(loop.now())
-            self.frames += len(reader.feed(port.read(4096)))
-        return reader
+            count += len(reader.feed(port.read(4096)))
+        return reader, count
 
     def test_a_pulled_cable_ends_the_connection_and_the_same_address_answers_when_it_is_back(
         self, server: SerialServer, loop: SelectLoop, module: TactTip
@@ -134,7 +107,7 @@ class LineContract:
                         return True
                     return False
 
-                assert until(loop, ended)
+                until(loop, ended)
             if connection is not None:
                 connection.close()  # the library forgets to when the far side has gone first
             with pytest.raises(serial.SerialException):
@@ -145,9 +118,9 @@ class LineContract:
             assert server.address == address
             with self.open(server, loop) as port:
                 port.write(b"\0" + COMMAND)
-                assert until(loop, lambda: module.motor_mv == 1234)
+                until(loop, lambda: module.motor_mv == 1234)
 
-    def test_a_silent_module_keeps_its_line_open_and_neither_says_nor_hears_anything(
+    def test_a_silent_module_neither_says_nor_hears_anything_and_a_deaf_one_only_reports_while_the_line_is_open(
         self, server: SerialServer, loop: SelectLoop, module: TactTip
     ) -> None:
         with self.open(server, loop) as port:
@@ -155,32 +128,25 @@ class LineContract:
             server.silent = True
             port.read(4096)
             port.write(COMMAND)
-            self.heard(server, loop, port, 0.05)
-            assert (self.frames, module.motor_mv) == (0, 0)
-            server.silent = False
+            _, frames = self.heard(server, loop, port, 0.05)
+            assert (frames, module.motor_mv) == (0, 0)
+            server.silent, server.deaf = False, True
             port.write(COMMAND)
             self.heard(server, loop, port, 0.05, frames=2)
-            assert self.frames >= 2
-            assert until(loop, lambda: module.motor_mv == 1234)
-
-    def test_a_deaf_module_goes_on_reporting(self, server: SerialServer, loop: SelectLoop, module: TactTip) -> None:
-        server.deaf = True
-        with self.open(server, loop) as port:
-            port.write(COMMAND)
-            self.heard(server, loop, port, 0.05, frames=2)
-            assert self.frames >= 2
             assert module.motor_mv == 0
+            server.deaf = False
+            port.write(COMMAND)
+            until(loop, lambda: module.motor_mv == 1234)
 
     def test_a_babbling_module_is_still_understood(
         self, server: SerialServer, loop: SelectLoop, module: TactTip
     ) -> None:
         server.babble = Babble(921_600)
         with self.open(server, loop) as port:
-            reader = self.heard(server, loop, port, 0.2, frames=5)
-            assert self.frames >= 5
+            reader, _ = self.heard(server, loop, port, 0.2, frames=5)
             assert reader.damaged > 10
             port.write(COMMAND)
-            assert until(loop, lambda: module.motor_mv == 1234)
+            until(loop, lambda: module.motor_mv == 1234)
 
 
 class TestPty(LineContract):
@@ -247,7 +213,7 @@ class TestTcp(LineContract):
             loop.serve(0.0)
         with self.open(server, loop) as port:
             port.write(COMMAND)
-            assert until(loop, lambda: module.motor_mv == 1234)
+            until(loop, lambda: module.motor_mv == 1234)
         for each in crowd:
             each.close()
 
@@ -264,7 +230,6 @@ class TestTcp(LineContract):
                     second.sendall(b"\0" + encode_frame(MessageId.IDENTIFY, 0))
                     assert self.read(server, loop, second, 1.0) is None
             self.heard(server, loop, old, 0.1, frames=5)
-            assert self.frames >= 5
 
     def test_a_new_client_takes_over_from_a_half_dead_one(
         self, server: SerialServer, loop: SelectLoop, module: TactTip
@@ -278,7 +243,9 @@ class TestTcp(LineContract):
         def came() -> bool:
             with self.connect(server) as new:
                 new.sendall(b"\0" + COMMAND)
-                return until(loop, lambda: module.motor_mv == 1234, 0.5)
+                with suppress(AssertionError):
+                    until(loop, lambda: module.motor_mv == 1234, 0.5)
+                return module.motor_mv == 1234
 
         with socket.socket() as old:
             old.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
@@ -298,14 +265,6 @@ class TestTcp(LineContract):
             with suppress(ConnectionError):
                 while old.recv(65536):
                     pass
-
-    def test_a_driver_that_was_ended_gets_the_line_back_at_once(
-        self, server: SerialServer, loop: SelectLoop, module: TactTip
-    ) -> None:
-        for motor_mv in (100, 200):
-            with self.open(server, loop) as port:
-                port.write(encode_frame(MessageId.TACTTIP_COMMAND, 0, TactTipCommand(motor_mv, 0).encode()))
-                assert until(loop, lambda wanted=motor_mv: module.motor_mv == wanted)  # type: ignore[misc]
 
     def test_the_port_is_not_given_away_while_the_cable_is_out(self, server: SerialServer) -> None:
         server.unplug()
@@ -351,27 +310,3 @@ def test_fingers_are_served_all_or_none() -> None:
             )
         if before is not None:
             assert len(os.listdir("/proc/self/fd")) == before
-
-
-def test_a_backlog_drops_whole_messages_oldest_first_but_never_half_of_one() -> None:
-    backlog, written = Backlog(10), bytearray()
-
-    def send_three(data: bytes) -> int:
-        if len(written) >= 3:
-            raise BlockingIOError
-        written.extend(data[:3])
-        return 3
-
-    backlog.push(b"aaaaa")
-    backlog.write(send_three)
-    backlog.push(b"bbbbb")
-    backlog.push(b"ccccc")
-    backlog.push(b"ddd")
-    assert backlog.dropped == 1
-
-    def send_all(data: bytes) -> int:
-        written.extend(data)
-        return len(data)
-
-    backlog.write(send_all)
-    assert bytes(written) == b"aaaaacccccddd"

@@ -1,5 +1,4 @@
 import json
-import socket
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,7 +11,6 @@ from mcap.reader import make_reader
 
 from common.can_frames import FrameSender
 from common.config import SimOperatorConfig, SimRemoteConfig
-from common.fingers import FINGERS
 from common.framing import encode_frame
 from common.serial_messages import HeaterCommand, MessageId, TactTipCommand
 from sim_sensors.exoskeleton import DRIVEN_S
@@ -21,14 +19,7 @@ from sim_sensors.select_loop import SelectLoop
 from sim_sensors.sim_operator import OperatorDevices
 from sim_sensors.sim_remote import RemoteDevices
 from sim_sensors.simulation_loop import MOST_STEPS, STEP_S, StepClock, run_world
-
-START_S = 100.0
-FORCES = FrameSender("FingerForces")
-
-
-def free_port() -> int:
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        return int(taken.getsockname()[1])
+from tests.sim_sensors.stepped import START_S, advance, forces, free_port, hear, send_hand
 
 
 def entries(path: Path) -> dict[str, list[tuple[int, dict[str, Any]]]]:
@@ -53,12 +44,12 @@ def operator(tmp_path: Path) -> Iterator[OperatorDevices]:
     devices.close()
 
 
-def drive_operator(devices: OperatorDevices, steps: range, motor_mv: int = 0, newton: float = 0.0) -> None:
+def drive_operator(devices: OperatorDevices, steps: range, motor_mv: int = 0) -> None:
     """Advance, with force frames each step and a command to the module every 10 ms."""
+    sender = FrameSender("FingerForces")
     for step in steps:
         now_s = START_S + step * STEP_S
-        frame = FORCES.encode({"enabled": 1.0, **dict.fromkeys(FINGERS, newton)})
-        devices.exoskeleton.feed(frame.arbitration_id, bytes(frame.data), now_s)
+        hear(devices.exoskeleton, sender.encode(forces(0.0)), now_s)
         if step % 5 == 0:
             command = TactTipCommand(motor_mv, 0).encode()
             devices.modules["index"].feed(encode_frame(MessageId.TACTTIP_COMMAND, 0, command), now_s)
@@ -66,8 +57,7 @@ def drive_operator(devices: OperatorDevices, steps: range, motor_mv: int = 0, ne
 
 
 def test_the_hand_works_once_its_exoskeleton_was_driven_and_for_the_seconds_asked(operator: OperatorDevices) -> None:
-    for step in range(1, 500):
-        operator.step(START_S + step * STEP_S)
+    advance(operator, range(1, 500))
     assert operator.hand.script_s == 0.0
     driven = 500 + round(DRIVEN_S / STEP_S)
     drive_operator(operator, range(500, driven + 2))
@@ -82,8 +72,7 @@ def test_the_hand_works_once_its_exoskeleton_was_driven_and_for_the_seconds_aske
 
 def test_what_reached_the_finger_is_recorded_with_exact_times(operator: OperatorDevices, tmp_path: Path) -> None:
     drive_operator(operator, range(1, 100), motor_mv=1000)
-    for step in range(100, 250):  # nobody drives it any more
-        operator.step(START_S + step * STEP_S)
+    advance(operator, range(100, 250))  # nobody drives it any more
     operator.close()
     found = entries(tmp_path / "truth.mcap")
     assert len(found["truth_fingertips"]) == 49
@@ -104,16 +93,11 @@ def test_the_remote_fingers_go_where_they_are_sent_and_contacts_are_recorded(tmp
         record=tmp_path / "truth.mcap",
     )
     devices = RemoteDevices(config, SelectLoop(lambda: START_S))
-    pose, heights = FrameSender("HandSetpoint"), FrameSender("HeightSetpoint")
     plate_c = devices.world.plate_c.copy()
-    for step in range(1, 501):
-        now_s = START_S + step * STEP_S
-        wanted = {"released": 0.0, **dict.fromkeys(FINGERS, 6.0 if step < 250 else -2.0)}
-        for frame in (pose.encode({"x": -170.0, "y": 0.0}), heights.encode(wanted)):
-            devices.robot.feed(frame.arbitration_id, bytes(frame.data), now_s)
-        heater = encode_frame(MessageId.HEATER_COMMAND, 0, HeaterCommand(500).encode())
-        devices.thermal["middle"].feed(heater, now_s)
-        devices.step(now_s)
+    heater = encode_frame(MessageId.HEATER_COMMAND, 0, HeaterCommand(500).encode())
+    for step in range(1, 501, 10):
+        devices.thermal["middle"].feed(heater, START_S + step * STEP_S)
+        send_hand(devices, range(step, step + 10), x_m=-0.17, height_mm=6.0 if step < 250 else -2.0)
     devices.close()
     assert devices.world.plate_c[2] > plate_c[2] + 0.5
     assert devices.world.plate_c[1] < plate_c[1] + 0.2

@@ -1,7 +1,6 @@
 import socket
-import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import can
 import pytest
@@ -10,6 +9,9 @@ from common.can_frames import SentFrame
 from sim_sensors.intruder import AHEAD, Intruder
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.socketcand import QUIET_S, SocketcandBus
+from tests.conformance.living import alive
+from tests.sim_sensors.stepped import until
+from tests.waiting import wait_until
 
 
 class Echo:
@@ -33,11 +35,6 @@ def node() -> Echo:
 
 
 @pytest.fixture
-def loop() -> SelectLoop:
-    return SelectLoop()
-
-
-@pytest.fixture
 def bus(loop: SelectLoop, node: Echo) -> Iterator[SocketcandBus]:
     bus = SocketcandBus(loop, "127.0.0.1", 0, [node])
     yield bus
@@ -47,31 +44,12 @@ def bus(loop: SelectLoop, node: Echo) -> Iterator[SocketcandBus]:
 @pytest.fixture
 def pumped(loop: SelectLoop, bus: SocketcandBus) -> Iterator[SocketcandBus]:
     """The bus, served by a thread: python-can's client blocks while it says hello."""
-    end = threading.Event()
-
-    def serve() -> None:
-        while not end.is_set():
-            loop.serve(0.002)
-            bus.pump(loop.now())
-
-    thread = threading.Thread(target=serve)
-    thread.start()
-    yield bus
-    end.set()
-    thread.join()
+    with alive(loop, bus.pump):
+        yield bus
 
 
 def client(bus: SocketcandBus) -> can.BusABC:
     return can.Bus(interface="socketcand", host="127.0.0.1", port=bus.port, channel="can0")
-
-
-def eventually(done: Callable[[], object]) -> bool:
-    deadline = time.monotonic() + 2.0
-    while time.monotonic() < deadline:
-        if done():
-            return True
-        threading.Event().wait(0.002)
-    return False
 
 
 FRAMES = [
@@ -90,7 +68,7 @@ def test_python_can_sends_to_the_node(pumped: SocketcandBus, node: Echo) -> None
     with client(pumped) as can_bus:
         for frame in FRAMES:
             can_bus.send(frame)
-        assert eventually(lambda: len(node.heard) == len(FRAMES))
+        wait_until(lambda: len(node.heard) == len(FRAMES))
     assert node.heard == [(frame.arbitration_id, bytes(frame.data)) for frame in FRAMES]
     assert pumped.not_understood == 0
 
@@ -104,37 +82,27 @@ def test_python_can_hears_the_node_and_the_other_client_but_not_itself(pumped: S
             heard = other.recv(2.0)
         assert heard is not None
         assert (heard.arbitration_id, bytes(heard.data)) == (0x110, bytes(range(8)))
-        other.send(FRAMES[2])
-        heard = one.recv(2.0)
-        assert heard is not None
-        assert heard.arbitration_id == 0x12
-        other.send(FRAMES[3])
-        heard = one.recv(2.0)
-        assert heard is not None
-        assert (heard.arbitration_id, heard.is_extended_id) == (0x1ABCDEF0, True)
+        for frame in FRAMES[2:]:
+            other.send(frame)
+            heard = one.recv(2.0)
+            assert heard is not None
+            assert (heard.arbitration_id, heard.is_extended_id) == (frame.arbitration_id, frame.is_extended_id)
         node.to_send = [sent(FRAMES[2]), sent(FRAMES[0])]
         for each in (one, other):
             ids = [message.arbitration_id for message in iter(lambda each=each: each.recv(0.3), None)]  # type: ignore[misc]
             assert ids == [0x12, 0x110]
 
 
-def test_clients_may_come_and_go_on_a_busy_bus(pumped: SocketcandBus, node: Echo) -> None:
-    end = threading.Event()
+def test_clients_may_come_and_go_on_a_busy_bus(bus: SocketcandBus, loop: SelectLoop, node: Echo) -> None:
+    def babble(now_s: float) -> None:
+        node.to_send.append(sent(FRAMES[0]))
+        bus.pump(now_s)
 
-    def babble() -> None:
-        while not end.wait(0.001):
-            node.to_send.append(sent(FRAMES[0]))
-
-    thread = threading.Thread(target=babble)
-    thread.start()
-    try:
+    with alive(loop, babble):
         for _ in range(5):  # the hello must come through although frames wait to be sent
-            with client(pumped) as can_bus:
+            with client(bus) as can_bus:
                 assert can_bus.recv(2.0) is not None
-    finally:
-        end.set()
-        thread.join()
-    assert eventually(lambda: pumped.clients == 0)
+        wait_until(lambda: bus.clients == 0)
 
 
 def said(loop: SelectLoop, connection: socket.socket, text: bytes = b"") -> bytes:
@@ -213,30 +181,24 @@ def listener(bus: SocketcandBus, loop: SelectLoop) -> Iterator[socket.socket]:
         yield connection
 
 
-def test_a_silent_node_passes_no_frame_either_way_and_the_connection_stays(
+def test_a_silent_node_passes_no_frame_either_way_and_a_deaf_one_sends_and_the_connection_stays(
     bus: SocketcandBus, loop: SelectLoop, node: Echo, listener: socket.socket
 ) -> None:
+    node.heard.clear()
+
+    def sends(request: bytes) -> bytes:
+        node.to_send = [sent(FRAMES[2])]
+        bus.pump(loop.now())
+        return said(loop, listener, request)
+
     bus.silent = True
-    node.heard.clear()
-    node.to_send = [sent(FRAMES[0])]
-    bus.pump(loop.now())
-    assert said(loop, listener, b"< send 110 1 1 >") == b""
-    assert node.heard == []
-    assert bus.clients == 1
-    bus.silent = False
-    node.to_send = [sent(FRAMES[2])]
-    bus.pump(loop.now())
-    assert b"< frame 012 " in said(loop, listener, b"< send 111 1 7 >")
+    assert sends(b"< send 110 1 1 >") == b""
+    bus.silent, bus.deaf = False, True
+    assert b"< frame 012 " in sends(b"< send 110 1 1 >")
+    assert (node.heard, bus.clients) == ([], 1)
+    bus.deaf = False
+    assert b"< frame 012 " in sends(b"< send 111 1 7 >")
     assert node.heard == [(0x111, b"\x07")]
-
-
-def test_a_deaf_node_goes_on_sending(bus: SocketcandBus, loop: SelectLoop, node: Echo, listener: socket.socket) -> None:
-    bus.deaf = True
-    node.heard.clear()
-    node.to_send = [sent(FRAMES[2])]
-    bus.pump(loop.now())
-    assert b"< frame 012 " in said(loop, listener, b"< send 110 1 1 >")
-    assert node.heard == []
 
 
 def test_frames_that_piled_up_while_the_process_stood_still_are_taken_at_once(
@@ -247,7 +209,7 @@ def test_frames_that_piled_up_while_the_process_stood_still_are_taken_at_once(
     listener.sendall(frames)  # into the connection's buffers: nobody reads meanwhile
     loop.serve(0.0)
     assert len(node.heard) > 500, "what came so far is read in one go"
-    assert eventually(lambda: loop.serve(0.0) or len(node.heard) == 1000)
+    until(loop, lambda: len(node.heard) == 1000)
     assert [int.from_bytes(data, "big") for _, data in node.heard] == list(range(1000))
 
 

@@ -72,8 +72,3 @@ def test_groove_spacing(name, low_m, high_m):
 def test_grooves_take_contact_area_away():
     assert relief_of("closely_grooved_pvc").contact_fraction == pytest.approx(0.8)
     assert relief_of("plain_pvc").contact_fraction == 1.0
-
-
-def test_unknown_surface_lists_the_known_ones():
-    with pytest.raises(ValueError, match=r"unknown surface 'velvet'.*sandpaper"):
-        relief_of("velvet")

@@ -1,0 +1,54 @@
+"""Simulated devices that a test moves step by step."""
+
+import socket
+from collections.abc import Callable
+
+import can
+
+from common.can_frames import FrameSender
+from common.fingers import FINGERS
+from sim_sensors.can_node import CanNode
+from sim_sensors.select_loop import SelectLoop
+from sim_sensors.sim_operator import OperatorDevices
+from sim_sensors.sim_remote import RemoteDevices
+from sim_sensors.simulation_loop import STEP_S
+from tests.waiting import wait_until
+
+START_S = 100.0
+
+
+def free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        return int(taken.getsockname()[1])
+
+
+def until(loop: SelectLoop, done: Callable[[], object], patience_s: float = 10.0) -> None:
+    """Serve sockets until it is done."""
+    wait_until(lambda: loop.serve(0.002) or done(), "nothing came of it", patience_s, every_s=0.0)  # type: ignore[func-returns-value]
+
+
+def advance(devices: RemoteDevices | OperatorDevices, steps: range) -> None:
+    for step in steps:
+        devices.step(START_S + step * STEP_S)
+
+
+def hear(node: CanNode, frame: can.Message, now_s: float) -> None:
+    node.feed(frame.arbitration_id, bytes(frame.data), now_s)
+
+
+def forces(newton: float) -> dict[str, float]:
+    return {"enabled": 1.0, **dict.fromkeys(FINGERS, newton)}
+
+
+def heights(mm: float, released: bool = False) -> dict[str, float]:
+    return {"released": float(released), **dict.fromkeys(FINGERS, mm)}
+
+
+def send_hand(devices: RemoteDevices, steps: range, x_m: float, height_mm: float = 6.0) -> None:
+    """Advance with fresh set-points each step."""
+    pose, height = FrameSender("HandSetpoint"), FrameSender("HeightSetpoint")
+    for step in steps:
+        now_s = START_S + step * STEP_S
+        for frame in (pose.encode({"x": x_m * 1e3, "y": 0.0}), height.encode(heights(height_mm))):
+            hear(devices.robot, frame, now_s)
+        devices.step(now_s)
