@@ -85,18 +85,12 @@ def test_the_page_says_the_licences_that_the_packages_say() -> None:
             assert any(part.split()[0].split("-")[0] in told for part in said), f"{name}: {said}, told as {told}"
 
 
-@pytest.mark.parametrize("extra", ["", *USERS])
-def test_everything_that_users_get_may_be_passed_on(extra: str) -> None:
+@pytest.mark.parametrize("extra", ["", *EXTRAS])
+def test_everything_may_be_passed_on_with_the_project(extra: str) -> None:
     wanted = EXTRAS[extra] if extra else PROJECT["dependencies"]
     found = set(closure(installed(wanted)))
-    assert found or not wanted
-    for name in found:
-        parts = licences(name)
-        assert NOTED.get(name) in parts or all(part.startswith(PERMISSIVE) for part in parts), f"{name}: {parts}"
-
-
-def test_licences_of_what_the_project_is_worked_on_with() -> None:
-    for name in set(closure(installed([line for lines in EXTRAS.values() for line in lines]))) - UNSTATED:
+    assert found or not wanted or extra not in ("", *USERS)
+    for name in found - (UNSTATED if extra and extra not in USERS else set()):
         parts = licences(name)
         assert NOTED.get(name) in parts or all(part.startswith(PERMISSIVE) for part in parts), f"{name}: {parts}"
 

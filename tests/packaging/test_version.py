@@ -1,17 +1,12 @@
 """The version stands in one place; changelog and licence agree with it."""
 
 import re
-from pathlib import Path
 
 from packaging.version import Version
 
 from tests.packaging.requirements import PROJECT, ROOMS, ROOT
 
 VERSION = Version(PROJECT["version"])
-
-
-def headings() -> list[str]:
-    return re.findall(r"(?m)^## \[(.+?)\]", (ROOT / "CHANGELOG.md").read_text("utf-8"))
 
 
 def test_no_file_repeats_the_version() -> None:
@@ -22,16 +17,12 @@ def test_no_file_repeats_the_version() -> None:
         for path in (ROOT / room).rglob("*")
         if path.suffix in {".py", ".toml", ".js"}
     ]
-    found = [path for path in [*files, ROOT / "Dockerfile", ROOT / "docker-compose.yml"] if said.search(_text(path))]
-    assert found == []
-
-
-def _text(path: Path) -> str:
-    return path.read_text("utf-8")
+    files += [ROOT / "Dockerfile", ROOT / "docker-compose.yml"]
+    assert [path for path in files if said.search(path.read_text("utf-8"))] == []
 
 
 def test_the_changelog_goes_down_from_what_is_not_released() -> None:
-    unreleased, *released = headings()
+    unreleased, *released = re.findall(r"(?m)^## \[(.+?)\]", (ROOT / "CHANGELOG.md").read_text("utf-8"))
     assert unreleased == "Unreleased"
     versions = [Version(heading) for heading in released]
     assert versions == sorted(set(versions), reverse=True)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from studies.compared import Compared, Number
 from studies.comparison import Change, compare
 from studies.registry import STUDIES, study
-from teletaction.cli import main
+from tests.commands import command, one_line
 
 RIGHT = Compared("accuracy", "right", "more", ("method", "t_s"), {"shipped": True}, absolute=0.02)
 LATE = Compared("latency.ways", "late_us", "less", ("way",), absolute=1.0, relative=0.1)
@@ -38,13 +38,10 @@ def ours(*right: float | None) -> list[dict[str, Any]]:
     return [{"method": "ours", "t_s": 1.0 + n, "right": each, "shipped": True} for n, each in enumerate(right)]
 
 
-def test_a_run_is_no_worse_than_itself() -> None:
-    assert changed() == {}
-
-
 @pytest.mark.parametrize(
     ("rows", "verdicts"),
     [
+        ({}, {}),  # a run is no worse than itself
         ({"accuracy": ours(0.89, 0.96)}, {}),
         ({"accuracy": ours(0.87, 0.99)}, {"1.0": "worse", "2.0": "better"}),
         ({"accuracy": ours(0.9)}, {"2.0": "gone"}),
@@ -64,17 +61,14 @@ def test_what_is_better_may_be_less_or_the_same() -> None:
     assert changed(borders={"share": 0.9}) == {"borders share": "worse"} == changed(borders={"share": 1.1})
 
 
-def test_problems_that_were_not_there_are_worse() -> None:
-    assert changed(problems=["it grew"]) == {"problems": "worse"}
-
-
 def test_rows_that_cannot_be_told_apart_are_an_error() -> None:
     with pytest.raises(ValueError, match=r"accuracy right: several rows of one name"):
         Compared("accuracy", "right", "more").numbers(DATA)
 
 
-def test_a_part_that_is_no_longer_there_is_gone() -> None:
+def test_a_part_that_is_no_longer_there_is_gone_and_new_problems_are_worse() -> None:
     assert set(changed(latency="not measured").values()) == {"gone"}
+    assert changed(problems=["it grew"]) == {"problems": "worse"}
 
 
 @given(right=st.integers(0, 60), more=st.integers(1, 30))
@@ -123,23 +117,21 @@ def folders(tmp_path: Path) -> tuple[Path, Path]:
     return tmp_path / "old", tmp_path / "new"
 
 
-def test_the_command_prints_what_differs_and_fails_where_it_is_worse(
-    folders: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
-) -> None:
-    old, new = map(str, folders)
-    assert main(["study", "--compare", old, new]) == 0
-    said = capsys.readouterr()
-    assert said.out == "verdict,study,number,old,new,may_differ\n"
-    assert "in one folder only: texture" in said.err
-    assert "6 numbers: 0 worse, 0 gone, 0 better, 0 new, 6 same" in said.err
+def test_the_command_prints_what_differs_and_fails_where_it_is_worse(folders: tuple[Path, Path]) -> None:
+    old, new = folders
+    code, out, err = command("study", "--compare", old, new).said
+    assert (code, out) == (0, "verdict,study,number,old,new,may_differ\n")
+    assert "in one folder only: texture" in err
+    assert "6 numbers: 0 worse, 0 gone, 0 better, 0 new, 6 same" in err
     file = folders[1] / "groove-spacing.json"
     file.write_text(file.read_text().replace('"behind_ms": 100.0', '"behind_ms": 120.0'))
-    assert main(["study", "--compare", old, new]) == 1
+    worse = command("study", "--compare", old, new)
     line = 'worse,groove-spacing,"spacing behind_ms way=w, jitter_ms=1.0, loss=0.0",100.0,120.0,7.0'
-    assert capsys.readouterr().out.splitlines()[1:] == [line]
-    assert main(["study", "--compare", new, old]) == 0, "what was worse before is better now"
-    assert capsys.readouterr().out.splitlines()[1].startswith("better,")
-    assert main(["study", "soak", "--compare", old, new]) == 0, "only what was asked for"
+    assert (worse.code, worse.out.splitlines()[1:]) == (1, [line])
+    better = command("study", "--compare", new, old)
+    assert better.code == 0, "what was worse before is better now"
+    assert better.out.splitlines()[1].startswith("better,")
+    assert command("study", "soak", "--compare", old, new).code == 0, "only what was asked for"
 
 
 @pytest.mark.parametrize(
@@ -151,20 +143,13 @@ def test_the_command_prints_what_differs_and_fails_where_it_is_worse(
     ],
 )
 def test_files_that_cannot_be_compared_are_one_line_and_exit_2(
-    folders: tuple[Path, Path], text: str, words: str, capsys: pytest.CaptureFixture[str]
+    folders: tuple[Path, Path], text: str, words: str
 ) -> None:
     (folders[1] / "soak.json").write_text(text)
-    assert main(["study", "--compare", *map(str, folders)]) == 2
-    said = capsys.readouterr()
-    assert said.err.count("\n") == 1
-    assert words in said.err
-    assert str(folders[1] / "soak.json") in said.err
-    assert said.out == ""
-
-
-def test_folders_without_a_study_in_common_are_an_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["study", "--compare", str(tmp_path), str(tmp_path / "none")]) == 2
-    assert "no study in common" in capsys.readouterr().err
+    line = one_line(command("study", "--compare", *folders), 2)
+    assert words in line
+    assert str(folders[1] / "soak.json") in line
+    assert "no study in common" in one_line(command("study", "--compare", folders[0], folders[0] / "none"), 2)
 
 
 def test_a_change_tells_all_of_it() -> None:

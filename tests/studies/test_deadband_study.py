@@ -15,8 +15,8 @@ from studies.deadband_channel import error_m, kept, sent
 from studies.deadband_courses import Course, recorded, scripted
 from studies.deadband_loss import LIMIT_M, after_loss_rows, lossy_rows
 from studies.deadband_touch import force_rows
-from studies.registry import write_table
 from studies.stability_recorded import folder
+from tests.studies.written import draw_figure, write_tables
 
 HZ = 1000.0
 RECORDINGS = pytest.mark.skipif(not (folder() / "bilateral_1dof").is_dir(), reason="no recorded motions")
@@ -162,12 +162,9 @@ def test_without_recordings_it_says_so_and_shows_the_rest(monkeypatch: pytest.Mo
     found = run(quick=True, seed=3, tell=lambda _: None)
     assert len(found["skipped"]) == 1
     assert {row["motion"] for row in found["sweep"]} == {"scripted"}
-    plot(found, tmp_path / "without.png")
-    assert (tmp_path / "without.png").stat().st_size > 10_000
+    draw_figure(plot, found, tmp_path)
 
 
 def test_figure_and_tables_are_written(tmp_path: Path) -> None:
-    plot(data(), tmp_path / "deadband.png")
-    assert (tmp_path / "deadband.png").stat().st_size > 10_000
-    for name, rows in tables(data()).items():
-        write_table(tmp_path / f"{name}.csv", rows)
+    draw_figure(plot, data(), tmp_path)
+    write_tables(tables(data()), tmp_path)

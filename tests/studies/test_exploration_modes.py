@@ -6,14 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from sim_sensors.simulated_exploration import sense
 from studies.exploration_modes import METHODS, run, tables
 from studies.exploration_modes_figure import draw_latencies, draw_tap_speeds, draw_time_right
 from studies.exploration_scenes import SCENES, scene
 from studies.mode_judge import JUDGED, MACHINE, PLAIN, latencies, listen, longest_run, wrong_switches
-from studies.registry import write_table
+from tests.studies.written import draw_panels, write_tables
 
 SEEDS = range(90_000, 90_008)
 
@@ -71,12 +70,5 @@ def test_the_judge_knows_wrong_from_late() -> None:
 
 
 def test_tables_and_panels_are_drawn(tmp_path: Path) -> None:
-    for name, rows in tables(data()).items():
-        write_table(tmp_path / f"{name}.csv", rows)
-        assert len((tmp_path / f"{name}.csv").read_text().splitlines()) == len(rows) + 1
-    figure = Figure(figsize=(12.0, 4.0))
-    for axes, draw in zip(figure.subplots(1, 3), (draw_time_right, draw_latencies, draw_tap_speeds), strict=True):
-        draw(axes, data())
-        assert axes.get_title(loc="left")
-        assert axes.lines
-    figure.savefig(tmp_path / "figure.png")
+    write_tables(tables(data()), tmp_path)
+    draw_panels((draw_time_right, draw_latencies, draw_tap_speeds), data(), tmp_path)

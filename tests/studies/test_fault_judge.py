@@ -15,6 +15,7 @@ FINGER = FINGERS.index(STROKING)
 BEGIN_S, END_S, NEXT_S = 10.0, 13.0, 16.0
 STOPPED = Fault("remote stopped for 3 s", "remote", "stop", Outcome.RESUMES, ALL, seconds=3.0)
 LATCHED = Fault("heater stuck", "sim-remote", "stuck", Outcome.LATCHED, ALL, seconds=0.0, later_s=2.0)
+DONE = Done(STOPPED, BEGIN_S, END_S, NEXT_S)
 times_s = np.arange(8.0, NEXT_S, LOG_S)
 
 
@@ -47,8 +48,7 @@ def stroking(quiet_s: float, again_s: float) -> Truth:
 
 
 def judged(change: Callable[[Truth], Truth] = lambda truth: truth) -> Finding:
-    truth = change(stroking(BEGIN_S + 0.1, END_S + 0.2))
-    return judge(Done(STOPPED, BEGIN_S, END_S, NEXT_S), truth)
+    return judge(DONE, change(stroking(BEGIN_S + 0.1, END_S + 0.2)))
 
 
 def at(time_s: float) -> int:
@@ -78,36 +78,32 @@ def test_one_entry_of_a_drive_is_found_to_the_very_end(name: str, before_s: floa
 
 @pytest.mark.parametrize("before_s", [LOG_S, 0.5, 2.0])
 def test_a_hand_that_moves_or_sinks_is_found_to_the_very_end(before_s: float) -> None:
-    def moved(truth: Truth, metres: float) -> Truth:
-        return replace(
-            truth, hand_x_m=truth.hand_x_m + np.where(at(END_S - before_s) <= np.arange(len(times_s)), metres, 0)
-        )
-
-    def raised(truth: Truth, metres: float) -> Truth:
-        since = (at(END_S - before_s) <= np.arange(len(times_s)))[:, None]
-        return replace(truth, hand_z_m=truth.hand_z_m + np.where(since, metres, 0.0))
+    def wrong(name: str, metres: float) -> list[str]:
+        since = at(END_S - before_s) <= np.arange(len(times_s))
+        return judged(
+            lambda truth: replace(truth, **{name: (getattr(truth, name).T + np.where(since, metres, 0.0)).T})
+        ).wrong
 
     step_m = 1.01 * STILL_M_S * LOG_S
-    for change in (moved, raised):
-        assert "remote hand neutral after" in judged(lambda t, change=change: change(t, -step_m)).wrong[0]
-        assert judged(lambda t, change=change: change(t, -0.9 * step_m)).wrong == []
-    assert judged(lambda truth: raised(truth, 10 * step_m)).wrong == []  # rising is its safe state
+    for name in ("hand_x_m", "hand_z_m"):
+        assert "remote hand neutral after" in wrong(name, -step_m)[0]
+        assert wrong(name, -0.9 * step_m) == []
+    assert wrong("hand_z_m", 10 * step_m) == []  # rising is its safe state
 
 
 def test_what_happens_with_the_end_and_after_it_is_not_the_faults() -> None:
     for again_s in (END_S, END_S + LOG_S):
-        finding = judge(Done(STOPPED, BEGIN_S, END_S, NEXT_S), stroking(BEGIN_S + 0.1, again_s))
+        finding = judge(DONE, stroking(BEGIN_S + 0.1, again_s))
         assert finding.wrong == []
 
 
 def test_what_is_neutral_too_late_is_wrong_and_a_pause_of_the_machine_is_granted() -> None:
     late = stroking(BEGIN_S + HAND_STOP_S + 0.1, END_S + 0.2)
-    done = Done(STOPPED, BEGIN_S, END_S, NEXT_S)
-    assert len(judge(done, late).wrong) == 6, "the motor counts twice: driven and felt"
+    assert len(judge(DONE, late).wrong) == 6, "the motor counts twice: driven and felt"
     paused = np.append(np.arange(8.0, 11.0, LOG_S), np.arange(11.2, NEXT_S, LOG_S))
-    finding = judge(done, replace(late, ticks_s={"operator": paused}))
+    finding = judge(DONE, replace(late, ticks_s={"operator": paused}))
     assert (finding.wrong, finding.paused_s) == ([], pytest.approx(0.2, abs=0.02))
-    assert len(judge(done, replace(late, ticks_s={"remote": paused})).wrong) == 6, "who is stopped is not paused"
+    assert len(judge(DONE, replace(late, ticks_s={"remote": paused})).wrong) == 6, "who is stopped is not paused"
 
 
 def test_force_that_comes_back_at_once_is_wrong() -> None:
@@ -116,9 +112,9 @@ def test_force_that_comes_back_at_once_is_wrong() -> None:
 
 
 def test_what_never_works_again_or_goes_on_where_it_must_not_is_wrong() -> None:
-    wrong = judge(Done(STOPPED, BEGIN_S, END_S, NEXT_S), stroking(BEGIN_S + 0.1, NEXT_S)).wrong
+    wrong = judge(DONE, stroking(BEGIN_S + 0.1, NEXT_S)).wrong
     assert "never worked again: 0.00 N at most, vibration 0% of the time" in wrong
-    assert "continues" in judge(Done(STOPPED, BEGIN_S, END_S, NEXT_S), stroking(NEXT_S, NEXT_S)).wrong
+    assert "continues" in judge(DONE, stroking(NEXT_S, NEXT_S)).wrong
 
 
 def test_a_latched_fault_is_neutral_until_it_is_cleared() -> None:

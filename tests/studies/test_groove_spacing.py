@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from studies.groove_spacing import AS_THEY_COME, AT_THEIR_TIME, plot, run
+from tests.studies.written import draw_figure
 
 
 def test_at_their_time_grooves_stay_apart_as_they_are_whatever_the_jitter(tmp_path: Path) -> None:
@@ -14,5 +15,4 @@ def test_at_their_time_grooves_stay_apart_as_they_are_whatever_the_jitter(tmp_pa
             plain = rows[AS_THEY_COME, jitter_ms, loss]
             assert row["spacing_sd_mm"] < 0.5 * plain["spacing_sd_mm"]
             assert row["behind_ms"] < plain["behind_ms"] + 40.0
-    plot(data, tmp_path / "spacing.png")
-    assert (tmp_path / "spacing.png").stat().st_size > 10_000
+    draw_figure(plot, data, tmp_path)

@@ -8,6 +8,7 @@ from common.can_frames import FrameReceiver, FrameSender
 from common.fingers import FINGERS
 from studies.kinesthetic_loop import measure, plot, tables
 from studies.kinesthetic_step import STIFFNESS_N_M, bare_springs
+from tests.studies.written import draw_figure
 
 MOST_SPRINGS = 10.0
 """Contacts that count energy and the limits of their forces cost 4 to 6 times the bare springs."""
@@ -36,5 +37,4 @@ def test_it_runs_at_1_khz_and_a_step_costs_some_bare_springs_only(tmp_path: Path
     for answers in data["answers"]:
         assert 0.0 < answers["p50_ms"] < answers["max_ms"]
     assert set(tables(data)) == {"loops", "answers", "parts"}
-    plot(data, tmp_path / "figure.png")
-    assert (tmp_path / "figure.png").stat().st_size > 10_000
+    draw_figure(plot, data, tmp_path)

@@ -136,13 +136,10 @@ def test_packets_of_the_study_are_good_ones_and_carry_what_they_should() -> None
             touch_parts(touching, events)
 
 
-def test_a_bare_message_is_as_long_as_the_packet_and_carries_its_number() -> None:
+def test_sizes_grow_with_the_fingers_and_rates_are_products() -> None:
     body = next_touch(touch_parts(), 1, 1).encode()
     assert len(numbered(body, 12)) == len(body)
-    assert read_number(numbered(body, 12)) == 12
-
-
-def test_sizes_grow_with_the_fingers_and_rates_are_products() -> None:
+    assert read_number(numbered(body, 12)) == 12, "a bare message is as long as the packet and carries its number"
     rows = size_table((100.0, 500.0))
     assert [row["touching"] for row in rows] == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]
     assert [row["touch_bytes_s"] for row in rows] == [row["rate_hz"] * row["touch_wire_bytes"] for row in rows]
@@ -156,20 +153,17 @@ def test_framing_takes_a_longer_head_for_a_longer_message() -> None:
     assert wire_bytes(500) == framed_bytes(500) + 52
 
 
-def test_safe_state_times_come_from_the_fault_matrix(tmp_path: Path) -> None:
+def test_safe_state_times_come_from_the_fault_matrix_and_without_it_a_note_says_so(tmp_path: Path) -> None:
     file = tmp_path / "faults.json"
+    without = safe_state_times(file)
+    assert without["faults"] == []
+    assert "has not been run" in without["note"]
     entry = {"fault": "a kill", "expected": "latched", "outcome": "latched", "safe_s": {"force": 0.12}, "more": 1}
     file.write_text(json.dumps([entry, {**entry, "safe_s": {}}]))
     found = safe_state_times(file)
     assert found["faults"] == [{name: entry[name] for name in ("fault", "expected", "outcome", "safe_s")}]
     assert found["limits_s"]["force"] == 0.150
     assert not found["note"]
-
-
-def test_without_the_fault_matrix_a_note_says_so(tmp_path: Path) -> None:
-    found = safe_state_times(tmp_path / "faults.json")
-    assert found["faults"] == []
-    assert "has not been run" in found["note"]
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,6 @@ from studies.ideal_plate import ideal_plate_touch
 from studies.observer import findings, plot, tables
 from studies.real_touch import real_touch
 from studies.reference_finger import felt_course
-from studies.registry import write_table
 from studies.remote_stroke import remote_stroke
 from studies.remote_touch import remote_touch
 from studies.rendered_stroke import FingertipCourse, VirtualSurface, left_to_itself, rendered_stroke
@@ -28,6 +27,7 @@ from studies.texture_comparison import BY_INTENSITY, OWN_STIFFNESS, SLOWLY, SURF
 from studies.texture_observer import Features
 from studies.thermal_comparison import DWELLS_S, KNOWN_AHEAD, OBJECT_C, OBJECTS, PAIRS, ablation_rows
 from teletaction.testbed.rendered_fingers import TICK_S
+from tests.studies.written import draw_figure, write_tables
 
 AT_3_S = round(3.0 / STEP_S)
 
@@ -212,8 +212,5 @@ def test_a_prediction_holds_where_what_is_found_is_enough() -> None:
 
 
 def test_it_is_written_and_drawn(tmp_path: Path) -> None:
-    for name, rows in tables(data()).items():
-        write_table(tmp_path / f"{name}.csv", rows)
-        assert len((tmp_path / f"{name}.csv").read_text("utf-8").splitlines()) == 1 + len(rows)
-    plot(data(), tmp_path / "figure.png")
-    assert (tmp_path / "figure.png").stat().st_size > 50_000
+    write_tables(tables(data()), tmp_path)
+    draw_figure(plot, data(), tmp_path, 50_000)

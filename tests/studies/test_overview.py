@@ -9,17 +9,12 @@ from matplotlib.figure import Figure
 
 from studies.overview import Part, Way, draw, overview_rows, plot
 from studies.overview_parts import PARTS, parts_in
+from tests.studies.written import draw_figure
 
 
 def deadband(motion: str, reckoning: str, step_mm: float, share: float, off_mm: float) -> dict[str, Any]:
-    return {
-        "motion": motion,
-        "rate_hz": 1000.0,
-        "reckoning": reckoning,
-        "step_mm": step_mm,
-        "sent_share": share,
-        "p95_mm": off_mm,
-    }
+    way = {"motion": motion, "rate_hz": 1000.0, "reckoning": reckoning}
+    return way | {"step_mm": step_mm, "sent_share": share, "p95_mm": off_mm}
 
 
 def run(stable: bool, felt_n_m: float | None, link: str = "steady", name: str = "local model") -> dict[str, Any]:
@@ -123,8 +118,7 @@ def test_a_study_that_was_not_run_is_said_to_be_and_the_others_are_drawn(tmp_pat
     rows = overview_rows(parts)
     assert len(rows) == 5
     assert {"study": "texture", "way": "shipped", "baseline": False, "error": 25.0}.items() <= rows[-1].items()
-    plot(parts, tmp_path / "overview.png")
-    assert (tmp_path / "overview.png").stat().st_size > 20_000
+    draw_figure(plot, parts, tmp_path, 20_000)
 
 
 def test_axes_show_every_way() -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from common.limits import MOTOR_FLOOR_RPM
 from studies.paper_figures import plot, run, tables
-from studies.registry import write_table
+from tests.studies.written import draw_figure, write_tables
 
 
 @cache
@@ -18,17 +18,9 @@ def data() -> dict[str, Any]:
     return run(quick=True, seed=0, tell=lambda _: None)
 
 
-def test_the_finger_taps_rests_and_strokes_in_this_order() -> None:
-    assert [mode for mode, _ in groupby(data()["motor"], key=lambda row: row["mode"])] == [
-        "free",
-        "tapping",
-        "quiescent",
-        "stroking",
-    ]
-
-
-def test_the_motor_shows_the_tap_the_bias_and_the_grooves() -> None:
+def test_the_finger_taps_rests_and_strokes_in_this_order_and_the_motor_shows_it() -> None:
     by_mode = {mode: list(rows) for mode, rows in groupby(data()["motor"], key=lambda row: row["mode"])}
+    assert list(by_mode) == ["free", "tapping", "quiescent", "stroking"]
     assert max(row["motor_rpm"] for row in by_mode["tapping"]) > 1.5 * MOTOR_FLOOR_RPM
     assert max(row["wanted_rpm"] for row in by_mode["quiescent"]) == 0.0
     stroking = by_mode["stroking"]
@@ -72,8 +64,5 @@ def test_aluminium_is_known_in_both_ways_when_the_paper_has_it() -> None:
 
 
 def test_it_is_written_and_drawn(tmp_path: Path) -> None:
-    for name, rows in tables(data()).items():
-        write_table(tmp_path / f"{name}.csv", rows)
-        assert len((tmp_path / f"{name}.csv").read_text("utf-8").splitlines()) == 1 + len(rows)
-    plot(data(), tmp_path / "figure.png")
-    assert (tmp_path / "figure.png").stat().st_size > 50_000
+    write_tables(tables(data()), tmp_path)
+    draw_figure(plot, data(), tmp_path, 50_000)

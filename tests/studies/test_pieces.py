@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import ModuleType
@@ -19,8 +18,10 @@ from studies.kept_pieces import KeptPieces
 from studies.pieces import HERE, OtherCode, Piece, Workers, code_version, do, here, rows_of, working
 from studies.workers import Processes, WorkersLost, workers
 from teletaction.cli import main
+from tests.commands import command, one_line
 from tests.studies import pieces_of_work
 from tests.studies.pieces_of_work import dies, drawn, emptied, noted, numbers
+from tests.waiting import wait_until
 
 PIECES: list[Piece] = [(drawn, (seed, 60)) for seed in range(5)]
 LINES = "done\n"
@@ -91,11 +92,6 @@ def test_what_was_done_is_not_done_again(tmp_path: Path) -> None:
     assert not (tmp_path / "kept").exists()
 
 
-def test_other_arguments_are_another_piece(tmp_path: Path) -> None:
-    work = working(here, KeptPieces(tmp_path))
-    assert work([(drawn, (1, 3))]) != work([(drawn, (2, 3))])
-
-
 @given(result=st.binary(max_size=50), data=st.data())
 def test_a_half_written_piece_is_never_taken_for_a_whole_one(
     tmp_path_factory: pytest.TempPathFactory, result: bytes, data: st.DataObject
@@ -158,14 +154,11 @@ def test_a_study_writes_the_same_file_with_any_number_of_processes(tmp_path: Pat
 
 
 @pytest.mark.usefixtures("plain")
-def test_a_cluster_that_is_not_there_is_one_line_and_exit_2(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_cluster_that_is_not_there_is_one_line_and_exit_2(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    assert main(["study", "plain", "--out", str(tmp_path), "--dask", "tcp://127.0.0.1:1"]) == 2
-    assert "teletaction[dask]" in capsys.readouterr().err
-    assert main(["study", "plain", "--out", str(tmp_path), "--dask", "x", "--processes", "2"]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
+    plain = ("study", "plain", "--out", tmp_path, "--dask", "tcp://127.0.0.1:1")
+    assert "teletaction[dask]" in one_line(command(*plain), 2)
+    assert one_line(command(*plain, "--processes", 2), 2)
     assert not list(tmp_path.iterdir())
 
 
@@ -178,10 +171,7 @@ def test_a_run_that_is_ended_goes_on_where_it_was_and_comes_to_the_same(
     command = [sys.executable, "-m", "teletaction", "study", "groove-spacing", "--processes", "2", "--out"]
     kept = tmp_path / "out" / registry.PIECES / "groove-spacing"
     with subprocess.Popen([*command, str(tmp_path / "out")], stderr=subprocess.DEVNULL) as running:
-        deadline_s = time.monotonic() + 60.0
-        while len([path for path in kept.glob("*") if path.suffix == ""]) < 2:
-            assert time.monotonic() < deadline_s
-            time.sleep(0.01)
+        wait_until(lambda: sum(path.suffix == "" for path in kept.glob("*")) >= 2, patience_s=60.0)
         running.send_signal(number)
         assert running.wait(20.0) == code
     assert not (tmp_path / "out" / "groove-spacing.json").exists()

@@ -1,8 +1,5 @@
 """Real strokes: fabrics at a pressure never learned from, against the classic methods on the same splits."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -10,15 +7,14 @@ from matplotlib.figure import Figure
 from studies.recorded_strokes import FABRIC, classic, judged, read_strokes, run, shipped, splits
 from studies.recorded_strokes_figure import draw_boards, draw_fabrics
 from studies.registry import Unavailable
+from studies.stability_recorded import folder
 from studies.texture_baselines import band_powers, classifiers
 from tests.slow_strokes import folder_of
-
-DATA = Path(os.environ.get("TELETACTION_DATA", Path(__file__).parents[3] / "shared" / "data"))
 
 
 def test_fabrics_at_another_pressure_are_told_better_than_by_the_classic_methods():
     try:
-        strokes = read_strokes(DATA / "fabric_strokes", FABRIC)
+        strokes = read_strokes(folder() / "fabric_strokes", FABRIC)
     except Unavailable as absent:
         pytest.skip(f"{absent}; TELETACTION_DATA names their folder")
     settings = splits(strokes, 0)["setting left out"]
@@ -41,23 +37,23 @@ def test_without_recordings_it_says_so(tmp_path, monkeypatch):
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """The study over made-up recordings with the names of the real ones."""
-    folder = tmp_path_factory.mktemp("recordings")
-    (folder / "groove_boards").mkdir()
-    (folder / "fabric_strokes").mkdir()
+    out = tmp_path_factory.mktemp("recordings")
+    (out / "groove_boards").mkdir()
+    (out / "fabric_strokes").mkdir()
     header = ",".join(("time_s", *(f"taxel{k + 1}" for k in range(16))))
     chance = np.random.default_rng(0)
     t = np.arange(0.0, 15.0, 0.028)
     shifts = chance.uniform(0.0, 6.0, 16)
     waves = 100.0 + 5.0 * np.sin(5.0 * np.pi * t[:, None] + shifts) + chance.normal(size=(len(t), 16))
-    board = folder / "groove_boards" / "board2mm_force120_speed10mmps.csv"
+    board = out / "groove_boards" / "board2mm_force120_speed10mmps.csv"
     np.savetxt(board, np.column_stack([t, waves]), fmt="%.3f", delimiter=",", header=header, comments="")
     for load in (120, 180):
         for number, one in enumerate(folder_of((load,), seed=load)):
             name = f"{one.surface}_force{load}_speed{1e3 * one.speed_m_s:.0f}mmps_{number % 3}.csv"
             rows = np.column_stack([one.trace.time_s, one.trace.signals])
-            path = folder / "fabric_strokes" / name
+            path = out / "fabric_strokes" / name
             np.savetxt(path, rows, fmt="%.3f", delimiter=",", header=header, comments="")
-    return run(quick=True, folder=folder)
+    return run(quick=True, folder=out)
 
 
 def test_boards_and_fabrics_are_counted(made):

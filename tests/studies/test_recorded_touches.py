@@ -3,7 +3,6 @@
 The recordings are no part of the project. They are looked for where TELETACTION_DATA says, else beside the checkout.
 """
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +13,10 @@ from remote_site.traces import ThermalTrace
 from studies import recorded_touches
 from studies.recorded_touches import BOTH, HEATED, METAL, TIMES_S, WOOD, accuracy, linear_features, linear_score
 from studies.registry import Unavailable
+from studies.stability_recorded import folder
+from tests.studies.written import draw_figure
 
 Array = NDArray[np.float64]
-DATA = Path(os.environ.get("TELETACTION_DATA", Path(__file__).parents[3] / "shared" / "data")) / "thermal_contact"
 
 
 def test_the_linear_classifier_finds_the_best_line_between_two_normals() -> None:
@@ -51,12 +51,11 @@ def test_right_and_wrong_are_counted_by_class() -> None:
     assert (row["metal_wrong"], row["wood_wrong"], row["cooled_wood_wrong"]) == (0, 1, 1)
 
 
-def test_a_folder_without_recordings_is_named(tmp_path: Path) -> None:
+def test_a_folder_without_recordings_is_named_or_how_to_name_one(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     with pytest.raises(Unavailable, match=str(tmp_path)):
         recorded_touches.run(folder=tmp_path)
-
-
-def test_without_recordings_it_says_how_to_name_them(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("TELETACTION_DATA", raising=False)
     with pytest.raises(Unavailable, match="TELETACTION_DATA"):
         recorded_touches.run()
@@ -69,8 +68,7 @@ def test_the_figure_shows_every_way_to_sense(tmp_path: Path) -> None:
         for sensors in recorded_touches.SENSORS
         for t_s in TIMES_S
     ]
-    recorded_touches.plot({"accuracy": cells}, tmp_path / "touches.png")
-    assert (tmp_path / "touches.png").stat().st_size > 10_000
+    draw_figure(recorded_touches.plot, {"accuracy": cells}, tmp_path)
 
 
 def test_both_methods_answer_every_touch_of_a_set_that_was_left_out(tmp_path: Path) -> None:
@@ -78,9 +76,9 @@ def test_both_methods_answer_every_touch_of_a_set_that_was_left_out(tmp_path: Pa
     found = []
     for group in ("01", "02", "03"):
         for name in ("metal", "wood", "cooled_wood"):
-            found += sorted(DATA.glob(f"set{group}_{name}_*.csv"))[:1]
+            found += sorted((folder() / "thermal_contact").glob(f"set{group}_{name}_*.csv"))[:1]
     if len(found) < 9:
-        pytest.skip(f"no recordings in {DATA}; TELETACTION_DATA names the folder that holds thermal_contact")
+        pytest.skip(f"no recordings in {folder()}; TELETACTION_DATA names the folder that holds thermal_contact")
     for path in found:
         (tmp_path / path.name).write_bytes(path.read_bytes())
     told: list[float] = []

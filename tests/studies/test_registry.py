@@ -13,6 +13,7 @@ import pytest
 
 from studies import registry
 from teletaction.cli import main
+from tests.commands import command, one_line
 
 
 @pytest.fixture
@@ -51,16 +52,15 @@ def problems(told: list[object], monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return found
 
 
-def test_a_study_fills_its_folder(told: list[object], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_study_fills_its_folder(told: list[object], tmp_path: Path) -> None:
     out = tmp_path / "new" / "out"
-    assert main(["study", "plain", "--quick", "--seed", "3", "--out", str(out)]) == 0
+    said = command("study", "plain", "--quick", "--seed", 3, "--out", out)
+    assert (said.code, said.out) == (0, "")
     assert told == [(True, 3)]
     assert json.loads((out / "plain.json").read_text())["rows"][0] == {"a": 1, "b": None}
     with (out / "plain-rows.csv").open(newline="") as file:
         assert list(csv.DictReader(file)) == [{"a": "1", "b": ""}, {"a": "2", "b": "x,y"}]
     assert (out / "plain.png").read_text() == "2"
-    said = capsys.readouterr()
-    assert said.out == ""
     assert said.err.count("\n") == 1, "nothing but where it was written, when nobody looks on"
     assert "50%" not in said.err
 
@@ -77,16 +77,13 @@ def test_on_a_terminal_a_line_tells_how_far_it_is(
     assert err.count("\n") == 2, "where plain was written, and the overview"
 
 
-def test_problems_that_a_study_finds_are_told_and_a_failure(
-    problems: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["study", "strict", "--out", str(tmp_path)]) == 0
-    assert capsys.readouterr().err.count("\n") == 1
+def test_problems_that_a_study_finds_are_said_and_a_failure(problems: list[str], tmp_path: Path) -> None:
+    good = command("study", "strict", "--out", tmp_path)
+    assert (good.code, good.err.count("\n")) == (0, 1)
     problems += ["it grew", "it stopped"]
-    assert main(["study", "strict", "--out", str(tmp_path)]) == 1
-    said = capsys.readouterr()
-    assert said.out == ""
-    _, *told, last = said.err.splitlines()
+    bad = command("study", "strict", "--out", tmp_path)
+    assert (bad.code, bad.out) == (1, "")
+    _, *told, last = bad.err.splitlines()
     assert told == ["strict: it grew", "strict: it stopped"]
     assert last == "teletaction: problems found: 2"
     assert json.loads((tmp_path / "strict.json").read_text()) == {"quick": False, "seed": 0, "problems": problems}
@@ -103,9 +100,8 @@ def test_what_one_study_finds_wrong_does_not_keep_another_from_running(
     assert {path.name for path in tmp_path.glob("overview.*")} == {"overview.csv", "overview.png"}
 
 
-def test_the_list_tells_what_each_shows(told: list[object], capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["study", "--list"]) == 0
-    assert capsys.readouterr().out == "plain: What it shows.\n"
+def test_the_list_says_what_each_shows(told: list[object]) -> None:
+    assert command("study", "--list").said == (0, "plain: What it shows.\n", "")
     assert told == []
 
 
@@ -120,13 +116,10 @@ def test_the_list_tells_what_each_shows(told: list[object], capsys: pytest.Captu
     ],
 )
 def test_a_wrong_request_is_one_line_and_exit_2(
-    told: list[object], arguments: list[str], words: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+    told: list[object], arguments: list[str], words: tuple[str, ...]
 ) -> None:
-    assert main(["study", *arguments]) == 2
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert said.err.count("\n") == 1
-    assert all(word in said.err for word in words)
+    line = one_line(command("study", *arguments), 2)
+    assert all(word in line for word in words)
     assert told == []
 
 
@@ -142,34 +135,36 @@ def test_each_study_has_what_the_registry_asks_for(name: str) -> None:
 
 
 def test_all_studies_go_on_past_one_that_lacks_something_and_that_one_alone_does_not(
-    problems: list[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    problems: list[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     def run(**_: object) -> dict[str, Any]:
         raise registry.Unavailable("RECORDINGS has to name a folder")
 
     monkeypatch.setattr(sys.modules["strict_study"], "run", run)
-    assert main(["study", "--all", "--out", str(tmp_path)]) == 0
+    said = command("study", "--all", "--out", tmp_path)
+    assert said.code == 0
     assert (tmp_path / "plain.json").is_file()
-    assert "strict: skipped: RECORDINGS has to name a folder" in capsys.readouterr().err
-    assert main(["study", "strict", "--out", str(tmp_path)]) == 2
-    assert "RECORDINGS has to name a folder" in capsys.readouterr().err
+    assert "strict: skipped: RECORDINGS has to name a folder" in said.err
+    assert "RECORDINGS has to name a folder" in one_line(command("study", "strict", "--out", tmp_path), 2)
 
 
-def test_all_studies_go_on_where_they_were_interrupted(
-    problems: list[str], told: list[object], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    """`strict` has ended, and found something wrong, when `plain` is interrupted."""
-    problems.append("it grew")
-    plain = sys.modules["plain_study"]
-    measured = plain.run
+def interrupted(*arguments: str) -> None:
+    """All studies, of which `strict` has ended when `plain` is interrupted; what `strict` left is deleted."""
 
-    def interrupted(**_: object) -> dict[str, Any]:
+    def run(**_: object) -> dict[str, Any]:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(plain, "run", interrupted)
-    assert main(["study", "--all", "--quick", "--out", str(tmp_path)]) == 130
-    (tmp_path / "strict.json").unlink()
-    monkeypatch.setattr(plain, "run", measured)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys.modules["plain_study"], "run", run)
+        assert main(["study", "--all", *arguments]) == 130
+    (Path(arguments[-1]) / "strict.json").unlink()
+
+
+def test_all_studies_continue_where_they_were_interrupted(
+    problems: list[str], told: list[object], tmp_path: Path
+) -> None:
+    problems.append("it grew")
+    interrupted("--quick", "--out", str(tmp_path))
     assert main(["study", "--all", "--quick", "--out", str(tmp_path)]) == 1, "what was wrong still is"
     assert told == [(True, 0)]
     assert not (tmp_path / "strict.json").exists(), "it was not run again"
@@ -177,18 +172,8 @@ def test_all_studies_go_on_where_they_were_interrupted(
     assert (tmp_path / "strict.json").exists(), "a run that came to its end begins anew"
 
 
-def test_another_seed_goes_on_from_nothing(
-    problems: list[str], told: list[object], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    plain = sys.modules["plain_study"]
-    measured = plain.run
-
-    def interrupted(**_: object) -> dict[str, Any]:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(plain, "run", interrupted)
-    assert main(["study", "--all", "--out", str(tmp_path)]) == 130
-    monkeypatch.setattr(plain, "run", measured)
-    (tmp_path / "strict.json").unlink()
+@pytest.mark.usefixtures("problems")
+def test_another_seed_begins_anew(tmp_path: Path) -> None:
+    interrupted("--out", str(tmp_path))
     assert main(["study", "--all", "--seed", "2", "--out", str(tmp_path)]) == 0
     assert json.loads((tmp_path / "strict.json").read_text())["seed"] == 2

@@ -1,7 +1,6 @@
 """How many sessions a machine carries: what does not fit is told, with what is lacking, and nobody is silent on it."""
 
 import os
-import time
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -12,12 +11,13 @@ import pytest
 from common.limits import GAP_S
 from common.recording import PACKET_SCHEMA, Recorder
 from studies.link_packets import next_motion
-from studies.registry import write_table
 from studies.sessions import Stage, does_not_fit, measure, plot, silent, tables
 from studies.sessions_look import Look, look
 from studies.sessions_recorded import Recorded
 from teletaction.demo_files import PROCESSES
 from teletaction.processes import SessionProcesses
+from tests.studies.written import draw_figure, write_tables
+from tests.waiting import wait_until
 
 SECONDS = 10.0
 RECORDED = Recorded({}, {})
@@ -130,8 +130,7 @@ def test_a_process_that_records_is_looked_at_with_the_one_that_writes(tmp_path: 
     alone = look(pair)["operator"]
     with Recorder(tmp_path / "operator.mcap", {"motion": PACKET_SCHEMA}, {}) as recorder:
         recorder.write("motion", 0, b"")
-        while not recorder.written:
-            time.sleep(0.01)
+        wait_until(lambda: recorder.written)
         assert look(pair)["operator"].memory_mib > alone.memory_mib + 5.0, "an interpreter's"
 
 
@@ -146,15 +145,13 @@ def test_the_figure_shows_sessions_that_fit_and_those_that_do_not(tmp_path: Path
         "counts": [each.counted(loops) for each in stages],
         "streams": [row for each in stages for row in each.streams([RECORDED] * 2)],
     }
-    plot(data, tmp_path / "figure.png")
-    assert (tmp_path / "figure.png").stat().st_size > 20_000
+    draw_figure(plot, data, tmp_path, 20_000)
 
 
 @pytest.mark.session
 def test_a_real_session_is_measured_and_ended(tmp_path: Path) -> None:
     data = measure((1,), seconds=3.0, seed=0, tell=lambda _: None)
-    for name, rows in tables(data).items():
-        write_table(tmp_path / f"{name}.csv", rows)
+    write_tables(tables(data), tmp_path)
     assert [row["process"] for row in data["loops"]] == list(PROCESSES)
     assert all(row["rate_hz"] > 0.0 and row["core"] > 0.0 and row["memory_mib"] > 10.0 for row in data["loops"])
     assert [row["stream"] for row in data["streams"]] == ["motion", "touch"]

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from studies.registry import write_table
 from studies.stability_cases import HANDS, cases
 from studies.stability_limits import FREE, Loop, sampled_wall_n_m, simulated_n_m, simulated_wall_n_m, worked_out_n_m
 from studies.stability_matrix import (
@@ -27,6 +26,7 @@ from studies.stability_network import newest, way
 from studies.stability_plant import Course, simulate
 from studies.stability_waves import WaveVariables
 from studies.teleoperation_stability import plot, tables
+from tests.studies.written import draw_figure, write_tables
 
 SMALL = Matrix((0.002,), (0.0, 0.1), (100.0, 500.0, 5000.0), ("steady", "loss 20 %, jitter 10 ms"), ("light",))
 
@@ -171,8 +171,5 @@ def test_tables_and_figure_are_written(tmp_path: Path):
         "recorded": [],
         "matrix": rows,
     }
-    for name, table in tables(data).items():
-        write_table(tmp_path / f"{name}.csv", table)
-        assert len((tmp_path / f"{name}.csv").read_text().splitlines()) == len(table) + 1
-    plot(data, tmp_path / "figure.png")
-    assert (tmp_path / "figure.png").stat().st_size > 20_000
+    write_tables(tables(data), tmp_path)
+    draw_figure(plot, data, tmp_path, 20_000)

@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from sim_sensors.fingertip import Fingertip
 from studies.felt_surface import TICK_S, feel, minimum_jerk
-from studies.registry import write_table
 from studies.surface_identification import run, tables
 from studies.surface_identification_figure import draw_breath, draw_errors, draw_jitter, draw_nodule
+from tests.studies.written import draw_panels, write_tables
 
 
 @cache
@@ -66,14 +65,5 @@ def test_the_physics_is_that_of_the_simulated_fingertip() -> None:
 
 
 def test_tables_and_panels_are_drawn(tmp_path: Path) -> None:
-    for name, rows in tables(data()).items():
-        write_table(tmp_path / f"{name}.csv", rows)
-        assert len((tmp_path / f"{name}.csv").read_text().splitlines()) == len(rows) + 1
-    figure = Figure(figsize=(12.0, 8.0))
-    for axes, draw in zip(
-        figure.subplots(2, 2).ravel(), (draw_errors, draw_jitter, draw_breath, draw_nodule), strict=True
-    ):
-        draw(axes, data())
-        assert axes.get_title(loc="left")
-        assert axes.lines
-    figure.savefig(tmp_path / "figure.png")
+    write_tables(tables(data()), tmp_path)
+    draw_panels((draw_errors, draw_jitter, draw_breath, draw_nodule), data(), tmp_path)

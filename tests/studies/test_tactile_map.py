@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from studies.tactile_map import GOAL_K, GOAL_M, GOAL_SHARE, TARGETS, plot, run, tables
+from tests.studies.written import draw_figure
 
 
 @cache
@@ -32,5 +33,4 @@ def test_it_says_what_it_takes_in_time_and_draws_it(tmp_path: Path) -> None:
     assert seconds["whole"] == pytest.approx(seconds["strokes"] + seconds["presses"] + seconds["rests"])
     assert seconds["rests"] > seconds["strokes"]
     assert tables(data())["targets"] == data()["targets"]
-    plot(data(), tmp_path / "map.png")
-    assert (tmp_path / "map.png").stat().st_size > 20_000
+    draw_figure(plot, data(), tmp_path, 20_000)

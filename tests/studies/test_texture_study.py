@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from studies.paper_texture import PaperRoughness
-from studies.registry import write_table
 from studies.texture import Sizes, measure, plot, tables
+from tests.studies.written import draw_figure, write_tables
 
 
 @cache
@@ -38,10 +38,8 @@ def test_the_paper_s_hold_latches_and_its_mean_drifts() -> None:
 
 
 def test_what_it_writes_can_be_read(tmp_path: Path) -> None:
-    for name, rows in tables(data()).items():
-        write_table(tmp_path / f"{name}.csv", rows)
-    plot(data(), tmp_path / "texture.png")
-    assert (tmp_path / "texture.png").stat().st_size > 10_000
+    write_tables(tables(data()), tmp_path)
+    draw_figure(plot, data(), tmp_path)
 
 
 def test_the_paper_s_mean_leaves_a_pattern_out() -> None:

@@ -9,8 +9,8 @@ import pytest
 
 from operator_site.approach import LEAD_S
 from operator_site.model_choice import RUNGS, TOLERANCE_K
-from studies.registry import write_table
 from studies.thermal_rendering import EXACT, EXPLICIT_EULER, OBJECTS, SOLVERS, plot, run, tables
+from tests.studies.written import draw_figure, write_tables
 
 
 @cache
@@ -86,8 +86,6 @@ def test_through_plate_and_loop_the_finger_feels_what_the_rate_allows() -> None:
 
 
 def test_it_is_written_and_drawn(tmp_path: Path) -> None:
-    for name, rows in tables(data()).items():
-        write_table(tmp_path / f"{name}.csv", rows)
-    plot(data(), tmp_path / "figure.png")
-    assert (tmp_path / "figure.png").stat().st_size > 50_000
+    write_tables(tables(data()), tmp_path)
+    draw_figure(plot, data(), tmp_path, 50_000)
     assert len((tmp_path / "models.csv").read_text("utf-8").splitlines()) == 1 + len(data()["models"])

@@ -19,6 +19,7 @@ from studies.thermal_network import Network, features
 from studies.thermal_pieces import Calibration, calibrate
 from studies.thermal_shares import errors, reliability, shares
 from studies.thermal_situations import FOUR, STAGGERED_K, Hand, Situation, noisier, touched
+from tests.studies.written import draw_figure
 
 TIMES_S = (0.5, 1.0)
 SHORT_S = (0.25, 0.5)
@@ -201,5 +202,4 @@ def test_a_tiny_run_has_all_parts(tmp_path: Path) -> None:
     assert [row["materials"] for row in data["cost_by_materials"]] == [2, 4]
     guesses = [row["guesses"] for row in data["cost_by_materials"]]
     assert guesses[0] < guesses[1]
-    thermal_identification.plot(data, tmp_path / "figure.png")
-    assert (tmp_path / "figure.png").stat().st_size > 50_000
+    draw_figure(thermal_identification.plot, data, tmp_path, 50_000)

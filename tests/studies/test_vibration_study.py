@@ -4,8 +4,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from studies.registry import write_table
 from studies.vibration import ALONE, COMPENSATED, EARLY, LIMIT, plot, run, tables
+from tests.studies.written import draw_figure, write_tables
 
 
 @cache
@@ -42,8 +42,5 @@ def test_matched_intensity_is_a_straight_line_above_the_floor() -> None:
 
 
 def test_tables_and_figure_are_written(tmp_path: Path) -> None:
-    for name, rows in tables(data()).items():
-        write_table(tmp_path / f"{name}.csv", rows)
-        assert len((tmp_path / f"{name}.csv").read_text().splitlines()) == len(rows) + 1
-    plot(data(), tmp_path / "figure.png")
-    assert (tmp_path / "figure.png").stat().st_size > 20_000
+    write_tables(tables(data()), tmp_path)
+    draw_figure(plot, data(), tmp_path, 20_000)

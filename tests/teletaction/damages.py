@@ -15,20 +15,18 @@ from operator_site.console.keeping import SCHEMAS as KEPT
 from operator_site.site_recording import SCHEMAS as OPERATOR
 from remote_site.site_recording import SCHEMAS as REMOTE
 from sim_sensors.truth_log import OPERATOR_STREAMS, REMOTE_STREAMS
+from tests.teletaction.recordings import GOLDEN, Message, held
 
-GOLDEN = Path(__file__).parents[1] / "golden" / "session.mcap"
 SECONDS = 0.9
 MAGIC_BYTES = 8
 _SCHEMAS = {"operator": OPERATOR, "remote": REMOTE, "console": KEPT, "truth": OPERATOR_STREAMS | REMOTE_STREAMS}
-Message = tuple[str, int, bytes]
 Change = Callable[[Message], Message | None]
 """Of one message; None leaves it out."""
 
 
 def messages() -> list[Message]:
     """Some of the golden recording, and beside it one or more messages of every other stream."""
-    with GOLDEN.open("rb") as file:
-        golden = [(channel.topic, m.log_time, m.data) for _, channel, m in make_reader(file).iter_messages()]
+    golden = held(GOLDEN)
     start_ns = golden[len(golden) // 5][1]  # the contact is in it
     kept = [m for m in golden if start_ns <= m[1] < start_ns + SECONDS * 1e9]
     made = [

@@ -1,6 +1,5 @@
 """A damaged recording is refused with one line that names the damage, or gives what is right."""
 
-import json
 import resource
 import time
 from collections.abc import Callable
@@ -8,41 +7,34 @@ from pathlib import Path
 
 import msgpack
 import pytest
-from mcap.reader import make_reader
 from mcap.writer import CompressionType
 
 from operator_site.console.console import Console
 from operator_site.console.playback import Playback, Recording
-from teletaction.cli import main
-from tests.teletaction.damages import GOLDEN, in_messages, in_the_file, messages, records, write
+from tests.commands import command
+from tests.teletaction.damages import in_messages, in_the_file, messages, records, write
+from tests.teletaction.recordings import GOLDEN, Message, held
 
+pytestmark = pytest.mark.usefixtures("coarse")
 MEMORY_MIB = 400.0
 """More than all commands together may take, beyond what they take with a sound recording."""
 LONGEST_S = 20.0
 Run = Callable[[str, Path], tuple[int, str]]
 
 
-@pytest.fixture(autouse=True)
-def _coarse(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Small pictures in the page: what is tested does not depend on their size."""
-    monkeypatch.setattr("teletaction.report_parts.DPI", 20)
-
-
 @pytest.fixture
-def run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Run:
+def run(tmp_path: Path) -> Run:
     """One command on a recording: its exit code, and what it said."""
 
-    def command(name: str, path: Path) -> tuple[int, str]:
-        capsys.readouterr()
-        if name == "recover":
-            (tmp_path / "s-recovered.mcap").unlink(missing_ok=True)
+    def give(name: str, path: Path) -> tuple[int, str]:
         if name == "playback":
             return playback(path)
-        out = [] if name == "recover" else ["--out", str(tmp_path / f"{name}.out")]
-        code = main([name, str(path), *out])
-        return code, capsys.readouterr().err
+        if name == "recover":
+            (tmp_path / "s-recovered.mcap").unlink(missing_ok=True)
+        told = command(name, path, *([] if name == "recover" else ["--out", tmp_path / f"{name}.out"]))
+        return told.code, told.err
 
-    return command
+    return give
 
 
 def playback(path: Path) -> tuple[int, str]:
@@ -64,12 +56,17 @@ def playback(path: Path) -> tuple[int, str]:
 
 
 @pytest.fixture(scope="module")
-def content() -> list[tuple[str, int, bytes]]:
-    return messages()
+def content() -> list[Message]:
+    """Of every stream, but for those that nothing here reads."""
+    made = messages()
+    found = {message[0] for message in made}
+    assert {"remote/sensed", "operator/input", "truth_event", "console/act"} <= found
+    assert sum(stream.startswith("remote/") for stream in found) >= 6
+    return made
 
 
 @pytest.fixture(scope="module")
-def sound(tmp_path_factory: pytest.TempPathFactory, content: list[tuple[str, int, bytes]]) -> dict[str, bytes]:
+def sound(tmp_path_factory: pytest.TempPathFactory, content: list[Message]) -> dict[str, bytes]:
     """As sites record, as merged, and as version 0.1.0 recorded: without a checksum of the whole."""
     folder = tmp_path_factory.mktemp("sound")
     return {
@@ -77,12 +74,6 @@ def sound(tmp_path_factory: pytest.TempPathFactory, content: list[tuple[str, int
         "merged": write(folder / "merged.mcap", content, CompressionType.ZSTD).read_bytes(),
         "0.1.0": write(folder / "old.mcap", content, data_crcs=False).read_bytes(),
     }
-
-
-def held(path: Path) -> list[tuple[str, int, bytes]]:
-    with path.open("rb") as file:
-        reader = make_reader(file, validate_crcs=True)
-        return [(channel.topic, m.log_time, m.data) for _, channel, m in reader.iter_messages()]
 
 
 def read_by(stream: str) -> tuple[str, ...]:
@@ -101,15 +92,15 @@ def peak_mib() -> float:
 def test_a_sound_recording_is_read_as_before(sound: dict[str, bytes], kind: str, tmp_path: Path, run: Run) -> None:
     path = tmp_path / "s.mcap"
     path.write_bytes(sound[kind])
-    for command in ("report", "replay", "playback", "recover"):
-        assert run(command, path)[0] == 0, command
+    for name in ("report", "replay", "playback", "recover"):
+        assert run(name, path)[0] == 0, name
     assert "P-0417" in (tmp_path / "report.out").read_text("utf-8")
     assert "Messages that could not be read" not in (tmp_path / "report.out").read_text("utf-8")
 
 
 @pytest.mark.parametrize(("kind", "seed"), [("site", 1), ("merged", 2), ("0.1.0", 3)])
 def test_damage_of_a_file_is_named_or_changes_nothing(
-    sound: dict[str, bytes], content: list[tuple[str, int, bytes]], kind: str, seed: int, tmp_path: Path, run: Run
+    sound: dict[str, bytes], content: list[Message], kind: str, seed: int, tmp_path: Path, run: Run
 ) -> None:
     whole, path = sound[kind], tmp_path / "s.mcap"
     path.write_bytes(whole)
@@ -124,11 +115,11 @@ def test_damage_of_a_file_is_named_or_changes_nothing(
         begin_s = time.monotonic()
         said = {name: run(name, path) for name in ("recover", "report", "replay", "playback")}
         assert time.monotonic() - begin_s < LONGEST_S, damage
-        for command, (code, text) in said.items():
+        for name, (code, text) in said.items():
             if code:
-                assert code == 2, (damage, command, text)
+                assert code == 2, (damage, name, text)
                 (line,) = text.splitlines()
-                assert str(path) in line, (damage, command)
+                assert str(path) in line, (damage, name)
         if not said["recover"][0]:
             recovered = tmp_path / "s-recovered.mcap"
             assert written.issuperset(held(recovered if recovered.exists() else path)), damage
@@ -141,7 +132,7 @@ def test_damage_of_a_file_is_named_or_changes_nothing(
     assert peak_mib() - before_mib < MEMORY_MIB
 
 
-def test_damage_of_a_message_is_named(content: list[tuple[str, int, bytes]], tmp_path: Path, run: Run) -> None:
+def test_damage_of_a_message_is_named(content: list[Message], tmp_path: Path, run: Run) -> None:
     """Every checksum is right: what is in the messages is wrong."""
     path = tmp_path / "s.mcap"
     damages = dict(in_messages(content, 4))
@@ -149,14 +140,14 @@ def test_damage_of_a_message_is_named(content: list[tuple[str, int, bytes]], tmp
     refused: set[str] = set()
     for damage, damaged in damages.items():
         write(path, damaged)
-        for command in read_by(damage.split()[-1]):
-            code, text = run(command, path)
-            assert code in (0, 2), (damage, command)
+        for name in read_by(damage.split()[-1]):
+            code, text = run(name, path)
+            assert code in (0, 2), (damage, name)
             if code:
                 refused.add(damage)
                 (line,) = text.splitlines()
-                assert str(path) in line, (damage, command, line)
-                assert "damaged: " in line, (damage, command, line)
+                assert str(path) in line, (damage, name, line)
+                assert "damaged: " in line, (damage, name, line)
     assert len(refused) >= 0.3 * len(damages)
     assert peak_mib() - before_mib < MEMORY_MIB
 
@@ -173,7 +164,7 @@ def test_damage_of_a_message_is_named(content: list[tuple[str, int, bytes]], tmp
     ],
 )
 def test_a_configuration_that_cannot_be_used_is_said(
-    content: list[tuple[str, int, bytes]], tmp_path: Path, run: Run, configuration: str
+    content: list[Message], tmp_path: Path, run: Run, configuration: str
 ) -> None:
     path = write(tmp_path / "s.mcap", content, configuration=configuration)
     code, text = run("replay", path)
@@ -183,7 +174,7 @@ def test_a_configuration_that_cannot_be_used_is_said(
 
 
 def test_a_flipped_bit_in_a_recorded_force_is_neither_reported_nor_blamed_on_the_program(
-    sound: dict[str, bytes], content: list[tuple[str, int, bytes]], tmp_path: Path, run: Run
+    sound: dict[str, bytes], content: list[Message], tmp_path: Path, run: Run
 ) -> None:
     stream, time_ns, payload = next(m for m in content if m[0] == "operator/rendered")
     whole = bytearray(sound["site"])
@@ -191,12 +182,10 @@ def test_a_flipped_bit_in_a_recorded_force_is_neither_reported_nor_blamed_on_the
     whole[place] ^= 1
     path = tmp_path / "s.mcap"
     path.write_bytes(whole)
-    for command in ("report", "replay", "playback"):
-        code, text = run(command, path)
+    for name in ("report", "replay", "playback"):
+        code, text = run(name, path)
         assert code == 2
-        assert "damaged: byte " in text
-        assert "chunk with the messages of " in text
-        assert "teletaction recover" in text
+        assert all(words in text for words in ("damaged: byte ", "chunk with the messages of ", "teletaction recover"))
     assert run("recover", path)[0] == 0
     left = held(tmp_path / "s-recovered.mcap")
     assert (stream, time_ns, payload) not in left
@@ -204,7 +193,7 @@ def test_a_flipped_bit_in_a_recorded_force_is_neither_reported_nor_blamed_on_the
 
 
 def test_after_a_damaged_length_recovery_goes_on_with_the_next_sound_chunk(
-    sound: dict[str, bytes], content: list[tuple[str, int, bytes]], tmp_path: Path, run: Run
+    sound: dict[str, bytes], content: list[Message], tmp_path: Path, run: Run
 ) -> None:
     whole = bytearray(sound["site"])
     chunk = [record for record in records(sound["site"]) if record.opcode == 6][2]
@@ -220,7 +209,7 @@ def test_after_a_damaged_length_recovery_goes_on_with_the_next_sound_chunk(
 
 
 def test_what_a_damaged_message_was_is_named_with_its_stream_and_time(
-    content: list[tuple[str, int, bytes]], tmp_path: Path, run: Run
+    content: list[Message], tmp_path: Path, run: Run
 ) -> None:
     number = next(n for n, m in enumerate(content) if m[0] == "operator/rendered" and n > len(content) / 2)
     stream, time_ns, payload = content[number]
@@ -242,14 +231,7 @@ def test_a_damaged_recording_that_is_merged_gives_what_it_has_and_says_so(
     whole[next(record for record in records(sound["site"]) if record.opcode == 6).offset + 200] ^= 1
     (tmp_path / "operator.mcap").write_bytes(whole)
     (tmp_path / "remote.mcap").write_bytes(GOLDEN.read_bytes())
-    files = [str(tmp_path / f"{name}.mcap") for name in ("operator", "remote")]
-    assert main(["report", *files, "--out", str(tmp_path / "r.html")]) == 0
+    files = [tmp_path / f"{name}.mcap" for name in ("operator", "remote")]
+    assert command("report", *files, "--out", tmp_path / "r.html").code == 0
     (line,) = caplog.messages
     assert f"{tmp_path / 'operator.mcap'}: damaged: byte " in line
-
-
-def test_the_test_recording_holds_every_stream(content: list[tuple[str, int, bytes]]) -> None:
-    """But those that nothing here reads."""
-    found = {message[0] for message in content}
-    assert {"remote/sensed", "operator/input", "truth_event", "console/act"} <= found
-    assert json.dumps(sorted(found)).count("remote/") >= 6

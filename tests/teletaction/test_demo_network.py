@@ -7,9 +7,9 @@ import pytest
 from common.config import OperatorConfig, RemoteConfig, SimNetworkConfig, load_config
 from common.streams import STREAMS
 from sim_sensors.network_file import load_network
-from teletaction.cli import main
 from teletaction.demo_files import NETWORK, PROCESSES, DemoOptions, prepare
 from teletaction.summary import proxy
+from tests.commands import command, one_line
 
 
 def test_the_operator_reaches_the_remote_site_only_through_the_network(tmp_path: Path) -> None:
@@ -47,24 +47,16 @@ def test_a_file_is_found_wherever_the_process_starts(tmp_path: Path, monkeypatch
         ("drive.csv", "send_time_s,rtt_ms\n0,slow\n", "drive.csv:2: rtt_ms: 'slow' is no number"),
     ],
 )
-def test_a_bad_network_is_one_line_before_anything_starts(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, text: str, expected: str
-) -> None:
-    path = name
+def test_a_bad_network_is_one_line_before_anything_starts(tmp_path: Path, name: str, text: str, expected: str) -> None:
+    path = tmp_path / name if text else name
     if text:
         (tmp_path / name).write_text(text, "utf-8")
-        path = str(tmp_path / name)
-    assert main(["demo", "--headless", "--network", path, "--out", str(tmp_path / "out")]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert len(captured.err.strip().splitlines()) == 1
-    assert expected in captured.err
+    assert expected in one_line(command("demo", "--headless", "--network", path, "--out", tmp_path / "out"), 2)
 
 
-def test_a_network_that_waits_needs_somebody_to_start_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_network_that_waits_needs_somebody_to_start_it(tmp_path: Path) -> None:
     (tmp_path / "n.toml").write_text('network = "lan"\nbase_port = 5700\nwait_for_start = true\n', "utf-8")
-    assert main(["sim-network", "--config", str(tmp_path / "n.toml")]) == 2
-    assert "fault_port" in capsys.readouterr().err
+    assert "fault_port" in one_line(command("sim-network", "--config", tmp_path / "n.toml"), 2)
 
 
 def test_the_summary_says_what_the_network_did() -> None:

@@ -7,17 +7,13 @@ from pathlib import Path
 from teletaction.demo import _waiting_for
 
 
-def write(folder: Path, name: str, age_s: float, **told: object) -> None:
-    time_ns = time.monotonic_ns() - round(age_s * 1e9)
-    (folder / f"{name}.json").write_text(json.dumps({"time_ns": time_ns, **told}), "utf-8")
+def test_a_site_that_has_not_started_or_is_silent_is_named(tmp_path: Path) -> None:
+    def write(name: str, age_s: float, **told: object) -> None:
+        time_ns = time.monotonic_ns() - round(age_s * 1e9)
+        (tmp_path / f"{name}.json").write_text(json.dumps({"time_ns": time_ns, **told}), "utf-8")
 
-
-def test_a_site_whose_status_is_old_is_silent(tmp_path: Path) -> None:
-    write(tmp_path, "remote", 60.0, state="engaged", missing="")
-    write(tmp_path, "operator", 0.0, state="connected", missing="index tacttip: opening")
-    assert _waiting_for(tmp_path) == "remote silent, 60.0 s old; operator connected index tacttip: opening"
-
-
-def test_a_site_without_a_status_has_not_started(tmp_path: Path) -> None:
-    write(tmp_path, "operator", 0.0, state="connected")
+    write("operator", 0.0, state="connected")
     assert _waiting_for(tmp_path) == "remote has not started; operator connected"
+    write("remote", 60.0, state="engaged", missing="")
+    write("operator", 0.0, state="connected", missing="index tacttip: opening")
+    assert _waiting_for(tmp_path) == "remote silent, 60.0 s old; operator connected index tacttip: opening"

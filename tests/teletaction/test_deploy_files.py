@@ -22,25 +22,17 @@ def rules() -> list[str]:
     return [line for line in lines if line and not line.startswith("#")]
 
 
-def test_each_serial_device_of_the_configurations_has_a_rule() -> None:
-    remote, operator = (
-        load_config(HARDWARE / "remote.toml", RemoteConfig),
-        load_config(HARDWARE / "operator.toml", OperatorConfig),
-    )
+def test_each_serial_device_of_the_configurations_has_a_rule_and_an_adapter_of_its_own() -> None:
+    remote = load_config(HARDWARE / "remote.toml", RemoteConfig)
+    operator = load_config(HARDWARE / "operator.toml", OperatorConfig)
     wanted = [*remote.texture.values(), *remote.thermal_sensors.values(), *operator.tacttip.values()]
     given = [f"/dev/{name}" for rule in rules() for name in re.findall(r'SYMLINK\+="([^"]+)"', rule)]
     assert sorted(given) == sorted(wanted)
-
-
-def test_every_rule_is_a_list_of_keys_and_values() -> None:
+    numbers = [number for rule in rules() for number in re.findall(r'ENV\{ID_SERIAL_SHORT\}=="([^"]+)"', rule)]
+    assert len(numbers) == len(set(numbers)) == 15
     for rule in rules():
         assert all(_PART.fullmatch(part) for part in rule.split(", ")), rule
         assert "==" in rule.split(", ")[0]
-
-
-def test_no_two_rules_take_the_same_adapter() -> None:
-    numbers = [number for rule in rules() for number in re.findall(r'ENV\{ID_SERIAL_SHORT\}=="([^"]+)"', rule)]
-    assert len(numbers) == len(set(numbers)) == 15
 
 
 @pytest.mark.skipif(shutil.which("udevadm") is None, reason="udevadm is not there")

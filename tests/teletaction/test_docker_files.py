@@ -19,10 +19,8 @@ def ports(addresses: Mapping[Any, str]) -> dict[str, int]:
 
 
 def test_the_sites_look_for_the_devices_where_the_simulators_serve_them() -> None:
-    remote, operator = (
-        load_config(DOCKER / "remote.toml", RemoteConfig),
-        load_config(DOCKER / "operator.toml", OperatorConfig),
-    )
+    remote = load_config(DOCKER / "remote.toml", RemoteConfig)
+    operator = load_config(DOCKER / "operator.toml", OperatorConfig)
     bench = load_config(DOCKER / "sim-remote.toml", SimRemoteConfig)
     hand = load_config(DOCKER / "sim-operator.toml", SimOperatorConfig)
     assert ports(remote.texture) == ports(bench.texture)

@@ -16,7 +16,6 @@ from sim_sensors.serial_server import SerialServer, serve_serial
 from sim_sensors.tacttip import TactTip
 from teletaction import doctor
 from teletaction.conformance.examination import CHECKLISTS
-from teletaction.demo_files import DemoOptions, prepare
 from teletaction.doctor import EXERCISES, examine
 from teletaction.find_devices import can_interfaces, find_modules, require_interface
 from tests.commands import command, one_line
@@ -49,36 +48,30 @@ def ports(tmp_path: Path) -> Iterator[Path]:
 
 
 @pytest.fixture
-def config(tmp_path: Path) -> Path:
+def config(configs: dict[str, Path]) -> Path:
     """An operator site of one finger whose TactTip is nowhere."""
-    path = prepare(DemoOptions(fingers=1), tmp_path)["operator"]
-    text = path.read_text("utf-8")
-    path.write_text(re.sub(r'(?m)^index = ".*"$', 'index = "/dev/nowhere"', text), "utf-8")
-    return path
+    text = configs["operator"].read_text("utf-8")
+    configs["operator"].write_text(re.sub(r'(?m)^index = ".*"$', 'index = "/dev/nowhere"', text), "utf-8")
+    return configs["operator"]
 
 
-def test_what_answers_is_found_and_named(ports: Path) -> None:
+def test_what_answers_is_found_and_named_also_without_a_configuration(ports: Path, tmp_path: Path) -> None:
     good, mute = find_modules(ports)
     assert (good.address, good.words) == (str(ports / "usb-good"), "index tacttip, serial number TT0001, firmware 1")
     assert (mute.good, mute.words) == (False, "a port, but no device answers IDENTIFY within 1 s")
-
-
-def test_without_a_configuration_it_lists_what_is_there(ports: Path) -> None:
     told = command("doctor", "--ports", ports)
     assert told.code == 0
-    assert f"{ports / 'usb-good'}: index tacttip, serial number TT0001" in told.out
-
-
-def test_where_nothing_is_it_says_so(tmp_path: Path) -> None:
+    assert f"{good.address}: index tacttip, serial number TT0001" in told.out
     assert "no device answers" in one_line(command("doctor", "--ports", tmp_path / "nothing"), 1)
 
 
-def test_what_is_not_known_is_not_driven() -> None:
+def test_what_is_not_known_is_not_driven_and_exercises_are_duties_of_the_page() -> None:
     assert "--exercise needs --config" in one_line(command("doctor", "--exercise", "--yes"), 2)
+    assert {duty.number for checklist in CHECKLISTS for duty in checklist.duties} >= EXERCISES
 
 
-def test_what_is_missing_is_said(tmp_path: Path) -> None:
-    told = command("doctor", "--config", prepare(DemoOptions(fingers=1), tmp_path)["remote"])
+def test_what_is_missing_is_said(configs: dict[str, Path]) -> None:
+    told = command("doctor", "--config", configs["remote"])
     assert told.code == 1
     lines = told.out.splitlines()
     assert lines[0].startswith("ok   own key: curve:")
@@ -101,11 +94,10 @@ def test_what_is_missing_is_said(tmp_path: Path) -> None:
     ],
 )
 def test_the_rate_is_held_against_the_machine(
-    step_s: float, good: bool, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    step_s: float, good: bool, words: str, configs: dict[str, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(doctor, "reference_step_s", lambda: step_s)
-    found = examine(prepare(DemoOptions(fingers=1), tmp_path)["remote"])
-    (rate,) = (finding for finding in found if finding.what == "loop's rate")
+    (rate,) = (finding for finding in examine(configs["remote"]) if finding.what == "loop's rate")
     assert rate.good == good
     assert words in rate.result
 
@@ -136,15 +128,10 @@ def test_can_interfaces_are_those_of_the_kernels_list(tmp_path: Path) -> None:
         require_interface(CanAddress(interface="socketcan", channel="can1"), tmp_path)
 
 
-def test_exercises_are_duties_of_the_page() -> None:
-    assert {duty.number for checklist in CHECKLISTS for duty in checklist.duties} >= EXERCISES
-
-
-def test_real_time_priority_that_is_there_is_no_ordinary_one(tmp_path: Path) -> None:
+def test_real_time_priority_that_is_there_is_no_ordinary_one(configs: dict[str, Path]) -> None:
     chrt = shutil.which("chrt")
     if chrt is None or subprocess.run((chrt, "--rr", "1", "true"), capture_output=True, check=False).returncode:
         pytest.skip("no real-time policy may be set here")
-    doctor = (chrt, "--rr", "1", sys.executable, "-m", "teletaction", "doctor", "--config")
-    site = prepare(DemoOptions(fingers=1), tmp_path)["remote"]
-    told = subprocess.run((*doctor, site), capture_output=True, text=True, check=False)
+    doctor = (chrt, "--rr", "1", sys.executable, "-m", "teletaction", "doctor", "--config", configs["remote"])
+    told = subprocess.run(doctor, capture_output=True, text=True, check=False)
     assert "loop's priority: real-time, given by whoever started this" in told.stdout

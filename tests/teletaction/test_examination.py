@@ -1,52 +1,30 @@
 """The examination in the report: findings, maps, what was not felt, who did what; and nothing in it is executed."""
 
 import json
-import re
 from functools import cache
-from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from typer.testing import CliRunner
 
+from common.recording import Recorder
 from operator_site.console.map_tiles import MapPicture
-from teletaction.cli import app
 from teletaction.examination import Examination
 from teletaction.map_coverage import coverage
 from teletaction.map_figure import cell_colours, draw_cells, scale_ticks
 from teletaction.session_report import report
+from tests.commands import command
 from tests.teletaction.recorded_examination import HOSTILE, START_S, record
+from tests.teletaction.report_page import Page
 
-
-@pytest.fixture(autouse=True)
-def _coarse(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("teletaction.report_parts.DPI", 30)
+pytestmark = pytest.mark.usefixtures("coarse")
 
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return record(tmp_path_factory.mktemp("examined") / "session.mcap")
-
-
-class Page(HTMLParser):
-    """Tags, attributes and text of a page."""
-
-    def __init__(self, html: str) -> None:
-        super().__init__()
-        self.tags: set[str] = set()
-        self.attributes: set[str] = set()
-        self.texts: list[str] = []
-        self.feed(html)
-        self.text = " ".join(self.texts)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.add(tag)
-        self.attributes |= {name for name, _ in attrs}
-
-    def handle_data(self, data: str) -> None:
-        self.texts.append(data.strip())
 
 
 @cache
@@ -57,9 +35,10 @@ def page_of(path: Path) -> tuple[str, Page]:
     return html, Page(html)
 
 
-def numbers_in(page: Page) -> dict:
+def numbers_in(page: Page) -> dict[str, Any]:
     (written,) = [text for text in page.texts if text.startswith('{\n "examination"')]
-    return json.loads(written)
+    numbers: dict[str, Any] = json.loads(written)
+    return numbers
 
 
 def test_what_was_recorded_is_read(path: Path) -> None:
@@ -75,7 +54,8 @@ def test_what_was_recorded_is_read(path: Path) -> None:
 
 
 def test_the_report_tells_whose_it_was_and_what_was_found(path: Path) -> None:
-    _, page = page_of(path)
+    html, page = page_of(path)
+    assert "@page { size: A4 portrait" in html
     for words in (
         "Examination P-0417",
         "23 November 2026, 14:07",
@@ -94,8 +74,10 @@ def test_the_report_tells_whose_it_was_and_what_was_found(path: Path) -> None:
         assert words in page.text, words
 
 
-def test_hostile_text_is_text(path: Path) -> None:
+def test_hostile_text_is_text_and_the_page_needs_nothing_from_outside_and_runs_nothing(path: Path) -> None:
     html, page = page_of(path)
+    assert "default-src 'none'" in html
+    assert {picture[:10] for picture in page.pictures} == {"data:image"}
     assert "<script" not in html
     assert not {"script", "iframe", "link", "object", "i"} & page.tags
     assert not {name for name in page.attributes if name.startswith("on")}
@@ -103,13 +85,6 @@ def test_hostile_text_is_text(path: Path) -> None:
     assert page.text.count("<script>alert(1)</script>") >= 4
     assert "(all of it below)" in page.text
     assert "x" * 10_000 in page.text
-
-
-def test_the_page_needs_nothing_from_outside_and_runs_nothing(path: Path) -> None:
-    html, _ = page_of(path)
-    assert "default-src 'none'" in html
-    assert set(re.findall(r"<img [^>]*src=\"(.{10})", html)) == {"data:image"}
-    assert "@page { size: A4 portrait" in html
 
 
 def test_every_number_is_there_for_a_program(path: Path) -> None:
@@ -137,8 +112,6 @@ def test_without_a_console_it_says_so_and_the_rest_stays(tmp_path: Path) -> None
 
 
 def test_an_empty_recording_has_a_report(tmp_path: Path) -> None:
-    from common.recording import Recorder
-
     empty = tmp_path / "empty.mcap"
     Recorder(empty, {"operator/touch": {}}, {}).close()
     _, page = page_of(empty)
@@ -147,7 +120,7 @@ def test_an_empty_recording_has_a_report(tmp_path: Path) -> None:
 
 def test_the_command(path: Path, tmp_path: Path) -> None:
     out = tmp_path / "out.html"
-    assert CliRunner().invoke(app, ["report", str(path), "--out", str(out)]).exit_code == 0
+    assert command("report", path, "--out", out).code == 0
     assert "P-0417" in out.read_text("utf-8")
     beside = tmp_path / "session.mcap"
     beside.write_bytes(path.read_bytes())
@@ -180,13 +153,10 @@ def test_lines_too_far_apart_are_told() -> None:
     assert far.share == pytest.approx(5 / 9, abs=0.06)
 
 
-def test_what_was_not_felt_has_no_colour() -> None:
+def test_what_was_not_felt_has_no_colour_and_scales_have_plain_numbers() -> None:
     shown = lines(9)
     colour = cell_colours("temperature", shown, (30.0, 36.0))
     np.testing.assert_array_equal(colour[..., 3] > 0.0, ~np.isnan(shown.value))
-
-
-def test_scales_have_plain_numbers() -> None:
     assert scale_ticks("temperature", (30.0, 36.0)) == [30.0, 31.0, 32.0, 33.0, 34.0, 35.0, 36.0]
     assert scale_ticks("stiffness", (200.0, 5000.0)) == [200.0, 500.0, 1000.0, 2000.0, 5000.0]
 

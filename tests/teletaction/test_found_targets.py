@@ -20,18 +20,20 @@ def presses(*hot_mm: tuple[int, int]) -> TactileMap:
     return felt
 
 
-def test_a_target_is_the_middle_of_what_stands_out() -> None:
-    felt = presses((14, 14), (21, 14), (14, 21), (21, 21))
+FOUR = ((14, 14), (21, 14), (14, 21), (21, 21))
+
+
+@pytest.mark.parametrize(
+    ("hot_mm", "middle_m"), [(FOUR, (0.0175, 0.0175)), (((14, 14), (21, 14), (49, 49)), (0.0175, 0.014))]
+)
+def test_a_target_is_the_middle_of_what_stands_out_and_of_two_places_the_larger_counts(
+    hot_mm: tuple[tuple[int, int], ...], middle_m: tuple[float, float]
+) -> None:
+    felt = presses(*hot_mm)
     found = find_highest(felt, "stiffness")
     assert found is not None
-    assert (found.x_m, found.y_m) == pytest.approx((0.0175, 0.0175), abs=0.3e-3)
+    assert (found.x_m, found.y_m) == pytest.approx(middle_m, abs=0.3e-3)
     assert value_near(felt, "stiffness", found).value == pytest.approx(1800.0, rel=1e-3)
-
-
-def test_of_two_places_the_larger_counts() -> None:
-    found = find_highest(presses((14, 14), (21, 14), (49, 49)), "stiffness")
-    assert found is not None
-    assert (found.x_m, found.y_m) == pytest.approx((0.0175, 0.014), abs=0.3e-3)
 
 
 def test_where_nothing_was_felt_nothing_is_found() -> None:
@@ -56,12 +58,16 @@ def scene() -> Scene:
     return load_scene("phantom_sweep").model_copy(update={"objects": (stiff, warm)})
 
 
-def test_a_target_is_judged_by_its_place_and_its_value() -> None:
-    stiff, warm = found_targets(scene(), presses((14, 14), (21, 14), (14, 21), (21, 21)))
+def test_a_target_is_judged_by_its_place_and_its_value_and_has_a_row_in_the_report() -> None:
+    stiff, warm = rows = found_targets(scene(), presses(*FOUR))
     assert stiff["place_error_mm"] == pytest.approx(math.hypot(0.5, 0.5), abs=0.4)
     assert stiff["error"] == pytest.approx(100.0, rel=0.01)
     assert stiff["around"] == pytest.approx(600.0, rel=1e-3)
     assert (warm["target"], warm["value"], warm["place_error_mm"]) == ("warm", None, None)
+    html = targets_table(rows)
+    for words in ("&lt;b&gt;stiff&lt;/b&gt;", "<td>1700 N/m</td>", "<td>600 N/m</td>", "<td>+100 ± 50 N/m</td>"):
+        assert words in html
+    assert "<td>not felt</td>" in html
 
 
 def test_what_nobody_has_felt_is_not_found_elsewhere() -> None:
@@ -78,12 +84,3 @@ def test_the_scene_for_finding_has_one_of_each() -> None:
         "nodule": "stiffness",
     }
     assert found_targets(load_scene("materials"), TactileMap()) == []
-
-
-def test_a_report_tells_each_target_in_a_row() -> None:
-    html = targets_table(found_targets(scene(), presses((14, 14), (21, 14), (14, 21), (21, 21))))
-    assert "&lt;b&gt;stiff&lt;/b&gt;" in html
-    assert "<td>1700 N/m</td>" in html
-    assert "<td>600 N/m</td>" in html
-    assert "<td>+100 ± 50 N/m</td>" in html
-    assert "<td>not felt</td>" in html

@@ -14,6 +14,8 @@ from teletaction.session_data import SessionData
 from tests.teletaction.test_report import nothing, summary
 
 WHY = "the process that writes it has ended"
+STOPPED = f"recording incomplete: {WHY}, 311 messages lost"
+SLOW = "recording incomplete: the disk was slower than the data, 4 messages lost"
 STATUSES: dict[str, dict[str, Any]] = {
     "remote": {"recording_failed": WHY, "recording_lost": 311, "recording_failed_ns": 12_500_000_000},
     "operator": {"recording_failed": "", "recording_lost": 4, "recording_failed_ns": None},
@@ -27,41 +29,29 @@ def session() -> SessionData:
     return data
 
 
-def test_a_recording_that_stopped_or_lost_something_is_a_fault_with_its_time() -> None:
-    stopped, slow = incomplete_recordings(session(), STATUSES)
-    words = f"recording incomplete: {WHY}, 311 messages lost"
-    assert stopped == {"site": "remote", "what": "recording", "fault": words, "time_s": 2.5}
-    assert (slow["site"], slow["time_s"]) == ("operator", None)
-    assert "4 messages lost" in slow["fault"]
-
-
-def test_the_report_names_it(tmp_path: Path) -> None:
-    found = incomplete_recordings(session(), STATUSES)
+def test_a_recording_that_stopped_or_lost_something_is_a_fault_with_its_time_and_in_the_report(tmp_path: Path) -> None:
+    found = stopped, slow = incomplete_recordings(session(), STATUSES)
+    assert stopped == {"site": "remote", "what": "recording", "fault": STOPPED, "time_s": 2.5}
+    assert slow == {"site": "operator", "what": "recording", "fault": SLOW, "time_s": None}
     write_report(nothing(), summary(faults=found), tmp_path / "r.html")
-    assert f"remote: recording incomplete: {WHY}, 311 messages lost" in (tmp_path / "r.html").read_text("utf-8")
+    assert f"remote: {STOPPED}" in (tmp_path / "r.html").read_text("utf-8")
 
 
-@pytest.mark.parametrize("complete", [False, True])
-def test_the_demo_fails_and_keeps_what_each_process_wrote(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, complete: bool
+@pytest.mark.parametrize(
+    ("stopped", "killed", "failure"),
+    [
+        (True, [], f"remote: {STOPPED}; operator: {SLOW}"),
+        (False, ["operator", "remote"], "killed, since they did not end within 10 s: operator, remote"),
+        (False, [], ""),
+    ],
+)
+def test_the_demo_fails_where_a_recording_stopped_or_a_process_was_killed_and_keeps_what_is_needed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stopped: bool, killed: list[str], failure: str
 ) -> None:
-    found = [] if complete else incomplete_recordings(session(), STATUSES)
+    found = incomplete_recordings(session(), STATUSES) if stopped else []
     monkeypatch.setattr("teletaction.conclude.conclude", lambda *_: summary(faults=found, loop={}))
     for process in PROCESSES:
         (tmp_path / f"{process}.mcap").touch()
     with BarePing() as ping:
-        failure = demo._conclude(DemoOptions(), tmp_path, ping, {}, 1.0, [])
-    assert bool(failure) is not complete
-    assert failure.startswith("" if complete else f"remote: recording incomplete: {WHY}, 311 messages lost")
-    assert (tmp_path / "remote.mcap").exists() is not complete
-
-
-def test_the_demo_fails_and_names_the_processes_that_it_had_to_kill(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("teletaction.conclude.conclude", lambda *_: summary(faults=[], loop={}))
-    for process in PROCESSES:
-        (tmp_path / f"{process}.mcap").touch()
-    with BarePing() as ping:
-        failure = demo._conclude(DemoOptions(), tmp_path, ping, {}, 1.0, ["operator", "remote"])
-    assert failure == "killed, since they did not end within 10 s: operator, remote"
+        assert demo._conclude(DemoOptions(), tmp_path, ping, {}, 1.0, killed) == failure
+    assert (tmp_path / "remote.mcap").exists() is stopped

@@ -20,9 +20,9 @@ from hypothesis import strategies as st
 from prometheus_client.parser import text_string_to_metric_families
 
 from common.health import OLDEST_S
-from teletaction.cli import main
 from teletaction.metrics import METRICS, PREFIX, StatusCollector, process_samples, samples
 from teletaction.metrics_server import ListenProblem, MetricsServer, read_token
+from tests.commands import command, one_line
 
 STATUS: dict[str, Any] = {
     "process": "operator",
@@ -192,13 +192,9 @@ def test_no_state_that_acts_is_served_while_the_link_is_silent(told: dict[str, A
 
 def test_a_process_that_ended_is_down_however_young_its_last_word(tmp_path: Path) -> None:
     write_status(tmp_path / "remote.json", state="ended")
-    assert [(name, value) for name, _, value in process_samples(tmp_path / "remote.json", time.monotonic_ns())][:1] == [
-        ("up", 0.0)
-    ]
-    assert [name for name, _, _ in process_samples(tmp_path / "remote.json", time.monotonic_ns())] == [
-        "up",
-        "status_age_seconds",
-    ]
+    (name, _, value), *others = process_samples(tmp_path / "remote.json", time.monotonic_ns())
+    assert (name, value) == ("up", 0.0)
+    assert [name for name, _, _ in others] == ["status_age_seconds"]
 
 
 JSON = st.recursive(
@@ -298,20 +294,14 @@ def test_a_token_that_others_can_read_is_refused(tmp_path: Path) -> None:
         ([], "--status"),
     ],
 )
-def test_bad_input_is_one_line(arguments: list[str], says: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["metrics", *arguments]) == 2
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert told.err.count("\n") == 1
-    assert says in told.err
+def test_bad_input_is_one_line(arguments: list[str], says: str) -> None:
+    assert says in one_line(command("metrics", *arguments), 2)
 
 
 def test_the_command_serves_until_it_is_told_to_end(tmp_path: Path) -> None:
     write_status(tmp_path / "remote.json", process="remote")
-    command = [sys.executable, "-m", "teletaction", "metrics", "--listen", "127.0.0.1:0"]
-    with subprocess.Popen(
-        [*command, "--status", str(tmp_path / "remote.json")], stderr=subprocess.PIPE, text=True
-    ) as process:
+    served = [sys.executable, "-m", "teletaction", "metrics", "--listen", "127.0.0.1:0", "--status"]
+    with subprocess.Popen([*served, str(tmp_path / "remote.json")], stderr=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None
         line = process.stderr.readline()
         port = int(line.rsplit(":", 1)[1].removesuffix("/metrics\n"))

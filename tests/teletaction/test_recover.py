@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -20,8 +20,10 @@ from mcap.stream_reader import StreamReader
 
 from common import recording, recording_writer
 from common.recording import Recorder
-from teletaction.cli import main
 from teletaction.recover import Recovered, recover
+from tests.commands import command, one_line
+from tests.teletaction.recordings import held
+from tests.waiting import wait_until
 from tests.writer_thread import write_in_a_thread
 
 CHILD = Path(__file__).with_name("recording_child.py")
@@ -51,13 +53,8 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return path.read_bytes()
 
 
-def messages(path: Path) -> list[tuple[str, int, bytes]]:
-    with path.open("rb") as file:
-        return [(channel.topic, m.log_time, m.data) for _, channel, m in make_reader(file).iter_messages()]
-
-
-def recovered(path: Path) -> Recovered:
-    result = recover(path)
+def recovered(path: Path, out: Path | None = None) -> Recovered:
+    result = recover(path, out)
     assert result is not None
     return result
 
@@ -71,9 +68,9 @@ def test_a_file_cut_anywhere_is_made_whole_with_metadata_and_attachments(
     result = recovered(cut)
     assert result.out == tmp_path / "remote-recovered.mcap"
     assert cut.read_bytes() == whole[: int(len(whole) * share)], "the original is not touched"
-    restored = messages(result.out)
+    restored = held(result.out)
     (tmp_path / "whole.mcap").write_bytes(whole)
-    assert restored == messages(tmp_path / "whole.mcap")[: len(restored)]
+    assert restored == held(tmp_path / "whole.mcap")[: len(restored)]
     assert result.messages.total() == len(restored) > COUNT * share - 2 * recording_writer.CHUNK_BYTES / 131
     assert result.seconds == pytest.approx((restored[-1][1] - restored[0][1]) * 1e-9)
     assert 0 < result.unreadable_bytes < 2 * recording_writer.CHUNK_BYTES
@@ -110,7 +107,7 @@ def test_a_damaged_chunk_is_left_out_and_the_rest_is_kept(tmp_path: Path, whole:
     path.write_bytes(damaged)
     result = recovered(path)
     assert (result.damaged_parts, result.unreadable_bytes) == (1, 0)
-    numbers = [int.from_bytes(data[:4], "little") for stream, _, data in messages(result.out) if stream == "touch"]
+    numbers = [int.from_bytes(data[:4], "little") for stream, _, data in held(result.out) if stream == "touch"]
     missing = sorted(set(range(COUNT)) - set(numbers))
     assert missing == list(range(missing[0], missing[-1] + 1))
     assert 50 < len(missing) < 2 * recording_writer.CHUNK_BYTES / 131
@@ -135,16 +132,11 @@ def test_whatever_the_damage_all_that_stands_before_it_is_restored(
             assert len(damaged) == len(whole), "what is said to be whole has its end"
             return
         path.write_bytes(whole[: max(end for end in ends if end <= at)])
-        before = recovered_messages(path, folder / "before.mcap")
-        assert messages(out)[: len(before)] == before
+        (folder / "before.mcap").unlink(missing_ok=True)
+        before = held(recovered(path, folder / "before.mcap").out)
+        assert held(out)[: len(before)] == before
 
     check()
-
-
-def recovered_messages(path: Path, out: Path) -> list[tuple[str, int, bytes]]:
-    out.unlink(missing_ok=True)
-    assert recover(path, out) is not None
-    return messages(out)
 
 
 def test_a_recorder_and_its_writer_killed_lose_at_most_half_a_second(tmp_path: Path) -> None:
@@ -159,17 +151,15 @@ def test_a_recorder_and_its_writer_killed_lose_at_most_half_a_second(tmp_path: P
             start_new_session=True,
         )
         try:
-            while not any(progress.read_bytes()):
-                assert child.poll() is None
-                time.sleep(0.01)
+            wait_until(lambda progress=progress: any(progress.read_bytes()), patience_s=60.0)
             time.sleep(moments.uniform(0.5, 1.3))
         finally:
             os.killpg(child.pid, signal.SIGKILL)  # and its writer, as when the machine stops
             child.wait()
         last_ns = int.from_bytes(progress.read_bytes(), "little")
         result = recovered(path)
-        assert messages(result.out)[-1][1] >= last_ns - LOST_AT_MOST_NS
-        times = [time_ns for _, time_ns, _ in messages(result.out)]
+        assert held(result.out)[-1][1] >= last_ns - LOST_AT_MOST_NS
+        times = [time_ns for _, time_ns, _ in held(result.out)]
         assert times == sorted(times)
         assert len(times) == result.messages["touch"]
 
@@ -214,46 +204,34 @@ def test_a_disk_that_became_full_leaves_a_file_that_is_good_up_to_there(
     assert recorder.failed == "[Errno 28] No space left on device"
     assert 0 < recorder.lost <= COUNT
     result = recovered(path)
-    times = [time_ns for _, time_ns, _ in messages(result.out)]
+    times = [time_ns for _, time_ns, _ in held(result.out)]
     assert times == list(range(len(times)))
     assert 200 < len(times) < 50_000 / 100
 
 
-@pytest.fixture
-def said(capsys: pytest.CaptureFixture[str]) -> Callable[[], list[str]]:
-    return lambda: capsys.readouterr().err.strip().splitlines()
-
-
-def test_the_command_says_what_was_restored(tmp_path: Path, whole: bytes, said: Callable[[], list[str]]) -> None:
-    cut = tmp_path / "remote.mcap"
+def test_the_command_says_what_was_restored(tmp_path: Path, whole: bytes) -> None:
+    cut, out = tmp_path / "remote.mcap", tmp_path / "remote-recovered.mcap"
     cut.write_bytes(whole[: len(whole) // 2])
-    assert main(["recover", str(cut)]) == 0
-    *streams, last = said()
+    told = command("recover", cut)
+    assert told.code == 0
+    *streams, last = told.err.splitlines()
     assert [line.split()[1] for line in streams] == ["event", "touch"]
     total = sum(int(line.split()[0]) for line in streams)
     assert f"remote-recovered.mcap: {total} messages over" in last
     assert "bytes and 0 damaged parts could not be read" in last
-    assert main(["recover", str(cut)]) == 2
-    (line,) = said()
-    assert "remote-recovered.mcap: exists; name another file with --out" in line
-    assert main(["recover", str(tmp_path / "remote-recovered.mcap")]) == 0
-    (line,) = said()
-    assert line.endswith("remote-recovered.mcap is whole: nothing needs repair")
+    assert "remote-recovered.mcap: exists; name another file with --out" in one_line(command("recover", cut), 2)
+    assert command("recover", out).said == (0, "", f"{out} is whole: nothing needs repair\n")
 
 
 @pytest.mark.parametrize(
     ("content", "words"),
     [(b"", "not an MCAP file"), (b"time_s,force_n\n", "not an MCAP file"), (None, "No such file")],
 )
-def test_what_is_no_recording_is_said_in_one_line(
-    tmp_path: Path, content: bytes | None, words: str, said: Callable[[], list[str]]
-) -> None:
+def test_what_is_no_recording_is_said_in_one_line(tmp_path: Path, content: bytes | None, words: str) -> None:
     path = tmp_path / "x.mcap"
     if content is not None:
         path.write_bytes(content)
-    assert main(["recover", str(path)]) == 2
-    (line,) = said()
-    assert words in line
+    assert words in one_line(command("recover", path), 2)
     assert list(tmp_path.glob("*-recovered.mcap")) == []
 
 

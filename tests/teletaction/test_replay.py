@@ -12,17 +12,18 @@ import pytest
 from mcap.writer import CompressionType, Writer
 
 from common.recording import Recorder
-from teletaction.cli import main
 from teletaction.merge import merge_recordings
 from teletaction.recorded_session import RecordedSession
 from teletaction.recover import recover
 from teletaction.replay import open_operator, open_remote, replay
 from teletaction.replay_comparison import Comparison
 from teletaction.replay_each import replay_each
+from tests.commands import command, one_line
+from tests.teletaction.recordings import GOLDEN
 
-GOLDEN = Path(__file__).parents[1] / "golden" / "session.mcap"
 STREAMS = ("remote/sensed", "remote/touch", "operator/touch", "operator/input", "operator/rendered")
 Change = Callable[[str, int, bytes], Iterator[bytes]]
+Own = tuple[Path, dict[str, Any]]
 
 
 def altered(
@@ -33,13 +34,14 @@ def altered(
     metadata: bool = True,
     single: bool = False,
     configured: str = "",
+    source: Path = GOLDEN,
 ) -> Path:
     """The golden recording with messages changed; `single` as one site records, before merging.
 
     Lines in `configured` come before those of each site's configuration.
     """
-    with GOLDEN.open("rb") as file, out.open("wb") as out_file:
-        session = RecordedSession(GOLDEN, file)
+    with source.open("rb") as file, out.open("wb") as out_file:
+        session = RecordedSession(source, file)
         writer = Writer(out_file, compression=CompressionType.NONE, chunk_size=100_000)
         writer.start()
         site = streams[0].split("/")[0]
@@ -69,19 +71,20 @@ def as_it_is(_stream: str, _number: int, payload: bytes) -> Iterator[bytes]:
 
 
 @pytest.fixture(scope="module")
-def golden(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
+def golden(tmp_path_factory: pytest.TempPathFactory) -> Own:
     out = tmp_path_factory.mktemp("golden")
     return out, replay(GOLDEN, out)
 
 
 @pytest.fixture(scope="module")
-def own(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """The replay of what this machine computes: another kind of processor rounds the golden outputs otherwise."""
+def own(tmp_path_factory: pytest.TempPathFactory) -> Own:
+    """What this machine computes, and its replay: another kind of processor rounds the golden outputs otherwise."""
     out = tmp_path_factory.mktemp("own")
-    return replay(altered(out / "own.mcap", replayed_outputs()), out)
+    path = altered(out / "own.mcap", replayed_outputs())
+    return path, replay(path, out)
 
 
-def test_a_replay_writes_what_left_for_the_devices_and_what_it_compared(golden: tuple[Path, dict[str, Any]]) -> None:
+def test_a_replay_writes_what_left_for_the_devices_and_what_it_compared(golden: Own) -> None:
     out, result = golden
     assert json.loads((out / "replay.json").read_text("utf-8")) == result
     remote, operator = result["remote"]["remote"], result["operator"]["operator"]
@@ -103,31 +106,15 @@ def test_a_replay_writes_what_left_for_the_devices_and_what_it_compared(golden: 
     assert {float(row["thumb_force_n"]) for row in rows if "thumb_force_n" in row} == set()
 
 
-def test_a_replay_is_the_same_every_time(golden: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
-    assert replay(GOLDEN, tmp_path) == golden[1]
-    for name in ("identification.jsonl", "rendering.csv", "replay.json"):
-        assert (tmp_path / name).read_bytes() == (golden[0] / name).read_bytes()
-
-
 @pytest.mark.parametrize(("site", "streams"), [("remote", STREAMS[:2]), ("operator", STREAMS[2:])])
 def test_one_sites_recording_replays_the_half_that_is_there(
-    own: dict[str, Any], tmp_path: Path, site: str, streams: tuple[str, ...]
+    own: Own, tmp_path: Path, site: str, streams: tuple[str, ...]
 ) -> None:
-    path = altered(tmp_path / f"{site}.mcap", replayed_outputs(), streams, single=True)
+    path = altered(tmp_path / f"{site}.mcap", as_it_is, streams, single=True, source=own[0])
     result = replay(path, tmp_path / "out")
     other = "operator" if site == "remote" else "remote"
     assert result[other] == {}
-    assert result[site][site] == own[site][site]
-
-
-def test_what_a_replay_of_the_same_process_computes_is_identical_to_the_last_bit(own: dict[str, Any]) -> None:
-    """Whatever processor runs this: what it records, it replays."""
-    for part, what in (
-        (own["remote"]["remote"], "touch_packets"),
-        (own["operator"]["operator"], "rendered_rows"),
-    ):
-        assert part["identical"] == part[what] > 80
-        assert part["first_difference"] is None
+    assert result[site][site] == own[1][site][site]
 
 
 def replayed_outputs() -> Change:
@@ -154,10 +141,12 @@ def replayed_outputs() -> Change:
     return change
 
 
-def test_the_first_difference_names_tick_field_and_both_values(tmp_path: Path) -> None:
+def test_the_first_difference_names_tick_field_and_both_values_and_missing_touch_is_counted(tmp_path: Path) -> None:
     computed = replayed_outputs()
 
     def change(stream: str, number: int, payload: bytes) -> Iterator[bytes]:
+        if stream == "operator/touch" and number in (100, 200):
+            return
         (payload,) = computed(stream, number, payload)
         if stream == "operator/rendered" and number == 40:
             row = msgpack.unpackb(payload)
@@ -166,6 +155,7 @@ def test_the_first_difference_names_tick_field_and_both_values(tmp_path: Path) -
         yield payload
 
     part = replay(altered(tmp_path / "a.mcap", change), tmp_path / "out")["operator"]["operator"]
+    assert part["missing_touch_packets"] == 2
     assert part["identical"] == part["rendered_rows"] - 1
     difference = part["first_difference"]
     assert difference["field"] == "middle.plate_set_c"
@@ -173,7 +163,7 @@ def test_the_first_difference_names_tick_field_and_both_values(tmp_path: Path) -
     assert 40 * 25 - 25 <= difference["tick"] <= 40 * 25 + 25
 
 
-def test_input_and_wall_time_of_a_row_are_no_difference(golden: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
+def test_input_and_wall_time_of_a_row_are_no_difference(golden: Own, tmp_path: Path) -> None:
     def change(stream: str, _number: int, payload: bytes) -> Iterator[bytes]:
         if stream == "operator/rendered":
             row = msgpack.unpackb(payload)
@@ -185,16 +175,7 @@ def test_input_and_wall_time_of_a_row_are_no_difference(golden: tuple[Path, dict
     assert result["operator"] == golden[1]["operator"]
 
 
-def test_a_touch_packet_that_is_missing_is_counted(tmp_path: Path) -> None:
-    def change(stream: str, number: int, payload: bytes) -> Iterator[bytes]:
-        if stream != "operator/touch" or number not in (100, 200):
-            yield payload
-
-    part = replay(altered(tmp_path / "a.mcap", change), tmp_path / "out")["operator"]["operator"]
-    assert part["missing_touch_packets"] == 2
-
-
-def test_a_restarted_site_begins_anew(golden: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
+def test_a_restarted_site_begins_anew(golden: Own, tmp_path: Path) -> None:
     """Two recordings of one site in one session: the second knows nothing of the first."""
     first = altered(tmp_path / "remote-1.mcap", as_it_is, STREAMS[:2], single=True)
     shutil.copy(first, tmp_path / "remote.mcap")
@@ -204,9 +185,8 @@ def test_a_restarted_site_begins_anew(golden: tuple[Path, dict[str, Any]], tmp_p
     assert result["remote"] == {"remote-1": expected, "remote": expected}
 
 
-def test_a_cut_recording_is_replayed_after_it_was_recovered(tmp_path: Path) -> None:
-    path = altered(tmp_path / "a.mcap", replayed_outputs())
-    whole = path.read_bytes()
+def test_a_cut_recording_is_replayed_after_it_was_recovered(own: Own, tmp_path: Path) -> None:
+    whole = own[0].read_bytes()
     for share in (0.3, 0.8):
         cut = tmp_path / f"cut-{share}.mcap"
         cut.write_bytes(whole[: int(len(whole) * share)])
@@ -218,23 +198,28 @@ def test_a_cut_recording_is_replayed_after_it_was_recovered(tmp_path: Path) -> N
         assert part["identical"] == part["touch_packets"] > 10
 
 
-def test_the_command_says_in_words_what_was_identical(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = altered(tmp_path / "a.mcap", replayed_outputs())
-    assert main(["replay", str(path), "--out", str(tmp_path / "out")]) == 0
-    said = capsys.readouterr()
-    assert said.out == ""
-    remote, operator, *_ = said.err.strip().splitlines()
+def test_what_this_machine_computed_is_identical_to_the_last_bit_and_it_is_said(own: Own, tmp_path: Path) -> None:
+    """Whatever processor runs this: what it records, it replays."""
+    path, result = own
+    for part, what in (
+        (result["remote"]["remote"], "touch_packets"),
+        (result["operator"]["operator"], "rendered_rows"),
+    ):
+        assert part["identical"] == part[what] > 80
+        assert part["first_difference"] is None
+    told = command("replay", path, "--out", tmp_path / "out")
+    assert (told.code, told.out) == (0, "")
+    remote, operator, *_ = told.err.splitlines()
     assert remote.startswith("remote: ")
     assert remote.endswith("touch packets are identical")
     assert "all of" in operator
 
 
-def test_touches_that_late_ticks_changed_are_listed(
-    golden: tuple[Path, dict[str, Any]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_touches_that_late_ticks_changed_are_listed(golden: Own, tmp_path: Path) -> None:
     """By its configuration this site made a tick each millisecond: all that it recorded are late."""
     path = altered(tmp_path / "late.mcap", as_it_is, STREAMS[:2], configured="rate_hz = 1000.0\n")
-    assert main(["replay", str(path), "--out", str(tmp_path / "late")]) == 0
+    told = command("replay", path, "--out", tmp_path / "late")
+    assert told.code == 0
     remote = json.loads((tmp_path / "late" / "replay.json").read_text("utf-8"))["remote"]["remote"]
     assert remote["postponed"] > 10 * golden[1]["remote"]["remote"]["postponed"]
     changed = remote["changed_by_waiting"]
@@ -242,9 +227,9 @@ def test_touches_that_late_ticks_changed_are_listed(
     assert {line["full_material"] for line in changed} == named
     assert all(line["material"] in ("", line["full_material"]) for line in changed)
     assert all(line["named_s"] != line["full_named_s"] for line in changed)
-    said = capsys.readouterr().err
     for line in changed:
-        assert f"without late ticks, the {line['finger']}'s touch at {line['began_s']:.1f} s would be named" in said
+        where = f"the {line['finger']}'s touch at {line['began_s']:.1f} s"
+        assert f"without late ticks, {where} would be named" in told.err
 
 
 def lines(out: Path) -> list[dict[str, Any]]:
@@ -265,23 +250,22 @@ def lines(out: Path) -> list[dict[str, Any]]:
     ],
 )
 def test_a_recording_that_lacks_something_is_refused_in_one_line(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: dict[str, Any], words: str
+    tmp_path: Path, options: dict[str, Any], words: str
 ) -> None:
     path = altered(tmp_path / "a.mcap", **{"change": as_it_is, **options})
-    assert main(["replay", str(path), "--out", str(tmp_path / "out")]) == 2
-    (line,) = capsys.readouterr().err.strip().splitlines()
-    assert words in line
+    assert words in one_line(command("replay", path, "--out", tmp_path / "out"), 2)
 
 
-def test_what_is_no_recording_is_refused_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    other = tmp_path / "a.csv"
+def test_what_is_no_recording_or_two_of_one_name_is_refused_in_one_line(tmp_path: Path) -> None:
+    other, empty = tmp_path / "a.csv", tmp_path / "b.mcap"
     other.write_text("time_s,force_n\n")
-    with Recorder(tmp_path / "b.mcap", {"a": {"type": "integer"}}, {}):
-        pass
-    for path, words in ((other, "not an MCAP file"), (tmp_path / "b.mcap", "nothing to replay")):
-        assert main(["replay", str(path), "--out", str(tmp_path / "out")]) == 2
-        (line,) = capsys.readouterr().err.strip().splitlines()
-        assert words in line
+    Recorder(empty, {"a": {"type": "integer"}}, {}).close()
+    for paths, words in (
+        ((other,), "not an MCAP file"),
+        ((empty,), "nothing to replay"),
+        ((empty, tmp_path / "again" / "b.mcap"), "two recordings named b"),
+    ):
+        assert words in one_line(command("replay", *paths, "--out", tmp_path / "out"), 2)
     assert not (tmp_path / "out").exists()
 
 
@@ -295,8 +279,11 @@ def test_bits_decide_and_not_numbers() -> None:
     assert comparison.first_difference == first
 
 
-def test_several_recordings_are_replayed_side_by_side(tmp_path: Path) -> None:
-    paths = [altered(tmp_path / name, as_it_is) for name in ("first.mcap", "second.mcap")]
+def test_several_recordings_are_replayed_side_by_side_with_the_same_results(own: Own, tmp_path: Path) -> None:
+    whole, paths = own[0].read_bytes(), [tmp_path / "first.mcap", tmp_path / "second.mcap"]
+    (tmp_path / "cut.mcap").write_bytes(whole[: len(whole) // 2])
+    assert recover(tmp_path / "cut.mcap", paths[0]) is not None
+    shutil.copy(*paths)
     replay(paths[0], tmp_path / "alone")
     for processes in (1, 2):
         out = tmp_path / f"by {processes}"
@@ -307,11 +294,3 @@ def test_several_recordings_are_replayed_side_by_side(tmp_path: Path) -> None:
         for name in ("identification.jsonl", "rendering.csv", "replay.json"):
             assert (out / "first" / name).read_bytes() == (tmp_path / "alone" / name).read_bytes()
         assert json.loads((out / "second" / "replay.json").read_text("utf-8")) == found[1][1]
-
-
-def test_two_recordings_of_one_name_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "again").mkdir()
-    paths = [altered(tmp_path / name, as_it_is) for name in ("one.mcap", "again/one.mcap")]
-    assert main(["replay", *map(str, paths), "--out", str(tmp_path / "out")]) == 2
-    assert "two recordings named one" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()

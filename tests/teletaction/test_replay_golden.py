@@ -13,9 +13,8 @@ from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, Touch
 from teletaction.recorded_session import RecordedSession
 from teletaction.replay import open_operator, open_remote, replay
 from teletaction.replay_sites import rendered_fields, touch_fields
+from tests.teletaction.recordings import GOLDEN
 
-GOLDEN = Path(__file__).parents[1] / "golden"
-RECORDING = GOLDEN / "session.mcap"
 STREAMS = ("remote/sensed", "remote/touch", "operator/touch", "operator/input", "operator/rendered")
 
 
@@ -35,8 +34,8 @@ def differences(replayed: Any, recorded: Any) -> dict[str, tuple[Any, Any]]:
 
 def test_both_sites_compute_what_they_computed() -> None:
     counts = dict.fromkeys(STREAMS, 0)
-    with RECORDING.open("rb") as file:
-        session = RecordedSession(RECORDING, file)
+    with GOLDEN.open("rb") as file:
+        session = RecordedSession(GOLDEN, file)
         remote, operator = open_remote(session, "remote"), open_operator(session, "operator")
         for stream, _, time_ns, payload in session.messages(STREAMS):
             counts[stream] += 1
@@ -59,10 +58,10 @@ def test_both_sites_compute_what_they_computed() -> None:
 
 
 def test_events_and_material_answers_are_what_they_were(tmp_path: Path) -> None:
-    replay(RECORDING, tmp_path)
+    replay(GOLDEN, tmp_path)
     replayed, recorded = (
         [json.loads(line) for line in (folder / "identification.jsonl").read_text("utf-8").splitlines()]
-        for folder in (tmp_path, GOLDEN)
+        for folder in (tmp_path, GOLDEN.parent)
     )
     assert len(replayed) == len(recorded)
     for number, (now, was) in enumerate(zip(replayed, recorded, strict=True), 1):
@@ -73,27 +72,19 @@ def test_events_and_material_answers_are_what_they_were(tmp_path: Path) -> None:
 
 
 def test_the_recording_is_small_and_names_no_machine() -> None:
-    assert RECORDING.stat().st_size <= 600_000
-    with RECORDING.open("rb") as file:
-        session = RecordedSession(RECORDING, file)
+    assert GOLDEN.stat().st_size <= 600_000
+    with GOLDEN.open("rb") as file:
+        session = RecordedSession(GOLDEN, file)
         for origin in ("remote", "operator"):
             assert session.configuration(origin).keys() <= {"fingers", "link", "rendering"}
         assert session.configuration("operator")["link"].keys() == {"gap_s"}
 
 
 def test_a_change_of_behaviour_would_be_found() -> None:
-    with RECORDING.open("rb") as file:
-        packet = next(p for _, _, _, p in RecordedSession(RECORDING, file).messages(("remote/touch",)))
+    with GOLDEN.open("rb") as file:
+        packet = next(p for _, _, _, p in RecordedSession(GOLDEN, file).messages(("remote/touch",)))
     touch = Touch.decode(packet)
     block = touch.block.copy()
     block[1, TOUCH_COLUMN["stiffness_n_m"]] += 0.01
-    changed = Touch(
-        touch.session,
-        touch.sequence,
-        touch.time_ns,
-        touch.state,
-        TOUCH_BLOCK.to_bytes(block),
-        touch.materials,
-        touch.events,
-    ).encode()
+    changed = touch._replace(floats=TOUCH_BLOCK.to_bytes(block)).encode()
     assert list(differences(touch_fields(changed), touch_fields(packet))) == ["index.stiffness_n_m"]

@@ -1,6 +1,8 @@
+"""A report: every figure and number, whatever is missing, and nothing from outside."""
+
 import base64
 import re
-from html.parser import HTMLParser
+from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
@@ -11,6 +13,7 @@ from teletaction.report import write_figure, write_report
 from teletaction.report_words import contacts_table, histogram_table, tally_table
 from teletaction.session_curves import Curve, SessionCurves, held_s, spans
 from teletaction.session_data import Series, SessionData
+from tests.teletaction.report_page import Page
 
 NAME = 'pvc <b>&"$x$\u6728'
 EMPTY = Series(np.array([]), {})
@@ -18,10 +21,7 @@ FIGURES = ("Modes over time", "Vibration", "Plate and skin temperature", "Identi
 FIVE = np.ones(5)
 
 
-@pytest.fixture(autouse=True)
-def _coarse(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Small pictures in the page: what is tested does not depend on their size."""
-    monkeypatch.setattr("teletaction.report_parts.DPI", 40)
+pytestmark = pytest.mark.usefixtures("coarse")
 
 
 def nothing() -> SessionData:
@@ -37,14 +37,10 @@ def session(thing: str = "block") -> SessionData:
 
     def answer(at_s: float) -> dict[str, object]:
         during = 101.0 <= at_s < 103.0
-        status = (
-            (ThermalStatus.IDENTIFIED if at_s > 102.0 else ThermalStatus.DECIDING)
-            if during
-            else ThermalStatus.NO_CONTACT
-        )
+        known = ThermalStatus.IDENTIFIED if at_s > 102.0 else ThermalStatus.DECIDING
         return {
             "time_s": at_s,
-            "status": int(status),
+            "status": int(known if during else ThermalStatus.NO_CONTACT),
             "best": thing if during else None,
             "probability": 0.9 * during,
             "object_c": 22.5 if during else None,
@@ -117,38 +113,23 @@ def summary(**changed: object) -> dict[str, object]:
     } | changed
 
 
-class Page(HTMLParser):
-    """Text by section, and the pictures."""
-
-    def __init__(self, html: str) -> None:
-        super().__init__()
-        self.tags: list[str] = []
-        self.sources: list[str] = []
-        self.texts: list[str] = []
-        self.feed(html)
-        self.text = " ".join(self.texts)
-
-    def handle_starttag(self, tag, attrs):
-        self.tags.append(tag)
-        if tag == "img":
-            self.sources.append(dict(attrs)["src"])
-
-    def handle_data(self, data):
-        self.texts.append(data.strip())
-
-
-def report(tmp_path, data, told) -> tuple[str, Page]:
+def report(tmp_path: Path, data: SessionData, told: dict[str, object]) -> tuple[str, Page]:
     out = tmp_path / "report.html"
     write_report(data, told, out)
     html = out.read_text("utf-8")
     return html, Page(html)
 
 
-def test_report_holds_all_figures_and_numbers(tmp_path):
-    _, page = report(tmp_path, session(), summary())
-    assert len(page.sources) == len(FIGURES)
-    for source in page.sources:
-        assert base64.b64decode(source.removeprefix("data:image/png;base64,")).startswith(b"\x89PNG")
+def test_a_report_holds_all_figures_and_numbers_and_needs_nothing_from_outside(tmp_path: Path) -> None:
+    html, page = report(tmp_path, session(), summary())
+    assert len(page.pictures) == len(FIGURES)
+    for picture in page.pictures:
+        assert base64.b64decode(picture.removeprefix("data:image/png;base64,")).startswith(b"\x89PNG")
+    assert not {"script", "link", "iframe"} & page.tags
+    sources = re.findall(r"(?:src|href|url)\s*[=(]\s*[\"']?([^\"'\s]{5})", html)
+    assert sources == ["data:"] * len(FIGURES)
+    assert len(html) < 3_000_000
+    assert "Targets" not in html
     for words in (
         *FIGURES,
         "materials, seed 3",
@@ -168,25 +149,18 @@ def test_report_holds_all_figures_and_numbers(tmp_path):
         assert words in page.text, words
 
 
-def test_targets_of_a_scene_are_told_where_there_are_any(tmp_path):
+def test_targets_of_a_scene_and_a_rate_that_was_not_held_are_said(tmp_path: Path) -> None:
     target = {"target": "nodule", "quantity": "stiffness", "place_error_mm": 0.62, "value": 1790.0, "sd": 31.0}
-    html, _ = report(tmp_path, session(), summary(targets=[target | {"true_value": 1800.0, "error": -10.0}]))
+    loop = {"remote": {"behind_s": 12.2}, "operator": {"behind_s": 0.0}}
+    told = summary(targets=[target | {"true_value": 1800.0, "error": -10.0}], loop=loop)
+    html, page = report(tmp_path, session(), told)
     assert "<h2>Targets</h2>" in html
     assert "1790 ± 30 N/m" in html
     assert "−10 ± 30 N/m" in html
-    html, _ = report(tmp_path, session(), summary())
-    assert "Targets" not in html
+    assert page.text.index("too slow for this session: the rate was not held for 12 s") < page.text.index("duration")
 
 
-def test_report_needs_nothing_from_outside(tmp_path):
-    html, page = report(tmp_path, session(), summary())
-    assert not {"script", "link", "iframe"} & set(page.tags)
-    sources = re.findall(r"(?:src|href|url)\s*[=(]\s*[\"']?([^\"'\s]{5})", html)
-    assert sources == ["data:"] * len(FIGURES)
-    assert len(html) < 3_000_000
-
-
-def test_names_are_escaped_everywhere(tmp_path):
+def test_names_are_escaped_everywhere(tmp_path: Path) -> None:
     told = summary(
         scene=NAME,
         contacts=[contact(object=NAME, true_material=NAME, best=NAME, reason=NAME)],
@@ -205,33 +179,24 @@ def test_names_are_escaped_everywhere(tmp_path):
 @pytest.mark.parametrize(
     "told", [{}, summary(contacts=[], modes={"agreement": None, "confusion": {}}, loop={}, packets={})]
 )
-def test_an_empty_session_says_none(tmp_path, told):
+def test_an_empty_session_says_none(tmp_path: Path, told: dict[str, object]) -> None:
     _, page = report(tmp_path, nothing(), told)
-    assert not page.sources
+    assert not page.pictures
     for title in FIGURES:
         assert f"{title} none" in page.text
     write_figure(nothing(), tmp_path / "session.png")
 
 
 @pytest.mark.parametrize("stream", ["touch", "rendered", "gate", "fingertips", "contact", "skin", "thermal"])
-def test_any_stream_may_be_missing(tmp_path, stream):
+def test_any_stream_may_be_missing(tmp_path: Path, stream: str) -> None:
     parts = {name: getattr(session(), name) for name in SessionData.__slots__}
     data = SessionData(**(parts | {stream: {} if stream == "thermal" else EMPTY}))
     _, page = report(tmp_path, data, summary(fingers=1))
-    assert len(page.sources) == len(FIGURES) - (stream == "thermal")
+    assert len(page.pictures) == len(FIGURES) - (stream == "thermal")
     write_figure(data, tmp_path / "session.png")
 
 
-def test_a_rate_that_was_not_held_is_said_at_the_top(tmp_path):
-    _, page = report(tmp_path, session(), summary(loop={"remote": {"behind_s": 12.2}, "operator": {"behind_s": 0.0}}))
-    assert "too slow for this session: the rate was not held for 12 s" in page.text
-    assert page.text.index("too slow for this session") < page.text.index("duration")
-    assert "(remote for 12 s)" in page.text
-    _, page = report(tmp_path, session(), summary(loop={"remote": {"behind_s": 0.0}}))
-    assert "This machine was fast enough" in page.text
-
-
-def test_one_finger_takes_less_room_than_five(tmp_path):
+def test_one_finger_takes_less_room_than_five(tmp_path: Path) -> None:
     one, _ = report(tmp_path, session(), summary(fingers=1))
     five, _ = report(tmp_path, session(), summary())
     assert "index (s)" in one
@@ -239,7 +204,7 @@ def test_one_finger_takes_less_room_than_five(tmp_path):
     assert len(one) < len(five)
 
 
-def test_picture_is_1600_by_1000_and_leaves_no_settings_behind(tmp_path):
+def test_picture_is_1600_by_1000_and_leaves_no_settings_behind(tmp_path: Path) -> None:
     before = dict(mpl.rcParams)
     write_figure(session(), tmp_path / "session.png")
     header = (tmp_path / "session.png").read_bytes()[16:24]
@@ -249,22 +214,19 @@ def test_picture_is_1600_by_1000_and_leaves_no_settings_behind(tmp_path):
         write_figure(session(), tmp_path / "session.png", finger="toe")
 
 
-def test_the_clock_starts_when_the_sites_engage():
+def test_the_clock_starts_when_the_sites_engage_and_a_touch_that_never_ends_lasts_until_the_end() -> None:
     curves = SessionCurves.of(session())
     assert curves.zero_s == pytest.approx(100.5)
     assert [(t.start_s, t.end_s) for t in curves.touches] == [(0.5, 2.5)] * 5
     (shared,) = curves.shared_touches(range(5))
     assert len(shared.touches) == 5
     assert all(0 < a["time_s"] < 2 for a in curves.answers(shared.touches[0]))
-
-
-def test_a_touch_that_never_ends_lasts_until_the_end():
     data = session()
     del data.truth_events[5:]
     assert [touch.end_s for touch in SessionCurves.of(data).touches] == pytest.approx([103.98 - 100.5] * 5)
 
 
-def test_thinning_keeps_peaks_and_gaps():
+def test_thinning_keeps_peaks_and_gaps() -> None:
     value = np.zeros(100_000)
     value[54_321], value[98_765] = 7.0, -3.0
     value[:5000] = np.nan
@@ -276,23 +238,20 @@ def test_thinning_keeps_peaks_and_gaps():
     assert (np.diff(thin.time_s) >= 0).all()
 
 
-def test_spans_of_a_mode():
+def test_a_mode_has_spans_and_a_pause_in_the_recording_does_not_count_as_held() -> None:
     curve = Curve(np.arange(6.0), np.array([0, 0, 2, 2, np.nan, 3]))
     assert spans(curve) == [(0.0, 2.0, 0), (2.0, 4.0, 2), (5.0, 5.0, 3)]
-
-
-def test_a_pause_in_the_recording_does_not_count_as_held():
     assert held_s(np.array([0.0, 0.1, 0.2, 60.0])).sum() == pytest.approx(0.7)
 
 
-def test_right_wrong_and_silence_are_words():
+def test_right_wrong_and_silence_are_words() -> None:
     rows = [contact(), contact(material="wood"), contact(material=None, status="ambiguous", paper_material=None)]
     told = [re.findall("right|wrong|no answer", re.sub("class=.[a-z-]+", "", contacts_table([row]))) for row in rows]
     assert told == [["right", "wrong"], ["wrong", "wrong"], ["no answer", "no answer"]]
     assert "<td>pvc</td><td>3</td><td>1</td><td>1</td><td>1</td><td>0</td><td>2</td><td>1</td>" in tally_table(rows)
 
 
-def test_every_delay_is_counted_once():
+def test_every_delay_is_counted_once() -> None:
     html = histogram_table([-0.001, 0.0, 0.0019, 0.002, 0.5], (0, 2, 10), "delay")
     assert re.findall(r"<tr><td>([^<]+)</td><td>(\d+)</td>", html) == [
         ("below 0", "1"),

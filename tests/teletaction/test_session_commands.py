@@ -20,18 +20,13 @@ from common.session_messages import Request
 from operator_site.devices import OperatorDevices
 from operator_site.session_client import SessionClient
 from operator_site.site import OperatorSite, session_with
-from teletaction.demo_files import DemoOptions, prepare
 from tests.commands import Told, command, one_line
-from tests.operator_site.test_site import CONFIG, Devices, SilentLink
+from tests.operator_site.test_site import SilentLink
+from tests.operator_site.virtual_touch import CONFIG, Devices
 
 VERBS = ("status", "engage", "disengage", "estop", "clear", "note")
 KNOCKS = 100
 """More than a stranger's key would be allowed at once."""
-
-
-@pytest.fixture
-def configs(tmp_path: Path) -> dict[str, Path]:
-    return prepare(DemoOptions(fingers=1), tmp_path)
 
 
 @pytest.fixture
@@ -128,18 +123,14 @@ def test_the_status_is_json(site: Site, configs: dict[str, Path]) -> None:
         ("note", ("annotate", {"text": "a rough spot"})),
     ],
 )
-def test_what_is_done_says_nothing(
+def test_what_is_done_says_nothing_and_a_refusal_is_one_line_and_a_failure(
     verb: str, asked: tuple[str, dict[str, Any]], site: Site, configs: dict[str, Path]
 ) -> None:
-    assert ask(verb, configs["operator"]).said == (0, "", "")
-    assert site.asked[0] == asked
-
-
-@pytest.mark.parametrize("verb", ["engage", "disengage", "clear", "note"])
-def test_a_refusal_is_one_line_and_a_failure(verb: str, site: Site, configs: dict[str, Path]) -> None:
     def refuse(asked: str, details: dict[str, Any]) -> None:
         raise Refused("a fault is latched (hot plate): clear it first")
 
+    assert ask(verb, configs["operator"]).said == (0, "", "")
+    assert site.asked[0] == asked
     site.do = refuse
     assert one_line(ask(verb, configs["operator"]), 1).endswith(": a fault is latched (hot plate): clear it first")
 
@@ -154,12 +145,9 @@ def test_another_key_reaches_no_desk(site: Site, configs: dict[str, Path], tmp_p
     assert site.asked == []
 
 
-CONFIRMED = (
-    "here: stopped, confirmed by every device after 8 ms; remote site: stopped, confirmed by every device after 9 ms"
-)
-UNCONFIRMED = (
-    "here: stopped, confirmed by every device after 8 ms; remote site: not confirmed by telemanipulator: no report"
-)
+HERE = "here: stopped, confirmed by every device after 8 ms"
+CONFIRMED = f"{HERE}; remote site: stopped, confirmed by every device after 9 ms"
+UNCONFIRMED = f"{HERE}; remote site: not confirmed by telemanipulator: no report"
 
 
 def test_an_emergency_stop_waits_for_its_outcome(site: Site, configs: dict[str, Path]) -> None:

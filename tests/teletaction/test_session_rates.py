@@ -8,24 +8,22 @@ from common.machine import Machine
 from teletaction import session_rates
 from teletaction.session_rates import COSTS, DEFAULT, FASTER, FITS, Rates, fitting_here, fitting_rates, session_takes
 
-QUICK = Machine(step_s=50e-6, idle=2.0)
 
-
-def test_an_idle_quick_machine_gets_the_fastest_rates() -> None:
-    assert fitting_rates(QUICK) == FASTER[0]
-
-
-def test_a_machine_between_gets_rates_between() -> None:
-    assert fitting_rates(Machine(120e-6, 2.0)) == FASTER[1]
-
-
-@pytest.mark.parametrize("machine", [Machine(250e-6, 2.0), Machine(50e-6, 0.1), Machine(250e-6, 16.0)])
-def test_a_slow_or_busy_machine_keeps_the_default(machine: Machine) -> None:
-    assert fitting_rates(machine) == DEFAULT
-
-
-def test_what_else_will_run_is_left_room_for() -> None:
-    assert fitting_rates(QUICK, others=1.4) == DEFAULT
+@pytest.mark.parametrize(
+    ("step_us", "idle", "others", "rates"),
+    [
+        (50.0, 2.0, 0.0, FASTER[0]),
+        (120.0, 2.0, 0.0, FASTER[1]),
+        (250.0, 2.0, 0.0, DEFAULT),
+        (250.0, 16.0, 0.0, DEFAULT),
+        (50.0, 0.1, 0.0, DEFAULT),
+        (50.0, 2.0, 1.4, DEFAULT),  # room is left for what else will run
+    ],
+)
+def test_the_quicker_and_idler_a_machine_the_faster_its_rates(
+    step_us: float, idle: float, others: float, rates: Rates
+) -> None:
+    assert fitting_rates(Machine(1e-6 * step_us, idle), others) == rates
 
 
 @given(st.floats(10e-6, 1e-3), st.floats(0.0, 64.0))
@@ -46,11 +44,8 @@ def test_where_idle_time_is_not_counted_the_default_stays(monkeypatch: pytest.Mo
     assert fitting_here(console=False) == DEFAULT
 
 
-def test_rates_are_read_as_they_are_written() -> None:
-    assert Rates.read(str(FASTER[0])) == FASTER[0]
-
-
 @pytest.mark.parametrize("text", ["", "500", "1,2,3", "fast,slow", "250,nan", "99,500", "250,1001"])
-def test_bad_rates_are_refused_with_what_to_write(text: str) -> None:
+def test_rates_are_read_as_they_are_written_and_bad_ones_are_refused_with_what_to_write(text: str) -> None:
+    assert Rates.read(str(FASTER[0])) == FASTER[0]
     with pytest.raises(ValueError, match="--rates"):
         Rates.read(text)

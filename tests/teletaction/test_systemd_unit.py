@@ -14,34 +14,21 @@ from common.watchdog import EXIT_CODE
 UNIT = Path(__file__).parents[2] / "deploy" / "systemd" / "teletaction@.service"
 
 
-@pytest.fixture
-def service() -> dict[str, str]:
-    """The section of the service; of a name given twice, the last value."""
-    parser = configparser.ConfigParser(interpolation=None, strict=False)
+def test_the_service_fits_the_program() -> None:
+    parser = configparser.ConfigParser(interpolation=None, strict=False)  # of a name given twice, the last value
     parser.optionxform = str  # type: ignore[assignment, method-assign]
     parser.read(UNIT, "utf-8")
-    return dict(parser["Service"])
-
-
-def test_the_supervisors_watchdog_is_the_ladders(service: dict[str, str]) -> None:
+    service = parser["Service"]
+    # The supervisor's watchdog is the ladder's, and a start may take as long as devices may be waited for.
     assert service["Type"] == "notify"
     assert float(service["WatchdogSec"]) == SUPERVISOR_WATCHDOG_S > SITE_WATCHDOG_S + NOTICE_S
-
-
-def test_a_start_may_take_as_long_as_devices_may_be_waited_for(service: dict[str, str]) -> None:
-    longest_s = next(
-        limit.le for limit in SiteConfig.model_fields["wait_for_devices_s"].metadata if hasattr(limit, "le")
-    )
-    assert float(service["TimeoutStartSec"]) > longest_s
-
-
-def test_what_failed_is_started_again_and_what_ended_well_is_not(service: dict[str, str]) -> None:
+    limits = SiteConfig.model_fields["wait_for_devices_s"].metadata
+    assert float(service["TimeoutStartSec"]) > next(limit.le for limit in limits if hasattr(limit, "le"))
+    # What failed is started again, and what ended well is not.
     assert service["Restart"] == "on-failure"
     assert EXIT_CODE != 0
     assert "StartLimitIntervalSec=0" in UNIT.read_text("utf-8")
-
-
-def test_it_runs_as_its_own_user_with_nothing_secret_in_the_file(service: dict[str, str]) -> None:
+    # It runs as its own user with nothing secret in the file.
     assert service["User"] == "teletaction"
     assert service["CapabilityBoundingSet"] == ""
     assert service["LimitCORE"] == "0"

@@ -1,33 +1,25 @@
 """Wrong input answers in one line with exit 2, and names what is wrong."""
 
 import json
+import shlex
 import socket
+import tomllib
 from pathlib import Path
 
 import pytest
 
-from common.config import SimRemoteConfig, to_toml
-from common.keys import TrustedKeys, create_keys
-from teletaction.cli import main
-from teletaction.demo_files import SURFACES, TABLES, DemoOptions, prepare
+from common.keys import TrustedKeys
+from teletaction.demo_files import SURFACES, TABLES
+from tests.commands import command, one_line
 
 THERMAL = "time_s,sensor_c,force_n\n" + "".join(f"{0.01 * n:.2f},33.0,0.0\n" for n in range(50))
+IDENTIFY = f"identify thermal --table {TABLES / 'materials.json'}"
+VIRTUAL = "virtual --config operator.toml"
 
 
-@pytest.fixture
-def configs(tmp_path: Path) -> dict[str, Path]:
-    return prepare(DemoOptions(fingers=1), tmp_path)
-
-
-def refuse(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    """Run a command that must be refused; its one line."""
-    assert main(list(arguments)) == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    lines = captured.err.strip().splitlines()
-    assert len(lines) == 1, captured.err
-    assert lines[0].startswith("teletaction: ")
-    return lines[0]
+def refused(line: str) -> str:
+    """The one line that a command ends with that must be refused."""
+    return one_line(command(*shlex.split(line)), 2)
 
 
 def edit(path: Path, old: str, new: str) -> None:
@@ -36,88 +28,79 @@ def edit(path: Path, old: str, new: str) -> None:
     path.write_text(text.replace(old, new), "utf-8")
 
 
-def test_unknown_command_and_option(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "frobnicate" in refuse(capsys, "frobnicate")
-    assert "--frobnicate" in refuse(capsys, "demo", "--frobnicate")
-    assert "--fingers" in refuse(capsys, "demo", "--fingers", "9")
-
-
-def test_unknown_scene(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    line = refuse(capsys, "demo", "--headless", "--scene", "atlantis", "--out", str(tmp_path / "o"))
-    assert "atlantis" in line
-    assert "phantom" in line
-
-
-def test_a_virtual_environment_needs_a_scene_and_a_configuration(
-    capsys: pytest.CaptureFixture[str], configs: dict[str, Path], tmp_path: Path
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("frobnicate", "frobnicate"),
+        ("demo --frobnicate", "--frobnicate"),
+        ("demo --fingers 9", "--fingers"),
+        ("demo --headless --scene atlantis --out o", "unknown scene 'atlantis'; known: materials, paper_iron_wood"),
+        (f"{VIRTUAL} --scene atlantis", "unknown scene 'atlantis'; known: materials, paper_iron_wood"),
+        (f"{VIRTUAL} --scene none.toml", "none.toml: cannot read"),
+        (f"{VIRTUAL} --scene own.toml", "own.toml: materials: balsa: conductivity_w_mk is missing"),
+        (VIRTUAL, "--scene"),
+        (f"{VIRTUAL} --scene materials --seed -1", "--seed"),
+        ("virtual --scene materials --config remote.toml", "remote.toml"),
+        ("remote --config absent.toml", "absent.toml"),
+        ("remote --config sim-remote.toml", "sim-remote.toml"),
+        ("keys init --keys ../keys/remote", "exists"),
+        ("identify thermal --table no.json a.csv", "cannot be read"),
+        (f"identify thermal --table {SURFACES} a.csv", "table"),
+        (f"{IDENTIFY} --at 1,soon a.csv", "--at"),
+        (IDENTIFY, "nothing to identify"),
+        ("render thermal --object adamant --object-c 20 --air-c 25 --seconds 1", "adamant"),
+        ("simulate thermal --material adamant --out t", "adamant"),
+        ("simulate stroke --surface velvet --out t", "velvet"),
+        ("calibrate thermal --traces . --out t", "labels.csv"),
+    ],
+)
+def test_what_cannot_be_done_is_said(
+    line: str, words: str, configs: dict[str, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    config = str(configs["operator"])
-    line = refuse(capsys, "virtual", "--scene", "atlantis", "--config", config)
-    assert "unknown scene 'atlantis'; known: materials, paper_iron_wood" in line
-    assert "none.toml: cannot read" in refuse(
-        capsys, "virtual", "--scene", str(tmp_path / "none.toml"), "--config", config
-    )
-    assert "--scene" in refuse(capsys, "virtual", "--config", config)
-    assert "--seed" in refuse(capsys, "virtual", "--scene", "materials", "--config", config, "--seed", "-1")
-    assert "remote.toml" in refuse(capsys, "virtual", "--scene", "materials", "--config", str(configs["remote"]))
-    own = tmp_path / "own.toml"
-    own.write_text('name = "own"\n[materials.balsa]\ndensity_kg_m3 = 160.0\n', "utf-8")
-    line = refuse(capsys, "virtual", "--scene", str(own), "--config", config)
-    assert "own.toml: materials: balsa: conductivity_w_mk is missing" in line
+    monkeypatch.chdir(configs["remote"].parent)
+    Path("own.toml").write_text('name = "own"\n[materials.balsa]\ndensity_kg_m3 = 160.0\n', "utf-8")
+    Path("a.csv").write_text(THERMAL, "utf-8")
+    assert words in refused(line)
 
 
-def test_folder_with_other_things_is_left_alone(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_folder_with_other_things_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("years of work", "utf-8")
-    assert "other things" in refuse(capsys, "demo", "--headless", "--out", str(tmp_path))
+    assert "other things" in refused(f"demo --headless --out {tmp_path}")
     assert (tmp_path / "thesis.txt").read_text("utf-8") == "years of work"
 
 
-def test_configuration(capsys: pytest.CaptureFixture[str], configs: dict[str, Path], tmp_path: Path) -> None:
-    assert "absent.toml" in refuse(capsys, "remote", "--config", str(tmp_path / "absent.toml"))
+def test_configuration(configs: dict[str, Path]) -> None:
     remote = configs["remote"]
     edit(remote, "rate_hz =", "rate_hertz =")
-    line = refuse(capsys, "remote", "--config", str(remote))
+    line = refused(f"remote --config {remote}")
     assert "rate_hertz" in line
     assert "remote.toml:2" in line
     edit(remote, "rate_hertz = 250.0", "rate_hz = 5.0")
-    line = refuse(capsys, "remote", "--config", str(remote))
+    line = refused(f"remote --config {remote}")
     assert "rate_hz" in line
     assert "100" in line
 
 
-def test_port_in_use(capsys: pytest.CaptureFixture[str], configs: dict[str, Path]) -> None:
-    import tomllib
-
+def test_a_port_in_use_is_named_by_site_and_simulator(configs: dict[str, Path]) -> None:
     port = tomllib.loads(configs["remote"].read_text("utf-8"))["link"]["base_port"]
     with socket.create_server(("127.0.0.1", port + 1)):
-        assert f"{port + 1}" in refuse(capsys, "remote", "--config", str(configs["remote"]))
-
-
-def test_simulator_port_in_use(capsys: pytest.CaptureFixture[str], configs: dict[str, Path]) -> None:
-    import tomllib
-
+        assert f"{port + 1}" in refused(f"remote --config {configs['remote']}")
     address = tomllib.loads(configs["sim-operator"].read_text("utf-8"))["tacttip"]["index"]
     with socket.create_server(("127.0.0.1", int(address.rsplit(":", 1)[1]))):
-        assert "index" in refuse(capsys, "sim-operator", "--config", str(configs["sim-operator"]))
+        assert "index" in refused(f"sim-operator --config {configs['sim-operator']}")
 
 
-def test_device_absent(capsys: pytest.CaptureFixture[str], configs: dict[str, Path]) -> None:
+def test_device_absent(configs: dict[str, Path]) -> None:
     edit(configs["operator"], "wait_for_devices_s = 20.0", "wait_for_devices_s = 0.5")
-    line = refuse(capsys, "operator", "--config", str(configs["operator"]))
+    line = refused(f"operator --config {configs['operator']}")
     assert "exoskeleton" in line or "tacttip" in line
 
 
-def test_key_problems(capsys: pytest.CaptureFixture[str], configs: dict[str, Path], tmp_path: Path) -> None:
-    secret = tmp_path / "keys" / "remote" / "site.key_secret"
-    secret.chmod(0o644)
-    assert "0644" in refuse(capsys, "remote", "--config", str(configs["remote"]))
-    secret.chmod(0o600)
+def test_key_problems(configs: dict[str, Path], tmp_path: Path) -> None:
+    (tmp_path / "keys" / "remote" / "site.key_secret").chmod(0o644)
+    assert "0644" in refused(f"remote --config {configs['remote']}")
     TrustedKeys(tmp_path / "keys" / "operator").revoke("remote")
-    assert "-- remote KEY" in refuse(capsys, "operator", "--config", str(configs["operator"]))
-    assert "exists" in refuse(capsys, "keys", "init", "--keys", str(tmp_path / "keys" / "remote"))
-    assert "nobody" in refuse(capsys, "keys", "revoke", "nobody", "--keys", str(tmp_path / "keys" / "remote"))
-    assert "no public key" in refuse(capsys, "keys", "trust", "x", "y", "--keys", str(tmp_path / "keys" / "remote"))
-    create_keys(tmp_path / "new")
+    assert "-- remote KEY" in refused(f"operator --config {configs['operator']}")
 
 
 @pytest.mark.parametrize(
@@ -130,14 +113,15 @@ def test_key_problems(capsys: pytest.CaptureFixture[str], configs: dict[str, Pat
         ("", "line 1: no header"),
     ],
 )
-def test_a_thermal_trace_that_cannot_be_read_is_answered_and_the_others_go_on(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, text: str, expected: str
+def test_a_thermal_trace_that_cannot_be_read_is_answered_and_so_are_the_others(
+    tmp_path: Path, text: str, expected: str
 ) -> None:
     bad, free = tmp_path / "a.csv", tmp_path / "b.csv"
     bad.write_text(text, "utf-8")
     free.write_text(THERMAL, "utf-8")
-    assert main(["identify", "thermal", "--table", str(TABLES / "materials.json"), str(bad), str(free)]) == 0
-    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    told = command(*shlex.split(IDENTIFY), bad, free)
+    assert told.code == 0
+    lines = [json.loads(line) for line in told.out.splitlines()]
     of_bad = [line for line in lines if line["trace"] == str(bad)]
     assert {line["status"] for line in of_bad} == {"unidentifiable"}
     assert [line["final"] for line in of_bad].count(True) == 1
@@ -146,25 +130,3 @@ def test_a_thermal_trace_that_cannot_be_read_is_answered_and_the_others_go_on(
         assert str(bad) in line["reason"]
         assert expected in line["reason"]
     assert {line["status"] for line in lines if line["trace"] == str(free)} == {"no_contact"}
-
-
-def test_tables_and_numbers(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    trace = tmp_path / "a.csv"
-    trace.write_text(THERMAL, "utf-8")
-    assert "cannot be read" in refuse(capsys, "identify", "thermal", "--table", str(tmp_path / "no.json"), str(trace))
-    assert "table" in refuse(capsys, "identify", "thermal", "--table", str(SURFACES), str(trace))
-    table = str(TABLES / "materials.json")
-    assert "--at" in refuse(capsys, "identify", "thermal", "--table", table, "--at", "1,soon", str(trace))
-    assert "nothing to identify" in refuse(capsys, "identify", "thermal", "--table", table)
-    assert "adamant" in refuse(
-        capsys, "render", "thermal", "--object", "adamant", "--object-c", "20", "--air-c", "25", "--seconds", "1"
-    )
-    out = str(tmp_path / "t")
-    assert "adamant" in refuse(capsys, "simulate", "thermal", "--material", "adamant", "--out", out)
-    assert "velvet" in refuse(capsys, "simulate", "stroke", "--surface", "velvet", "--out", out)
-    assert "labels.csv" in refuse(capsys, "calibrate", "thermal", "--traces", str(tmp_path), "--out", out)
-
-
-def test_a_simulated_configuration_is_no_site_configuration(configs: dict[str, Path]) -> None:
-    assert "can_port" in to_toml(SimRemoteConfig(texture={"index": "pty"}, thermal_sensors={"index": "pty"}))
-    assert main(["remote", "--config", str(configs["sim-remote"])]) == 2
