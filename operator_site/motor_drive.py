@@ -135,7 +135,8 @@ class MotorDrive:
     def _advance(self, t_s: float) -> None:
         since_s, before_s, self._t_s = t_s - self._t_s, self._t_s, t_s
         if not 0.0 <= since_s <= MODULE_TIMEOUT_S:
-            self.speed_rad_s = 0.0  # the module has switched its motor off by itself
+            # The module has switched its motor off by itself; or the clock was set back, and no pulse is known.
+            self.speed_rad_s, self._pulse_until_s = 0.0, -math.inf
             return
         pulse_s = min(since_s, max(0.0, self._pulse_until_s - before_s))
         speed = self._motor.speed_rad_s(self.speed_rad_s, 1e-3 * self._told.pulse_mv, pulse_s)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.signal import find_peaks
 
@@ -157,6 +157,7 @@ def test_another_motor_than_told_is_neither_late_nor_wild(real: Motor) -> None:
         )
     )
 )
+@example([(0.0, 1.0), (-0.0625, 1.0), (0.0625, 0.0)])  # a clock that is set back in a pulse
 def test_whatever_is_asked_for_the_voltage_can_be_sent_and_no_speed_is_no_voltage(
     steps: list[tuple[float, float]],
 ) -> None:
