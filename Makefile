@@ -17,7 +17,7 @@ SITE := site
 help:
 	@echo "make demo        60 s session on simulated devices; leaves summary, report and recording in $(OUT)/"
 	@echo "make test        the fast tests"
-	@echo "make session     tests that run whole sessions, on a virtual clock and in real time"
+	@echo "make session     tests that run whole sessions, on a virtual clock and in real time, and small studies"
 	@echo "make breaks      ten deliberate breaks, each of which the fast tests must notice"
 	@echo "make hardening   a million broken frames for each decoder, 500 strange sequences for each site (minutes); SEQUENCES=100000"
 	@echo "make netns       the link over packets that are really delayed and lost (root)"
@@ -54,11 +54,11 @@ demo: $(READY)
 
 .PHONY: test
 test: $(READY)
-	$(BIN)/pytest -n auto -m 'not containers and not session and not virtual and not hardening and not netns and not faults and not console and not dask and not pages'
+	$(BIN)/pytest -n auto -m 'not (session or virtual or study or containers or hardening or netns or faults or console or dask or pages)'
 
 .PHONY: session
 session: $(READY)
-	$(BIN)/pytest -m virtual -n auto tests/virtual tests/adversary
+	$(BIN)/pytest -m 'virtual or study' -n auto tests/virtual tests/adversary tests/studies tests/teletaction
 	$(BIN)/pytest -m session
 
 .PHONY: containers

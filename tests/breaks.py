@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-FAST = "not session and not containers and not virtual"
+FAST = "not (session or virtual or study or containers)"
 FAILED = 1
 
 

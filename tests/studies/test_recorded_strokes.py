@@ -56,6 +56,7 @@ def made(tmp_path_factory):
     return run(quick=True, folder=out)
 
 
+@pytest.mark.study
 def test_boards_and_fabrics_are_counted(made):
     assert [round(row["period_mm"], 1) for row in made["boards"]] == [4.0, 4.0]
     assert made["taxels"]["the_board"] == 16
@@ -71,6 +72,7 @@ def test_boards_and_fabrics_are_counted(made):
     assert all(row["low"] <= row["share"] <= row["high"] for row in made["accuracy"])
 
 
+@pytest.mark.study
 def test_panels_are_drawn(made):
     left, right = Figure().subplots(1, 2)
     draw_boards(left, made)

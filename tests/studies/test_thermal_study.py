@@ -187,6 +187,7 @@ def test_a_goal_that_is_missed_is_said_to_be() -> None:
     assert (wrong["found"], wrong["met"]) == (0.0, True)
 
 
+@pytest.mark.study
 @pytest.mark.timeout(240)  # some ten seconds, but on a machine that is busy with something else
 def test_a_tiny_run_has_all_parts(tmp_path: Path) -> None:
     told: list[float] = []

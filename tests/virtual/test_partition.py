@@ -34,7 +34,7 @@ def assert_resumes_from_zero(session: VirtualSession, patience_s: float = 3.0) -
 
 
 @pytest.mark.timeout(300)
-@pytest.mark.parametrize("seconds", [1.0, 10.0, 60.0, pytest.param(600.0, marks=pytest.mark.virtual)])
+@pytest.mark.parametrize("seconds", [1.0, 10.0, pytest.param(600.0, marks=pytest.mark.virtual)])
 def test_a_partition_in_a_stroke_is_safe_and_the_work_resumes(working: VirtualSession, seconds: float) -> None:
     before = working.remote.server.session.ident
     working.network.impair(cut=True)
