@@ -3,7 +3,7 @@
 For studies that need thousands of touches: a second takes a tenth of what it takes in the whole test bed.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +46,11 @@ class RemoteFingers:
         self.plate_c: float | None = None
         self._drive = np.zeros(len(FINGERS))
         self._ticks = 0
+
+    @property
+    def touches(self) -> Mapping[int, FingerTouch]:
+        """What each finger feels now, as the remote site has it."""
+        return self._perception.touches
 
     @property
     def touch(self) -> FingerTouch:

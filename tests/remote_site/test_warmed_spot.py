@@ -12,7 +12,7 @@ from common.fingers import FINGERS
 from common.messages import ThermalStatus
 from remote_site.thermal_identification import FELT_BEFORE, STILL_WARM
 from remote_site.warmed_spot import LONGEST_S, SPOT_M, TRACES, WARM, WarmedSpot
-from tests.remote_site.hand_on_bench import Felt, Landing, land, named
+from tests.remote_site.landings import Felt, Landing, land, named
 
 TRUE = {"aluminium": "aluminium", "ceramic": "ceramic_tile", "wood": "pine", "pvc_plain": "pvc"}
 THUMB = FINGERS[:1]
