@@ -54,11 +54,11 @@ demo: $(READY)
 
 .PHONY: test
 test: $(READY)
-	$(BIN)/pytest -n auto -m 'not (session or virtual or study or containers or hardening or netns or faults or console or dask or pages)'
+	$(BIN)/pytest -n auto --dist worksteal -m 'not (session or virtual or study or containers or hardening or netns or faults or console or dask or pages)'
 
 .PHONY: session
 session: $(READY)
-	$(BIN)/pytest -m 'virtual or study' -n auto tests/virtual tests/adversary tests/studies tests/teletaction
+	$(BIN)/pytest -m 'virtual or study' -n auto tests/virtual tests/adversary tests/studies
 	$(BIN)/pytest -m session
 
 .PHONY: containers
@@ -73,7 +73,7 @@ breaks: $(READY)
 ALONE := tests/hardening/test_hostile_connections.py tests/hardening/test_console_attacked.py tests/adversary
 .PHONY: hardening
 hardening: $(READY)
-	$(BIN)/pytest -m hardening -n 2 $(addprefix --ignore=,$(ALONE)) tests/hardening
+	$(BIN)/pytest -m hardening -n 2 $(addprefix --ignore=,$(ALONE)) tests/hardening tests/teletaction
 	$(BIN)/pytest -m hardening $(ALONE)
 
 .PHONY: netns

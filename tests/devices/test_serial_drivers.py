@@ -286,6 +286,7 @@ def open_files() -> int:
     return len(os.listdir("/proc/self/fd"))
 
 
+@pytest.mark.session
 @pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="this system does not list open files")
 @pytest.mark.parametrize("address", LINES)
 def test_a_cable_pulled_many_times_leaves_nothing_open(address: str) -> None:

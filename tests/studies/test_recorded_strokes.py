@@ -12,6 +12,7 @@ from studies.texture_baselines import band_powers, classifiers
 from tests.slow_strokes import folder_of
 
 
+@pytest.mark.study
 def test_fabrics_at_another_pressure_are_told_better_than_by_the_classic_methods():
     try:
         strokes = read_strokes(folder() / "fabric_strokes", FABRIC)

@@ -161,6 +161,7 @@ def test_a_wall_breathes_once_and_stands():
     assert course.wall_j[-1, 0] == pytest.approx(course.wall_j[3400, 0], abs=1e-7)
 
 
+@pytest.mark.study
 def test_tables_and_figure_are_written(tmp_path: Path):
     rows = [row for name in ARCHITECTURES for row in small(name)]
     border = {"hand": "light", "round_trip_ms": 100.0, "worked_out_n_m": 180.0, "simulated_n_m": None}

@@ -37,6 +37,7 @@ def test_force_ramps_up_from_zero_on_engaging(session: VirtualSession) -> None:
     session.work()
 
 
+@pytest.mark.virtual
 @pytest.mark.parametrize("drift", [50e-6, -50e-6])
 def test_clocks_that_drift_apart_by_100_ppm_disturb_nothing(session: VirtualSession, drift: float) -> None:
     session.remote_clock.drift, session.operator_clock.drift = drift, -drift
