@@ -18,6 +18,7 @@ help:
 	@echo "make demo        60 s session on simulated devices; leaves summary, report and recording in $(OUT)/"
 	@echo "make test        the fast tests"
 	@echo "make session     tests that run whole sessions, on a virtual clock and in real time, and small studies"
+	@echo "make mutants     small changes to what protects people, each tried by the tests that reach it (hours at first, then what changed)"
 	@echo "make breaks      ten deliberate breaks, each of which the fast tests must notice"
 	@echo "make hardening   a million broken frames for each decoder, 500 strange sequences for each site (minutes); SEQUENCES=100000"
 	@echo "make netns       the link over packets that are really delayed and lost (root)"
@@ -64,6 +65,13 @@ session: $(READY)
 .PHONY: containers
 containers: $(READY)
 	@settings=$$(PYTHON=$(PYTHON) tests/network/prepare.sh); eval "$$settings"; $(BIN)/pytest -m containers -rPs tests/containers
+
+# Results stay in mutants/: the next run tries what has changed. `mutmut browse` shows each one.
+.PHONY: mutants
+mutants: $(READY)
+	$(BIN)/pip install --quiet --disable-pip-version-check --prefer-binary -c constraints.txt -e '.[mutants]'
+	$(BIN)/mutmut run
+	$(BIN)/mutmut results
 
 .PHONY: breaks
 breaks: $(READY)
