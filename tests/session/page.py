@@ -1,5 +1,6 @@
 """A page without a browser: it speaks the console's websocket as the real one does, and remembers what it was told."""
 
+import asyncio
 import json
 import time
 from collections import Counter
@@ -8,7 +9,8 @@ from contextlib import contextmanager
 from ssl import SSLContext
 from typing import Any
 
-from websockets.sync.client import ClientConnection, connect
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.typing import Origin
 
 from operator_site.console.map_tiles import MapTile
 from operator_site.console.picture import Kind, Picture
@@ -17,10 +19,36 @@ PATIENCE_S = 20.0
 _ALIVE_S = 0.5
 
 
+class Connection:
+    """A websocket that is read only when it is asked, by the thread that asks.
+
+    The client of the library that has no event loop reads in a thread of its own. Over TLS that is not safe before
+    Python 3.13: once a handshake ended without an answer while the other thread wrote.
+    """
+
+    def __init__(self, runner: asyncio.Runner, socket: ClientConnection):
+        self._runner, self._socket = runner, socket
+
+    def send(self, text: str) -> None:
+        self._runner.run(self._socket.send(text))
+
+    def recv(self, timeout: float | None = None) -> str | bytes:
+        """The next message; TimeoutError where none comes in time, s."""
+
+        async def receive() -> str | bytes:
+            async with asyncio.timeout(timeout):
+                return await self._socket.recv()
+
+        return self._runner.run(receive())
+
+    def close(self) -> None:
+        self._runner.run(self._socket.close())
+
+
 class Page:
     """One connection. `draws` is False for a page that never gets round to drawing."""
 
-    def __init__(self, connection: ClientConnection, draws: bool = True):
+    def __init__(self, connection: Connection, draws: bool = True):
         self.connection = connection
         self.draws, self.visible = draws, True
         self.state: dict[str, Any] = {}
@@ -102,7 +130,14 @@ def opened(
 ) -> Iterator[Page]:
     """A page of the console at this address; over TLS, trusting what `ssl` trusts."""
     origin = headers.pop("Origin", address)
-    with connect(
-        address.replace("http", "ws", 1) + path, origin=origin, additional_headers=headers, max_size=1 << 20, ssl=ssl
-    ) as connection:
-        yield Page(connection, draws)
+    url = address.replace("http", "ws", 1) + path
+
+    async def begin() -> ClientConnection:
+        return await connect(url, origin=Origin(origin), additional_headers=headers, max_size=1 << 20, ssl=ssl)
+
+    with asyncio.Runner() as runner:
+        connection = Connection(runner, runner.run(begin()))
+        try:
+            yield Page(connection, draws)
+        finally:
+            connection.close()
