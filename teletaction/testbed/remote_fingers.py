@@ -1,6 +1,6 @@
 """Half a session: simulated remote fingers, and identification alone, without devices, gate or link.
 
-For studies that need thousands of touches: a second takes a tenth of what it takes in the whole test bed.
+For studies that need thousands of touches, which would take too long in the whole test bed.
 """
 
 from collections.abc import Mapping, Sequence
