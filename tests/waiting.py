@@ -14,7 +14,7 @@ def wait_until(
     Args:
         reached: asked again and again; may do a turn of what is waited for.
         what: for the message; called where it is a function.
-        patience_s: for so long, s.
+        patience_s: longest wait, s.
         every_s: between two questions, s.
 
     Raises:

@@ -58,11 +58,11 @@ class RemoteFingers:
         return self._perception.touches[INDEX]
 
     def step(self, x_m: float, z_m: float) -> bytes:
-        """Let a tick pass with the hand told to be at x and the finger at z; returns the touch packet."""
+        """Let a tick pass with the hand's set-point at x and the finger's at z, m; returns the touch packet."""
         return self.move(x_m, 0.0, np.full(len(FINGERS), z_m)).encode()
 
     def move(self, x_m: float, y_m: float, z_m: NDArray[np.float64]) -> Touch:
-        """Let a tick pass with the hand told to be at (x, y) and the fingers at z, (5,); returns what would be sent."""
+        """Let a tick pass with the hand's set-point at (x, y) and the fingers' at z, (5,), m; returns the touch packet."""
         self.world.step(TICK_S, x_m, y_m, z_m, self._drive)
         self._perception.step(self._sensed())
         for finger in self._used:

@@ -1,4 +1,4 @@
-"""Emergency stops in full work: what people are told at either desk, and what happens at the simulated devices."""
+"""Emergency stops in full work: the answers at both desks, and the outputs of the simulated devices."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,6 +22,7 @@ from common.limits import (
 )
 from common.session import Refused
 from remote_site.finger_height import CLEAR_HEIGHT_M, HEIGHT_LOW_M, RETREAT_SPEED_M_S
+from studies.fault_judge import HAND_STOP_S
 from studies.fault_table import FREE, STROKING
 from studies.virtual_fault_session import VirtualFaultSession
 from tests.session.truth import FELT_N, HEATS, STROKES, Floats, Truth, between, read_truth
@@ -34,8 +35,6 @@ LATE_S = 0.016
 """Added to a hold time: an entry of the recording every 10 ms, and a tick of each site."""
 STILL_M = 0.0005
 ROUNDING_N = 1e-9
-HAND_STOP_S = 2.0 * GAP_S
-"""The remote hand stands still along the bench this long after its last motion."""
 CLEAR_S = GAP_S + RETREAT_AFTER_S + (CLEAR_HEIGHT_M - HEIGHT_LOW_M) / RETREAT_SPEED_M_S
 """From the deepest that a finger can be, until it is clear of everything."""
 COMES_S = 4.0
