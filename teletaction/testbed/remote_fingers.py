@@ -62,7 +62,7 @@ class RemoteFingers:
         return self.move(x_m, 0.0, np.full(len(FINGERS), z_m)).encode()
 
     def move(self, x_m: float, y_m: float, z_m: NDArray[np.float64]) -> Touch:
-        """Let a tick pass with the hand's set-point at (x, y) and the fingers' at z, (5,), m; returns the touch packet."""
+        """Let a tick pass with set-points (x, y) of the hand and z (5,) of the fingers, m; returns the touch packet."""
         self.world.step(TICK_S, x_m, y_m, z_m, self._drive)
         self._perception.step(self._sensed())
         for finger in self._used:
