@@ -1,4 +1,7 @@
-"""A session at the faster rates holds them, where the machine is said to hold them."""
+"""Both sites tick at the rates that a session is given, and a process that does not hold its rate says so.
+
+How many ticks are made at which rates depends on the machine: `teletaction study rates` measures it.
+"""
 
 import json
 import subprocess
@@ -7,30 +10,26 @@ from pathlib import Path
 
 import pytest
 
-from common.machine import Machine
-from teletaction.session_rates import FASTER, fitting_rates
+from common.held_rate import HELD
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(120)]
 
-HELD = 0.99
-"""Least share of its ticks that each loop makes."""
+SURELY = 0.02
+"""So far below HELD over the whole session, a rate was not held in some WINDOW_S of it."""
 
 
-def test_rates_that_fit_are_held(tmp_path: Path) -> None:
-    machine = Machine.measured()
-    if (rates := fitting_rates(machine)) not in FASTER:
-        pytest.skip(f"a step takes {machine.step_s * 1e6:.0f} us and {machine.idle:.1f} processors are idle: none fit")
-    demo = ["demo", "--headless", "--seconds", "20", "--out"]
+def test_a_session_ticks_at_the_rates_it_is_given(tmp_path: Path) -> None:
+    demo = ["demo", "--headless", "--seconds", "12", "--rates", "1000,1000", "--out"]
     run = subprocess.run(
-        [sys.executable, "-m", "teletaction", *demo, str(tmp_path), "--rates", str(rates)],
-        stderr=subprocess.PIPE,
-        text=True,
-        check=False,
+        [sys.executable, "-m", "teletaction", *demo, str(tmp_path)], stderr=subprocess.PIPE, text=True, check=False
     )
     assert run.returncode == 0, run.stderr
-    assert f"the operator site {rates.operator_hz:g} times" in run.stderr
-    summary = json.loads((tmp_path / "summary.json").read_text("utf-8"))
-    made = {name: loop["ticks"] / (loop["ticks"] + loop["missed"]) for name, loop in summary["loop"].items()}
-    assert {name: share for name, share in made.items() if share < HELD} == {}
-    assert summary["loop"]["operator"]["period_ms"] == 1e3 / rates.operator_hz
-    assert summary["taps"]["played"] == summary["taps"]["made"] > 0
+    assert "the operator site 1000 times" in run.stderr
+    loops = json.loads((tmp_path / "summary.json").read_text("utf-8"))["loop"]
+    assert loops["operator"]["period_ms"] == loops["remote"]["period_ms"] == 1.0
+    silent = {
+        name: loop
+        for name, loop in loops.items()
+        if loop["ticks"] < (HELD - SURELY) * (loop["ticks"] + loop["missed"]) and not loop["behind_s"]
+    }
+    assert silent == {}
