@@ -95,3 +95,22 @@ def give_way(steps: int) -> None:
     if os.getsid(0) == os.getpid():
         with suppress(OSError):  # a kernel that knows no such groups
             _GROUP.write_text(str(steps), "ascii")
+
+
+class Starved:
+    """Whether a thread of this process is ready to run, and has had no processor since the last look (Linux)."""
+
+    def __init__(self, thread: int) -> None:
+        """Look at a thread, by its number."""
+        self._folder = _THREADS / str(thread)
+        self._ran_ns = -1
+
+    def look(self) -> bool:
+        """Look; False where the system does not say it."""
+        try:
+            state = (self._folder / "stat").read_bytes().rpartition(b") ")[2][:1]
+            ran_ns = int((self._folder / "schedstat").read_bytes().split()[0])
+        except (OSError, ValueError, IndexError):
+            return False
+        ran, self._ran_ns = ran_ns != self._ran_ns, ran_ns
+        return state == b"R" and not ran

@@ -1,7 +1,8 @@
 """Ends the process when its loop stands still although the process runs, so that a supervisor starts it anew.
 
-The devices' own time-outs have made every output safe long before. What holds the whole interpreter, this watchdog
-included, is left to the supervisor's watchdog, which the loop itself feeds.
+A loop that is ready and gets no processor does not stand still: the machine is busy, and a new process would be too
+late as well. The devices' own time-outs have made every output safe long before. What holds the whole interpreter,
+this watchdog included, is left to the supervisor's watchdog, which the loop itself feeds.
 """
 
 import faulthandler
@@ -13,6 +14,7 @@ from collections.abc import Callable
 from types import TracebackType
 
 from common.ladder import SITE_WATCHDOG_S
+from common.scheduling import Starved
 
 log = logging.getLogger(__name__)
 
@@ -27,6 +29,7 @@ class Standstill:
     """Counts its own wake-ups since the loop's last tick, not the time.
 
     A process that was stopped and continued, or a machine that slept, has woken up no more often than its loop.
+    Wake-ups at which the loop's thread had no processor do not count.
     """
 
     def __init__(self, patience_s: float = SITE_WATCHDOG_S) -> None:
@@ -34,12 +37,17 @@ class Standstill:
         self._ticks = -1
         self._wake_ups = 0
 
-    def wake_up(self, ticks: int) -> bool:
-        """Called every WAKE_UP_S with the loop's count of ticks; whether it has stood still for too long."""
+    def wake_up(self, ticks: int, starved: bool) -> bool:
+        """Called every WAKE_UP_S; whether the loop has stood still for too long.
+
+        Args:
+            ticks: that the loop has made.
+            starved: whether its thread was ready since the last wake-up, and had no processor.
+        """
         if ticks != self._ticks:
             self._ticks, self._wake_ups = ticks, 0
             return False
-        self._wake_ups += 1
+        self._wake_ups += not starved
         return self._wake_ups >= self._most
 
 
@@ -61,13 +69,14 @@ def _tell() -> None:
 
 
 class LoopWatchdog:
-    """A thread that watches a loop while the `with` block runs."""
+    """A thread that watches the loop of the calling thread while the `with` block runs."""
 
     def __init__(self, ticks: Callable[[], int], end: Callable[[], None] = end_process) -> None:
         """Watch the loop's count of `ticks`; call `end` once it stands still."""
         self._ticks = ticks
         self._end = end
         self._standstill = Standstill()
+        self._starved = Starved(threading.get_native_id())
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._watch, daemon=True, name="watchdog")
 
@@ -83,6 +92,6 @@ class LoopWatchdog:
 
     def _watch(self) -> None:
         while not self._stop.wait(WAKE_UP_S):
-            if self._standstill.wake_up(self._ticks()):
+            if self._standstill.wake_up(self._ticks(), self._starved.look()):
                 self._end()
                 return

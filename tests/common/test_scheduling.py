@@ -109,3 +109,37 @@ def test_who_gives_way_lowers_itself_and_the_session_that_it_leads() -> None:
     if KNOWS_GROUPS:
         assert leads[2] == "7"
         assert follows[2] == told("")[2], "the group is another process's affair"
+
+
+STARVED = """
+import hashlib, os, subprocess, sys, threading, time
+from common.scheduling import Starved
+processor = min(os.sched_getaffinity(0))
+started = threading.Event()
+def work():
+    global number
+    number = threading.get_native_id()
+    os.sched_setaffinity(0, {processor})
+    os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+    started.set()
+    hashlib.pbkdf2_hmac("sha256", b"", b"", 2**31 - 1)  # for hours, and without the interpreter
+busy = f"import os; os.sched_setaffinity(0, {{{processor}}}); print(flush=True); exec('while True: pass')"
+with subprocess.Popen([sys.executable, "-c", busy], stdout=subprocess.PIPE) as other:
+    other.stdout.readline()
+    threading.Thread(target=work, daemon=True).start()
+    started.wait()
+    looks = Starved(number), Starved(threading.get_native_id()), Starved(0)
+    seen = []
+    for _ in range(31):
+        seen.append([look.look() for look in looks])
+        time.sleep(0.05)
+    other.kill()
+print(*(sum(column) for column in zip(*seen)), flush=True)
+os._exit(0)
+"""
+
+
+def test_a_thread_that_another_keeps_from_its_processor_is_seen() -> None:
+    starved, looking, unknown = map(int, said(STARVED))
+    assert starved >= 15
+    assert looking == unknown == 0

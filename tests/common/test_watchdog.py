@@ -42,15 +42,20 @@ def start(hang: str) -> "subprocess.Popen[str]":
     )
 
 
-@given(st.lists(st.integers(0, 3), max_size=200))
-def test_it_trips_after_so_many_wake_ups_without_a_tick_and_never_before(ticks_between: list[int]) -> None:
+@given(st.lists(st.tuples(st.integers(0, 3), st.booleans()), max_size=200))
+def test_it_trips_after_so_many_wake_ups_without_a_tick_and_never_before(between: list[tuple[int, bool]]) -> None:
     standstill = Standstill()
     ticks = still = 0
-    standstill.wake_up(ticks)
-    for more in ticks_between:
+    standstill.wake_up(ticks, starved=False)
+    for more, starved in between:
         ticks += more
-        still = 0 if more else still + 1
-        assert standstill.wake_up(ticks) is (still >= MOST)
+        still = 0 if more else still + (not starved)
+        assert standstill.wake_up(ticks, starved) is (still >= MOST)
+
+
+def test_a_loop_that_gets_no_processor_does_not_stand_still() -> None:
+    standstill = Standstill()
+    assert not any(standstill.wake_up(7, starved=True) for _ in range(100 * MOST))
 
 
 @pytest.mark.parametrize(
