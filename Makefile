@@ -57,10 +57,14 @@ demo: $(READY)
 test: $(READY)
 	$(BIN)/pytest -n auto --dist worksteal -m 'not (session or virtual or study or containers or hardening or netns or faults or console or dask or pages)'
 
+# Those that load the machine themselves, or measure cost, need it for themselves; the others run two at a time.
+MEASURED := tests/session/test_overload.py tests/session/test_fast_session.py $(wildcard tests/studies/test_*.py) \
+	$(wildcard tests/benchmarks/test_*.py)
 .PHONY: session
 session: $(READY)
 	$(BIN)/pytest -m 'virtual or study' -n auto tests/virtual tests/adversary tests/studies
-	$(BIN)/pytest -m session
+	$(BIN)/pytest -m session -n 2 --dist loadfile $(addprefix --ignore=,$(MEASURED))
+	$(BIN)/pytest -m session $(MEASURED)
 
 .PHONY: containers
 containers: $(READY)

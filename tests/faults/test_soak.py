@@ -33,21 +33,6 @@ def named(key: str) -> Fault:
     return found
 
 
-@pytest.mark.session
-@pytest.mark.timeout(400)
-def test_a_session_survives_a_minute_of_faults_at_random(tmp_path: Path) -> None:
-    data = soak.run(quick=True, seed=2, out=tmp_path)
-    assert data["problems"] == []
-    assert data["seconds"] >= soak.QUICK_S
-    assert data["kinds"] >= SUITS
-    assert data["latched"] >= 1
-    assert data["restarts"]
-    assert {life["process"] for life in data["lives"]} == {*PROCESSES, "network"}
-    assert all(count > 0 for count in data["recordings"].values())
-    soak.plot(data, tmp_path / "soak.png")
-    assert (tmp_path / "soak.png").read_bytes().startswith(b"\x89PNG")
-
-
 def test_a_soak_does_not_write_over_another(tmp_path: Path) -> None:
     (tmp_path / "session").mkdir()
     with pytest.raises(FileExistsError):

@@ -224,7 +224,7 @@ def test_the_figure_is_drawn_with_and_without_the_fault_matrix(tmp_path: Path, f
 @pytest.mark.timeout(400)
 def test_a_touch_packet_takes_at_most_half_as_long_again_as_a_bare_message() -> None:
     # Bare sockets' messages and the link's take turns, so that what else the machine does slows both.
-    measured = link_latency.measure(180, seed=0)
+    measured = link_latency.measure(60, seed=0)
     (ours,) = (row for row in measured["ways"] if row["way"] == link_latency.LINK)
     assert ours["to_bare"] <= 1.5
 
@@ -232,7 +232,7 @@ def test_a_touch_packet_takes_at_most_half_as_long_again_as_a_bare_message() -> 
 @pytest.mark.session
 @pytest.mark.timeout(240)
 def test_the_link_takes_at_most_twice_the_processor_time_of_bare_sockets() -> None:
-    assert link_load.ratios(link_load.compare(5, 2.0))["without_loop"] <= 2.0
+    assert link_load.ratios(link_load.compare(5, 1.0))["without_loop"] <= 2.0
 
 
 @pytest.mark.session
