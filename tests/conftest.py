@@ -28,6 +28,12 @@ def pytest_configure(config: pytest.Config) -> None:
     config.pluginmanager.register(NotJudged(), "not-judged")
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Tests that may take longest begin first: no processor waits for one of them at the end."""
+    marks = {item: item.get_closest_marker("timeout") for item in items}
+    items.sort(key=lambda item: -mark.args[0] if (mark := marks[item]) else 0.0)
+
+
 PROTOCOLS = Path(__file__).parent.parent / "docs" / "protocols.md"
 _BLOCK = re.compile(r"^```golden (\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
