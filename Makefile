@@ -17,7 +17,8 @@ SITE := site
 help:
 	@echo "make demo        60 s session on simulated devices; leaves summary, report and recording in $(OUT)/"
 	@echo "make test        the fast tests"
-	@echo "make session     tests that run whole sessions, on a virtual clock and in real time, and small studies"
+	@echo "make long        tests that compute longer: sessions on a virtual clock, calibrations, small studies"
+	@echo "make session     tests that run whole sessions in real time"
 	@echo "make mutants     small changes to what protects people, each tried by the tests that reach it (hours at first, then what changed)"
 	@echo "make breaks      ten deliberate breaks, each of which the fast tests must notice"
 	@echo "make hardening   a million broken frames for each decoder, 500 strange sequences for each site (minutes); SEQUENCES=100000"
@@ -55,14 +56,17 @@ demo: $(READY)
 
 .PHONY: test
 test: $(READY)
-	$(BIN)/pytest -n auto --dist worksteal -m 'not (session or virtual or study or containers or hardening or netns or faults or console or dask or pages)'
+	$(BIN)/pytest -n auto --dist worksteal -m 'not (session or long or containers or hardening or netns or faults or console or dask or pages)'
+
+.PHONY: long
+long: $(READY)
+	$(BIN)/pytest -n auto --dist worksteal -m 'long and not hardening'
 
 # Those that load the machine themselves, or measure cost, need it for themselves; the others run two at a time.
 MEASURED := tests/session/test_overload.py tests/session/test_fast_session.py $(wildcard tests/studies/test_*.py) \
 	$(wildcard tests/benchmarks/test_*.py)
 .PHONY: session
 session: $(READY)
-	$(BIN)/pytest -m 'virtual or study' -n auto tests/virtual tests/adversary tests/studies
 	$(BIN)/pytest -m session -n 2 --dist loadfile $(addprefix --ignore=,$(MEASURED))
 	$(BIN)/pytest -m session $(MEASURED)
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-FAST = "not (session or virtual or study or containers)"
+FAST = "not (session or long or containers)"
 FAILED = 1
 
 

@@ -12,7 +12,7 @@ from common.packets import MAX_INTEGER, MAX_TEXT, LinkState
 from common.session_messages import Answer, Heartbeat
 from tests.virtual.session import VirtualSession
 
-pytestmark = pytest.mark.virtual
+pytestmark = pytest.mark.long
 
 LIE_S = 2.5
 """Longer than a session lives whose motion is refused."""

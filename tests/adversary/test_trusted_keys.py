@@ -12,7 +12,7 @@ from tests.adversary.attacker import Attacker, attack
 from tests.adversary.conftest import attacker_of, judged_session
 from tests.virtual.session import TICK_S, Truth, VirtualSession
 
-pytestmark = pytest.mark.virtual
+pytestmark = pytest.mark.long
 
 SECOND_KEY = "another operator's public key"
 REFUSED = "motion has been refused for 1.5 s: sequence"

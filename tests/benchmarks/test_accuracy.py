@@ -15,6 +15,8 @@ from studies.thermal_answers import by_product
 from studies.thermal_situations import FOUR, STAGGERED_K, Situation, touched
 from teletaction.demo_files import TABLES
 
+pytestmark = pytest.mark.long
+
 SEED = 3
 FEW = [each for each in SCHEDULES if each.name in ("every reading", "every 0.2 s", "never")]
 COSTS = ("reference_steps", "reference_steps_touch")

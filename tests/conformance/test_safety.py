@@ -99,6 +99,7 @@ def test_interrupted_anywhere_a_module_is_left_neutral(kind: Callable[..., Any])
     assert driving, "none of the interruptions came while something was driven"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", [Exoskeleton, Telemanipulator])
 def test_interrupted_anywhere_a_node_is_left_neutral(kind: Callable[[], Any]) -> None:
     whole = VirtualNode(kind())

@@ -17,6 +17,7 @@ from tests.conformance.virtual_ends import VirtualModule, VirtualNode
 WRONG = [*WRONG_MODULES, *WRONG_NODES]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("number", "make"), WRONG, ids=lambda value: getattr(value, "__name__", value))
 def test_a_wrong_device_fails_in_its_duty_alone(number: str, make: Callable[[], VirtualModule | VirtualNode]) -> None:
     assert came(examined(make(), told_finger=FINGER), Verdict.FAIL).keys() == {number}

@@ -50,6 +50,7 @@ def worst(model: SkinModel, name: str, object_c: float, dwell_s: float) -> float
     return float(np.max((np.abs(felt - true) / tolerance)[within]))
 
 
+@pytest.mark.long
 def test_the_chosen_model_is_right_enough_and_hardly_ever_larger_than_needed() -> None:
     rng = np.random.default_rng(20261122)
     too_large, chosen = [], []

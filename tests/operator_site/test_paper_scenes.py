@@ -60,6 +60,7 @@ def test_materials_of_one_temperature_differ_in_how_cold_they_feel() -> None:
         assert kelvin["aluminium"] < kelvin["ceramic"] < kelvin["pvc"] < kelvin["wood"] < -0.5
 
 
+@pytest.mark.long
 def test_iron_of_35_c_feels_warmer_than_wood_of_35_c() -> None:
     iron, wood = (held("paper_iron_wood", name, 10.0)[0] for name in ("iron", "wood"))
     assert iron > 1.2 * wood > 0.0

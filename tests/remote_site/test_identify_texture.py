@@ -9,6 +9,8 @@ from remote_site.texture_calibration import calibrate_texture
 from sim_sensors.simulate import simulate_stroke, simulate_stroke_set, write_stroke_csv
 from teletaction.texture_report import write_texture_report
 
+pytestmark = pytest.mark.long
+
 STROKED = {"plain_pvc": None, "sandpaper": None, "widely_grooved_pvc": 8.0}
 """Surfaces and the distance of their grooves, mm."""
 WAYS = ((30.0, 1.2), (60.0, 0.7), (120.0, 2.5))

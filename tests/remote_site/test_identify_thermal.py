@@ -13,6 +13,8 @@ from remote_site.identify_thermal import DEFAULT_AT_S, identify_thermal
 from remote_site.material_table import MaterialTable
 from tests.remote_site.made_touches import AMBIENT_C, MadeTouch, made_touches
 
+pytestmark = pytest.mark.long
+
 Line = dict[str, Any]
 FIELDS = {
     "t_s",

@@ -20,6 +20,8 @@ from tests.remote_site.made_touches import (
     pressed,
 )
 
+pytestmark = pytest.mark.long
+
 FORCES = tuple(pressed(force_n) for force_n in (0.6, 1.2, 3.0))
 """Pressed differently: otherwise nothing tells how the contact follows the force."""
 EACH = 6

@@ -26,6 +26,7 @@ def recordings(folder: str) -> list[Path]:
     return found
 
 
+@pytest.mark.long
 def test_every_touch_is_read_and_answered() -> None:
     traces = recordings("thermal_contact")[::6]
     table = MaterialTable.load(TABLES / "materials.json")

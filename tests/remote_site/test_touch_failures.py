@@ -140,6 +140,7 @@ def strange(knowledge: ThermalKnowledge) -> list[tuple[MadeTouch, list[ThermalAn
 Strange = list[tuple[MadeTouch, list[ThermalAnswer]]]
 
 
+@pytest.mark.long
 def test_an_untrained_material_is_unknown_in_the_end_with_its_effusivity(strange: Strange) -> None:
     ends = [(touch, answers[-1]) for touch, answers in strange]
     assert [answer.status for _, answer in ends].count(ThermalStatus.UNKNOWN) >= 0.9 * len(ends)

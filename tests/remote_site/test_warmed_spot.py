@@ -81,6 +81,7 @@ def retouched(name: str) -> list[Felt]:
     return land(name, (Landing(3.0, 0.5), Landing(1.0, 13.0), Landing(4.0, 0.1)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", TRUE)
 def test_what_was_found_holds_for_a_hand_that_comes_back_at_once(name: str) -> None:
     again = [moment for moment in retouched(name) if moment.landing == 1 and moment.touches[0].contact]
@@ -101,6 +102,7 @@ def test_no_hand_is_misled_by_traces_of_its_last_touch(name: str) -> None:
     }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["aluminium", "ceramic"])
 def test_beside_the_last_spot_a_hand_begins_anew(name: str) -> None:
     felt = land(name, (Landing(2.0, 2.5), Landing(3.0, beside_m=0.03)))
@@ -110,6 +112,7 @@ def test_beside_the_last_spot_a_hand_begins_anew(name: str) -> None:
     assert STILL_WARM not in reasons
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", TRUE)
 def test_a_finger_that_bounces_as_it_lands_touches_once(name: str) -> None:
     felt = land(name, (Landing(0.02, 0.03), Landing(5.0)))

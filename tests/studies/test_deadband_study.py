@@ -101,7 +101,7 @@ def test_the_scripted_hand_moves_and_its_places_are_those_of_the_bus() -> None:
     assert np.abs(steps - np.round(steps)).max() < 1e-3
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_chance_gaps_are_worked_out_as_they_are_drawn() -> None:
     drawn = [row for row in data()["gaps"] if row["drawn_in_an_hour"] is not None]
     assert len(drawn) > 8
@@ -111,7 +111,7 @@ def test_chance_gaps_are_worked_out_as_they_are_drawn() -> None:
     assert mine["in_an_hour"] < 1.0
 
 
-@pytest.mark.study
+@pytest.mark.long
 @RECORDINGS
 def test_recorded_motions_are_sent_with_a_seventh_of_the_packets_and_never_further_off_than_the_step() -> None:
     found = data()
@@ -158,7 +158,7 @@ def touch_rows(seconds: float, seed: int) -> list[dict[str, Any]]:
     return rows
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_without_recordings_it_says_so_and_shows_the_rest(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(deadband_courses, "folder", lambda: tmp_path)
     monkeypatch.setattr(deadband, "touch_rows", touch_rows)
@@ -168,7 +168,7 @@ def test_without_recordings_it_says_so_and_shows_the_rest(monkeypatch: pytest.Mo
     draw_figure(plot, found, tmp_path)
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_figure_and_tables_are_written(tmp_path: Path) -> None:
     draw_figure(plot, data(), tmp_path)
     write_tables(tables(data()), tmp_path)

@@ -40,7 +40,7 @@ def test_each_kind_of_scene_gets_the_right_modes(kind: str) -> None:
     assert right / ticks >= (0.96 if kind == "shaking arm" else 0.98)
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_time_right_switches_and_taps_hold_at_three_times_the_noise() -> None:
     machine, plain = level(MACHINE), level(PLAIN)
     assert machine["right"] >= 0.98 > plain["right"]
@@ -51,7 +51,7 @@ def test_time_right_switches_and_taps_hold_at_three_times_the_noise() -> None:
     assert level(MACHINE, 10.0)["right"] < 0.98, "it says where it fails"
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_the_speed_of_a_tap_is_that_before_the_impact() -> None:
     for noise in (1.0, JUDGED):
         for method, most in ((MACHINE, 0.2), (PLAIN, 0.6)):
@@ -71,7 +71,7 @@ def test_the_judge_knows_wrong_from_late() -> None:
     assert all(late_s is not None and late_s < 0.2 for _, late_s, _ in latencies(explored.mode, told))
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_tables_and_panels_are_drawn(tmp_path: Path) -> None:
     write_tables(tables(data()), tmp_path)
     draw_panels((draw_time_right, draw_latencies, draw_tap_speeds), data(), tmp_path)

@@ -24,7 +24,7 @@ def test_five_bare_springs_push_as_hard_as_their_depth() -> None:
     assert told["enabled"] == 1.0
 
 
-@pytest.mark.study
+@pytest.mark.long
 @pytest.mark.real_time
 def test_it_runs_at_1_khz_and_a_step_costs_some_bare_springs_only(tmp_path: Path) -> None:
     data = measure(0.4, 2, ("virtual",))

@@ -18,7 +18,7 @@ def data() -> dict[str, Any]:
     return run(quick=True, seed=0, tell=lambda _: None)
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_the_finger_taps_rests_and_strokes_in_this_order_and_the_motor_shows_it() -> None:
     by_mode = {mode: list(rows) for mode, rows in groupby(data()["motor"], key=lambda row: row["mode"])}
     assert list(by_mode) == ["free", "tapping", "quiescent", "stroking"]
@@ -32,7 +32,7 @@ def test_the_finger_taps_rests_and_strokes_in_this_order_and_the_motor_shows_it(
     assert motor.max() > 0.9 * wanted.max()
 
 
-@pytest.mark.study
+@pytest.mark.long
 @pytest.mark.parametrize("start", ["usual", "colder"])
 def test_iron_warms_the_skin_more_than_wood_from_outside_in(start: str) -> None:
     def course(name: str, layer: str) -> np.ndarray:
@@ -47,7 +47,7 @@ def test_iron_warms_the_skin_more_than_wood_from_outside_in(start: str) -> None:
     assert course("iron", "dermis")[-1] > 10.0 * course("iron", "subcutis")[-1]
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_a_colder_finger_makes_a_larger_step() -> None:
     def step_k(start: str) -> float:
         rows = [row for row in data()["layers"] if row["start"] == start and row["object"] == "iron"]
@@ -58,7 +58,7 @@ def test_a_colder_finger_makes_a_larger_step() -> None:
     assert 0.5 < step_k("usual") < 0.6 * step_k("colder")
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_aluminium_is_known_in_both_ways_when_the_paper_has_it() -> None:
     (at,) = (row for row in data()["identification"] if abs(row["time_s"] - data()["paper_s"]) < 0.01)
     assert at["exponential_object_c"] == pytest.approx(data()["object_c"], abs=0.4)
@@ -67,7 +67,7 @@ def test_aluminium_is_known_in_both_ways_when_the_paper_has_it() -> None:
     assert at["virtual_heat_conductivity_per_m2_s"] == pytest.approx(at["exponential_rate_per_s"] / 196e-6)
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_it_is_written_and_drawn(tmp_path: Path) -> None:
     write_tables(tables(data()), tmp_path)
     draw_figure(plot, data(), tmp_path, 50_000)

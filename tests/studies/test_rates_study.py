@@ -42,7 +42,7 @@ def data(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     return measure(CHOICES, [0, 1, 2], 9.0, lambda _: None)
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_counts_are_added_and_the_rest_is_the_median(data: dict[str, Any]) -> None:
     (row, _) = data["rates"]
     assert (row["rates"], row["sessions"]) == ("250,500", 3)
@@ -52,7 +52,7 @@ def test_counts_are_added_and_the_rest_is_the_median(data: dict[str, Any]) -> No
     assert row["on_time"] == 0.9
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_there_is_a_row_for_each_session_and_a_figure(data: dict[str, Any], tmp_path: Path) -> None:
     assert [len(rows) for rows in tables(data).values()] == [6, 2]
     draw_figure(plot, data, tmp_path)

@@ -12,7 +12,7 @@ from studies.texture_baselines import band_powers, classifiers
 from tests.slow_strokes import folder_of
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_fabrics_at_another_pressure_are_told_better_than_by_the_classic_methods():
     try:
         strokes = read_strokes(folder() / "fabric_strokes", FABRIC)
@@ -57,7 +57,7 @@ def made(tmp_path_factory):
     return run(quick=True, folder=out)
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_boards_and_fabrics_are_counted(made):
     assert [round(row["period_mm"], 1) for row in made["boards"]] == [4.0, 4.0]
     assert made["taxels"]["the_board"] == 16
@@ -73,7 +73,7 @@ def test_boards_and_fabrics_are_counted(made):
     assert all(row["low"] <= row["share"] <= row["high"] for row in made["accuracy"])
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_panels_are_drawn(made):
     left, right = Figure().subplots(1, 2)
     draw_boards(left, made)

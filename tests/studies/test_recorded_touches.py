@@ -71,7 +71,7 @@ def test_the_figure_shows_every_way_to_sense(tmp_path: Path) -> None:
     draw_figure(recorded_touches.plot, {"accuracy": cells}, tmp_path)
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_both_methods_answer_every_touch_of_a_set_that_was_left_out(tmp_path: Path) -> None:
     """A touch of each class from three sets: every answer is given and counted; too few to say how good they are."""
     found = []

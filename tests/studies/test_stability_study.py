@@ -48,6 +48,7 @@ def test_the_simulated_wall_of_the_device_alone_is_stable_to_colgates_bound(peri
     assert (sampled_wall_n_m(HANDS["firm"], period_s) or np.inf) > bound
 
 
+@pytest.mark.long
 def test_direct_force_is_stable_without_delay_and_unstable_in_its_known_region():
     rows = {(row["round_trip_ms"], row["wall_n_m"]): row for row in of(DIRECT)}
     assert rows[0.0, 100.0]["stable"]
@@ -58,6 +59,7 @@ def test_direct_force_is_stable_without_delay_and_unstable_in_its_known_region()
         assert rows[100.0, wall]["produced_mj"] > 100.0
 
 
+@pytest.mark.long
 def test_the_simulated_border_of_direct_force_agrees_with_the_one_worked_out():
     loops = [Loop(hand, trip_s, 0.002) for hand in (HANDS["light"], HANDS["arm"]) for trip_s in (0.02, 0.05)]
     for loop, found in zip(loops, simulated_n_m(loops), strict=True):
@@ -71,6 +73,7 @@ def test_the_border_falls_with_the_period_and_a_loop_counts_a_period_back():
     assert Loop(light, 0.020, 0.001).delay_s == pytest.approx(0.020)
 
 
+@pytest.mark.long
 def test_wave_variables_die_out_and_produce_nothing_at_any_constant_delay():
     rng = np.random.default_rng(1)
     trips_s = rng.uniform(0.0, 0.4, 12)
@@ -89,6 +92,7 @@ def test_wave_variables_die_out_and_produce_nothing_at_any_constant_delay():
     assert np.all((late < 0.6 * early) | (late < 2e-4))
 
 
+@pytest.mark.long
 def test_the_local_model_never_produces_energy_swings_or_pushes_too_hard():
     rows = [row for hand in range(len(QUICK.hands)) for row in matrix_rows(QUICK, 0, hand, LOCAL, seed=0)]
     assert len(rows) == 72
@@ -98,6 +102,7 @@ def test_the_local_model_never_produces_energy_swings_or_pushes_too_hard():
         assert row["peak_n"] <= 10.0, row
 
 
+@pytest.mark.long
 def test_the_local_model_feels_right_at_any_delay_up_to_its_cap():
     for row in of(LOCAL) + of(LOCAL, "loss 20 %, jitter 10 ms"):
         assert row["felt_n_m"] == pytest.approx(min(500.0, row["wall_n_m"]), rel=0.05)  # 2 b / T = 500 N/m
@@ -161,7 +166,7 @@ def test_a_wall_breathes_once_and_stands():
     assert course.wall_j[-1, 0] == pytest.approx(course.wall_j[3400, 0], abs=1e-7)
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_tables_and_figure_are_written(tmp_path: Path):
     rows = [row for name in ARCHITECTURES for row in small(name)]
     border = {"hand": "light", "round_trip_ms": 100.0, "worked_out_n_m": 180.0, "simulated_n_m": None}

@@ -19,13 +19,13 @@ def data() -> dict[str, Any]:
     return run(quick=True, seed=83, tell=lambda _: None)
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_one_press_tells_the_stiffness() -> None:
     assert all(row["error_most"] <= 0.15 for row in data()["presses"])
     assert sum(row["known"] for row in data()["presses"]) >= 0.97 * sum(row["count"] for row in data()["presses"])
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_what_is_told_as_known_is_right_and_before_that_it_is_too_little() -> None:
     for row in data()["known"]:
         assert row["share_right_when_known"] >= 0.999
@@ -34,7 +34,7 @@ def test_what_is_told_as_known_is_right_and_before_that_it_is_too_little() -> No
         assert row["median_force_n"] < 2.0
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_the_told_surface_is_quiet_and_not_late() -> None:
     assert all(row["told_mm"] < 0.03 and row["told_mm"] < 0.6 * row["raw_mm"] for row in data()["jitter"])
     assert all(row["lag_ms"] <= 30.0 for row in data()["moving"])
@@ -43,7 +43,7 @@ def test_the_told_surface_is_quiet_and_not_late() -> None:
     assert all(abs(row["stiffness_error"]) < 0.15 for row in soft)
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_a_nodule_and_a_slope_are_told_apart() -> None:
     for row in data()["nodule"]:
         assert (row["onto_ms"] if row["onto_ms"] is not None else np.inf) <= 50.0
@@ -51,7 +51,7 @@ def test_a_nodule_and_a_slope_are_told_apart() -> None:
     assert all(row["mean"] == pytest.approx(0.1, abs=0.01) for row in data()["slope"])
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_a_tick_costs_no_more_than_its_share() -> None:
     for row in data()["cost"]:
         assert row["times_a_bare_call"] < 300.0
@@ -69,7 +69,7 @@ def test_the_physics_is_that_of_the_simulated_fingertip() -> None:
     assert tip.force_n == pytest.approx(felt.force_n[-1, 0], abs=0.01)
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_tables_and_panels_are_drawn(tmp_path: Path) -> None:
     write_tables(tables(data()), tmp_path)
     draw_panels((draw_errors, draw_jitter, draw_breath, draw_nodule), data(), tmp_path)

@@ -17,21 +17,21 @@ def data() -> dict[str, Any]:
     return measure(Sizes(learn=2, judge=3, changes=1, grooves=0), seed=0, tell=lambda _: None)
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_the_shipped_method_is_right_more_often_than_the_paper_s_and_the_classic_ones() -> None:
     right = {row["method"]: row["right"] for row in data()["accuracy"] if row["time_s"] == 1.0}
     assert right["shipped"] == max(right.values())
     assert right["paper"] < right["shipped"]
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_roughness_is_freed_of_speed_and_force() -> None:
     before, after = ([row["scatter"] for row in data()["scatter"] if row["normalised"] is way] for way in (False, True))
     assert max(after) < 0.15
     assert sum(after) < 0.5 * sum(before)
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_the_paper_s_hold_latches_and_its_mean_drifts() -> None:
     smooth_to_rough, rough_to_smooth = data()["courses"]
     assert all(smooth_to_rough["held"][-100:])
@@ -40,7 +40,7 @@ def test_the_paper_s_hold_latches_and_its_mean_drifts() -> None:
     assert rough_to_smooth["shipped_v"][-1] < 0.01
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_what_it_writes_can_be_read(tmp_path: Path) -> None:
     write_tables(tables(data()), tmp_path)
     draw_figure(plot, data(), tmp_path)

@@ -18,7 +18,7 @@ def data() -> dict[str, Any]:
     return run(quick=True, seed=0, tell=lambda _: None)
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_the_runtime_chooses_the_first_rung_that_is_right_enough() -> None:
     rungs = [str(model) for model in RUNGS]
     for name in OBJECTS:
@@ -29,7 +29,7 @@ def test_the_runtime_chooses_the_first_rung_that_is_right_enough() -> None:
             assert mine[smaller]["share_of_tolerance"] > 0.8
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_explicit_euler_diverges_just_where_the_fastest_cell_says() -> None:
     rows = [row for row in data()["integrators"] if row["method"] == EXPLICIT_EULER]
     assert {row["error_k"] is None for row in rows} == {True, False}
@@ -37,7 +37,7 @@ def test_explicit_euler_diverges_just_where_the_fastest_cell_says() -> None:
         assert (row["error_k"] is None) is (row["setting"] > row["diverges_above_s"])
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_the_exact_step_is_the_cheapest_but_for_those_as_coarse() -> None:
     for row in data()["integrators"]:
         if row["method"] in SOLVERS:
@@ -50,7 +50,7 @@ def test_the_exact_step_is_the_cheapest_but_for_those_as_coarse() -> None:
             assert exact["error_k"] == 0.0
 
 
-@pytest.mark.study
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["copper", "ceramic_tile", "pvc"])
 def test_a_faster_plate_is_nearer_to_the_object(name: str) -> None:
     errors = [row["error_k"] for row in data()["rates"] if row["object"] == name]
@@ -59,7 +59,7 @@ def test_a_faster_plate_is_nearer_to_the_object(name: str) -> None:
     assert max(errors[3:]) < 0.4 * errors[0]
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_only_what_starts_early_is_felt_early_and_the_runtimes_lead_is_too_little_to_be_felt() -> None:
     for row in data()["strategies"]:
         assert (row["early_k"] > 0.0) is ("early" in row["strategy"]), row
@@ -74,7 +74,7 @@ def best_strategy(name: str) -> str:
     return str(min(mine, key=lambda row: row["error_k"])["strategy"])
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_an_inverted_model_turns_the_smallest_noise_into_kelvins_and_flux_matching_does_not() -> None:
     inverted = [row for row in data()["inverse"] if row["way"] == "one-step inverse" and row["step_s"] == 0.01]
     assert all(row["plate_noise_k"] > 1.0 for row in inverted if row["delay_s"] == 0.0)
@@ -82,7 +82,7 @@ def test_an_inverted_model_turns_the_smallest_noise_into_kelvins_and_flux_matchi
     assert all(row["plate_noise_k"] < 0.01 for row in data()["inverse"] if row["way"] == "flux matching")
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_through_plate_and_loop_the_finger_feels_what_the_rate_allows() -> None:
     """Also where ticks are of 50 ms, readings noisy by 0.1 K and late by 0.1 s."""
     assert {row["noise_k"] for row in data()["loop"]} == {0.0, 0.1}
@@ -92,7 +92,7 @@ def test_through_plate_and_loop_the_finger_feels_what_the_rate_allows() -> None:
         assert row["plate_swing_k"] <= 0.3, row
 
 
-@pytest.mark.study
+@pytest.mark.long
 def test_it_is_written_and_drawn(tmp_path: Path) -> None:
     write_tables(tables(data()), tmp_path)
     draw_figure(plot, data(), tmp_path, 50_000)

@@ -70,6 +70,7 @@ def test_the_good_fit_finds_an_exponential_read_with_lag(tau_s: float, lag_s: fl
     assert fit.residual_k < 0.05
 
 
+@pytest.mark.long
 def test_the_papers_way_is_the_products(calibration: Calibration, hands: list[Hand]) -> None:
     knowledge = knowledge_of(calibration.table)
     rates = calibration.rates[list(WAYS).index("paper")]
@@ -187,7 +188,7 @@ def test_a_goal_that_is_missed_is_said_to_be() -> None:
     assert (wrong["found"], wrong["met"]) == (0.0, True)
 
 
-@pytest.mark.study
+@pytest.mark.long
 @pytest.mark.timeout(240)  # some ten seconds, but on a machine that is busy with something else
 def test_a_tiny_run_has_all_parts(tmp_path: Path) -> None:
     told: list[float] = []

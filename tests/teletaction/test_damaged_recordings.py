@@ -98,6 +98,7 @@ def test_a_sound_recording_is_read_as_before(sound: dict[str, bytes], kind: str,
     assert "Messages that could not be read" not in (tmp_path / "report.out").read_text("utf-8")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("kind", "seed"),
     [

@@ -139,6 +139,7 @@ def test_whatever_the_damage_all_that_stands_before_it_is_restored(
     check()
 
 
+@pytest.mark.long
 def test_a_recorder_and_its_writer_killed_lose_at_most_half_a_second(tmp_path: Path) -> None:
     moments = random.Random(3)
     for turn in range(5):

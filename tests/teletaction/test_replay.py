@@ -106,6 +106,7 @@ def test_a_replay_writes_what_left_for_the_devices_and_what_it_compared(golden: 
     assert {float(row["thumb_force_n"]) for row in rows if "thumb_force_n" in row} == set()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("site", "streams"), [("remote", STREAMS[:2]), ("operator", STREAMS[2:])])
 def test_one_sites_recording_replays_the_half_that_is_there(
     own: Own, tmp_path: Path, site: str, streams: tuple[str, ...]
@@ -175,6 +176,7 @@ def test_input_and_wall_time_of_a_row_are_no_difference(golden: Own, tmp_path: P
     assert result["operator"] == golden[1]["operator"]
 
 
+@pytest.mark.long
 def test_a_restarted_site_begins_anew(golden: Own, tmp_path: Path) -> None:
     """Two recordings of one site in one session: the second knows nothing of the first."""
     first = altered(tmp_path / "remote-1.mcap", as_it_is, STREAMS[:2], single=True)
@@ -185,6 +187,7 @@ def test_a_restarted_site_begins_anew(golden: Own, tmp_path: Path) -> None:
     assert result["remote"] == {"remote-1": expected, "remote": expected}
 
 
+@pytest.mark.long
 def test_a_cut_recording_is_replayed_after_it_was_recovered(own: Own, tmp_path: Path) -> None:
     whole = own[0].read_bytes()
     for share in (0.3, 0.8):
@@ -279,6 +282,7 @@ def test_bits_decide_and_not_numbers() -> None:
     assert comparison.first_difference == first
 
 
+@pytest.mark.long
 def test_several_recordings_are_replayed_side_by_side_with_the_same_results(own: Own, tmp_path: Path) -> None:
     whole, paths = own[0].read_bytes(), [tmp_path / "first.mcap", tmp_path / "second.mcap"]
     (tmp_path / "cut.mcap").write_bytes(whole[: len(whole) // 2])

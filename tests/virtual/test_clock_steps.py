@@ -38,6 +38,7 @@ def test_a_stepped_clock_is_safe_at_once_and_the_work_resumes(
     assert server.session.fault == client.session.fault == ""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("side", "seconds"), STEPS)
 def test_a_clock_stepped_while_the_sensor_is_heated_is_safe_and_the_work_resumes(
     session: VirtualSession, side: str, seconds: float
@@ -50,6 +51,7 @@ def test_a_clock_stepped_while_the_sensor_is_heated_is_safe_and_the_work_resumes
     assert session.remote.server.session.fault == session.operator.client.session.fault == ""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("side", "seconds"), STEPS)
 def test_after_a_step_the_plate_is_regulated_and_the_motor_follows_the_stroke_again(
     working: VirtualSession, side: str, seconds: float
@@ -62,6 +64,7 @@ def test_after_a_step_the_plate_is_regulated_and_the_motor_follows_the_stroke_ag
     assert len({now.motor_mv for now in felt if now.motor_mv}) != 1, "a speed that never changes is not the stroke's"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("side", "seconds"), STEPS)
 def test_a_clock_stepped_during_a_partition_lets_the_work_resume(
     working: VirtualSession, side: str, seconds: float

@@ -13,7 +13,7 @@ from tests.virtual.judge import REMOTE_LATE_S, SERVO_S, STILL_M, Latches, check_
 from tests.virtual.kept_record import KeptRecord
 from tests.virtual.session import TICK_S, VirtualSession
 
-pytestmark = pytest.mark.virtual
+pytestmark = pytest.mark.long
 
 PLACES: dict[str, Callable[[VirtualSession], tuple[object, str]]] = {
     "operator read": lambda session: (session.operator._devices, "read"),

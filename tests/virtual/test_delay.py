@@ -7,7 +7,7 @@ import pytest
 from common.limits import AGE_DEFAULT_S
 from tests.virtual.session import Truth, VirtualSession
 
-pytestmark = pytest.mark.virtual
+pytestmark = pytest.mark.long
 
 MakeSession = Callable[..., VirtualSession]
 

@@ -27,7 +27,7 @@ from studies.fault_table import FREE, STROKING
 from studies.virtual_fault_session import VirtualFaultSession
 from tests.session.truth import FELT_N, HEATS, STROKES, Floats, Truth, between, read_truth
 
-pytestmark = pytest.mark.virtual
+pytestmark = pytest.mark.long
 
 AT_OPERATOR, AT_REMOTE = "emergency stop by the operator", "emergency stop at the remote site"
 LEFT_ALONE_S = 2.0

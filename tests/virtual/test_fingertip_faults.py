@@ -9,7 +9,7 @@ from tests.virtual.fingertip import Fingertip, fingertip
 from tests.virtual.judge import LATE_S
 from tests.virtual.session import COARSE_TICK_S
 
-pytestmark = pytest.mark.virtual
+pytestmark = pytest.mark.long
 
 HOTTEST_START_C = 40.0
 STARTS = {

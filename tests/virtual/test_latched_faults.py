@@ -7,7 +7,7 @@ import pytest
 from tests.virtual.session import VirtualSession
 from tests.virtual.test_partition import assert_at_rest
 
-pytestmark = pytest.mark.virtual
+pytestmark = pytest.mark.long
 
 LATCHES: dict[str, Callable[[VirtualSession], None]] = {
     "disobedient telemanipulator": lambda session: session.break_device("remote: disobey drift"),

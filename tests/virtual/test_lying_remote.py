@@ -11,7 +11,7 @@ from operator_site.site_recording import SiteRecording
 from tests.virtual.kept_record import KeptRecord
 from tests.virtual.session import TICK_S, VirtualSession
 
-pytestmark = pytest.mark.virtual
+pytestmark = pytest.mark.long
 
 _INDEX = 1
 _GROOVE_RAD_S = 300.0

@@ -34,7 +34,9 @@ def assert_resumes_from_zero(session: VirtualSession, patience_s: float = 3.0) -
 
 
 @pytest.mark.timeout(300)
-@pytest.mark.parametrize("seconds", [1.0, 10.0, pytest.param(600.0, marks=pytest.mark.virtual)])
+@pytest.mark.parametrize(
+    "seconds", [1.0, *(pytest.param(seconds, marks=pytest.mark.long) for seconds in (10.0, 600.0))]
+)
 def test_a_partition_in_a_stroke_is_safe_and_the_work_resumes(working: VirtualSession, seconds: float) -> None:
     before = working.remote.server.session.ident
     working.network.impair(cut=True)
@@ -61,7 +63,7 @@ def test_a_partition_while_the_free_sensor_is_heated_is_safe_and_the_work_resume
     assert_resumes_from_zero(session)
 
 
-@pytest.mark.virtual
+@pytest.mark.long
 def test_partitions_again_and_again_are_safe_and_the_work_resumes(working: VirtualSession) -> None:
     for seconds in (0.05, 0.12, 0.3, 0.9, 1.05, 1.6):
         working.network.impair(cut=True)
@@ -70,6 +72,7 @@ def test_partitions_again_and_again_are_safe_and_the_work_resumes(working: Virtu
         working.work()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("direction", [TO_REMOTE, TO_OPERATOR])
 def test_a_cut_of_one_direction_is_safe_and_the_work_resumes(working: VirtualSession, direction: str) -> None:
     working.network.impair(direction, cut=True)
@@ -80,6 +83,7 @@ def test_a_cut_of_one_direction_is_safe_and_the_work_resumes(working: VirtualSes
     assert_resumes_from_zero(working)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stream", ["motion", "touch", "heartbeat"])
 def test_a_cut_of_one_stream_is_safe_and_the_work_resumes(working: VirtualSession, stream: str) -> None:
     working.network.impair(stream=stream, cut=True)

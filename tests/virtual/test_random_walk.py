@@ -9,7 +9,7 @@ from common.limits import AGE_DEFAULT_S
 from teletaction.testbed.network import STREAMS, TO_OPERATOR, TO_REMOTE
 from tests.virtual.session import VirtualSession
 
-pytestmark = pytest.mark.virtual
+pytestmark = pytest.mark.long
 
 MakeSession = Callable[..., VirtualSession]
 STEPS = 14

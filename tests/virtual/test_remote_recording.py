@@ -12,7 +12,7 @@ from tests.virtual.conftest import MakeSession
 from tests.virtual.kept_record import KeptRecord
 from tests.virtual.session import VirtualSession
 
-pytestmark = pytest.mark.virtual
+pytestmark = pytest.mark.long
 
 KNOWN_WITHIN_S = 1.5
 """It is asked once a second, and an answer takes a moment."""

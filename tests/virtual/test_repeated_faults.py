@@ -19,7 +19,7 @@ from sim_sensors.finger_plate import FingerPlates
 from sim_sensors.tacttip import ntc_counts
 from tests.virtual.session import COARSE_TICK_S
 
-pytestmark = pytest.mark.virtual
+pytestmark = pytest.mark.long
 
 BAD, SOUND = FINGERS.index("index"), FINGERS.index("middle")
 CLEARED_AFTER_S = 1.0

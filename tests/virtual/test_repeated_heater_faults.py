@@ -20,7 +20,7 @@ from sim_sensors.faulty_parts import Thermistor
 from sim_sensors.thermal_touch import LAG_S, SensorSpread, ThermalTouch
 from tests.virtual.session import COARSE_TICK_S
 
-pytestmark = pytest.mark.virtual
+pytestmark = pytest.mark.long
 
 BAD, SOUND = FINGERS.index("index"), FINGERS.index("middle")
 CLEARED_EVERY_S = 3.0

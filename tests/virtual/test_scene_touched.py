@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import numpy as np
+import pytest
 
 from common.fingers import FINGERS
 from common.limits import MOTOR_FLOOR_RPM
@@ -72,6 +73,7 @@ def touching(scene: str) -> Iterator[Touching]:
         session.simulated.close()
 
 
+@pytest.mark.long
 def test_force_and_vibration_of_the_textures_reach_the_finger() -> None:
     with touching("paper_textures") as session:
         truth = session.run(21.0)
@@ -86,6 +88,7 @@ def test_force_and_vibration_of_the_textures_reach_the_finger() -> None:
     assert not truth["force_n"][truth["act"] == "move"][50:].any()
 
 
+@pytest.mark.long
 def test_heat_of_the_materials_reaches_the_finger() -> None:
     with touching("paper_materials") as session:
         truth = session.run(23.0)

@@ -18,7 +18,7 @@ from sim_sensors.finger_plate import FingerPlates
 from sim_sensors.tacttip import ntc_counts
 from tests.virtual.session import TICK_S
 
-pytestmark = pytest.mark.virtual
+pytestmark = pytest.mark.long
 
 SECONDS = 30.0
 LATE_S = 0.1

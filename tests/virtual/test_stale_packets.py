@@ -22,6 +22,7 @@ def works_on(working: VirtualSession, stream: str, refused: list[str], **changes
             assert side.acceptance.refused[reason] > 10
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seconds", [0.7, 3.0])
 def test_a_stall_that_ends_in_a_burst_is_safe_and_the_work_resumes(working: VirtualSession, seconds: float) -> None:
     working.network.impair(stalled=True)
@@ -36,11 +37,13 @@ def test_a_stall_that_ends_in_a_burst_is_safe_and_the_work_resumes(working: Virt
     working.work()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stream", STREAMS)
 def test_packets_that_come_twice_do_nothing_but_count(working: VirtualSession, stream: str) -> None:
     works_on(working, stream, ["sequence"], duplicate=0.5)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stream", STREAMS)
 def test_packets_that_overtake_each_other_by_20_ms_do_nothing_but_count(working: VirtualSession, stream: str) -> None:
     works_on(working, stream, ["sequence"], reorder=0.5, reorder_s=0.020)

@@ -9,7 +9,7 @@ from common.limits import APPROACH_PLANE_M_S, FORCE_RAMP_UP_N_S
 from teletaction.testbed.network import TO_OPERATOR, TO_REMOTE
 from tests.virtual.session import TICK_S, Truth, VirtualSession
 
-pytestmark = pytest.mark.virtual
+pytestmark = pytest.mark.long
 
 SHORT_S, LONG_S = (0.08, 0.3), (3.0, 30.0)
 TIMED_OUT_S = 0.15

@@ -8,7 +8,7 @@ from operator_site.desk_requests import answer_desk
 from operator_site.session_client import SILENCE_NS
 from tests.virtual.session import TICK_S, VirtualSession
 
-pytestmark = pytest.mark.virtual
+pytestmark = pytest.mark.long
 
 
 def states(session: VirtualSession) -> set[str]:

@@ -37,7 +37,7 @@ def test_force_ramps_up_from_zero_on_engaging(session: VirtualSession) -> None:
     session.work()
 
 
-@pytest.mark.virtual
+@pytest.mark.long
 @pytest.mark.parametrize("drift", [50e-6, -50e-6])
 def test_clocks_that_drift_apart_by_100_ppm_disturb_nothing(session: VirtualSession, drift: float) -> None:
     session.remote_clock.drift, session.operator_clock.drift = drift, -drift
@@ -49,6 +49,7 @@ def test_clocks_that_drift_apart_by_100_ppm_disturb_nothing(session: VirtualSess
     assert not session.operator.client.acceptance.refused.keys() - {"clock"}
 
 
+@pytest.mark.long
 def test_the_same_seed_gives_the_same_truth_and_another_one_does_not() -> None:
     def truth(seed: int) -> list[tuple[float, ...]]:
         with virtual_session(seed) as session:

@@ -9,7 +9,7 @@ from common.session import Refused
 from teletaction.testbed.network_faults import NetworkFaults
 from tests.virtual.session import VirtualSession
 
-pytestmark = pytest.mark.virtual
+pytestmark = pytest.mark.long
 
 PAGE = Path(__file__).parents[2] / "docs" / "howto" / "testbed.md"
 

@@ -4,7 +4,7 @@ import pytest
 
 from tests.virtual.session import VirtualSession
 
-pytestmark = pytest.mark.virtual
+pytestmark = pytest.mark.long
 
 SOON_S = 0.4
 """Memory of what was asked for, and 100 ms of reports that are wrong."""

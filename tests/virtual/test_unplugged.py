@@ -5,6 +5,8 @@ import pytest
 from tests.virtual.configurations import FINGER
 from tests.virtual.session import VirtualSession
 
+pytestmark = pytest.mark.long
+
 CABLES = (
     ("operator", f"{FINGER} tacttip", f"{FINGER} tacttip"),
     ("operator", "can", "exoskeleton"),

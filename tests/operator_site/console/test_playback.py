@@ -96,6 +96,7 @@ def test_paused_time_stands_still(recording: Recording) -> None:
     assert taken(made) == seen, "a wall clock that is set back takes nothing back"
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=30)
 @given(st.lists(st.floats(-1.0, 61.0), min_size=1, max_size=6))
 def test_a_moment_that_was_jumped_to_is_as_if_played(path: Path, moments: list[float]) -> None:
