@@ -6,7 +6,7 @@ gone loses messages and delays nobody: a publisher never waits.
 
 from collections.abc import Iterator
 from types import TracebackType
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import msgpack
 import zmq
@@ -36,6 +36,23 @@ class Fed(NamedTuple):
     stream: str
     time_ns: int
     payload: bytes
+
+
+class ConsoleFeed(Protocol):
+    """The site's side: `Feed` by a socket, a test bed's in memory."""
+
+    def write(self, stream: str, time_ns: int, payload: bytes) -> None:
+        """Keep one message for the next batch; of other streams than STREAMS nothing."""
+
+    def step(self, now_ns: int) -> None:
+        """Send what is kept when it is time to."""
+
+
+class FeedSource(Protocol):
+    """A console's side: `FeedReader` by a socket, a test bed's in memory."""
+
+    def receive(self) -> Iterator[Fed]:
+        """What came since the last call, oldest first."""
 
 
 class Feed:

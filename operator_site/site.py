@@ -33,7 +33,7 @@ from operator_site.attendance import Attendance
 from operator_site.desk_requests import answer_desk
 from operator_site.devices import OperatorDevices
 from operator_site.exoskeleton import Hand
-from operator_site.feed import Feed
+from operator_site.feed import ConsoleFeed, Feed
 from operator_site.gate import GatedOutput, limit_names
 from operator_site.neutral import neutral_output
 from operator_site.operator_session import OperatorSession
@@ -68,7 +68,7 @@ class OperatorSite:
         devices: OperatorDevices,
         recorder: Recorder | None = None,
         desk: LocalControl | None = None,
-        feed: Feed | None = None,
+        feed: ConsoleFeed | None = None,
         containment: MakeContainment = Containment,
     ):
         """Work with opened devices.

@@ -13,7 +13,7 @@ from common.recording import PACKET_SCHEMA, SESSION_SCHEMA, Recorder
 from common.session import Happening
 from common.streams import STREAMS
 from operator_site import rendering_input
-from operator_site.feed import Feed
+from operator_site.feed import ConsoleFeed
 from operator_site.fingertips import Fingertips
 from operator_site.gate import GatedOutput
 from operator_site.operator_session import OperatorSession
@@ -44,7 +44,7 @@ _SLOW_EVERY = 25
 class SiteRecording:
     """Writes one tick after the other."""
 
-    def __init__(self, recorder: Recorder | None, feed: Feed | None = None):
+    def __init__(self, recorder: Recorder | None, feed: ConsoleFeed | None = None):
         """Write to a recorder that was opened with SCHEMAS, to consoles, or to both."""
         self._recorder = recorder
         self._feed = feed

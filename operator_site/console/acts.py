@@ -5,6 +5,7 @@ import logging
 import math
 from collections import Counter
 from collections.abc import Awaitable, Callable
+from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import Any, Protocol
@@ -46,10 +47,10 @@ _LONGEST_KEPT = 200
 
 
 class Desk(Protocol):
-    """Where the operator site is asked for something."""
+    """Where the operator site is asked for something: `DeskLine` by a socket, a test bed's in memory."""
 
-    def ask(self, verb: str, details: dict[str, Any] | None = None) -> Any:
-        """A concurrent future of what it tells; see `DeskLine.ask`."""
+    def ask(self, verb: str, details: dict[str, Any] | None = None) -> "Future[dict[str, Any]]":
+        """Ask for something; the future holds the site's answer, see `DeskLine.ask`."""
 
 
 class Playing(Protocol):
@@ -90,7 +91,7 @@ class Acts:
         self.saved: dict[str, Any] | None = None
         """What came of the last examination."""
         self._clearing = (-math.inf, "")
-        self._stopping: Any = None
+        self._stopping: Future[dict[str, Any]] | None = None
         """The stop that was asked for last; pages that stop at once wait for the same one."""
         self.contained = Containment()
         self.reporting = Reporting((), None)
@@ -206,7 +207,7 @@ class Acts:
             raise Refused("There is no operator site.")
         return await self._heard(self._desk.ask(verb, details), now_s)
 
-    async def _heard(self, asked: Any, now_s: float) -> dict[str, Any]:
+    async def _heard(self, asked: "Future[dict[str, Any]]", now_s: float) -> dict[str, Any]:
         """What the desk answers to something that was asked.
 
         Raises:

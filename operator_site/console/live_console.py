@@ -6,19 +6,18 @@ import logging
 import math
 import shutil
 import time
-from contextlib import ExitStack
+from collections.abc import Callable
+from concurrent.futures import Future
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from common.config import ConsoleConfig, to_toml
-from common.keys import fingerprint, load_keys
+from common.config import ConsoleConfig
 from operator_site.console import words
-from operator_site.console.acts import Acts
+from operator_site.console.acts import Acts, Desk
 from operator_site.console.console import Console
 from operator_site.console.control import Control
-from operator_site.console.desk_line import DeskLine, Told
 from operator_site.console.due import Due
 from operator_site.console.finger_samples import samples_of
 from operator_site.console.keeping import Keeping
@@ -28,7 +27,7 @@ from operator_site.console.reporting import Reporting
 from operator_site.console.shown_state import shown_state
 from operator_site.console.site_now import SILENT_S
 from operator_site.console.site_time import SiteTime
-from operator_site.feed import BATCH_S, FeedReader
+from operator_site.feed import BATCH_S, FeedSource
 
 log = logging.getLogger(__name__)
 
@@ -44,25 +43,29 @@ _SLOW_PER_S = 10
 class LiveConsole:
     """Shows a running site."""
 
-    def __init__(self, config: ConsoleConfig, opened: ExitStack):
-        """Connect to the site's feed and desk in the background, and open the recording.
+    def __init__(
+        self,
+        config: ConsoleConfig,
+        feed: FeedSource,
+        desk: Desk,
+        keeping: Keeping,
+        clock_s: Callable[[], float] = time.monotonic,
+    ):
+        """Show the site that feeds `feed`.
 
-        Raises:
-            ValueError, OSError: keys cannot be used, or the recording cannot be made.
+        Args:
+            config: of the console.
+            feed: what the site feeds.
+            desk: where the site is asked.
+            keeping: takes what people do and find; an examination that it has from before is taken up.
+            clock_s: this machine's monotonic clock, s.
         """
-        keys = load_keys(config.keys)
-        self._reader = FeedReader(config.feed_port, keys)
-        opened.callback(self._reader.close)
-        self._desk = DeskLine(config.desk_port, keys)
-        opened.callback(self._desk.close)
-        metadata = {"configuration": to_toml(config), "key": fingerprint(keys.public)}
-        self.keeping = Keeping(config.record, metadata)
-        opened.callback(self.keeping.close)
+        self._feed, self._desk, self.keeping, self._clock_s = feed, desk, keeping, clock_s
         self.console = Console()
         self._time = SiteTime()
         control = Control()
         self.acts = Acts(self.console, self._desk, self.keeping, control, None)
-        self.pages = Pages(lambda: self.console, self.acts, control, self._site_s)
+        self.pages = Pages(lambda: self.console, self.acts, control, self._site_s, clock_s)
         self.acts.reporting = Reporting(config.report_command, config.reports)
         self._go_on(self.keeping.before)
         self._operator = "operator.toml" if config.operator is None else str(config.operator)
@@ -74,7 +77,7 @@ class LiveConsole:
 
     def step(self, here_s: float) -> None:
         """Take what came, show what is due; `here_s` is of the machine's clock."""
-        fed = list(self._reader.receive())
+        fed = list(self._feed.receive())
         for stream, time_ns, payload in fed:
             self._time.heard(here_s, time_ns * 1e-9)
             self.console.take(stream, time_ns, payload)
@@ -126,7 +129,7 @@ class LiveConsole:
 
     def _site_s(self) -> float:
         """The time on the site's clock, s."""
-        return self._time.now_s(time.monotonic())
+        return self._time.now_s(self._clock_s())
 
     def figures(self) -> dict[str, object]:
         """What the status file tells."""
@@ -150,17 +153,16 @@ class LiveConsole:
         loop = asyncio.get_running_loop()
         asked = self._desk.ask("attend", {"seen": self.pages.seen})
 
-        def told(answer: Any) -> None:
+        def done(answer: "Future[dict[str, Any]]") -> None:
             with contextlib.suppress(RuntimeError):  # the loop has ended meanwhile
-                loop.call_soon_threadsafe(self._told, answer)
+                loop.call_soon_threadsafe(self._take_answer, answer)
 
-        asked.add_done_callback(told)
+        asked.add_done_callback(done)
 
-    def _told(self, told: Any) -> None:
+    def _take_answer(self, answer: "Future[dict[str, Any]]") -> None:
         self._answering = False
-        answer: Told | None = None if told.cancelled() or told.exception() is not None else told.result()
-        if answer is not None:
-            self.console.desk(self._site_s(), answer)
+        if not answer.cancelled() and answer.exception() is None:
+            self.console.desk(self._site_s(), answer.result())
 
     def _look_around(self) -> None:
         holder = self.pages.control.holder

@@ -4,11 +4,11 @@ import asyncio
 import json
 import logging
 import time
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, MutableMapping
 from contextlib import suppress
-from typing import Any
+from typing import Any, Protocol
 
-from starlette.websockets import WebSocket, WebSocketDisconnect
+from starlette.websockets import WebSocketDisconnect
 
 from common.rate_limiter import RateLimiters
 from operator_site.console.access import Visitor
@@ -37,6 +37,25 @@ _LARGEST = 2**53
 """Integers below this are exact in every page."""
 
 
+class PageSocket(Protocol):
+    """What is used of a page's websocket, once it is accepted: starlette's, or a test bed's in memory.
+
+    The methods that send raise WebSocketDisconnect or RuntimeError where the page is gone.
+    """
+
+    async def receive(self) -> MutableMapping[str, Any]:
+        """The next message of the page, `websocket.receive` or `websocket.disconnect` as in ASGI."""
+
+    async def send_text(self, data: str) -> None:
+        """Send an answer or a state."""
+
+    async def send_bytes(self, data: bytes) -> None:
+        """Send a picture or a tile."""
+
+    async def close(self, code: int = 1000, reason: str | None = None) -> None:
+        """Send the page away."""
+
+
 class Pages:
     """Sends to and hears from all pages; only ever used in the server's own thread.
 
@@ -51,11 +70,20 @@ class Pages:
         console: Callable[[], Console],
         acts: Acts,
         control: Control,
-        shown_s: Callable[[], float] = time.monotonic,
+        shown_s: Callable[[], float],
+        clock_s: Callable[[], float] = time.monotonic,
     ):
-        """Show what `console()` knows at the times that `shown_s()` tells, s of the operator site's clock."""
+        """Show a console.
+
+        Args:
+            console: what is shown.
+            acts: carries out what pages ask for.
+            control: which of them acts.
+            shown_s: the moment that is shown, s of the operator site's clock.
+            clock_s: this machine's monotonic clock, s.
+        """
         self._console, self._acts, self._shown_s = console, acts, shown_s
-        self._now_s = time.monotonic
+        self._now_s = clock_s
         self._sequence = 0
         self.control = control
         self.clients: list[Client] = []
@@ -93,10 +121,10 @@ class Pages:
         holder = self.control.holder
         return holder is not None and holder.seen(self._now_s())
 
-    async def serve(self, socket: WebSocket, client_of: Callable[[str], Client]) -> None:
-        """Serve one page until it goes."""
+    async def serve(self, socket: PageSocket, visitor: Visitor) -> None:
+        """Serve one page of somebody who may open it, until it goes."""
         self._count += 1
-        client = client_of(f"{self._count}")
+        client = Client(visitor, f"{visitor.name} {self._count}", self._now_s())
         if not (client.acts or self._openings.allows(client.visitor, self._now_s())):
             await socket.close(FULL, "too many pages opened")
             return
@@ -141,7 +169,7 @@ class Pages:
             return False
         return True
 
-    async def _read(self, socket: WebSocket, client: Client) -> None:
+    async def _read(self, socket: PageSocket, client: Client) -> None:
         asked: dict[int, asyncio.Task[bool]] = {}
         while True:
             text = await _text(socket)
@@ -180,7 +208,7 @@ class Pages:
                         asked[ident] = asyncio.create_task(answer)
             self._ready[client.name].set()
 
-    async def _answer(self, socket: WebSocket, client: Client, ident: int, said: dict[str, Any]) -> None:
+    async def _answer(self, socket: PageSocket, client: Client, ident: int, said: dict[str, Any]) -> None:
         answer = Answer(False, FAILED_INSIDE)
         with self.contain.step("request", latches=False):
             answer = await self._acts.ask(client, said.get("verb"), said.get("details"), self._shown_s())
@@ -190,7 +218,7 @@ class Pages:
         if (ready := self._ready.get(client.name)) is not None:  # the page may have gone meanwhile
             ready.set()
 
-    async def _write(self, socket: WebSocket, client: Client, ready: asyncio.Event) -> None:
+    async def _write(self, socket: PageSocket, client: Client, ready: asyncio.Event) -> None:
         try:
             while True:
                 await ready.wait()
@@ -199,7 +227,7 @@ class Pages:
         except (WebSocketDisconnect, RuntimeError):  # the latter: it closed while something was sent
             return
 
-    async def _send(self, socket: WebSocket, client: Client) -> None:
+    async def _send(self, socket: PageSocket, client: Client) -> None:
         """Whatever the page wants and may have now; what it waits for longest is made newest."""
         while client.answers:
             await socket.send_text(_json(client.answers.popleft()))
@@ -258,7 +286,7 @@ class Pages:
         return {"kind": "state", "version": self._version, **self._state, "you": you, "console": about}
 
 
-async def _text(socket: WebSocket) -> str:
+async def _text(socket: PageSocket) -> str:
     """The next text of a page; an empty one for a binary message, which no page sends.
 
     Raises:

@@ -14,17 +14,21 @@ from typing import Any
 import uvicorn
 from starlette.applications import Starlette
 
-from common.config import ConsoleConfig
+from common.config import ConsoleConfig, to_toml
 from common.containment import Containment
+from common.keys import fingerprint, load_keys
 from common.notify import Supervisor
 from common.process import StatusFile
 from operator_site.console.access import Access
 from operator_site.console.connections import IDLE_S, Connections, most_connections, raise_descriptor_limit
+from operator_site.console.desk_line import DeskLine
 from operator_site.console.door import Accepted, Door, Stages
 from operator_site.console.due import Due
+from operator_site.console.keeping import Keeping
 from operator_site.console.live_console import LiveConsole
 from operator_site.console.playing import PlayedConsole
 from operator_site.console.server import application
+from operator_site.feed import FeedReader
 
 log = logging.getLogger(__name__)
 
@@ -54,12 +58,20 @@ def run_console(config: ConsoleConfig, stop: Callable[[], bool]) -> None:
     """Serve the page of a running site until `stop()`.
 
     Raises:
-        ValueError, OSError: the page may not be offered like that, its port is in use, or keys cannot be used.
+        ValueError, OSError: the page may not be offered like that, its port is in use, keys cannot be used, or the
+            record cannot be made.
     """
     # STOP passes through this process, so it keeps its priority where the machine is full (decision 0041).
     with ExitStack() as opened:
         access = Access(config)
-        _serve(LiveConsole(config, opened), config, access, stop, opened)
+        keys = load_keys(config.keys)
+        feed = FeedReader(config.feed_port, keys)
+        opened.callback(feed.close)
+        desk = DeskLine(config.desk_port, keys)
+        opened.callback(desk.close)
+        keeping = Keeping(config.record, {"configuration": to_toml(config), "key": fingerprint(keys.public)})
+        opened.callback(keeping.close)
+        _serve(LiveConsole(config, feed, desk, keeping), config, access, stop, opened)
 
 
 def run_playback(path: Path, port: int, stop: Callable[[], bool]) -> None:
@@ -86,7 +98,7 @@ def _serve(
     address = config.address or f"{scheme}://{host}:{port}"
     status = StatusFile(config.status, "console")
     about = {"address": address}
-    app = application(access, shown.pages, time.monotonic, config.reports, lambda: {"ok": True})
+    app = application(access, shown.pages, config.reports, lambda: {"ok": True})
     log.info("the page is at %s", address)
 
     def each_second() -> None:

@@ -13,7 +13,6 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
 from operator_site.console.access import COOKIE, Access, Visitor
-from operator_site.console.clients import Client
 from operator_site.console.pages import Pages
 
 PAGE = Path(str(resources.files("operator_site"))) / "console" / "page"
@@ -38,15 +37,12 @@ _TYPES = {
 }
 
 
-def application(
-    access: Access, pages: Pages, now_s: Callable[[], float], reports: Path | None, health: Callable[[], dict[str, Any]]
-) -> Starlette:
+def application(access: Access, pages: Pages, reports: Path | None, health: Callable[[], dict[str, Any]]) -> Starlette:
     """The web application.
 
     Args:
         access: who may come in.
         pages: serves the websockets.
-        now_s: clock of the operator site, s.
         reports: folder of finished reports; there are none without.
         health: what `/health` tells.
     """
@@ -97,7 +93,7 @@ def application(
         if who is None:
             await socket.close(REFUSED)
             return
-        await pages.serve(socket, lambda number: Client(who, f"{who.name} {number}", now_s()))
+        await pages.serve(socket, who)
 
     routes = [
         Route("/", index),

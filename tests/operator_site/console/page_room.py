@@ -2,14 +2,13 @@
 
 import asyncio
 import json
-from collections.abc import Callable, Coroutine
-from typing import Any, cast
+from collections.abc import Callable
+from typing import Any
 
-from starlette.websockets import WebSocket, WebSocketDisconnect
+from starlette.websockets import WebSocketDisconnect
 
 from operator_site.console.access import Visitor
 from operator_site.console.acts import Acts, Playing
-from operator_site.console.clients import Client
 from operator_site.console.console import Console
 from operator_site.console.control import Control
 from operator_site.console.pages import Pages
@@ -56,7 +55,7 @@ class Socket:
     async def send_bytes(self, packed: bytes) -> None:
         self.pictures += 1
 
-    async def close(self, code: int, reason: str | None = None) -> None:
+    async def close(self, code: int = 1000, reason: str | None = None) -> None:
         self.closed = code
         self.said.put_nowait(WebSocketDisconnect())
 
@@ -71,28 +70,23 @@ class Room:
     def __init__(self, played: Playing | None = None) -> None:
         self.desk, self.console, self.control, self.now_s = Desk(), Console(), Control(), 100.0
         self.acts = Acts(self.console, None if played else self.desk, Keeper(), self.control, played)
-        self.pages = Pages(lambda: self.console, self.acts, self.control, lambda: self.now_s)
-        self.pages._now_s = lambda: self.now_s
+        self.pages = Pages(lambda: self.console, self.acts, self.control, self.clock_s, self.clock_s)
         self._serving: list[asyncio.Task[None]] = []
 
-    def _serve(self, socket: Socket, visitor: Visitor, came: list[Client]) -> Coroutine[Any, Any, None]:
-        def client_of(number: str) -> Client:
-            came.append(Client(visitor, f"{visitor.name} {number}", self.now_s))
-            return came[-1]
-
-        return self.pages.serve(cast(WebSocket, socket), client_of)
+    def clock_s(self) -> float:
+        return self.now_s
 
     def serve(self, visitor: Visitor, *said: str | bytes) -> Socket:
         """A page that comes, says this and goes."""
         socket = Socket(*said, leaves=True)
-        asyncio.run(self._serve(socket, visitor, []))
+        asyncio.run(self.pages.serve(socket, visitor))
         return socket
 
     async def enter(self, visitor: Visitor) -> Socket:
         """A page that comes and stays."""
-        socket, came = Socket(), list[Client]()
-        self._serving.append(asyncio.create_task(self._serve(socket, visitor, came)))
-        await settled(lambda: came)
+        socket = Socket()
+        self._serving.append(asyncio.create_task(self.pages.serve(socket, visitor)))
+        await asyncio.sleep(0.0)  # it has a place now, or none
         return socket
 
     async def stop(self, page: Socket) -> None:

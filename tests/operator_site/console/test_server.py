@@ -44,7 +44,7 @@ def get(access: Access, path: str, host: str, query: str = "") -> tuple[int, dic
         "server": ("127.0.0.1", 8090),
         "client": ("127.0.0.1", 5000),
     }
-    app = application(access, cast(Pages, None), lambda: 0.0, None, lambda: {"ok": True})
+    app = application(access, cast(Pages, None), None, lambda: {"ok": True})
     asyncio.run(app(scope, receive, send))
     start = next(message for message in sent if message["type"] == "http.response.start")
     return start["status"], {name.decode(): value.decode() for name, value in start["headers"]}
