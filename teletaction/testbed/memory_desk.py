@@ -1,5 +1,7 @@
 """The desk of a site in a test bed: a person's requests without a socket."""
 
+from collections import deque
+from concurrent.futures import Future
 from typing import Any
 
 from common.desk import Do
@@ -8,33 +10,28 @@ from common.session import Refused
 
 
 class MemoryDesk:
-    """Takes requests for the site's next tick; see `common.desk.LocalControl`."""
+    """Both ends of a desk: the site serves it, a person or a console asks."""
 
     def __init__(self) -> None:
         """Nothing was asked."""
-        self._asked: tuple[str, dict[str, Any]] | None = None
-        self._answer: dict[str, Any] | Exception | None = None
+        self._asked: deque[tuple[str, dict[str, Any], Future[dict[str, Any]]]] = deque()
 
     def serve(self, now_ns: int, do: Do) -> None:
-        """As `LocalControl.serve`."""
-        if self._asked is None:
-            return
-        (verb, details), self._asked = self._asked, None
-        try:
-            self._answer = do(verb, details)
-        except (Refused, BadPacket) as error:
-            self._answer = Refused(str(error))
+        """As `common.desk.LocalControl.serve`."""
+        while self._asked:
+            verb, details, answer = self._asked.popleft()
+            if not answer.set_running_or_notify_cancel():
+                continue
+            try:
+                answer.set_result(do(verb, details))
+            except (Refused, BadPacket) as error:
+                answer.set_exception(Refused(str(error)))
 
-    def ask(self, verb: str, details: dict[str, Any] | None = None) -> None:
-        """Ask for something in the site's next tick."""
-        self._asked, self._answer = (verb, details or {}), None
+    def ask(self, verb: str, details: dict[str, Any] | None = None) -> "Future[dict[str, Any]]":
+        """Ask for something in the site's next tick; the future holds the answer, or Refused.
 
-    def answer(self) -> dict[str, Any] | None:
-        """What the site has answered; None while it has not.
-
-        Raises:
-            Refused: it will not, and says why.
+        It waits for a site that stands still. No request is lost, an emergency stop included.
         """
-        if isinstance(self._answer, Exception):
-            raise self._answer
-        return self._answer
+        answer: Future[dict[str, Any]] = Future()
+        self._asked.append((verb, details or {}, answer))
+        return answer

@@ -9,9 +9,11 @@ from pathlib import Path
 from typing import Any, Self
 
 from common.config import OperatorConfig, RemoteConfig, SimOperatorConfig, SimRemoteConfig, load_config
+from common.ladder import NOTICE_S
 from common.packets import LinkState
 from common.recording import Recorder
 from common.standstill import HostClock
+from operator_site.feed import ConsoleFeed
 from operator_site.site import OperatorSite, session_with
 from remote_site.site import RemoteSite
 from sim_sensors import sim_operator, sim_remote
@@ -96,11 +98,13 @@ class Extras:
     Attributes:
         remote_clock, operator_clock: of each site's host.
         recorders: of sites, by name; without one a site records nothing.
+        feed: what consoles see of the operator's site; without, no console sees anything.
     """
 
     remote_clock: SiteClock = field(default_factory=SiteClock)
     operator_clock: SiteClock = field(default_factory=SiteClock)
     recorders: Mapping[str, Recorder] = field(default_factory=dict)
+    feed: ConsoleFeed | None = None
 
 
 class Testbed:
@@ -116,6 +120,7 @@ class Testbed:
         remote_clock, operator_clock: of the sites' hosts.
         remote_host, operator_host: what the sites make of these clocks.
         desks: of both sites, by name.
+        beside: called at the end of each step: other processes, such as a console.
     """
 
     __test__ = False
@@ -126,7 +131,7 @@ class Testbed:
         Args:
             configs: of everything.
             seed: of what the network does by chance.
-            extras: clocks and recorders.
+            extras: clocks, recorders and a feed.
 
         Raises:
             ValueError: a configuration cannot be carried out.
@@ -147,6 +152,7 @@ class Testbed:
             "sim-remote": _Simulated(self.sim_remote, of_remote),
             "sim-operator": _Simulated(self.sim_operator, [end for end in self.wiring.ends if end not in of_remote]),
         }
+        self.beside: list[Callable[[], None]] = []
         self.desks = {site: MemoryDesk() for site in SITES}
         self._remote_devices = InterruptedRemoteDevices(configs.remote, self.remote_host, self.wiring)
         self._operator_devices = InterruptedOperatorDevices(configs.operator, self.operator_host, self.wiring)
@@ -165,6 +171,7 @@ class Testbed:
             self._operator_devices,
             extras.recorders.get("operator"),
             self.desks["operator"],
+            extras.feed,
         )
         self._turns = {
             "sim-remote": _Turns(STEP_S),
@@ -172,6 +179,7 @@ class Testbed:
             "remote": _Turns(1.0 / configs.remote.rate_hz),
             "operator": _Turns(1.0 / configs.operator.rate_hz),
         }
+        self._figures = _Turns(NOTICE_S, stopped=extras.feed is None)
 
     def tick(self) -> None:
         """Let one step pass: physics and devices, then the sites whose tick is due."""
@@ -185,7 +193,12 @@ class Testbed:
         if turns["remote"].due(now_s):
             self.remote.tick(self.remote_host.now_ns())
         if turns["operator"].due(now_s):
-            self.operator.tick(self.operator_host.now_ns())
+            now_ns = self.operator_host.now_ns()
+            self.operator.tick(now_ns)
+            if self._figures.due(now_s):
+                self.operator.tell(now_ns, self.operator.figures())
+        for step in [*self.beside]:
+            step()
 
     def run(self, seconds: float) -> None:
         """Let time pass, s."""
@@ -278,14 +291,13 @@ class Testbed:
             Refused: it will not, and says why.
             TimeoutError: it does not answer within a second.
         """
-        desk = self.desks[site]
-        desk.ask(verb)
+        answer = self.desks[site].ask(verb)
         begun_s = self.time_s
-        while (answer := desk.answer()) is None:
+        while not answer.done():
             if self.time_s > begun_s + 1.0:
                 raise TimeoutError(f"{site}: no answer to {verb}")
             self.tick()
-        return answer
+        return answer.result()
 
     def ask(self, verb: str) -> None:
         """The operator asks the remote site for something."""

@@ -1,0 +1,128 @@
+"""A console beside a session on a virtual clock; its pages are in memory. Needs the extra `console`."""
+
+import asyncio
+from collections import deque
+from collections.abc import Callable, MutableMapping
+from typing import Any
+
+from common.config import ConsoleConfig
+from operator_site.console.access import Visitor
+from operator_site.console.due import Due
+from operator_site.console.keeping import Keeping
+from operator_site.console.live_console import LiveConsole
+from teletaction.testbed.memory_feed import MemoryFeed
+from teletaction.testbed.testbed import Testbed
+
+_LOOK_S = 0.008
+"""Interval between two steps of the console, s, as in its own process."""
+_TURNS = 10
+"""Turns of the event loop in a step of the session: a message of a page is read, and its answer sent, in fewer."""
+
+
+class VirtualLoop(asyncio.SelectorEventLoop):
+    """An event loop whose timers are of a virtual clock."""
+
+    def __init__(self, now_s: Callable[[], float]) -> None:
+        """Take the time from `now_s()`, s."""
+        self._virtual_s = now_s
+        super().__init__()
+
+    def time(self) -> float:
+        """The virtual time, s."""
+        return self._virtual_s()
+
+
+class MemorySocket:
+    """The websocket of one page, which the console serves.
+
+    Attributes:
+        sent: what the page has still to take, oldest first: texts, pictures and tiles.
+        closed: code with which the console sent the page away; None while it has not.
+    """
+
+    def __init__(self) -> None:
+        """Nothing was said."""
+        self._said: asyncio.Queue[MutableMapping[str, Any]] = asyncio.Queue()
+        self.sent: deque[str | bytes] = deque()
+        self.closed: int | None = None
+
+    def say(self, text: str) -> None:
+        """The page sends a text."""
+        self._said.put_nowait({"type": "websocket.receive", "text": text})
+
+    def leave(self) -> None:
+        """The page goes."""
+        self._said.put_nowait({"type": "websocket.disconnect", "code": 1001})
+
+    async def receive(self) -> MutableMapping[str, Any]:
+        """As `operator_site.console.pages.PageSocket.receive`."""
+        return await self._said.get()
+
+    async def send_text(self, data: str) -> None:
+        """As `operator_site.console.pages.PageSocket.send_text`."""
+        self.sent.append(data)
+
+    async def send_bytes(self, data: bytes) -> None:
+        """As `operator_site.console.pages.PageSocket.send_bytes`."""
+        self.sent.append(data)
+
+    async def close(self, code: int = 1000, reason: str | None = None) -> None:
+        """As `operator_site.console.pages.PageSocket.close`."""
+        self.closed = code
+
+
+class TestbedConsole:
+    """The console's process: it is stepped with the session, on the clock of the operator's host.
+
+    Its record is a real file, if it has one. When a finding is saved depends on the disk of this machine.
+
+    Attributes:
+        shown: the console.
+    """
+
+    __test__ = False
+
+    def __init__(self, bed: Testbed, feed: MemoryFeed, config: ConsoleConfig) -> None:
+        """Begin beside a session that writes to `feed`.
+
+        Raises:
+            OSError: the record cannot be made.
+        """
+        self._bed, self._look = bed, Due(_LOOK_S)
+        self._keeping = Keeping(config.record, {})
+        list(feed.receive())  # a console sees nothing of the time before it came
+        self.shown = LiveConsole(config, feed, bed.desks["operator"], self._keeping, self._now_s)
+        self._runner = asyncio.Runner(loop_factory=lambda: VirtualLoop(self._now_s))
+        self._serving: set[asyncio.Task[None]] = set()
+        bed.beside.append(self._step)
+
+    def _now_s(self) -> float:
+        return self._bed.operator_clock.now_ns(self._bed.time_s) * 1e-9
+
+    def enter(self, visitor: Visitor) -> MemorySocket:
+        """A page comes; what it was sent lies in its socket as time passes."""
+        socket = MemorySocket()
+        serving = self._runner.get_loop().create_task(self._serve(socket, visitor))
+        self._serving.add(serving)
+        serving.add_done_callback(self._serving.discard)
+        return socket
+
+    async def _serve(self, socket: MemorySocket, visitor: Visitor) -> None:
+        with self.shown.pages.contain.step("request", latches=False):
+            await self.shown.pages.serve(socket, visitor)
+
+    def _step(self) -> None:
+        self._runner.get_loop().run_until_complete(self._turn())
+
+    async def _turn(self) -> None:
+        now_s = self._now_s()
+        if self._look(now_s):
+            self.shown.step(now_s)
+        for _ in range(_TURNS):
+            await asyncio.sleep(0.0)
+
+    def close(self) -> None:
+        """End the process and finish its record; its pages hear nothing more."""
+        self._bed.beside.remove(self._step)
+        self._runner.close()
+        self._keeping.close()
