@@ -5,14 +5,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from common.config import ConsoleConfig, load_config, to_toml
 from studies.fault_session import read_figures
 from teletaction.demo_files import DemoOptions, prepare
 from teletaction.processes import SessionProcesses
 from tests.session.page import PATIENCE_S
-from tests.session.truth import written
 
 
 @dataclass
@@ -22,10 +20,6 @@ class Session:
     folder: Path
     processes: SessionProcesses
     address: str
-
-    def kept(self, stream: str) -> list[dict[str, Any]]:
-        """What the console has on the disk of a stream."""
-        return [record for _, record in written(self.folder / "console.mcap", stream, may_be_cut=True)]
 
     def restart_console(self) -> None:
         """Kill it, as nothing but a crash or a person does, and start it again."""

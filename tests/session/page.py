@@ -1,14 +1,17 @@
-"""A page without a browser: it speaks the console's websocket as the real one does, and remembers what it was told."""
+"""A page without a browser: it says to the console what the real one says, and remembers what it was sent."""
 
 import asyncio
 import json
+import math
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from ssl import SSLContext
-from typing import Any
+from typing import Any, Protocol
 
+import numpy as np
+from numpy.typing import NDArray
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.typing import Origin
 
@@ -17,9 +20,27 @@ from operator_site.console.picture import Kind, Picture
 
 PATIENCE_S = 20.0
 _ALIVE_S = 0.5
+HOSTILE = "<script>document.title='x'</script> \u202eevil \x00 \U0001f4a5 & \" ' {{7*7}} \\u0000"
+"""A text that no part of the console may take for anything but text."""
 
 
-class Connection:
+class Connection(Protocol):
+    """What connects a page with a console."""
+
+    def now_s(self) -> float:
+        """The page's clock, s."""
+
+    def send(self, text: str) -> None:
+        """Send a message."""
+
+    def recv(self, timeout: float) -> str | bytes:
+        """The next message; TimeoutError where none comes in time, s."""
+
+    def close(self) -> None:
+        """The page goes."""
+
+
+class WebsocketConnection:
     """A websocket that is read only when it is asked, by the thread that asks.
 
     The client of the library that has no event loop reads in a thread of its own. Over TLS that is not safe before
@@ -29,12 +50,13 @@ class Connection:
     def __init__(self, runner: asyncio.Runner, socket: ClientConnection):
         self._runner, self._socket = runner, socket
 
+    def now_s(self) -> float:
+        return time.monotonic()
+
     def send(self, text: str) -> None:
         self._runner.run(self._socket.send(text))
 
-    def recv(self, timeout: float | None = None) -> str | bytes:
-        """The next message; TimeoutError where none comes in time, s."""
-
+    def recv(self, timeout: float) -> str | bytes:
         async def receive() -> str | bytes:
             async with asyncio.timeout(timeout):
                 return await self._socket.recv()
@@ -63,7 +85,10 @@ class Page:
         self.tiles: list[MapTile] = []
         self.answers: dict[int, dict[str, Any]] = {}
         self._asked = 0
-        self._alive_s = 0.0
+        self._alive_s = -math.inf
+
+    def now_s(self) -> float:
+        return self.connection.now_s()
 
     def send(self, **said: Any) -> None:
         self.connection.send(json.dumps(said))
@@ -71,28 +96,28 @@ class Page:
     def ask(self, verb: str, /, **details: Any) -> dict[str, Any]:
         """Ask for something; what was answered, and within 0.5 s, of which 0.2 are for a busy machine."""
         self._asked += 1
-        number, asked_s = self._asked, time.monotonic()
+        number, asked_s = self._asked, self.now_s()
         self.send(kind="ask", id=number, verb=verb, details=details)
         self.until(lambda: number in self.answers, f"an answer to {verb}")
-        assert time.monotonic() - asked_s < 0.5 or verb == "estop"
+        assert self.now_s() - asked_s < 0.5 or verb == "estop"
         return self.answers[number]
 
     def until(self, reached: Callable[[], object], what: str, seconds: float = PATIENCE_S) -> None:
-        end_s = time.monotonic() + seconds
+        end_s = self.now_s() + seconds
         while not reached():
-            assert time.monotonic() < end_s, f"{what} did not come: {self.state}"
+            assert self.now_s() < end_s, f"{what} did not come: {self.state}"
             self.turn()
 
     def look(self, seconds: float) -> None:
         """Only look on."""
-        end_s = time.monotonic() + seconds
-        while time.monotonic() < end_s:
+        end_s = self.now_s() + seconds
+        while self.now_s() < end_s:
             self.turn()
 
     def turn(self) -> None:
         """Take one message, if one comes soon, and say that there is somebody."""
-        if time.monotonic() - self._alive_s > _ALIVE_S:
-            self._alive_s = time.monotonic()
+        if self.now_s() - self._alive_s > _ALIVE_S:
+            self._alive_s = self.now_s()
             self.send(kind="alive", visible=self.visible, sequence=0 if self.picture is None else self.picture.sequence)
         try:
             message = self.connection.recv(timeout=0.02)
@@ -124,6 +149,37 @@ class Page:
             self.undrawn += 1
 
 
+def ready(page: Page) -> None:
+    """Wait until all devices are there and nothing is latched; take control, begin, say that sound was heard."""
+    page.until(lambda: page.state, "a state")
+    if not page.state["you"]["in_control"]:
+        assert page.ask("take_control")["ok"]
+    page.until(lambda: page.state["session"]["state"] not in ("disconnected",), "a session")
+    if page.state["session"]["state"] in ("stopped", "fault"):
+        page.until(lambda: page.state["stop"] is None or page.state["stop"]["confirmed"], "a confirmation")
+        assert page.ask("clear_fault")["ok"]
+    page.until(lambda: page.state["session"]["state"] in ("connected", "paused", "engaged"), "no fault")
+    assert page.ask("sound", answer="heard")["ok"]
+    if page.state["session"]["pseudonym"] is None:
+        assert page.ask("begin", pseudonym="P-0417")["ok"]
+    page.until(lambda: all(device["ready"] for device in page.state["devices"]), "all devices")
+
+
+def engage(page: Page) -> None:
+    """Engage the session from this page."""
+    ready(page)
+    if page.state["session"]["state"] != "engaged":
+        page.until(lambda: page.state["engage"]["refusal"] == "", "readiness")
+        answer = page.ask("engage")
+        assert answer["ok"], answer
+    page.until(lambda: page.state["session"]["state"] == "engaged", "engaged")
+
+
+def newest_tiles(page: Page) -> dict[tuple[str, int, int], NDArray[np.uint16]]:
+    """Values of the newest tile of each quantity, column and row."""
+    return {(tile.quantity, tile.column, tile.row): tile.value for tile in page.tiles}
+
+
 @contextmanager
 def opened(
     address: str, path: str = "/session", draws: bool = True, ssl: SSLContext | None = None, **headers: str
@@ -136,7 +192,7 @@ def opened(
         return await connect(url, origin=Origin(origin), additional_headers=headers, max_size=1 << 20, ssl=ssl)
 
     with asyncio.Runner() as runner:
-        connection = Connection(runner, runner.run(begin()))
+        connection = WebsocketConnection(runner, runner.run(begin()))
         try:
             yield Page(connection, draws)
         finally:

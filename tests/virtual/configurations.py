@@ -13,7 +13,7 @@ from common.config import (
     SimOperatorConfig,
     SimRemoteConfig,
 )
-from teletaction.demo_files import SURFACES, TABLES
+from teletaction.demo_files import SURFACES, TABLES, WATCHED_S
 
 FINGER: FingerName = "index"
 """The one in use."""
@@ -55,12 +55,13 @@ def remote(max_age_s: float) -> RemoteConfig:
     )
 
 
-def operator(max_age_s: float) -> OperatorConfig:
-    """The operator's site, which engages as soon as it can."""
+def operator(max_age_s: float, *, at_console: bool = False) -> OperatorConfig:
+    """The operator's site, which engages as soon as it can; or when somebody at its console asks and watches."""
     return OperatorConfig(
         fingers=(FINGER,),
         link=OperatorLinkConfig(keys=_NO_KEYS, max_age_s=max_age_s),
         tacttip={FINGER: TACTTIP},
         exoskeleton=CanAddress(interface="socketcand", port=EXOSKELETON),
-        engage=True,
+        engage=not at_console,
+        console_required_s=WATCHED_S if at_console else 0.0,
     )

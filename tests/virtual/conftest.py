@@ -7,6 +7,7 @@ import pytest
 
 from common.limits import AGE_DEFAULT_S
 from common.recording import Recorder
+from teletaction.testbed.memory_feed import MemoryFeed
 from tests.virtual.judge import DeviceTimeouts, HoldTimes, Latches, check_limits
 from tests.virtual.session import VirtualSession, virtual_session
 
@@ -27,8 +28,9 @@ def make_session() -> Iterator[MakeSession]:
             max_age_s: float = AGE_DEFAULT_S,
             clocks_agree_s: float = CLOCKS_AGREE_S,
             recorders: Mapping[str, Recorder] | None = None,
+            feed: MemoryFeed | None = None,
         ) -> VirtualSession:
-            session = opened.enter_context(virtual_session(seed, max_age_s, recorders))
+            session = opened.enter_context(virtual_session(seed, max_age_s, recorders, feed))
             session.watch += [check_limits, HoldTimes(max_age_s + clocks_agree_s), Latches(), DeviceTimeouts()]
             return session
 

@@ -8,6 +8,7 @@ from common.fingers import FINGERS
 from common.limits import AGE_DEFAULT_S
 from common.recording import Recorder
 from sim_sensors.simulation_loop import STEP_S
+from teletaction.testbed.memory_feed import MemoryFeed
 from teletaction.testbed.site_clock import SiteClock
 from teletaction.testbed.testbed import COARSE_STEP_S, Extras, SessionConfigs, Testbed
 from tests.virtual import configurations
@@ -44,14 +45,16 @@ class VirtualSession(Testbed):
         watch: called after every step with its truth; a check that must always hold raises here.
     """
 
-    def __init__(self, seed: int, max_age_s: float, recorders: Mapping[str, Recorder]) -> None:
+    def __init__(
+        self, seed: int, max_age_s: float, recorders: Mapping[str, Recorder], feed: MemoryFeed | None = None
+    ) -> None:
         configs = SessionConfigs(
             configurations.sim_remote(seed),
             configurations.sim_operator(seed),
             configurations.remote(max_age_s),
-            configurations.operator(max_age_s),
+            configurations.operator(max_age_s, at_console=feed is not None),
         )
-        super().__init__(configs, seed, Extras(SiteClock(7_200.123), SiteClock(100.456), recorders))
+        super().__init__(configs, seed, Extras(SiteClock(7_200.123), SiteClock(100.456), recorders, feed))
         self.truth: list[Truth] = []
         self.watch: list[Callable[[VirtualSession, Truth], None]] = []
         self._tacttip = self.sim_operator.modules[FINGER]
@@ -125,10 +128,13 @@ class VirtualSession(Testbed):
 
 @contextmanager
 def virtual_session(
-    seed: int = 0, max_age_s: float = AGE_DEFAULT_S, recorders: Mapping[str, Recorder] | None = None
+    seed: int = 0,
+    max_age_s: float = AGE_DEFAULT_S,
+    recorders: Mapping[str, Recorder] | None = None,
+    feed: MemoryFeed | None = None,
 ) -> Iterator[VirtualSession]:
     """A session at virtual time 0 with a good network."""
-    session = VirtualSession(seed, max_age_s, recorders or {})
+    session = VirtualSession(seed, max_age_s, recorders or {}, feed)
     try:
         yield session
     finally:
