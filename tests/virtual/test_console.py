@@ -22,7 +22,7 @@ from tests.virtual.conftest import MakeSession
 from tests.virtual.console import Consoles
 from tests.virtual.session import TICK_S, VirtualSession
 
-pytestmark = pytest.mark.virtual
+pytestmark = pytest.mark.long
 
 FORCE_N, AGE_S = FIELDS.index("force_n"), FIELDS.index("age_s")
 IN_USE = {"index", "exoskeleton", "remote hand"}
