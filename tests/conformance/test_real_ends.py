@@ -27,6 +27,8 @@ from tests.conformance.living import exoskeleton, thermal_sensor
 from tests.conformance.spoiled_module import over
 from tests.conformance.virtual_ends import VirtualModule
 
+pytestmark = pytest.mark.long
+
 
 @pytest.mark.parametrize("where", ["pty", "tcp:127.0.0.1:0"])
 def test_a_module_is_talked_to(where: str) -> None:

@@ -91,6 +91,7 @@ def test_what_was_found_holds_for_a_hand_that_comes_back_at_once(name: str) -> N
             assert (touch.thermal.material, touch.thermal.reason) == (TRUE[name], FELT_BEFORE)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", TRUE)
 def test_no_hand_is_misled_by_traces_of_its_last_touch(name: str) -> None:
     """Before spots were remembered, five fingers named every PVC pine that they touched again."""

@@ -21,6 +21,8 @@ from teletaction.find_devices import can_interfaces, find_modules, require_inter
 from tests.commands import command, one_line
 from tests.conformance.living import alive
 
+pytestmark = pytest.mark.long
+
 INDEX = 1
 
 
