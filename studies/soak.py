@@ -135,7 +135,8 @@ def _curve(life: Life, zero_s: float) -> dict[str, Any]:
 def summary(data: dict[str, Any]) -> str:
     """The result of a soak in one line."""
     rates = [life["rss_mib_h"] for life in data["lives"] if life["rss_mib_h"] is not None]
-    memory = f"memory at most +{max(rates):.0f} MiB/h (allowed {STEP_MIB:g} MiB once, and {GROWTH_MIB_H:g} MiB/h)" if rates else "memory flat"
+    allowed = f"allowed {STEP_MIB:g} MiB once, and {GROWTH_MIB_H:g} MiB/h"
+    memory = f"memory at most +{max(rates):.0f} MiB/h ({allowed})" if rates else "memory flat"
     again = f"works again after {data['again_s']['max']:.1f} s at most, " if data["again_s"] else ""
     return (
         f"soak of {data['seconds']:.0f} s, seed {data['seed']}: {data['faults']} faults of {data['kinds']} kinds, "
