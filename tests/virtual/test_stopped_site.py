@@ -11,21 +11,23 @@ QUANTUM_N = 0.01
 """Of a force on the exoskeleton's bus."""
 
 
+@pytest.mark.parametrize("seconds", [0.15, 0.3, 0.8, 3.0])
 @pytest.mark.parametrize("in_tick", [False, True], ids=["between", "within"])
 @pytest.mark.parametrize("side", ["remote", "operator"])
-def test_a_site_that_was_stopped_begins_from_neutral(working: VirtualSession, side: str, in_tick: bool) -> None:
+def test_a_site_that_was_stopped_begins_from_neutral(
+    working: VirtualSession, side: str, in_tick: bool, seconds: float
+) -> None:
     """The hold times of both sites are judged at every tick, those before and after the waking too."""
     site = working.remote if side == "remote" else working.operator
-    for number, seconds in enumerate((0.15, 0.3, 0.8, 3.0), 1):
-        before = len(working.truth)
-        (working.stop_in_tick if in_tick else working.stop)(side, seconds)
-        asleep, woken_s = working.truth[before:], working.time_s
-        assert asleep[-1].force_n < 1e-9  # at the very end of the ramp, but for rounding
-        assert asleep[-1].peltier == 0.0
-        assert site._devices.tick.held_back == in_tick * number
-        for now in working.run(0.5):
-            assert now.force_n <= FORCE_RAMP_UP_N_S * (now.time_s - woken_s + TICK_S) + QUANTUM_N, now
-        working.work()
+    before = len(working.truth)
+    (working.stop_in_tick if in_tick else working.stop)(side, seconds)
+    asleep, woken_s = working.truth[before:], working.time_s
+    assert asleep[-1].force_n < 1e-9  # at the very end of the ramp, but for rounding
+    assert asleep[-1].peltier == 0.0
+    assert site._devices.tick.held_back == in_tick
+    for now in working.run(0.5):
+        assert now.force_n <= FORCE_RAMP_UP_N_S * (now.time_s - woken_s + TICK_S) + QUANTUM_N, now
+    working.work()
 
 
 def test_a_stop_too_short_for_a_device_to_notice_is_not_felt(working: VirtualSession) -> None:
