@@ -21,7 +21,7 @@ help:
 	@echo "make session     tests that run whole sessions in real time"
 	@echo "make mutants     small changes to what protects people, each tried by the tests that reach it (hours at first, then what changed)"
 	@echo "make breaks      ten deliberate breaks, each of which the fast tests must notice"
-	@echo "make hardening   a million broken frames for each decoder, 500 strange sequences for each site (minutes); SEQUENCES=100000"
+	@echo "make hardening   a million broken frames for each decoder, 500 strange sequences for each site, random walks (minutes); SEQUENCES=100000"
 	@echo "make netns       the link over packets that are really delayed and lost (root)"
 	@echo "make containers  tests that run the composition in containers (needs an engine)"
 	@echo "make console     the console's page in a real Chromium (\$$CHROMIUM, or the system's)"
@@ -89,7 +89,7 @@ breaks: $(READY)
 ALONE := tests/hardening/test_hostile_connections.py tests/hardening/test_console_attacked.py tests/adversary
 .PHONY: hardening
 hardening: $(READY)
-	$(BIN)/pytest -m hardening -n 2 $(addprefix --ignore=,$(ALONE)) tests/hardening tests/teletaction
+	$(BIN)/pytest -m hardening -n 2 $(addprefix --ignore=,$(ALONE)) tests/hardening tests/teletaction tests/virtual
 	$(BIN)/pytest -m hardening $(ALONE)
 
 .PHONY: netns

@@ -35,7 +35,7 @@ def assert_resumes_from_zero(session: VirtualSession, patience_s: float = 3.0) -
 
 @pytest.mark.timeout(300)
 @pytest.mark.parametrize(
-    "seconds", [1.0, *(pytest.param(seconds, marks=pytest.mark.long) for seconds in (10.0, 600.0))]
+    "seconds", [1.0, pytest.param(10.0, marks=pytest.mark.long), pytest.param(600.0, marks=pytest.mark.hardening)]
 )
 def test_a_partition_in_a_stroke_is_safe_and_the_work_resumes(working: VirtualSession, seconds: float) -> None:
     before = working.remote.server.session.ident

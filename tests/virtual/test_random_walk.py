@@ -120,7 +120,9 @@ class Walk:
 
 
 @pytest.mark.timeout(180)
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize(
+    "seed", [*range(4), *(pytest.param(seed, marks=pytest.mark.hardening) for seed in range(4, 24))]
+)
 def test_whatever_goes_wrong_limits_and_hold_times_are_kept_and_in_the_end_the_work_resumes(
     make_session: MakeSession, seed: int
 ) -> None:
