@@ -63,8 +63,7 @@ long: $(READY)
 	$(BIN)/pytest -n auto --dist worksteal -m 'long and not hardening'
 
 # Those that load the machine themselves, or measure cost, need it for themselves; the others run two at a time.
-MEASURED := tests/session/test_overload.py tests/session/test_fast_session.py $(wildcard tests/studies/test_*.py) \
-	$(wildcard tests/benchmarks/test_*.py)
+MEASURED := tests/session/test_overload.py tests/studies/test_link_study.py tests/benchmarks/test_runtime_cost.py
 .PHONY: session
 session: $(READY)
 	$(BIN)/pytest -m session -n 2 --dist loadfile $(addprefix --ignore=,$(MEASURED))
