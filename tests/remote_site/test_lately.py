@@ -1,14 +1,18 @@
 """The highest and lowest of the last set-points, against looking through all of them."""
 
-from hypothesis import given
+import math
+
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from remote_site.lately import MEMORY_S, Lately
 
 
+@example([(0.0, 1.0), (0.0, -1.0), (MEMORY_S, 0.0)])
 @given(st.lists(st.tuples(st.floats(0.0, 0.3), st.floats(-1.0, 1.0)), min_size=1, max_size=60))
 def test_it_knows_the_extremes_of_what_was_told_lately(told: list[tuple[float, float]]) -> None:
     lately, t_s, values = Lately(), 0.0, []
+    assert (lately.lowest, lately.highest) == (math.inf, -math.inf)
     for after_s, value in told:
         t_s += after_s
         lately.add(t_s, value)
