@@ -77,7 +77,6 @@ class FingerHeight:
 
     def retreat(self, tick_s: float, pressed_n: float, stopped_s: float) -> None:
         """Stop where the finger is told to be; then, or at once when it presses too hard, up until it is clear."""
-        self._drained = False
         if stopped_s >= STOP_S or pressed_n > self._force_limit_n:
             self.z_m = max(self.z_m, min(CLEAR_HEIGHT_M, self.z_m + RETREAT_SPEED_M_S * tick_s))
 
