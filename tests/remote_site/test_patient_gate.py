@@ -22,7 +22,7 @@ from common.limits import (
     SWING_N,
     SWING_S,
 )
-from common.repeated_fault import REPEATED_S, STAYS_OFF, TEST_EVERY_S
+from common.repeated_fault import REPEATED_S, ROUND_S, STAYS_OFF, TEST_EVERY_S, WINDOW_S
 from remote_site.approach import WIDEN_M_S2
 from remote_site.finger_height import (
     BRAKE_SHARE,
@@ -31,10 +31,11 @@ from remote_site.finger_height import (
     HEIGHT_LOW_M,
     HEIGHT_SPEED_M_S,
     RETREAT_SPEED_M_S,
+    ROUNDING_M,
     STOP_S,
     TOUCHING_N,
 )
-from remote_site.heater_limits import TEST_DRIVE
+from remote_site.heater_limits import SENSOR_HIGH_C, TEST_DRIVE
 from remote_site.lately import MEMORY_S
 from remote_site.patient_gate import PLANE_RANGE_M, PLANE_SPEED_M_S, PatientGate
 from remote_site.patient_limit import Limit, limit_names
@@ -104,8 +105,15 @@ class Rig:
 
 def test_refuses_a_force_limit_above_the_table():
     for limit in (0.0, -1.0, CONTACT_FORCE_N + 0.01, math.nan):
-        with pytest.raises(ValueError, match="contact_force_n"):
+        with pytest.raises(ValueError, match=rf"^contact_force_n must be above 0 and at most 5\.0 N, not {limit}$"):
             PatientGate(limit)
+
+
+@pytest.mark.parametrize("name", ["measured_z_m", "force_n"])
+@pytest.mark.parametrize("fingers", [4, 6])
+def test_refuses_another_number_of_fingers(name, fingers):
+    with pytest.raises(ValueError, match="zip"):
+        Rig().step(**{name: [0.0] * fingers})
 
 
 def test_nothing_is_ready_before_the_telemanipulator_was_measured():
@@ -297,6 +305,67 @@ def test_time_that_is_no_number_is_a_fault(value):
     assert out.heater_drive == [0.0] * 5
 
 
+def test_it_begins_stopped_and_in_the_middle():
+    rig = Rig(z_m=-0.002)
+    out = rig.step(force_age_s=math.inf)
+    assert (out.ready, out.x_m, out.y_m, out.z_m) == (False, 0.0, 0.0, [CLEAR_HEIGHT_M] * 5)
+    out = rig.step(engaged=False)
+    assert (out.ready, out.released, out.fault) == (True, True, None)
+    assert rig.run(round(STOP_S / DT) - 2, engaged=False).z_m == [-0.002] * 5
+    assert rig.run(2, engaged=False).z_m[0] > -0.002
+
+
+@pytest.mark.parametrize("stood_s", [TICK_AGE_S, math.nextafter(TICK_AGE_S, 1.0)])
+def test_a_standstill_is_longer_than_the_oldest_tick(stood_s):
+    rig = Rig()
+    rig.t_s = -DT
+    rig.step()
+    out = rig.step(dt=stood_s, measured_x_m=0.01, wanted_x_m=0.0)
+    assert (out.x_m > 0.0) == (stood_s > TICK_AGE_S)
+
+
+def test_a_set_point_that_misses_by_rounding_only_is_not_limited():
+    for missed_m in (ROUNDING_M, -ROUNDING_M, 2.0 * ROUNDING_M):
+        for axis in "xy":
+            rig = Rig()
+            rig.step()
+            out = rig.step(dt=0.0, **{f"wanted_{axis}_m": missed_m})
+            assert out.limited == [Limit.PLANE_SPEED if missed_m > ROUNDING_M else 0] * 5
+
+
+def test_each_limit_that_acts_is_named():
+    drive, touching = one(2.0, -2.0), one(True, False)
+    out = Rig().step(wanted_x_m=-9.0, wanted_z_m=one(-1.0, 0.006), heater_drive=drive, in_contact=touching)
+    plane = Limit.PLANE_RANGE | Limit.PLANE_SPEED | Limit.APPROACH
+    finger = Limit.HEIGHT_RANGE | Limit.HEIGHT_SPEED | Limit.HEATER_CONTACT
+    assert out.limited == one(plane | finger, plane | Limit.HEATER_RANGE)
+    out = Rig().step(age=1.0, sensor_age_s=one(1.0, 0.0), force_age_s=1.0)
+    stopped = Limit.RELEASED | Limit.FORCE_UNKNOWN | Limit.HEATER_CONTACT
+    assert out.limited == one(stopped | Limit.SENSOR_UNKNOWN, stopped)
+
+
+def test_faults_are_named_in_words():
+    for changes, fault in (
+        ({"wanted_z_m": math.nan}, "a wanted motion or heater drive is not a finite number"),
+        ({"measured_y_m": math.nan}, "a measurement of the telemanipulator is not a finite number"),
+        ({"sensor_c": one(42.06, 33.0)}, "index: sensor plate at 42.1 C, above 42.0 C"),
+        ({"dt": math.nan}, "time is not a finite number"),
+    ):
+        rig = Rig()
+        rig.step()
+        assert rig.step(**changes).fault == fault
+    for reading_c in (SENSOR_HIGH_C, math.nextafter(SENSOR_HIGH_C, 99.0)):
+        assert (Rig().step(sensor_c=reading_c).fault is not None) == (reading_c == SENSOR_HIGH_C)
+
+
+def test_a_time_that_is_no_number_moves_nothing():
+    rig = Rig(z_m=-0.002)
+    rig.step()
+    rig.t_s = math.nan
+    out = rig.step(wanted_x_m=0.1)
+    assert (out.x_m, out.z_m) == (0.0, [-0.002] * 5)
+
+
 def test_first_fault_is_kept():
     rig = Rig()
     rig.gate.trip("first")
@@ -396,6 +465,60 @@ def named_twice(rig: Rig) -> None:
         rig.gate.trip("index: it failed in another way", 1)
         rig.step()
         rig.gate.clear_fault()
+
+
+def test_a_second_fault_of_the_same_sensor_keeps_its_heater_off():
+    rig = Rig()
+    for again in (False, True):
+        fault = rig.step(sensor_c=one(43.0, 33.0)).fault
+        assert fault == "index: sensor plate at 43.0 C, above 42.0 C" + (f"; {STAYS_OFF}" if again else "")
+        rig.step(sensor_c=one(44.0, 33.0))  # until a person clears it is the same fault
+        rig.gate.trip("little: it failed", 4 if again else None)
+        assert rig.gate.fault == fault
+        rig.gate.clear_fault()
+        assert rig.gate.fault is None
+        out = rig.step(heater_drive=0.5)
+        assert out.limited == one(Limit.HEATER_TEST if again else 0, 0)
+        assert out.heater_drive == one(0.0 if again else 0.5, 0.5)
+
+
+FIRST_PULSE_S = ROUND_S + WINDOW_S
+"""A round without drive comes before."""
+
+
+@pytest.mark.parametrize(
+    "blocked",
+    [
+        {"in_contact": True},
+        {"sensor_age_s": GAP_S + 0.01},
+        {"sensor_c": math.nan},
+        {"sensor_c": SENSOR_PLATE_C - 0.01},
+        {"age": GAP_S + 0.01},
+        {"dt": TICK_AGE_S + 0.01},
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize("after_s", [0.3, 1.0])
+def test_a_test_begins_anew_when_its_heater_may_not_be_driven_for_a_moment(blocked, after_s):
+    rig = Rig()
+    reading = {"sensor_c": SENSOR_PLATE_C - 0.1, "heater_drive": 1.0}
+    rig.step(**reading)
+    named_twice(rig)
+    rig.run(round(after_s / DT), **reading)
+    assert rig.step(**reading | blocked).limited[1] & Limit.HEATER_TEST
+    ticks = next(tick for tick in range(2000) if rig.step(**reading).heater_drive[1])
+    assert ticks * DT == pytest.approx(FIRST_PULSE_S, abs=3.0 * DT)
+
+
+def test_no_test_pulse_while_the_dose_is_spent():
+    rig = Rig()
+    named_twice(rig)
+    rig.step(sensor_c=41.5)
+    rig.step(sensor_c=41.5, dt=13.5)
+    spent = Limit.HEATER_TEST | Limit.DOSE
+    assert next(tick * 0.02 for tick in range(4000) if rig.step(dt=0.02).limited[1] != spent) > 30.0
+    ticks = next(tick for tick in range(200) if rig.step(dt=0.02).heater_drive[1])
+    assert ticks * 0.02 == pytest.approx(FIRST_PULSE_S, abs=0.05)
 
 
 def test_a_sensor_that_faults_name_twice_in_ten_minutes_is_heated_again_once_a_test_pulse_moved_it():
@@ -540,8 +663,7 @@ def test_a_hand_that_went_elsewhere_meanwhile_is_approached_without_a_jump():
 def test_once_met_the_hand_is_followed_ever_faster_and_without_a_jerk():
     rig = Rig()
     come_back(rig, 1, wanted_x_m=0.08)
-    while rig.step(wanted_x_m=0.08).limited[0] & Limit.APPROACH:
-        pass
+    assert any(not rig.step(wanted_x_m=0.08).limited[0] & Limit.APPROACH for _ in range(1000))
     before, speeds = 0.08, []
     for _ in range(200):  # the hand runs off in the very moment
         out = rig.step(wanted_x_m=-0.5)
