@@ -66,8 +66,6 @@ def test_it_retreats_once_stopped_or_pressed_too_hard(pressed_n: float, stopped_
     ("begins_m", "wanted_m", "measured_m", "pressed_n", "hand_met", "left_j", "expected_m", "limits"),
     [
         pytest.param(0.0, 0.0, 0.0, 0.0, False, 0.0, 0.0, 0, id="where it is wanted"),
-        pytest.param(0.0, -ROUNDING_M, 0.0, 0.0, False, 0.0, 0.0, 0, id="rounding"),
-        pytest.param(0.0, -2e-9, 0.0, 0.0, False, 0.0, 0.0, HEIGHT_SPEED, id="more than rounding"),
         pytest.param(0.0, -ROUNDING_M, 0.0, BRAKE_N, True, 0.0, 0.0, 0, id="rounding when braked"),
         pytest.param(0.0, -2e-9, 0.0, BRAKE_N, True, 0.0, 0.0, FORCE, id="more than rounding when braked"),
         pytest.param(0.0, -0.01, 0.0, 0.0, True, 0.0, -DOWN_M, APPROACH | HEIGHT_SPEED, id="down"),
@@ -117,6 +115,12 @@ def test_it_names_each_limit_that_acts(
     finger = finger_at(begins_m, left_j)
     assert finger.follow(DT, wanted_m, measured_m, pressed_n, hand_met) == limits
     assert finger.z_m == pytest.approx(expected_m, abs=1e-12)
+
+
+@pytest.mark.parametrize(("missed_m", "limits"), [(ROUNDING_M, 0), (2.0 * ROUNDING_M, HEIGHT_SPEED)])
+def test_a_set_point_that_misses_by_rounding_only_is_not_limited(missed_m: float, limits: int) -> None:
+    for wanted_m in (-missed_m, missed_m):
+        assert finger_at(0.0).follow(0.0, wanted_m, 0.0, 0.0, True) == limits
 
 
 @pytest.mark.parametrize("pressed_n", [0.0, TOUCHING_N, 1.0])
