@@ -751,6 +751,15 @@ def test_work_left_in_the_object_slows_the_finger_and_three_such_cycles_are_a_fa
     assert rig.step().fault is None
 
 
+def test_work_left_is_counted_anew_once_the_finger_was_out_of_sight():
+    rig = Rig(z_m=0.0).met()
+    for z_m in (0.0, -0.002):
+        rig.step(measured_z_m=one(z_m, 0.0), force_n=one(4.0, 0.0))
+    assert rig.gate.left_mj == pytest.approx(one(8.0 - 1e3 * LEFT_W * DT, 0.0))
+    rig.step(measured_z_m=one(-0.002, 0.0), force_n=one(4.0, 0.0), force_age_s=GAP_S + 0.01)
+    assert rig.gate.left_mj == [0.0] * 5
+
+
 @pytest.mark.parametrize("hz", [14.0, 25.0, 60.0])
 def test_a_force_that_swings_faster_than_a_hand_is_a_fault_in_half_a_second(hz):
     rig = Rig(z_m=-0.003).met()
