@@ -106,10 +106,11 @@ def test_places_and_forces_of_another_length_are_refused() -> None:
             sent().step(DT, 0.0, *wrong)
     with pytest.raises(ValueError, match="zip"):
         sent().told(DT, HERE[1:], False)
-    follow = sent()
-    follow.step(DT, 1.0, HERE, IN_THE_AIR[1:])
-    with pytest.raises(ValueError, match="zip"):
-        follow.told(DT, HERE, True)
+    for forces in (IN_THE_AIR[1:], (*IN_THE_AIR, 0.0)):
+        follow = sent()
+        follow.step(DT, 1.0, HERE, forces)
+        with pytest.raises(ValueError, match="zip"):
+            follow.told(DT, HERE, True)
 
 
 def test_only_fresh_reports_count_and_a_good_one_ends_the_doubt() -> None:
