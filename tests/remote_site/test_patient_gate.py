@@ -19,6 +19,7 @@ from common.limits import (
     LEFT_J,
     LEFT_W,
     SENSOR_PLATE_C,
+    SWING_CYCLES,
     SWING_N,
     SWING_S,
 )
@@ -770,6 +771,15 @@ def test_a_force_that_swings_faster_than_a_hand_is_a_fault_in_half_a_second(hz):
     rig.gate.clear_fault()
     for _ in range(100):
         assert rig.step().fault is None
+
+
+def test_a_force_from_before_it_followed_is_no_part_of_a_swing():
+    rig, hz = Rig(z_m=-0.003), 14.0
+    for tick in range(round(8.0 / hz / DT)):
+        swings_n = 1.3 + 0.3 * math.sin(2.0 * math.pi * (hz * tick * DT - 0.35))  # the first peak after 0.6 cycles
+        if rig.step(force_n=one(swings_n if tick else 2.5, 0.0)).fault:
+            break
+    assert tick * DT == pytest.approx((0.6 + SWING_CYCLES + 0.3) / hz, abs=0.01)
 
 
 def test_a_force_that_swings_around_releases_is_no_fault():
