@@ -312,10 +312,7 @@ class OperatorGate:
         if not low <= wanted_c <= high:
             target = min(high, max(low, wanted_c))
             limited[finger] |= Limit.PLATE_RANGE.value
-        change = target - base
-        if -PLATE_COOLING_K_S * dt_s <= change <= PLATE_HEATING_K_S * dt_s:
-            return base + change
-        change = min(PLATE_HEATING_K_S * dt_s, max(-PLATE_COOLING_K_S * dt_s, change))
+        change = min(PLATE_HEATING_K_S * dt_s, max(-PLATE_COOLING_K_S * dt_s, target - base))
         if abs(target - base - change) > RATE_ROUNDING_K:
             limited[finger] |= Limit.PLATE_RATE.value
         return base + change
