@@ -73,8 +73,7 @@ class ForceLimits:
             wanted_n: what is asked for, N.
         """
         if live:
-            if self._ceiling_n < FINGER_FORCE_N:
-                self._ceiling_n = min(FINGER_FORCE_N, self._ceiling_n + FORCE_RAMP_UP_N_S * dt_s)
+            self._ceiling_n = min(FINGER_FORCE_N, self._ceiling_n + FORCE_RAMP_UP_N_S * dt_s)
         else:
             self.energy.rest()
             self.believe_again()
