@@ -211,9 +211,14 @@ def test_plate_set_point_range_and_rate(profile):
 def test_plate_set_point_starts_from_the_plate():
     rig = Rig()
     assert rig.step(engaged=False, plate_set_c=38.0, plate_measured_c=25.0).plate_set_c == [25.0] * 5
-    first = rig.step(plate_set_c=38.0, plate_measured_c=26.0)
-    assert first.plate_set_c[0] == pytest.approx(26.0 + PLATE_HEATING_K_S * DT)
-    assert first.limited == [Limit.PLATE_RATE] * 5
+    out = rig.step(plate_set_c=38.0, plate_measured_c=26.0)
+    assert out.plate_set_c[0] == pytest.approx(26.0 + PLATE_HEATING_K_S * DT)
+    assert out.limited == [Limit.PLATE_RATE] * 5
+    for share in (0.9, -0.9):
+        slower = out.plate_set_c[0] + share * PLATE_COOLING_K_S * DT
+        out = rig.step(plate_set_c=slower, plate_measured_c=26.0)
+        assert out.plate_set_c == pytest.approx([slower] * 5)
+        assert out.limited == [0] * 5
     assert rig.step(engaged=False, plate_measured_c=60.0).plate_set_c == [COMFORT.high_c] * 5
 
 
@@ -533,9 +538,11 @@ def test_a_slow_swing_is_a_fault_where_the_energy_acts_in_each_cycle(first):
     assert fault == "thumb: force swings at 5 Hz by 0.6 N"
 
 
-def test_a_finger_that_was_not_stepped_yet_has_no_force_and_no_limit_acted():
+def test_a_finger_begins_without_force_and_no_limit_acts_while_none_is_wanted():
     force = ForceLimits(WALL)
-    assert (force.force_n, force.out_of_range, force.overdrawn, force.ramped) == (0.0, False, False, False)
+    for _ in range(2):
+        assert (force.force_n, force.out_of_range, force.overdrawn, force.ramped) == (0.0, False, False, False)
+        force.step(10.0, DT, True, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("between_s", [0.12, 0.3])
