@@ -103,9 +103,11 @@ class ForcesObey:
         _forget(self._told, t_s)
         found = []
         for index, (finger, applied_n, doubt) in enumerate(zip(FINGERS, force_n, self._doubts, strict=True)):
-            low_n, high_n = self._asked_n(index, applied_n) if applied_n > 0.0 else (0.0, 0.0)
-            wrong = applied_n > 0.0 and not low_n - NEAR_N <= applied_n <= high_n + NEAR_N
-            if doubt.step(t_s, wrong):
+            if not applied_n > 0.0:
+                doubt.step(t_s, False)
+                continue
+            low_n, high_n = self._asked_n(index, applied_n)
+            if doubt.step(t_s, not low_n - NEAR_N <= applied_n <= high_n + NEAR_N):
                 found.append(f"{finger}: {applied_n:.2f} N applied, {low_n:.2f} to {high_n:.2f} N asked for")
         return found
 

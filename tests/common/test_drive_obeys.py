@@ -4,7 +4,18 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from common.drive_obeys import MEMORY_S, PERSIST_S, UNREPORTED_FRAMES, DriveObeys, ForcesObey, StateComes
+from common.drive_obeys import (
+    LONGEST_S,
+    MEMORY_S,
+    NEAR_N,
+    PERSIST_S,
+    UNREPORTED_FRAMES,
+    Doubt,
+    DriveObeys,
+    ForcesObey,
+    StateComes,
+)
+from common.fingers import FINGERS
 from common.limits import FORCE_RAMP_DOWN_N_S, MODULE_TIMEOUT_S
 
 TICK_S = 0.002
@@ -34,6 +45,40 @@ def test_a_stuck_drive_is_found_soon_and_a_single_wrong_report_is_not() -> None:
     wrong_by_turns = DriveObeys("the heater")
     wrong_by_turns.told(0.0, 0)
     assert any(wrong_by_turns.reported(tick * TICK_S, 1000 if tick % 2 else 0) for tick in range(500))
+
+
+Reports = list[tuple[float, bool]]
+"""For each report how long it came after the one before, s, and whether it was wrong."""
+
+
+@pytest.mark.parametrize(
+    ("before", "every_s", "wrong_reports"),
+    [
+        pytest.param([(0.0, False)], LONGEST_S, 6, id="it may have begun just before the second wrong one"),
+        pytest.param([(0.0, False)], 5.0, 6, id="what was not watched does not count"),
+        pytest.param([], LONGEST_S, 6, id="from the first report on"),
+        pytest.param([(0.0, True)] + 5 * [(LONGEST_S, False)], LONGEST_S, 6, id="the first was wrong, and is over"),
+        pytest.param(
+            [(0.0, False), (0.002, True), (0.002, True), (0.002, False)], LONGEST_S, 5, id="a doubt that is not over"
+        ),
+        pytest.param([(0.0, False), (0.002, True), (LONGEST_S, False)], 0.015, 8, id="a doubt that is just over"),
+    ],
+)
+def test_wrong_reports_are_a_fault_at_the_named_time(before: Reports, every_s: float, wrong_reports: int) -> None:
+    doubt, t_s, found = Doubt(), 0.0, list[bool]()
+    for since_s, wrong in before + wrong_reports * [(every_s, True)]:
+        t_s += since_s
+        found.append(doubt.step(t_s, wrong))
+    assert found == [False] * (len(found) - 1) + [True]
+
+
+def test_a_command_is_in_force_for_the_named_time_after_the_next() -> None:
+    obeys = DriveObeys("the heater")
+    obeys.told(-1.0, 300)
+    obeys.told(0.0, 0)
+    assert obeys.reported(MEMORY_S, 300) == ""
+    words = [obeys.reported(MEMORY_S + LONGEST_S * k, 300) for k in range(1, 7)]
+    assert [bool(said) for said in words] == [False] * 5 + [True]
 
 
 @pytest.mark.parametrize(
@@ -178,6 +223,18 @@ def test_a_force_too_small_is_found_but_none_at_all_is_right() -> None:
             found[applied_n] = obey.reported(tick * TICK_S, [applied_n] * 5)
     assert (found[0.0], found[4.9]) == ([], [])
     assert found[3.0][0] == "thumb: 3.00 N applied, 5.00 to 5.00 N asked for"
+
+
+@pytest.mark.parametrize("asked", [False, True])
+def test_where_no_force_was_asked_for_next_to_none_is_right(asked: bool) -> None:
+    for applied_n in (NEAR_N, NEAR_N + 0.01):
+        obey, found = ForcesObey(), list[str]()
+        for tick in range(100):
+            if asked:
+                obey.told(tick * TICK_S, [0.0] * 5)
+            found = obey.reported(tick * TICK_S, [applied_n] * 5)
+        wrong = [f"{finger}: 0.11 N applied, 0.00 to 0.00 N asked for" for finger in FINGERS]
+        assert found == (wrong if applied_n > NEAR_N else [])
 
 
 def test_a_node_that_hides_its_outputs_is_found_by_its_frames_however_late_they_are() -> None:
