@@ -62,6 +62,10 @@ def test_what_is_accepted_is_new_in_order_and_young(arrivals: list[tuple[int, in
         (Packet(1, 5, 0), 151 * MS, "clock"),
         (Packet(1, 5, -149 * MS), 150 * MS, ""),
         (Packet(1, 5, 6 * MS), 2 * MS, ""),
+        (Packet(1, 5, -MAX_AGE), 0, ""),
+        (Packet(1, 5, -MAX_AGE - 1), 0, "age"),
+        (Packet(1, 5, FUTURE_TOLERANCE_NS + 7), 7, ""),
+        (Packet(1, 5, FUTURE_TOLERANCE_NS + 8), 7, "future"),
     ],
 )
 def test_each_reason_is_counted_and_a_refused_packet_blocks_nothing(
@@ -71,7 +75,17 @@ def test_each_reason_is_counted_and_a_refused_packet_blocks_nothing(
     assert accept(acceptance, Packet(1, 4, 0), 0)
     assert accept(acceptance, packet, 0, 0, uncertainty) is not bool(reason)
     assert dict(acceptance.refused) == ({reason: 1} if reason else {})
+    assert acceptance.latest_refusal == reason
     assert accept(acceptance, Packet(1, 5 if reason else packet.sequence + 1, 0), 0)
+    assert acceptance.latest_refusal == ""
+
+
+def test_a_stream_may_begin_with_0_and_is_judged_from_there() -> None:
+    acceptance = Acceptance(MAX_AGE)
+    assert accept(acceptance, Packet(1, 0, 0), 0)
+    assert not accept(acceptance, Packet(1, 1 + MOST_AHEAD, 0), 0)
+    assert accept(acceptance, Packet(1, 3, 0), 0)
+    assert acceptance.lost == 2
 
 
 def test_superseded_packets_are_counted_and_a_new_session_starts_over() -> None:
@@ -80,8 +94,11 @@ def test_superseded_packets_are_counted_and_a_new_session_starts_over() -> None:
     for sequence in (1, 2, 6, 7):
         assert accept(acceptance, Packet(1, sequence, 0), 0)
     assert acceptance.lost == 3
+    assert not accept(acceptance, Packet(1, 7, 0), 0)
     acceptance.restart()
     assert acceptance.gap_ns(5) is None
+    assert acceptance.latest_refusal == ""
+    assert not accept(acceptance, Packet(1, -1, 0), 0)
     assert accept(acceptance, Packet(1, 1, 0), 0)
     assert acceptance.lost == 3, "nothing is lost before the first of a session"
 
