@@ -1,9 +1,10 @@
 """What swings by itself is found; hands that tap, press, tremble, stroke and feel a breath are not."""
 
+import itertools
 import math
 import random
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 import pytest
 from hypothesis import given
@@ -28,6 +29,91 @@ def found(forces: Iterable[float], fed: Callable[[int], bool] = lambda tick: Fal
 
 def sine(hz: float, swing_n: float, seconds: float = 2.0, mean_n: float = 3.0) -> list[float]:
     return [mean_n + 0.5 * swing_n * math.sin(2.0 * math.pi * hz * T * tick) for tick in range(round(seconds / T))]
+
+
+Peaks = list[tuple[float, float]]
+"""When, s, and how far above what lies between them, N."""
+
+
+def told_first(
+    watch: Oscillation, peaks: Peaks, fed: Sequence[bool] = (), base_n: float = 1.0
+) -> tuple[int, str] | None:
+    """Which peak of a course is told first, and the words; `fed` is of each peak's cycle."""
+    watch.step(peaks[0][0] - 0.001, base_n, False)
+    for number, (t_s, swing_n) in enumerate(peaks):
+        watch.step(t_s, base_n + swing_n, number < len(fed) and fed[number])
+        watch.step(t_s + 0.001, base_n + swing_n, False)  # a peak is where it was reached
+        words = watch.step(t_s + 0.002, base_n, False)
+        if words is not None:
+            return number, words
+    return None
+
+
+def evenly(period_s: float, cycles: int = SWING_CYCLES, swing_n: float = 2.0) -> Peaks:
+    return [(period_s * number, swing_n) for number in range(cycles + 1)]
+
+
+def after(periods_s: Iterable[float]) -> Peaks:
+    return [(t_s, 2.0) for t_s in itertools.accumulate(periods_s, initial=0.0)]
+
+
+FASTEST_S = SWING_S / SWING_CYCLES
+AT_ONCE = SWING_CYCLES, "force swings at 12 Hz by 2.0 N"
+
+
+def test_as_many_cycles_in_as_short_a_time_as_the_limit_says_are_told() -> None:
+    assert told_first(Oscillation(), evenly(FASTEST_S)) == AT_ONCE
+    assert told_first(Oscillation(), evenly(1.0001 * FASTEST_S, 30)) is None
+    small = told_first(Oscillation(), evenly(FASTEST_S, swing_n=SWING_N), base_n=0.0)
+    assert small == (SWING_CYCLES, "force swings at 12 Hz by 0.4 N")
+    assert told_first(Oscillation(), evenly(FASTEST_S, 30, SWING_N - 1e-6), base_n=0.0) is None
+
+
+def test_only_the_last_cycles_count_and_none_from_before_it_began_anew() -> None:
+    assert told_first(Oscillation(), after(10 * [0.125] + 10 * [1 / 16])) == (14, "force swings at 12 Hz by 2.0 N")
+    watch = Oscillation()
+    assert told_first(watch, evenly(FASTEST_S, SWING_CYCLES - 1)) is None
+    watch.begin_anew()
+    assert told_first(watch, [(0.5 + t_s, swing_n) for t_s, swing_n in evenly(FASTEST_S)]) == AT_ONCE
+
+
+@pytest.mark.parametrize(
+    ("periods", "told", "hz"),
+    [
+        pytest.param([1, 2, 1, 2, 1, 2], 6, 21, id="twice as long, or half, is the same swinging"),
+        pytest.param([1, 1, 1, 2.0625, 2, 2, 2, 2, 2], 9, 16, id="longer is another one"),
+        pytest.param([2, 2, 2, 0.9375, 1, 1, 1, 1, 1], 9, 32, id="shorter is another one"),
+    ],
+)
+def test_cycles_belong_together_when_they_last_about_as_long(periods: list[float], told: int, hz: int) -> None:
+    words = f"force swings at {hz} Hz by 2.0 N"
+    assert told_first(Oscillation(), after(period / 32 for period in periods)) == (told, words)
+
+
+@pytest.mark.parametrize(("low_n", "told"), [(2.0, True), (1.9375, False)])
+def test_cycles_belong_together_while_they_do_not_die_down(low_n: float, told: bool) -> None:
+    peaks = [(t_s, low_n if number % 2 else 4.0) for number, (t_s, _) in enumerate(evenly(1 / 16, 30))]
+    assert told_first(Oscillation(), peaks) == ((6, "force swings at 16 Hz by 4.0 N") if told else None)
+
+
+SLOWEST = [(0.0, 2.0), (1.0 / SWING_SLOW_HZ, 2.0), (2.0 / SWING_SLOW_HZ, 2.0), (0.999, 2.0)]
+
+
+@pytest.mark.parametrize(
+    ("peaks", "fed", "told"),
+    [
+        pytest.param(SLOWEST, [True] * 4, (3, "force swings at 3 Hz by 2.0 N"), id="as slow as it may be"),
+        pytest.param([(1.001 * t_s, n) for t_s, n in SLOWEST], [True] * 4, None, id="too slow"),
+        pytest.param(evenly(0.25), [False, True, True, True], (3, "force swings at 4 Hz by 2.0 N"), id="three fed"),
+        pytest.param(evenly(0.25), [True, True, True, False, True, True], None, id="two at a time"),
+        pytest.param(after([0.125, 0.125, 0.3, 0.3]), [True] * 5, None, id="two of another swinging"),
+        pytest.param([(0.0, 2.0)] * 20, [True] * 20, None, id="a clock that stands still"),
+    ],
+)
+def test_slow_cycles_are_told_when_enough_in_a_row_are_fed(
+    peaks: Peaks, fed: list[bool], told: tuple[int, str] | None
+) -> None:
+    assert told_first(Oscillation(), peaks, fed) == told
 
 
 @pytest.mark.parametrize("hz", [12.5, 23.0, 60.0, 125.0])
