@@ -85,7 +85,7 @@ class PortEnergy:
         if 0.0 <= dt_s < _SAME_S:
             return
         # Neither holds for what is not a number.
-        if not 0.0 < dt_s <= LONGEST_STEP_S or not abs(rise_m) <= FASTEST_M_S * dt_s:
+        if not _SAME_S <= dt_s <= LONGEST_STEP_S or not abs(rise_m) <= FASTEST_M_S * dt_s:
             self.account_j = min(0.0, self.account_j)  # what it owes, it still owes
             self._top_m = z_m
         else:
@@ -97,7 +97,7 @@ class PortEnergy:
                 self._top_m = z_m
             beyond_j = account_j - self._kept_j - force_n * (self._top_m - z_m)
             if beyond_j > 0.0:
-                account_j -= beyond_j * min(1.0, dt_s / FADE_S)
+                account_j -= beyond_j * (dt_s / FADE_S)
             if account_j < 0.0 and force_n == 0.0:
                 account_j = min(0.0, account_j + FORGIVEN_W * dt_s)
             self.account_j = account_j

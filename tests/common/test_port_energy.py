@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.limits import FORGIVEN_W, PRODUCED_J
-from common.port_energy import FADE_S, LONGEST_STEP_S, MOST_FORCES, PortEnergy
+from common.port_energy import FADE_S, FASTEST_M_S, LONGEST_STEP_S, MOST_FORCES, PortEnergy
 
 T = 0.001
 STIFFEST_N_M = 1000.0
@@ -49,6 +49,78 @@ def test_it_counts_the_work_of_the_force_that_was_held() -> None:
     damped = Finger(damping_n_s_m=2.0)
     damped.move(-1e-4, 0.0, 10)
     assert damped.port.account_j == pytest.approx(2.0 * 1e-8 / T * 10), "the device's own damping takes its part"
+
+
+TICK_S = 1 / 64
+
+
+def pushed(*forces_n: float, delay_s: float = 0.0) -> PortEnergy:
+    """A port that has shown a force for a tick each, the first from 0 s on, since its first height there."""
+    port = PortEnergy(STIFFEST_N_M, 1.0, delay_s=delay_s)
+    port.observe(0.0, 0.0)
+    for tick, force_n in enumerate(forces_n):
+        port.command(TICK_S * tick, force_n)
+    return port
+
+
+@pytest.mark.parametrize(("late_ticks", "mean_n"), [(0.0, 2.0), (1.0, 1.5), (1.5, 0.875), (3.0, 0.0)])
+def test_each_force_counts_for_as_long_as_it_acted(late_ticks: float, mean_n: float) -> None:
+    port = pushed(0.0, 1.0, 5.0, 2.0, 7.0, delay_s=TICK_S * late_ticks)
+    port.observe(4 * TICK_S, -0.5)
+    assert port.account_j == 0.0, "no finger is as fast"
+    port = pushed(0.0, 1.0, 5.0, 2.0, 7.0, delay_s=TICK_S * late_ticks)
+    port.observe(4 * TICK_S, -TICK_S)
+    assert port.account_j == mean_n * TICK_S
+    port.observe(5 * TICK_S, -2 * TICK_S)
+    acts_n = {0.0: 7.0, 1.0: 2.0, 1.5: 3.5, 3.0: 1.0}[late_ticks]
+    assert port.account_j == (mean_n + acts_n) * TICK_S
+
+
+def test_before_any_force_none_acts_and_only_what_may_be_produced_can_be_paid() -> None:
+    port = PortEnergy(STIFFEST_N_M, 1.0)
+    assert port.limit_n() == pytest.approx(AT_REST_N)
+    port.observe(0.0, 0.0)
+    port.command(TICK_S, 3.0)
+    port.observe(2 * TICK_S, -TICK_S)
+    assert port.account_j == 1.5 * TICK_S
+
+
+def test_a_force_is_remembered_however_often_none_is_commanded_after_it() -> None:
+    port = pushed(1.0)
+    for number in range(2 * MOST_FORCES):
+        port.command(TICK_S + 1e-5 * number, 0.0)
+    port.observe(4 * TICK_S, -TICK_S)
+    assert port.account_j == 0.25 * TICK_S
+
+
+def test_after_a_clock_was_set_back_the_newest_force_acts() -> None:
+    port = pushed(0.0, 1.0, 5.0, 2.0)
+    port.command(TICK_S, 3.0)
+    port.observe(4 * TICK_S, -TICK_S)
+    assert port.account_j == 0.75 * 3.0 * TICK_S
+
+
+@pytest.mark.parametrize(
+    ("dt_s", "rise_m", "counts"),
+    [
+        (LONGEST_STEP_S, -0.01, True),
+        (math.nextafter(LONGEST_STEP_S, 1.0), -0.01, False),
+        (0.0625, -FASTEST_M_S * 0.0625, True),
+        (0.0625, math.nextafter(-FASTEST_M_S * 0.0625, -1.0), False),
+        (1e-6, -1e-6, True),
+        (-0.0625, -0.001, False),
+    ],
+)
+@pytest.mark.parametrize("owed_j", [0.0, 0.015625])
+def test_a_step_that_is_too_long_or_too_fast_counts_nothing_and_forgives_nothing(
+    dt_s: float, rise_m: float, counts: bool, owed_j: float
+) -> None:
+    port = pushed(2.0)
+    port.observe(TICK_S, owed_j / 2.0)
+    port.observe(0.0, 0.0)  # set back
+    port.observe(dt_s, rise_m)
+    assert port.account_j == pytest.approx(-owed_j - 2.0 * rise_m * counts, abs=1e-12)
+    assert port.most_produced_j == owed_j
 
 
 def test_what_comes_out_ends_when_it_is_spent() -> None:
@@ -178,6 +250,25 @@ def test_what_a_contact_has_lost_fades_and_what_it_holds_stays() -> None:
     assert left_j - KEPT_J == pytest.approx((stored_j - KEPT_J) * math.exp(-1.0), rel=0.05)
     finger.move(0.0, 0.0, 10_000)
     assert finger.port.account_j == pytest.approx(KEPT_J, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("course", "held_j"),
+    [
+        pytest.param([(0.0, 0.5), (-0.01, 0.5)], 0.005, id="a small force"),
+        pytest.param([(0.0, 1.0), (0.01, 4.0), (-0.015, 4.0), (-0.015, 4.0)], 0.11, id="it rose before"),
+        pytest.param([(0.0, 0.0), (0.02, 0.0), (-0.02, 4.0), (-0.005, 1.0)], 0.005, id="no force held it higher"),
+    ],
+)
+def test_a_contact_holds_its_force_over_the_way_up_to_where_it_was_highest(
+    course: list[tuple[float, float]], held_j: float
+) -> None:
+    port, t_s, z_m = PortEnergy(STIFFEST_N_M, 0.0), 0.0, 0.0
+    for rise_m, force_n in course + [(0.0, course[-1][1])] * 1000:
+        z_m, t_s = z_m + rise_m, t_s + TICK_S
+        port.observe(t_s, z_m)
+        port.command(t_s, force_n)
+    assert port.account_j == pytest.approx(held_j)
 
 
 moves = st.tuples(st.floats(-4e-4, 4e-4), st.floats(0.0, 10.0), st.integers(1, 40))
