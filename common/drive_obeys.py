@@ -107,7 +107,7 @@ class ForcesObey:
                 doubt.step(t_s, False)
                 continue
             low_n, high_n = self._asked_n(index, applied_n)
-            if doubt.step(t_s, not low_n - NEAR_N <= applied_n <= high_n + NEAR_N):
+            if doubt.step(t_s, not _near(applied_n, low_n, high_n)):
                 found.append(f"{finger}: {applied_n:.2f} N applied, {low_n:.2f} to {high_n:.2f} N asked for")
         return found
 
@@ -120,7 +120,7 @@ class ForcesObey:
         for _, told_n in reversed(self._told):
             asked_n = told_n[index]
             low_n, high_n = min(low_n, asked_n), max(high_n, asked_n)
-            if low_n - NEAR_N <= applied_n <= high_n + NEAR_N:
+            if _near(applied_n, low_n, high_n):
                 break
         return (low_n, high_n) if self._told else (0.0, 0.0)
 
@@ -144,6 +144,10 @@ class StateComes:
         """What is wrong; empty when nothing is."""
         missing = self._places - self._places_at_state > UNREPORTED_FRAMES
         return "reports its place, but not what its outputs do" if missing else ""
+
+
+def _near(applied_n: float, low_n: float, high_n: float) -> bool:
+    return low_n - NEAR_N <= applied_n <= high_n + NEAR_N
 
 
 def _forget(told: deque[tuple[float, int]] | deque[tuple[float, Sequence[float]]], t_s: float) -> None:

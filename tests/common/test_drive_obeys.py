@@ -214,6 +214,11 @@ def test_a_force_that_nobody_asked_for_is_found_soon_and_named_by_its_finger() -
     assert 0.5 + PERSIST_S <= found_s <= 0.5 + PERSIST_S + 2 * REPORT_EVERY * TICK_S
 
 
+def test_a_report_that_lacks_a_finger_is_refused() -> None:
+    with pytest.raises(ValueError, match="shorter"):
+        ForcesObey().reported(0.0, [0.0] * 4)
+
+
 def test_a_force_too_small_is_found_but_none_at_all_is_right() -> None:
     found: dict[float, list[str]] = {}
     for applied_n in (0.0, 3.0, 4.9):
