@@ -86,7 +86,7 @@ class Oscillation:
             self._fed_cycles = 0
         self._period_s, self._swing_n = period_s, swing_n
         peaks_s.append(self._extreme_s)
-        fed = self._fed and 0.0 < period_s * SWING_SLOW_HZ <= 1.0
+        fed = self._fed and period_s * SWING_SLOW_HZ <= 1.0
         self._fed_cycles = self._fed_cycles + 1 if fed else 0
         self._fed = False
         if len(peaks_s) > SWING_CYCLES and peaks_s[-1] - peaks_s[0] <= SWING_S:
