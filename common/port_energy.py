@@ -15,6 +15,7 @@ forgiven while no force acts (FORGIVEN_W), and when outputs do not act at all.
 
 import math
 from collections import deque
+from itertools import islice
 
 from common.limits import FORGIVEN_W, PRODUCED_J
 
@@ -136,11 +137,9 @@ class PortEnergy:
         if len(forces) == 1 and forces[0][1] == 0.0:
             return 0.0
         impulse, since_s, acting_n = 0.0, begin_s, forces[0][1]
-        for began_s, force_n in forces:
+        for began_s, force_n in islice(forces, 1, None):
             if began_s >= end_s:
                 break
-            if began_s > since_s:
-                impulse += acting_n * (began_s - since_s)
-                since_s = began_s
-            acting_n = force_n
+            impulse += acting_n * (began_s - since_s)
+            since_s, acting_n = began_s, force_n
         return (impulse + acting_n * (end_s - since_s)) / dt_s
