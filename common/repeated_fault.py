@@ -7,6 +7,7 @@ nothing in it, a reversed drive the wrong sign. A test that fails is repeated af
 """
 
 import math
+from operator import truediv
 
 REPEATED_S = 600.0
 """A fault of the same plate within this time of the one before needs a test, s."""
@@ -41,10 +42,10 @@ class RepeatedFault:
         self._least_k = least_k
         self._named_s: float | None = None
         self._next_s = -math.inf
-        self._began_s = math.nan
-        self._calm = False
-        self._sums = [0.0, 0.0, 0.0]
-        self._counts = [0, 0, 0]
+        self._sums: list[float] = []
+        self._counts: list[int] = []
+        """Of the round; a round begins with zeros."""
+        self.interrupt()
 
     def named(self, t_s: float) -> bool:
         """A fault names this plate at a time, s; returns whether it needs a test now."""
@@ -89,7 +90,7 @@ class RepeatedFault:
 
     def _judge(self) -> None:
         """A round has ended: it was calm without drive, or it was the test."""
-        first, middle, last = (total / count for total, count in zip(self._sums, self._counts, strict=True))
+        first, middle, last = map(truediv, self._sums, self._counts)
         change_k = first + last - 2.0 * middle
         if self._calm:
             self.needs_test = change_k < self._least_k

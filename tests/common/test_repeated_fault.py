@@ -84,6 +84,34 @@ def test_a_calm_round_then_a_pulse_that_moves_the_plate_frees_it(change_k: float
     assert plate.logic.needs_test is not frees
 
 
+def test_a_pulse_begins_turns_and_ends_at_its_times_and_an_average_ends_before_them() -> None:
+    plate = Plate()
+    rounds = [
+        [(0.0, 33.0, 0.0), (SPACING_S + 0.1, 33.0, 0.0), (2.0 * SPACING_S + 0.1, 33.0, 0.0)],
+        [
+            (0.0, 33.0, 0.0),
+            (0.0, 33.0, 0.0),  # twice at a time
+            (WINDOW_S, 10.0, -DRIVE),
+            (WINDOW_S + PULSE_S, 33.0 - LEAST_K / 2.0, DRIVE),
+            (WINDOW_S + 2.0 * PULSE_S, 50.0, 0.0),
+            (2.0 * SPACING_S + 0.1, 33.0, 0.0),
+            (ROUND_S, 33.0, 0.0),
+        ],
+    ]
+    for begin_s, course in zip((-ROUND_S, 0.0), rounds, strict=True):
+        assert plate.logic.needs_test
+        for since_s, plate_c, drive in course:
+            assert plate.logic.step(begin_s + since_s, plate_c, True) == drive
+    assert not plate.logic.needs_test
+
+
+def test_the_round_after_a_test_is_without_drive_however_late_it_begins() -> None:
+    plate = Plate()
+    assert (plate.round(), plate.round()) == (OFF, PULSE)
+    plate.t_s += 2.0 * TEST_EVERY_S
+    assert (plate.round(), plate.round()) == (OFF, PULSE)
+
+
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 def test_a_plate_that_moves_by_itself_is_not_tested(sign: float) -> None:
     plate = Plate()
