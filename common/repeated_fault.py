@@ -42,6 +42,8 @@ class RepeatedFault:
         self._least_k = least_k
         self._named_s: float | None = None
         self._next_s = -math.inf
+        self._began_s: float
+        self._calm: bool
         self._sums: list[float] = []
         self._counts: list[int] = []
         """Of the round; a round begins with zeros."""
