@@ -108,6 +108,7 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
     Raises:
         ValueError: bad number of fingers, no calibration for the scene, unknown network or bad file of one.
     """
+    out = out.resolve()  # a configuration's paths would else count from its own folder
     fingers = chosen_fingers(options.fingers)
     materials, surfaces = calibrated_tables(options.scene)
     folder = out / "config"
