@@ -106,7 +106,7 @@ class Starved:
         self._ran_ns = -1
 
     def look(self) -> bool:
-        """Look; False where the system does not say it."""
+        """Return it; False where the system does not say."""
         try:
             state = (self._folder / "stat").read_bytes().rpartition(b") ")[2][:1]
             ran_ns = int((self._folder / "schedstat").read_bytes().split()[0])

@@ -33,7 +33,7 @@ class SkinDose:
             t_s: time, s, finite. A clock that was set back adds nothing.
             plate_c: reading of the plate now, C, finite.
         """
-        if plate_c <= DOSE_ABOVE_C and not self._bins:  # as nearly always
+        if plate_c <= DOSE_ABOVE_C and not self._bins:  # as nearly always; a hotter reading leaves a bin
             self._read_s, self._spent = t_s, False
             return False
         dt_s = 0.0 if self._read_s is None else min(DOSE_WINDOW_S, max(0.0, t_s - self._read_s))

@@ -39,7 +39,7 @@ class Fed(NamedTuple):
 
 
 class ConsoleFeed(Protocol):
-    """The site's side: `Feed` by a socket, a test bed's in memory."""
+    """The site's side of a feed."""
 
     def write(self, stream: str, time_ns: int, payload: bytes) -> None:
         """Keep one message for the next batch; of other streams than STREAMS nothing."""
@@ -49,7 +49,7 @@ class ConsoleFeed(Protocol):
 
 
 class FeedSource(Protocol):
-    """A console's side: `FeedReader` by a socket, a test bed's in memory."""
+    """A console's side of a feed."""
 
     def receive(self) -> Iterator[Fed]:
         """What came since the last call, oldest first."""

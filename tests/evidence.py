@@ -41,6 +41,8 @@ HAZARDS = (
             f"{_GATE}::test_hot_plate_is_a_fault_that_latches_for_all",
             f"{_GATE}::test_single_fault_is_found_and_stays_below_the_peak",
             f"{_GATE}::test_a_plate_that_does_not_pass_its_test_gets_no_more_than_a_pulse_in_half_a_minute",
+            "tests/operator_site/test_plate_follow.py",
+            "tests/common/test_repeated_fault.py",
             "tests/virtual/test_fingertip_faults.py",
             "tests/virtual/test_sound_plates.py",
         ),
@@ -57,6 +59,7 @@ HAZARDS = (
         ("DOSE_ABOVE_C", "DOSE_LIMIT_K_S", "DOSE_WINDOW_S"),
         ("common.skin_dose", "operator_site.gate", "remote_site.heater_limits"),
         (
+            "tests/common/test_skin_dose.py",
             f"{_GATE}::test_dose_is_spent_before_it_is_exceeded_and_comes_back",
             f"{_GATE}::test_dose_counts_a_gap_at_the_hotter_of_its_two_ends",
             f"{_PATIENT_GATE}::test_dose_is_spent_before_it_is_exceeded_and_comes_back",
@@ -104,6 +107,8 @@ HAZARDS = (
             f"{_PATIENT_GATE}::test_heater_is_off_on_contact",
             f"{_PATIENT_GATE}::test_heater_looks_ahead_of_its_sensor",
             f"{_PATIENT_GATE}::test_heater_needs_engagement_motion_and_a_believable_reading",
+            "tests/remote_site/test_heater_limits.py",
+            "tests/common/test_repeated_fault.py",
             "tests/virtual/test_repeated_heater_faults.py",
         ),
         (
@@ -157,6 +162,7 @@ HAZARDS = (
             f"{_PATIENT_GATE}::test_a_hand_that_does_not_follow_is_a_fault",
             f"{_PATIENT_GATE}::test_a_hand_that_goes_on_after_its_release_is_a_fault_once_it_had_time_to_stop",
             "tests/remote_site/test_telemanipulator_follow.py",
+            "tests/remote_site/test_telemanipulator_follow_bounds.py",
         ),
         (
             "sim-remote-disobey",

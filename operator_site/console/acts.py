@@ -47,7 +47,7 @@ _LONGEST_KEPT = 200
 
 
 class Desk(Protocol):
-    """Where the operator site is asked for something: `DeskLine` by a socket, a test bed's in memory."""
+    """Where the operator site is asked for something."""
 
     def ask(self, verb: str, details: dict[str, Any] | None = None) -> "Future[dict[str, Any]]":
         """Ask for something; the future holds the site's answer, see `DeskLine.ask`."""

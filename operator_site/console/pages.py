@@ -38,7 +38,7 @@ _LARGEST = 2**53
 
 
 class PageSocket(Protocol):
-    """What is used of a page's websocket, once it is accepted: starlette's, or a test bed's in memory.
+    """What is used of a page's websocket, once it is accepted.
 
     The methods that send raise WebSocketDisconnect or RuntimeError where the page is gone.
     """

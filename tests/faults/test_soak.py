@@ -1,4 +1,4 @@
-"""A session that suffers faults at random works on as before; and the soak that says so notices when it does not."""
+"""The soak notices a session that does not work as before, and reads what its processes left behind."""
 
 import json
 import os

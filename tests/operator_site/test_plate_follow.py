@@ -1,4 +1,4 @@
-"""When a plate is found not to follow its drive: how soon, and not sooner."""
+"""A plate that does not follow its drive is found at the named times, and not sooner."""
 
 from collections.abc import Callable
 

@@ -30,7 +30,7 @@ BRAKED_N = BRAKE_N - 0.5 * APPROACH_DOWN_M_S * SERVO_N_M * REACTION_S
 
 
 def finger_at(z_m: float, left_j: float = 0.0) -> FingerHeight:
-    """A finger let go at a height, that has left so much work in what it touches."""
+    """A finger let go at a height, with the work, J, that it has left in what it touches."""
     finger = FingerHeight(CONTACT_FORCE_N)
     finger.let_go(z_m)
     finger.observe(0.0, 0.0, 0.0, 1.0, False)

@@ -1,4 +1,4 @@
-"""What makes the heater of one thermal sensor be held back, each at its bound."""
+"""The limits that hold back the heater of one thermal sensor, each at its bound."""
 
 import math
 

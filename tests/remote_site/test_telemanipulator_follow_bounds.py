@@ -1,4 +1,4 @@
-"""Whether the telemanipulator obeys, at the bounds of its margins and times, one place at a time."""
+"""A telemanipulator that does not obey is found at its margins and times, one place at a time."""
 
 import math
 from collections.abc import Sequence
