@@ -12,6 +12,7 @@ OUT := demo-out
 SOAK_OUT := soak-out
 RESULTS := docs/results
 SITE := site
+SBOM := sbom.json
 
 .PHONY: help
 help:
@@ -40,13 +41,21 @@ help:
 	@echo "make rungs       the table of which skin model is right enough anew"
 	@echo "make budget      what each stage of a tick may cost, anew, from a measurement on this machine (a minute)"
 	@echo "make golden      the golden replay's expected output anew; ARGUMENTS=--record for its inputs too"
+	@echo "make lock        constraints.txt and the hashes in locks/ anew, without newer versions; ARGUMENTS=--upgrade"
+	@echo "make sbom        a CycloneDX bill of materials of what the image holds, in $(SBOM)"
+	@echo "make audit       known weaknesses of the locked versions (needs a network)"
 	@echo "make clean       remove what all of these made"
 
-$(READY): pyproject.toml constraints.txt
+# Every wheel is checked against its hash; the project itself is installed without its dependencies.
+INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --prefer-binary
+LOCKED := $(INSTALL) --require-hashes -r
+
+$(READY): pyproject.toml locks/dev.txt
 	@test -n "$(PYTHON)" || { echo "make: no Python >= 3.11 with venv found; say make PYTHON=/path/to/python3" >&2; exit 2; }
 	rm -rf .venv
 	$(PYTHON) -m venv .venv
-	$(BIN)/pip install --quiet --disable-pip-version-check --prefer-binary -c constraints.txt -e '.[dev]'
+	$(LOCKED) locks/dev.txt
+	$(INSTALL) --no-deps --no-build-isolation -e .
 	@touch $@
 
 .PHONY: demo
@@ -76,7 +85,7 @@ containers: $(READY)
 # Results stay in mutants/: the next run tries what has changed. `mutmut browse` shows each one.
 .PHONY: mutants
 mutants: $(READY)
-	$(BIN)/pip install --quiet --disable-pip-version-check --prefer-binary -c constraints.txt -e '.[mutants]'
+	$(LOCKED) locks/mutants.txt
 	$(BIN)/mutmut run
 	$(BIN)/mutmut results
 
@@ -103,7 +112,7 @@ faults: $(READY)
 TIMED := tests/console/test_connection.py $(wildcard tests/console/test_live_*.py)
 .PHONY: console
 console: $(READY)
-	$(BIN)/pip install --quiet --disable-pip-version-check --prefer-binary -c constraints.txt -e '.[browser]'
+	$(LOCKED) locks/browser.txt
 	$(BIN)/pytest -m console -rs -n 2 tests/console $(addprefix --ignore=,$(TIMED))
 	$(BIN)/pytest -m console -rs $(TIMED)
 
@@ -126,7 +135,7 @@ pages: $(READY)
 # Warnings are errors, also those about links that lead nowhere.
 .PHONY: docs
 docs: $(READY)
-	$(BIN)/pip install --quiet --disable-pip-version-check --prefer-binary -c constraints.txt -e '.[docs]'
+	$(LOCKED) locks/docs.txt
 	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going --nitpicky --fresh-env -c docs . $(SITE)
 	@echo "the site is $(SITE)/docs/index.html"
 
@@ -164,7 +173,7 @@ picture: $(READY) $(OUT)/session.mcap
 
 .PHONY: console-picture
 console-picture: $(READY)
-	$(BIN)/pip install --quiet --disable-pip-version-check --prefer-binary -c constraints.txt -e '.[browser]'
+	$(LOCKED) locks/browser.txt
 	$(BIN)/python -m tests.console.readme_picture docs/console.png
 
 $(OUT)/session.mcap:
@@ -185,10 +194,40 @@ rungs: $(READY)
 budget: $(READY)
 	$(BIN)/python -m benchmarks.runtime_cost.budget
 
+# constraints.txt has the versions, locks/ the hashes of all their files, so for all processors and Python versions.
+# Versions stay as they are unless ARGUMENTS=--upgrade, or --upgrade-package NAME.
+COMPILE := UV_CUSTOM_COMPILE_COMMAND='make lock' $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --no-annotate
+HASHED := $(COMPILE) --generate-hashes -c constraints.txt
+TOOLS := docs browser mutants supply
+.PHONY: lock
+lock: $(READY)
+	$(LOCKED) locks/supply.txt
+	$(COMPILE) --all-extras $(addprefix --group=,dev $(TOOLS)) $(ARGUMENTS) pyproject.toml -o constraints.txt
+	$(HASHED) --extra console pyproject.toml -o locks/run.txt
+	$(HASHED) --all-extras --group=dev pyproject.toml -o locks/dev.txt
+	for name in $(TOOLS); do $(HASHED) --group=$$name -o locks/$$name.txt || exit; done
+
+# Of what the image holds: a fresh environment with nothing else in it.
+.PHONY: sbom
+sbom: $(READY)
+	$(LOCKED) locks/supply.txt
+	rm -rf build/sbom
+	$(BIN)/python -m venv --without-pip build/sbom
+	$(BIN)/pip --python build/sbom/bin/python install --quiet --no-deps --require-hashes -r locks/run.txt
+	$(BIN)/pip --python build/sbom/bin/python install --quiet --no-deps .
+	$(BIN)/cyclonedx-py environment --pyproject pyproject.toml --output-reproducible --of JSON -o $(SBOM) build/sbom/bin/python
+	@echo "the bill of materials is $(SBOM)"
+
+# Asks a public database which of the locked versions have known weaknesses; needs a network.
+.PHONY: audit
+audit: $(READY)
+	$(LOCKED) locks/supply.txt
+	$(BIN)/pip-audit --require-hashes --disable-pip -r locks/run.txt
+
 .PHONY: golden
 golden: $(READY)
 	$(BIN)/python -m tests.golden.make_golden $(ARGUMENTS)
 
 .PHONY: clean
 clean:
-	rm -rf .venv $(OUT) $(SOAK_OUT) $(SITE) build .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .coverage *.egg-info
+	rm -rf .venv $(OUT) $(SOAK_OUT) $(SITE) $(SBOM) build .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .coverage *.egg-info
