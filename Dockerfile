@@ -8,12 +8,10 @@ ENV PIP_NO_CACHE_DIR=1 PIP_ROOT_USER_ACTION=ignore PIP_DISABLE_PIP_VERSION_CHECK
 ENV PIP_CONSTRAINT=/build/constraints.txt PIP_BUILD_CONSTRAINT=/build/constraints.txt
 WORKDIR /build
 # What the project needs changes less often than the project: a layer of its own.
-COPY pyproject.toml constraints.txt ./
+COPY pyproject.toml constraints.txt locks/run.txt ./
 # Left out: what only the libraries' own tests and compilers need.
-RUN python -c "import tomllib; project = tomllib.load(open('pyproject.toml', 'rb'))['project']; \
-        print(*project['dependencies'], *project['optional-dependencies']['console'], sep='\n')" > requirements.txt \
-    && python -m venv --without-pip /opt/teletaction \
-    && pip --python /opt/teletaction install --no-compile --only-binary=:all: -r requirements.txt \
+RUN python -m venv --without-pip /opt/teletaction \
+    && pip --python /opt/teletaction install --no-compile --only-binary=:all: --no-deps --require-hashes -r run.txt \
     && find /opt/teletaction -depth -type d \( -name tests -o -name sample_data \) -exec rm -r {} + \
     && find /opt/teletaction \( -name '*.pyi' -o -name '*.pxd' -o -name '*.h' -o -name '*.a' \) -delete
 COPY LICENSE README.md ./

@@ -46,9 +46,9 @@ help:
 	@echo "make audit       known weaknesses of the locked versions (needs a network)"
 	@echo "make clean       remove what all of these made"
 
-# Every wheel is checked against its hash; the project itself is installed without its dependencies.
+# Every file is checked against its hash. A lock is complete: with --no-deps nothing else is looked for.
 INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --prefer-binary
-LOCKED := $(INSTALL) --require-hashes -r
+LOCKED := $(INSTALL) --no-deps --require-hashes -r
 
 $(READY): pyproject.toml locks/dev.txt
 	@test -n "$(PYTHON)" || { echo "make: no Python >= 3.11 with venv found; say make PYTHON=/path/to/python3" >&2; exit 2; }

@@ -35,7 +35,7 @@ def chromium() -> str | None:
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Any]:
     """One browser for all tests; a hidden page is really hidden in it."""
-    sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (extra browser)")
+    sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (group browser)")
     path = chromium()
     if path is None:
         pytest.skip("no chromium: install it, or name it in CHROMIUM")

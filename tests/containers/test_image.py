@@ -41,7 +41,7 @@ def test_it_is_small() -> None:
 
 
 def test_each_package_in_it_is_pinned() -> None:
-    pins = dict(re.findall(r"^([A-Za-z0-9._-]+)==(\S+)$", (ROOT / "constraints.txt").read_text("utf-8"), re.MULTILINE))
+    pins = dict(re.findall(r"(?m)^([\w.-]+)==([^\s;]+)", (ROOT / "constraints.txt").read_text("utf-8")))
     pinned = {re.sub(r"[-_.]+", "-", name).lower(): version for name, version in pins.items()}
     found = dict(line.split() for line in in_image("/opt/teletaction/bin/python", "-Ic", FREEZE).splitlines())
     installed = {re.sub(r"[-_.]+", "-", name).lower(): version for name, version in found.items()}

@@ -8,7 +8,7 @@ import pytest
 
 from tests.docs.pages import ROOT
 
-pytest.importorskip("sphinx", reason="the extra `docs` is not installed")
+pytest.importorskip("sphinx", reason="the group `docs` is not installed")
 
 
 @pytest.mark.parametrize(

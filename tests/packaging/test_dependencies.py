@@ -4,15 +4,13 @@ import ast
 import re
 import sys
 from importlib.metadata import PackageNotFoundError, distribution, packages_distributions
+from pathlib import Path
 
 import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-from tests.packaging.requirements import EXTRAS, PROJECT, ROOMS, ROOT, closure, names
-
-USERS = ("console", "metrics", "studies", "dask")
-"""Extras with which somebody may run or pass on the project; the others are for working on it."""
+from tests.packaging.requirements import EXTRAS, GROUPS, PROJECT, ROOMS, ROOT, closure, names
 
 PERMISSIVE = (
     *("MIT", "MIT-CMU", "BSD", "Apache", "ISC", "Python Software Foundation", "PSF-2.0", "0BSD", "Zlib", "CC0-1.0"),
@@ -32,7 +30,7 @@ UNSTATED = {"axe-playwright-python"}
 """Says nothing in its metadata; MIT by its repository. Only for tests in a browser."""
 
 
-DIRECT = names(PROJECT["dependencies"]).union(*(names(lines) for lines in EXTRAS.values()))
+DIRECT = names(PROJECT["dependencies"]).union(*(names(lines) for lines in (*EXTRAS.values(), *GROUPS.values())))
 
 
 def rows() -> dict[str, tuple[str, str]]:
@@ -43,9 +41,13 @@ def rows() -> dict[str, tuple[str, str]]:
 
 
 def pins() -> dict[str, str]:
-    lines = (ROOT / "constraints.txt").read_text("utf-8").splitlines()
-    pairs = [line.split("==") for line in lines if line and not line.startswith("#")]
-    return {canonicalize_name(name): version for name, version in pairs}
+    return locked(ROOT / "constraints.txt")
+
+
+def locked(path: Path) -> dict[str, str]:
+    """Version of each package in a list of exact versions."""
+    found = re.findall(r"(?m)^([\w.-]+)==([^\s;]+)", path.read_text("utf-8"))
+    return {canonicalize_name(name): version for name, version in found}
 
 
 def licences(name: str) -> list[str]:
@@ -85,24 +87,39 @@ def test_the_page_says_the_licences_that_the_packages_say() -> None:
             assert any(part.split()[0].split("-")[0] in told for part in said), f"{name}: {said}, told as {told}"
 
 
-@pytest.mark.parametrize("extra", ["", *EXTRAS])
-def test_everything_may_be_passed_on_with_the_project(extra: str) -> None:
-    wanted = EXTRAS[extra] if extra else PROJECT["dependencies"]
+@pytest.mark.parametrize("part", ["", *EXTRAS, *GROUPS])
+def test_everything_may_be_passed_on_with_the_project(part: str) -> None:
+    wanted = {"": PROJECT["dependencies"], **EXTRAS, **GROUPS}[part]
     found = set(closure(installed(wanted)))
-    assert found or not wanted or extra not in ("", *USERS)
-    for name in found - (UNSTATED if extra and extra not in USERS else set()):
+    assert found or part in GROUPS
+    for name in found - (UNSTATED if part in GROUPS else set()):
         parts = licences(name)
         assert NOTED.get(name) in parts or all(part.startswith(PERMISSIVE) for part in parts), f"{name}: {parts}"
 
 
 def test_everything_that_is_installed_is_pinned() -> None:
-    wanted = [*PROJECT["dependencies"], *(line for name in EXTRAS if name != "browser" for line in EXTRAS[name])]
+    parts = (*EXTRAS.values(), *GROUPS.values())
+    wanted = [*PROJECT["dependencies"], *(line for part in parts for line in part)]
     assert set(closure(installed(wanted))) <= pins().keys()
+
+
+@pytest.mark.parametrize("name", ["run", *GROUPS])
+def test_a_lock_has_the_pinned_versions_with_their_hashes(name: str) -> None:
+    path = ROOT / "locks" / f"{name}.txt"
+    wanted = [*PROJECT["dependencies"], *EXTRAS["console"]] if name == "run" else GROUPS[name]
+    if name == "dev":
+        wanted = [*PROJECT["dependencies"], *(line for extra in EXTRAS.values() for line in extra), *wanted]
+    assert names(wanted) | set(closure(installed(wanted))) <= locked(path).keys()
+    assert locked(path).items() <= pins().items()
+    entries = re.split(r"(?m)^(?=[\w.-]+==)", path.read_text("utf-8"))[1:]
+    assert len(entries) == len(locked(path))
+    assert all(re.search(r"--hash=sha256:[0-9a-f]{64}\b", entry) for entry in entries)
+    assert "://" not in path.read_text("utf-8")
 
 
 def test_what_is_imported_is_what_is_required() -> None:
     distributions = packages_distributions()
-    allowed = names(PROJECT["dependencies"]).union(*(names(EXTRAS[extra]) for extra in USERS))
+    allowed = names(PROJECT["dependencies"]).union(*(names(EXTRAS[extra]) for extra in EXTRAS))
     imported: set[str] = set()
     for room in ROOMS:
         for path in (ROOT / room).rglob("*.py"):
