@@ -19,7 +19,7 @@ release = tomllib.loads((HERE.parent / "pyproject.toml").read_text("utf-8"))["pr
 
 extensions = ["myst_parser", "mathml", "without_network"]
 root_doc = "docs/index"
-include_patterns = ["docs/**", "deploy/**", "CHANGELOG.md", "CONTRIBUTING.md"]
+include_patterns = ["docs/**", "deploy/**", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md"]
 """The repository is the source: pages link to each other as they lie there."""
 exclude_patterns = [".*", "docs/_extensions", "site", "build"]
 nitpicky = True

@@ -7,7 +7,8 @@ import pytest
 from studies.registry import STUDIES
 from tests.docs.pages import NAMES, ROOT, anchors, links
 
-PAGES = [*NAMES, "CHANGELOG.md", *(str(path.relative_to(ROOT)) for path in sorted((ROOT / "deploy").rglob("*.md")))]
+TOP = ("CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md")
+PAGES = [*NAMES, *TOP, *(str(path.relative_to(ROOT)) for path in sorted((ROOT / "deploy").rglob("*.md")))]
 
 
 @pytest.mark.parametrize("name", PAGES)

@@ -29,6 +29,10 @@ def test_the_changelog_goes_down_from_what_is_not_released() -> None:
     assert all(version <= VERSION for version in versions), "a release is newer than pyproject.toml says"
 
 
+def test_the_citation_names_this_version() -> None:
+    assert f"\nversion: {VERSION}\n" in (ROOT / "CITATION.cff").read_text("utf-8")
+
+
 def test_the_licence_is_there_and_is_the_one_that_is_told() -> None:
     assert PROJECT["license"] == "MIT"
     assert PROJECT["license-files"] == ["LICENSE"]
