@@ -196,7 +196,7 @@ budget: $(READY)
 
 # constraints.txt has the versions, locks/ the hashes of all their files, so for all processors and Python versions.
 # Versions stay as they are unless ARGUMENTS=--upgrade, or --upgrade-package NAME.
-COMPILE := UV_CUSTOM_COMPILE_COMMAND='make lock' $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --no-annotate
+COMPILE := UV_CUSTOM_COMPILE_COMMAND='make lock' $(BIN)/uv pip compile --system-certs --quiet --universal --python-version 3.11 --no-annotate
 HASHED := $(COMPILE) --generate-hashes -c constraints.txt
 TOOLS := docs browser mutants supply
 .PHONY: lock
