@@ -218,11 +218,11 @@ sbom: $(READY)
 	$(BIN)/cyclonedx-py environment --pyproject pyproject.toml --output-reproducible --of JSON -o $(SBOM) build/sbom/bin/python
 	@echo "the bill of materials is $(SBOM)"
 
-# Asks a public database which of the locked versions have known weaknesses; needs a network.
+# Asks a public database for known weaknesses of the locked versions. A version that it does not know is an error.
 .PHONY: audit
 audit: $(READY)
 	$(LOCKED) locks/supply.txt
-	$(BIN)/pip-audit --require-hashes --disable-pip -r locks/run.txt
+	$(BIN)/pip-audit --strict --require-hashes --disable-pip -r locks/run.txt
 
 .PHONY: golden
 golden: $(READY)
