@@ -22,6 +22,7 @@ NOTED = {
     "certifi": "Mozilla Public License 2.0 (MPL 2.0)",
     "corncobs": "MPL-2.0",
     "docutils": "Public Domain",  # but for parts under BSD, and an editor's mode under GPL that is not installed
+    "fqdn": "MPL-2.0",
     "hypothesis": "MPL-2.0",
     "pathspec": "Mozilla Public License 2.0 (MPL 2.0)",
 }
