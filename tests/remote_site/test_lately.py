@@ -9,6 +9,7 @@ from remote_site.lately import MEMORY_S, Lately
 
 
 @example([(0.0, 1.0), (0.0, -1.0), (MEMORY_S, 0.0)])
+@example([(0.2347243933826205, 0.0), (MEMORY_S, 1.0)])  # its age is MEMORY_S only where the difference is rounded
 @given(st.lists(st.tuples(st.floats(0.0, 0.3), st.floats(-1.0, 1.0)), min_size=1, max_size=60))
 def test_it_knows_the_extremes_of_what_was_told_lately(told: list[tuple[float, float]]) -> None:
     lately, t_s, values = Lately(), 0.0, []
@@ -17,5 +18,5 @@ def test_it_knows_the_extremes_of_what_was_told_lately(told: list[tuple[float, f
         t_s += after_s
         lately.add(t_s, value)
         values.append((t_s, value))
-        fresh = [value for then_s, value in values if t_s - then_s <= MEMORY_S]
+        fresh = [value for then_s, value in values if then_s >= t_s - MEMORY_S]
         assert (lately.lowest, lately.highest) == (min(fresh), max(fresh))
