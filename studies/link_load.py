@@ -182,7 +182,8 @@ def _run(line: Connection, end: _End, loop_hz: float, send_every: int, seconds: 
             end.send(tick + 1)
         received += end.receive()
     used_s, took_s = cpu_s() - begin_cpu_s, time.monotonic() - begin_s
-    line.send({"cpu": used_s / took_s, "sent_hz": sent / took_s, "received_hz": received / took_s})
+    # The work is that of `seconds` at full rate, also where a busy machine makes the loop late.
+    line.send({"cpu": used_s / seconds, "sent_hz": sent / took_s, "received_hz": received / took_s})
     end.close()
 
 

@@ -1,9 +1,10 @@
-"""A real-time test that fails while the machine stood still is not judged; at most two of a run may end so.
+"""Do not judge real-time tests that fail while the machine stood still, nor costs measured on a busy one.
 
 A process of its own watches the machine. It does nothing but wake up every 2 ms, so that neither a session nor busy
-programs beside it make it late. No test is run again.
+programs beside it make it late. No test is run again; at most two of a run may end without a judgement.
 """
 
+import os
 import subprocess
 import sys
 import time
@@ -12,12 +13,17 @@ from typing import Any
 
 import pytest
 
+from common.machine import ProcessorTime
+
 STOOD_STILL_S = 0.040
 """The watching process is never so late by the work of a session, nor by four busy loops beside it."""
 MOST = 2
 """Of a run; more fail it."""
 REAL_TIME = ("session", "faults", "console", "containers", "netns", "real_time")
 """Marks of tests that depend on the machine's time. `real_time(stall_s=...)` names the standstill that matters."""
+ALONE = "alone"
+"""Mark of tests that compare costs: they are not judged while others use more than OTHERS processors."""
+OTHERS = 0.5
 PROTECTS = "protects"
 """Mark of tests of a gate or of an emergency stop, which are always judged."""
 NOT_JUDGED = "not judged: "
@@ -68,6 +74,25 @@ class Watch:
         self.process.communicate()
 
 
+class Others:
+    """Processors that other programs use, from now on: all that is busy, less this process and its ended children."""
+
+    def __init__(self) -> None:
+        self._begun_s, self._machine, self._own_s = time.monotonic(), ProcessorTime.now(), self._used_s()
+
+    @staticmethod
+    def _used_s() -> float:
+        times = os.times()
+        return times.user + times.system + times.children_user + times.children_system
+
+    def used(self) -> float:
+        """Processors, on average; time that other virtual machines took counts as well."""
+        now = ProcessorTime.now()
+        busy = now.total - self._machine.total - (now.idle - self._machine.idle)
+        busy_s = busy / os.sysconf("SC_CLK_TCK")
+        return (busy_s - (self._used_s() - self._own_s)) / (time.monotonic() - self._begun_s)
+
+
 class NotJudged:
     """The plugin.
 
@@ -80,6 +105,7 @@ class NotJudged:
         self.watch: Watch | None = None
         self.found: dict[str, str] = {}
         self._begun_s: dict[str, float] = {}
+        self._others: dict[str, Others] = {}
 
     def pytest_collection_finish(self, session: pytest.Session) -> None:
         """Watch, where a test depends on the machine's time."""
@@ -95,6 +121,8 @@ class NotJudged:
     def pytest_runtest_setup(self, item: pytest.Item) -> None:
         """Note when a test begins."""
         self._begun_s[item.nodeid] = time.monotonic()
+        if item.get_closest_marker(ALONE) is not None and item.get_closest_marker(PROTECTS) is None:
+            self._others[item.nodeid] = Others()
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_fixture_setup(self, fixturedef: pytest.FixtureDef[Any], request: pytest.FixtureRequest) -> None:
@@ -106,14 +134,21 @@ class NotJudged:
     def pytest_runtest_makereport(self, item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
         """Judge a test that failed, or do not."""
         report = yield
+        if report.failed and report.when != "teardown" and (excuse := self._excuse(item)):
+            report.outcome = "skipped"
+            report.longrepr = (str(item.path), item.location[1] or 0, f"{NOT_JUDGED}{excuse}")
+        return report
+
+    def _excuse(self, item: pytest.Item) -> str:
+        """Return what the machine did to a test that failed; empty where that is no excuse."""
         stall_s = _stall_s(item)
-        if report.failed and report.when != "teardown" and stall_s is not None and self.watch is not None:
+        if stall_s is not None and self.watch is not None:
             longest_s = self.watch.longest_s(min(self._beginnings(item)))
             if longest_s > stall_s:
-                report.outcome = "skipped"
-                reason = f"{NOT_JUDGED}the machine stood still for {longest_s * 1e3:.0f} ms"
-                report.longrepr = (str(item.path), item.location[1] or 0, reason)
-        return report
+                return f"the machine stood still for {longest_s * 1e3:.0f} ms"
+        others = self._others.get(item.nodeid)
+        used = others.used() if others is not None else 0.0
+        return f"other programs used {used:.1f} processors" if used > OTHERS else ""
 
     def _beginnings(self, item: pytest.Item) -> Iterable[float]:
         yield self._begun_s[item.nodeid]

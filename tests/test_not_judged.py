@@ -35,7 +35,7 @@ CONFTEST = """
 from tests.not_judged import NotJudged
 
 def pytest_configure(config):
-    for mark in ("session", "protects", "real_time"):
+    for mark in ("session", "protects", "real_time", "alone"):
         config.addinivalue_line("markers", mark + ": of the outer run")
     config.pluginmanager.register(NotJudged(), "not-judged")
 """
@@ -127,3 +127,34 @@ def test_quick(still):
     )
     assert code == 1
     assert "1 failed, 1 skipped" in said
+
+
+def test_costs_are_not_judged_beside_busy_programs(tmp_path: Path) -> None:
+    busy = "busy = subprocess.Popen([sys.executable, '-c', 'while True: pass'])"
+    code, said = run(
+        tmp_path,
+        f"""
+import subprocess, sys
+
+def compare(beside):
+    if beside:
+        {busy}
+    time.sleep(1.0)
+    if beside:
+        busy.kill()
+    assert False
+
+@pytest.mark.alone
+def test_beside(): compare(True)
+
+@pytest.mark.alone
+@pytest.mark.protects
+def test_of_a_stop_is_judged():
+    assert False
+
+def test_of_something_else(): compare(True)
+""",
+    )
+    assert code == 1
+    assert "2 failed, 1 skipped" in said
+    assert "test_beside - other programs used " in said

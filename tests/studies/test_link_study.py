@@ -221,6 +221,7 @@ def test_the_figure_is_drawn_with_and_without_the_fault_matrix(tmp_path: Path, f
 
 
 @pytest.mark.session
+@pytest.mark.alone
 @pytest.mark.timeout(400)
 def test_a_touch_packet_takes_at_most_half_as_long_again_as_a_bare_message() -> None:
     # Bare sockets' messages and the link's take turns, so that what else the machine does slows both.
@@ -230,6 +231,7 @@ def test_a_touch_packet_takes_at_most_half_as_long_again_as_a_bare_message() -> 
 
 
 @pytest.mark.session
+@pytest.mark.alone
 @pytest.mark.timeout(240)
 def test_the_link_takes_at_most_twice_the_processor_time_of_bare_sockets() -> None:
     assert link_load.ratios(link_load.compare(5, 1.0))["without_loop"] <= 2.0
