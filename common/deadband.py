@@ -7,8 +7,8 @@ has changed is told again in the next tick, so that one lost packet leaves no er
 
 import math
 
-REFRESH_S = 0.012
-"""At rest a packet is sent this often; nobody has to wait longer for what was lost."""
+from common.ladder import REFRESH_S
+
 REPEATS = 1
 """How often a change is told again, in the ticks that follow."""
 _EARLY = 0.75

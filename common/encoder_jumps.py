@@ -9,12 +9,12 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from common.ladder import FRAME_S
+
 FINGER_M_S = 2.0
 """No finger in the exoskeleton is faster: 10 N of it and 10 N of the finger's own on 0.1 kg over half of its 20 mm."""
 HAND_M_S = 3.0
 """No hand that explores is faster."""
-FRAME_S = 0.002
-"""Encoders are read at 500 Hz; two readings are at least this far apart."""
 RETURN_S = 0.005
 """A reading that is not back by then does not come back."""
 GLITCHES, WINDOW_S = 3, 1.0

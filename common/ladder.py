@@ -8,7 +8,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from common.deadband import REFRESH_S
 from common.limits import (
     FINGER_FORCE_N,
     FORCE_RAMP_DOWN_N_S,
@@ -26,6 +25,10 @@ from common.streams import STREAMS
 
 SLOWEST_RATE_HZ, FASTEST_RATE_HZ = 100.0, 1000.0
 """Rates that a site's loop may be given."""
+REFRESH_S = 0.012
+"""Maximum interval between two packets of a stream, s, while its values do not change."""
+FRAME_S = 0.002
+"""Minimum interval between two encoder readings of a CAN node, s: encoders are read at 500 Hz."""
 REPORT_S = 0.010
 """Between two reports of a serial module with a thermometer."""
 COMMAND_REFRESH_S = 0.020

@@ -39,6 +39,8 @@ FORCE_RAMP_DOWN_N_S = 200.0
 
 PRODUCED_J = 0.0005
 """So much energy may come out at an operator's finger beyond what it put in, before force is let go, J."""
+ACCOUNT_J = 0.005
+"""Maximum energy that a finger has put in and that may be given back to it, J: 2 N over 2.5 mm."""
 FORGIVEN_W = 0.00015
 """What has come out too much is forgotten at this rate while no force acts, W: a press that was interrupted is felt
 again without being lifted first, and nothing is pumped by it that a finger's own damping does not take."""

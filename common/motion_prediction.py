@@ -8,7 +8,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from common.deadband import REFRESH_S
+from common.ladder import REFRESH_S
 
 Floats = NDArray[np.float64]
 

@@ -13,9 +13,9 @@ from common.ladder import NOTICE_S
 from common.loop import PeriodicLoop
 from common.notify import Supervisor
 from common.precedence import Precedence
-from common.process import StatusFile
 from common.scheduling import become_timely
 from common.shown_state import ENDED, shown_state
+from common.status_file import StatusFile
 from common.watchdog import LoopWatchdog
 
 

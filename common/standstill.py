@@ -10,8 +10,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 
-from common.encoder_jumps import FRAME_S
-from common.ladder import STANDSTILL_S
+from common.ladder import FRAME_S, STANDSTILL_S
 
 log = logging.getLogger(__name__)
 

@@ -2,10 +2,9 @@
 
 import math
 
-from common.limits import FINGER_FORCE_N, FORCE_RAMP_DOWN_N_S, FORCE_RAMP_UP_N_S, FORCE_SAFE_S, GAP_S
+from common.limits import ACCOUNT_J, FINGER_FORCE_N, FORCE_RAMP_DOWN_N_S, FORCE_RAMP_UP_N_S, FORCE_SAFE_S, GAP_S
 from common.oscillation import Oscillation
 from common.port_energy import PortEnergy
-from operator_site.passive_update import ACCOUNT_J
 from operator_site.sampled_wall import SampledWall
 
 FORCE_MARGIN_S = 0.010

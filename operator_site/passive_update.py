@@ -13,11 +13,9 @@ Spring and damper themselves are passive within the bounds of the sampled wall, 
 
 import math
 
-from common.limits import FINGER_FORCE_N, FORCE_RAMP_DOWN_N_S, FORCE_RAMP_UP_N_S, FORGIVEN_W
+from common.limits import ACCOUNT_J, FINGER_FORCE_N, FORCE_RAMP_DOWN_N_S, FORCE_RAMP_UP_N_S, FORGIVEN_W
 from operator_site.sampled_wall import SampledWall
 
-ACCOUNT_J = 0.005
-"""No more is kept to be given back: 2 N over 2.5 mm, a breath."""
 LENT_J = 0.35e-3
 """So much a surface may borrow: a contact that begins around the finger is felt at once, with 0.53 N on 400 N/m. It is
 lent once, until the finger has paid it back, or it is forgiven: no model can pump it."""

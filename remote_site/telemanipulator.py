@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from common.can_frames import FrameReceiver, FrameSender
 from common.can_line import CanAddress, CanLine
 from common.drive_obeys import DriveObeys, StateComes
-from common.encoder_jumps import FRAME_S
 from common.fingers import FINGERS
+from common.ladder import FRAME_S
 from common.limits import GAP_S
 from common.standstill import HostClock, Witness
 from common.wiring import SYSTEM, Wiring

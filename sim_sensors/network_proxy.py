@@ -12,8 +12,8 @@ from random import Random
 
 from common.config import SimNetworkConfig
 from common.loop import PeriodicLoop
-from common.process import StatusFile
 from common.scheduling import become_timely
+from common.status_file import StatusFile
 from common.streams import STREAMS, Stream
 from sim_sensors.fault_port import FaultPort
 from sim_sensors.network_connection import BUFFER_BYTES, Connection

@@ -7,8 +7,8 @@ from typing import Protocol
 
 from common.held_rate import HeldRate, spent
 from common.loop import PeriodicLoop
-from common.process import StatusFile
 from common.scheduling import become_timely
+from common.status_file import StatusFile
 from sim_sensors.select_loop import SelectLoop
 
 STEP_S = 0.002

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from common.deadband import REFRESH_S, REPEATS
+from common.deadband import REPEATS
+from common.ladder import REFRESH_S
 from common.limits import GAP_S
 from common.perceptible import HEIGHT_M
 from studies.compared import Compared

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from common.deadband import REFRESH_S
+from common.ladder import REFRESH_S
 from common.perceptible import HEIGHT_M
 from studies.deadband_channel import Floats, Ticks, error_m, kept, sent
 from studies.deadband_courses import Course

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from common.capabilities import capabilities
-from common.deadband import REFRESH_S, Deadband
+from common.deadband import Deadband
+from common.ladder import REFRESH_S
 from common.limits import GAP_S
 from common.link import OperatorLink, RemoteLink
 from common.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch

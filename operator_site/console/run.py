@@ -18,7 +18,7 @@ from common.config import ConsoleConfig, to_toml
 from common.containment import Containment
 from common.keys import fingerprint, load_keys
 from common.notify import Supervisor
-from common.process import StatusFile
+from common.status_file import StatusFile
 from operator_site.console.access import Access
 from operator_site.console.connections import IDLE_S, Connections, most_connections, raise_descriptor_limit
 from operator_site.console.desk_line import DeskLine

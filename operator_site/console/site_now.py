@@ -5,8 +5,8 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Any
 
-from common.deadband import REFRESH_S
 from common.fingers import FINGERS
+from common.ladder import REFRESH_S
 from common.limits import GAP_S
 from common.messages import Touch
 from common.packets import LinkState

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from common import ladder as table
 from common import limits
-from common.deadband import REFRESH_S
-from common.ladder import BrokenLadder, check_ladder, in_ms, ladder
+from common.ladder import REFRESH_S, BrokenLadder, check_ladder, in_ms, ladder
 from common.streams import STREAMS
 from operator_site import session_client
 from remote_site import finger_height, session_server

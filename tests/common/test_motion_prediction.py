@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from common.deadband import REFRESH_S, Deadband
+from common.deadband import Deadband
+from common.ladder import REFRESH_S
 from common.motion_prediction import ONWARDS_S, TOGETHER_S, MotionPrediction
 from common.perceptible import HEIGHT_M, PLANE_M, motion_felt
 

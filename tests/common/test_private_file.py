@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from common.private_file import create_private
-from common.process import StatusFile
 from common.recording import Recorder
+from common.status_file import StatusFile
 
 
 def mode(path: Path) -> int:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from common.config import RemoteConfig
-from common.deadband import REFRESH_S
 from common.fingers import FINGERS
+from common.ladder import REFRESH_S
 from teletaction.testbed.network import TO_OPERATOR, TO_REMOTE
 from tests.virtual.session import TICK_S, VirtualSession
 
