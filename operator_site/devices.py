@@ -11,7 +11,7 @@ from common.standstill import HostClock
 from common.tick_age import TickAge
 from common.wiring import SYSTEM, Wiring
 from operator_site.exoskeleton import Exoskeleton, Hand
-from operator_site.gate import GatedOutput
+from operator_site.gated_output import GatedOutput
 from operator_site.tacttip import TactTip
 
 

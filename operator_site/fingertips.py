@@ -18,8 +18,9 @@ from common.limits import COMFORT, GAP_S, PlateRange
 from common.materials import materials
 from common.messages import TOUCH_COLUMN, Event, EventKind
 from operator_site.approach import LEAD_S, ApproachSpeed, contact_c, contact_in_s
-from operator_site.gate import Limit
+from operator_site.gated_output import SKIN_NEUTRAL_C
 from operator_site.groove_timing import GrooveTiming
+from operator_site.limit_flags import Limit
 from operator_site.model_choice import RUNGS
 from operator_site.passive_update import PassiveContact
 from operator_site.plate_display import PlateDisplay
@@ -69,6 +70,12 @@ class Requested:
     peltier_drive: list[float]
     limited: list[int]
     """`Limit` bits where a plate or the exoskeleton cannot show what the model wants."""
+
+    @classmethod
+    def neutral(cls) -> "Requested":
+        """No force, no vibration and no drive of any finger."""
+        n = len(FINGERS)
+        return cls([0.0] * n, [0.0] * n, [SKIN_NEUTRAL_C] * n, [0.0] * n, [0] * n)
 
 
 class Fingertips:

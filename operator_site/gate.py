@@ -7,8 +7,6 @@ then start from zero. Missing input means neutral, never the last value.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from enum import IntFlag
 
 from common.fingers import FINGERS
 from common.ladder import TICK_AGE_S
@@ -25,6 +23,8 @@ from common.limits import (
 from common.repeated_fault import STAYS_OFF, RepeatedFault
 from common.skin_dose import SkinDose
 from operator_site.force_limits import ForceLimits
+from operator_site.gated_output import SKIN_NEUTRAL_C, GatedOutput
+from operator_site.limit_flags import RATE_ROUNDING_K, Limit
 from operator_site.plate_follow import CHECK_S, PlateFollow
 from operator_site.sampled_wall import SampledWall
 
@@ -34,59 +34,17 @@ LOOK_AHEAD_S = 0.25
 """Sensor and drive are this far behind the plate: it is judged by where it will be."""
 TEMPERATURE_AGE_S = GAP_S
 """An older reading is no reading."""
-SKIN_NEUTRAL_C = 33.0
-"""Set-point shown to the world while a plate has no reading; its drive is off then."""
-
 LONGEST_CHECK_S = 0.05
 """After a pause of the loop: as long as the follow check may count at once."""
 TEST_DRIVE = 0.2
 TEST_LEAST_K = 0.3
 """Test pulse after repeated faults: its drive, and half of what a sound plate shows of it, K. It moves it by 0.3 K."""
 _EPSILON = 1e-9
-RATE_ROUNDING_K = 1e-6
-"""A set-point that misses its rate by rounding only is not reported as limited."""
-
-
-class Limit(IntFlag):
-    """Which limits acted on a finger."""
-
-    RELEASED = 1
-    """Not engaged, input stale, or a fault: outputs are going to neutral."""
-    FORCE_RANGE = 2
-    FORCE_RAMP = 4
-    MOTOR_RANGE = 8
-    PLATE_RANGE = 16
-    PLATE_RATE = 32
-    PLATE_TEMPERATURE = 64
-    """Plate at the edge of its profile or of the fault limit: drive cut."""
-    DOSE = 128
-    PLATE_UNKNOWN = 256
-    """No fresh reading of the plate: drive off."""
-    DRIVE_RANGE = 512
-    STIFFNESS = 1024
-    """The surface is stiffer than the exoskeleton may show, and is shown softer; found by the renderer."""
-    PASSIVITY = 2048
-    """The finger has not put in the energy that the force could give out: force let go."""
-    PLATE_TEST = 4096
-    """Faults have named this plate repeatedly: no drive but a test pulse, until that has moved it."""
 
 
 _RELEASED, _FORCE_RANGE, _FORCE_RAMP, _PASSIVITY = (
     limit.value for limit in (Limit.RELEASED, Limit.FORCE_RANGE, Limit.FORCE_RAMP, Limit.PASSIVITY)
 )
-
-
-@dataclass(slots=True)
-class GatedOutput:
-    """What may reach the devices, five fingers each, and what the gate did."""
-
-    force_n: list[float]
-    motor_rpm: list[float]
-    plate_set_c: list[float]
-    peltier_drive: list[float]
-    limited: list[int]
-    """`Limit` bits of each finger."""
-    fault: str | None
 
 
 class OperatorGate:
@@ -362,8 +320,3 @@ def _motors(live: bool, motor_rpm: Sequence[float], limited: list[int]) -> list[
             limited[finger] |= Limit.MOTOR_RANGE.value
         out.append(allowed)
     return out
-
-
-def limit_names(bits: int) -> tuple[str, ...]:
-    """Names of the limits in one finger's `limited`, for people to read."""
-    return tuple(str(limit.name).lower() for limit in Limit if bits & limit)

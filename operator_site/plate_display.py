@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from common.limits import PLATE_COOLING_K_S, PLATE_HEATING_K_S, PlateRange
-from operator_site.gate import RATE_ROUNDING_K, Limit
+from operator_site.limit_flags import RATE_ROUNDING_K, Limit
 from operator_site.scene_skin import SkinState
 from operator_site.tissue import Floats
 

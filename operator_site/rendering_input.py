@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import msgpack
 
+from common.limits import GAP_S
 from common.messages import Touch
 from common.recorded_fields import Fits, five, flag, maybe, number, read_row, real, texts, whole
 
@@ -61,6 +62,11 @@ class RenderingInput:
     """Last reading of each plate, NaN where it is not to be believed, and its age, infinite where there was none."""
     device_faults: tuple[str, ...]
     """What modules do that they must not, and what of them is broken, for people to read."""
+
+    @property
+    def located(self) -> bool:
+        """Whether hand and fingertips were measured recently enough to render to them."""
+        return self.time_s - min(self.pose_s, self.heights_s) <= GAP_S
 
     def pack(self) -> bytes:
         """Bytes for the recording; nothing is rounded, and the touch packet is named by its sequence number."""

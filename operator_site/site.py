@@ -34,11 +34,11 @@ from operator_site.desk_requests import answer_desk
 from operator_site.devices import OperatorDevices
 from operator_site.exoskeleton import Hand
 from operator_site.feed import ConsoleFeed, Feed
-from operator_site.gate import GatedOutput, limit_names
-from operator_site.neutral import neutral_output
+from operator_site.gated_output import GatedOutput
+from operator_site.gated_rendering import GatedRendering
+from operator_site.limit_flags import limit_names
 from operator_site.operator_session import OperatorSession
 from operator_site.remote_key import remote_public_key
-from operator_site.rendering import Rendering
 from operator_site.rendering_input import RenderingInput
 from operator_site.session_client import SessionClient
 from operator_site.site_recording import SCHEMAS, SiteRecording
@@ -90,7 +90,7 @@ class OperatorSite:
         self._desk = desk
         self._gap_s = config.link.gap_s
         self.contain = containment(client.session.latch)
-        self.rendering = Rendering(config.rendering, 1.0 / config.rate_hz, config.link.gap_s, self.contain)
+        self.rendering = GatedRendering(config.rendering, 1.0 / config.rate_hz, config.link.gap_s, self.contain)
         self._feed = feed
         self._gate_raised_s = -math.inf
         self._now_ns = 0
@@ -153,7 +153,7 @@ class OperatorSite:
                 return given, self.rendering.step(given)
             self._gate_raised_s = now_s
             fault = self.contain.latest["gate"]
-        return None, neutral_output(fault or None)
+        return None, GatedOutput.neutral(fault or None)
 
     def figures(self) -> dict[str, object]:
         """What the status file tells."""

@@ -15,7 +15,7 @@ from common.streams import STREAMS
 from operator_site import rendering_input
 from operator_site.feed import ConsoleFeed
 from operator_site.fingertips import Fingertips
-from operator_site.gate import GatedOutput
+from operator_site.gated_output import GatedOutput
 from operator_site.operator_session import OperatorSession
 from operator_site.rendering_input import RenderingInput
 

@@ -11,7 +11,7 @@ from common.standstill import HostClock
 from common.tick_age import TickAge
 from common.wiring import SYSTEM, Wiring
 from remote_site.followed_hand import HandPlace
-from remote_site.patient_gate import GatedCommand
+from remote_site.gated_command import GatedCommand
 from remote_site.sensed import Sensed
 from remote_site.telemanipulator import Telemanipulator
 from remote_site.texture_sensor import TextureSensor

@@ -7,7 +7,7 @@ from common.oscillation import Oscillation
 from remote_site.approach import Approach
 from remote_site.left_work import LeftWork
 from remote_site.patient_limit import APPROACH, ENERGY, FORCE, HEIGHT_RANGE, HEIGHT_SPEED
-from remote_site.telemanipulator_follow import SERVO_N_M
+from remote_site.servo import SERVO_N_M
 
 HEIGHT_LOW_M = -0.0100
 HEIGHT_HIGH_M = 0.01046

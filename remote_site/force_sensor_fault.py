@@ -9,7 +9,7 @@ it is at a mean of the recent ones, so that it is compared with the highest and 
 """
 
 from remote_site.lately import MEMORY_S, Lately
-from remote_site.telemanipulator_follow import LONGEST_TICK_S, SERVO_N_M
+from remote_site.servo import LONGEST_TICK_S, SERVO_N_M
 
 LOADED_N = 0.15
 """Below it a sensor may stay at 0: its noise is cut off there."""

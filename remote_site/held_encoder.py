@@ -5,7 +5,7 @@ further than friction and an unknown stiffness explain, and the reading is the s
 stuck. A joint that moves but not where it was sent is for `telemanipulator_follow`.
 """
 
-from remote_site.telemanipulator_follow import LONGEST_TICK_S, SERVO_N_M
+from remote_site.servo import LONGEST_TICK_S, SERVO_N_M
 
 FRICTION_M = 0.08e-3
 """A servo's dry friction may hold a finger against this, and set-points are rounded to 0.02 mm."""

@@ -8,7 +8,6 @@ telemanipulator that does not obey is a fault. Pure: numbers and a time in, numb
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from common.fingers import FINGERS
 from common.ladder import TICK_AGE_S
@@ -16,6 +15,7 @@ from common.limits import APPROACH_PLANE_M_S, CONTACT_FORCE_N, GAP_S, SENSOR_PLA
 from common.repeated_fault import STAYS_OFF
 from remote_site.approach import Approach
 from remote_site.finger_height import ROUNDING_M, TOUCHING_N, FingerHeight
+from remote_site.gated_command import GatedCommand
 from remote_site.heater_limits import SENSOR_HIGH_C, HeaterLimits
 from remote_site.patient_limit import (
     APPROACH,
@@ -30,29 +30,13 @@ from remote_site.patient_limit import (
     SENSOR_TEMPERATURE,
     SENSOR_UNKNOWN,
 )
-from remote_site.telemanipulator_follow import LONGEST_TICK_S, TelemanipulatorFollow
+from remote_site.servo import LONGEST_TICK_S
+from remote_site.telemanipulator_follow import TelemanipulatorFollow
 
 PLANE_RANGE_M = 0.655
 """What the telemanipulator's frames can say."""
 PLANE_SPEED_M_S = 0.30
 _ALL = (True,) * len(FINGERS)
-
-
-@dataclass(slots=True)
-class GatedCommand:
-    """What may reach the telemanipulator and the heaters, and what the gate did."""
-
-    ready: bool
-    """False until the telemanipulator's place was measured once: no set-point may be sent before."""
-    released: bool
-    """Stop and retreat: the telemanipulator itself must hold the hand and let fingers only rise."""
-    x_m: float
-    y_m: float
-    z_m: list[float]
-    heater_drive: list[float]
-    limited: list[int]
-    """`Limit` bits of each finger."""
-    fault: str | None
 
 
 class PatientGate:

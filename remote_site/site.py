@@ -31,7 +31,8 @@ from remote_site.calibrated_tables import load_tables
 from remote_site.desk_requests import answer_desk
 from remote_site.devices import RemoteDevices
 from remote_site.followed_hand import HandPlace
-from remote_site.patient_gate import GatedCommand, PatientGate
+from remote_site.gated_command import GatedCommand
+from remote_site.patient_gate import PatientGate
 from remote_site.patient_limit import Limit, limit_names
 from remote_site.perception import Perception, nothing_touched
 from remote_site.sensed import Sensed

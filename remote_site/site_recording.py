@@ -12,7 +12,7 @@ from common.streams import STREAMS
 from remote_site import sensed
 from remote_site.calibrated_tables import load_tables
 from remote_site.finger_touch import FingerTouch
-from remote_site.patient_gate import GatedCommand
+from remote_site.gated_command import GatedCommand
 from remote_site.sensed import Sensed
 
 SCHEMAS: dict[str, dict[str, object]] = {

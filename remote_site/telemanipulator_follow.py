@@ -9,9 +9,8 @@ from collections.abc import Sequence
 
 from common.fingers import FINGERS
 from remote_site.lately import Lately
+from remote_site.servo import LONGEST_TICK_S, SERVO_N_M
 
-SERVO_N_M = 1000.0
-"""Stiffness of the finger's position servo: a set-point this far below the finger pushes with its product."""
 PLANE_MARGIN_M = 0.004
 HEIGHT_MARGIN_M = 0.0020
 """Rounding of the frames, and how far a hand that is stopped on its way swings on."""
@@ -21,8 +20,6 @@ FRESH_S = 0.020
 """An older report does not add to the doubt."""
 STOPPING_S = 0.25
 """Told to stay, it has come to rest after this; where it rests then it has to stay."""
-LONGEST_TICK_S = 0.010
-"""After a pause of the loop: as long as one report may count at once."""
 
 _NAMES = ("hand's x", "hand's y", *FINGERS)
 _MARGIN_M = (PLANE_MARGIN_M, PLANE_MARGIN_M, *(HEIGHT_MARGIN_M,) * len(FINGERS))

@@ -17,7 +17,7 @@ from common.config import OperatorConfig, RenderingConfig
 from common.fingers import FINGERS
 from common.in_parallel import Progress, unseen
 from common.limits import GAP_S
-from operator_site.gate import GatedOutput
+from operator_site.gated_output import GatedOutput
 from remote_site.material_table import MaterialTable
 from remote_site.surface_class import SurfaceTable
 from teletaction.recorded_session import RecordedSession

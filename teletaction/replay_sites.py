@@ -8,8 +8,8 @@ from common.config import RenderingConfig
 from common.fingers import FINGERS
 from common.messages import TOUCH_FIELDS, Touch
 from common.recorded_fields import read_row
-from operator_site.gate import GatedOutput
-from operator_site.rendering import Rendering
+from operator_site.gated_output import GatedOutput
+from operator_site.gated_rendering import GatedRendering
 from operator_site.rendering_input import RenderingInput
 from remote_site.material_table import MaterialTable
 from remote_site.perception import Perception
@@ -90,7 +90,7 @@ class OperatorReplay:
         self.rows = Comparison(rendered_fields)
         self.missing_touches: set[int] = set()
         """Sequence numbers of touch packets that were rendered and are not in the recording."""
-        self._rendering = Rendering(config, period_s, gap_s)
+        self._rendering = GatedRendering(config, period_s, gap_s)
         self._newest: Touch | None = None
         self._output: GatedOutput | None = None
 

@@ -81,7 +81,16 @@ HAZARDS = (
     ),
     Hazard(
         "force feedback swings, or gives out energy that nobody put in",
-        ("PRODUCED_J", "FORGIVEN_W", "SWING_N", "SWING_CYCLES", "SWING_S", "SWING_SLOW_HZ", "SWING_SLOW_CYCLES"),
+        (
+            "PRODUCED_J",
+            "ACCOUNT_J",
+            "FORGIVEN_W",
+            "SWING_N",
+            "SWING_CYCLES",
+            "SWING_S",
+            "SWING_SLOW_HZ",
+            "SWING_SLOW_CYCLES",
+        ),
         ("common.port_energy", "common.oscillation", "operator_site.force_limits"),
         (
             f"{_GATE}::test_whatever_the_renderer_asks_for_no_more_comes_out_than_went_in",

@@ -12,7 +12,7 @@ from operator_site.console.alarms import Cause
 from operator_site.console.fingers_now import FingersNow
 from operator_site.console.picture import Priority
 from operator_site.console.site_now import SILENT_S, SiteNow
-from operator_site.gate import Limit
+from operator_site.limit_flags import Limit
 
 STOP_PATIENCE_S = 0.3
 """Devices have confirmed an emergency stop by then, the remote hand a round trip later."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from common.fingers import FINGER_Y_M, FINGERS
 from common.messages import TOUCH_COLUMN, Touch
 from common.told import NOTHING, Told
-from operator_site.gate import Limit
+from operator_site.limit_flags import Limit
 
 FIELDS = (
     "x_m",

@@ -11,10 +11,10 @@ from common.framing import encode_frame
 from common.limits import GAP_S
 from common.messages import Touch
 from common.serial_messages import DRIVE_FULL, MessageId, TactTipCommand
-from operator_site.gate import GatedOutput
+from operator_site.gated_output import GatedOutput
+from operator_site.gated_rendering import GatedRendering
 from operator_site.motor_drive import MotorDrive
 from operator_site.ntc import PlateSensor
-from operator_site.rendering import Rendering
 from operator_site.rendering_input import RenderingInput
 from sim_sensors.finger_plate import FingerPlates
 from sim_sensors.motor import VibrationMotors
@@ -57,7 +57,7 @@ class RenderedFingers:
             noise_k: standard deviation of a plate's reading, beside that of its own sensor.
             delay_s: how late a reading is.
         """
-        self._rendering = Rendering(config or RenderingConfig(), tick_s, GAP_S)
+        self._rendering = GatedRendering(config or RenderingConfig(), tick_s, GAP_S)
         self.plates, self.motors = FingerPlates(len(FINGERS), seed), VibrationMotors(len(FINGERS))
         self.time_s = 0.0
         self.output: GatedOutput | None = None

@@ -12,9 +12,9 @@ import pytest
 from common.config import CalibrationConfig, OperatorConfig, OperatorLinkConfig, RemoteConfig, RemoteLinkConfig
 from common.fingers import FINGERS
 from operator_site.devices import OperatorDevices
-from operator_site.gate import GatedOutput
+from operator_site.gated_output import GatedOutput
 from remote_site.devices import RemoteDevices
-from remote_site.patient_gate import GatedCommand
+from remote_site.gated_command import GatedCommand
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.ssr_converter import counts_of
 from sim_sensors.tacttip import TactTip, ntc_counts

@@ -25,7 +25,7 @@ from common.tick_age import TickAge
 from operator_site.desk_requests import answer_desk
 from operator_site.devices import OperatorDevices
 from operator_site.exoskeleton import Hand
-from operator_site.gate import GatedOutput
+from operator_site.gated_output import GatedOutput
 from operator_site.site import OperatorSite, session_with
 from tests.hardening.strange_packets import (
     FUZZ,

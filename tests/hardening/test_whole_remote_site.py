@@ -26,7 +26,8 @@ from common.tick_age import TickAge
 from remote_site.desk_requests import answer_desk
 from remote_site.devices import RemoteDevices
 from remote_site.followed_hand import HandPlace
-from remote_site.patient_gate import PLANE_RANGE_M, GatedCommand
+from remote_site.gated_command import GatedCommand
+from remote_site.patient_gate import PLANE_RANGE_M
 from remote_site.sensed import Sensed
 from remote_site.site import RemoteSite
 from remote_site.telemanipulator import Measured

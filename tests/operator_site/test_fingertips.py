@@ -9,7 +9,8 @@ from common.limits import COMFORT
 from common.materials import material
 from common.messages import Event, EventKind, ExplorationMode
 from operator_site.fingertips import Fingertips, Requested
-from operator_site.gate import Limit, OperatorGate
+from operator_site.gate import OperatorGate
+from operator_site.limit_flags import Limit
 from operator_site.sampled_wall import SampledWall
 from tests.operator_site.touches import INDEX, block
 

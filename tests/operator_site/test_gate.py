@@ -32,7 +32,8 @@ from common.limits import (
 )
 from common.repeated_fault import REPEATED_S, ROUND_S, STAYS_OFF, TEST_EVERY_S
 from operator_site.force_limits import FORCE_FALL_N_S, FORCE_MARGIN_S, ForceLimits
-from operator_site.gate import TEST_DRIVE, Limit, OperatorGate, limit_names
+from operator_site.gate import TEST_DRIVE, OperatorGate
+from operator_site.limit_flags import Limit, limit_names
 from operator_site.plate_follow import CHECK_S
 from operator_site.plate_loop import PlateLoop
 from operator_site.sampled_wall import SampledWall

@@ -7,7 +7,7 @@ import pytest
 
 from common.limits import COMFORT, WIDE
 from common.thermometry import ntc_c
-from operator_site.gate import Limit
+from operator_site.limit_flags import Limit
 from operator_site.ntc import PlateSensor
 from operator_site.plate_display import PLATE_CONTACT_M2K_W, PlateDisplay
 from operator_site.plate_loop import PlateLoop

@@ -9,8 +9,9 @@ from common.config import RenderingConfig
 from common.limits import FORCE_SAFE_S, MOTOR_FLOOR_RPM, PRODUCED_J
 from common.messages import Event, EventKind, ExplorationMode, Touch
 from common.packets import N
-from operator_site.gate import GatedOutput, Limit
-from operator_site.rendering import Rendering
+from operator_site.gated_output import GatedOutput
+from operator_site.gated_rendering import GatedRendering
+from operator_site.limit_flags import Limit
 from tests.operator_site.touches import INDEX, tick_input, touch
 
 TICK_S = 0.002
@@ -29,7 +30,7 @@ class Run:
     """A rendering stepped at 500 Hz."""
 
     def __init__(self) -> None:
-        self.rendering = Rendering(RenderingConfig(), TICK_S, GAP_S)
+        self.rendering = GatedRendering(RenderingConfig(), TICK_S, GAP_S)
         self.now = tick_input(touch=touching(), z_m=(-0.005,) * N)
         self.hand_measured = True
 

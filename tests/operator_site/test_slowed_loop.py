@@ -12,8 +12,8 @@ import pytest
 
 from common.config import RenderingConfig
 from common.packets import N
-from operator_site.gate import Limit
-from operator_site.rendering import Rendering
+from operator_site.gated_rendering import GatedRendering
+from operator_site.limit_flags import Limit
 from tests.operator_site.touches import INDEX, tick_input, touch
 
 TICK_S = 0.002
@@ -29,7 +29,7 @@ class Finger:
     """An index finger meant to be so deep in a hard surface at 0, with a tremor, and the loop that renders to it."""
 
     def __init__(self, deep_m: float) -> None:
-        self.rendering = Rendering(RenderingConfig(), TICK_S, 0.1)
+        self.rendering = GatedRendering(RenderingConfig(), TICK_S, 0.1)
         self.tick, self.z_m, self.speed_m_s = 0, -deep_m, 0.0
         self.deep_m = deep_m
         self.pushed = deque([0.0] * LATE_TICKS, maxlen=LATE_TICKS)

@@ -7,7 +7,7 @@ import pytest
 from common.limits import FORCE_SAFE_S
 from common.packets import LinkState
 from common.session import Refused
-from operator_site.gate import GatedOutput
+from operator_site.gated_output import GatedOutput
 from operator_site.passive_update import LENT_J, RESTED_J
 from tests.operator_site.virtual_touch import INDEX, Working
 

@@ -16,7 +16,7 @@ from operator_site.desk_requests import answer_desk
 from operator_site.devices import OperatorDevices
 from operator_site.exoskeleton import Hand
 from operator_site.feed import Feed
-from operator_site.gate import GatedOutput
+from operator_site.gated_output import GatedOutput
 from operator_site.site import OperatorSite
 from operator_site.virtual_environment import VirtualEnvironment
 from operator_site.virtual_session import VirtualSession

@@ -19,7 +19,7 @@ from remote_site.finger_height import (
     FingerHeight,
 )
 from remote_site.patient_limit import APPROACH, ENERGY, FORCE, HEIGHT_RANGE, HEIGHT_SPEED
-from remote_site.telemanipulator_follow import SERVO_N_M
+from remote_site.servo import SERVO_N_M
 
 DT, TOP_M = 0.002, HEIGHT_HIGH_M
 BRAKE_N = BRAKE_SHARE * CONTACT_FORCE_N

@@ -40,14 +40,8 @@ from remote_site.heater_limits import SENSOR_HIGH_C, TEST_DRIVE
 from remote_site.lately import MEMORY_S
 from remote_site.patient_gate import PLANE_RANGE_M, PLANE_SPEED_M_S, PatientGate
 from remote_site.patient_limit import Limit, limit_names
-from remote_site.telemanipulator_follow import (
-    HEIGHT_MARGIN_M,
-    LONGEST_TICK_S,
-    PERSIST_S,
-    PLANE_MARGIN_M,
-    SERVO_N_M,
-    STOPPING_S,
-)
+from remote_site.servo import LONGEST_TICK_S, SERVO_N_M
+from remote_site.telemanipulator_follow import HEIGHT_MARGIN_M, PERSIST_S, PLANE_MARGIN_M, STOPPING_S
 
 DT = 0.002
 NOT_FINITE = (math.nan, math.inf, -math.inf)

@@ -7,7 +7,7 @@ import pytest
 
 from common.fingers import FINGERS
 from common.messages import STIFFNESS_KNOWN_LN_SD
-from remote_site.patient_gate import GatedCommand
+from remote_site.gated_command import GatedCommand
 from remote_site.sensed import Sensed
 from remote_site.site_recording import SCHEMAS, SiteRecording
 from tests.remote_site.shipped_tables import perception

@@ -11,7 +11,8 @@ from common.can_frames import FrameSender
 from common.fingers import FINGERS
 from common.limits import LEFT_J
 from common.scene import load_scene
-from remote_site.patient_gate import GatedCommand, PatientGate
+from remote_site.gated_command import GatedCommand
+from remote_site.patient_gate import PatientGate
 from remote_site.patient_limit import Limit
 from sim_sensors.remote_world import RemoteWorld
 from sim_sensors.telemanipulator import Telemanipulator

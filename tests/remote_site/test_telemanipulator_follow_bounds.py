@@ -7,13 +7,12 @@ import pytest
 
 from common.fingers import FINGERS
 from remote_site.lately import MEMORY_S
+from remote_site.servo import LONGEST_TICK_S, SERVO_N_M
 from remote_site.telemanipulator_follow import (
     FRESH_S,
     HEIGHT_MARGIN_M,
-    LONGEST_TICK_S,
     PERSIST_S,
     PLANE_MARGIN_M,
-    SERVO_N_M,
     STOPPING_S,
     TelemanipulatorFollow,
 )

@@ -11,8 +11,8 @@ from common.limits import GAP_S
 from common.materials import materials
 from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, TOUCH_FIELDS, ExplorationMode, Touch
 from common.packets import LinkState, N
+from operator_site.gated_rendering import GatedRendering
 from operator_site.ntc import PlateSensor
-from operator_site.rendering import Rendering
 from operator_site.rendering_input import RenderingInput
 from sim_sensors.finger_plate import FingerPlates
 from sim_sensors.tacttip import ntc_counts
@@ -49,7 +49,7 @@ def touch(material: str, *, pressed: bool) -> Touch:
 @pytest.mark.parametrize("profile", ["comfort", "wide"])
 @pytest.mark.parametrize("dwell_s", [0.4, 3.0, 10.0])
 def test_no_touch_makes_a_sound_plate_faulty(profile: str, material: str, dwell_s: float) -> None:
-    rendering = Rendering(RenderingConfig(profile=profile), 0.002, GAP_S)  # type: ignore[arg-type]
+    rendering = GatedRendering(RenderingConfig(profile=profile), 0.002, GAP_S)  # type: ignore[arg-type]
     plates = FingerPlates(N, 0, NOISE_K)
     sensors = [PlateSensor() for _ in range(N)]
     on_its_way = deque([np.zeros(N)] * round(LATE_S / TICK_S))

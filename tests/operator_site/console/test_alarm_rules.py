@@ -11,7 +11,7 @@ from common.recording import Recorder, recording_figures
 from operator_site.console.alarm_rules import Surroundings
 from operator_site.console.console import Console
 from operator_site.console.picture import Priority
-from operator_site.gate import Limit
+from operator_site.limit_flags import Limit
 from tests.operator_site.console.fed import S, fed, figures, happen, rendered, touch
 
 DISK_FULL = (Priority.MEDIUM, "Disk full. Recording stopped, findings are kept.")

@@ -14,7 +14,7 @@ from operator_site.console.fingers_now import FIELDS, GONE_S
 from operator_site.console.picture import Kind, Picture, Priority
 from operator_site.console.shown_state import shown_state
 from operator_site.console.signals import BINS
-from operator_site.gate import Limit
+from operator_site.limit_flags import Limit
 from tests.operator_site.console.fed import INDEX, S, fed, figures, happen, rendered, touch
 
 AGE_S = FIELDS.index("age_s")
