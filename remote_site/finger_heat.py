@@ -1,4 +1,4 @@
-"""One remote finger's thermal sensor: its heater while it is free, its touches, and where it has been.
+"""One remote finger's thermal touches, from the readings of its sensor and where it has been.
 
 Thermal readings come at their own rate, None in between.
 """
@@ -8,8 +8,7 @@ from collections import deque
 from common.contact import TAP_S
 from common.exploration import Exploration
 from common.messages import ExplorationMode
-from remote_site.finger_touch import FingerSample, TouchEvent
-from remote_site.heater_control import OFFSETS_K, HeaterControl, next_offset_k
+from remote_site.finger_sample import FingerSample
 from remote_site.peltier_back import PeltierBack
 from remote_site.reading_clock import ReadingClock
 from remote_site.thermal_answer import NO_CONTACT, NO_DIFFERENCE, ThermalAnswer
@@ -27,21 +26,22 @@ class FingerHeat:
 
     Attributes:
         thermal: identification by this finger alone. The caller does its slow work, with `thermal.work()`.
-        shared: what all fingers on its object say together; None where it speaks for itself.
         answer: what is known now.
-        drive: of the heater, -1..1.
+        measuring: whether a touch that began, or the last reading, uses the plate: it must not be heated.
+        no_differences: touches so far that ended because plate and object were equally warm.
     """
 
-    def __init__(self, knowledge: ThermalKnowledge, preheat_k: float = OFFSETS_K[0]) -> None:
-        """A free finger, whose plate waits at ambient + `preheat_k`."""
-        self._heater = HeaterControl(preheat_k)
+    def __init__(self, knowledge: ThermalKnowledge) -> None:
+        """A free finger."""
         self._back = PeltierBack()
         self._spot = WarmedSpot()
         self._clock = ReadingClock()
         self.thermal = ThermalIdentification(knowledge)
-        self.shared: ThermalAnswer | None = None
         self.answer = NO_CONTACT
-        self.drive = 0.0
+        self.measuring = False
+        self.no_differences = 0
+        self._shared: ThermalAnswer | None = None
+        """Answer of all fingers on its object; None where it speaks for itself."""
         self._found = NO_CONTACT
         """What the last touch came to."""
         self._told: str | None = None
@@ -50,13 +50,13 @@ class FingerHeat:
         self._sensor_s = -1.0
         self._ambient_c: float | None = None
 
-    @property
-    def preheat_k(self) -> float:
-        """Offset of the sensor's set-point above ambient, K."""
-        return self._heater.offset_k
+    def share(self, answer: ThermalAnswer | None) -> None:
+        """Take the joint answer of all fingers on its object, for the next step; None: it speaks for itself."""
+        self._shared = answer
+        self.thermal.alone = answer is None
 
-    def step(self, sample: FingerSample, exploration: Exploration) -> TouchEvent | None:
-        """Advance to `sample.t_s`; tells a material when it is named first in a touch.
+    def step(self, sample: FingerSample, exploration: Exploration) -> str | None:
+        """Advance to `sample.t_s`; returns a material when it is named first in a touch.
 
         Args:
             sample: this tick's input.
@@ -65,15 +65,20 @@ class FingerHeat:
         self._follow(sample, exploration)
         self.answer = NO_CONTACT
         if exploration.contact:
-            self.answer = self.thermal.answer if self.shared is None else self.shared
+            self.answer = self._joint
         material = self.answer.material
         if material is None or material == self._told:
             return None
         self._told = material
-        return TouchEvent("material", self.answer.probability, material)
+        return material
+
+    @property
+    def _joint(self) -> ThermalAnswer:
+        """The shared answer where there is one, else this finger's own."""
+        return self.thermal.answer if self._shared is None else self._shared
 
     def _follow(self, sample: FingerSample, exploration: Exploration) -> None:
-        """Start, feed and end the thermal touch, and run the heater while free."""
+        """Start, feed and end the thermal touch."""
         t_s, thermal = sample.t_s, self.thermal
         if sample.ambient_c is not None:
             self._ambient_c = sample.ambient_c
@@ -92,7 +97,6 @@ class FingerHeat:
         if sample.sensor_c is not None:
             self._take_reading(sample, sample.sensor_c, exploration.contact)
         elif t_s - self._sensor_s > READING_AGE_S:
-            self.drive = 0.0
             thermal.stop("sensor fault: no reading")
 
     def _land(self, sample: FingerSample) -> None:
@@ -100,7 +104,7 @@ class FingerHeat:
         if self.thermal.running and self._spot.near(sample.x_m, sample.y_m):
             return
         self._told = None
-        self.shared = None
+        self._shared = None
         # Where nothing differed, nothing was warmed.
         differed = self._found.reason != NO_DIFFERENCE
         left = self._spot.left(sample.t_s, sample.x_m, sample.y_m) if differed else 0.0
@@ -111,7 +115,7 @@ class FingerHeat:
             self.thermal.warmed = left > TRACES
 
     def _begin_touch(self, sample: FingerSample) -> None:
-        self._contact_s, self.drive = sample.t_s, 0.0
+        self._contact_s, self.measuring = sample.t_s, True
         fresh = bool(self._free_c) and sample.t_s - self._sensor_s <= READING_AGE_S
         start_c, slope_k_s = reading_at_contact(list(self._free_c)) if fresh else (0.0, 0.0)
         self.thermal.start(sample.t_s, start_c, slope_k_s, self._ambient_c, (self._back.above_k, self._back.sd_k))
@@ -119,23 +123,22 @@ class FingerHeat:
             self.thermal.stop(f"sensor fault: {sample.sensor_fault or 'no reading before contact'}")
 
     def _end_touch(self) -> None:
-        """The finger is free; what it has found holds for the spot, and chooses the pre-heat."""
-        self._found = self.thermal.answer if self.shared is None else self.shared
-        if self._found.reason == NO_DIFFERENCE and self._ambient_c is not None:
-            self._heater.offset_k = next_offset_k(self._heater.offset_k, self._ambient_c)
+        """The finger is free; what it has found holds for the spot."""
+        self._found = self._joint
+        self.no_differences += self._found.reason == NO_DIFFERENCE
         self.thermal.release()
-        self.shared = None
+        self._shared = None
         self._free_c.clear()
 
     def _take_reading(self, sample: FingerSample, sensor_c: float, contact: bool) -> None:
-        """Keep a reading for the touch, or as one before it, and drive the heater by it."""
-        t_s, touched = sample.t_s, self.thermal.running
+        """Keep a reading for the touch, or as one before it."""
+        t_s = sample.t_s
         if self._ambient_c is not None and sample.sensor_fault is None:
             self._back.step(t_s - self._sensor_s, sample.heater_drive, sensor_c - self._ambient_c)
         self._sensor_s = t_s
         taken_s = t_s if sample.device_us is None else self._clock.step(t_s, sample.device_us)
         if not contact:
             self._free_c.append(sensor_c)
-        if touched and taken_s > self._contact_s:  # one from just before contact may arrive just after
+        self.measuring = contact or self.thermal.running
+        if self.thermal.running and taken_s > self._contact_s:  # one from just before contact may arrive just after
             self.thermal.take(taken_s, sensor_c, sample.force_n)
-        self.drive = self._heater.step(t_s, sensor_c, self._ambient_c, contact or touched, fault=sample.sensor_fault)

@@ -8,16 +8,16 @@ from common.hand_motion import HandMotion
 from common.limits import GAP_S
 from common.messages import ExplorationMode
 from remote_site.finger_heat import FingerHeat
-from remote_site.finger_touch import FingerSample, FingerTouch, TouchEvent
+from remote_site.finger_sample import FingerSample
+from remote_site.finger_touch import FingerTouch, TouchEvent
 from remote_site.groove_period import GroovePeriod
-from remote_site.heater_control import OFFSETS_K
 from remote_site.impulses import Impulse
 from remote_site.rendered_material import rendered_constants
 from remote_site.surface_class import SMOOTH, StrokeLaw, SurfaceTable
 from remote_site.texture_identification import TextureIdentification
 from remote_site.texture_law import ln_roughness
 from remote_site.thermal_answer import ThermalAnswer
-from remote_site.thermal_identification import ThermalKnowledge
+from remote_site.thermal_identification import ThermalIdentification, ThermalKnowledge
 from remote_site.touched_surface import TouchedSurface
 
 
@@ -27,7 +27,6 @@ class FingerIdentification:
     Attributes:
         finger: number of the finger, 0..4.
         contact: whether it touches.
-        heat: its thermal sensor.
     """
 
     def __init__(
@@ -36,7 +35,6 @@ class FingerIdentification:
         knowledge: ThermalKnowledge,
         surfaces: SurfaceTable,
         hand: HandMotion,
-        preheat_k: float = OFFSETS_K[0],
     ) -> None:
         """Identify with what is known of sensors, materials and surfaces.
 
@@ -45,7 +43,6 @@ class FingerIdentification:
             knowledge: of materials.
             surfaces: of textures.
             hand: whose finger it is; stepped before it.
-            preheat_k: the plate waits at ambient + this, K.
         """
         self.finger = finger
         self.contact = False
@@ -55,7 +52,7 @@ class FingerIdentification:
         self._texture = TextureIdentification(surfaces)
         self._period = GroovePeriod()
         self._surface = TouchedSurface()
-        self.heat = FingerHeat(knowledge, preheat_k)
+        self._heat = FingerHeat(knowledge)
         self._texture_s = -1.0
         self._roughness_v = 0.0
         self._rough = False
@@ -66,6 +63,20 @@ class FingerIdentification:
         self._shown: ThermalAnswer | None = None
         self._constants = (0.0, 0.0, 0.0)
         """Conductivity, density and specific heat to render: of the answer that was shown last."""
+
+    @property
+    def thermal(self) -> ThermalIdentification:
+        """Identification by this finger's thermal sensor alone. The caller does its slow work, with `work()`."""
+        return self._heat.thermal
+
+    @property
+    def answer(self) -> ThermalAnswer:
+        """What is known of the object's material and temperature."""
+        return self._heat.answer
+
+    def share(self, answer: ThermalAnswer | None) -> None:
+        """Take the joint answer of all fingers on its object, for the next step; None: it speaks for itself."""
+        self._heat.share(answer)
 
     @property
     def period(self) -> GroovePeriod:
@@ -101,9 +112,10 @@ class FingerIdentification:
         # A texture that is no longer measured is no texture: the finger feels the object, but nothing of its surface.
         measured = t_s - self._texture_s <= GAP_S and self._texture_fault is None
         stroke = self._stroke if measured else SMOOTH
-        if (named := self.heat.step(sample, exploration)) is not None:
-            events.append(named)
-        answer = self.heat.answer
+        named = self._heat.step(sample, exploration)
+        answer = self._heat.answer
+        if named is not None:
+            events.append(TouchEvent("material", answer.probability, named))
         if answer is not self._shown:
             self._shown, self._constants = answer, rendered_constants(answer)
         conductivity, density, specific_heat = self._constants
@@ -123,7 +135,8 @@ class FingerIdentification:
             density,
             specific_heat,
             answer,
-            self.heat.drive,
+            self._heat.measuring,
+            self._heat.no_differences,
             speed_m_s,
             self._roughness_v,
             tuple(events),

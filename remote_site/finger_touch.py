@@ -1,33 +1,12 @@
-"""What goes into one finger's identification, and what comes out.
+"""Result of one finger's identification in one tick.
 
-These are made for each finger in each tick. They are not frozen: a frozen one takes eight times as long to make.
+It is made for each finger in each tick. It is not frozen: a frozen one takes eight times as long to make.
 """
 
 from dataclasses import dataclass
 
 from common.messages import ExplorationMode
 from remote_site.thermal_answer import ThermalAnswer
-
-
-@dataclass(slots=True)
-class FingerSample:
-    """One tick's input; SI, C and V. `texture_v`, `sensor_c` and `ambient_c` are None where nothing new came.
-
-    `device_us` is the thermal sensor's own time of its reading; without it the reading was taken when it came.
-    """
-
-    t_s: float
-    force_n: float
-    x_m: float
-    y_m: float
-    z_m: float
-    texture_v: list[float] | None = None
-    sensor_c: float | None = None
-    ambient_c: float | None = None
-    sensor_fault: str | None = None
-    device_us: int | None = None
-    heater_drive: float = 0.0
-    """What the sensor's heater gets, as the sensor says, -1..1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +25,7 @@ class TouchEvent:
 
 @dataclass(slots=True)
 class FingerTouch:
-    """One tick's output: what the operator site renders, and the heater's drive, -1..1.
+    """One tick's output: what the operator site renders, and the state that the heater's control needs.
 
     A conductivity of 0 says that the material is unknown. Units: N, m, N/m, 1, N s/m, 1, 1, (rad/s)/(m/s),
     (rad/s)/N, W/mK, kg/m3, J/kgK.
@@ -67,7 +46,10 @@ class FingerTouch:
     density_kg_m3: float
     specific_heat_j_kgk: float
     thermal: ThermalAnswer
-    heater_drive: float
+    measuring: bool
+    """Whether a touch that began, or the last reading, uses the plate: it must not be heated."""
+    no_differences: int
+    """Thermal touches so far that ended because plate and object were equally warm."""
     speed_m_s: float
     roughness_v: float
     events: tuple[TouchEvent, ...]

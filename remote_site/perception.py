@@ -14,9 +14,9 @@ from common.packets import LinkState
 from common.recent_samples import RecentSamples
 from common.serial_messages import DRIVE_FULL
 from remote_site.finger_identification import FingerIdentification
-from remote_site.finger_touch import FingerSample, FingerTouch, TouchEvent
+from remote_site.finger_sample import FingerSample
+from remote_site.finger_touch import FingerTouch, TouchEvent
 from remote_site.followed_hand import FollowedHand
-from remote_site.heater_control import OFFSETS_K, STAGGER_K
 from remote_site.material_table import MaterialTable
 from remote_site.sensed import Sensed
 from remote_site.shared_object import SharedObject
@@ -82,13 +82,11 @@ class Perception:
         """Identification that has felt nothing yet; events are numbered on, so that none is taken for an old one."""
         self._motion = HandMotion()
         self._identifications = {
-            finger: FingerIdentification(
-                finger, self._knowledge, self._surfaces, self._motion, OFFSETS_K[0] + stagger_k
-            )
-            for finger, stagger_k in zip(self._numbers, STAGGER_K, strict=False)
+            finger: FingerIdentification(finger, self._knowledge, self._surfaces, self._motion)
+            for finger in self._numbers
         }
         self._shared = SharedObject(self._knowledge)
-        self._solvers: list[Solver] = [*(each.heat.thermal for each in self._identifications.values()), self._shared]
+        self._solvers: list[Solver] = [*(each.thermal for each in self._identifications.values()), self._shared]
         self._hand = FollowedHand()
         self._places = RecentSamples(FOUND_S)
         self._telling = SlowTelling()
@@ -167,19 +165,18 @@ class Perception:
         return self._hand.when_ns(float(np.interp(at_s, times_s, x_m)), float(np.interp(at_s, times_s, y_m)))
 
     def _share(self) -> None:
-        """Give all fingers on one object one answer; they show it from the next tick on.
+        """Give all fingers on one object one answer, which their next steps return.
 
         Those on spots that they have warmed speak for themselves: their spots' temperatures are not the object's.
         """
         touching = {
-            finger: identification.heat.thermal
+            finger: identification.thermal
             for finger, identification in self._identifications.items()
-            if identification.contact and not identification.heat.thermal.warmed
+            if identification.contact and not identification.thermal.warmed
         }
         answer = self._shared.look(touching)
-        for finger, thermal in touching.items():
-            self._identifications[finger].heat.shared = answer
-            thermal.alone = answer is None
+        for finger in touching:
+            self._identifications[finger].share(answer)
 
     @property
     def postponed(self) -> int:

@@ -32,6 +32,7 @@ from remote_site.desk_requests import answer_desk
 from remote_site.devices import RemoteDevices
 from remote_site.followed_hand import HandPlace
 from remote_site.gated_command import GatedCommand
+from remote_site.heating import Heating
 from remote_site.patient_gate import PatientGate
 from remote_site.patient_limit import Limit, limit_names
 from remote_site.perception import Perception, nothing_touched
@@ -90,6 +91,7 @@ class RemoteSite:
         self.contain = self.server.contain = containment(self.server.session.latch)
         self.server.recording_stopped = partial(recording_stopped, recorder, self.contain)
         self.perception = Perception(config.fingers, materials, surfaces, self.contain, 1.0 / config.rate_hz)
+        self.heating = Heating(config.fingers)
         self._sensed = Sensed(-math.inf, 0.0, 0.0, _ZEROS, _ZEROS, _NOTHING_NEW, _NOTHING_NEW)
         self._command = GatedCommand(False, True, 0.0, 0.0, [*_ZEROS], [*_ZEROS], [0] * len(FINGERS), None)
         self._gate_raised_s = -math.inf
@@ -114,10 +116,13 @@ class RemoteSite:
         with contain.step("session"):
             self._serve(now_ns)
         happened = self.perception.step(sensed_now)
+        heater_drive = [*_ZEROS]
+        with contain.step("heat"):
+            heater_drive = self.heating.step(sensed_now, self.perception.touches)
         followed = None
         with contain.step("follow"):
             followed = self._place(now_ns)
-        command = self._command = self._commanded(sensed_now, followed)
+        command = self._command = self._commanded(sensed_now, followed, heater_drive)
         self._limited = command.limited
         if command.fault is not None:
             server.session.latch(command.fault)
@@ -157,12 +162,12 @@ class RemoteSite:
         with self.contain.request("desk"):
             return answer_desk(self.server, now_ns, not_ready, verb, details)
 
-    def _commanded(self, now: Sensed, followed: tuple[float, Place] | None) -> GatedCommand:
+    def _commanded(self, now: Sensed, followed: tuple[float, Place] | None, heater_drive: list[float]) -> GatedCommand:
         """What may reach the devices; where the gate has raised, released where it stands, and heaters off."""
         fault = self.server.session.fault
         if not 0.0 <= now.time_s - self._gate_raised_s < _GATE_RESTS_S:
             with self.contain.step("gate"):
-                return self._gated(now, followed)
+                return self._gated(now, followed, heater_drive)
             self._gate_raised_s = now.time_s
             fault = self.contain.latest["gate"]
         limited = [Limit.RELEASED.value] * len(FINGERS)
@@ -223,11 +228,11 @@ class RemoteSite:
             return None
         return gap_ns * 1e-9, place_m.tolist()
 
-    def _gated(self, now: Sensed, followed: tuple[float, Place] | None) -> GatedCommand:
+    def _gated(self, now: Sensed, followed: tuple[float, Place] | None, heater_drive: list[float]) -> GatedCommand:
         devices = self._devices
-        heater_drive, in_contact = [0.0] * len(FINGERS), [False] * len(FINGERS)
+        in_contact = [False] * len(FINGERS)
         for finger, touch in self.perception.touches.items():
-            heater_drive[finger], in_contact[finger] = touch.heater_drive, bool(touch.contact)
+            in_contact[finger] = bool(touch.contact)
         measured = devices.telemanipulator.measured
         age_s, wanted = followed or (1e9, [])
         hand_x, hand_y = (wanted[HAND][0], wanted[HAND][1]) if wanted else (now.x_m, now.y_m)

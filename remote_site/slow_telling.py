@@ -39,7 +39,7 @@ def _told(finger: FingerIdentification) -> Told:
     """One finger's, within what a packet may say: what an estimator says beyond that saturates there."""
     if not finger.contact:
         return NOTHING
-    ranked = sorted(finger.heat.answer.candidates.items(), key=lambda named: -named[1])
+    ranked = sorted(finger.answer.candidates.items(), key=lambda named: -named[1])
     told = Told(tuple([(name, min(1.0, p)) for name, p in ranked[:MAX_CANDIDATES] if p >= UNLIKELY]))
     if (roughness_v := finger.roughness_v) is not None:
         value_v, sd_v = roughness_v

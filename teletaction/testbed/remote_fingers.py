@@ -1,4 +1,4 @@
-"""Half a session: simulated remote fingers, and identification alone, without devices, gate or link.
+"""Half a session: simulated remote fingers, identification and pre-heating, without devices, gate or link.
 
 For studies that need thousands of touches, which would take too long in the whole test bed.
 """
@@ -14,6 +14,7 @@ from common.packets import LinkState
 from common.scene import Scene
 from common.serial_messages import DRIVE_FULL
 from remote_site.finger_touch import FingerTouch
+from remote_site.heating import Heating
 from remote_site.material_table import MaterialTable
 from remote_site.perception import Perception
 from remote_site.sensed import Sensed
@@ -34,6 +35,7 @@ class RemoteFingers:
 
     Attributes:
         world: where they are.
+        drive: of each heater (5,), -1..1, as it was commanded last.
         plate_c: last reading of the index finger's thermal sensor, C; None before the first.
     """
 
@@ -44,7 +46,8 @@ class RemoteFingers:
         self._used = [FINGERS.index(finger) for finger in fingers]
         self._perception = Perception(fingers, MaterialTable.load(materials), SurfaceTable.load(surfaces))
         self.plate_c: float | None = None
-        self._drive = np.zeros(len(FINGERS))
+        self._heating = Heating(fingers)
+        self.drive = np.zeros(len(FINGERS))
         self._ticks = 0
 
     @property
@@ -63,11 +66,11 @@ class RemoteFingers:
 
     def move(self, x_m: float, y_m: float, z_m: NDArray[np.float64]) -> Touch:
         """Let a tick pass with set-points (x, y) of the hand and z (5,) of the fingers, m; returns the touch packet."""
-        self.world.step(TICK_S, x_m, y_m, z_m, self._drive)
-        self._perception.step(self._sensed())
-        for finger in self._used:
-            drive = self._perception.touches[finger].heater_drive
-            self._drive[finger] = round(drive * DRIVE_FULL) / DRIVE_FULL
+        self.world.step(TICK_S, x_m, y_m, z_m, self.drive)
+        sensed = self._sensed()
+        self._perception.step(sensed)
+        drives = self._heating.step(sensed, self._perception.touches)
+        self.drive = np.array([round(drive * DRIVE_FULL) / DRIVE_FULL for drive in drives])
         self._ticks += 1
         time_ns = round(self.world.time_s * 1e9)
         packet = self._perception.packet(SESSION, self._ticks, time_ns, LinkState.ENGAGED)
@@ -84,7 +87,7 @@ class RemoteFingers:
             )
             self.plate_c = sensor_c[INDEX]
             for finger in self._used:
-                heater_permille = round(DRIVE_FULL * self._drive[finger])
+                heater_permille = round(DRIVE_FULL * self.drive[finger])
                 time_us = round(world.time_s * 1e6)
                 plates[finger] = PlateReading(sensor_c[finger], ambient_c[finger], "", time_us, heater_permille)
         counts = world.take_texture_counts()

@@ -29,11 +29,12 @@ class Landing:
 
 @dataclass(frozen=True)
 class Felt:
-    """All fingers at one moment; `landing` counts from 0."""
+    """All fingers at one moment; `landing` counts from 0, and `drive` is of the heaters (5,), -1..1."""
 
     time_s: float
     landing: int
     touches: dict[int, FingerTouch]
+    drive: tuple[float, ...]
 
 
 def land(name: str, landings: Iterable[Landing], seed: int = 0, fingers: tuple[str, ...] = FINGERS) -> list[Felt]:
@@ -47,7 +48,7 @@ def land(name: str, landings: Iterable[Landing], seed: int = 0, fingers: tuple[s
             moved = min((tick + 1) * TICK_S / LOWER_S, 1.0)
             eased = moved**3 * (10.0 - 15.0 * moved + 6.0 * moved * moved)
             hand.move(x_m, 0.0, np.full(len(FINGERS), from_m + eased * (to_m - from_m)))
-            felt.append(Felt(hand.world.time_s, landing, dict(hand.touches)))
+            felt.append(Felt(hand.world.time_s, landing, dict(hand.touches), tuple(hand.drive.tolist())))
 
     pass_time(WARM_UP_S, low_x_m + IN_M, UP_M, UP_M, -1)
     for number, landing in enumerate(landings):

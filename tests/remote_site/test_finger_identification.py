@@ -1,4 +1,4 @@
-"""One finger from approach to lift: modes, events, heater and thermal answer."""
+"""One finger from approach to lift: modes, events and thermal answer."""
 
 from collections.abc import Callable
 
@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from common.hand_motion import HandMotion
-from common.limits import SENSOR_PLATE_C
 from common.messages import ExplorationMode, ThermalStatus
 from remote_site.finger_identification import FingerIdentification
-from remote_site.finger_touch import FingerSample, FingerTouch
-from remote_site.heater_control import OFFSETS_K, STAGGER_K, next_offset_k
+from remote_site.finger_sample import FingerSample
+from remote_site.finger_touch import FingerTouch
+from remote_site.heater_control import OFFSETS_K, STAGGER_K
 from remote_site.perception import FOREIGN_SHARE
 from remote_site.thermal_answer import NO_DIFFERENCE
 from remote_site.thermal_identification import ThermalKnowledge
@@ -37,10 +37,9 @@ def explore(
     seconds: float = 4.5,
     fault: str | None = None,
     lift_s: float = 4.2,
-    preheat_k: float = OFFSETS_K[0],
-) -> tuple[FingerIdentification, list[FingerTouch]]:
+) -> list[FingerTouch]:
     hand = HandMotion()
-    finger = FingerIdentification(1, knowledge, SURFACES, hand, preheat_k)
+    finger = FingerIdentification(1, knowledge, SURFACES, hand)
     rng = np.random.default_rng(0)
     touches = []
     for k in range(round(500 * seconds)):
@@ -63,8 +62,8 @@ def explore(
                 )
             )
         )
-        finger.heat.thermal.work()
-    return finger, touches
+        finger.thermal.work()
+    return touches
 
 
 def on(name: str) -> Callable[[float], float]:
@@ -80,52 +79,52 @@ def warm(preheat_k: float = OFFSETS_K[0]) -> Callable[[float], float]:
 
 
 def test_a_tap_is_told_once_with_its_speed(knowledge: ThermalKnowledge) -> None:
-    _, touches = explore(knowledge, warm(), seconds=1.5)
+    touches = explore(knowledge, warm(), seconds=1.5)
     taps = [event for touch in touches for event in touch.events if event.kind == "tap"]
     assert [event.value for event in taps] == pytest.approx([0.02], abs=0.005)
 
 
-def test_the_heater_is_off_in_contact(knowledge: ThermalKnowledge) -> None:
-    _, touches = explore(knowledge, lambda t: 25.0 + 0.1 * np.sin(50.0 * t), seconds=1.5)
-    assert touches[100].heater_drive == 1.0
-    assert all(touch.heater_drive == 0.0 for touch in touches if touch.contact)
+def test_a_plate_is_used_in_contact_and_not_before(knowledge: ThermalKnowledge) -> None:
+    touches = explore(knowledge, lambda t: 25.0 + 0.1 * np.sin(50.0 * t), seconds=1.5)
+    assert not touches[100].measuring
+    assert touches[250].contact
+    assert touches[-1].contact
+    used = [k for k, touch in enumerate(touches) if touch.measuring]
+    assert used == list(range(250, len(touches)))
 
 
 @pytest.mark.parametrize("preheat_k", sorted({OFFSETS_K[0] + stagger_k for stagger_k in STAGGER_K}))
 def test_an_object_as_warm_as_the_plate_asks_for_another_preheat(knowledge: ThermalKnowledge, preheat_k: float) -> None:
-    finger, touches = explore(knowledge, warm(preheat_k), preheat_k=preheat_k)
+    touches = explore(knowledge, warm(preheat_k))
     answer = touches[2000].thermal
     assert (answer.status, answer.reason) == (ThermalStatus.UNIDENTIFIABLE, NO_DIFFERENCE)
     assert touches[2000].conductivity_w_mk == 0.0
-    assert finger.heat.preheat_k == next_offset_k(preheat_k, AMBIENT_C)
-    assert abs(finger.heat.preheat_k - preheat_k) >= 3.0
-    assert AMBIENT_C + finger.heat.preheat_k < SENSOR_PLATE_C
+    assert touches[-1].no_differences == 1
     assert touches[-1].thermal.status is ThermalStatus.NO_CONTACT
 
 
 def test_a_plate_that_reads_always_the_same_is_a_fault_and_asks_for_nothing(knowledge: ThermalKnowledge) -> None:
-    finger, touches = explore(knowledge, lambda t: 33.0)
+    touches = explore(knowledge, lambda t: 33.0)
     assert touches[2000].thermal.reason == "sensor fault: the reading does not change: saturated or stuck"
-    assert finger.heat.preheat_k == 10.0
+    assert touches[-1].no_differences == 0
 
 
 def test_stroking_ends_the_thermal_touch(knowledge: ThermalKnowledge) -> None:
-    _, touches = explore(knowledge, on("plastic"), stroke_from=0.65)
+    touches = explore(knowledge, on("plastic"), stroke_from=0.65)
     assert touches[2000].mode is ExplorationMode.STROKING
     assert touches[2000].thermal.reason == "stroked: the touch did not rest"
 
 
 def test_a_sensor_fault_ends_the_thermal_touch(knowledge: ThermalKnowledge) -> None:
-    _, touches = explore(knowledge, on("metal"), fault="thermal sensor open")
+    touches = explore(knowledge, on("metal"), fault="thermal sensor open")
     assert "thermal sensor open" in (touches[2000].thermal.reason or "")
-    assert touches[-1].heater_drive == 0.0
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_something_is_felt_before_the_material_is_named_and_its_own_constants_after(
     rendered_knowledge: ThermalKnowledge, name: str
 ) -> None:
-    _, touches = explore(rendered_knowledge, on(NAMES[name]), seconds=6.5, lift_s=6.2)
+    touches = explore(rendered_knowledge, on(NAMES[name]), seconds=6.5, lift_s=6.2)
     named = [touch for touch in touches if touch.thermal.material is not None]
     assert {touch.thermal.material for touch in named} == {name}
     materials = [event for touch in touches for event in touch.events if event.kind == "material"]

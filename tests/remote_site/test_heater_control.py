@@ -5,11 +5,8 @@ from itertools import pairwise
 import pytest
 
 from common.fingers import FINGERS
-from remote_site.heater_control import GAIN_PER_K, OFFSETS_K, STAGGER_K, HeaterControl, next_offset_k
-from remote_site.sensed import Sensed
-from remote_site.thermal_sensor import PlateReading
+from remote_site.heater_control import OFFSETS_K, STAGGER_K, HeaterControl, next_offset_k
 from tests.remote_site.made_touches import AMBIENT_C
-from tests.remote_site.shipped_tables import perception
 
 PREHEATS_K = [OFFSETS_K[0] + stagger_k for stagger_k in STAGGER_K]
 """Of the first, second, ... finger in use."""
@@ -58,12 +55,3 @@ def test_there_is_a_difference_between_any_two_neighbours_and_one_for_each_finge
     assert len(STAGGER_K) == len(FINGERS)
     assert all(abs(a - b) >= 3.0 for a, b in pairwise(STAGGER_K))
     assert all(preheat_k >= 3.0 for preheat_k in PREHEATS_K)
-
-
-@pytest.mark.parametrize("count", [1, 2, 5])
-def test_a_session_staggers_its_fingers(count: int) -> None:
-    """Each heater heats a plate that is 1 K below its own pre-heat as it should."""
-    identified, rest, none = perception(FINGERS[:count]), (0.0,) * len(FINGERS), (None,) * len(FINGERS)
-    plates = tuple(PlateReading(AMBIENT_C + preheat_k - 1.0, AMBIENT_C, "", 0, 0) for preheat_k in PREHEATS_K)
-    identified.step(Sensed(1.0, 0.0, 0.0, rest, rest, none, plates))
-    assert [touch.heater_drive for touch in identified.touches.values()] == pytest.approx([GAIN_PER_K] * count)

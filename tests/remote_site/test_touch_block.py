@@ -30,7 +30,8 @@ PRESSED = FingerTouch(
     thermal=ThermalAnswer(
         ThermalStatus.IDENTIFIED, probability=1.0, object_c=-3.0, object_c_sd=0.2, effusivity_ln_sd=0.1
     ),
-    heater_drive=0.0,
+    measuring=True,
+    no_differences=0,
     speed_m_s=0.0,
     roughness_v=0.0,
     events=(),

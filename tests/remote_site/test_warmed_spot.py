@@ -127,5 +127,5 @@ def test_the_heater_waits_for_a_finger_that_may_bounce_and_warms_the_plate_of_on
     tapped, left = (land("ceramic", (Landing(down_s, 0.4),), fingers=THUMB) for down_s in (0.05, 0.4))
     for felt, drives in ((tapped, False), (left, True)):
         lift_s = max(moment.time_s for moment in felt if moment.touches[0].contact)
-        after = [moment.touches[0].heater_drive for moment in felt if 0.05 < moment.time_s - lift_s < 0.3]
+        after = [moment.drive[0] for moment in felt if 0.05 < moment.time_s - lift_s < 0.3]
         assert any(drive > 0.0 for drive in after) is drives

@@ -25,6 +25,7 @@ PLACES: dict[str, Callable[[VirtualSession], tuple[object, str]]] = {
     "remote read": lambda session: (session.remote._devices, "read"),
     "remote session": lambda session: (session.remote.server.link, "motions"),
     "remote identify": lambda session: (session.remote.perception, "_share"),
+    "remote heat": lambda session: (session.remote.heating, "step"),
     "remote gate": lambda session: (session.remote.gate, "_watch_forces"),
     "remote write": lambda session: (session.remote._devices, "write"),
     "remote follow": lambda session: (session.remote, "_place"),
