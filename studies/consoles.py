@@ -30,7 +30,7 @@ from common.scheduling import policy, stand_in_line
 from studies.compared import Compared
 from studies.consoles_figure import plot
 from studies.fault_session import read_figures
-from studies.registry import Tell, Unavailable
+from studies.running import Tell, Unavailable
 from studies.soak_growth import lives
 from studies.soak_watch import Sample, sample
 from teletaction.demo_files import CONSOLE, DemoOptions, prepare

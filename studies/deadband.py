@@ -23,7 +23,7 @@ from studies.deadband_figure import plot
 from studies.deadband_loss import LIMIT_M, LOSSES, REPEATS_TRIED, after_loss_rows, lossy_rows
 from studies.deadband_touch import force_rows, touch_rows
 from studies.pieces import HERE, Piece, Work, rows_of
-from studies.registry import Tell
+from studies.running import Tell
 
 __all__ = ["plot", "run", "tables"]
 

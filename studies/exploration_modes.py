@@ -33,7 +33,7 @@ from studies.mode_judge import (
 )
 from studies.pieces import HERE, Work
 from studies.plain_thresholds import PlainThresholds
-from studies.registry import Tell
+from studies.running import Tell
 
 __all__ = ["plot", "run", "tables"]
 

@@ -22,7 +22,7 @@ from operator_site.vibration import PlayedEvents
 from remote_site.followed_hand import FollowedHand, HandPlace
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, rows_of
-from studies.registry import Tell
+from studies.running import Tell
 from teletaction.figure_style import BLUE, RED, STYLE
 
 Floats = NDArray[np.float64]

@@ -15,7 +15,7 @@ from studies.compared import Compared
 from studies.link_faults import DEFAULT_FAULTS, safe_state_times
 from studies.link_packets import size_table
 from studies.pieces import HERE, Work, part_of
-from studies.registry import Tell
+from studies.running import Tell
 
 _RATES_HZ = (100.0, 200.0, 500.0, 1000.0)
 COMPARED = (

@@ -14,7 +14,7 @@ from sim_sensors.finger_plate import DEEP_C, ROOM_C
 from studies.compared import Compared
 from studies.observer_figure import plot
 from studies.pieces import HERE, Piece, Work, rows_of
-from studies.registry import Tell
+from studies.running import Tell
 from studies.teleoperation import DELAY_S, SCENE
 from studies.texture_comparison import OWN_STIFFNESS, Strokes, confusion_rows, feature_rows, matching_rows, strokes
 from studies.thermal_comparison import (

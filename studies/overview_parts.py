@@ -6,7 +6,6 @@ from pathlib import Path
 from statistics import fmean, median
 from typing import Any
 
-from studies import link_latency, link_load
 from studies.overview import Part, Way
 from studies.thermal_pieces import ONE
 
@@ -17,6 +16,8 @@ MATERIALS = 4
 HZ = 1000.0
 STEPS_MM = (0.05, 0.1, 0.2)
 PERCENT = 100.0
+LINK_LATE, LINK_LOAD, BARE = "link, encoded to checked", "link", "bare CurveZMQ"
+"""Ways of the study `link`: of its latency, of its processor load, and of both."""
 
 
 def identification(data: Data) -> Part:
@@ -105,8 +106,8 @@ def link(data: Data) -> Part:
     late_us = {row["way"]: row["median_us"] for row in data["latency"]["ways"]}
     share = data["cpu"]["all_cpu"]
     ways = [
-        Way("link", PERCENT * share[link_load.LINK], late_us[link_latency.LINK], baseline=False),
-        Way("bare CurveZMQ", PERCENT * share[link_load.CURVE], late_us[link_latency.CURVE]),
+        Way("link", PERCENT * share[LINK_LOAD], late_us[LINK_LATE], baseline=False),
+        Way("bare CurveZMQ", PERCENT * share[BARE], late_us[BARE]),
     ]
     return Part("Link: both ends, 500 Hz touch, 1 kHz motion", "cost (% of a core)", "one way, median (us)", ways, "")
 

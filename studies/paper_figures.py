@@ -16,9 +16,9 @@ from sim_sensors.surface import make_profile, relief_of
 from studies.compared import Compared
 from studies.paper_panels import plot
 from studies.pieces import HERE, Piece, Work, rows_of
-from studies.registry import Tell
 from studies.remote_identification import MATERIAL, OBJECT_C, PAPER_S, identification_rows
 from studies.rendered_stroke import VirtualSurface, rendered_stroke
+from studies.running import Tell
 from studies.skin_layers import layer_rows, start_rows
 from studies.stroke_path import LENGTH_M
 

@@ -17,7 +17,7 @@ from common.in_parallel import processors
 from common.reference_step import reference_step_s
 from studies.compared import Compared
 from studies.rates_figure import plot
-from studies.registry import Tell
+from studies.running import Tell
 from teletaction.session_rates import Rates
 
 __all__ = ["plot", "run", "tables"]

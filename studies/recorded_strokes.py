@@ -28,7 +28,7 @@ from studies.binomial_interval import clopper_pearson
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work
 from studies.recorded_strokes_figure import plot
-from studies.registry import Tell, Unavailable
+from studies.running import Tell, Unavailable
 from studies.texture_baselines import band_powers, classifiers, moments
 
 __all__ = ["plot", "run", "tables"]

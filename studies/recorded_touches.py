@@ -33,7 +33,7 @@ from remote_site.traces import ThermalTrace, read_thermal
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work
 from studies.recorded_touches_figure import plot
-from studies.registry import Tell, Unavailable
+from studies.running import Tell, Unavailable
 
 __all__ = ["plot", "run", "tables"]
 

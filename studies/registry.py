@@ -26,8 +26,8 @@ from studies.overview import overview_rows
 from studies.overview import plot as draw_overview
 from studies.overview_parts import parts_in
 from studies.pieces import Workers, code_version, here, working
+from studies.running import Tell, Unavailable
 
-Tell = Callable[[float | str], object]
 STUDIES = {
     "link": "studies.link",
     "soak": "studies.soak",
@@ -58,10 +58,6 @@ PIECES = ".pieces"
 
 class UnknownStudy(ValueError):
     """There is no study of this name."""
-
-
-class Unavailable(ValueError):
-    """Something that a study measures with is not here; the message says what, and how to name it."""
 
 
 @dataclass(frozen=True, slots=True)

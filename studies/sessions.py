@@ -17,7 +17,7 @@ from common.held_rate import HELD
 from common.in_parallel import processors
 from common.machine import ProcessorTime
 from studies.compared import Compared
-from studies.registry import Tell
+from studies.running import Tell
 from studies.sessions_figure import plot
 from studies.sessions_look import Look, look
 from studies.sessions_recorded import TICKS, Recorded

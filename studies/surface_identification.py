@@ -14,7 +14,7 @@ from remote_site.touched_surface import TouchedSurface
 from studies.compared import Compared
 from studies.felt_surface import STEPS, TICK_S, Felt, Floats, sense
 from studies.pieces import HERE, Piece, Work, one_thread, part_of, rows_of
-from studies.registry import Tell
+from studies.running import Tell
 from studies.surface_identification_figure import plot
 from studies.surface_scenes import HAND_STEP_M, STROKE_FROM_S, Told, pressed, rested, stroked, tell
 

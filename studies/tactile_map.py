@@ -20,7 +20,7 @@ from sim_sensors.hand import ScriptedHand
 from sim_sensors.hand_plan import Segment
 from studies.compared import Compared
 from studies.pieces import HERE, Work
-from studies.registry import Tell
+from studies.running import Tell
 from studies.tactile_map_figure import plot
 from teletaction.found_targets import Found, find_highest, judged
 from teletaction.testbed.remote_fingers import RemoteFingers

@@ -10,7 +10,7 @@ from typing import Any
 
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, rows_of
-from studies.registry import Tell
+from studies.running import Tell
 from studies.stability_cases import DEVICE_NS_M, HANDS
 from studies.stability_figure import plot
 from studies.stability_limits import FREE, Loop, sampled_wall_n_m, simulated_n_m, simulated_wall_n_m, worked_out_n_m

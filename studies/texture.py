@@ -20,7 +20,7 @@ from studies.binomial_interval import clopper_pearson
 from studies.compared import Compared
 from studies.paper_texture import PaperRoughness, paper_felt
 from studies.pieces import HERE, Piece, Work, one_thread, part_of, rows_of
-from studies.registry import Tell
+from studies.running import Tell
 from studies.texture_figure import plot
 from studies.texture_methods import METHODS, PAPER, SHIPPED, Learned, answers, learn
 from studies.texture_strokes import Asked, Drawn, changes, felt_blocks, grooves_counted, strokes, stroking

@@ -16,7 +16,7 @@ from sim_sensors.ssr_converter import NOISE_C
 from studies import thermal_figure, thermal_maps
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, TellShare, Work, one_thread, part_of
-from studies.registry import Tell
+from studies.running import Tell
 from studies.thermal_answers import Answered, knowledge_of
 from studies.thermal_bound import bounds
 from studies.thermal_cost import BASELINE, cost_by_materials, costs

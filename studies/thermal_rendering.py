@@ -24,7 +24,7 @@ from studies.naive_inverse import inverse_rows
 from studies.pieces import HERE, Piece, Work, part_of, rows_of
 from studies.plate_strategies import rate_rows, strategy_rows, told_apart_rows
 from studies.reference_finger import felt_course
-from studies.registry import Tell
+from studies.running import Tell
 from studies.thermal_rendering_figure import plot
 from teletaction.step_cost import quickest_s
 

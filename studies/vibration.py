@@ -24,7 +24,7 @@ from sim_sensors.motor import VibrationMotors
 from sim_sensors.tacttip import TactTip
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, rows_of
-from studies.registry import Tell
+from studies.running import Tell
 from studies.vibration_figure import plot
 
 __all__ = ["plot", "run", "tables"]

@@ -57,7 +57,17 @@ def conclude(
     merge_recordings(recordings, out / "session.mcap")
     data = SessionData.read(out / "session.mcap")
     examination = Examination.read(out / "session.mcap")
-    summary = summarise(data, options, statuses, usage, wall_s, round_trips_s or [])
+    summary = summarise(
+        data,
+        statuses,
+        statuses.get(NETWORK),
+        usage,
+        wall_s,
+        round_trips_s or [],
+        scene=options.scene,
+        seed=options.seed,
+        fingers=options.fingers,
+    )
     summary["targets"] = found_targets(scene, examination.felt)
     (out / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", "utf-8")
     write_report(data, summary, out / "report.html", examination)

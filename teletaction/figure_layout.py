@@ -1,15 +1,11 @@
-"""Margins in inches and the axes that the report's figures share."""
+"""Width and margins, in inches, of the report's figures."""
 
 from collections.abc import Sequence
 
 from matplotlib.artist import Artist
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from teletaction.session_curves import SessionCurves
-
 WIDTH_IN = 11.5
-_TIME = "time since both sites engaged (s)"
 
 
 class Margins:
@@ -41,18 +37,3 @@ class Margins:
             columnspacing=1.4,
             handlelength=1.8,
         )
-
-
-def end_time_axis(axes: Axes, session: SessionCurves) -> None:
-    """The session's time below the lowest panel."""
-    axes.set_xlim(*session.shown_s)
-    axes.set_xlabel(_TIME)
-
-
-def nothing_recorded(session: SessionCurves, *fields: tuple[str, str]) -> bool:
-    """Whether none of these fields (series, name) has a value for a finger in use."""
-    return all(
-        session.curve(getattr(session.data, series), name, finger) is None
-        for series, name in fields
-        for finger in session.fingers
-    )

@@ -10,7 +10,6 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from common.messages import ExplorationMode, ThermalStatus
-from teletaction.session_curves import Curve
 
 BLACK, BLUE, SKY, GREEN, ORANGE, RED, PURPLE, GREY = (
     "#000000",
@@ -58,17 +57,6 @@ STYLE: dict[Any, Any] = {
     "figure.facecolor": "white",
 }
 """For `matplotlib.rc_context`: names come from scenes, so a `$` in one is a letter and no formula."""
-LINE_BINS = 1000
-"""Points of a curve are thinned to two of these: about a pixel each."""
-
-
-def line(axes: Axes, curve: Curve | None, **how: Any) -> bool:
-    """Draw a curve, thinned; returns whether there was one."""
-    if curve is None:
-        return False
-    thin = curve.thinned(LINE_BINS)
-    axes.plot(thin.time_s, thin.value, **how)
-    return True
 
 
 def plain_ticks(axis: Axis, values: Sequence[float]) -> None:

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from common.fingers import FINGERS
 from common.limits import CONTACT_FORCE_N, FINGER_FORCE_N
-from teletaction.figure_layout import WIDTH_IN, Margins, end_time_axis, nothing_recorded
+from teletaction.figure_layout import WIDTH_IN, Margins
 from teletaction.figure_style import (
     BLACK,
     BLUE,
@@ -82,13 +82,13 @@ def session_figure(session: SessionCurves, finger: int) -> Figure:
     )
     for axes in (vibration, temperature, object_c, force):
         label_once(axes, **aside, markerscale=2.5)
-    end_time_axis(panels[-1], session)
+    _end_time_axis(panels[-1], session)
     return figure
 
 
 def modes_figure(session: SessionCurves) -> Figure | None:
     """True above identified mode of every finger."""
-    if nothing_recorded(session, ("contact", "mode"), ("touch", "mode")):
+    if _nothing_recorded(session, ("contact", "mode"), ("touch", "mode")):
         return None
     figure = Figure(figsize=(WIDTH_IN, 1.5 + 0.62 * len(session.fingers)))
     margins = Margins(figure, top_in=0.85)
@@ -96,20 +96,20 @@ def modes_figure(session: SessionCurves) -> Figure | None:
     draw_modes(axes, session, session.fingers, FINGERS)
     draw_objects(axes, session, session.fingers)
     margins.legend(mode_keys())
-    end_time_axis(axes, session)
+    _end_time_axis(axes, session)
     return figure
 
 
 def vibration_figure(session: SessionCurves) -> Figure | None:
     """Motor speed at each module, a row a finger."""
-    if nothing_recorded(session, ("rendered", "motor_rpm"), ("fingertips", "motor_rpm")):
+    if _nothing_recorded(session, ("rendered", "motor_rpm"), ("fingertips", "motor_rpm")):
         return None
     return _rows(session, draw_vibration, "rpm")
 
 
 def temperature_figure(session: SessionCurves) -> Figure | None:
     """Plate and skin temperatures, a row a finger."""
-    if nothing_recorded(session, ("rendered", "plate_set_c"), ("fingertips", "plate_c"), ("skin", "felt_c")):
+    if _nothing_recorded(session, ("rendered", "plate_set_c"), ("fingertips", "plate_c"), ("skin", "felt_c")):
         return None
 
     def draw(axes: Axes, session: SessionCurves, finger: int) -> None:
@@ -121,7 +121,7 @@ def temperature_figure(session: SessionCurves) -> Figure | None:
 
 def force_figure(session: SessionCurves) -> Figure | None:
     """Forces, a row a finger, and beside them the largest of each against its limit."""
-    if nothing_recorded(session, ("fingertips", "force_n"), ("contact", "force_n"), ("touch", "contact_force_n")):
+    if _nothing_recorded(session, ("fingertips", "force_n"), ("contact", "force_n"), ("touch", "contact_force_n")):
         return None
     figure = _rows(session, draw_force, "N", right_in=3.3)
     largest = figure.add_axes((1 - 2.3 / WIDTH_IN, 0.0, 2.15 / WIDTH_IN, 1.0))
@@ -164,5 +164,20 @@ def _rows(
     draw_objects(panels[0], session, session.fingers)
     handles, labels = panels[0].get_legend_handles_labels()
     margins.legend(list(dict(zip(labels, handles, strict=True)).values()))
-    end_time_axis(panels[-1], session)
+    _end_time_axis(panels[-1], session)
     return figure
+
+
+def _end_time_axis(axes: Axes, session: SessionCurves) -> None:
+    """The session's time below the lowest panel."""
+    axes.set_xlim(*session.shown_s)
+    axes.set_xlabel("time since both sites engaged (s)")
+
+
+def _nothing_recorded(session: SessionCurves, *fields: tuple[str, str]) -> bool:
+    """Whether none of these fields (series, name) has a value for a finger in use."""
+    return all(
+        session.curve(getattr(session.data, series), name, finger) is None
+        for series, name in fields
+        for finger in session.fingers
+    )

@@ -15,21 +15,21 @@ from teletaction.figure_style import (
     BLUE,
     GREEN,
     GREY,
-    LINE_BINS,
     MODE_COLOURS,
     ORANGE,
     PLUM,
     RED,
     STATUS_COLOURS,
     absent,
-    line,
     shown_name,
 )
-from teletaction.session_curves import SessionCurves, spans
+from teletaction.session_curves import Curve, SessionCurves, spans
 from teletaction.session_data import Series
 from teletaction.true_touches import SHORTEST_TOUCH_S
 
 _MOST_MATERIALS = 9
+_LINE_BINS = 1000
+"""Bins of a curve, each drawn by two points: about a pixel each."""
 ANSWERING = (ThermalStatus.DECIDING, ThermalStatus.IDENTIFIED, ThermalStatus.AMBIGUOUS)
 """An object temperature stands only with these."""
 
@@ -94,7 +94,7 @@ def draw_vibration(axes: Axes, session: SessionCurves, finger: int) -> None:
     curves = [session.curve(series, "motor_rpm", finger) for series, _, _ in bands]
     for curve, (_, label, how) in zip(curves, bands, strict=True):
         if curve is not None:
-            thin = curve.thinned(LINE_BINS)
+            thin = curve.thinned(_LINE_BINS)
             axes.fill_between(thin.time_s, thin.value, label=label, **how)
     axes.axhline(
         MOTOR_FLOOR_RPM, color=GREY, linestyle="--", linewidth=0.9, label=f"felt above {MOTOR_FLOOR_RPM:g} rpm"
@@ -113,7 +113,7 @@ def draw_temperature(axes: Axes, session: SessionCurves, finger: int) -> None:
         (data.skin, "felt_c", "skin wanted by the site's model", {"color": RED, "linestyle": ":", "linewidth": 1.6}),
         (data.fingertips, "felt_c", "felt by the skin, true", {"color": BLACK, "linewidth": 1.6}),
     )
-    drawn = [line(axes, session.curve(series, name, finger), label=label, **how) for series, name, label, how in lines]
+    drawn = [_line(axes, session.curve(series, name, finger), label=label, **how) for series, name, label, how in lines]
     if not any(drawn):
         absent(axes, "no temperatures recorded")
 
@@ -218,7 +218,16 @@ def draw_force(axes: Axes, session: SessionCurves, finger: int) -> None:
         (data.contact, "force_n", "on the patient, true", {"color": BLACK}),
         (data.fingertips, "force_n", "at the operator's finger, true", {"color": BLUE}),
     )
-    drawn = [line(axes, session.curve(series, name, finger), label=label, **how) for series, name, label, how in lines]
+    drawn = [_line(axes, session.curve(series, name, finger), label=label, **how) for series, name, label, how in lines]
     axes.set_ylim(bottom=0.0)
     if not any(drawn):
         absent(axes, "no forces recorded")
+
+
+def _line(axes: Axes, curve: Curve | None, **how: Any) -> bool:
+    """Draw a curve, thinned; returns whether there was one."""
+    if curve is None:
+        return False
+    thin = curve.thinned(_LINE_BINS)
+    axes.plot(thin.time_s, thin.value, **how)
+    return True

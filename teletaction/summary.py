@@ -11,7 +11,6 @@ from common.contact import BOUNCE_S
 from common.fingers import FINGERS, chosen_fingers
 from common.limits import MOTOR_STILL_S
 from common.messages import EventKind, ExplorationMode, ThermalStatus
-from teletaction.demo_files import NETWORK, DemoOptions
 from teletaction.incidents import faults, incomplete_recordings, interruptions
 from teletaction.session_data import Floats, SessionData
 from teletaction.true_touches import SHORTEST_TOUCH_S, Touch, true_touches
@@ -29,31 +28,38 @@ _GROOVE_EARLY_S, _GROOVE_LATE_S = 0.005, 0.035
 
 def summarise(
     data: SessionData,
-    options: DemoOptions,
     statuses: Mapping[str, Mapping[str, Any]],
+    network: Mapping[str, Any] | None,
     usage: Mapping[str, tuple[float, float]],
     wall_s: float,
     round_trips_s: list[float],
+    *,
+    scene: str,
+    seed: int,
+    fingers: int,
 ) -> dict[str, Any]:
     """Measure a session.
 
     Args:
         data: the merged recording.
-        options: how the session was asked for.
         statuses: the last status of each process.
+        network: the last status of the simulated network; None where there was none.
         usage: CPU share (of one core) and largest memory (MiB) of each process while the hand worked.
         wall_s: how long the hand worked, s.
         round_trips_s: of the bare ping, s.
+        scene: name of the scene, or file.
+        seed: of the simulation.
+        fingers: how many take part.
     """
-    used = [FINGERS.index(finger) for finger in chosen_fingers(options.fingers)]
+    used = [FINGERS.index(finger) for finger in chosen_fingers(fingers)]
     remote, operator = statuses["remote"], statuses["operator"]
     return {
         "duration_s": round(wall_s, 1),
-        "scene": options.scene,
-        "seed": options.seed,
-        "fingers": options.fingers,
-        "network": statuses[NETWORK]["network"] if NETWORK in statuses else None,
-        "proxy": proxy(statuses.get(NETWORK)),
+        "scene": scene,
+        "seed": seed,
+        "fingers": fingers,
+        "network": None if network is None else network["network"],
+        "proxy": proxy(network),
         "contacts": contacts(data),
         "modes": modes(data, used),
         "impulses": impulses(data),

@@ -20,7 +20,7 @@ from benchmarks.runtime_cost.finger_cost import finger_costs
 from benchmarks.runtime_cost.measure import measure
 from studies.compared import Compared
 from studies.pieces import part_of
-from studies.registry import Tell
+from studies.running import Tell
 
 __all__ = ["COMPARED", "MEASURES_THIS_MACHINE", "plot", "run", "tables"]
 

@@ -2,7 +2,7 @@
 
 import csv
 import sys
-from importlib import import_module
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -40,8 +40,8 @@ def study_command(
     What is random comes from the seed alone: the same seed gives the same data on any number of processors. A run that
     was interrupted goes on where it was when it is called again with the same folder.
     """
-    # By name: nothing but this command may depend on the studies, and they may depend on everything.
-    registry = import_module("studies.registry")
+    from studies import registry
+
     if list_studies:
         for study_name, line in registry.described().items():
             typer.echo(f"{study_name}: {line}")
@@ -57,11 +57,12 @@ def study_command(
         raise ValueError("a study needs --out DIR")
     if processes is not None and dask is not None:
         raise ValueError("--processes are of this machine: not with --dask")
-    who = import_module("studies.workers")
+    from studies.workers import WorkersLost, workers
+
     try:
-        with who.workers(processes, dask) as workers:
-            found = _run(name, out, {"quick": quick, "seed": seed, "workers": workers})
-    except who.WorkersLost as lost:
+        with workers(processes, dask) as who:
+            found = _run(name, out, {"quick": quick, "seed": seed, "workers": who})
+    except WorkersLost as lost:
         raise Failed(f"{lost}; the same command goes on where this was") from None
     for problem in found:
         typer.echo(problem, err=True)
@@ -71,7 +72,10 @@ def study_command(
 
 def _run(name: str | None, out: Path, how: dict[str, Any]) -> list[str]:
     """Run a study, or all where none is named; the problems that were found."""
-    registry = import_module("studies.registry")
+    from studies import registry
+    from studies.running import Unavailable
+
+    results: Iterable[tuple[str, registry.Result | Unavailable]]
     if name is None:
         results = registry.run_all(out, telling=progress_line, **how)
     else:
@@ -79,7 +83,7 @@ def _run(name: str | None, out: Path, how: dict[str, Any]) -> list[str]:
             results = [(name, registry.run_study(name, out, tell=tell, **how))]
     found = []
     for study_name, result in results:
-        if isinstance(result, registry.Unavailable):
+        if isinstance(result, Unavailable):
             typer.echo(f"{study_name}: skipped: {result}", err=True)
             continue
         typer.echo(f"{study_name}: wrote {', '.join(str(path) for path in result.written)}", err=True)
@@ -89,7 +93,8 @@ def _run(name: str | None, out: Path, how: dict[str, Any]) -> list[str]:
 
 def _compare(old: Path, new: Path, name: str | None) -> None:
     """Print what changed between two folders as CSV; raises Failed where something became worse."""
-    comparison = import_module("studies.comparison")
+    from studies import comparison
+
     changes, alone = comparison.compare_folders(old, new, *([] if name is None else [[name]]))
     differ = [change for change in changes if change.verdict != "same"]
     writer = csv.writer(sys.stdout, lineterminator="\n")

@@ -7,8 +7,9 @@ from typing import Any
 import pytest
 from matplotlib.figure import Figure
 
+from studies import link_latency, link_load
 from studies.overview import Part, Way, draw, overview_rows, plot
-from studies.overview_parts import PARTS, parts_in
+from studies.overview_parts import BARE, LINK_LATE, LINK_LOAD, PARTS, parts_in
 from tests.studies.written import draw_figure
 
 
@@ -127,3 +128,8 @@ def test_axes_show_every_way() -> None:
     for low, high, values in ((*axes.get_xlim(), (0.02, 40.0)), (*axes.get_ylim(), (3.0, 700.0))):
         assert all(low < value < high for value in values)
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["a", "b"]
+
+
+def test_the_ways_of_the_link_are_named_as_in_its_study() -> None:
+    assert (LINK_LATE, BARE) == (link_latency.LINK, link_latency.CURVE)
+    assert (LINK_LOAD, BARE) == (link_load.LINK, link_load.CURVE)

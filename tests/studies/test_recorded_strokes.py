@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from studies.recorded_strokes import FABRIC, classic, judged, read_strokes, run, shipped, splits
 from studies.recorded_strokes_figure import draw_boards, draw_fabrics
-from studies.registry import Unavailable
+from studies.running import Unavailable
 from studies.stability_recorded import folder
 from studies.texture_baselines import band_powers, classifiers
 from tests.slow_strokes import folder_of

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from remote_site.traces import ThermalTrace
 from studies import recorded_touches
 from studies.recorded_touches import BOTH, HEATED, METAL, TIMES_S, WOOD, accuracy, linear_features, linear_score
-from studies.registry import Unavailable
+from studies.running import Unavailable
 from studies.stability_recorded import folder
 from tests.studies.written import draw_figure
 

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from studies import registry
+from studies.running import Unavailable
 from teletaction.cli import main
 from tests.commands import command, one_line
 
@@ -138,7 +139,7 @@ def test_all_studies_go_on_past_one_that_lacks_something_and_that_one_alone_does
     problems: list[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     def run(**_: object) -> dict[str, Any]:
-        raise registry.Unavailable("RECORDINGS has to name a folder")
+        raise Unavailable("RECORDINGS has to name a folder")
 
     monkeypatch.setattr(sys.modules["strict_study"], "run", run)
     said = command("study", "--all", "--out", tmp_path)
