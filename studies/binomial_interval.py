@@ -1,13 +1,13 @@
-"""How far a share of a few answers can be from the truth: the exact interval of a binomial share."""
+"""Exact confidence interval of a binomial share (Clopper-Pearson)."""
 
 from scipy.stats import beta
 
 
 def clopper_pearson(count: int, of: int, level: float = 0.95) -> tuple[float, float]:
-    """Shares, 0..1, that `count` answers out of `of` do not exclude at a level (Clopper & Pearson 1934).
+    """Confidence interval of a share, 0..1, from `count` answers out of `of` (Clopper & Pearson 1934).
 
     Raises:
-        ValueError: not 0 <= count <= of with of >= 1, or a level outside 0..1.
+        ValueError: not 0 <= count <= of with of >= 1, or the confidence level is not between 0 and 1.
     """
     if not (0 <= count <= of and of >= 1):
         raise ValueError(f"count must be 0..{of}, of at least one answer, not {count}")

@@ -1,7 +1,7 @@
-"""A local contact whose force goes over smoothly when its model changes, whatever that costs: a baseline.
+"""Baseline: a local contact that blends forces smoothly when its model changes, without a passivity check.
 
-The obvious first version, and stable. But a surface that turns up above the finger is raised at 50 N/s until the finger
-is out: late models push with an energy that nobody has put in.
+It is the obvious first version, and it is stable. But a surface that appears above the finger raises the force at 50
+N/s until the finger is out. Late models thus inject energy that nobody supplied.
 """
 
 import math
@@ -9,11 +9,12 @@ import math
 from common.limits import FINGER_FORCE_N, FORCE_RAMP_DOWN_N_S, FORCE_RAMP_UP_N_S
 
 STIFFEST_N_M = 400.0
-"""As stiff as a finger in an exoskeleton (0.1 kg, 3 Ns/m, 400 N/m) takes from a loop of 500 Hz and 5 ms of delay."""
+"""Largest stiffness that a finger in an exoskeleton (0.1 kg, 3 Ns/m, 400 N/m) takes from a 500 Hz loop with 5 ms delay,
+N/m."""
 
 
 class BlendedContact:
-    """One finger's contact: `step` gives the force to show, N, 0..10."""
+    """Contact of one finger; `step` returns the force to display, N, 0..10."""
 
     def __init__(self, stiffest_n_m: float = STIFFEST_N_M):
         self._stiffest_n_m = stiffest_n_m
@@ -30,7 +31,7 @@ class BlendedContact:
         damping_n_s_m: float = 0.0,
         approach_m_s: float = 0.0,
     ) -> float:
-        """Force at `t_s` for a finger at height `z_m`; arguments as of the operator site's own contact."""
+        """Force at `t_s` for a finger at height `z_m`; arguments as in the operator site's own contact."""
         dt_s = t_s - self._t_s
         self._t_s = t_s
         if not 0.0 < dt_s <= 0.1:
@@ -39,14 +40,14 @@ class BlendedContact:
         self._surface_m, self._damping_n_s_m = surface_m, damping_n_s_m
         self._stiffness_n_m = min(max(0.0, stiffness_n_m), self._stiffest_n_m)
         self._blend_n += before - self._force(z_m, approach_m_s)
-        if self._blend_n > 0.0:  # the old model pushed harder: let go fast
+        if self._blend_n > 0.0:  # the old model pushed harder: ramp down fast
             self._blend_n = max(0.0, self._blend_n - FORCE_RAMP_DOWN_N_S * dt_s)
         else:
             self._blend_n = min(0.0, self._blend_n + FORCE_RAMP_UP_N_S * dt_s)
         return min(FINGER_FORCE_N, max(0.0, self._force(z_m, approach_m_s) + self._blend_n))
 
     def _force(self, z_m: float, approach_m_s: float) -> float:
-        """k d + b approach, never pulling."""
+        """Contact force k d + b approach, N, never negative."""
         depth_m = self._surface_m - z_m
         if depth_m <= 0.0 or self._stiffness_n_m == 0.0:
             return 0.0

@@ -1,4 +1,4 @@
-"""The numbers by which two runs of a study are compared: where they stand, what is better, what is no difference."""
+"""Numbers by which two runs of a study are compared: place in the data, direction of improvement, tolerance."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 Better = Literal["less", "more", "same"]
 CHANCE_SDS = 3.0
-"""Two shares of so many draws may differ by this many standard deviations of their difference."""
+"""Allowed difference of two sampled shares, in standard deviations of that difference."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,8 +15,8 @@ class Number:
     """A number of one run.
 
     Attributes:
-        value: None where there is none.
-        count: draws that it is a share of; None: it is no share.
+        value: the number; None where it is missing.
+        count: number of draws behind a share; None: the value is not a share.
     """
 
     value: float | None
@@ -28,13 +28,13 @@ class Compared:
     """A column of a study's data.
 
     Attributes:
-        table: its rows in the data, keys joined by dots; what is no list is one row, "" the data itself.
+        table: path of the rows in the data, keys joined by dots; "" is the data itself. Anything but a list is one row.
         value: the column; true counts as 1.
-        better: which way.
-        by: columns that tell the rows apart.
-        only: rows with these values; others are not compared.
-        absolute, relative: may differ by so much, in the number's own unit and as a share of the old one.
-        counted: column with the number of draws that the value is a share of; what chance does may differ as well.
+        better: direction of improvement.
+        by: columns that distinguish the rows.
+        only: values that a row must have to be compared.
+        absolute, relative: tolerance in the number's own unit, and as a share of the old number.
+        counted: column with the number of draws behind a share; sampling noise then adds to the tolerance.
     """
 
     table: str
@@ -47,10 +47,10 @@ class Compared:
     counted: str | None = None
 
     def numbers(self, data: Mapping[str, Any]) -> dict[str, Number]:
-        """What a run has, by name.
+        """Numbers of a run by name.
 
         Raises:
-            ValueError: `by` does not tell the rows apart.
+            ValueError: `by` does not distinguish the rows.
         """
         found: dict[str, Number] = {}
         for row in self._rows(data):
@@ -63,14 +63,14 @@ class Compared:
         return found
 
     def may_differ(self, old: Number, new: Number) -> float:
-        """How far apart two numbers may be and still be one."""
+        """Largest difference at which two numbers count as the same."""
         assert old.value is not None
         assert new.value is not None
         allowed = self.absolute + self.relative * abs(old.value)
         if not (old.count and new.count):
             return allowed
         draws = old.count + new.count
-        # One more of each kind: where none of few failed, one of the next might.
+        # Rule of succession: one success and one failure are added, since no failure in few draws is no proof of none.
         share = (old.value * old.count + new.value * new.count + 1.0) / (draws + 2.0)
         chance = max(0.0, share * (1.0 - share)) * (1.0 / old.count + 1.0 / new.count)
         return allowed + CHANCE_SDS * math.sqrt(chance)

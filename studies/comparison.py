@@ -1,4 +1,4 @@
-"""Two runs of the studies side by side: what became worse, what became better, and what is gone."""
+"""Comparison of two runs of the studies: numbers that became worse, became better, or are missing."""
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -11,7 +11,7 @@ from studies.registry import STUDIES, study
 
 Verdict = Literal["same", "better", "worse", "gone", "new"]
 ORDER: tuple[Verdict, ...] = ("worse", "gone", "better", "new", "same")
-"""Verdicts, the gravest first."""
+"""Verdicts by severity, the gravest first."""
 WORSE: tuple[Verdict, ...] = ("worse", "gone")
 
 
@@ -20,10 +20,10 @@ class Change:
     """A number in two runs.
 
     Attributes:
-        study, number: whose, and which.
-        old, new: what it was and is; None: there is none.
-        may_differ: how far apart they may be; None where one is missing.
-        verdict: what that means.
+        study, number: names of the study and of the number.
+        old, new: the number in each run; None: missing.
+        may_differ: largest difference that counts as the same; None where a number is missing.
+        verdict: result of the comparison.
     """
 
     study: str
@@ -35,10 +35,11 @@ class Change:
 
 
 def compare_folders(old: Path, new: Path, names: Sequence[str] = tuple(STUDIES)) -> tuple[list[Change], list[str]]:
-    """All numbers of the studies that both folders hold; and the names of those that only one holds.
+    """Compare all studies that both folders hold; also name the studies that only one folder holds.
 
     Raises:
-        ValueError: the folders have no study in common, a file is none of a study, or one run was quick and one not.
+        ValueError: the folders have no study in common, a file is not a study's data, or only one of the runs was
+            quick.
         OSError: a file cannot be read.
     """
     changes: list[Change] = []
@@ -57,12 +58,12 @@ def compare_folders(old: Path, new: Path, names: Sequence[str] = tuple(STUDIES))
 
 
 def declared(name: str) -> tuple[Compared, ...]:
-    """The numbers by which runs of a study are compared."""
+    """Numbers by which runs of a study are compared."""
     return tuple(study(name).COMPARED)
 
 
 def compare(name: str, old: Mapping[str, Any], new: Mapping[str, Any], numbers: Iterable[Compared]) -> Iterator[Change]:
-    """What became of each number of a study, and of the problems that it finds."""
+    """Change of each number of a study, and of the number of problems that it finds."""
     for each in numbers:
         before, after = each.numbers(old), each.numbers(new)
         for number in before | after:
@@ -82,7 +83,7 @@ def _change(name: str, number: str, how: Compared, old: Number, new: Number) -> 
 
 
 def _of_one_kind(files: Sequence[Path]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The old run and the new one, both quick or both in full."""
+    """Data of the old run and the new run; both quick or both full."""
     runs = []
     for file in files:
         try:

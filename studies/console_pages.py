@@ -1,8 +1,8 @@
-"""`python -m studies.console_pages ADDRESS COUNT`: pages without a browser, that take all a console sends them.
+"""`python -m studies.console_pages ADDRESS COUNT`: pages without a browser that receive all that a console sends.
 
-Each confirms every picture at once and says that it is seen, as a page on a screen does. A process of its own, so that
-its processor time is not the console's, and one that stands back: browsers are on other machines. When ended it tells
-what its pages were sent, as JSON.
+Each page confirms every picture at once and reports that it is visible, as a page on a screen does. The pages run in a
+process of their own, so that their processor time does not count as the console's. That process has low priority, since
+real browsers run on other machines. When terminated it prints what each page received, as JSON.
 """
 
 import asyncio
@@ -24,7 +24,7 @@ _MOST_BYTES = 1 << 20
 
 
 async def look(address: str, sent: Counter[str]) -> None:
-    """One page, until cancelled; counts what it is sent."""
+    """Run one page until cancelled, and count what it receives."""
     socket = address.replace("http", "ws", 1) + "/session"
     async with connect(socket, origin=Origin(address), max_size=_MOST_BYTES) as page:
         alive = asyncio.create_task(_say_alive(page))
@@ -49,7 +49,7 @@ async def _say_alive(page: ClientConnection) -> None:
 
 
 async def main(address: str, count: int) -> None:
-    """Open the pages, and look until told to end."""
+    """Open the pages, and receive until SIGTERM."""
     give_way(_LEAST)
     sent = [Counter[str]() for _ in range(count)]
     looking = asyncio.gather(*(look(address, counted) for counted in sent))

@@ -1,11 +1,11 @@
-"""What consoles cost: lateness of the operator's loop with none, with one that nobody looks at, and with five pages.
+"""Cost of consoles: lateness of the operator's loop without a console, with an unwatched one, and with five pages.
 
-Real processes on this machine: simulated devices, an operator site on a virtual environment, a console, and pages that
-take and confirm every picture. The ways take turns in one session, each turn in another order, so that what else the
-machine does, and what an end of one way leaves to the next, falls on all of them. Without a console is measured twice
-in each turn: by how much these two differ is what cannot be told from nothing. After the turns the pages look on for
-minutes, and the console's memory is watched. Where the loop has real-time priority, as it does if it may, it then takes
-turns with ordinary priority, without a console, twice again, and with five pages.
+The study runs real processes on this machine: simulated devices, an operator site on a virtual environment, a console,
+and pages that take and confirm every picture. The ways take turns in one session, in another order each turn. Other
+load on the machine and the after-effects of one way thus fall on all of them. Each turn measures twice without a
+console. The difference of these two is the noise floor of the measurement. After the turns the pages stay open for
+minutes while the console's memory is recorded. If the loop has real-time priority, it then takes further turns with
+ordinary priority: twice without a console, and with five pages.
 """
 
 import json
@@ -46,17 +46,17 @@ ORDINARY_WAYS = NONE_ORDINARY, AGAIN_ORDINARY, SEEN_ORDINARY = (
     "no console, ordinary loop, again",
     "five pages, ordinary loop",
 )
-"""As where real-time priority is not allowed: the loop's thread stands in line with all that wants its processor."""
+"""Ways in which the loop's thread has ordinary priority, as on a machine that allows no real-time priority."""
 _ALONE, _LOOKED_AT = (NONE, AGAIN, NONE_ORDINARY, AGAIN_ORDINARY), (SEEN, SEEN_ORDINARY)
 _WITHOUT = {AGAIN: NONE, UNSEEN: NONE, SEEN: NONE, AGAIN_ORDINARY: NONE_ORDINARY, SEEN_ORDINARY: NONE_ORDINARY}
-"""What each way is compared with."""
+"""Baseline without a console of each way."""
 PAGES = 5
 CPU_GOAL = 0.30
-"""Of one core, that a page may cost the console."""
+"""Share of one core below which the cost of a page for the console must stay."""
 TURN_S, TURNS, WATCHED_S = 6.0, 12, 600.0
 QUICK_TURN_S, QUICK_TURNS, QUICK_WATCHED_S = 3.0, 1, 15.0
 _SETTLE_S = 2.0
-"""A process that has just started still loads, and a page gets the whole picture first."""
+"""Time before a measurement, s: a new process still loads, and a new page first gets the whole picture."""
 _START_S = 30.0
 _ACCOUNTED = ("virtual", CONSOLE, "pages", "sim-operator")
 _QUANTILES = (0.5, 0.9, 0.99, 0.999)
@@ -65,10 +65,10 @@ COMPARED = (Compared("", "core_per_page", "less", absolute=0.05),)
 
 
 def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
-    """Measure the ways in turns, then watch.
+    """Measure the ways in turns, then the console's memory.
 
     Raises:
-        Unavailable: what the console needs is not installed.
+        Unavailable: the dependencies of the console are not installed.
     """
     if find_spec("starlette") is None:
         raise Unavailable("the console is not installed: pip install 'teletaction[console]'")
@@ -78,7 +78,7 @@ def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
 
 
 def measure(turn_s: float, turns: int, watched_s: float, seed: int, tell: Tell) -> dict[str, Any]:
-    """Each way for `turn_s`, `turns` times, and `watched_s` (at least 15 s) of memory."""
+    """Measure each way for `turn_s`, `turns` times, and record memory for `watched_s` (at least 15 s)."""
     with TemporaryDirectory(prefix="consoles-") as spare:
         session = Watched(Path(spare), seed)
         with session.running():
@@ -88,18 +88,18 @@ def measure(turn_s: float, turns: int, watched_s: float, seed: int, tell: Tell) 
             if session.has_real_time():
                 session.take_turns(ORDINARY_WAYS, turns, turn_s, tell)
             else:
-                tell("the loop has no real-time priority here: all of this was measured with ordinary priority")
+                tell("the loop has no real-time priority here: everything was measured with ordinary priority")
         judged = session.judged()
         return judged | memory | {"problems": judged["problems"] + memory["memory"]["wrong"]}
 
 
 def tables(data: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """A row for each way."""
+    """One table, with a row for each way."""
     return {"ways": [{"way": way} | row for way, row in data["ways"].items()]}
 
 
 class Watched:
-    """One session, and the stretches of it in which something was measured."""
+    """One session, and the intervals of it in which something was measured."""
 
     def __init__(self, folder: Path, seed: int):
         self._folder = folder
@@ -108,7 +108,7 @@ class Watched:
         self._configurations = prepare(
             DemoOptions(seconds=3600.0, fingers=5, scene="phantom_sweep", seed=seed, console=True), folder
         )
-        # Nobody has to look on, so that the same goes on with a console and without.
+        # No presence is required, so that the session is the same with a console and without.
         operator = self._configurations["operator"]
         text = re.sub(r"^engage = .*$", "engage = true", operator.read_text("utf-8"), flags=re.MULTILINE)
         operator.write_text(re.sub(r"^console_required_s = .*$", "console_required_s = 0.0", text, flags=re.MULTILINE))
@@ -117,19 +117,19 @@ class Watched:
 
     @contextmanager
     def running(self) -> Iterator[None]:
-        """The site and its devices; ended when left."""
+        """Run the site and its devices; end them on exit."""
         self._processes.start("sim-operator", self._configurations["sim-operator"])
         environment = ("--scene", "phantom_sweep", "--seed", str(self._seed))
         self._processes.start("virtual", self._configurations["operator"], *environment)
         try:
-            self._wait("operator", lambda told: told.get("state") == "engaged")
-            self._wait("operator", lambda told: told.get("works") is not None)  # it has the priority that it may have
+            self._wait("operator", lambda figures: figures.get("state") == "engaged")
+            self._wait("operator", lambda figures: figures.get("works") is not None)  # its priority is set by now
             yield
         finally:
             self._processes.end()
 
     def take_turns(self, ways: Sequence[str], turns: int, seconds: float, tell: Tell) -> None:
-        """Each of the ways for so long, s, so many times, in changing order."""
+        """Measure each of the ways for `seconds`, `turns` times, in changing order."""
         for turn, ordered in enumerate(islice(orders(ways), turns), 1):
             tell(f"turn {turn} of {turns}")
             for way in ordered:
@@ -144,18 +144,18 @@ class Watched:
                     self._stretch(way, seconds)
 
     def has_real_time(self) -> bool:
-        """Whether the loop's thread comes before all ordinary work."""
+        """Whether the loop's thread has real-time priority."""
         return policy(self._loop()) == os.SCHED_RR
 
     def _put_loop_in_line(self) -> None:
-        """Give the loop's thread ordinary priority, until it has been behind and is on time again."""
+        """Give the loop's thread ordinary priority; it lasts until the loop was late and is on time again."""
         stand_in_line(self._loop())
 
     def _loop(self) -> int:
         return self._processes.running["virtual"].pid  # a process's first thread has its number
 
     def watch(self, seconds: float) -> dict[str, Any]:
-        """Five pages for so long: memory of the console."""
+        """Open five pages for `seconds`, and record the console's memory."""
         samples: list[Sample] = []
         with self._console() as address, self._looking(address):
             end_s = time.monotonic() + seconds
@@ -176,7 +176,7 @@ class Watched:
         }
 
     def judged(self) -> dict[str, Any]:
-        """What was measured in the stretches; call when the session has ended: its recording is whole then."""
+        """Results of all intervals. Call it after the session has ended, when its recording is whole."""
         times_s = _tick_times_s(self._folder / "operator.mcap")
         period_s = read_figures(self._folder, "operator")["loop"]["period_ms"] * 1e-3
         ways: dict[str, Any] = {}
@@ -225,13 +225,13 @@ class Watched:
 
     @contextmanager
     def _console(self) -> Iterator[str]:
-        """A console of its own; its address."""
+        """Run a new console; yields its address."""
         for name in (f"{CONSOLE}.json", f"{CONSOLE}.mcap"):
             (self._folder / name).unlink(missing_ok=True)
         self._processes.start(CONSOLE, self._configurations[CONSOLE])
         process = self._processes.running[CONSOLE]
         try:
-            yield str(self._wait(CONSOLE, lambda told: told.get("address"))["address"])
+            yield str(self._wait(CONSOLE, lambda figures: figures.get("address"))["address"])
         finally:
             process.send_signal(signal.SIGTERM)
             process.wait()
@@ -245,7 +245,7 @@ class Watched:
             preexec_fn=die_with_parent,  # noqa: PLW1509 - the study has no other thread
         )
         try:
-            self._wait(CONSOLE, lambda told: told.get("clients") == PAGES)
+            self._wait(CONSOLE, lambda figures: figures.get("clients") == PAGES)
             self._processes.running["pages"] = pages
             yield
         finally:
@@ -255,19 +255,19 @@ class Watched:
         self._pages += json.loads(said)
 
     def _wait(self, process: str, ready: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
-        """Wait until the status of a process is as it should be; raises TimeoutError."""
+        """Wait until the status of a process satisfies `ready`; raises TimeoutError."""
         end_s = time.monotonic() + _START_S
-        while not ready(told := read_figures(self._folder, process)):
+        while not ready(figures := read_figures(self._folder, process)):
             for name in self._processes.ended():
                 raise TimeoutError(f"{name} has ended: {self._processes.last_words(name)}")
             if time.monotonic() > end_s:
-                raise TimeoutError(f"{process} is not ready after {_START_S:g} s: {told}")
+                raise TimeoutError(f"{process} is not ready after {_START_S:g} s: {figures}")
             time.sleep(0.05)
-        return told
+        return figures
 
 
 def orders(ways: Sequence[str]) -> Iterator[Sequence[str]]:
-    """Of the ways, without end: in twice as many turns as there are ways each of them comes in each place twice."""
+    """Endless sequence of orders of the ways: in 2 n turns of n ways, each way takes each place twice."""
     while True:
         for first in range(len(ways)):
             order = [*ways[first:], *ways[:first]]
@@ -276,7 +276,7 @@ def orders(ways: Sequence[str]) -> Iterator[Sequence[str]]:
 
 
 def lateness(apart_s: NDArray[np.float64], period_s: float) -> Row:
-    """Quantiles of how far ticks that came so far apart, s, were off their period, us, and the share of missed ones."""
+    """Quantiles of the period error of ticks `apart_s` apart, us, and the share of missed ticks, %."""
     off_us = np.abs(apart_s - period_s) * 1e6
     return {
         **{f"off_p{100 * q:g}_us": round(float(np.quantile(off_us, q)), 1) for q in _QUANTILES},
@@ -285,9 +285,9 @@ def lateness(apart_s: NDArray[np.float64], period_s: float) -> Row:
 
 
 def more_than(turns: Sequence[Mapping[str, float]], others: Sequence[Mapping[str, float]]) -> dict[str, Row]:
-    """By how much each figure is larger than in the other way's turn: median, least, most; and in how many turns it is.
+    """Excess of each figure over the same turn of the other way: median, least, most, and number of positive turns.
 
-    What is measured has the same sign in nearly all of them: by chance ten or more of twelve have it once in 26 times.
+    A real effect has the same sign in nearly all turns. By chance, ten or more of twelve turns agree once in 26 times.
     """
     found = {}
     for name in turns[0]:
@@ -298,7 +298,7 @@ def more_than(turns: Sequence[Mapping[str, float]], others: Sequence[Mapping[str
 
 
 def _tick_times_s(recording: Path) -> NDArray[np.float64]:
-    """When each tick of the loop began, on the monotonic clock."""
+    """Start of each tick of the loop on the monotonic clock, s."""
     with recording.open("rb") as file:
         session = RecordedSession(recording, file)
         return np.array([time_ns for _, _, time_ns, _ in session.messages(("operator/input",))]) * 1e-9

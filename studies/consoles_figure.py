@@ -1,4 +1,4 @@
-"""The figure of what consoles cost: lateness of the operator's loop in each way, and memory of the console."""
+"""Figure of the cost of consoles: lateness of the operator's loop in each way, and memory of the console."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,7 +17,7 @@ _DASHES = (*4 * ("-",), *3 * ((0, (4, 1)),))
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
-    """Write the figure of what `run` returned as PNG."""
+    """Draw the study's data as PNG."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.0, 3.8), layout="constrained")
         FigureCanvasAgg(figure)
@@ -29,14 +29,14 @@ def plot(data: Mapping[str, Any], path: Path) -> None:
 
 
 def _plot_late(axes: Axes, data: Mapping[str, Any]) -> None:
-    # Ways with ordinary priority are missing where all of it is ordinary.
+    # The ways with ordinary priority are missing where the loop has no real-time priority.
     for (way, off_us), colour, dash in zip(data["off_us"].items(), _COLOURS, _DASHES, strict=False):
         rarer = 1.0 - np.linspace(0.0, 1.0, len(off_us))
         axes.loglog(np.maximum(off_us, 1.0)[:-1], rarer[:-1], color=colour, linestyle=dash, label=way)
     plain_ticks(axes.xaxis, (1, 10, 100, 1000))
     plain_ticks(axes.yaxis, (0.01, 0.1, 1))
-    axes.set_xlabel("a tick comes that much too late or too soon (us)")
-    axes.set_ylabel("share of ticks that are further off")
+    axes.set_xlabel("period error of a tick, late or early (us)")
+    axes.set_ylabel("share of ticks with a larger error")
     axes.set_title(f"Operator's loop, period {data['period_ms']:g} ms", loc="left")
 
 
@@ -45,6 +45,6 @@ def _plot_memory(axes: Axes, data: Mapping[str, Any]) -> None:
     axes.plot(np.array(curve["time_s"]) / 60.0, curve["rss_mib"], color=GREEN)
     axes.set_ylim(0.0, 1.25 * max(curve["rss_mib"]))
     axes.set_xlabel("time since the console was started (min)")
-    axes.set_ylabel("its resident memory (MiB)")
+    axes.set_ylabel("resident memory of the console (MiB)")
     pictures = data["page"]["pictures_per_s"]
     axes.set_title(f"Five pages, {min(pictures):.0f} pictures/s each or more", loc="left")

@@ -1,8 +1,8 @@
-"""Perceptual deadband: packets against error, what a lost packet leaves behind, and how often a refresh has to come.
+"""Perceptual deadband: packets against error, error after a lost packet, and the refresh interval that is needed.
 
 Motion: eight recorded hands at a handle, at the 1 kHz of the recordings and at a site's 500 Hz, and the scripted hand
-over the scene. Touch: the recordings' forces, and five simulated fingers' packets. What the receiver takes for true
-between packets is what it was told last, or goes on as it went.
+over the scene. Touch: the recordings' forces, and packets of five simulated fingers. Between packets the receiver holds
+the last value, or extrapolates the motion linearly (dead reckoning).
 """
 
 import math
@@ -45,13 +45,13 @@ COMPARED = (
 
 
 def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
-    """Send everything through deadbands: rows of TABLES. Where there are no recordings, `skipped` says so.
+    """Send all motions and forces through deadbands; returns rows of TABLES. `skipped` names missing recordings.
 
     Args:
-        quick: two recordings, one draw, a short piece of work.
-        seed: of hands and losses.
-        tell: is told the share done, 0..1.
-        work: who does it.
+        quick: two recordings, one draw, and 2 to 3 s of simulated work.
+        seed: seed of hands and losses.
+        tell: called with the share done, 0..1.
+        work: runs the pieces.
     """
     hands, forces_n = recorded(), recorded_forces_n()
     skipped = [] if hands else ["recorded motions: no bilateral_1dof in the folder that TELETACTION_DATA names"]
@@ -60,7 +60,7 @@ def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]
     seconds, draws = (3.0, 1) if quick else (30.0, 5)
     hand = scripted(RECORDED_HZ, seconds, seed)
     pieces: dict[str, list[Piece]] = {name: [] for name in TABLES}
-    # The longest first, so that no processor waits for it in the end.
+    # The longest piece first, so that no processor waits for it at the end.
     pieces["touch"].append((touch_rows, (2.0 if quick else 60.0, seed)))
     for rate_hz in RATES_HZ:
         at_rate = [course.thinned(rate_hz) for course in hands]
@@ -91,12 +91,12 @@ def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]
 
 
 def tables(data: Mapping[str, Any]) -> dict[str, list[Row]]:
-    """All rows by what they tell."""
+    """All tables that have rows, by name."""
     return {name.replace("_", "-"): data[name] for name in TABLES if data[name]}
 
 
 def _sweep(motion: str, courses: Sequence[Course]) -> Iterator[Row]:
-    """Packets and errors for each largest difference that is not sent; nothing is lost."""
+    """Packets and errors for each deadband step; nothing is lost."""
     for reckoning in RECKONINGS:
         for step_mm in STEPS_MM:
             sent_at = [sent(course, reckoning, 1e-3 * step_mm) for course in courses]
@@ -114,7 +114,7 @@ def _sweep(motion: str, courses: Sequence[Course]) -> Iterator[Row]:
 
 
 def _recordings(courses: Sequence[Course]) -> Iterator[Row]:
-    """Each recording by itself, as a site sends the height of a finger."""
+    """Packets and largest error of each recording, with the deadband step of a finger's height."""
     for course in courses:
         ticks = sent(course, "linear", HEIGHT_M)
         largest_mm = 1e3 * float(error_m(course, "linear", ticks).max())
@@ -129,7 +129,7 @@ def _recordings(courses: Sequence[Course]) -> Iterator[Row]:
 
 
 def _gaps(seed: int) -> Iterator[Row]:
-    """How often chance alone silences a resting hand for a gap: worked out, and drawn where it is often enough."""
+    """Rate at which losses alone silence a resting hand for GAP_S: computed, and drawn where it is frequent enough."""
     rng = np.random.default_rng(seed)
     for loss in GAP_LOSSES:
         for refresh_s in REFRESHES_S:

@@ -1,4 +1,4 @@
-"""One sender with a deadband, a link that loses packets, and a receiver that reckons what it is not told."""
+"""A sender with a deadband, a link that loses packets, and a receiver that reckons between packets."""
 
 from collections.abc import Callable
 from typing import Protocol
@@ -15,17 +15,17 @@ Ticks = NDArray[np.bool_]
 
 
 class Reckoning(Protocol):
-    """What one end takes for true between packets."""
+    """Estimate of a place between packets, at either end."""
 
     def take(self, t_s: float, place_m: NDArray[np.float32]) -> None:
         """Take a packet."""
 
     def at(self, t_s: float) -> Floats | None:
-        """What is taken for true at a time."""
+        """The estimate at a time, m; None before the first packet."""
 
 
 class Hold:
-    """What was told last, until something else is."""
+    """Holds the last received value."""
 
     def __init__(self) -> None:
         self._last: Floats | None = None
@@ -35,7 +35,7 @@ class Hold:
         self._last = place_m.astype(np.float64)
 
     def at(self, t_s: float) -> Floats | None:
-        """What was told last."""
+        """The last received value, m."""
         return self._last
 
 
@@ -43,32 +43,32 @@ RECKONINGS: dict[str, Callable[[], Reckoning]] = {"hold": Hold, "linear": Motion
 
 
 def sent(course: Course, reckoning: str, step_m: NDArray[np.float64] | float, repeats: int = REPEATS) -> Ticks:
-    """The ticks at which the sender sends, (ticks,); what is lost on the way it does not know.
+    """Ticks at which the sender sends, (ticks,); the sender does not know of losses.
 
     Args:
-        course: what the hand does.
-        reckoning: what the receiver makes of it, a name in RECKONINGS.
-        step_m: the largest difference that is not sent, for all or for each direction.
-        repeats: how often a change is told again.
+        course: motion of the hand.
+        reckoning: the receiver's estimate, a name in RECKONINGS.
+        step_m: the largest difference that is not sent, for all directions or for each.
+        repeats: how often a change is repeated.
     """
     period_s = 1.0 / course.rate_hz
-    deadband, told = Deadband(period_s, repeats), RECKONINGS[reckoning]()
+    deadband, receiver = Deadband(period_s, repeats), RECKONINGS[reckoning]()
     found = np.zeros(len(course.place_m), dtype=np.bool_)
     for tick, place_m in enumerate(course.place_m):
         t_s = tick * period_s
-        believed = told.at(t_s)
-        felt = believed is None or bool((np.abs(place_m - believed) > step_m).any())
-        if deadband.step(t_s, felt):
-            told.take(t_s, place_m)
+        believed = receiver.at(t_s)
+        perceptible = believed is None or bool((np.abs(place_m - believed) > step_m).any())
+        if deadband.step(t_s, perceptible):
+            receiver.take(t_s, place_m)
             found[tick] = True
     return found
 
 
 def received_m(course: Course, reckoning: str, arrives: Ticks) -> Floats:
-    """What the receiver takes for true at each tick, shaped as the course, m; a link without delay.
+    """The receiver's estimate at each tick, shaped as the course, m; the link has no delay.
 
     Args:
-        course: what the hand does.
+        course: motion of the hand.
         reckoning: a name in RECKONINGS.
         arrives: the ticks whose packets arrive, (ticks,); the first must.
     """
@@ -88,7 +88,7 @@ def error_m(course: Course, reckoning: str, arrives: Ticks) -> Floats:
 
 
 def kept(sent_at: Ticks, loss: float, rng: np.random.Generator) -> Ticks:
-    """Which of the sent packets arrive, each lost by itself with a chance; the first always does."""
+    """Sent packets that arrive, (ticks,): each is lost by itself with the chance `loss`, but never the first."""
     arrives = sent_at & (rng.random(len(sent_at)) >= loss)
     arrives[0] = sent_at[0]
     return arrives

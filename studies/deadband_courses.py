@@ -1,4 +1,4 @@
-"""Motions that a deadband is tried on: recorded hands at a handle, and the scripted hand over the scene."""
+"""Motions for the study of deadbands: recorded hands at a handle, and the scripted hand over the scene."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -24,12 +24,12 @@ class Course(NamedTuple):
     place_m: Places
 
     def thinned(self, rate_hz: float) -> "Course":
-        """The same hand as a slower loop reads it."""
+        """The same hand sampled at a lower rate."""
         return Course(self.name, rate_hz, self.place_m[:: round(self.rate_hz / rate_hz)])
 
 
 def recorded() -> list[Course]:
-    """Every recorded leader, at the end of its lever; nothing where there are no recordings."""
+    """Place of every recorded leader at the end of its lever; empty where there are no recordings."""
     return [
         Course(path.stem, RECORDED_HZ, (LEVER_M * _columns(path)[1]).astype(np.float32)[:, None, None])
         for path in _files()
@@ -37,12 +37,12 @@ def recorded() -> list[Course]:
 
 
 def recorded_forces_n() -> list[NDArray[np.float64]]:
-    """What the environment did to each recorded follower, at the end of its lever, N."""
+    """Magnitude of the environment's force on each recorded follower, at the end of its lever, N."""
     return [np.abs(_columns(path)[4]) / LEVER_M for path in _files()]
 
 
 def scripted(rate_hz: float, seconds: float, seed: int) -> Course:
-    """Five fingers at work on the scene, with tremor and drift, and nothing pushing back; rounded as the bus does."""
+    """Five fingers at work on the scene, with tremor and drift but no reaction forces; rounded as on the bus."""
     hand = ScriptedHand(load_scene(SCENE), seed=seed)
     hand.start()
     places = []

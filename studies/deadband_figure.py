@@ -1,4 +1,4 @@
-"""The figure of the study of deadbands: packets against error, errors after a loss, false gaps, and touch."""
+"""Figure of the study of deadbands: packets against error, errors after a loss, false gaps, and touch."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -16,12 +16,12 @@ Data = Mapping[str, Any]
 _RECKONINGS = {"hold": (RED, "o"), "linear": (BLUE, "s")}
 _SHARES = (5, 10, 20, 50, 100)
 _HEADROOM = 500.0
-"""Of an axis of shares, for the legend above the lines, %."""
+"""Upper end of an axis of shares, %; it leaves room for the legend above the lines."""
 _NO_RECORDINGS = "no recordings (TELETACTION_DATA)"
 
 
 def plot(data: Data, path: Path) -> None:
-    """Write the figure of what the study returned as PNG."""
+    """Draw the study's data as PNG."""
     draws: tuple[Callable[[Axes, Data], None], ...] = (
         _draw_recorded,
         _draw_scripted,
@@ -95,7 +95,7 @@ def _draw_touch(axes: Axes, data: Data) -> None:
     seconds = whole["ticks"] / 500.0
     label = f"whole packets, 500 Hz ({seconds:.0f} s of work)"
     axes.plot([100.0 * FORCE_WEBER], [100.0 * whole["sent_share"]], color=BLUE, marker="D", linestyle="", label=label)
-    axes.axvline(100.0 * FORCE_WEBER, color=BLACK, linestyle=":", label="7 %: least that is told apart")
+    axes.axvline(100.0 * FORCE_WEBER, color=BLACK, linestyle=":", label="7 %: JND of force")
     axes.set_yscale("log")
     plain_ticks(axes.yaxis, _SHARES)
     axes.set_ylim(5.0, _HEADROOM)
@@ -112,13 +112,13 @@ def _draw_after_loss(axes: Axes, data: Data) -> None:
     for reckoning, (colour, _) in _RECKONINGS.items():
         for repeats, line in ((0, "--"), (1, "-")):
             mine = [row for row in data["after_loss"] if (row["reckoning"], row["repeats"]) == (reckoning, repeats)]
-            told = "told again" if repeats else "told once"
+            times = "repeated" if repeats else "sent once"
             axes.plot(
                 [row["after_ms"] for row in mine],
                 [row["p95_mm"] for row in mine],
                 color=colour,
                 linestyle=line,
-                label=f"{reckoning}, {told}",
+                label=f"{reckoning}, {times}",
             )
     axes.axhline(data["limit_mm"], color=BLACK, linestyle=":")
     axes.axvline(data["refresh_ms"], color=GREY, linestyle=":", label="a refresh later")
@@ -141,14 +141,14 @@ def _draw_above(axes: Axes, data: Data) -> None:
             label = f"{reckoning}, {rate_hz:g} Hz"
             axes.plot(repeats, above, color=colour, marker=mark, ms=5, linestyle=line, label=label)
             for at, share, row in zip(repeats, above, mine, strict=True):
-                told = f"{row['longest_above_ms']:.0f} ms"
+                longest = f"{row['longest_above_ms']:.0f} ms"
                 axes.annotate(
-                    told, (at, share), (aside, 3), textcoords="offset points", ha=side, color=colour, fontsize=8
+                    longest, (at, share), (aside, 3), textcoords="offset points", ha=side, color=colour, fontsize=8
                 )
     axes.set_xticks([0, 1, 2])
     axes.set_xlim(-0.3, 2.3)
     axes.set_ylim(-0.1)
-    axes.set_xlabel("times that a change is told again")
+    axes.set_xlabel("repeats of each change")
     axes.set_ylabel("share of the time (%)")
     axes.legend()
 

@@ -1,4 +1,4 @@
-"""What a lost packet does to a receiver that reckons on: how far off it is, how long, and when it is right again."""
+"""Error of a receiver that reckons on after a lost packet: how large it is, how long it lasts, and when it ends."""
 
 from collections.abc import Iterator, Sequence
 from itertools import groupby
@@ -13,8 +13,8 @@ from studies.deadband_channel import Floats, Ticks, error_m, kept, sent
 from studies.deadband_courses import Course
 
 LIMIT_M = 0.5e-3
-"""Less than a hand can tell: 1 degree at the recordings' lever, where finger joints tell 2.5 apart, a wrist 2.0, and a
-shoulder, the best of all joints, 0.8 (Tan et al. 1994)."""
+"""Limit of the error, m: 1 degree at the recordings' lever, less than a hand can perceive. The JND is 2.5 degrees in
+finger joints, 2.0 in a wrist, and 0.8 in a shoulder, the most sensitive of all joints (Tan et al. 1994)."""
 LOSSES = (0.0, 0.05, 0.20)
 REPEATS_TRIED = (0, 1, 2)
 SHOWN_S = 0.050
@@ -26,7 +26,7 @@ _ROUNDING_S = 1e-9
 def lossy_rows(
     courses: Sequence[Course], reckoning: str, repeats: int, draws: int, seed: int
 ) -> Iterator[dict[str, Any]]:
-    """A row for each loss, of one way to reckon and number of repeats; the step is that of a finger's height."""
+    """A row for each loss rate, with one reckoning and number of repeats; the step is that of a finger's height."""
     sent_at = [sent(course, reckoning, HEIGHT_M, repeats) for course in courses]
     for loss in LOSSES:
         rng = np.random.default_rng([seed, repeats])
@@ -59,7 +59,7 @@ def lossy_rows(
 def after_loss_rows(
     courses: Sequence[Course], reckoning: str, repeats: int, draws: int, seed: int
 ) -> Iterator[dict[str, Any]]:
-    """Error in the time after a packet was lost that followed one that came, with a fifth of all lost."""
+    """Error over the time after a lost packet that follows an arrived one, with a fifth of all packets lost."""
     rng, found = np.random.default_rng([seed, repeats]), []
     for course in courses:
         ticks = sent(course, reckoning, HEIGHT_M, repeats)
@@ -81,7 +81,7 @@ def after_loss_rows(
 
 
 def _mended_m(ticks: Ticks, arrives: Ticks, error: Floats) -> list[float]:
-    """Largest error from each packet that came after a lost one until the next is sent, m."""
+    """Largest error from each packet that arrives after a lost one until the next is sent, m."""
     numbers = np.flatnonzero(ticks).tolist()
     return [
         float(error[at:until].max())
@@ -91,7 +91,7 @@ def _mended_m(ticks: Ticks, arrives: Ticks, error: Floats) -> list[float]:
 
 
 def _after_losses(course: Course, ticks: Ticks, arrives: Ticks, error: Floats) -> Floats:
-    """Errors from each lost packet on that followed one that came, (losses, time)."""
+    """Errors from each lost packet on, (losses, time); only losses that follow an arrived packet count."""
     numbers = np.flatnonzero(ticks)
     lost = ~arrives[numbers]
     first = numbers[1:][lost[1:] & ~lost[:-1]]
@@ -103,7 +103,7 @@ def _after_losses(course: Course, ticks: Ticks, arrives: Ticks, error: Floats) -
 def _right_again_s(
     courses: Sequence[Course], sent_at: Sequence[Ticks], reckoning: str, loss: float, rng: np.random.Generator
 ) -> float:
-    """Longest time from when a loss ends until the error is below the limit for good, s."""
+    """Longest time from the end of a loss until the error stays below the limit, s."""
     longest_s = 0.0
     for course, ticks in zip(courses, sent_at, strict=True):
         rate_hz, seconds = course.rate_hz, len(ticks) / course.rate_hz
@@ -120,7 +120,7 @@ def _right_again_s(
 
 
 def _runs(above: NDArray[np.bool_]) -> list[int]:
-    """How long each stretch of True is."""
+    """Length of each stretch of True."""
     return [sum(1 for _ in run) for is_above, run in groupby(above.tolist()) if is_above]
 
 

@@ -1,7 +1,7 @@
 """Exploration modes from noisy force and motion: time right, wrong switches, latency, and the speed of taps.
 
-Hands explore at random (studies/exploration_scenes.py); sensors are 1 to 10 times as coarse and noisy as nominal, ticks
-are late and some are lost. The mode machine is compared with thresholds on each sample alone.
+Hands explore at random (studies/exploration_scenes.py). Sensors are 1 to 10 times as coarse and noisy as nominal. Ticks
+are late, and some are lost. The baseline of the mode machine is thresholds on each sample alone.
 """
 
 from collections import Counter, defaultdict
@@ -24,7 +24,7 @@ from studies.mode_judge import (
     MACHINE,
     PLAIN,
     Machine,
-    Told,
+    Reported,
     latencies,
     listen,
     longest_run,
@@ -71,7 +71,7 @@ COMPARED = (
 
 
 class _Count:
-    """What one method did at one level of noise, scene by scene."""
+    """Counts of one method at one level of noise, over all scenes."""
 
     def __init__(self) -> None:
         self.ticks, self.right = Counter[str](), Counter[str]()
@@ -83,7 +83,7 @@ class _Count:
         self.taps: list[tuple[float, float]] = []
 
     def add(self, more: "_Count") -> None:
-        """What was counted elsewhere, after what was counted here."""
+        """Add another count to this one."""
         for counted in ("ticks", "right", "confusion", "never"):
             getattr(self, counted).update(getattr(more, counted))
         for counted in ("true_switches", "switches", "wrong", "contacts", "soon", "stood_still", "invented_taps"):
@@ -93,17 +93,17 @@ class _Count:
         self.longest_run = max(self.longest_run, more.longest_run)
         self.taps += more.taps
 
-    def take(self, kind: str, explored: Explored, told: Told) -> None:
+    def take(self, kind: str, explored: Explored, reported: Reported) -> None:
         true = explored.mode
         self.ticks[kind] += len(true)
-        self.right[kind] += int(np.count_nonzero(told.mode == true))
-        self.confusion.update(zip(true.tolist(), told.mode.tolist(), strict=True))
-        wrong = wrong_switches(true, told.mode)
+        self.right[kind] += int(np.count_nonzero(reported.mode == true))
+        self.confusion.update(zip(true.tolist(), reported.mode.tolist(), strict=True))
+        wrong = wrong_switches(true, reported.mode)
         self.true_switches += int(np.count_nonzero(np.diff(true)))
         self.switches += len(wrong)
         self.wrong += sum(wrong)
         self.longest_run = max(self.longest_run, longest_run(wrong))
-        for name, late_s, stood_still in latencies(true, told):
+        for name, late_s, stood_still in latencies(true, reported):
             if late_s is None:
                 self.never[name] += 1
             else:
@@ -112,16 +112,16 @@ class _Count:
                 self.contacts += not stood_still
                 self.stood_still += stood_still
                 self.soon += not stood_still and late_s is not None and late_s <= SOON_S
-        speeds = list(tap_speeds(explored, told))
+        speeds = list(tap_speeds(explored, reported))
         self.taps += [(true_m_s, m_s) for true_m_s, m_s in speeds if m_s is not None]
-        self.invented_taps += max(0, len(told.taps) - len(speeds))
+        self.invented_taps += max(0, len(reported.taps) - len(speeds))
 
 
 _Counts = dict[tuple[str, float], _Count]
 
 
 def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
-    """Explore, sense and judge: rows of TABLES; all but `barely` are of SCENES alone."""
+    """Explore, sense and judge; returns rows of TABLES. All tables but `barely` cover only SCENES."""
     counts, barely = _counts(), _counts()
     for each, each_barely in work([(_explored, (seed, n)) for n in range(QUICK_SEEDS if quick else SEEDS)], tell):
         for key in counts:
@@ -137,20 +137,20 @@ def _counts() -> _Counts:
 
 
 def _explored(seed: int, number: int) -> tuple[_Counts, _Counts]:
-    """One hand in each kind of scene: what was counted in SCENES, and in BARELY."""
+    """One hand in each kind of scene: counts over SCENES, and over BARELY."""
     counts, barely = _counts(), _counts()
     for kind in (*SCENES, BARELY):
         explored = scene(kind, 1000 * seed + number)
         for noise in NOISES:
             sensed = sense(explored, noise, np.random.default_rng([seed, number, round(noise)]))
             for method, make in METHODS.items():
-                told = listen(make, explored, sensed)
-                (barely if kind == BARELY else counts)[method, noise].take(kind, explored, told)
+                reported = listen(make, explored, sensed)
+                (barely if kind == BARELY else counts)[method, noise].take(kind, explored, reported)
     return counts, barely
 
 
 def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """All rows by what they tell."""
+    """All tables by name."""
     return {name: data[name] for name in TABLES}
 
 
@@ -186,11 +186,11 @@ def _latencies(count: _Count) -> Iterator[dict[str, Any]]:
 
 
 def _taps(count: _Count) -> Iterator[dict[str, Any]]:
-    true, told = np.array(count.taps).T
+    true, reported = np.array(count.taps).T
     for low, high in pairwise(SPEEDS_M_S):
         mine = (true >= low) & (true < high)
         if mine.any():
-            error = told[mine] / true[mine] - 1.0
+            error = reported[mine] / true[mine] - 1.0
             yield {
                 "from_m_s": low,
                 "to_m_s": high,
@@ -204,5 +204,5 @@ def _taps(count: _Count) -> Iterator[dict[str, Any]]:
 def _confusion(count: _Count) -> Iterator[dict[str, Any]]:
     total = sum(count.ticks.values())
     for true in ExplorationMode:
-        shares = {told.name.lower(): count.confusion[true, told] / total for told in ExplorationMode}
+        shares = {reported.name.lower(): count.confusion[true, reported] / total for reported in ExplorationMode}
         yield {"true": true.name.lower()} | shares

@@ -1,4 +1,4 @@
-"""Panels of the study of exploration modes: time right against noise, how late switches are told, speed of taps."""
+"""Panels of the study of exploration modes: time in the right mode against noise, latency of switches, tap speed."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,7 +17,7 @@ _SWITCHES = ("contact", "end of the tap", "stroke begins", "stroke ends", "relea
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
-    """Write the figure of what the study returned as PNG."""
+    """Draw the study's data as PNG."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(13.0, 4.5), layout="constrained")
         FigureCanvasAgg(figure)
@@ -28,7 +28,7 @@ def plot(data: Mapping[str, Any], path: Path) -> None:
 
 
 def draw_time_right(axes: Axes, data: Mapping[str, Any]) -> None:
-    """Share of the time with the right mode, and switches that were wrong, against the noise."""
+    """Share of the time in the right mode against the noise; the numbers are wrong switches, %."""
     for method, colour in _COLOURS.items():
         rows = [row for row in data["levels"] if row["method"] == method]
         axes.plot(
@@ -57,7 +57,7 @@ def draw_time_right(axes: Axes, data: Mapping[str, Any]) -> None:
 
 
 def draw_latencies(axes: Axes, data: Mapping[str, Any]) -> None:
-    """How much later than true a switch was told, at three times the noise: median, 5 to 95 %."""
+    """Latency of reported switches at three times the noise: median, 5 to 95 %."""
     for method, shift in ((MACHINE, -0.15), (PLAIN, 0.15)):
         for place, name in enumerate(_SWITCHES):
             row = next((r for r in _judged(data["latencies"], method) if r["switch"] == name), None)
@@ -70,7 +70,7 @@ def draw_latencies(axes: Axes, data: Mapping[str, Any]) -> None:
     plain_ticks(axes.xaxis, (-100, -10, -5, 0, 5, 10, 100, 400))
     axes.set_yticks(range(len(_SWITCHES)), _SWITCHES)
     axes.invert_yaxis()
-    axes.set_xlabel("told after it was true (ms)")
+    axes.set_xlabel("reported after it was true (ms)")
     axes.set_title("Latency; dots: median, lines: 5 to 95 %", loc="left")
     axes.legend(loc="lower right")
 

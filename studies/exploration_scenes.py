@@ -1,4 +1,4 @@
-"""Hands that explore at random: taps, rests, strokes with turns, and what makes modes hard to tell."""
+"""Hands that explore at random: taps, rests, strokes with turns, and motions that confuse mode detection."""
 
 import math
 from collections.abc import Callable
@@ -10,39 +10,40 @@ from sim_sensors.simulated_exploration import Explored, explore
 from sim_sensors.told_hand import UP_M, ToldHand
 
 STIFFNESS_N_M = (400.0, 6000.0)
-"""Of the object: foam to more than PVC."""
+"""Range of the object's stiffness, N/m: from foam to stiffer than PVC."""
 APPROACH_M_S = (0.02, 0.3)
-"""Fastest on the way down; where it lands the finger has another speed, and that is the true one of a tap."""
+"""Range of the peak speed on the way down, m/s. The finger lands at another speed, which is the true one of a tap."""
 PRESS_N, GRAZE_N, BARELY_N = (0.6, 3.0), (0.33, 0.45), (0.20, 0.30)
 STROKE_M_S, STROKE_M = (0.02, 0.15), (0.015, 0.08)
 TURN_S = 0.2
-"""From one way to the other without a stop."""
+"""Time of a reversal without a stop, s."""
 SLIP_M, SLIP_S = (0.0025, 0.006), (0.06, 0.15)
 SHAKE_M, SHAKE_HZ = (0.2e-3, 0.5e-3), (6.0, 12.0)
-"""Along the bench only; what shakes up and down changes the force, and then contact may truly end."""
+"""Amplitude, m, and frequency, Hz, of shaking along the bench. Vertical shaking would change the force and could truly
+end contact."""
 
 
 class _Hand:
-    """A told hand over one object."""
+    """A commanded hand over one object."""
 
     def __init__(self, draw: np.random.Generator) -> None:
-        self.told, self.draw = ToldHand(), draw
+        self.commanded, self.draw = ToldHand(), draw
         self.stiffness_n_m = math.exp(draw.uniform(*np.log(STIFFNESS_N_M)))
         self.speed_m_s = math.exp(draw.uniform(*np.log(STROKE_M_S)))
 
     def land(self, force_n: float | None = None) -> None:
-        """Come down, fastest about where the surface is, and press."""
+        """Come down with the peak speed near the surface, and press."""
         force = self.draw.uniform(*PRESS_N) if force_n is None else force_n
         approach = math.exp(self.draw.uniform(*np.log(APPROACH_M_S)))
         depth = pressing_depth_m(force, self.stiffness_n_m)
-        self.told.height(-depth, 1.875 * (UP_M + depth) / approach)
+        self.commanded.height(-depth, 1.875 * (UP_M + depth) / approach)
 
     def lift(self) -> None:
-        self.told.height(UP_M, self.draw.uniform(0.12, 0.3))
-        self.told.stay(self.draw.uniform(0.05, 0.4))
+        self.commanded.height(UP_M, self.draw.uniform(0.12, 0.3))
+        self.commanded.stay(self.draw.uniform(0.05, 0.4))
 
     def rest(self, least_s: float = 0.3, most_s: float = 1.5) -> None:
-        self.told.stay(self.draw.uniform(least_s, most_s))
+        self.commanded.stay(self.draw.uniform(least_s, most_s))
 
     def distance_m(self) -> float:
         return float(self.draw.uniform(*STROKE_M) * self.draw.choice((-1.0, 1.0)))
@@ -62,22 +63,22 @@ def _touch(hand: _Hand) -> None:
 
 
 def _strokes(hand: _Hand) -> None:
-    """There and back: a rest in between, a stop for no time at all, or a turn."""
+    """Stroke to and fro; in between come a rest, an instantaneous stop, or a turn."""
     hand.land()
     hand.rest()
     speed = hand.speed_m_s
     for _ in range(hand.draw.integers(1, 4)):
-        hand.told.stroke(hand.distance_m(), speed)
+        hand.commanded.stroke(hand.distance_m(), speed)
         if hand.draw.random() < 0.5:
             hand.rest()
         way = hand.distance_m()
-        hand.told.change_speed(0.0, math.copysign(speed, way))
+        hand.commanded.change_speed(0.0, math.copysign(speed, way))
         for _ in range(hand.draw.integers(1, 4)):
-            hand.told.go(math.copysign(speed, way), abs(way) / speed)
-            hand.told.change_speed(math.copysign(speed, way), -math.copysign(speed, way), TURN_S)
+            hand.commanded.go(math.copysign(speed, way), abs(way) / speed)
+            hand.commanded.change_speed(math.copysign(speed, way), -math.copysign(speed, way), TURN_S)
             way = -way
-        hand.told.go(math.copysign(speed, way), 0.5 * abs(way) / speed)
-        hand.told.change_speed(math.copysign(speed, way), 0.0)
+        hand.commanded.go(math.copysign(speed, way), 0.5 * abs(way) / speed)
+        hand.commanded.change_speed(math.copysign(speed, way), 0.0)
         hand.rest()
     hand.lift()
 
@@ -86,38 +87,38 @@ def _tap_in_stroke(hand: _Hand) -> None:
     """The finger lifts for about 60 ms while the hand moves on."""
     hand.land()
     hand.rest()
-    down, speed = hand.told.z_m, hand.speed_m_s
-    hand.told.change_speed(0.0, speed)
+    down, speed = hand.commanded.z_m, hand.speed_m_s
+    hand.commanded.change_speed(0.0, speed)
     for _ in range(hand.draw.integers(1, 3)):
-        hand.told.go(speed, hand.draw.uniform(0.3, 0.8))
-        hand.told.height(0.0015, 0.06, along_speed_m_s=speed)
-        hand.told.go(speed, hand.draw.uniform(0.01, 0.04))
-        hand.told.height(down, 0.06, along_speed_m_s=speed)
-        hand.told.go(speed, hand.draw.uniform(0.4, 0.8))
-    hand.told.change_speed(speed, 0.0)
+        hand.commanded.go(speed, hand.draw.uniform(0.3, 0.8))
+        hand.commanded.height(0.0015, 0.06, along_speed_m_s=speed)
+        hand.commanded.go(speed, hand.draw.uniform(0.01, 0.04))
+        hand.commanded.height(down, 0.06, along_speed_m_s=speed)
+        hand.commanded.go(speed, hand.draw.uniform(0.4, 0.8))
+    hand.commanded.change_speed(speed, 0.0)
     hand.rest()
     hand.lift()
 
 
 def _slip(hand: _Hand) -> None:
-    """What is held slips a few millimetres at once."""
+    """A held object slips a few millimetres at once."""
     hand.land()
     for _ in range(hand.draw.integers(1, 3)):
         hand.rest()
-        hand.told.slip(hand.draw.uniform(*SLIP_M), hand.draw.uniform(*SLIP_S))
+        hand.commanded.slip(hand.draw.uniform(*SLIP_M), hand.draw.uniform(*SLIP_S))
     hand.rest()
     hand.lift()
 
 
 def _graze(hand: _Hand, force_n: tuple[float, float] = GRAZE_N) -> None:
-    """So light that the force hardly passes the threshold, and falls below it again, resting or moving on."""
+    """Touch so lightly that the force barely passes the threshold and falls below it again, at rest or in motion."""
     hand.land(hand.draw.uniform(*force_n))
     sway = hand.draw.uniform(0.02, 0.10) * (1.0 / SERVO_N_M + 1.0 / hand.stiffness_n_m)
     hz = hand.draw.uniform(0.5, 2.0)
-    hand.told.sway(sway, hz, hand.draw.uniform(0.5, 1.5))
-    hand.told.change_speed(0.0, hand.speed_m_s)
-    hand.told.sway(sway, hz, hand.draw.uniform(0.5, 1.5), along_speed_m_s=hand.speed_m_s)
-    hand.told.change_speed(hand.speed_m_s, 0.0)
+    hand.commanded.sway(sway, hz, hand.draw.uniform(0.5, 1.5))
+    hand.commanded.change_speed(0.0, hand.speed_m_s)
+    hand.commanded.sway(sway, hz, hand.draw.uniform(0.5, 1.5), along_speed_m_s=hand.speed_m_s)
+    hand.commanded.change_speed(hand.speed_m_s, 0.0)
     hand.rest()
     hand.lift()
 
@@ -127,9 +128,9 @@ def _shake(hand: _Hand) -> None:
     hand.land()
     amplitude, hz = hand.draw.uniform(*SHAKE_M), hand.draw.uniform(*SHAKE_HZ)
     hand.rest(0.2, 0.5)
-    hand.told.shake(amplitude, hz, hand.draw.uniform(0.5, 1.5))
-    hand.told.stroke(hand.distance_m(), hand.speed_m_s)
-    hand.told.shake(amplitude, hz, hand.draw.uniform(0.8, 2.0))
+    hand.commanded.shake(amplitude, hz, hand.draw.uniform(0.5, 1.5))
+    hand.commanded.stroke(hand.distance_m(), hand.speed_m_s)
+    hand.commanded.shake(amplitude, hz, hand.draw.uniform(0.8, 2.0))
     hand.lift()
 
 
@@ -145,7 +146,7 @@ SCENES: dict[str, Callable[[_Hand], None]] = {
 
 
 BARELY = "barely touching"
-"""Forces that stay below the threshold of contact, as near as the noise: what nobody can tell."""
+"""Scene whose forces stay below the threshold of contact, within the noise; no method can detect such contact."""
 
 
 def _barely(hand: _Hand) -> None:
@@ -156,9 +157,9 @@ _ALL = SCENES | {BARELY: _barely}
 
 
 def scene(kind: str, seed: int) -> Explored:
-    """One hand at one kind of work, of which all is drawn from the seed."""
+    """Explore one kind of scene with one hand; the seed determines everything random."""
     draw = np.random.default_rng([seed, list(_ALL).index(kind)])
     hand = _Hand(draw)
-    hand.told.stay(0.3)
+    hand.commanded.stay(0.3)
     _ALL[kind](hand)
-    return explore(hand.told, hand.stiffness_n_m, draw)
+    return explore(hand.commanded, hand.stiffness_n_m, draw)

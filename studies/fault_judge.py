@@ -1,4 +1,4 @@
-"""From what happened at the simulated devices to what a fault came to. Pure: recorded arrays in, findings out."""
+"""Judges the effect of each fault from recordings of the simulated devices. Pure: recorded arrays in, findings out."""
 
 from dataclasses import dataclass, field
 
@@ -22,16 +22,18 @@ from studies.fault_table import AT_FINGERS, STROKING, Actuator, Fault, Outcome
 Floats = NDArray[np.float64]
 
 LOG_S = 0.010
-"""Truth is written down this often."""
+"""Interval between entries of the truth logs, s."""
 TICK_S = 0.010
-"""What a site notes in a tick bears the time of its beginning: this much before a fault that it read of, at most."""
+"""Largest time by which the stamp of a latch may precede its fault, s: a site stamps its notes with the start of the
+tick."""
 GRANTED_S = 2.0 * LOG_S
-"""What writing down adds: an entry before, and one after. Beyond it a time is longer by the machine's pause only."""
+"""Time that logging adds to a measured time, s: one entry before and one after. Only a pause of the machine adds
+more."""
 HAND_STOP_S = 2.0 * GAP_S
-"""The remote hand stands still along the bench this long after its last motion."""
+"""Time from the last motion packet until the remote hand stands still along the bench, s."""
 STILL_M_S = 0.010
 FELT_N = 0.15
-"""Least force that counts as being felt."""
+"""Least force that counts as felt, N."""
 WINDOW_S = 0.5
 HOLD_S = {
     Actuator.FORCE: FORCE_SAFE_S,
@@ -49,8 +51,8 @@ class Truth:
     Attributes:
         finger_s, force_n, motor_mv, motor_rpm, peltier, plate_c: at the operator's fingers.
         patient_s, heater, sensor_plate_c, hand_x_m (n,), hand_z_m: at the remote hand.
-        faults: moments at which a site latched a fault, with its words.
-        ticks_s: when each process worked, s: what it did not do between two of them it could not.
+        faults: times at which a site latched a fault, s, with its text.
+        ticks_s: times of each process's ticks, s; a process cannot act between two of them.
     """
 
     finger_s: Floats
@@ -68,7 +70,7 @@ class Truth:
     ticks_s: dict[str, Floats]
 
     def pause_s(self, begin_s: float, end_s: float, without: str = "") -> float:
-        """The longest time in which a process other than `without` did not get to work, s."""
+        """Longest time between two ticks of any process other than `without`, s."""
         longest_s = 0.0
         for name, ticks_s in self.ticks_s.items():
             then = ticks_s[(ticks_s >= begin_s) & (ticks_s <= end_s)]
@@ -79,12 +81,12 @@ class Truth:
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """When a fault was done and what for.
+    """A fault that was injected, with its times.
 
     Attributes:
         begin_s, end_s: when it began, and when it was over or mended.
-        cleared_s: when a person cleared and engaged; None where nobody had to.
-        next_s: from then on something else was done.
+        cleared_s: when a person cleared it and engaged; None where that was not needed.
+        next_s: when the session began with something else.
     """
 
     fault: Fault
@@ -96,31 +98,31 @@ class Done:
 
 @dataclass(slots=True)
 class Finding:
-    """What came of one fault."""
+    """Result of one fault."""
 
     fault: Fault
     outcome: Outcome | None
-    """None where it came to nothing of the three: it never worked again."""
+    """None where none of the three outcomes occurred: the session never worked again."""
     safe_s: dict[Actuator, float] = field(default_factory=dict)
-    """From the fault, or from being noticed or latched, to neutral for good."""
+    """Time from the fault, or from its detection or latch, until each actuator stayed neutral, s."""
     latched_s: float | None = None
-    """From the fault to the latch."""
+    """Time from the fault to the latch, s."""
     latched_by: str = ""
     resumed_s: float | None = None
-    """From the end of the fault, or from engaging anew, until force and vibration were felt again."""
+    """Time from the end of the fault, or from engaging again, until force and vibration were felt, s."""
     wrong: list[str] = field(default_factory=list)
-    """What should not have been; empty when all is as the table says."""
+    """Deviations from the table; empty when everything is as required."""
     paused_s: float = 0.0
-    """The longest pause of a process that nobody had asked for: the machine had others to serve."""
+    """Longest pause of a process that no fault asked for, s: the machine was busy with other work."""
 
     @property
     def granted_s(self) -> float:
-        """What a hold time may be exceeded by."""
+        """Time by which a hold time may be exceeded, s."""
         return GRANTED_S + self.paused_s
 
 
 def judge(done: Done, truth: Truth) -> Finding:
-    """What a fault came to, and whether that is what the table says."""
+    """Determine the effect of a fault, and compare it with the table."""
     fault = done.fault
     latch = next(((t, words) for t, words in truth.faults if done.begin_s - TICK_S <= t < done.next_s), None)
     finding = Finding(fault, None)
@@ -141,7 +143,7 @@ def judge(done: Done, truth: Truth) -> Finding:
     again_s = _felt_again(truth, done.cleared_s or done.end_s, done.next_s)
     finding.resumed_s = None if again_s is None else again_s - (done.cleared_s or done.end_s)
     finding.outcome = _outcome(done, truth, latch is not None, again_s, finding.granted_s)
-    # Better than what has to be is no fault, unless something had to be neutral; and a pause of the machine is a gap.
+    # A better outcome than required is right, unless something had to be neutral. A pause of the machine acts as a gap.
     better = (
         fault.expected is Outcome.RESUMES and finding.outcome is Outcome.CONTINUES and not fault.neutral & AT_FINGERS
     )
@@ -159,7 +161,7 @@ def _judge_neutral(finding: Finding, truth: Truth, actuator: Actuator, since_s: 
     time_s, active = _active(truth, actuator, finding.fault)
     during = (time_s > since_s) & (time_s < until_s)
     if not during.any():
-        finding.wrong.append(f"{actuator.value}: nothing was written down")
+        finding.wrong.append(f"{actuator.value}: nothing was recorded")
         return
     still = time_s[during & active]
     safe_s = max(0.0, float(still[-1]) - since_s) if len(still) else 0.0
@@ -190,7 +192,7 @@ def _active(truth: Truth, actuator: Actuator, fault: Fault) -> tuple[Floats, NDA
         case Actuator.HEATER:
             return truth.patient_s, _any(truth.heater != 0.0, fault)
         case Actuator.HAND:
-            # Since the entry before: a speed that looked ahead would show what came after the fault as part of it.
+            # Backward difference: a forward one would count motion after the fault as part of it.
             dt_s = np.diff(truth.patient_s)
             speed = np.abs(np.diff(truth.hand_x_m)) / dt_s
             rise = np.diff(truth.hand_z_m, axis=0) / dt_s[:, None]
@@ -198,17 +200,17 @@ def _active(truth: Truth, actuator: Actuator, fault: Fault) -> tuple[Floats, NDA
 
 
 def _felt(truth: Truth) -> NDArray[np.bool_]:
-    """When the stroking finger felt force and vibration, (n,)."""
+    """Whether the stroking finger felt force and vibration, (n,)."""
     finger = FINGERS.index(STROKING)
     felt: NDArray[np.bool_] = (truth.force_n[:, finger] > FELT_N) & (truth.motor_mv[:, finger] > 0.0)
     return felt
 
 
 def _afterwards(done: Done, truth: Truth) -> str:
-    """What the stroking finger felt instead of what it should, from when it might have."""
+    """Describe what the stroking finger felt after the session should have worked again."""
     then = (truth.finger_s >= (done.cleared_s or done.end_s)) & (truth.finger_s < done.next_s)
     if not then.any():
-        return "never worked again: nothing was written down"
+        return "never worked again: nothing was recorded"
     finger = FINGERS.index(STROKING)
     force_n, vibrated = truth.force_n[then, finger], truth.motor_mv[then, finger] > 0.0
     return f"never worked again: {force_n.max():.2f} N at most, vibration {vibrated.mean():.0%} of the time"
@@ -239,7 +241,7 @@ def _felt_throughout(truth: Truth, begin_s: float, end_s: float) -> bool:
 
 
 def _judge_ramp(finding: Finding, truth: Truth, again_s: float | None) -> None:
-    """Where force came back from zero, it came as a ramp."""
+    """Check that force came back from zero as a ramp."""
     if again_s is None or finding.outcome is Outcome.CONTINUES:
         return
     after = (truth.finger_s > again_s - 0.2) & (truth.finger_s < again_s + 0.3)
@@ -254,7 +256,7 @@ def _judge_ramp(finding: Finding, truth: Truth, again_s: float | None) -> None:
 
 
 def _judge_temperatures(finding: Finding, truth: Truth, done: Done) -> None:
-    """Whatever failed, no plate was hotter than it may be."""
+    """Check that no plate exceeded its limit, whatever failed."""
     for name, time_s, plate_c, most_c in (
         ("operator's plate", truth.finger_s, truth.plate_c, PLATE_PEAK_C),
         ("sensor's plate", truth.patient_s, truth.sensor_plate_c, SENSOR_PLATE_C),

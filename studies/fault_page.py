@@ -1,4 +1,4 @@
-"""What the fault matrix found, as a page and as data."""
+"""Renders the findings of the fault matrix, as a page and as data."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -7,31 +7,31 @@ from studies.fault_judge import HOLD_S, Finding
 from studies.fault_table import Actuator
 
 _REAL = "All sites and simulators are processes of their own, in real time."
-_ON_BED = """Faults that need real processes, a real disk or TCP connections are done to real processes. All others
-are done on the test bed: both sites, their real drivers, the link and all devices in one process on a virtual clock,
-where each tick is on time on any machine (`FAULTS=real make faults` does these to real processes, too)."""
+_ON_BED = """Faults that need real processes, a real disk or TCP connections are injected into real processes. All
+others are injected on the test bed: both sites, their real drivers, the link and all devices in one process on a virtual
+clock, where each tick is on time on any machine. `FAULTS=real make faults` uses real processes for all of them."""
 HEAD = """# Faults
 
-What has to come of each fault, and what came of it: both sites, a simulated network between them, and simulated
-devices that fail on command. `make faults` does all of them anew, judges them, and writes this page.
+The required and the measured effect of each fault on both sites, a simulated network between them, and simulated
+devices that fail on command. `make faults` injects all of them again, judges them, and writes this page.
 {form}
 
-- *continues*: the finger goes on feeling force, and at most what depends on the failed part is neutral.
+- *continues*: the finger keeps feeling force, and at most what depends on the failed part is neutral.
 - *safe and resumes*: everything is neutral within the hold times, and works again by itself when the fault is over,
   ramping from zero.
 - *latched*: everything is neutral until a person clears the fault and engages again.
 
-Times are measured at the simulated actuators, every 10 ms. They count from the fault; where a device has fallen silent,
-from when a site can know it (100 ms); where a fault is found by what it does, from the latch. On a machine that others
-use as well a process may be kept from working: the longest such pause during a fault is in the table, and a time may be
-longer by it and by 20 ms, no more. *Works again* counts from the end of the fault, or from engaging anew, to force and
+Times are measured at the simulated actuators, every 10 ms. They count from the fault. For a silent device they count
+from when a site can know of it (100 ms), and for a fault that is detected by its effect, from the latch. Other work on
+the machine may pause a process. The table shows the longest such pause during each fault, and a time may exceed its
+limit by this pause and 20 ms. *Works again* counts from the end of the fault, or from engaging again, to force and
 vibration at the finger.
 
 """
 
 
 def table(findings: Sequence[Finding]) -> str:
-    """The measured table as Markdown."""
+    """The findings as a Markdown table."""
     limits = " · ".join(f"{actuator.value} {HOLD_S[actuator] * 1e3:.0f}" for actuator in Actuator)
     lines = [
         f"| fault | outcome | latched after, s | neutral after, ms (allowed: {limits}) | works again after, s | "
@@ -49,7 +49,7 @@ def table(findings: Sequence[Finding]) -> str:
 
 
 def as_data(findings: Sequence[Finding]) -> list[dict[str, Any]]:
-    """The same for programs."""
+    """The findings as data for JSON."""
     return [
         {
             "fault": finding.fault.name,
@@ -71,15 +71,15 @@ def _number(value: float | None) -> str:
 
 
 TAIL = """
-What takes too long in real time, or cannot be done to a process, is tried with both real sites, drivers, device
-emulators and physics in one process on a virtual clock (`tests/virtual`), judged at every tick:
+Faults that take too long in real time, or that no process can be given, are tested on a virtual clock
+(`tests/virtual`). Both real sites, drivers, device emulators and physics run in one process, judged at every tick:
 
 | fault | outcome |
 |---|---|
 | partition of 60 s, of 600 s | safe and resumes |
 | delay of 200 ms, of 400 ms, age limit 150 ms | safe, and resumes when the delay falls |
 | delay of 400 ms, age limit 500 ms at both sites | continues |
-| stall of 3 s, then a burst | safe and resumes; nothing of the burst that is too old is acted on |
+| stall of 3 s, then a burst | safe and resumes; no packet of the burst that is too old is acted on |
 | packets doubled, overtaking each other, old, of an earlier session | continues; each is counted |
 | clock of either site stepped by 10 s, forward or back | safe and resumes |
 | a TactTip's cooling water lost for good while it cools its plate | latched within 20 s, by the hot side that moves |
@@ -92,10 +92,10 @@ emulators and physics in one process on a virtual clock (`tests/virtual`), judge
 
 
 def page(findings: Sequence[Finding], real: bool) -> str:
-    """The table with what it means.
+    """The whole page as Markdown.
 
     Args:
         findings: of every fault.
-        real: whether all were done to real processes.
+        real: whether all faults were injected into real processes.
     """
     return HEAD.format(form=_REAL if real else _ON_BED) + table(findings) + TAIL

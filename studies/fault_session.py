@@ -1,4 +1,4 @@
-"""A session of real processes on this machine to which faults are done, with what really happened at its devices."""
+"""A session of real processes on this machine, into which faults are injected."""
 
 import json
 import os
@@ -24,7 +24,8 @@ from teletaction.demo_files import HOST, NETWORK, DemoOptions, prepare
 from teletaction.processes import SessionProcesses, family
 
 _STROKES = 20
-"""To and fro; the middle finger strokes, and the index finger, beside the object, keeps its sensor's heater at work."""
+"""Number of strokes to and fro. The middle finger strokes; the index finger stays beside the object, so that its
+sensor's heater works."""
 _MODELS: dict[str, Any] = {
     "sim-remote": SimRemoteConfig,
     "sim-operator": SimOperatorConfig,
@@ -45,7 +46,7 @@ class FaultSession(FaultedSession):
     @classmethod
     @contextmanager
     def open(cls, out: Path, **site: object) -> "Iterator[FaultSession]":
-        """Start a session and end it again; `site` are lines for both sites' configurations."""
+        """Start a session, and end it on exit; `site` holds lines for both sites' configurations."""
         network = out / "direct.toml"
         network.write_text("[[phase]]\nfrom_s = 0\ndelay_ms = 0\n", "utf-8")
         configurations = prepare_session(out, network)
@@ -75,10 +76,10 @@ class FaultSession(FaultedSession):
         time.sleep(seconds)
 
     def command(self, process: str, line: str) -> float:
-        """Tell a simulation to fail, or to be sound again; returns when it did, s.
+        """Make a simulation fail, or mend it; returns when that took effect, s.
 
         Raises:
-            NotWorking: it does not understand.
+            NotWorking: the simulation refuses the command.
         """
         with socket.create_connection((HOST, self._ports[process]), timeout=5.0) as port:
             port.sendall(line.encode() + b"\n")
@@ -88,7 +89,7 @@ class FaultSession(FaultedSession):
         return int(answer[1]) * 1e-9
 
     def mend(self) -> None:
-        """End every fault of a simulation."""
+        """End every fault of both simulations and of the network."""
         for name in ("sim-remote", "sim-operator"):
             self.command(name, "mend")
         self.command(NETWORK, "clear")
@@ -101,7 +102,7 @@ class FaultSession(FaultedSession):
         return at_s
 
     def restart(self, process: str) -> float:
-        """Start a killed process again, as a supervisor would; its log so far is set aside."""
+        """Start a killed process again, as a supervisor would, and set its earlier log aside; returns when, s."""
         self.processes.running[process].wait()
         self.restarts[process] = self.restarts.get(process, 0) + 1
         set_aside(self.out / f"{process}.log")
@@ -115,13 +116,13 @@ class FaultSession(FaultedSession):
         return begin_s, self.signal(process, signal.SIGCONT)
 
     def fill_disk(self, *, full: bool) -> float:
-        """Let neither site write to any file, or let them again; returns when, s."""
+        """Keep both sites from writing to any file, or let them write again; returns when, s."""
         for site in ("remote", "operator"):
             let_write(self.processes.running[site].pid, allowed=not full)
         return time.monotonic()
 
     def burn(self, seconds: float) -> float:
-        """Load every processor twice, for some time; returns when it ends, s."""
+        """Load every processor twice for `seconds`; returns when that ended, s."""
         code = f"import time\nend = time.monotonic() + {seconds}\nwhile time.monotonic() < end: pass"
         hogs = [subprocess.Popen([sys.executable, "-c", code]) for _ in range(2 * (os.cpu_count() or 1))]
         for hog in hogs:
@@ -129,25 +130,25 @@ class FaultSession(FaultedSession):
         return time.monotonic()
 
     def ask(self, site: str, verb: str) -> dict[str, Any]:
-        """Ask at the desk of a site, as a person there would.
+        """Send a request to the desk of a site, as a person there would.
 
         Raises:
-            LinkProblem, Refused: nobody answers, or it will not.
+            LinkProblem, Refused: the site does not answer, or refuses.
         """
         config = load_site(self.configurations[site])
         return ask_desk(config.desk_port, load_keys(config.link.keys), verb)
 
     def figures(self, process: str) -> dict[str, Any]:
-        """What a process last told of itself in its status file; empty before the first."""
+        """Newest status in the status file of a process; empty before the first."""
         return read_figures(self.out, process)
 
 
 def prepare_session(out: Path, network: Path | None = None) -> dict[str, Path]:
-    """Configuration files, by process, of a session of two fingers that stroke for an hour.
+    """Write configuration files for a session of two fingers that stroke for an hour; returns them by process.
 
     Args:
         out: folder for them and for the session's recordings.
-        network: file of the network between the sites; without, they reach each other directly.
+        network: file of the network between the sites; without it, the sites connect directly.
     """
     scene = write_stroking_scene(out, 0.1, *(0.95, 0.1) * _STROKES, narrow=True)
     options = DemoOptions(
@@ -157,16 +158,16 @@ def prepare_session(out: Path, network: Path | None = None) -> dict[str, Path]:
 
 
 def let_write(pid: int, *, allowed: bool) -> None:
-    """Let a process and those that it started write to files, or to none, as on a full disk."""
+    """Let a process and its children write to files, or to none, as on a full disk."""
     for member in family(pid):
         _, hard = resource.prlimit(member, resource.RLIMIT_FSIZE)
         resource.prlimit(member, resource.RLIMIT_FSIZE, (hard if allowed else 1, hard))
 
 
 def read_figures(out: Path, process: str) -> dict[str, Any]:
-    """What a process of the session in `out` last told of itself in its status file; empty before the first."""
+    """Newest status in the status file of a process of the session in `out`; empty before the first."""
     try:
-        told: dict[str, Any] = json.loads((out / f"{process}.json").read_text("utf-8"))
+        status: dict[str, Any] = json.loads((out / f"{process}.json").read_text("utf-8"))
     except (OSError, ValueError):
         return {}
-    return told
+    return status

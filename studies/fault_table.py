@@ -1,4 +1,4 @@
-"""What may go wrong in a session, and what has to come of it: the table that the fault matrix is judged by."""
+"""Faults that may occur in a session, and their required outcomes: the table that the fault matrix is judged by."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -7,18 +7,18 @@ from common.limits import GAP_S
 
 
 class Outcome(Enum):
-    """What a fault does to a session."""
+    """Effect of a fault on a session."""
 
     CONTINUES = "continues"
-    """The finger goes on feeling force; at most what depends on the failed part is neutral."""
+    """The finger keeps feeling force; at most what depends on the failed part is neutral."""
     RESUMES = "safe and resumes"
-    """Everything is neutral within the hold times, and works again by itself when the fault is over."""
+    """Everything is neutral within the hold times, and works again by itself after the fault."""
     LATCHED = "latched"
-    """Everything is neutral, and stays so until a person clears the fault and engages again."""
+    """Everything is neutral until a person clears the fault and engages again."""
 
 
 class Actuator(Enum):
-    """What can reach a finger or a patient."""
+    """Actuators that can reach a finger or a patient."""
 
     FORCE = "force"
     MOTOR = "motor"
@@ -34,21 +34,21 @@ ALL = AT_FINGERS | AT_PATIENT
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One row.
+    """One row of the table.
 
     Attributes:
-        name: what happens, in the table's words.
-        where: the process that is told to fail, or that something is done to.
+        name: description of the fault.
+        where: process into which the fault is injected.
         begin: command for its fault port (`sim-remote`, `sim-operator`, `network`); `kill`, `stop` or `slow` for a
-            process; `burn` for the machine.
-        expected: what has to come of it.
-        neutral: what has to be neutral within the hold times while it lasts.
-        finger: whose motor, Peltier and heater count; all by default.
-        seconds: how long it lasts.
+            process; `burn` for the machine; `full` for the disk.
+        expected: required outcome.
+        neutral: actuators that must be neutral within the hold times during the fault.
+        finger: finger whose motor, Peltier and heater count; all by default.
+        seconds: duration of the fault.
         mend: command that ends it; empty when it ends by itself, after `seconds`.
-        noticed_s: hold times count from here: what it takes to know that a device or the other site is silent.
-        later_s: for a fault that is found by what it does: the longest time until it is latched. Hold times count from
-            then.
+        noticed_s: time until a site can know that a device or the other site is silent, s. Hold times count from there.
+        later_s: longest time until the latch, s, of a fault that is detected by its effect. Hold times count from the
+            latch.
     """
 
     name: str
@@ -64,22 +64,23 @@ class Fault:
 
     @property
     def key(self) -> str:
-        """A word for it, unique in the table."""
+        """Identifier of the fault, unique in the table."""
         begin = f"{self.begin} {self.seconds:g} s" if self.begin == "stop" else self.begin
         return f"{self.where}-{begin}".replace(" ", "-").replace("_", "-")
 
 
 STROKING, FREE = "middle", "index"
-"""The finger that strokes an object, and the one beside it in the air, whose sensor's heater is at work."""
+"""The finger that strokes an object, and its neighbour in the air, whose sensor's heater works."""
 
 _CONTINUES, _RESUMES, _LATCHED = Outcome.CONTINUES, Outcome.RESUMES, Outcome.LATCHED
 _NONE: frozenset[Actuator] = frozenset()
 _ON_MODULE = frozenset({Actuator.MOTOR, Actuator.PELTIER})
 _FELT = frozenset({Actuator.FORCE, Actuator.MOTOR})
 _WITHOUT_PLACE = _FELT | AT_PATIENT
-"""What follows where a finger is: without the telemanipulator's word of it a plate still shows a finger in the air."""
+"""Actuators that need a finger's position. Without the telemanipulator's report of it, a plate still displays a finger
+in the air."""
 _SILENT = GAP_S
-"""A device is known to be silent after this."""
+"""Time after which a device is known to be silent, s."""
 
 
 def _for_a_while(
@@ -91,7 +92,7 @@ def _for_a_while(
     finger: str | None = None,
     noticed_s: float = _SILENT,
 ) -> Fault:
-    """A fault of a device that is mended after 2 s."""
+    """A device fault that is mended after 2 s."""
     mend = begin.replace("unplug", "plug") if begin.startswith("unplug") else f"mend {begin}"
     for text in (" open", " short", " cut", " saturated", " crc 0.01"):
         mend = mend.removesuffix(text)
@@ -99,7 +100,7 @@ def _for_a_while(
 
 
 def _found(name: str, where: str, begin: str, mend: str, later_s: float, neutral: frozenset[Actuator] = ALL) -> Fault:
-    """A fault of a device that is found by what it does, and latched."""
+    """A device fault that is detected by its effect, and latched."""
     return Fault(name, where, begin, _LATCHED, neutral, seconds=0.0, mend=f"mend {mend}", later_s=later_s)
 
 
@@ -110,7 +111,7 @@ NETWORK_FAULTS = (
     Fault("partition 1 s", "network", "partition 1", _RESUMES, seconds=1.0),
     Fault("partition 10 s", "network", "partition 10", _RESUMES, seconds=10.0),
     Fault("stall 3 s, then a burst", "network", "stall 3", _RESUMES, seconds=3.0),
-    # The dead connections are given up after 2 s, and new ones get through: until then it has to be neutral.
+    # Dead connections are dropped after 2 s, and new ones get through. Until then outputs have to be neutral.
     Fault("half-open TCP", "network", "half_open 5", _RESUMES, seconds=1.5),
     Fault("way to the remote site cut, 2 s", "network", "partition 2 to_remote", _RESUMES, AT_PATIENT),
     Fault("way to the operator's site cut, 2 s", "network", "partition 2 to_operator", _RESUMES),
@@ -177,9 +178,9 @@ DEVICE_FAULTS = (
     _for_a_while(
         "TactTip silent and deaf", _OPERATOR, f"silence {STROKING} tacttip", _CONTINUES, _ON_MODULE, finger=STROKING
     ),
-    # Before all others that name this plate: after them it has no drive by which a frozen reading could be found.
+    # Before all other faults of this plate: after them it has no drive, and a frozen reading cannot be detected.
     _found("TactTip's thermistor frozen", _OPERATOR, f"thermistor {STROKING} frozen", f"thermistor {STROKING}", 40.0),
-    # A stuck drive itself is ended by nothing but the module's own temperature limit.
+    # Only the module's own temperature limit ends a stuck drive itself.
     _found("sensor's heater stuck on", _REMOTE, f"stuck {FREE} 1000", f"stuck {FREE}", 2.0, ALL - {Actuator.HEATER}),
     _found(
         "TactTip's Peltier stuck on",
@@ -198,7 +199,7 @@ DEVICE_FAULTS = (
         ALL - {Actuator.MOTOR},
     ),
     _found("exoskeleton pushes unasked", _OPERATOR, f"push {FREE} 2", f"push {FREE}", 1.0, ALL - {Actuator.FORCE}),
-    # What a second sender commands ends with it.
+    # An actuator that a second sender commands becomes neutral when the sender stops.
     _found("second sender on the exoskeleton's bus", _OPERATOR, "intrude", "intrude", 0.5, ALL - {Actuator.FORCE}),
     _found("second sender on the telemanipulator's bus", _REMOTE, "intrude", "intrude", 0.5, ALL - {Actuator.HAND}),
     _found("telemanipulator does not obey", _REMOTE, "disobey", "disobey", 8.0),
@@ -230,7 +231,7 @@ DEVICE_FAULTS = (
     ),
     _found("TactTip's thermistor open", _OPERATOR, f"thermistor {STROKING} open", f"thermistor {STROKING}", 0.5),
     _found("TactTip's thermistor short", _OPERATOR, f"thermistor {STROKING} short", f"thermistor {STROKING}", 0.5),
-    # A stroke cools too little to warm a dry hot side within seconds: that is tried on a virtual clock.
+    # A stroke cools too little to warm a dry hot side within seconds. That case is tested on a virtual clock.
     _for_a_while("TactTip's cooling water lost", _OPERATOR, f"water {STROKING}", _CONTINUES),
 )
 
@@ -268,11 +269,11 @@ def _process_faults(name: str, neutral: frozenset[Actuator], noticed_s: float = 
 PROCESS_FAULTS = (
     *_process_faults("remote", ALL),
     *_process_faults("operator", ALL),
-    # What stands still with its own simulator cannot be judged while it does.
+    # Actuators of a simulator that stands still cannot be judged meanwhile.
     *_process_faults("sim-remote", AT_FINGERS - {Actuator.PELTIER}, _SILENT),
     *_process_faults("sim-operator", AT_PATIENT, _SILENT),
     Fault("processor fully loaded, 4 s", "machine", "burn", _RESUMES, _NONE, seconds=4.0),
 )
 PLATE_FAULTS = (_found("TactTip's Peltiers reversed", _OPERATOR, f"reverse {STROKING}", f"reverse {STROKING}", 10.0),)
-"""In a session of their own: after a fault that names this plate it has no drive before it has passed a test."""
+"""Faults for a session of their own: after another fault of this plate it has no drive until it has passed a test."""
 DISK_FAULTS = (Fault("disk full at both sites", "disk", "full", _CONTINUES, _NONE, seconds=3.0),)

@@ -1,4 +1,4 @@
-"""What is common to sessions to which faults are done: of real processes, and on the test bed."""
+"""Base of the sessions into which faults are injected: of real processes, and on the test bed."""
 
 from abc import ABC, abstractmethod
 from typing import Any
@@ -12,7 +12,7 @@ _SLOW_STOPPED_S, _SLOW_RUNNING_S = 0.030, 0.010
 
 
 class NotWorking(RuntimeError):
-    """A session that does not come to work; the message says what its sites say."""
+    """A session does not start to work, or refuses a command; the message says why."""
 
 
 class FaultedSession(ABC):
@@ -20,18 +20,18 @@ class FaultedSession(ABC):
 
     @abstractmethod
     def now_s(self) -> float:
-        """Time of the session, s; its recordings have the same."""
+        """Time of the session, s, on the same clock as its recordings."""
 
     @abstractmethod
     def wait(self, seconds: float) -> None:
-        """Let time pass."""
+        """Wait for `seconds` of the session's time."""
 
     @abstractmethod
     def command(self, process: str, line: str) -> float:
-        """Let a simulation fail, or be sound again; returns when it did, s.
+        """Make a simulation fail, or mend it; returns when that took effect, s.
 
         Raises:
-            NotWorking: it does not understand.
+            NotWorking: the simulation refuses the command.
         """
 
     @abstractmethod
@@ -40,10 +40,10 @@ class FaultedSession(ABC):
 
     @abstractmethod
     def stop(self, process: str, seconds: float) -> tuple[float, float]:
-        """Let a process stand still for some time; returns when that began and ended, s."""
+        """Halt a process for `seconds`; returns when that began and ended, s."""
 
     def slow(self, process: str, seconds: float) -> tuple[float, float]:
-        """Let a process run in slices of 10 ms with 30 ms between; returns when that began and ended, s."""
+        """Run a process in slices of 10 ms with 30 ms pauses; returns when that began and ended, s."""
         begin_s = self.now_s()
         while self.now_s() < begin_s + seconds:
             self.stop(process, _SLOW_STOPPED_S)
@@ -52,18 +52,18 @@ class FaultedSession(ABC):
 
     @abstractmethod
     def ask(self, site: str, verb: str) -> dict[str, Any]:
-        """Ask at the desk of a site, as a person there would.
+        """Send a request to the desk of a site, as a person there would.
 
         Raises:
-            LinkProblem, Refused: nobody answers, or it will not.
+            LinkProblem, Refused: the site does not answer, or refuses.
         """
 
     @abstractmethod
     def figures(self, process: str) -> dict[str, Any]:
-        """What a process last said of itself; empty before the first."""
+        """Newest status of a process; empty before the first."""
 
     def states(self) -> dict[str, str]:
-        """What both sites say of their state, with the fault or refusal behind it."""
+        """State of each site, with the fault or refusal behind it."""
         said = {}
         for site in ("remote", "operator"):
             try:
@@ -76,10 +76,10 @@ class FaultedSession(ABC):
         return said
 
     def wait_until_working(self, seconds: float = _WORKING_S) -> None:
-        """Return once both sites are engaged and act on each other, and the hand has worked for a while since.
+        """Wait until both sites are engaged and act on fresh data, the hand has worked, and this has lasted for 1 s.
 
         Raises:
-            NotWorking: they do not become so in time.
+            NotWorking: this does not happen within `seconds`.
         """
         begin_s = self.now_s()
         since_s = None
@@ -98,9 +98,10 @@ class FaultedSession(ABC):
         raise NotWorking(f"not working after {seconds:g} s: {self.states()}")
 
     def _acts_since(self, begin_s: float) -> bool:
-        """Whether both sites, by words of theirs from after `begin_s`, act on what is fresh and the hand has come.
+        """Whether reports newer than `begin_s` show that both sites act on fresh data and the remote hand has arrived.
 
-        A site stays engaged while nothing reaches it, and then its hand has a way to go; each says so once a second.
+        A site stays engaged while nothing reaches it, and then its hand has to catch up. Each site reports once a
+        second.
         """
         said = {site: self.figures(site) for site in ("remote", "operator")}
         if any(each.get("time_ns", 0) * 1e-9 < begin_s or each.get("stale") for each in said.values()):
@@ -109,7 +110,7 @@ class FaultedSession(ABC):
         return not any("approach" in limits for limits in limited.values())
 
     def clear_and_engage(self) -> None:
-        """What a person does after a latched fault, at each site that has one; again, while something is hot."""
+        """Clear the latched faults of each site and engage, as a person does; retry while something is hot."""
         end_s = self.now_s() + _COOL_S
         while self.now_s() < end_s:
             try:
@@ -118,7 +119,7 @@ class FaultedSession(ABC):
                         self.ask(site, "clear_fault")
                 self.ask("operator", "engage")
             except Refused:
-                pass  # the other site's word of it is still under way
+                pass  # the other site's report of the clearing is still in flight
             self.wait(0.5)
             if all(state == "engaged" for state in self.states().values()):
                 return

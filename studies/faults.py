@@ -1,4 +1,4 @@
-"""The fault matrix: every fault of the table done to a session, and judged at the simulated devices."""
+"""The fault matrix: injects every fault of the table into a session, and judges it at the simulated devices."""
 
 import signal
 import tempfile
@@ -36,28 +36,28 @@ GROUPS: dict[str, tuple[Fault, ...]] = {
     "disk": DISK_FAULTS,
 }
 _LATCH_SHOWN_S = 1.0
-"""A latched session is left alone for this long: nothing may come back by itself."""
+"""Time for which a latched session is left alone, s; nothing may come back by itself."""
 _AFTERWARDS_S = 0.6
 _STATUS_S = 1.5
-"""By then every process has told how it is."""
+"""Time within which every process has reported its status, s."""
 Tell = Callable[[str], object]
 
 REAL_ONLY = ("kill", "burn", "full", "cut", "half_open")
-"""First words of faults that need real processes, a real disk or TCP: the test bed has none of them."""
+"""First words of faults that need real processes, a real disk or TCP, which the test bed lacks."""
 
 
 def virtual(faults: Sequence[Fault]) -> tuple[Fault, ...]:
-    """Those that can be done on the test bed as well."""
+    """The faults that can be injected on the test bed as well."""
     return tuple(fault for fault in faults if fault.begin.split()[0] not in REAL_ONLY)
 
 
 def run(groups: Sequence[str] = tuple(GROUPS), tell: Tell = lambda _: None, *, real: bool = False) -> list[Finding]:
-    """Do every fault of some groups, and judge each.
+    """Inject every fault of some groups, and judge each.
 
     Args:
         groups: keys of GROUPS.
-        tell: called with each fault's name when it is done.
-        real: do all to real processes; else only those of REAL_ONLY, and the others on the test bed.
+        tell: called with each fault's name when it begins, and with each problem.
+        real: inject all into real processes; otherwise only those of REAL_ONLY, and the others on the test bed.
     """
     findings = []
     for group in groups:
@@ -72,7 +72,7 @@ def run_apart(
     tell: Tell = lambda _: None,
     open_session: Callable[[Path], AbstractContextManager[FaultedSession]] = FaultSession.open,
 ) -> list[Finding]:
-    """Do some faults to a session of their own, which leaves no files; no session where there is no fault."""
+    """Inject some faults into a session of their own, which leaves no files; without faults there is no session."""
     if not faults:
         return []
     with tempfile.TemporaryDirectory(prefix="faults-") as folder:
@@ -85,7 +85,7 @@ def run_group(
     tell: Tell = lambda _: None,
     open_session: Callable[[Path], AbstractContextManager[FaultedSession]] = FaultSession.open,
 ) -> list[Finding]:
-    """Do some faults to one session that is recorded in `out`."""
+    """Inject some faults into one session that is recorded in `out`, and judge each."""
     done: list[Done] = []
     lost: dict[str, str] = {}
     with open_session(out) as session:
@@ -123,7 +123,7 @@ def _do(session: FaultedSession, fault: Fault) -> Done:
 
 
 def begin_and_end(session: FaultedSession, fault: Fault) -> tuple[float, float]:
-    """Do a fault; returns when it began, and when it was over."""
+    """Inject a fault; returns when it began, and when it was over."""
     if fault.begin == "stop":
         return session.stop(fault.where, fault.seconds)
     if fault.begin == "slow":
@@ -156,7 +156,7 @@ def _fill_disk(session: FaultSession, fault: Fault) -> tuple[float, float]:
     session.wait(_STATUS_S)
     for site in ("remote", "operator"):
         if not session.figures(site).get("recording_failed"):
-            raise NotWorking(f"{site} does not say that its recording stopped")
+            raise NotWorking(f"{site} does not report that its recording stopped")
     return begin_s, end_s
 
 
@@ -165,11 +165,11 @@ _REAL: dict[str, Callable[[FaultSession, Fault], tuple[float, float]]] = {
     "burn": lambda session, fault: (session.now_s(), session.burn(fault.seconds)),
     "full": _fill_disk,
 }
-"""What is done to real processes and their machine only."""
+"""Faults that only real processes and their machine can have."""
 
 
 def recover(session: FaultedSession) -> bool:
-    """Bring a session that a fault has left behind back to work, so that the next fault can be done."""
+    """Bring a session back to work after a fault, so that the next one can be injected; returns whether it works."""
     session.mend()
     session.clear_and_engage()
     try:
@@ -180,7 +180,7 @@ def recover(session: FaultedSession) -> bool:
 
 
 def read_truth(out: Path) -> Truth:
-    """What the simulations and both sites wrote down, from recordings that may have been cut by a kill."""
+    """Read the records of the simulations and of both sites; a kill may have truncated them."""
     streams: dict[str, list[tuple[float, Any]]] = {}
     for process in ("sim-remote", "sim-operator", "remote", "operator"):
         for path in recordings_of(out, process) if any(out.glob(f"{process}*.mcap")) else []:
@@ -216,7 +216,7 @@ _EACH_TICK = {
     "sim-remote": "truth_contact",
     "sim-operator": "truth_fingertips",
 }
-"""A stream of each process that shows when it got to work."""
+"""A stream of each process with an entry for each of its ticks."""
 _ONLY_TIMES = ("remote/sensed", "operator/input")
 
 

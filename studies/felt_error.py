@@ -1,4 +1,4 @@
-"""How far what is felt on a plate is from what is felt on the object itself, beside what a finger tolerates."""
+"""Error of the temperature felt on a plate against that felt on the object itself, beside a finger's tolerance."""
 
 from dataclasses import dataclass
 
@@ -10,14 +10,14 @@ from studies.simulated_finger import STEP_S, Array
 
 @dataclass(frozen=True, slots=True)
 class FeltError:
-    """Of one touch.
+    """Error of one touch.
 
     Attributes:
         largest_k: largest error, either way, K.
-        at_s: when.
-        share: largest error in tolerances of that moment.
-        twice_until_s: from here on it stays within twice the tolerance.
-        beyond_k: by how much more than on the object is felt at most, K.
+        at_s: time of the largest error, s.
+        share: largest ratio of the error to the tolerance at its time.
+        twice_until_s: time from which the error stays within twice the tolerance, s.
+        beyond_k: largest excess of the felt change over that on the object, K.
     """
 
     largest_k: float
@@ -28,12 +28,12 @@ class FeltError:
 
 
 def tolerance_k(true_k: Array) -> Array:
-    """What an error may be while the felt temperature has changed by so much, K."""
+    """Tolerated error at a change `true_k` of the felt temperature, K."""
     return np.asarray(np.maximum(TOLERANCE_K, TOLERANCE_SHARE * np.abs(true_k)))
 
 
 def felt_error(felt_k: Array, true_k: Array) -> FeltError:
-    """Compare changes of the felt temperature every STEP_S from contact on, K."""
+    """Compare changes of the felt temperature, K, every STEP_S from contact on."""
     error = felt_k - true_k
     shares = np.abs(error) / tolerance_k(true_k)
     twice = np.flatnonzero(shares > 2.0)

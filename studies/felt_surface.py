@@ -2,7 +2,8 @@
 
     m z'' = K (z_set - z) - B z' + F,    F = k(x) d (1 + a d'),    d = s(t, x) - z
 
-as `sim_sensors/fingertip.py` has it (after Hunt & Crossley 1975), in steps of 0.1 ms; sensed every 2 ms.
+The model is that of `sim_sensors/fingertip.py` (after Hunt & Crossley 1975), in steps of 0.1 ms. Sensors read it every
+2 ms.
 """
 
 from collections.abc import Callable
@@ -15,19 +16,19 @@ from sim_sensors.fingertip import MASS_KG, OBJECT_DAMPING_S_M, SERVO_N_M, SERVO_
 
 Floats = NDArray[np.float64]
 Path = Callable[[float], Floats]
-"""Something of each run at a time, s: (N,)."""
+"""A quantity of each run at a time, s: (N,)."""
 
 TICK_S = 0.002
 _STEP_S = 1e-4
 FORCE_NOISE_N, PLACE_NOISE_M = 0.01, 10e-6
 STEPS = {"12 bits": (0.0025, 0.0), "CAN frames": (0.01, 5e-6)}
-"""What force, N, and height, m, are rounded to; 0 is not at all. The frames' steps are wider than 12 bits of 10 N."""
+"""Rounding steps of force, N, and height, m; 0: none. The force step of the frames is wider than 12 bits of 10 N."""
 HIGHEST_N = 10.23
 
 
 @dataclass(frozen=True, slots=True)
 class Felt:
-    """What happened, (ticks, N) each, every TICK_S from 0 on.
+    """Courses of all runs, (ticks, N) each, every TICK_S from 0 on.
 
     Attributes:
         force_n, z_m, x_m: contact force and place of the fingertip.
@@ -56,10 +57,10 @@ def feel(
     damping_s_m: float | Floats = OBJECT_DAMPING_S_M,
     servo_n_m: float | Floats = SERVO_N_M,
 ) -> Felt:
-    """Let all runs pass.
+    """Simulate all runs.
 
     Args:
-        seconds: how long.
+        seconds: duration.
         setpoint_m: wanted heights; the fingers start there.
         stiffness_n_m: of the object, by the fingers' x.
         surface_m: heights of the surface by time, s, and the fingers' x; 0 by default.
@@ -89,14 +90,14 @@ def feel(
 
 
 def sense(felt: Felt, rng: np.random.Generator, steps: tuple[float, float]) -> tuple[Floats, Floats]:
-    """Force, N, and height, m, as the sensors tell them: with noise, in steps of `STEPS`."""
+    """Force, N, and height, m, as the sensors report them: with noise, in steps of `STEPS`."""
     shape = felt.force_n.shape
     force_n = _stepped(felt.force_n + FORCE_NOISE_N * rng.standard_normal(shape), steps[0])
     return np.clip(force_n, 0.0, HIGHEST_N), _stepped(felt.z_m + PLACE_NOISE_M * rng.standard_normal(shape), steps[1])
 
 
 def minimum_jerk(share: Floats) -> Floats:
-    """Way done at a share of the time of a hand's movement (Flash & Hogan 1985); both 0..1."""
+    """Share of the way done at a share of a hand movement's time (Flash & Hogan 1985); both 0..1."""
     share = np.clip(share, 0.0, 1.0)
     return np.asarray(share**3 * (10.0 - 15.0 * share + 6.0 * share**2))
 

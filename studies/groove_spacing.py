@@ -1,7 +1,7 @@
-"""Grooves over a network: how far apart they are felt, played as they come and at their time behind the hand.
+"""Grooves over a network: their displayed spacing, played on arrival and at their time behind the hand.
 
-A hand strokes evenly over a grating. The remote finger follows the newest motion packet with a lag, and finds a groove
-in the chunk of 5 ms in which it crosses it. Packets of either direction jitter, keep their order, and some never come.
+A hand strokes evenly over a grating. The remote finger follows the newest motion packet with a lag. It finds a groove
+in the chunk of 5 ms in which it crosses it. Packets of either direction jitter and keep their order; some are lost.
 """
 
 import math
@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 
 TICK_S, STEP_S, CHUNK_STEPS = 0.002, 0.001, 5
 LAG_S = 0.020
-"""Of the telemanipulator, time constant."""
+"""Time constant of the telemanipulator, s."""
 DELAY_S = 0.030
 STROKE_M_S, GROOVES_M = 0.060, 0.004
 SECONDS, SETTLED_S = 30.0, 3.0
@@ -46,7 +46,7 @@ COMPARED = (
 
 
 def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
-    """A row for each network: standard deviation of the spacing, and how far behind the hand, in both ways."""
+    """A row for each network and way: standard deviation of the spacing, and lag behind the hand."""
     networks = product(LOSSES, JITTERS_S[:: 3 if quick else 1])
     pieces: dict[str, list[Piece]] = {"spacing": [(_rows, (jitter, loss, seed)) for loss, jitter in networks]}
     found = rows_of(pieces, work, tell)
@@ -54,12 +54,12 @@ def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]
 
 
 def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """The rows."""
+    """One table, `spacing`."""
     return {"spacing": data["spacing"]}
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
-    """Spacing's standard deviation against jitter, with how far behind the hand each way is at the worst, as PNG."""
+    """Draw the standard deviation of the spacing against jitter as PNG; the legend gives the lag behind the hand."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.0, 4.5), layout="constrained")
         FigureCanvasAgg(figure)
@@ -90,9 +90,9 @@ def plot(data: Mapping[str, Any], path: Path) -> None:
 def _rows(jitter_s: float, loss: float, seed: int) -> Iterator[dict[str, Any]]:
     rng = np.random.default_rng([seed, round(1e4 * jitter_s), round(100 * loss)])
     events, ready_s = _crossed(jitter_s, loss, rng)
-    told_s = _arrivals(np.arange(0.0, SECONDS, TICK_S), jitter_s, loss, rng)
+    arrived_s = _arrivals(np.arange(0.0, SECONDS, TICK_S), jitter_s, loss, rng)
     for way, timing in ((AS_THEY_COME, None), (AT_THEIR_TIME, GrooveTiming())):
-        felt = _felt(events, ready_s, told_s, timing)
+        felt = _felt(events, ready_s, arrived_s, timing)
         hand_s = np.array([event.ident * GROOVES_M / STROKE_M_S for event in events])
         settled = [n for n, event in enumerate(events) if hand_s[n] > SETTLED_S and event.ident in felt]
         at_s = np.array([felt[events[n].ident] for n in settled])
@@ -108,13 +108,13 @@ def _rows(jitter_s: float, loss: float, seed: int) -> Iterator[dict[str, Any]]:
 
 
 def _arrivals(sent_s: Floats, jitter_s: float, loss: float, rng: np.random.Generator) -> Floats:
-    """When each packet is there, infinite for one that is not; none overtakes another."""
+    """Arrival time of each packet, s, infinite for a lost one; none overtakes another."""
     there = sent_s + np.maximum(0.0, DELAY_S + rng.uniform(-jitter_s, jitter_s, sent_s.size))
     return np.where(rng.random(sent_s.size) < loss, np.inf, np.maximum.accumulate(there))
 
 
 def _crossed(jitter_s: float, loss: float, rng: np.random.Generator) -> tuple[list[Event], list[float]]:
-    """Grooves as the remote site finds them, numbered from the start of the grating, and when it does."""
+    """Grooves as the remote site finds them, numbered from the start of the grating, and when it finds them, s."""
     sent_s = np.arange(0.0, SECONDS, TICK_S)
     there_s = _arrivals(sent_s, jitter_s, loss, rng)
     order = np.flatnonzero(np.isfinite(there_s))
@@ -135,11 +135,11 @@ def _crossed(jitter_s: float, loss: float, rng: np.random.Generator) -> tuple[li
 
 
 def _felt(
-    events: Sequence[Event], ready_s: Sequence[float], told_s: Floats, timing: GrooveTiming | None
+    events: Sequence[Event], ready_s: Sequence[float], arrived_s: Floats, timing: GrooveTiming | None
 ) -> dict[int, float]:
-    """When each is felt; a packet tells of those found in the HISTORY_S before it was sent."""
+    """Time at which each groove is felt, s; a packet reports the grooves found in the HISTORY_S before it was sent."""
     played, felt = PlayedEvents(), dict[int, float]()
-    packets = sorted((there, n * TICK_S) for n, there in enumerate(told_s) if np.isfinite(there))
+    packets = sorted((there, n * TICK_S) for n, there in enumerate(arrived_s) if np.isfinite(there))
     k = first = 0
     for now_s in np.arange(0.0, SECONDS, TICK_S):
         fresh: list[Event] = []

@@ -1,7 +1,7 @@
-"""The simulators' finger on a plate that is always where it should be, but no faster than it is told to be.
+"""The simulators' finger on an ideal plate that is always at its set-point, within a limit of its rate.
 
-The plate follows the flux of the operator site's scene model, as a TactTip's does; what is missing are Peltiers, loop,
-sensor and gate. So it tells what a plate of any rate could do.
+The plate follows the flux of the operator site's scene model, as a TactTip's does. Peltiers, controller, sensor and
+gate are left out. The result thus shows what a plate of any rate could do.
 """
 
 from dataclasses import replace
@@ -34,11 +34,11 @@ def ideal_plate_touch(
     Args:
         name: material or alias of the object that is rendered.
         object_c: its temperature, C.
-        seconds: how long it is touched.
-        faster: how many times as fast as a TactTip the plate heats and cools.
-        share: how much of its way from the neutral temperature is shown.
-        lead_s: so long before contact the plate starts for the temperature at which finger and object will meet.
-        deep_c: of deep tissue, in the finger and in the model of it, C.
+        seconds: duration of the touch.
+        faster: rates of heating and cooling, as a multiple of a TactTip's.
+        share: share of the plate's way from the neutral temperature that is displayed.
+        lead_s: time before contact at which the plate starts for the temperature where finger and object will meet, s.
+        deep_c: temperature of deep tissue, in the finger and in the model of it, C.
         contact_m2k_w: contact resistance in the scene; None for that of a bare finger on this material.
 
     Raises:

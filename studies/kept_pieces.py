@@ -1,4 +1,4 @@
-"""Finished pieces of a study's work in a folder: each is there whole, or not at all."""
+"""Stores finished pieces of a study's work in a folder; each is there whole, or not at all."""
 
 import hashlib
 import os
@@ -12,15 +12,15 @@ _DIGEST_BYTES = hashlib.sha256().digest_size
 class KeptPieces:
     """Results by their key, a file each, which begins with the digest of what follows.
 
-    The name is given when all has been written, so that a writer that is killed leaves nothing; the digest tells what
-    a machine that lost its power may leave. Results are pickles: the folder is trusted as much as the program is.
+    A file gets its name after it is complete, so that a killed writer leaves no result. The digest detects a file that
+    a power failure has damaged. Results are pickles: trust the folder as much as the program.
     """
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
     def find(self, key: str) -> bytes | None:
-        """What was kept by this key; None where nothing was, or not all of it."""
+        """Result kept under this key; None where it is missing or damaged."""
         try:
             found = (self._folder / key).read_bytes()
         except FileNotFoundError:
@@ -36,7 +36,7 @@ class KeptPieces:
         begun.replace(self._folder / key)
 
     def forget(self) -> None:
-        """Remove all, and the folder above when nothing else is in it."""
+        """Remove all, and the folder above if it is empty then."""
         shutil.rmtree(self._folder, ignore_errors=True)
         with suppress(OSError):
             self._folder.parent.rmdir()

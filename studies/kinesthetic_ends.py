@@ -1,7 +1,7 @@
-"""The device ends of the kinesthetic loop's bus, each telling by the device's own clock when forces reached it.
+"""Device ends of the kinesthetic loop's bus; each reports by the device's own clock when forces reached it.
 
-One is the emulated exoskeleton in a thread of this process, on python-can's virtual bus; the other the simulator's real
-process behind its socketcand gateway, where a second connection to the bus listens to what arrives.
+One is the emulated exoskeleton in a thread of this process, on python-can's virtual bus. The other is the simulator's
+real process behind its socketcand gateway. There a second connection to the bus listens to what arrives.
 """
 
 import math
@@ -33,15 +33,15 @@ _names = count()
 
 
 class DeviceEnd(Protocol):
-    """What the loop needs of the other end of its bus."""
+    """Interface of the other end of the loop's bus."""
 
     address: CanAddress
 
     def keep_up(self) -> None:
-        """Take note of what happened; called now and then from the loop."""
+        """Take note of new frames; the loop calls this now and then."""
 
     def arrivals_s(self) -> list[float]:
-        """When each frame of forces reached the device so far, by its own clock, s; NaN where that is not known."""
+        """Time at which each frame of forces reached the device so far, by its own clock, s; NaN where unknown."""
 
 
 class VirtualEnd:
@@ -57,10 +57,10 @@ class VirtualEnd:
         self._thread.start()
 
     def keep_up(self) -> None:
-        """The thread does."""
+        """Do nothing; the thread keeps up by itself."""
 
     def arrivals_s(self) -> list[float]:
-        """When each frame of forces reached the node."""
+        """Time at which each frame of forces reached the node, s."""
         return self._arrivals_s
 
     def close(self) -> None:
@@ -87,7 +87,7 @@ class VirtualEnd:
 
 
 class GatewayEnd:
-    """The simulator's process with a hand that works on a scene; a listener is told every frame on its bus."""
+    """The simulator's process with a hand that works on a scene; a listener receives every frame on its bus."""
 
     def __init__(self, folder: Path) -> None:
         first = free_port_block(6)
@@ -102,14 +102,14 @@ class GatewayEnd:
         self._listener = self._listen(first)
 
     def keep_up(self) -> None:
-        """Take what the bus has told since the last call."""
+        """Take the frames that came over the bus since the last call."""
         try:
             self._heard.append(self._listener.recv(1 << 20))
         except BlockingIOError:
             return
 
     def arrivals_s(self) -> list[float]:
-        """When each frame of forces reached the simulator's gateway; NaN for one that the listener missed."""
+        """Time at which each frame of forces reached the simulator's gateway, s; NaN for one that is missing there."""
         self.keep_up()
         frames = (frame.split() for frame in b"".join(self._heard).split(b">"))
         forces = [words for words in frames if len(words) == 5 and int(words[2], 16) == FORCES]

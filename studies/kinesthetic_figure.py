@@ -1,4 +1,4 @@
-"""The figure of the study of the kinesthetic loop: how late, how dear, and how long from height to force."""
+"""Figure of the study of the kinesthetic loop: lateness, cost, and time from height to force."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,7 +18,7 @@ _SHARES = np.linspace(0.0, 1.0, 201)
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
-    """Write the figure of what the study returned as PNG."""
+    """Draw the study's data as PNG."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(11.5, 4.2), layout="constrained")
         FigureCanvasAgg(figure)

@@ -1,8 +1,8 @@
-"""The kinesthetic loop at 1 kHz through python-can: lateness beside a bare loop, its cost, and from height to force.
+"""The kinesthetic loop at 1 kHz through python-can: lateness beside a bare loop, cost, and time from height to force.
 
 The loop is the operator site's force path alone: read the exoskeleton, push back with five contacts, limit the forces
-as the gate does, write. It runs on python-can's virtual bus and over socketcand to the simulator's process, in turn
-with a loop that only makes five bare springs, so that what the machine does to one it does to all.
+as the gate does, write. It runs on python-can's virtual bus, and over socketcand to the simulator's process. A bare
+loop of five springs takes turns with them, so that other load on the machine affects all alike.
 """
 
 import logging
@@ -26,7 +26,7 @@ __all__ = ["measure", "plot", "run", "tables"]
 MEASURES_THIS_MACHINE = "how late loops are on this machine"
 RATE_HZ, SITE_HZ = 1000.0, 500.0
 BUDGET = 0.05
-"""Share of a 1 ms period that five contacts and the gate's limits of their forces may cost."""
+"""Largest share of a 1 ms period that five contacts and the gate's limits of their forces may cost."""
 BARE = "bare loop"
 _SETTLE_S = 0.3
 _KEEP_UP_EVERY = 20
@@ -40,11 +40,11 @@ class Lane:
     """One loop of the study, run in slices.
 
     Attributes:
-        name: of its bus.
-        rate_hz: of the loop.
-        step: what it does in each tick.
+        name: name of its bus.
+        rate_hz: rate of the loop.
+        step: work of each tick.
         end: the device at the other end; None: there is none.
-        late_s: of each tick.
+        late_s: lateness of each tick.
         wall_s, cpu_s: time that passed, and processor time of the loop's own thread.
         overruns: ticks more than a period late.
         measured: the step's ticks that count, from and to.
@@ -61,7 +61,7 @@ class Lane:
     measured: list[tuple[int, int]] = field(default_factory=list)
 
     def run(self, seconds: float, ends: Sequence[DeviceEnd]) -> None:
-        """One slice; its beginning, while what waited is read, does not count. All ends are kept up with meanwhile."""
+        """Run one slice. Its start, while waiting frames are read, does not count. All ends keep up meanwhile."""
         self.step.catch_up()
         self._ticks(_SETTLE_S, ends)
         first = len(self.step.spent_s)
@@ -87,9 +87,9 @@ class Lane:
 def run(
     *, quick: bool = False, seed: int = 0, tell: Callable[[float | str], object] = lambda _: None
 ) -> dict[str, Any]:
-    """Measure; `seed` changes nothing, since nothing is drawn."""
+    """Measure; `seed` has no effect, since nothing is random."""
     become_timely()
-    logging.getLogger("can").setLevel(logging.ERROR)  # a frame cut in two by the network is nothing to warn of
+    logging.getLogger("can").setLevel(logging.ERROR)  # a frame that the network splits needs no warning
     return measure(seconds=1.0 if quick else 5.0, rounds=2 if quick else 6, tell=tell)
 
 
@@ -99,7 +99,7 @@ def measure(
     buses: Sequence[str] = ("virtual", "socketcand"),
     tell: Callable[[float | str], object] = lambda _: None,
 ) -> dict[str, Any]:
-    """Run all loops in turn, `rounds` times `seconds` each, and tell of each what came of it."""
+    """Run all loops in turn, `rounds` times `seconds` each; returns the result of each."""
     parts = part_costs_us(repeat=2000)
     with ExitStack() as opened:
         lanes = [Lane(BARE, RATE_HZ, BareStep())]
@@ -130,7 +130,7 @@ def measure(
 
 
 def tables(data: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """Loops, what a step is made of, and the time from height to force."""
+    """Tables of the loops, of the parts of a step, and of the time from height to force."""
     flat = [{name: value for name, value in row.items() if not isinstance(value, list)} for row in data["loops"]]
     names = dict.fromkeys(name for row in flat for name in row)
     loops = [{name: row.get(name) for name in names} for row in flat]
@@ -174,9 +174,9 @@ def _row(lane: Lane) -> dict[str, Any]:
 
 
 def _answers(lane: Lane, step: KinestheticStep, end: DeviceEnd) -> dict[str, Any]:
-    """From when heights were measured until the first forces that answer them were there, by the device's own clock.
+    """Time from measuring heights to the arrival of the first forces that answer them, by the device's own clock.
 
-    Heights come at 500 Hz: a loop at 1 kHz answers each twice, and the second answer is no news.
+    Heights come at 500 Hz. A loop at 1 kHz answers each twice, and only the first answer counts.
     """
     arrived_s, answered_s = np.array(end.arrivals_s()), np.array(step.answered_s)
     count = min(len(arrived_s), len(answered_s))

@@ -1,6 +1,6 @@
-"""One kinesthetic step as the operator site makes it: heights from the bus, contacts, the gate's limits, forces to it.
+"""One kinesthetic step of the operator site: heights from the bus, contacts, the gate's limits, forces to the bus.
 
-What python-can takes for the bus is kept apart. Beside it the least that Python can do instead: five bare springs.
+Time spent in python-can is counted apart. The baseline is the least that Python can do instead: five bare springs.
 """
 
 import math
@@ -24,11 +24,11 @@ from operator_site.sampled_wall import SampledWall
 _SITE = RenderingConfig()
 WALL = SampledWall(_SITE.exoskeleton_damping_n_s_m, 0.001, _SITE.exoskeleton_delay_s)
 SURFACE_M, STIFFNESS_N_M = 0.0, WALL.stiffest_n_m
-"""The bench, and as stiff as the site shows it."""
+"""Height of the bench, m, and the largest stiffness that the site displays, N/m."""
 PARTS = ("bus", "decode", "contacts", "limits", "encode")
-"""What a tick is made of: python-can's receiving and sending; heights checked and watched; forces wanted; what the
-gate lets through of them; their frame. The third and the fourth are the kinesthetic step itself; the gate's plates and
-motors are not."""
+"""Parts of a tick: python-can's receiving and sending, checking heights, computing forces, the gate's limits on them,
+and encoding their frame. `contacts` and `limits` are the kinesthetic step itself, without the gate's plates and
+motors."""
 _NOTHING = (0.0,) * len(FINGERS)
 
 
@@ -40,7 +40,7 @@ class TimedBus:
         self._bus = bus
 
     def recv(self, timeout: float) -> can.Message | None:
-        """The next frame."""
+        """Receive the next frame."""
         began_s = time.perf_counter()
         message = self._bus.recv(timeout)
         self.spent_s += time.perf_counter() - began_s
@@ -53,7 +53,7 @@ class TimedBus:
         self.spent_s += time.perf_counter() - began_s
 
     def shutdown(self) -> None:
-        """Close it."""
+        """Close the bus."""
         self._bus.shutdown()
 
     def take_s(self) -> float:
@@ -64,11 +64,11 @@ class TimedBus:
 
 @dataclass(slots=True)
 class KinestheticStep:
-    """The force loop of the operator site, alone.
+    """The force loop of the operator site by itself.
 
     Attributes:
-        spent_s: what each part of each step has cost, s, in the order of PARTS.
-        answered_s: by the device's clock, s, when the heights were measured that each sent force answers.
+        spent_s: cost of each part of each step, s, in the order of PARTS.
+        answered_s: time by the device's clock, s, at which the heights were measured that each sent force answers.
     """
 
     address: CanAddress
@@ -89,7 +89,7 @@ class KinestheticStep:
         self._limits = [ForceLimits(WALL) for _ in FINGERS]
 
     def connect(self, t_s: float) -> bool:
-        """Whether the exoskeleton has been heard; call it until it has."""
+        """Whether heights of the exoskeleton have arrived; call it until they have."""
         line = self.exoskeleton.line
         heard = not math.isinf(self.exoskeleton.read(t_s).oldest_s)
         if heard and self._bus is None and line._bus is not None:
@@ -98,12 +98,12 @@ class KinestheticStep:
         return heard
 
     def catch_up(self) -> None:
-        """Let pass what came while this step waited for its turn: old places, one after the other, are no motion."""
+        """Discard frames that came while this step waited for its turn: old places in a row are no motion."""
         while self.exoskeleton.line.poll():
             pass
 
     def tick(self, t_s: float) -> None:
-        """Read, push back, limit, write; at the time `t_s`."""
+        """Read, compute contacts, limit and write, at the time `t_s`."""
         assert self._bus
         began_s = time.perf_counter()
         hand = self.exoskeleton.read(t_s)
@@ -134,7 +134,7 @@ class KinestheticStep:
 def let_through(
     limits: Sequence[ForceLimits], t_s: float, dt_s: float, age_s: float, force_n: Sequence[float], z_m: Sequence[float]
 ) -> tuple[list[float], str | None]:
-    """What the gate lets through of five forces, N, and what it finds wrong."""
+    """Forces that the gate passes of five wanted ones, N, and the fault that it finds."""
     wrong = None
     for finger, height_m in zip(limits, z_m, strict=True):
         wrong = finger.observe(t_s, t_s - age_s, height_m) or wrong
@@ -142,7 +142,7 @@ def let_through(
 
 
 def bare_springs(data: bytes) -> bytes:
-    """The bare baseline: five springs from a frame of heights to a frame of forces, without any check or bus."""
+    """Baseline: five springs from a frame of heights to a frame of forces, without any check or bus."""
     heights, forces = int.from_bytes(data, "little"), 0
     for finger in range(5):
         counts = (heights >> 12 * finger & 0xFFF ^ 0x800) - 0x800
@@ -152,10 +152,10 @@ def bare_springs(data: bytes) -> bytes:
 
 
 class BareStep:
-    """What the bare loop does in a tick: five bare springs.
+    """Tick of the bare loop: five bare springs.
 
     Attributes:
-        spent_s: what each step has cost, s.
+        spent_s: cost of each step, s.
     """
 
     def __init__(self) -> None:
@@ -163,17 +163,17 @@ class BareStep:
         self._frame = FrameSender("FingerHeights").encode(dict.fromkeys(FINGERS, -1.234)).data
 
     def catch_up(self) -> None:
-        """Nothing comes."""
+        """Do nothing; no frames come."""
 
     def tick(self, _t_s: float) -> None:
-        """Make the step."""
+        """Compute five bare springs."""
         began_s = time.perf_counter()
         bare_springs(bytes(self._frame))
         self.spent_s.append((time.perf_counter() - began_s,))
 
 
 def part_costs_us(repeat: int) -> dict[str, float]:
-    """What parts of a step cost in a loop of nothing else, the best of five times `repeat` calls, us."""
+    """Cost of each part of a step in a loop of nothing else, us: the best mean of five runs of `repeat` calls."""
     heights, receiver = FrameSender("FingerHeights"), FrameReceiver("FingerHeights")
     forces = FrameSender("FingerForces")
     frames = [bytes(heights.encode(dict.fromkeys(FINGERS, -1.234)).data) for _ in range(16)]

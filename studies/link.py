@@ -1,6 +1,6 @@
-"""The link: latency and processor time beside bare sockets, age of what is rendered on bad networks, safe states.
+"""The link: latency and processor time beside bare sockets, age of rendered data on bad networks, safe states.
 
-The figure shows where the method fails, too: the networks on which the session is in its safe state.
+The figure also shows where the method fails: the networks on which the session is in its safe state.
 """
 
 import os
@@ -26,18 +26,18 @@ COMPARED = (
 
 
 def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
-    """Measure everything, what depends on this machine by itself.
+    """Measure everything; measurements of this machine run by themselves.
 
-    What the fault matrix found is left out, with a note, when its file is not there.
+    Findings of the fault matrix are left out, with a note, when their file is missing.
 
     Args:
-        quick: a minute and a quarter with coarse grids instead of some ten minutes.
-        seed: of the order in which ways take turns, and of the networks.
-        tell: is told the share done, 0..1.
-        work: who does what is on virtual time: the age.
+        quick: a minute and a quarter with coarse grids, instead of some ten minutes.
+        seed: seed of the order of the ways, and of the networks.
+        tell: called with the share done, 0..1.
+        work: runs the pieces that are on virtual time: the age.
 
     Raises:
-        FaultsProblem: that file holds something else.
+        FaultsProblem: the file of the fault matrix holds something else.
         EndLost: a process of a measurement ended.
     """
     safe_states = safe_state_times(DEFAULT_FAULTS)
@@ -64,7 +64,7 @@ def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]
 
 
 def tables(data: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """Parts of the result that are tables, by name."""
+    """Tables of the result, by name."""
     return {
         "latency": data["latency"]["ways"],
         "cpu": data["cpu"]["measurements"],
@@ -75,5 +75,5 @@ def tables(data: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
 
 
 def plot(data: dict[str, Any], path: Path) -> None:
-    """Draw what `run` returned."""
+    """Draw the study's data as PNG."""
     link_figure.plot(data, path)

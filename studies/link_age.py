@@ -1,9 +1,9 @@
-"""How old what is rendered gets on a network with delay, jitter and loss: the method's limit, in virtual time.
+"""Age of rendered data on a network with delay, jitter and loss: the method's limit, in virtual time.
 
-Touch packets and heartbeats go through the network model's TCP streams and the link's own rules of acceptance and clock
-comparison. Nothing waits: a second of the session takes some hundredths of one. The model sends a lost segment again
-after a whole time-out, 200 ms or more; a real TCP often knows of the loss sooner, from what arrives behind it, so that
-what is found for loss is an upper bound.
+Touch packets and heartbeats pass through the network model's TCP streams, and through the link's own packet filter and
+clock comparison. No real time is waited for: a second of the session takes some hundredths of one. The model resends a
+lost segment after a whole retransmission time-out, 200 ms or more. A real TCP often detects the loss sooner, from later
+segments. The results for loss are thus an upper bound.
 """
 
 from collections import deque
@@ -27,7 +27,7 @@ from studies.pieces import Piece
 
 AGES_S = (AGE_DEFAULT_S, AGE_MAX_S)
 TICK_NS = 2_000_000
-"""Both sites tick at 500 Hz, and the operator's ticks lie in the middle between the remote's."""
+"""Tick period of both sites, ns: 500 Hz. The operator's ticks lie midway between the remote's."""
 _SETTLE_S = 3.0
 _BEAT_TICKS = round(1e9 / TICK_NS / STREAMS["heartbeat"].rate_hz)
 _BEAT_BYTES = framed_bytes(60)
@@ -35,7 +35,7 @@ _START_NS = 10**12
 
 
 class Packet(NamedTuple):
-    """What acceptance looks at."""
+    """The fields of a packet that acceptance checks."""
 
     session: int
     sequence: int
@@ -44,7 +44,7 @@ class Packet(NamedTuple):
 
 @dataclass(slots=True)
 class MessageStream:
-    """Messages of one length over a TCP stream: each arrives with its last byte."""
+    """Messages of one length over a TCP stream; each arrives with its last byte."""
 
     stream: TcpStream
     size: int
@@ -52,12 +52,12 @@ class MessageStream:
     _unread: int = 0
 
     def send(self, message: object, now_ns: int) -> None:
-        """Put a message on its way."""
+        """Send a message."""
         self._under_way.append(message)
         self.stream.push(bytes(self.size), now_ns * 1e-9)
 
     def receive(self, now_ns: int) -> list[Any]:
-        """What has arrived whole by now."""
+        """Messages that have arrived whole by now."""
         self._unread += len(self.stream.take(now_ns * 1e-9))
         count, self._unread = divmod(self._unread, self.size)
         return [self._under_way.popleft() for _ in range(count)]
@@ -65,7 +65,7 @@ class MessageStream:
 
 @dataclass(slots=True)
 class Age:
-    """Age of the newest accepted packet at each of the operator's ticks, for one agreed limit."""
+    """Age of the newest accepted packet at each of the operator's ticks, for one age limit."""
 
     acceptance: Acceptance
     newest_ns: int | None = None
@@ -74,7 +74,7 @@ class Age:
     silent_ticks: int = 0
 
     def tick(self, packets: Iterable[Packet], now_ns: int, clock: ClockOffset, count: bool) -> None:
-        """Judge the newest packet, as a link that keeps no other does; count the tick when asked to."""
+        """Judge only the newest packet, as the link keeps no other; count the tick if `count` is set."""
         newest = next(iter(deque(packets, maxlen=1)), None)
         if newest is not None and self.acceptance.accept(
             newest, SESSION, now_ns, clock.offset_ns, clock.uncertainty_ns
@@ -91,11 +91,12 @@ class Age:
 
 
 def ages(conditions: Conditions, seconds: float, seed: int) -> list[dict[str, Any]]:
-    """What comes of `seconds` on a network of these conditions, for each limit of age.
+    """Simulate `seconds` on a network of these conditions, for each age limit.
 
     Returns:
-        For each limit: median and 99th percentile of the age of the newest accepted packet at every tick, ms (None when
-        there never was one), and the share of ticks without one for more than the gap, 0..1: the safe state.
+        For each limit: median and 99th percentile of the age of the newest accepted packet at every tick, ms, and the
+            share of ticks in the safe state, 0..1. Ages are None where no packet was accepted. The safe state is a tick
+            without an accepted packet for longer than the gap.
     """
     chance = Random(seed)
 
@@ -145,7 +146,7 @@ def grid(quick: bool) -> list[Conditions]:
 
 
 def sweep(quick: bool, seed: int) -> list[Piece]:
-    """A piece for each network of `grid`: a row for each limit of age."""
+    """A piece for each network of `grid`, with a row for each age limit."""
     seconds = 5.0 if quick else 20.0
     return [(_on, (network, seconds, seed + number)) for number, network in enumerate(grid(quick))]
 

@@ -1,4 +1,4 @@
-"""The bare parts that the link is compared with: CurveZMQ sockets and a TCP socket, with nothing around them."""
+"""Bare baselines of the link: CurveZMQ sockets and a TCP socket, without any layer above them."""
 
 import socket
 import struct
@@ -23,7 +23,7 @@ def read_number(message: bytes) -> int:
 
 
 class BareCurve:
-    """One side of a CurveZMQ pair of sockets that keep the newest message only; nobody is asked who may connect."""
+    """One side of a CurveZMQ pair of sockets that keep only the newest message; any client may connect."""
 
     def __init__(self, address: str, kind: int, keys: KeyPair, server_public_key: str | None = None):
         """Serve at `address`, or connect to the server that has this key."""
@@ -43,7 +43,7 @@ class BareCurve:
             self._socket.connect(address)
 
     def send(self, message: bytes) -> None:
-        """Send, or drop it when nobody is connected."""
+        """Send a message, or drop it when nobody is connected."""
         try:
             self._socket.send(message, zmq.DONTWAIT)
         except zmq.Again:
@@ -65,12 +65,12 @@ class BareCurve:
             return None
 
     def close(self) -> None:
-        """Close the socket, dropping what was not sent."""
+        """Close the socket, and drop unsent messages."""
         self._context.destroy(linger=0)
 
 
 class PlainTcp:
-    """One side of a TCP connection that carries messages behind their lengths, each sent at once (TCP_NODELAY)."""
+    """One side of a TCP connection with length-prefixed messages, each sent at once (TCP_NODELAY)."""
 
     def __init__(self, connection: socket.socket):
         self._connection = connection
@@ -87,7 +87,7 @@ class PlainTcp:
 
     @classmethod
     def connect(cls, host: str, port: int) -> "PlainTcp":
-        """Connect to a side that serves already."""
+        """Connect to a side that already serves."""
         return cls(socket.create_connection((host, port), timeout=30.0))
 
     def send(self, message: bytes) -> None:

@@ -1,4 +1,4 @@
-"""Child processes that are the two ends of a link, and what one end's process has used of the processor."""
+"""Child processes at the two ends of a link, and the processor time that a process has used."""
 
 import multiprocessing
 import resource
@@ -17,7 +17,7 @@ from teletaction.demo_files import HOST, free_port_block
 from teletaction.processes import die_with_parent
 
 ANSWER_S = 60.0
-"""An end that says nothing for so long is given up, beyond what it was told to do."""
+"""Silence after which an end is given up, s, beyond the time of its work."""
 _SPAWN = multiprocessing.get_context("spawn")
 
 
@@ -27,7 +27,7 @@ class EndLost(RuntimeError):
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where the ends of a measurement meet.
+    """Addresses and keys at which the ends of a measurement meet.
 
     Attributes:
         host, base_port: of the product's link; the ports behind it are for the bare sockets.
@@ -45,7 +45,7 @@ class Place:
         return self.base_port + len(STREAMS) + number
 
     def bare_address(self, number: int) -> str:
-        """The same as ZeroMQ writes it."""
+        """ZeroMQ address of a bare socket, 0 or 1."""
         return f"tcp://{self.host}:{self.bare_port(number)}"
 
     @classmethod
@@ -62,14 +62,14 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class End:
-    """A child process, and the line to it."""
+    """A child process, and the connection to it."""
 
     name: str
     process: BaseProcess
     line: Connection
 
     def hear(self, seconds: float = 0.0) -> Any:
-        """What it says next, within `seconds` and some patience; raises EndLost."""
+        """Next message of the process, within `seconds` and ANSWER_S; raises EndLost."""
         try:
             if self.line.poll(seconds + ANSWER_S):
                 return self.line.recv()
@@ -108,7 +108,7 @@ def ends(*works: tuple[str, Callable[..., None], tuple[object, ...]]) -> Iterato
 
 
 def pipe() -> tuple[Connection, Connection]:
-    """A line between two child processes."""
+    """A connection between two child processes."""
     return _SPAWN.Pipe()
 
 

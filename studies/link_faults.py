@@ -1,4 +1,4 @@
-"""How soon each fault left every actuator safe: what the fault matrix measured, beside the limits."""
+"""Time from each fault to the safe state of each actuator, as the fault matrix measured it, beside the limits."""
 
 import json
 from pathlib import Path
@@ -8,19 +8,19 @@ from studies.fault_judge import HOLD_S
 from studies.fault_table import Actuator
 
 DEFAULT_FAULTS = Path(__file__).parent.parent / "docs" / "faults.json"
-"""Where the fault matrix's findings are kept with the source."""
+"""File of the fault matrix's findings that is kept with the source."""
 
 
 class FaultsProblem(ValueError):
-    """A file that is not what the fault matrix writes."""
+    """A file without the format of the fault matrix."""
 
 
 def safe_state_times(path: Path) -> dict[str, Any]:
     """Times to the safe state from a file of the fault matrix.
 
     Returns:
-        `limits_s`: what each actuator is allowed; `faults`: name, expected and real outcome, and `safe_s` of those
-        faults that made an actuator safe. Without the file: `note` says so.
+        `limits_s`: hold time of each actuator, s. `faults`: name, required and measured outcome, and `safe_s` of the
+            faults that made an actuator safe. `note`: says so when the file is missing.
 
     Raises:
         FaultsProblem: the file is something else.

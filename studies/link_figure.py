@@ -1,4 +1,4 @@
-"""The figure of the study of the link: cost above, failure region in the middle, age and safe states below."""
+"""Figure of the study of the link: cost above, failure region in the middle, age and safe states below."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -35,7 +35,7 @@ _JITTERS_SHOWN = 2
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
-    """Write the figure of what the study returned as PNG."""
+    """Draw the study's data as PNG."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(11.5, 11.0), layout="constrained")
         FigureCanvasAgg(figure)

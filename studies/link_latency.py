@@ -1,12 +1,11 @@
 """One-way time of a touch packet between two processes: the product's link beside bare CurveZMQ and plain TCP.
 
-All ways carry messages of one size at one rate, in short blocks that take turns in random order: whatever else the
-machine does hits all of them alike. The time of a packet ends when it was decoded, checked and accepted; it begins when
-it is encoded, and in a second row when its encoding begins. The time of a bare message is that of its socket alone.
+All ways carry messages of one size at one rate, in short blocks in random order. Other load on the machine thus affects
+all alike. The time of a packet ends when it is decoded, checked and accepted. It begins after its encoding, and in a
+second row before its encoding. The time of a bare message is that of its socket alone.
 
-A pair of sockets in processes that do nothing else finds the processor as it left it, and no site is such a process.
-Beside it goes a pair whose ends make a packet before each message and decode one after it, outside the time that
-counts.
+Sockets in processes that do nothing else find the processor's state as they left it, and no site is such a process. A
+further pair therefore encodes a packet before each message and decodes one after it, outside the measured time.
 """
 
 import time
@@ -33,7 +32,7 @@ BUSY_CURVE = "bare CurveZMQ, ends as busy"
 WAYS = (LINK, BUSY_CURVE, CURVE, TCP)
 WITH_ENCODING = "link, with its encoding"
 BLOCK = 50
-"""Messages of one way before another has its turn: a tenth of a second."""
+"""Messages of one way before the next way's turn: a tenth of a second."""
 GRID = np.round(np.linspace(0.0, 0.999, 334), 4)
 """Shares at which a distribution is kept for the figure."""
 _GIVE_UP_S = 0.5
@@ -41,7 +40,7 @@ _TRIES = 60
 
 
 def _send(line: Connection, place: Place, receiver: Connection, seed: int, rounds: int) -> None:
-    """The sending process: decides whose turn it is, and hands on how long each message took."""
+    """Sending process: chooses the way of each block, and reports the time that each message took."""
     like = touch_parts()
     body = next_touch(like, 10_000, time.monotonic_ns()).encode()
     curve = BareCurve(place.bare_address(0), zmq.PUB, load_keys(place.remote_keys))
@@ -68,7 +67,7 @@ def _send(line: Connection, place: Place, receiver: Connection, seed: int, round
                     break
             else:
                 raise EndLost(f"{way}: nothing arrived")
-            if turn >= 0:  # what comes before only shows that all are connected
+            if turn >= 0:  # the turn before only shows that all are connected
                 taken = [(arrived_ns, *departures[n]) for n, arrived_ns in arrivals if n in departures]
                 line.send((way, [(end - encoded, end - begin) for end, begin, encoded in taken]))
     receiver.send(None)
@@ -78,7 +77,7 @@ def _send(line: Connection, place: Place, receiver: Connection, seed: int, round
 
 
 def _receive(_: Connection, place: Place, sender: Connection) -> None:
-    """The receiving process: waits for one way after the other, as the sender says."""
+    """Receiving process: waits for one way after the other, as the sender announces them."""
     server_key = load_keys(place.remote_keys).public
     curve = BareCurve(place.bare_address(0), zmq.SUB, load_keys(place.operator_keys), server_key)
     receivers: dict[str, Receiver] = {
@@ -111,12 +110,12 @@ def _connect(place: Place) -> PlainTcp:
 
 
 def measure(rounds: int, seed: int, tell: Callable[[float], object] = lambda _: None) -> dict[str, Any]:
-    """Measure `rounds` blocks of each way; returns the size of a message, and what `summary` says of the times.
+    """Measure `rounds` blocks of each way; returns the size of a message, and the `summary` of the times.
 
     Args:
         rounds: blocks of 50 messages of each way; one takes 0.4 s for all four.
-        seed: of the order in which the ways take turns.
-        tell: is told the share done, 0..1.
+        seed: seed of the order of the ways.
+        tell: called with the share done, 0..1.
 
     Raises:
         EndLost: a process ended, or nothing arrives.
@@ -140,10 +139,10 @@ def measure(rounds: int, seed: int, tell: Callable[[float], object] = lambda _: 
 
 
 def summary(blocks: Mapping[str, Sequence[Sequence[int]]]) -> dict[str, Any]:
-    """Quantiles of each way, us, their ratios to the bare CurveZMQ pairs, and how the ratio to the idle pair varies.
+    """Quantiles of each way, us, their ratios to the bare CurveZMQ pairs, and the spread of the ratio to the idle pair.
 
     Args:
-        blocks: one-way times in ns of each block of each way; blocks of one number belong to one round.
+        blocks: one-way times of each block of each way, ns; blocks of one index belong to one round.
     """
     us = {way: np.concatenate([np.asarray(block) for block in of_way]) * 1e-3 for way, of_way in blocks.items()}
     medians = {way: np.array([np.median(block) for block in of_way]) for way, of_way in blocks.items()}

@@ -1,7 +1,7 @@
-"""Processor time of the link: both ends in loops that do nothing else, beside bare sockets in the same loops.
+"""Processor time of the link: both ends in otherwise empty loops, beside bare sockets in the same loops.
 
-The ends are processes of their own, started anew for each measurement, that tick as the sites do and count the time of
-all their threads. A loop without any socket shows what the ticking itself costs.
+Each measurement starts the ends as new processes. They tick as the sites do, and count the time of all their threads. A
+loop without any socket shows the cost of ticking itself.
 """
 
 import time
@@ -29,18 +29,18 @@ from studies.link_packets import SESSION, next_motion, next_touch, touch_parts
 LINK, CURVE, LOOP = "link", "bare CurveZMQ", "loop alone"
 WAYS = (LINK, CURVE, LOOP)
 _SETTLE_S = 1.0
-"""Everybody is connected, and warm, after this long."""
+"""Time until all ends are connected and warm, s."""
 
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """What the two ends exchange.
+    """Traffic between the two ends.
 
     Attributes:
         way: one of WAYS.
         touch_hz, motion_hz: packets a second; one is a multiple of the other.
         touching: fingers in contact, 0..5.
-        observers: how many look on, each a process of its own.
+        observers: number of read-only clients, each a process of its own.
     """
 
     way: str = LINK
@@ -87,7 +87,7 @@ class _LinkRemote:
 
 
 class _LinkClient:
-    """An operator, or an observer, who sends nothing."""
+    """An operator, or a read-only client that sends nothing."""
 
     def __init__(self, place: Place, role: Role):
         keys = place.operator_keys if role is Role.PARTNER else place.observer_keys
@@ -165,7 +165,7 @@ def _run_observer(line: Connection, place: Place, seconds: float) -> None:
 
 
 def _run(line: Connection, end: _End, loop_hz: float, send_every: int, seconds: float) -> None:
-    """Tick, send every so many ticks (0: never), receive, and say what `seconds` of it cost."""
+    """Tick, send every `send_every` ticks (0: never), receive, and report the cost of `seconds`."""
     line.send("ready")
     line.recv()
     loop = PeriodicLoop(1.0 / loop_hz)
@@ -223,7 +223,7 @@ def measure(load: Load, seconds: float) -> dict[str, Any]:
 
 
 def compare(rounds: int, seconds: float, tell: Callable[[float], object] = lambda _: None) -> list[dict[str, Any]]:
-    """Link, bare sockets and the loop alone, taking turns: `rounds` measurements of each."""
+    """Measure the link, bare sockets and the loop alone in turn, `rounds` times each."""
     rows = []
     for number in range(rounds * len(WAYS)):
         rows.append(measure(Load(WAYS[number % len(WAYS)]), seconds))
@@ -232,10 +232,10 @@ def compare(rounds: int, seconds: float, tell: Callable[[float], object] = lambd
 
 
 def ratios(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Median share of each way, link to bare, and the same without what the loop alone costs.
+    """Median share of each way, ratio of link to bare, and this ratio without the cost of the loop alone.
 
     Args:
-        rows: of `compare`: each way in each round.
+        rows: result of `compare`: each way in each round.
     """
     share = {way: [row["all_cpu"] for row in rows if row["way"] == way] for way in WAYS}
     middle = {way: median(shares) for way, shares in share.items()}
@@ -249,7 +249,7 @@ def ratios(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def scaling_loads(quick: bool) -> list[tuple[str, Load]]:
-    """What is varied, each by itself: rate, fingers that touch, observers."""
+    """Loads that vary one quantity each: rate, touching fingers, read-only clients."""
     rates = (100.0, 500.0, 1000.0) if quick else (100.0, 200.0, 500.0, 1000.0)
     fingers = (1, 5) if quick else (1, 2, 3, 4, 5)
     observers = (0, 2) if quick else (0, 1, 2, 3, 4, 5)

@@ -1,4 +1,4 @@
-"""Packets as a session exchanges them, and what each of them takes on the wire."""
+"""Packets as a session exchanges them, and their sizes on the wire."""
 
 from collections.abc import Sequence
 
@@ -21,9 +21,9 @@ from common.packets import LinkState, N
 from common.told import NOTHING, Told
 
 SESSION = 0x1F2E_3D4C_5B6A_7988
-"""Of every packet here; as long on the wire as the random number of a real session."""
+"""Session number of every packet here; as long on the wire as the random number of a real session."""
 USUAL_EVENTS = 4
-"""Taps and grooves in one touch packet: a session on grooved blocks has this many in half a second."""
+"""Taps and grooves in one touch packet; a session on grooved blocks has this many in half a second."""
 _FIRST_NS = 10**15
 _MATERIALS = ("pine", "aluminium", "pvc", "ceramic_tile", "skin_dermis")
 _IN_CONTACT = {
@@ -58,16 +58,16 @@ _IN_CONTACT = {
 # authenticator, and inside the box the message's own flags.
 _CURVE_BYTES = 8 + 8 + 16 + 1
 _TCP_IP_BYTES = 20 + 20 + 12
-"""IPv4 and TCP headers with time stamps, as a segment of its own has them."""
+"""Length of the IPv4 and TCP headers with time stamps, bytes."""
 
 
 def touch_parts(touching: int = N, events: int | None = None) -> Touch:
-    """A touch packet of which `touching` fingers (0..5) stroke an object.
+    """A touch packet in which `touching` fingers (0..5) stroke an object.
 
-    `events` (0..24) happened; by default the usual ones, or none when nothing is touched.
+    `events` (0..24) is the number of events; the default is USUAL_EVENTS, or none without any touch.
 
     Raises:
-        ValueError: there are no so many fingers or events.
+        ValueError: the number of fingers or of events is out of range.
     """
     if events is None:
         events = USUAL_EVENTS if touching else 0
@@ -86,12 +86,12 @@ def touch_parts(touching: int = N, events: int | None = None) -> Touch:
 
 
 def next_touch(like: Touch, sequence: int, time_ns: int) -> Touch:
-    """The same touch as another packet."""
+    """The same touch in another packet."""
     return Touch(SESSION, sequence, time_ns, LinkState.ENGAGED, like.floats, like.materials, like.events, like.told)
 
 
 def next_motion(sequence: int, time_ns: int) -> Motion:
-    """Fingertips that do not move."""
+    """A motion packet of fingertips that do not move."""
     return Motion(SESSION, sequence, time_ns, LinkState.ENGAGED, _AT_REST)
 
 
@@ -99,18 +99,18 @@ _AT_REST = MOTION_BLOCK.to_bytes(np.full((N, 3), 0.005, dtype=np.float32))
 
 
 def framed_bytes(packet: int) -> int:
-    """Bytes of the TCP stream that a packet of `packet` bytes takes, encrypted."""
+    """Bytes of the TCP stream for a packet of `packet` bytes, encrypted."""
     body = _CURVE_BYTES + packet
     return body + (2 if body <= 255 else 9)
 
 
 def wire_bytes(packet: int) -> int:
-    """Bytes of the IP packet that a packet of `packet` bytes takes; a full segment is never reached by one."""
+    """Bytes of the IP packet that carries a packet of `packet` bytes; packets are shorter than a full segment."""
     return framed_bytes(packet) + _TCP_IP_BYTES
 
 
 def size_table(rates_hz: Sequence[float]) -> list[dict[str, float]]:
-    """Bytes of a packet and of a second of packets, touch and motion, for each count of touching fingers."""
+    """Bytes of a packet and of a second of packets, touch and motion, for each number of touching fingers."""
     rows = []
     motion = wire_bytes(len(next_motion(10_000, _FIRST_NS).encode()))
     for touching in range(N + 1):

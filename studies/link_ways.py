@@ -1,4 +1,4 @@
-"""Ways for a touch packet from one process to another: the product's own classes, and bare sockets."""
+"""Ways to send a touch packet from one process to another: the product's own classes, and bare sockets."""
 
 import time
 from typing import Protocol
@@ -13,9 +13,9 @@ from studies.link_ends import EndLost, Place
 from studies.link_packets import SESSION, next_touch
 
 Departure = tuple[int, int]
-"""When a message began to be encoded, and when it was encoded, ns: the same for a bare one."""
+"""Times before and after encoding a message, ns; equal for a bare message."""
 Arrival = tuple[int, int]
-"""Number of a message, and when it could be acted on, ns."""
+"""Number of a message, and the time from which it could be acted on, ns."""
 
 
 class Sender(Protocol):
@@ -25,17 +25,17 @@ class Sender(Protocol):
         """Encode and send a message."""
 
     def close(self) -> None:
-        """Close what it sends on."""
+        """Close the socket."""
 
 
 class Receiver(Protocol):
-    """Receives what a sender sent."""
+    """Receives the messages of a sender."""
 
     def receive(self, seconds: float) -> Arrival | None:
         """The next message within `seconds`."""
 
     def close(self) -> None:
-        """Close what it receives from."""
+        """Close the socket."""
 
 
 class LinkSender:
@@ -84,10 +84,10 @@ class LinkReceiver:
 
 
 class BareSender:
-    """Sends messages that are numbered and nothing else."""
+    """Sends numbered messages over a bare socket."""
 
     def __init__(self, socket: BareCurve | PlainTcp, body: bytes, busy_with: Touch | None = None):
-        """Send messages as long as `body`; where it is `busy_with` a packet, that is made each time before."""
+        """Send messages as long as `body`; with `busy_with`, encode that packet before each of them."""
         self._socket, self._body, self._busy_with = socket, body, busy_with
 
     def send(self, sequence: int) -> Departure:
@@ -105,10 +105,10 @@ class BareSender:
 
 
 class BareReceiver:
-    """Receives them."""
+    """Receives numbered messages from a bare socket."""
 
     def __init__(self, socket: BareCurve | PlainTcp, busy_with: bytes | None = None):
-        """Receive messages; where it is `busy_with` a packet, that is decoded each time after."""
+        """Receive messages; with `busy_with`, decode that packet after each of them."""
         self._socket, self._busy_with = socket, busy_with
 
     def receive(self, seconds: float) -> Arrival | None:

@@ -1,4 +1,4 @@
-"""How well modes were told: time right, switches that were wrong, how late each was, and how fast the taps were."""
+"""Judges reported exploration modes: wrong switches, latency of each switch, and approach speed of the taps."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -15,17 +15,17 @@ from sim_sensors.told_hand import TICK_S
 MACHINE, PLAIN = "mode machine", "plain thresholds"
 """The methods that are judged."""
 JUDGED = 3.0
-"""The noise at which the modes must hold, times nominal."""
+"""Noise at which the modes must hold, as a multiple of nominal."""
 FREE, TAPPING, QUIESCENT, STROKING = ExplorationMode
 SLACK_S = 0.050
-"""A switch to a mode that is true within so long, before or after, is no wrong one."""
+"""Tolerance of a switch, s: it is right where its mode is true within this time before or after it."""
 EARLY_S, LATE_S = 0.10, 0.50
-"""A switch belongs to a true one that is at most so much later or earlier."""
+"""Largest lead and largest lag of a reported switch on the true switch that it belongs to, s."""
 LANDING_S = 0.05
 
 
 class Machine(Protocol):
-    """What tells modes."""
+    """A detector of exploration modes."""
 
     @property
     def began(self) -> bool:
@@ -35,18 +35,18 @@ class Machine(Protocol):
     approach_m_s: float
 
     def step(self, t_s: float, force_n: float, x_m: float, y_m: float, z_m: float) -> ExplorationMode:
-        """Take what is sensed at `t_s` and return the mode."""
+        """Take the readings at `t_s`, and return the mode."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
-    """What a machine told of one scene.
+class Reported:
+    """What a machine reported of one scene.
 
     Attributes:
-        mode: the mode that was told last, a value for each tick of the truth.
-        taps: tick of the truth and approach speed, m/s, of each contact that was told.
-        late: ticks of the truth at which the site's loop had been standing still.
+        mode: the newest reported mode at each tick of the truth.
+        taps: tick of the truth and approach speed, m/s, of each reported contact.
+        late: whether the site's loop had stood still, for each tick of the truth.
     """
 
     mode: Modes
@@ -54,8 +54,8 @@ class Told:
     late: NDArray[np.bool_]
 
 
-def listen(make: Callable[[], Machine], explored: Explored, sensed: Sensed) -> Told:
-    """Let a new machine go through what was sensed of a scene."""
+def listen(make: Callable[[], Machine], explored: Explored, sensed: Sensed) -> Reported:
+    """Run a new machine over the readings of a scene."""
     machine, modes, taps = make(), [], []
     columns = (sensed.time_s, sensed.force_n, sensed.x_m, sensed.y_m, sensed.z_m)
     for tick, row in zip(sensed.tick.tolist(), zip(*(column.tolist() for column in columns), strict=True), strict=True):
@@ -65,17 +65,17 @@ def listen(make: Callable[[], Machine], explored: Explored, sensed: Sensed) -> T
     ticks = np.arange(len(explored.mode))
     newest = np.searchsorted(sensed.tick, ticks, side="right") - 1
     late = np.isin(ticks, sensed.tick[1:][np.diff(sensed.tick) > 2])
-    return Told(np.array(modes)[newest], tuple(taps), late)
+    return Reported(np.array(modes)[newest], tuple(taps), late)
 
 
-def wrong_switches(true: Modes, told: Modes) -> list[bool]:
-    """Of each switch that was told, in order, whether it was wrong."""
+def wrong_switches(true: Modes, reported: Modes) -> list[bool]:
+    """Whether each reported switch was wrong, in order."""
     slack = round(SLACK_S / TICK_S)
-    return [told[at] not in true[max(0, at - slack) : at + slack + 1] for at in _switches(told)]
+    return [reported[at] not in true[max(0, at - slack) : at + slack + 1] for at in _switches(reported)]
 
 
 def longest_run(wrong: list[bool]) -> int:
-    """Most wrong ones in a row."""
+    """Largest number of wrong switches in a row."""
     longest = run = 0
     for each in wrong:
         run = run + 1 if each else 0
@@ -83,19 +83,19 @@ def longest_run(wrong: list[bool]) -> int:
     return longest
 
 
-def latencies(true: Modes, told: Told) -> Iterator[tuple[str, float | None, bool]]:
-    """Of each true switch: its name, how much later it was told, s (None: never), and whether the loop stood still."""
+def latencies(true: Modes, reported: Reported) -> Iterator[tuple[str, float | None, bool]]:
+    """Name and latency, s, of each true switch (None: never reported), and whether the loop had stood still."""
     for at, following in pairwise([*_switches(true), len(true)]):
         mode = true[at]
-        heard = _heard(told.mode, mode, at, min(following, at + round(LATE_S / TICK_S)))
-        stood = False if heard is None else bool(told.late[heard])
+        heard = _heard(reported.mode, mode, at, min(following, at + round(LATE_S / TICK_S)))
+        stood = False if heard is None else bool(reported.late[heard])
         yield _name(true[at - 1], mode), None if heard is None else (heard - at) * TICK_S, stood
 
 
-def tap_speeds(explored: Explored, told: Told) -> Iterator[tuple[float, float | None]]:
-    """Of each landing: true approach speed and the one told, m/s; None where no contact was told."""
+def tap_speeds(explored: Explored, reported: Reported) -> Iterator[tuple[float, float | None]]:
+    """True and reported approach speed of each landing, m/s; None where no contact was reported."""
     for tick, true_m_s in explored.landings:
-        near = [(abs(at - tick), speed) for at, speed in told.taps if abs(at - tick) * TICK_S <= LANDING_S]
+        near = [(abs(at - tick), speed) for at, speed in reported.taps if abs(at - tick) * TICK_S <= LANDING_S]
         yield true_m_s, min(near)[1] if near else None
 
 
@@ -104,13 +104,13 @@ def _switches(mode: Modes) -> list[int]:
     return switches
 
 
-def _heard(told: Modes, mode: int, at: int, until: int) -> int | None:
-    """When `mode` was told first around a true switch to it."""
-    if told[at] != mode:
-        later = np.flatnonzero(told[at:until] == mode)
+def _heard(reported: Modes, mode: int, at: int, until: int) -> int | None:
+    """Tick at which `mode` was first reported around a true switch to it."""
+    if reported[at] != mode:
+        later = np.flatnonzero(reported[at:until] == mode)
         return at + int(later[0]) if len(later) else None
     first = at
-    while first > max(0, at - round(EARLY_S / TICK_S)) and told[first - 1] == mode:
+    while first > max(0, at - round(EARLY_S / TICK_S)) and reported[first - 1] == mode:
         first -= 1
     return first
 

@@ -1,8 +1,8 @@
-"""Why the second skin model is not inverted: what one step's exact answer does to the smallest noise, and to a delay.
+"""Shows why the second skin model is not inverted: one step's exact solution amplifies small noise and delays.
 
-The naive way solves one step of the finger on the plate for the plate's temperature that makes the felt temperature
-right at its end; its finger is driven by the plate's readings. Flux matching asks for no step and no reading: the plate
-sits where the scene's flux would cross the contact.
+The naive way solves one step of the finger on the plate. It finds the plate temperature that makes the felt temperature
+right at the step's end. Its finger model is driven by the plate's readings. Flux matching needs neither a step nor a
+reading: it sets the plate to the temperature at which the scene's flux crosses the contact.
 """
 
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ from operator_site.tissue import Body, Floats
 MODELS = (SkinModel(1, 1, 1), SkinModel(2, 1, 1), SkinModel(4, 1, 1), SkinModel(10, 10, 10))
 STEPS_S = (0.01, 0.05, 0.2, 1.0)
 NOISE_K = 0.01
-"""Of the wanted felt temperature: a tenth of what can be felt."""
+"""Noise of the wanted felt temperature, K: a tenth of what can be felt."""
 DELAYS_S = (0.0, 0.1)
 SECONDS = 10.0
 BEYOND_K = 1e4
@@ -26,7 +26,7 @@ _PLATE = Touched(1.0, 1.0, 1.0, PLATE_CONTACT_M2K_W)
 
 
 def inverse_rows(seed: int) -> Iterator[dict[str, Any]]:
-    """Noise of the plate's set-point for NOISE_K in what should be felt; None where it grows beyond all bounds."""
+    """Noise of the plate's set-point for NOISE_K in the wanted felt temperature; None where it grows without bound."""
     for model in MODELS:
         for step_s in STEPS_S:
             step = skin_step(model, _PLATE, Body().air_w_m2k, step_s)
@@ -39,7 +39,7 @@ def inverse_rows(seed: int) -> Iterator[dict[str, Any]]:
                     "plate_k_per_felt_k": 1.0 / float(step.c[0] @ step.b[:, 1]),
                     "plate_noise_k": _noise_k(step, round(SECONDS / step_s), round(delay_s / step_s), seed),
                 }
-    for delay_s in DELAYS_S:  # it does not look at the plate
+    for delay_s in DELAYS_S:  # flux matching does not read the plate
         yield {
             "way": "flux matching",
             "model": "4+1+1+6",
@@ -51,7 +51,7 @@ def inverse_rows(seed: int) -> Iterator[dict[str, Any]]:
 
 
 def _noise_k(step: SkinStep, steps: int, late: int, seed: int) -> float | None:
-    """Standard deviation of the set-point for a finger that should feel nothing but noise; readings `late` steps."""
+    """Standard deviation of the set-point for a finger that should feel only noise, K; readings lag by `late` steps."""
     random, x, plate_k = np.random.default_rng(seed), np.zeros(len(step.a)), [0.0] * late
     gain = float(step.c[0] @ step.b[:, 1])
     for wanted_k in NOISE_K * random.standard_normal(steps):
@@ -63,7 +63,7 @@ def _noise_k(step: SkinStep, steps: int, late: int, seed: int) -> float | None:
 
 
 def _matched_noise_k(seed: int) -> float:
-    """The same for flux matching on copper, the object with the largest flux, whose temperature is as noisy."""
+    """The same for flux matching on copper, the object with the largest flux; its temperature has the noise."""
     random, copper = np.random.default_rng(seed), Touched.of("copper")
     quiet, noisy = (SceneSkin(SkinModel(4, 1, 1, 6), fingers=1) for _ in range(2))
     object_c = 25.0

@@ -1,8 +1,8 @@
-"""The paper's two experiments again, with a simulated fingertip and an observer without a fitted parameter.
+"""The paper's two experiments repeated with a simulated fingertip and an observer model without fitted parameters.
 
-Table 2 (objects told apart by temperature) and Table 1 (surfaces matched by texture) of Kron & Schmidt 2003. What is
-felt comes from the simulators' own finger and motor, never from the models that the operator site renders with.
-Predictions stand beside the paper's shares and their exact 95 % intervals, whatever comes out.
+These are Table 2 (objects distinguished by temperature) and Table 1 (surfaces matched by texture) of Kron & Schmidt
+2003. Felt quantities come from the simulators' own finger and motor, never from the models that the operator site
+renders with. Predictions stand beside the paper's shares and their exact 95 % intervals, whatever the result.
 """
 
 from collections.abc import Mapping, Sequence
@@ -48,7 +48,7 @@ ASSUMED = (
     "fluctuation of the force on a stiff tip and acceleration of a motor have no common unit.",
     "All surfaces are displayed equally stiff, as in the paper, but for the prediction about foam.",
 )
-"""What the paper leaves open, or a simulation has to choose."""
+"""Assumptions where the paper leaves something open, or a simulation has to choose."""
 COMPARED = (
     Compared("answers", "predicted_percent", "same", ("side", "pair", "dwell_s", "first_is_felt"), absolute=5.0),
     Compared("matching", "predicted_percent", "same", ("side", "features", "surface"), absolute=8.0),
@@ -57,7 +57,7 @@ COMPARED = (
 
 
 def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
-    """Both experiments."""
+    """Repeat both experiments."""
     pieces: dict[str, list[Piece]] = {
         "strokes": [(_stroked, (seed + number,)) for number in range(STROKES_QUICK if quick else STROKES)],
         "touches": course_pieces(TOUCHES_QUICK if quick else TOUCHES, seed),
@@ -78,7 +78,7 @@ def _stroked(seed: int) -> list[Strokes]:
 def findings(
     sides: Mapping[str, Courses], stroked: Sequence[Strokes], ablations: list[dict[str, Any]], seed: int, draws: int
 ) -> dict[str, Any]:
-    """What follows from touches and strokes."""
+    """Results computed from touches and strokes."""
     data: dict[str, Any] = {
         "seed": seed,
         "assumed": list(ASSUMED),
@@ -94,7 +94,7 @@ def findings(
 
 
 def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """One for each part."""
+    """One table for each part."""
     return {
         part: data[part]
         for part in ("answers", "changes", "courses", "ablations", "matching", "confusion", "features", "predictions")
@@ -102,7 +102,7 @@ def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
 
 
 def predictions(data: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """What was said beforehand, and what came out."""
+    """Predictions that were made beforehand, and the results."""
     (faster,) = (row for row in data["ablations"] if row["value"] == FASTER and row["pair"] == "a-p")
     soft = {row["surface"]: row for row in data["matching"] if row["features"] == OWN_STIFFNESS}
     real = [

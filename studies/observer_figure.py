@@ -1,4 +1,4 @@
-"""The figure of the observer's study: what is felt, who is told apart, what that depends on, and what is matched."""
+"""Figure of the observer's study: felt temperature, objects distinguished, dependencies, and surfaces matched."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -35,7 +35,7 @@ _USUAL_S = 3.0
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
-    """Write the figure of what the study returned as PNG."""
+    """Draw the study's data as PNG."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(12.0, 10.0), layout="constrained")
         FigureCanvasAgg(figure)

@@ -1,4 +1,4 @@
-"""Speed against accuracy on one page: what each part of the system costs and how far off it is, with baselines."""
+"""Speed against accuracy on one page: cost and error of each part of the system, beside baselines."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -20,7 +20,7 @@ _MARKS = "osD^vPX<>*"
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """One way to do it: its cost and its error in the part's units; `baseline`: it is what else one might take."""
+    """One way to do it: its cost and its error in the part's units; `baseline`: it is an alternative to ours."""
 
     name: str
     cost: float
@@ -33,10 +33,10 @@ class Part:
     """A part of the system.
 
     Attributes:
-        title: which, and what was asked of it.
-        cost, error: what these are, with their units.
-        ways: the ways there are, with a cost and an error each.
-        powers: the axes that span powers of ten: "", "x", "y" or "xy".
+        title: name of the part, and its task.
+        cost, error: meaning of cost and error, with their units.
+        ways: all ways, with a cost and an error each.
+        powers: the logarithmic axes: "", "x", "y" or "xy".
     """
 
     title: str
@@ -47,7 +47,7 @@ class Part:
 
 
 def overview_rows(parts: Mapping[str, Part | None]) -> list[dict[str, Any]]:
-    """A row for each way of each part, by the study that measured it."""
+    """A row for each way of each part, with the study that measured it."""
     return [
         {
             "study": study,
@@ -66,7 +66,7 @@ def overview_rows(parts: Mapping[str, Part | None]) -> list[dict[str, Any]]:
 
 
 def plot(parts: Mapping[str, Part | None], path: Path) -> None:
-    """Draw the parts as PNG; where a study was not run that is said."""
+    """Draw the parts as PNG, with a note for each study that was not run."""
     with mpl.rc_context(STYLE):
         lines = -(-len(parts) // _COLUMNS)
         figure = Figure(figsize=(13.0, 4.2 * lines), layout="constrained")
@@ -109,7 +109,7 @@ def draw(axes: Axes, part: Part) -> None:
 
 
 def _scale(axes: Axes, axis: str, values: Sequence[float], powers: bool) -> None:
-    """From 0 to beyond the largest, with room for the legend above, or over the decades that the values lie in."""
+    """Scale an axis from 0 to beyond the largest value, with room for the legend, or over the decades of the values."""
     if not powers:
         axes.set(**{f"{axis}lim": (0.0, (1.35 if axis == "y" else 1.15) * max(values) or 1.0)})
         return

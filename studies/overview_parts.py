@@ -1,4 +1,4 @@
-"""What each study's data says of speed against accuracy: a cost and an error for every way that it compares."""
+"""Reads cost and error of every compared way from each study's data, for the overview."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -79,7 +79,7 @@ def texture(data: Data) -> Part:
 
 
 def packets(data: Data) -> Part:
-    """Motion through a deadband: what is not sent, and how far off the receiver is; recorded hands where there are."""
+    """Motion through a deadband: share of packets sent, and error of the receiver; recorded hands where available."""
     motion = "recorded" if any(row["motion"] == "recorded" for row in data["sweep"]) else "scripted"
     mine = [row for row in data["sweep"] if (row["motion"], row["rate_hz"]) == (motion, HZ)]
     ways = [
@@ -113,7 +113,7 @@ def link(data: Data) -> Part:
 
 
 def stability(data: Data) -> Part:
-    """Couplings over all delays and links: the price is what goes wrong, the error is the stiffness that is felt."""
+    """Couplings over all delays and links: the cost is the share of failed runs, the error that of felt stiffness."""
     rows: dict[str, list[Data]] = {}
     for row in data["matrix"]:
         rows.setdefault(row["architecture"], []).append(row)
@@ -144,11 +144,11 @@ PARTS: dict[str, Callable[[Data], Part]] = {
     "link": link,
     "teleoperation-stability": stability,
 }
-"""By the study whose data they read."""
+"""Function that reads the data of each study, by the study's name."""
 
 
 def parts_in(folder: Path) -> dict[str, Part | None]:
-    """The parts by study, from its data in a folder; None where it is not there."""
+    """Parts by study, from their data in a folder; None where it is missing."""
     found: dict[str, Part | None] = {}
     for study, part in PARTS.items():
         file = folder / f"{study}.json"

@@ -1,7 +1,7 @@
-"""Three figures of the paper again: motor speed (Fig. 4), skin on iron and wood (Fig. 6), identification (Fig. 13).
+"""Three figures of the paper repeated: motor speed (Fig. 4), skin on iron and wood (Fig. 6), identification (Fig. 13).
 
-Kron & Schmidt 2003 print no axis values that could be compared; these have numbers, from this project's own code on the
-simulated devices.
+Kron & Schmidt 2003 print no axis values to compare with. These figures have numbers, from this project's own code on
+the simulated devices.
 """
 
 from collections.abc import Mapping
@@ -27,7 +27,7 @@ __all__ = ["plot", "run", "tables"]
 SURFACE = "widely_grooved_pvc"
 SHOWN_S = 2.0
 BRISK_S = 0.08
-"""A finger that comes down within this taps hard enough for the decay of Eq. 1 to be seen."""
+"""Time in which a finger comes down that taps hard enough to show the decay of Eq. 1, s."""
 COMPARED = (
     Compared("layers", "epidermis_c", "same", ("start", "object", "time_s"), absolute=0.02),
     Compared("identification", "object_c", "same", ("time_s",), absolute=0.05),
@@ -35,7 +35,7 @@ COMPARED = (
 
 
 def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
-    """All three; they are quick."""
+    """Compute all three figures; `quick` shortens nothing, since they are quick."""
     pieces: dict[str, list[Piece]] = {
         "motor": [(motor_rows, (seed,))],
         "layers": [(layer_rows, ())],
@@ -53,12 +53,12 @@ def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]
 
 
 def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """One for each figure, and where the skin starts."""
+    """One table for each figure, and one for the start of the skin."""
     return {part: data[part] for part in ("motor", "layers", "starts", "identification")}
 
 
 def motor_rows(seed: int) -> list[dict[str, Any]]:
-    """Motor speed while a grooved surface is tapped and stroked: what is wanted, and what the simulated motor does."""
+    """Wanted speed and simulated speed of the motor while a grooved surface is tapped and stroked."""
     grooves = make_profile(relief_of(SURFACE), LENGTH_M, np.random.default_rng(seed)).grooves_m
     course = rendered_stroke(VirtualSurface.of(SURFACE, grooves), seed, lower_s=BRISK_S)
     return [

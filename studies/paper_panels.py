@@ -1,4 +1,4 @@
-"""The figure of the paper's figures: motor speed, skin layers, and thermal identification over time."""
+"""Figure of the paper's repeated figures: motor speed, skin layers, and thermal identification over time."""
 
 from collections.abc import Mapping, Sequence
 from itertools import groupby
@@ -23,7 +23,7 @@ _OBJECTS: Mapping[str, Literal["-", "--"]] = {"iron": "-", "wood": "--"}
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
-    """Write the figure of what the study returned as PNG."""
+    """Draw the study's data as PNG."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(11.5, 12.0), layout="constrained")
         FigureCanvasAgg(figure)
@@ -119,7 +119,7 @@ def _draw_rate(axes: Axes, data: Mapping[str, Any]) -> None:
     axes.set_yscale("log")
     axes.set_ylim(0.1, 4.0)
     plain_ticks(axes.yaxis, (0.1, 0.2, 0.5, 1, 2, 4))
-    axes.set_title("What tells the material", loc="left")
+    axes.set_title("Quantities that identify the material", loc="left")
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.08), **_OPAQUE)
 
 
@@ -133,7 +133,7 @@ def _curve(axes: Axes, rows: Rows, column: str, **how: Any) -> None:
 
 
 def _mark(axes: Axes, data: Mapping[str, Any]) -> None:
-    """When the paper takes its values."""
+    """Mark the time at which the paper takes its values."""
     axes.axvline(data["paper_s"], color=PLUM, linestyle=":", linewidth=1.2)
     axes.text(data["paper_s"] + 0.08, 0.02, "paper: 7 s", color=PLUM, transform=axes.get_xaxis_transform())
     axes.set_xlim(0.0, data["identification"][-1]["time_s"])

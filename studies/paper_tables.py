@@ -1,4 +1,4 @@
-"""What the people of Kron & Schmidt 2003 answered (Tables 1 and 2), as counts, and whether a prediction is excluded."""
+"""Answers of the participants of Kron & Schmidt 2003 (Tables 1 and 2) as counts, beside predicted shares."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -14,19 +14,19 @@ MATCHED: Mapping[str, int] = {
     "arbitrarily_grooved_pvc": 17,
     "widely_grooved_pvc": 17,
 }
-"""Table 1: how many of twenty matched each surface."""
+"""Table 1: number of participants, of twenty, who matched each surface."""
 
 COMPARING_OF = 12
 COMPARED: Mapping[str, Mapping[str, tuple[int, int, int]]] = {
     "real": {"a-w": (12, 0, 0), "a-p": (11, 1, 0), "c-w": (11, 0, 1), "p-w": (5, 7, 0)},
     "virtual": {"a-w": (12, 0, 0), "a-p": (10, 2, 0), "c-w": (11, 0, 1), "p-w": (8, 4, 0)},
 }
-"""Table 2: how many of twelve felt the first object colder, equal, less cold. The label of the first row is lost in
-print; it is taken as a-w, the only pair of which all twelve are likely to say the same."""
+"""Table 2: number of participants, of twelve, who felt the first object colder, equal, less cold. The label of the
+first row is lost in print. It is taken as a-w, the only pair on which all twelve are likely to agree."""
 
 
 def beside(share: float, count: int | None, of: int) -> dict[str, Any]:
-    """A predicted share, 0..1, beside a count of the paper's, None where it has none, in percent."""
+    """A predicted share, 0..1, beside a count of the paper, in percent; None where the paper has no count."""
     if count is None:
         nothing = dict.fromkeys(("paper_percent", "paper_count", "interval_low_percent", "interval_high_percent"))
         return {"predicted_percent": 100.0 * share, **nothing, "inside": None}

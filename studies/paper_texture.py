@@ -4,8 +4,8 @@
     mean           of |p| since the stroke began; while a pattern lasts it is held, and so is the number of values
     pattern        begins where |p| is much greater than the mean and ends where it is close to it again
 
-The paper gives no numbers for "much greater" and "close to". Surfaces are told apart by hard intervals of the mean,
-and patterned ones by the distance of the patterns' beginnings.
+The paper gives no numbers for "much greater" and "close to". Hard intervals of the mean distinguish the surfaces.
+Patterned surfaces are distinguished by the distance between the beginnings of patterns.
 """
 
 import math
@@ -23,9 +23,9 @@ Array = NDArray[np.float64]
 CHUNK = 10
 MUCH_GREATER, CLOSE_TO = 3.0, 1.5
 BEFORE_PATTERNS = 10
-"""Values of 5 ms in the mean before there is any pattern: of fewer a mean is none."""
+"""Number of 5 ms values in the mean before any pattern can begin."""
 PATTERNED = 3
-"""Patterns in a stroke from which on it is of a patterned surface."""
+"""Least number of patterns in a stroke over a patterned surface."""
 
 
 class PaperRoughness:
@@ -57,7 +57,14 @@ class PaperRoughness:
 
 @dataclass(frozen=True, slots=True)
 class PaperFelt:
-    """What the paper's method knows at a time: mean, V; beginnings of patterns, s and m along the way; mode."""
+    """State of the paper's method at a time: mean, V, and patterns.
+
+    Attributes:
+        time_s: the time, s.
+        mean_v: mean of the rectified signal without patterns, V.
+        pattern: whether a pattern lasts.
+        patterns_s, patterns_m: beginnings of patterns, s and m along the way.
+    """
 
     time_s: float
     mean_v: float
@@ -67,7 +74,7 @@ class PaperFelt:
 
 
 def paper_felt(stroke: EvenStroke, modes: Sequence[ExplorationMode]) -> list[PaperFelt]:
-    """Course over a stroke: one for each 5 ms of stroking; `modes` are those of the stroke's blocks."""
+    """States over a stroke, one for each 5 ms of stroking; `modes` are those of the stroke's blocks."""
     roughness, way_m = PaperRoughness(), 0.0
     begun_s, begun_m, found = list[float](), list[float](), list[PaperFelt]()
     for number, mode in enumerate(modes):
@@ -85,10 +92,10 @@ def paper_felt(stroke: EvenStroke, modes: Sequence[ExplorationMode]) -> list[Pap
 
 
 class PaperClasses:
-    """Hard intervals of the mean, and the distances of patterns, from labelled strokes."""
+    """Hard intervals of the mean, and the distances of patterns, learned from labelled strokes."""
 
     def __init__(self, strokes: Mapping[str, Sequence[PaperFelt]]) -> None:
-        """Learn from what was felt at the end of each surface's strokes."""
+        """Learn from the states at the end of each surface's strokes."""
         self._period_m: dict[str, float] = {}
         self._mean: dict[str, float] = {}
         for name, ends in strokes.items():
@@ -107,5 +114,5 @@ class PaperClasses:
 
 
 def _period_m(felt: PaperFelt) -> float | None:
-    """Median distance of patterns; None where there are too few for any."""
+    """Median distance of patterns, m; None where there are too few."""
     return float(np.median(np.diff(felt.patterns_m))) if len(felt.patterns_m) >= PATTERNED else None

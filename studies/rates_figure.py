@@ -15,7 +15,7 @@ _PROCESSES = {"remote": BLUE, "operator": ORANGE, "sim-remote": GREEN, "sim-oper
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
-    """Write the figure of what `run` returned as PNG."""
+    """Draw the study's data as PNG."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(11.5, 4.2), layout="constrained")
         FigureCanvasAgg(figure)

@@ -22,7 +22,7 @@ _SPLITS = {
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
-    """Write the figure of what the study returned as PNG."""
+    """Draw the study's data as PNG."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(12.0, 4.8), layout="constrained")
         FigureCanvasAgg(figure)

@@ -15,7 +15,7 @@ _DASHES = {"counted": "-", "even": ":"}
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
-    """Write the figure of what `run` returned as PNG."""
+    """Draw the study's data as PNG."""
     rows = data["accuracy"]
     sensors = list(dict.fromkeys(row["sensors"] for row in rows))
     with mpl.rc_context(STYLE):
