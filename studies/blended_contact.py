@@ -1,4 +1,4 @@
-"""Baseline: a local contact that blends forces smoothly when its model changes, without a passivity check.
+"""Baseline: a local contact whose force changes smoothly when its model changes, without a limit on the energy.
 
 It is the obvious first version, and it is stable. But a surface that appears above the finger raises the force at 50
 N/s until the finger is out. Late models thus inject energy that nobody supplied.

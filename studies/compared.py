@@ -70,7 +70,7 @@ class Compared:
         if not (old.count and new.count):
             return allowed
         draws = old.count + new.count
-        # Rule of succession: one success and one failure are added, since no failure in few draws is no proof of none.
+        # Rule of succession, one success and one failure added: few draws without a failure do not prove a rate of 0.
         share = (old.value * old.count + new.value * new.count + 1.0) / (draws + 2.0)
         chance = max(0.0, share * (1.0 - share)) * (1.0 / old.count + 1.0 / new.count)
         return allowed + CHANCE_SDS * math.sqrt(chance)

@@ -46,7 +46,7 @@ HOLD_S = {
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """What the simulated devices did: times (n,), s, and values (n, 5) of each finger.
+    """Recorded behaviour of the simulated devices: times (n,), s, and values (n, 5) of each finger.
 
     Attributes:
         finger_s, force_n, motor_mv, motor_rpm, peltier, plate_c: at the operator's fingers.
@@ -86,7 +86,7 @@ class Done:
     Attributes:
         begin_s, end_s: when it began, and when it was over or mended.
         cleared_s: when a person cleared it and engaged; None where that was not needed.
-        next_s: when the session began with something else.
+        next_s: when the session went on to something else.
     """
 
     fault: Fault

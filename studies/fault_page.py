@@ -8,8 +8,8 @@ from studies.fault_table import Actuator
 
 _REAL = "All sites and simulators are processes of their own, in real time."
 _ON_BED = """Faults that need real processes, a real disk or TCP connections are injected into real processes. All
-others are injected on the test bed: both sites, their real drivers, the link and all devices in one process on a virtual
-clock, where each tick is on time on any machine. `FAULTS=real make faults` uses real processes for all of them."""
+others are injected on the test bed: both sites, their real drivers, the link and all devices in one process on a
+virtual clock, where each tick is on time on any machine. `FAULTS=real make faults` uses real processes for all."""
 HEAD = """# Faults
 
 The required and the measured effect of each fault on both sites, a simulated network between them, and simulated

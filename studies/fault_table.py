@@ -43,7 +43,7 @@ class Fault:
             process; `burn` for the machine; `full` for the disk.
         expected: required outcome.
         neutral: actuators that must be neutral within the hold times during the fault.
-        finger: finger whose motor, Peltier and heater count; all by default.
+        finger: finger whose force, motor, Peltier and heater count; all by default.
         seconds: duration of the fault.
         mend: command that ends it; empty when it ends by itself, after `seconds`.
         noticed_s: time until a site can know that a device or the other site is silent, s. Hold times count from there.

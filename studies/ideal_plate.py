@@ -1,4 +1,4 @@
-"""The simulators' finger on an ideal plate that is always at its set-point, within a limit of its rate.
+"""The simulators' finger on an ideal plate that is always at its set-point, within its rate limit.
 
 The plate follows the flux of the operator site's scene model, as a TactTip's does. Peltiers, controller, sensor and
 gate are left out. The result thus shows what a plate of any rate could do.

@@ -20,7 +20,7 @@ def safe_state_times(path: Path) -> dict[str, Any]:
 
     Returns:
         `limits_s`: hold time of each actuator, s. `faults`: name, required and measured outcome, and `safe_s` of the
-            faults that made an actuator safe. `note`: says so when the file is missing.
+            faults that made an actuator safe. `note`: empty, or that the file is missing.
 
     Raises:
         FaultsProblem: the file is something else.

@@ -4,7 +4,7 @@ All ways carry messages of one size at one rate, in short blocks in random order
 all alike. The time of a packet ends when it is decoded, checked and accepted. It begins after its encoding, and in a
 second row before its encoding. The time of a bare message is that of its socket alone.
 
-Sockets in processes that do nothing else find the processor's state as they left it, and no site is such a process. A
+Sockets in processes that do nothing else find the processor as they left it, and no site is such a process. A
 further pair therefore encodes a packet before each message and decodes one after it, outside the measured time.
 """
 

@@ -41,7 +41,7 @@ class Machine(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Reported:
-    """What a machine reported of one scene.
+    """Modes and taps that a machine reported of one scene.
 
     Attributes:
         mode: the newest reported mode at each tick of the truth.

@@ -27,7 +27,7 @@ __all__ = ["plot", "run", "tables"]
 SURFACE = "widely_grooved_pvc"
 SHOWN_S = 2.0
 BRISK_S = 0.08
-"""Time in which a finger comes down that taps hard enough to show the decay of Eq. 1, s."""
+"""Time of descent of a finger that taps hard enough to show the decay of Eq. 1, s."""
 COMPARED = (
     Compared("layers", "epidermis_c", "same", ("start", "object", "time_s"), absolute=0.02),
     Compared("identification", "object_c", "same", ("time_s",), absolute=0.05),
@@ -53,7 +53,7 @@ def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]
 
 
 def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """One table for each figure, and one for the start of the skin."""
+    """One table for each figure, and one for the skin's temperatures at the start."""
     return {part: data[part] for part in ("motor", "layers", "starts", "identification")}
 
 

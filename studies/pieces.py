@@ -1,9 +1,9 @@
-"""Work of a study in pieces that share nothing: where and in which order they are done changes no result.
+"""Work of a study in independent pieces: the place and the order of their execution change no result.
 
-A piece is a function of a module and arguments that can be pickled, the seeds of all that is random among them; what
-it yields, if it does, is its result as a list. It is done on one thread: processors are shared out by piece, cost is
-compared by thread, and sums are added up in one order. What has been done is kept, so that a run that was interrupted
-goes on where it was.
+A piece is a function of a module and arguments that can be pickled, including the seeds of everything random. If it
+yields, its result is the list of what it yields. It runs on one thread: processors are shared out by piece, cost is
+compared by thread, and sums are added up in one order. Results are kept, so that an interrupted run continues where it
+stopped.
 """
 
 import hashlib
@@ -22,36 +22,37 @@ from studies.kept_pieces import KeptPieces
 Piece = tuple[Callable[..., Any], tuple[Any, ...]]
 TellShare = Callable[[float], object]
 Workers = Callable[[Sequence[bytes]], Iterator[tuple[int, bytes]]]
-"""Does packed pieces in any order: yields the place of each and its packed result, as soon as it is done."""
+"""Runs packed pieces in any order; yields the place of each and its packed result, as soon as it is done."""
 
 ROOMS = ("common", "remote_site", "operator_site", "sim_sensors", "teletaction", "studies")
 _LIBRARIES = ("numpy", "scipy", "scikit-learn")
 _CODE = {".py", ".json", ".toml", ".dbc"}
 _PROTOCOL = 5
 _ONE_AT_A_TIME = Lock()
-"""The number of threads is the process's: a worker with several threads does no two pieces at once."""
+"""Lock around each piece: the limit of threads is the process's, so a worker with several threads runs one piece at a
+time."""
 
 
 class OtherCode(ValueError):
-    """A worker would do a piece with other code than that of the study."""
+    """The code of a worker differs from that of the study."""
 
 
 class Work(Protocol):
-    """Does pieces somewhere: their results in their order, whatever the order in which they are done."""
+    """Runs pieces somewhere; returns their results in the order of the pieces, whatever the order of execution."""
 
     def __call__(self, pieces: Sequence[Piece], tell: TellShare = ...) -> list[Any]:
-        """Do all; `tell` is told the share done, 0..1, first that which was kept. Raises what a piece raises."""
+        """Run all pieces; `tell` is called with the share done, 0..1, kept ones first. Raises what a piece raises."""
         ...
 
 
 def here(packed: Sequence[bytes]) -> Iterator[tuple[int, bytes]]:
-    """Do pieces in this process, one after the other."""
+    """Run pieces in this process, one after the other."""
     for place, each in enumerate(packed):
         yield place, do(code_version(), each)
 
 
 def working(workers: Workers = here, kept: KeptPieces | None = None) -> Work:
-    """Work done by `workers`; what is kept already is not done again."""
+    """Work that runs on `workers`; results that are already kept are not computed again."""
 
     def work(pieces: Sequence[Piece], tell: TellShare = lambda _: None) -> list[Any]:
         packed = [pickle.dumps(piece, _PROTOCOL) for piece in pieces]
@@ -71,25 +72,25 @@ def working(workers: Workers = here, kept: KeptPieces | None = None) -> Work:
 
 
 def rows_of(pieces: Mapping[str, Sequence[Piece]], work: Work, tell: TellShare) -> dict[str, list[Any]]:
-    """Do pieces that make rows, all at once; all rows of each name, in the order of its pieces."""
+    """Run pieces that make rows, all at once; returns all rows of each name, in the order of its pieces."""
     done = iter(work([piece for each in pieces.values() for piece in each], tell))
     return {name: [row for _ in each for row in next(done)] for name, each in pieces.items()}
 
 
 def part_of(tell: TellShare, begin: float, end: float) -> TellShare:
-    """Tells how far all is, by how far the part of it from `begin` to `end`, 0..1, is."""
+    """Map the share done of a part, 0..1, to the range from `begin` to `end` of the whole, 0..1."""
     return lambda share: tell(begin + (end - begin) * share)
 
 
 HERE = working()
-"""Work done in this process, and not kept."""
+"""Work in this process, without kept results."""
 
 
 def do(version_asked: str, packed: bytes) -> bytes:
-    """Do one piece; its result packed.
+    """Run one piece; returns its packed result.
 
     Raises:
-        OtherCode: this process has other code than whoever asks.
+        OtherCode: the code of this process differs from that of the caller.
     """
     if version_asked != code_version():
         raise OtherCode("a worker has other code or libraries than this study: install the same there, and begin again")
@@ -100,10 +101,10 @@ def do(version_asked: str, packed: bytes) -> bytes:
 
 
 def one_thread() -> Any:
-    """Keep linear algebra to one thread; returns what restores it, as a context.
+    """Keep linear algebra to one thread; returns a context that restores the limit on exit.
 
     Raises:
-        ValueError: what studies need beside the product is not installed.
+        ValueError: the further dependencies of studies are not installed.
     """
     try:
         return import_module("threadpoolctl").threadpool_limits(1)
@@ -113,7 +114,7 @@ def one_thread() -> Any:
 
 @cache
 def code_version() -> str:
-    """Tells this code and the libraries that its numbers come from, from any other."""
+    """Digest of this code and of the libraries that its numbers come from."""
     installed = {(each.name, each.version) for each in distributions() if each.name in _LIBRARIES}
     digest = hashlib.sha256(repr((python_version(), sorted(installed))).encode())
     for room in ROOMS:

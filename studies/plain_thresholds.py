@@ -1,7 +1,7 @@
-"""Modes by thresholds on each sample alone: what the mode machine is compared with.
+"""Modes by thresholds on each sample alone: the baseline of the mode machine.
 
-The same thresholds and the same rest, but each sample of the force counts for itself, the speed is the difference of
-two positions 16 ms apart, and the approach is the mean of the 8 ms that end 8 ms before contact.
+The thresholds and the rest time are those of the machine, but each force sample counts by itself. The speed is the
+difference of two positions 16 ms apart. The approach speed is the mean over the 8 ms that end 8 ms before contact.
 """
 
 import math
@@ -16,7 +16,7 @@ LONGEST_S = 0.1
 
 
 class PlainThresholds:
-    """Mode of one finger, with the same interface as the machine's."""
+    """Mode of one finger, with the interface of the mode machine."""
 
     def __init__(self) -> None:
         self.mode = ExplorationMode.FREE

@@ -1,8 +1,8 @@
-"""Heat through all of the operator site: rendering, gate, loop, Peltiers, plate, and the simulated finger on it.
+"""Heat through all of the operator site: rendering, gate, controller, Peltiers, plate, and the simulated finger on it.
 
-The same touches at every length of a tick, with a good thermistor and with a bad one, against the finger on the object
-itself. While a plate that is always where its rate lets it be is off by more than the tolerance from one that is there
-at once, the rate does not allow better; from then on twice the tolerance must do.
+The same touches at every tick length, with a good thermistor and with a bad one, are compared with the finger on the
+object itself. An ideal plate with the rate limit is also compared with one that follows at once. While these two differ
+by more than the tolerance, the rate does not allow better. From then on the error must stay within twice the tolerance.
 """
 
 from collections.abc import Iterator, Sequence
@@ -26,18 +26,18 @@ TEMPERATURES_C = (25.0, 37.0)
 SECONDS = 10.0
 REST_S = 8.0
 STEADY_S = 3.0
-"""At the end of a touch: what still swings then does not come to rest."""
+"""Duration of the end of a touch, s; a plate that still swings then does not come to rest."""
 UP_M = 0.006
-"""The hand stays up: the packets alone say what is touched."""
+"""Height at which the hand stays, m; only the packets say what is touched."""
 STIFFNESS_N_M = 400.0
 AT_ONCE = 1000.0
-"""Times as fast as a TactTip: a plate that is where it should be."""
+"""Rate of a plate that is always at its set-point, as a multiple of a TactTip's."""
 
 
 def rendered_courses(
     names: Sequence[str], object_c: float, tick_s: float, noise_k: float, delay_s: float, seed: int
 ) -> tuple[Array, Array]:
-    """Change of the felt temperature on each object every STEP_S from contact on, K, and the plates' temperatures."""
+    """Change of the felt temperature on each object every STEP_S from contact on, K, and the plate temperatures, C."""
     hand = RenderedFingers(seed, tick_s=tick_s, noise_k=noise_k, delay_s=delay_s)
     touching = touch_packet(2, {finger: resting_on(name, object_c, STIFFNESS_N_M) for finger, name in enumerate(names)})
     free = touch_packet(1, {})
@@ -64,14 +64,14 @@ def loop_pieces(
     ticks_s: Sequence[float] = TICKS_S,
     seed: int = 0,
 ) -> list[Piece]:
-    """A piece for each temperature and five materials; all materials where none are named."""
+    """A piece for each temperature and five materials; all materials by default."""
     every = sorted(materials()) if names is None else list(names)
     fives = [every[at : at + len(FINGERS)] for at in range(0, len(every), len(FINGERS))]
     return [(loop_rows, (five, object_c, tuple(ticks_s), seed)) for object_c in temperatures_c for five in fives]
 
 
 def loop_rows(five: Sequence[str], object_c: float, ticks_s: Sequence[float], seed: int) -> Iterator[dict[str, Any]]:
-    """Errors of every touch of up to five materials, a finger each."""
+    """Errors of every touch of up to five materials, one on each finger."""
     true = [real_touch(name, object_c, SECONDS) for name in five]
     ideal = [ideal_plate_touch(name, object_c, SECONDS) for name in five]
     at_once = [ideal_plate_touch(name, object_c, SECONDS, faster=AT_ONCE) for name in five]

@@ -1,7 +1,7 @@
-"""Ways to live with a slow plate: cut off what it cannot do, start early, or show less of everything.
+"""Strategies for a slow plate: cut off what it cannot do, start early, or show less of everything.
 
-Each on a plate that is always where it may be (`ideal_plate`), judged by the error at the simulated finger against the
-same finger on the object itself, and by what an observer can still tell apart.
+Each runs on an ideal plate (`ideal_plate`). It is judged by the error at the simulated finger against the same finger
+on the object itself, and by what an observer model can still distinguish.
 """
 
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ STRATEGIES: dict[str, dict[str, float]] = {
     "0.4 of the way": {"share": 0.4},
 }
 RATES = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
-"""Of a plate, in those of a TactTip."""
+"""Rates of a plate, as multiples of a TactTip's."""
 OBJECTS = ("copper", "iron", "ceramic_tile", "skin_dermis", "pvc", "pine", "pu_foam")
 TEMPERATURES_C = (25.0, 37.0)
 SECONDS = 10.0
@@ -38,12 +38,12 @@ DWELL_S = 3.0
 
 @cache
 def on_object(name: str, object_c: float) -> Array:
-    """Change of the felt temperature on the object itself."""
+    """Change of the felt temperature on the object itself, K."""
     return real_touch(name, object_c, SECONDS)
 
 
 def strategy_rows() -> Iterator[dict[str, Any]]:
-    """Errors of each strategy, and what is felt before anything is touched."""
+    """Errors of each strategy, and the change that is felt before contact."""
     for name in OBJECTS:
         for object_c in TEMPERATURES_C:
             for strategy, how in STRATEGIES.items():
@@ -62,7 +62,7 @@ def strategy_rows() -> Iterator[dict[str, Any]]:
 
 
 def rate_rows() -> Iterator[dict[str, Any]]:
-    """Errors of plates of other rates that cut off what they cannot do."""
+    """Errors of plates of other rates, which cut off what they cannot do."""
     for name in OBJECTS:
         for times in RATES:
             error = felt_error(
@@ -72,7 +72,7 @@ def rate_rows() -> Iterator[dict[str, Any]]:
 
 
 def told_apart_rows() -> Iterator[dict[str, Any]]:
-    """Whether the first of two objects is said to be colder, on the objects themselves and by each strategy."""
+    """Share of answers that the first of two objects is colder, on the objects themselves and by each strategy."""
     at, object_c = round(DWELL_S / STEP_S), TEMPERATURES_C[0]
     for pair, names in PAIRS.items():
         sides = {"real": [on_object(name, object_c)[at] for name in names]}

@@ -1,7 +1,8 @@
-"""Tick rates of both sites: how fast and how right a live session of five fingers is, and what it costs.
+"""Tick rates of both sites: speed, correctness and cost of a live session of five fingers.
 
-Whole demonstrations on this machine, with real processes, lines and links. The rates take turns, seed by seed, so that
-what else the machine does falls on all of them. Costs are given in processors and in reference steps.
+The study runs whole demonstrations on this machine, with real processes, device lines and links. The rates take turns,
+seed by seed, so that other load on the machine falls on all of them. Costs are given in processors and in reference
+steps.
 """
 
 import json
@@ -26,7 +27,7 @@ RATES = tuple(Rates(*pair) for pair in ((250, 500), (500, 500), (500, 1000), (10
 SEEDS, SECONDS = 3, 60.0
 QUICK_RATES, QUICK_SECONDS = (RATES[0], RATES[-1]), 9.0
 LEAST_HELD_S = 2.0
-"""Touches of calibrated materials that last so long should have a name."""
+"""Shortest touch of a calibrated material that should be named, s."""
 COMPARED = (
     Compared("rates", "contact_to_motor_p50_ms", "less", ("rates",), relative=0.33),
     Compared("rates", "reference_steps_s", "less", ("rates",), relative=0.33),
@@ -46,7 +47,7 @@ def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
 
 
 def measure(choices: Sequence[Rates], seeds: Sequence[int], seconds: float, tell: Tell) -> dict[str, Any]:
-    """A row for each session, and for each pair of rates: a count over all its sessions, else their median."""
+    """A row for each session and for each pair of rates: sums of its counts, and medians of everything else."""
     sessions: list[Row] = []
     for seed in seeds:
         for rates in choices:
@@ -62,12 +63,12 @@ def measure(choices: Sequence[Rates], seeds: Sequence[int], seconds: float, tell
 
 
 def tables(data: Mapping[str, Any]) -> dict[str, list[Row]]:
-    """By session, and by pair of rates."""
+    """Tables by session, and by pair of rates."""
     return {"session": data["sessions"], "rates": data["rates"]}
 
 
 def _summary(rates: Rates, seed: int, seconds: float) -> dict[str, Any]:
-    """Of one demonstration, from a process of its own."""
+    """Summary of one demonstration, from a process of its own."""
     with TemporaryDirectory(prefix="rates-") as out:
         words = f"demo --headless --seconds {seconds:g} --seed {seed} --rates {rates} --out".split()
         ended = subprocess.run(
@@ -110,7 +111,7 @@ def _figures(summary: Mapping[str, Any], step_s: float) -> Row:
 
 COUNTS = frozenset({"grooves", "grooves_wrong", "taps", "taps_felt", "touches", "named_rightly", "named_wrongly"})
 MATERIALS = frozenset({"aluminium", "ceramic_tile", "pine", "pvc"})
-"""Calibrated ones of the scene."""
+"""Calibrated materials of the scene."""
 
 
 def _together(rows: Sequence[Row]) -> Row:

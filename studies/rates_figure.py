@@ -1,4 +1,4 @@
-"""The figure of tick rates: speed and right touches of live sessions against what they cost."""
+"""Figure of tick rates: delay and correctness of live sessions against their cost."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A bare fingertip on a real object: the simulators' finger joined with a fine column of the object."""
+"""A bare fingertip on a real object: the simulators' finger joined to a fine column of the object."""
 
 import numpy as np
 
@@ -11,13 +11,13 @@ from studies.simulated_finger import STEP_S, Array, SimulatedFinger, chain, exac
 def real_touch(
     name: str, object_c: float, seconds: float, *, deep_c: float = DEEP_C, contact_m2k_w: float | None = None
 ) -> Array:
-    """Change of the felt temperature every STEP_S from contact on, K: a finger from the room on a half space.
+    """Change of the felt temperature every STEP_S from contact on, K: a finger from room air on a half space.
 
     Args:
         name: material or alias.
         object_c: temperature of the object, C.
-        seconds: how long it is touched.
-        deep_c: of the finger's deep tissue, C.
+        seconds: duration of the touch.
+        deep_c: temperature of the finger's deep tissue, C.
         contact_m2k_w: contact resistance; None for that of a bare finger on this material.
 
     Raises:
@@ -34,7 +34,7 @@ def real_touch(
     balance = np.zeros((n + len(finger.heat_j_m2k),) * 2)
     balance[:n, :n] = chain(1.0 / (half[:-1] + half[1:]))
     balance[skin, skin] = finger.balance_w_m2k
-    # The object's surface cell is its first one: it meets the skin's.
+    # The first cell of the object is its surface, which meets that of the skin.
     balance[0, 0] -= between
     balance[n, n] -= between
     balance[0, n] = balance[n, 0] = between

@@ -1,12 +1,12 @@
-"""Recorded strokes of a slow sensor: periods of two grooved boards, and fabrics at a pressure never learned from.
+"""Recorded strokes of a slow sensor: periods of two grooved boards, and fabrics at a pressure not learned from.
 
-Recordings by others: 16 capacitive taxels at 35.7 samples/s. What is wrong with the fabrics as a test, and what is
-done about it:
+The recordings are by others: 16 capacitive taxels at 35.7 samples/s. The fabrics have flaws as a test, which are
+treated as follows:
 
-- Each fabric was mounted once and stroked along one track. How this one piece is uneven along it, and how the load
-  lies on the taxels, name the piece and not the fabric. Strokes are therefore also judged over another half of the
-  track than was learned from.
-- Random splits leave twins of each stroke to learn from. They are shown as a warning.
+- Each fabric was mounted once and stroked along one track. The unevenness of this piece along the track, and the place
+  of the load on the taxels, identify the piece and not the fabric. Strokes are therefore also judged over the half of
+  the track that was not learned from.
+- Random splits leave near copies of each stroke to learn from. Their results are shown as a warning.
 - One pressure setting in turn is left out. Choices were made with tables of one setting tried on another.
 """
 
@@ -50,7 +50,7 @@ COMPARED = (
 
 @dataclass(frozen=True, slots=True)
 class Stroke:
-    """A recorded stroke: its trace, its speed, m/s, the pressure setting, and what it is over."""
+    """A recorded stroke: its trace, its speed, m/s, the pressure setting, and its surface."""
 
     trace: StrokeTrace
     speed_m_s: float
@@ -70,14 +70,14 @@ def run(
 
     Args:
         quick: fewer baselines, no ablations.
-        seed: of the random forests and random splits.
-        tell: is told the share done, 0..1.
-        work: who does it.
+        seed: seed of the random forests and random splits.
+        tell: called with the share done, 0..1.
+        work: runs the pieces.
         folder: holds groove_boards and fabric_strokes; None: the folder that TELETACTION_DATA names.
 
     Raises:
         Unavailable: there are no such recordings.
-        ValueError: one cannot be read.
+        ValueError: a recording cannot be read.
     """
     if folder is None:
         if not (data := os.environ.get("TELETACTION_DATA")):
@@ -98,7 +98,7 @@ def run(
 
 
 def _fabrics(fabrics: Sequence[Stroke], name: str, seed: int) -> tuple[list[Row], list[Row]]:
-    """How many fabrics a method gets right, by split; and which the shipped one gets wrong with a setting left out."""
+    """Right answers of a method, by split; and errors of the shipped method with a setting left out."""
     method = _methods(False, seed)[name]
     accuracy: list[Row] = []
     confusion: list[Row] = []
@@ -118,7 +118,7 @@ def tables(data: Mapping[str, Any]) -> dict[str, list[Row]]:
 
 
 def read_strokes(folder: Path, name: re.Pattern[str]) -> list[Stroke]:
-    """All strokes of a folder whose names tell surface (or groove width, mm), setting and speed (mm/s).
+    """All strokes of a folder; their names give surface (or groove width, mm), setting and speed (mm/s).
 
     Raises:
         Unavailable: there are none.
@@ -130,7 +130,7 @@ def read_strokes(folder: Path, name: re.Pattern[str]) -> list[Stroke]:
 
 
 def boards(strokes: Sequence[Stroke]) -> list[Row]:
-    """Period of each stroke from the taxel that shows it best and from the mean, beside the truth."""
+    """Period of each stroke from the best taxel and from the mean of all, beside the truth."""
     rows = []
     for stroke in strokes:
         true_mm = 2.0 * float(stroke.surface)
@@ -149,7 +149,7 @@ def boards(strokes: Sequence[Stroke]) -> list[Row]:
 
 
 def taxels(strokes: Sequence[Stroke]) -> dict[str, float]:
-    """Every taxel of every board by itself: how many show the board's period, and how honest the deviation is."""
+    """Each taxel of each board by itself: counts of those that show its period, and calibration of the deviation."""
     nothing, other, errors, sds = 0, 0, [], []
     for stroke in strokes:
         true_m = 2e-3 * float(stroke.surface)
@@ -177,7 +177,7 @@ Method = Callable[[Sequence[Stroke], Sequence[Stroke]], Answers]
 
 
 def shipped(learn: Sequence[Stroke], judge: Sequence[Stroke]) -> Answers:
-    """As `calibrate texture` and `identify texture` do."""
+    """Learn and name surfaces as `calibrate texture` and `identify texture` do."""
     table = calibrate_spectra([LabelledStroke(s.trace, s.surface, s.speed_m_s) for s in learn]).table
     found = [table.recognise(stroke.trace, stroke.speed_m_s) for stroke in judge]
     return np.array(["" if one is None else one.surface for one in found])
@@ -186,7 +186,7 @@ def shipped(learn: Sequence[Stroke], judge: Sequence[Stroke]) -> Answers:
 def varied(
     along: Along = "m", motions: int = MOTIONS, noise_off: bool = True, over_load: bool = True, taxel: int | None = None
 ) -> Method:
-    """The shipped method with a part left out; answers are the nearest surface."""
+    """The shipped method with a part left out; it always answers the nearest surface."""
 
     def method(learn: Sequence[Stroke], judge: Sequence[Stroke]) -> Answers:
         def seen(strokes: Sequence[Stroke]) -> list[Any]:
@@ -211,7 +211,7 @@ def varied(
 
 
 def classic(features: Callable[[StrokeTrace], Array], classifier: str, seed: int) -> Method:
-    """Features and a classifier that know nothing of pressure, speed or space."""
+    """Features and a classifier without knowledge of pressure, speed or space."""
 
     def method(learn: Sequence[Stroke], judge: Sequence[Stroke]) -> Answers:
         fitted = classifiers(seed)[classifier]
@@ -246,19 +246,19 @@ def _methods(quick: bool, seed: int) -> dict[str, Method]:
 
 
 def splits(strokes: Sequence[Stroke], seed: int) -> dict[str, NDArray[np.intp]]:
-    """By split, a number for each stroke: those of one number are left out together."""
+    """Group number of each stroke, by split; strokes of one group are left out together."""
     settings = np.array([stroke.setting for stroke in strokes])
     folds = np.random.default_rng(seed).permutation(len(strokes)) % _FOLDS
     return {"setting left out": settings, "at random": folds}
 
 
 def judged(strokes: Sequence[Stroke], groups: NDArray[np.intp], method: Method) -> tuple[list[Row], list[Row]]:
-    """Strokes of each group by what was learned from the others: how many are right, and which are wrong.
+    """Judge the strokes of each group by what was learned from the others; returns counts and wrong answers.
 
     Args:
-        strokes: all.
-        groups: number of the group of each.
-        method: to be judged.
+        strokes: all strokes.
+        groups: group number of each stroke.
+        method: the method to judge.
     """
     rows, wrong = [], []
     for group in np.unique(groups):
@@ -275,7 +275,7 @@ def judged(strokes: Sequence[Stroke], groups: NDArray[np.intp], method: Method) 
 
 
 def _one_setting(strokes: Sequence[Stroke], method: Method) -> Iterator[Row]:
-    """Learned at one setting, judged at each of the others that has the same surfaces."""
+    """Learn at one setting, and judge all strokes of the others that have the same surfaces."""
     for setting in sorted({stroke.setting for stroke in strokes}):
         learn = [stroke for stroke in strokes if stroke.setting == setting]
         known = {stroke.surface for stroke in learn}
@@ -284,7 +284,7 @@ def _one_setting(strokes: Sequence[Stroke], method: Method) -> Iterator[Row]:
 
 
 def _other_half(strokes: Sequence[Stroke], method: Method) -> Iterator[Row]:
-    """Each setting left out, learned over one half of the track and judged over the other, both ways together."""
+    """Leave each setting out, learn over one half of the track and judge over the other, both ways together."""
     for setting in sorted({stroke.setting for stroke in strokes}):
         judged: list[Stroke] = []
         said: list[str] = []

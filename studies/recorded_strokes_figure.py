@@ -1,4 +1,4 @@
-"""Panels of the recorded strokes: errors of the boards' periods, and fabrics told at a pressure never learned from."""
+"""Panels of the recorded strokes: errors of the boards' periods, and fabrics at a pressure not learned from."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -58,7 +58,7 @@ def draw_boards(axes: Axes, data: Mapping[str, Any]) -> None:
 
 
 def draw_fabrics(axes: Axes, data: Mapping[str, Any]) -> None:
-    """Share of fabrics told right by each method, each setting and split a point."""
+    """Share of fabrics recognised by each method; each setting and split is a point."""
     rows: Sequence[Mapping[str, Any]] = data["accuracy"]
     methods = list(dict.fromkeys(row["method"] for row in rows))
     for shift, (split, (colour, marker)) in zip((-0.3, -0.1, 0.1, 0.3), _SPLITS.items(), strict=True):
@@ -75,5 +75,5 @@ def draw_fabrics(axes: Axes, data: Mapping[str, Any]) -> None:
             )
     axes.set_yticks(range(len(methods)), methods)
     axes.invert_yaxis()
-    axes.set(xlim=(0.0, 102.0), xlabel="right (%)", title="Fabrics: each group that was judged a point")
+    axes.set(xlim=(0.0, 102.0), xlabel="right (%)", title="Fabrics: a point for each judged group")
     label_once(axes, loc="upper center", bbox_to_anchor=(0.4, -0.13), ncols=2)

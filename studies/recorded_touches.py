@@ -1,17 +1,18 @@
 """Recorded touches of a soft fabric sensor: metal or wood, this estimator beside a linear classifier.
 
-One set (a day, a placement) is left out in turn; both methods learn from the others and judge the same noisy readings
-of its touches. Cooled wood is wood. What flatters the data:
+One set (a day, a placement) is left out in turn. Both methods learn from the others and judge the same noisy readings
+of its touches. Cooled wood counts as wood. Flaws of the data:
 
-- The recordings were smoothed by a centred filter over 0.5 s before they were published: each time after contact sees
-  up to 0.25 s ahead, for both methods. Noise (NOISE_K) and the steps of 12 bits over 0-100 C are added here.
-- Only two materials, always the same pieces; wood was cooled, metal never was. A method may take cold for wood.
+- The recordings were smoothed by a centred filter over 0.5 s before they were published. Each time after contact thus
+  sees up to 0.25 s ahead, for both methods. Noise (NOISE_K) and the steps of 12 bits over 0-100 C are added here.
+- There are only two materials, always the same pieces. Wood was cooled, metal never was. A method may take cold for
+  wood.
 - The unheated sensor reads lower before it touches cooled wood: `both` has seen a part of the answer at contact.
-- The room's temperature is that of the set, the median of its unheated readings before contact, the same for all of
-  its touches: the heated sensor alone would have it from a room thermometer.
-- Two of three touches are of wood: naming wood each time is right in 67 %. Every method is therefore counted twice,
-  with materials as frequent as in its calibration (`counted`, as the estimator answers) and equally likely (`even`).
-  What an even prior aims at is `balanced`, the mean of metal's share and wood's.
+- The room temperature is that of the set, the same for all of its touches. It is the median of the set's unheated
+  readings before contact. The heated sensor alone would have it from a room thermometer.
+- Two of three touches are of wood: naming wood each time is right in 67 %. Every method is therefore judged with two
+  priors: materials as frequent as in its calibration (`counted`, as the estimator answers), and equally likely
+  (`even`). An even prior aims at `balanced`, the mean of metal's share and wood's.
 """
 
 import os
@@ -40,10 +41,10 @@ __all__ = ["plot", "run", "tables"]
 Array = NDArray[np.float64]
 Row = dict[str, Any]
 Judge = Callable[[Sequence["Touch"], Sequence["Touch"], float], Iterator[Row]]
-"""Judges touches by what was learned from others; with ln odds of metal among these."""
+"""Judges touches by what was learned from others, given the ln odds of metal among these."""
 
 TIMES_S = (0.5, 1.5, 4.0)
-"""After first contact (force > 0.3 N)."""
+"""Judged times after first contact (force > 0.3 N), s."""
 NOISE_K = 0.05
 STEP_K = 100.0 / 4095.0
 METAL, WOOD = "metal", "wood"
@@ -52,14 +53,15 @@ SENSORS = (HEATED, HELPED, BOTH)
 PRIORS = ("counted", "even")
 _BEFORE_S, _BLOCK_S, _READING_S = 0.25, 0.25, 0.01
 _SHRINKAGE = 0.003
-"""Part of each feature's variance that is added to it: the pooled covariance of few touches can be inverted."""
+"""Share of each feature's variance that is added to it, so that the pooled covariance of few touches can be
+inverted."""
 _NAME = re.compile(r"set(\d+)_(\w+)_\d+")
 COMPARED = (Compared("accuracy", "share", "more", ("method", "sensors", "prior", "t_s"), counted="touches"),)
 
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """One recording with noise: its file, its set, its material, and the room's temperature, C."""
+    """One recording with added noise: its file, its set, its material, and the room temperature, C."""
 
     file: str
     group: int
@@ -81,13 +83,13 @@ def run(
     Args:
         folder: of recordings `setNN_CLASS_K.csv`; None: `thermal_contact` in the folder that TELETACTION_DATA names.
         quick: judge the first set only; all others are still learned from.
-        seed: of the noise.
-        tell: is told the share done, 0..1.
-        work: who does it.
+        seed: seed of the noise.
+        tell: called with the share done, 0..1.
+        work: runs the pieces.
 
     Raises:
         Unavailable: there are no such recordings.
-        ValueError: one cannot be read.
+        ValueError: a recording cannot be read.
     """
     if folder is None:
         if not (data := os.environ.get("TELETACTION_DATA")):
@@ -116,7 +118,7 @@ def tables(data: Mapping[str, Any]) -> dict[str, list[Row]]:
 
 
 def accuracy(answers: Sequence[Row]) -> list[Row]:
-    """Right answers of each method, sensors, prior and time, beside those of each class by itself."""
+    """Right answers of each method, sensors, prior and time, with the errors of each class."""
     keys = ("method", "sensors", "prior", "t_s")
     cells = dict.fromkeys(tuple(answer[key] for key in keys) for answer in answers)
     rows = []
@@ -141,7 +143,7 @@ def accuracy(answers: Sequence[Row]) -> list[Row]:
 
 
 def _balanced(answers: Sequence[Row], right: Sequence[bool]) -> float:
-    """Mean over the materials of the share that is right: what an even prior aims at, however many touches of each."""
+    """Mean over the materials of the share that is right, whatever the number of touches of each."""
     of_material: dict[str, list[bool]] = {}
     for answer, hit in zip(answers, right, strict=True):
         of_material.setdefault(answer["material"], []).append(hit)
@@ -200,7 +202,7 @@ def linear_features(trace: ThermalTrace, t_s: float, sensors: str) -> Array:
 
 
 def linear_score(features: Array, metal: NDArray[np.bool_], judged: Array) -> Array:
-    """Linear discriminant (Fisher 1936): ln odds of metal with both materials equally likely, for each row judged."""
+    """Linear discriminant (Fisher 1936): ln odds of metal for each judged row, both materials equally likely."""
     means = features[metal].mean(axis=0), features[~metal].mean(axis=0)
     away = features - np.where(metal[:, None], *means)
     covariance = away.T @ away / (len(features) - 2)
@@ -239,7 +241,7 @@ def _judge_both(learned: Sequence[Touch], judged: Sequence[Touch], ln_odds: floa
 def _judge_estimator(
     learned: Sequence[Touch], judged: Sequence[Touch], ln_odds: float, all_sensors: Sequence[str]
 ) -> Iterator[Row]:
-    """By one table for all of these sensors: it is calibrated beside the unheated sensor where that is among them."""
+    """Judge by one table for all of these sensors, calibrated beside the unheated sensor where BOTH is among them."""
     with TemporaryDirectory() as scratch:
         folder = Path(scratch) / "learned"
         folder.mkdir()
@@ -274,14 +276,14 @@ def _answers(method: str, sensors: str, touch: Touch, t_s: float, score: float, 
 
 
 def _ln_odds(line: Row) -> float:
-    """Ln odds of metal from a line of `identify thermal`: what is no candidate has what the candidates leave."""
+    """Ln odds of metal from a line of `identify thermal`; a material that is no candidate has the remaining share."""
     probability = dict(line["candidates"])
     left = max(1e-4, 1.0 - sum(probability.values()))
     return float(np.log(max(probability.get(METAL, left), 1e-4) / max(probability.get(WOOD, left), 1e-4)))
 
 
 def _write(path: Path, touch: Touch, *, beside: bool, until_s: float = np.inf) -> None:
-    """The touch as a trace file, up to `until_s` after contact."""
+    """Write the touch as a trace file, up to `until_s` after contact."""
     trace = touch.trace
     first = trace.contact() or 0
     kept = trace.time_s <= trace.time_s[first] + until_s + 0.5 * _READING_S

@@ -1,4 +1,4 @@
-"""The figure of the recorded touches: share of right answers over time, both methods, for each way to sense."""
+"""Figure of the recorded touches: share of right answers over time, for both methods and each choice of sensors."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -41,7 +41,7 @@ def plot(data: Mapping[str, Any], path: Path) -> None:
 
 
 def _curves(rows: list[dict[str, Any]], sensors: str) -> dict[tuple[str, str], list[dict[str, Any]]]:
-    """Rows of one way to sense, by method and prior."""
+    """Rows of one choice of sensors, by method and prior."""
     curves: dict[tuple[str, str], list[dict[str, Any]]] = {}
     for row in rows:
         if row["sensors"] == sensors:

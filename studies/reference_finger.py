@@ -1,6 +1,6 @@
-"""A finger on a half space by other means than the program's: 320 uneven cells, banded Crank-Nicolson, small steps.
+"""Independent reference of a finger on a half space: 320 uneven cells, banded Crank-Nicolson, small steps.
 
-Constants are typed in anew from their sources; nothing is imported from the program but materials' constants.
+Constants are copied again from their sources. Only the materials' constants come from the program.
 """
 
 from dataclasses import dataclass
@@ -13,17 +13,18 @@ LAYERS = (
     (1.2e-3, 0.45, 1200.0, 3300.0, 0.005),
     (5e-3, 0.19, 1000.0, 2500.0, 0.00125),
 )
-"""Thickness, conductivity, density, specific heat, perfusion of epidermis, dermis, subcutis."""
+"""Thickness, m, conductivity, W/(m K), density, kg/m3, specific heat, J/(kg K), and perfusion, 1/s, of epidermis,
+dermis, subcutis."""
 COUNTS = (80, 60, 60)
 OBJECT_CELLS = 120
 BLOOD = 1060.0 * 3770.0
 STEPS_S = ((0.0005, 400), (0.002, 900), (0.01, 800))
-"""Lengths of steps, and how many of each: 10 s."""
+"""Lengths of steps, s, and the number of steps of each; 10 s in all."""
 
 
 @dataclass(frozen=True)
 class FeltCourse:
-    """Felt temperature over time, C, for an object at `low_c` and at `high_c`; anything between is between."""
+    """Felt temperature over time, C, for an object at `low_c` and at `high_c`; others are interpolated."""
 
     time_s: np.ndarray
     low_c: float
@@ -32,7 +33,7 @@ class FeltCourse:
     high: np.ndarray
 
     def at(self, object_c: float) -> np.ndarray:
-        """For an object of any temperature."""
+        """Felt temperature for an object at `object_c`, C."""
         share = (object_c - self.low_c) / (self.high_c - self.low_c)
         return np.asarray(self.low + share * (self.high - self.low))
 
@@ -47,7 +48,7 @@ def felt_course(
     low_c: float = 10.0,
     high_c: float = 50.0,
 ) -> FeltCourse:
-    """Free and steady at first, then in contact for 10 s."""
+    """Course of a finger at rest in air, then in contact for 10 s."""
     size, k, heat, perfused = _tissue()
     half = size / (2.0 * k)
     links = 1.0 / (half[:-1] + half[1:])
@@ -87,7 +88,7 @@ def felt_course(
         first = step_s * balance / 4.0
         first[1] += capacity
         for number in range(count):
-            if t_s == 0.0 and number == 0:  # Rannacher: four short implicit steps damp what a sudden contact excites
+            if t_s == 0.0 and number == 0:  # Rannacher start: four short implicit steps damp a sudden contact
                 for _ in range(4):
                     state = solve_banded((1, 1), first, capacity[:, None] * state + (step_s / 4.0) * source[:, None])
             else:

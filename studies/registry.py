@@ -1,12 +1,12 @@
-"""The studies there are, and how one is run: its data, its tables and its figure are written to a folder.
+"""Lists the studies, runs one, and writes its data, its tables and its figure to a folder.
 
-A study is a module with `run(quick=..., seed=..., tell=..., work=...)` that returns what can be written as JSON, and
-`plot(data, path)`. Its `work` does pieces wherever there are processors for them (studies/pieces.py); what it times on
-this machine it times in its own process, while no piece is being done. A study of such times alone has no `work`, and
-says in `MEASURES_THIS_MACHINE` what they are. `COMPARED` are the numbers by which two runs are compared. It may have
-`tables(data)`: rows by name, written as CSV. Its data may have `problems`: what is wrong, a line each. While it runs it
-tells how far it is: the share done, 0..1, or what it is at, in words. The first line of its docstring says what it
-shows.
+A study is a module with `run(quick=..., seed=..., tell=..., work=...)`, which returns data for JSON, and `plot(data,
+path)`. Its `work` runs pieces wherever there are processors for them (studies/pieces.py). Whatever it times on this
+machine, it times in its own process while no piece runs. A study of such times alone has no `work`, and names them in
+`MEASURES_THIS_MACHINE`. `COMPARED` holds the numbers by which two runs are compared. `tables(data)` is optional: rows
+by name, written as CSV. `problems` in the data are optional: a line for each thing that is wrong. During the run the
+study calls `tell` with the share done, 0..1, or with its present step in words. The first line of its docstring says
+what it shows.
 """
 
 import csv
@@ -53,7 +53,7 @@ STUDIES = {
 }
 """Module of each study by its name."""
 PIECES = ".pieces"
-"""Folder, in that of the results, of what an interrupted run has done."""
+"""Folder within the results' folder for the finished pieces of an interrupted run."""
 
 
 class UnknownStudy(ValueError):
@@ -62,11 +62,11 @@ class UnknownStudy(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """How a study ended.
+    """Outcome of a study.
 
     Attributes:
         written: its files.
-        problems: what it found wrong, a line each; empty when all is well.
+        problems: the problems that it found, a line each; empty when all is well.
     """
 
     written: list[Path]
@@ -81,7 +81,7 @@ def study(name: str) -> ModuleType:
 
 
 def described() -> dict[str, str]:
-    """What each study shows, in a line."""
+    """One line for each study on what it shows."""
     return {name: (study(name).__doc__ or "").partition("\n")[0] for name in STUDIES}
 
 
@@ -98,16 +98,16 @@ def run_study(
 
     Args:
         name: of the study.
-        out: folder; made when it is not there. Pieces are kept in it until the study is done: one that was interrupted
-            goes on where it was.
+        out: folder; made when it is not there. It keeps pieces until the study is done, so that an interrupted study
+            continues where it stopped.
         quick: whether to measure less.
-        seed: of everything random in it.
-        tell: is told how far it is.
-        workers: who does its pieces.
+        seed: seed of everything random in it.
+        tell: called with its progress.
+        workers: runs its pieces.
 
     Raises:
         UnknownStudy: there is none of this name.
-        Unavailable: what it measures with is not here.
+        Unavailable: something that the study needs is missing.
         OSError: the folder cannot be written to.
     """
     module = study(name)
@@ -129,10 +129,10 @@ def run_study(
 def run_all(
     out: Path, *, quick: bool, seed: int, telling: Callable[[str], AbstractContextManager[Tell]], workers: Workers
 ) -> Iterator[tuple[str, Result | Unavailable]]:
-    """Run every study, one after the other, and draw an overview: what became of each, as soon as it is there.
+    """Run every study, one after the other, and draw an overview; yields the result of each as soon as it is there.
 
-    Where this was interrupted before, what the same code has finished is not run again. `telling` makes what a study
-    tells how far it is; for the rest see `run_study`.
+    Studies that the same code finished before an interruption are not run again. `telling` makes the function that
+    takes a study's progress. The other arguments are those of `run_study`.
     """
     finished = KeptPieces(out / PIECES / "all")
     for name in STUDIES:
@@ -157,7 +157,7 @@ def run_all(
 
 
 def write_table(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write rows with the same keys as CSV; a value that is None is an empty cell."""
+    """Write rows with the same keys as CSV; None becomes an empty cell."""
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, list(rows[0]) if rows else [])
         writer.writeheader()

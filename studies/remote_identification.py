@@ -1,7 +1,7 @@
-"""The paper's Fig. 13: what is known of a remote aluminium block over time, in the paper's way and in this project's.
+"""The paper's Fig. 13: estimates of a remote aluminium block over time, by the paper's method and by this project's.
 
-Both see the same readings of one simulated finger. The paper extrapolates the plate's exponential response to its end,
-which it takes for the object's temperature, and to its rate, its "virtual heat conductivity".
+Both use the same readings of one simulated finger. The paper extrapolates the exponential response of the plate. It
+takes the final value for the object's temperature, and the rate for the "virtual heat conductivity".
 """
 
 from typing import Any
@@ -20,13 +20,13 @@ AT_M = 0.03
 WARM_UP_S = 10.0
 TOUCHED_S = 9.0
 PAPER_S = 7.0
-"""The paper's figure takes its values so long after contact."""
+"""Time after contact at which the paper's figure takes its values, s."""
 SHOWN_EVERY = 25
 """Ticks between two rows: 50 ms."""
 
 
 def identification_rows(seed: int) -> list[dict[str, Any]]:
-    """One row every 50 ms from contact on; None where nothing is known yet."""
+    """One row every 50 ms from contact on; None where a value is not known yet."""
     block = block_of(MATERIAL).model_copy(update={"absolute_c": OBJECT_C})
     hand, depth_m = RemoteFingers(scene_of(block), seed), pressing_depth_m(FORCE_N, block.stiffness)
     rows: list[dict[str, Any]] = []

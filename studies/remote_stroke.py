@@ -1,4 +1,4 @@
-"""A fingertip that strokes a remote surface: through texture sensor, identification and link to the simulated motor."""
+"""A fingertip that strokes a remote surface, through texture sensor, identification and link to the simulated motor."""
 
 from common.scene import SceneObject
 from common.surfaces import surface_kind
@@ -11,7 +11,7 @@ from teletaction.testbed.rendered_fingers import TICK_S
 
 
 def remote_stroke(surface: str, seed: int) -> FingertipCourse:
-    """Tap, rest and stroke as over a virtual surface; block, sensors and their noise are drawn from the seed."""
+    """Tap, rest and stroke as over a virtual surface; the seed determines block, sensors and their noise."""
     depth_m = pressing_depth_m(FORCE_N, surface_kind(surface).stiffness_n_m)
     block = SceneObject(name="block", material="pvc", surface=surface, x_m=0.0, length_m=LENGTH_M)
     both, ticks = Teleoperation(scene_of(block), seed), []
