@@ -1,4 +1,4 @@
-"""A fingertip on a remote object: through sensors, identification, packets and their delay to the simulated TactTip."""
+"""Simulates a fingertip on a remote object, from sensors and identification through delayed packets to the TactTip."""
 
 import numpy as np
 
@@ -13,19 +13,19 @@ from teletaction.testbed.rendered_fingers import TICK_S
 
 FORCE_N = 1.0
 AT_M = 0.03
-"""Where the object is touched, from its near edge."""
+"""Touched place on the object, m from its near edge."""
 
 
 def remote_touch(name: str, object_c: float, seconds: float, seed: int) -> Array:
-    """Change of the felt temperature every STEP_S, K, from when the remote site knows of the contact.
+    """Return the change of the felt temperature every STEP_S, K, from when the remote site detects contact.
 
     The hand waits in the air until sensor and finger are warm, lowers the finger, and holds it there.
 
     Args:
-        name: material or alias; its block is that of the scene, whose calibrated table is used.
+        name: material or alias; the scene supplies its block and the calibrated table.
         object_c: temperature of the object, C.
-        seconds: how long it is touched.
-        seed: of everything random.
+        seconds: duration of the touch, s.
+        seed: seed of all random draws.
     """
     block = block_of(material(name).name).model_copy(update={"absolute_c": object_c})
     both, remote_m = Teleoperation(scene_of(block), seed), pressing_depth_m(FORCE_N, block.stiffness)

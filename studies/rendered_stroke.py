@@ -1,4 +1,4 @@
-"""A fingertip that strokes a virtual surface: rendered from its own constants, felt on the simulated motor."""
+"""Simulates a fingertip that strokes a virtual surface, rendered from its constants on the simulated motor."""
 
 from bisect import bisect_right
 from dataclasses import dataclass
@@ -21,13 +21,13 @@ from teletaction.testbed.remote_fingers import INDEX
 from teletaction.testbed.rendered_fingers import TICK_S, RenderedFingers
 
 SHOWN_N_M = 400.0
-"""The stiffest that is displayed unless a site is configured otherwise."""
+"""Largest displayed stiffness in the default configuration, N/m."""
 DEPTH_M = FORCE_N / SHOWN_N_M
 
 
 @dataclass(frozen=True, slots=True)
 class VirtualSurface:
-    """Constants of Eq. 2, where its grooves are, m, and how stiff it is, N/m."""
+    """Constants of Eq. 2, places of the grooves, m, and stiffness, N/m."""
 
     k_stroke_v: float
     k_stroke_f: float
@@ -36,13 +36,13 @@ class VirtualSurface:
 
     @classmethod
     def of(cls, name: str, grooves_m: tuple[float, ...] = ()) -> "VirtualSurface":
-        """A surface as the remote site was told of it; raises ValueError where it is unknown."""
+        """Return a surface with the constants that the remote site has; raise ValueError if it is unknown."""
         kind = surface_kind(name)
         return cls(kind.k_stroke_v, kind.k_stroke_f, grooves_m)
 
 
 class FingertipCourse(NamedTuple):
-    """One value a tick: mode; what leaves the gate and what the motor does, rad/s; force, N; depth, m."""
+    """One value per tick: mode, motor speed wanted by the gate and reached, rad/s, force, N, and depth, m."""
 
     time_s: Array
     mode: Array
@@ -53,20 +53,20 @@ class FingertipCourse(NamedTuple):
 
     @classmethod
     def of(cls, ticks: list[tuple[float, ...]]) -> "FingertipCourse":
-        """From the ticks' values."""
+        """Build a course from the values of each tick."""
         return cls(*np.array(ticks).T)
 
 
 def tick_of(hand: RenderedFingers, mode: int, depth_m: float) -> tuple[float, ...]:
-    """The index finger's values in the hand's last tick."""
+    """Return the index finger's values in the hand's last tick."""
     output = hand.output
-    assert output is not None, "a hand that has lived a tick has an output"
+    assert output is not None, "a hand has an output after its first tick"
     wanted = output.motor_rpm[INDEX] / RPM_PER_RAD_S
     return hand.time_s, mode, wanted, float(hand.motors.speed_rad_s[INDEX]), output.force_n[INDEX], depth_m
 
 
 def left_to_itself(course: FingertipCourse) -> FingertipCourse:
-    """The same with a motor that only gets the voltage that holds the speed which is wanted."""
+    """Return the course with a motor that only gets the steady-state voltage of each wanted speed."""
     motor, speeds = VibrationMotors(1), []
     for wanted_rad_s in course.wanted_rad_s:
         motor.step(TICK_S, np.array([1e-3 * motor_mv(float(wanted_rad_s) * RPM_PER_RAD_S)]))
@@ -82,7 +82,7 @@ def rendered_stroke(
     stroke_m_s: float = SPEED_M_S,
     vibration: VibrationScale = "speed",
 ) -> FingertipCourse:
-    """The finger taps the surface, rests on it, and strokes along it; each groove is told as it is crossed."""
+    """Tap a surface, rest on it and stroke along it; each crossed groove sends an event."""
     hand, known = RenderedFingers(seed, RenderingConfig(vibration=vibration)), _columns(surface)
     events: list[Event] = []
     ticks, contact_s, before_z_m = [], None, height_m(0.0, DEPTH_M)

@@ -1,4 +1,4 @@
-"""A fingertip on a virtual object: rendered from the object's true constants, felt on the simulated TactTip."""
+"""Simulates fingertips on virtual objects, rendered from the objects' true constants on the simulated TactTip."""
 
 from collections.abc import Sequence
 
@@ -10,23 +10,23 @@ from studies.virtual_touch import resting_on, touch_packet
 from teletaction.testbed.rendered_fingers import TICK_S, RenderedFingers
 
 REST_S = 10.0
-"""The finger lies on its neutral plate for so long before the touch: nothing changes any more."""
+"""Time on the neutral plate before the touch, s; all temperatures are steady by then."""
 DEPTH_M = 0.0025
-"""How deep it rests in the object: 1 N at the stiffness that is shown."""
+"""Depth of the resting finger in the object, m: 1 N at the displayed stiffness."""
 EVERY = round(STEP_S / TICK_S)
 
 
 def rendered_touches(
     names: Sequence[str], object_c: float, seconds: float, seed: int, *, known_ahead: bool = False
 ) -> dict[str, Array]:
-    """Change of the felt temperature every STEP_S from contact on, K; up to five objects at once, a finger each.
+    """Return the change of the felt temperature every STEP_S from contact, K, for up to five objects, one per finger.
 
     Args:
         names: materials or aliases.
         object_c: temperature of all objects, C.
-        seconds: how long they are touched.
-        seed: of the plates' sensors.
-        known_ahead: whether rendering knows the objects before they are touched, as those of a virtual world may be.
+        seconds: duration of the touches, s.
+        seed: seed of the plates' sensors.
+        known_ahead: whether rendering knows the objects before the touch, as it may in a virtual environment.
     """
     hand = RenderedFingers(seed)
     objects = {finger: resting_on(name, object_c, hand.stiffest_n_m) for finger, name in enumerate(names)}

@@ -1,4 +1,4 @@
-"""The figure of how many sessions a machine carries: rates, lateness, processors and age, with where each fails."""
+"""Figure of the number of sessions that a machine carries: rates, lateness, processors and age, with their limits."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -60,7 +60,7 @@ def _lateness(axes: Axes, loops: Rows) -> None:
     top_ms = max([2e-3 * row["off_p99_us"] for row in sites], default=10.0)
     period_ms = 1e3 / min([row["wanted_hz"] for row in sites], default=500.0)
     axes.axhspan(period_ms, max(top_ms, 2.0 * period_ms), label="a tick is missed", **_FAILS)
-    axes.set(xscale="log", yscale="log", ylabel="a tick comes too late or too soon by (ms)")
+    axes.set(xscale="log", yscale="log", ylabel="a tick is too late or too early by (ms)")
     plain_ticks(axes.yaxis, _DECADES)
     axes.set_title("Loops of the sites, middle session", loc="left")
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
@@ -79,7 +79,7 @@ def _processors(axes: Axes, data: Mapping[str, Any]) -> None:
         below = [low + more for low, more in zip(below, cores, strict=True)]
     others = [data["processors"] * (row["others"] + row["stolen"]) for row in data["counts"]]
     axes.bar(counts, others, widths, below, color=PALE, edgecolor=GREY, label="others")
-    axes.axhline(data["processors"], color=BLACK, linestyle=":", label="all there is")
+    axes.axhline(data["processors"], color=BLACK, linestyle=":", label="all processors")
     axes.axhspan(data["processors"], 1.25 * data["processors"], **_FAILS)
     axes.set(xscale="log", ylim=(0.0, 1.25 * data["processors"]), ylabel="processors used")
     axes.set_title("Processor time; colours as above", loc="left")
@@ -107,7 +107,7 @@ def _places(rows: Rows) -> list[int]:
 
 
 def _through(axes: Axes, rows: Rows, value: str, scale: float, **how: Any) -> None:
-    """A line through the median of all sessions at each number of them."""
+    """Draw a line through the median of all sessions at each number of sessions."""
     found: dict[int, list[float]] = {}
     for row in rows:
         if row[value] is not None:

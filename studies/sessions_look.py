@@ -1,4 +1,4 @@
-"""What is seen of running sessions from outside: status files and /proc."""
+"""Looks at running sessions from outside, by their status files and /proc."""
 
 import os
 import time
@@ -18,31 +18,32 @@ class Look:
     """One look at a process.
 
     Attributes:
-        at_s: when, monotonic clock.
-        told: its status file.
+        at_s: time of the look on the monotonic clock, s.
+        status: content of its status file.
         worked_s: processor time of all its threads, and of the process that writes its recording, s.
-        loop_worked_s, loop_waited_s: of its loop's thread: processor time, and for how long it waited for a processor.
-        memory_mib: what both hold alone, and their part of what they share with others.
+        loop_worked_s: processor time of its loop's thread, s.
+        loop_waited_s: time for which its loop's thread waited for a processor, s.
+        memory_mib: proportional set size of the process and of the process that writes its recording, MiB.
     """
 
     at_s: float
-    told: dict[str, Any]
+    status: dict[str, Any]
     worked_s: float
     loop_worked_s: float
     loop_waited_s: float
     memory_mib: float
 
     @property
-    def told_s(self) -> float:
-        """When its status file was written, s."""
-        return float(self.told["time_ns"]) * 1e-9
+    def status_s(self) -> float:
+        """Time at which its status file was written, s."""
+        return float(self.status["time_ns"]) * 1e-9
 
     def since(self, before: "Look") -> dict[str, Any]:
-        """Rate, work and waiting since an earlier look; `said` is what the process itself says of its rate."""
-        looked_s, told_s = self.at_s - before.at_s, max(1e-9, self.told_s - before.told_s)
-        loop, behind_s = self.told["loop"], self.told["behind_s"] - before.told["behind_s"]
+        """Return rate, work and waiting since an earlier look; `said` is what the process reports of its rate."""
+        looked_s, status_s = self.at_s - before.at_s, max(1e-9, self.status_s - before.status_s)
+        loop, behind_s = self.status["loop"], self.status["behind_s"] - before.status["behind_s"]
         wanted_hz = 1e3 / loop["period_ms"]
-        rate_hz = (loop["ticks"] - before.told["loop"]["ticks"]) / told_s
+        rate_hz = (loop["ticks"] - before.status["loop"]["ticks"]) / status_s
         return {
             "wanted_hz": wanted_hz,
             "rate_hz": round(rate_hz, 1),
@@ -51,39 +52,39 @@ class Look:
             "loop_works": round((self.loop_worked_s - before.loop_worked_s) / looked_s, 4),
             "loop_waits": round((self.loop_waited_s - before.loop_waited_s) / looked_s, 4),
             "memory_mib": round(self.memory_mib, 1),
-            "said": self.told["behind"] or (f"behind for {behind_s:.0f} s" if behind_s > 0.0 else ""),
+            "said": self.status["behind"] or (f"behind for {behind_s:.0f} s" if behind_s > 0.0 else ""),
         }
 
     def packets(self, before: "Look", stream: str, counters: Iterable[str]) -> dict[str, float]:
-        """Packets a second, by counter, since an earlier look."""
-        told_s = max(1e-9, self.told_s - before.told_s)
+        """Return packets per second, by counter, since an earlier look."""
+        status_s = max(1e-9, self.status_s - before.status_s)
         return {
-            f"{name}_hz": round((_count(self.told, name, stream) - _count(before.told, name, stream)) / told_s, 1)
+            f"{name}_hz": round((_count(self.status, name, stream) - _count(before.status, name, stream)) / status_s, 1)
             for name in counters
         }
 
 
 def look(pair: SessionProcesses) -> dict[str, Look]:
-    """One look at each process of a session that is there and has told how it is."""
+    """Look at each process of a session that runs and has written its status."""
     found = {}
     for name, process in pair.running.items():
-        told = read_figures(pair.out, name)
+        status = read_figures(pair.out, name)
         try:
-            if "behind" in told:
-                found[name] = _look(process.pid, told)
+            if "behind" in status:
+                found[name] = _look(process.pid, status)
         except (FileNotFoundError, ProcessLookupError, StopIteration):
             continue  # it has just ended
     return found
 
 
-def _look(pid: int, told: dict[str, Any]) -> Look:
+def _look(pid: int, status: dict[str, Any]) -> Look:
     process = Path(f"/proc/{pid}")
     members = [Path(f"/proc/{member}") for member in family(pid)]
-    # Its loop runs in its first thread, whose numbers these are.
+    # The loop runs in the first thread, and this file counts that thread.
     waited_ns = int((process / "schedstat").read_bytes().split()[1])
     return Look(
         time.monotonic(),
-        told,
+        status,
         sum(_worked_s(member / "stat") for member in members),
         _worked_s(process / "task" / str(pid) / "stat"),
         waited_ns * 1e-9,
@@ -101,6 +102,6 @@ def _memory_mib(process: Path) -> float:
     return next(int(line.split()[1]) for line in lines if line.startswith("Pss:")) / 1024.0
 
 
-def _count(told: dict[str, Any], counter: str, stream: str) -> int:
-    value = told[counter].get(stream, 0)
+def _count(status: dict[str, Any], counter: str, stream: str) -> int:
+    value = status[counter].get(stream, 0)
     return sum(value.values()) if isinstance(value, dict) else int(value)

@@ -1,4 +1,4 @@
-"""What the recordings of a session tell of any while of it: when its loops ticked, and how old packets were."""
+"""Reads the recordings of a session: times of the loops' ticks, and age of packets, over any interval."""
 
 from collections import defaultdict
 from dataclasses import dataclass
@@ -15,9 +15,9 @@ from common.messages import Motion, Touch
 
 Times = NDArray[np.float64]
 TICKS = {"remote": "remote/gate", "operator": "operator/input"}
-"""A site records these in every tick."""
+"""Stream that each site records in every tick."""
 ARRIVALS = {"motion": "remote/motion", "touch": "operator/touch"}
-"""A site records these in the tick in which it acts on a packet for the first time."""
+"""Stream that a site records in the tick in which it first acts on a packet."""
 _PACKETS: dict[str, type[Motion | Touch]] = {"remote/motion": Motion, "operator/touch": Touch}
 
 
@@ -26,8 +26,8 @@ class Recorded:
     """Times by stream, s of the machine's monotonic clock.
 
     Attributes:
-        times_s: of each tick or arrival, (n,).
-        sources_s: for arrivals, when the far site made the packet, (n,).
+        times_s: time of each tick or arrival, (n,).
+        sources_s: for arrivals, time at which the far site made the packet, (n,).
     """
 
     times_s: dict[str, Times]
@@ -35,7 +35,7 @@ class Recorded:
 
     @classmethod
     def read(cls, folder: Path) -> "Recorded":
-        """Read both sites' recordings, as far as they can be read; of a site that never began there is none."""
+        """Read both sites' recordings as far as they are intact; a site that never started has none."""
         times: dict[str, list[int]] = defaultdict(list)
         sources: dict[str, list[int]] = defaultdict(list)
         for path in (folder / f"{site}.mcap" for site in TICKS):
@@ -54,15 +54,15 @@ class Recorded:
         return cls(*({topic: np.array(ns) * 1e-9 for topic, ns in each.items()} for each in (times, sources)))
 
     def lateness(self, site: str, begin_s: float, end_s: float, period_s: float) -> dict[str, float | None]:
-        """How far two ticks of a site's loop were from one period apart, us: median and 99 %. None: not recorded."""
+        """Return the deviation of tick intervals from the period, us: median and 99 %; None if not recorded."""
         times_s, _ = self._between(TICKS.get(site, ""), begin_s, end_s)
         off_us = np.abs(np.diff(times_s) - period_s) * 1e6
         return {f"off_p{percent}_us": _quantile(off_us, percent) for percent in (50, 99)}
 
     def arrivals(self, stream: str, begin_s: float, end_s: float) -> dict[str, Any]:
-        """Age of the packets when they were acted on, ms: median and 99 %; and the longest time without one, ms.
+        """Return the age of packets when they took effect, ms: median and 99 %, and the longest gap, ms.
 
-        `gap_share` is the share of the time for which the last one was older than a gap may be: outputs are safe then.
+        `gap_share` is the share of time in which the last packet was older than GAP_S. Outputs are safe in that time.
         """
         times_s, sources_s = self._between(ARRIVALS[stream], begin_s, end_s)
         age_ms = (times_s - sources_s) * 1e3

@@ -1,4 +1,4 @@
-"""The simulators' fingertip on other things than a TactTip: the same 40 cells of skin, and what lies below them.
+"""Simulates the simulators' fingertip, with its 40 cells of skin, on other things than a TactTip.
 
 Layers, room and blood are those of `sim_sensors.finger_plate`. All conduction is linear, so a step is exact in time.
 """
@@ -28,7 +28,9 @@ STEP_S = 0.010
 class SimulatedFinger:
     """Skin per area, outermost cell first: heat_j_m2k dT/dt = balance_w_m2k T + known_w_m2.
 
-    `half_m2k_w` is the resistance from the surface to the first cell's centre.
+    Attributes:
+        half_m2k_w: thermal resistance from the surface to the first cell's centre.
+        share_of_epidermis: weight of each cell in the mean over the epidermis; the weights add up to 1.
     """
 
     balance_w_m2k: Array
@@ -39,7 +41,7 @@ class SimulatedFinger:
 
     @classmethod
     def with_deep_tissue_at(cls, deep_c: float = DEEP_C) -> "SimulatedFinger":
-        """A finger that is so warm inside, C; its blood is as much warmer than that as the simulators have it."""
+        """Return a finger with this deep temperature, C; blood exceeds it by the simulators' difference."""
         size, conductivity, capacity, perfusion = finger_column()
         half = size / (2.0 * conductivity)
         balance = chain(1.0 / (half[:-1] + half[1:]))
@@ -52,15 +54,15 @@ class SimulatedFinger:
         return cls(balance, known, size * capacity, float(half[0]), outer / outer.sum())
 
     def felt_c(self, skin_c: Array) -> float:
-        """Mean of the epidermis, C: where warmth and cold are sensed."""
+        """Return the mean temperature of the epidermis, C, where warmth and cold are sensed."""
         return float(self.share_of_epidermis @ skin_c)
 
     def in_air_c(self, room_c: float = ROOM_C) -> Array:
-        """Temperatures of the cells of a finger that has touched nothing for long, C."""
+        """Return the steady temperatures of the cells in air, C."""
         return self.at_rest_c(1.0 / AIR_W_M2K, room_c)
 
     def at_rest_c(self, resistance_m2k_w: float, outside_c: float) -> Array:
-        """Temperatures of the cells once nothing changes any more, with something outside behind a resistance, C."""
+        """Return the steady temperatures of the cells, C, with an outside temperature behind a thermal resistance."""
         link = 1.0 / (resistance_m2k_w + self.half_m2k_w)
         balance, known = self.balance_w_m2k.copy(), self.known_w_m2.copy()
         balance[0, 0] -= link
@@ -69,7 +71,7 @@ class SimulatedFinger:
 
 
 def chain(links_w_m2k: Array) -> Array:
-    """Balance of cells in a row with these conductances between neighbours, W/m2K."""
+    """Return the balance matrix of a row of cells with these conductances between neighbours, W/m2K."""
     return np.asarray(
         np.diag(links_w_m2k, 1)
         + np.diag(links_w_m2k, -1)
@@ -78,7 +80,7 @@ def chain(links_w_m2k: Array) -> Array:
 
 
 def exact_step(balance_w_m2k: Array, heat_j_m2k: Array, inputs_w_m2: Array) -> tuple[Array, Array]:
-    """The step of STEP_S, T' = a T + b u, of heat dT/dt = balance T + inputs u with constant u."""
+    """Return a and b of the exact step T' = a T + b u over STEP_S, for heat dT/dt = balance T + inputs u."""
     cells, count = inputs_w_m2.shape
     rates = np.zeros((cells + count, cells + count))
     rates[:cells, :cells], rates[:cells, cells:] = balance_w_m2k, inputs_w_m2

@@ -1,7 +1,7 @@
-"""The paper's Fig. 6: temperatures of the skin's layers in free motion and then on iron or wood of 35 C.
+"""Reproduces the paper's Fig. 6: temperatures of the skin's layers in free motion and then on iron or wood of 35 C.
 
-The paper does not print where the skin starts. Its own start makes a step of less than 2 K; a finger that is colder
-inside makes the same picture larger.
+The paper does not give the skin's start temperatures. The usual start of this skin model makes a step of less than 2 K.
+A finger that is colder inside makes the same shape larger.
 """
 
 from collections.abc import Iterator
@@ -15,14 +15,14 @@ OBJECTS = ("iron", "wood")
 OBJECT_C = 35.0
 AIR_C = 25.0
 STARTS = {"usual": Body(air_c=AIR_C), "colder": Body(air_c=AIR_C, deep_c=31.0, arterial_c=32.0)}
-"""What is inside the finger, by case."""
+"""Temperatures of the body in each case."""
 FREE_S, TOUCHED_S = 2.0, 10.0
 MODEL = SkinModel(20, 10, 10, 30)
 SHOWN_EVERY_S = 0.05
 
 
 def layer_rows() -> list[dict[str, Any]]:
-    """Mean temperature of each layer over time, C; contact is at 0 s."""
+    """Return the mean temperature of each layer over time, C; contact is at 0 s."""
     return [
         {"start": start, "object": name, **row}
         for start, body in STARTS.items()
@@ -32,7 +32,7 @@ def layer_rows() -> list[dict[str, Any]]:
 
 
 def start_rows() -> list[dict[str, Any]]:
-    """Where each case starts, C."""
+    """Return the start temperatures of each case, C."""
     rows = []
     for start, body in STARTS.items():
         at_rest = rest(body)

@@ -1,8 +1,8 @@
-"""A soak: one session at work for long, with faults at random, and whether it is in the end as it was in the beginning.
+"""Soak test: one long session with random faults, which must work at the end as it did at the beginning.
 
     python -m studies.soak --seconds 600 --seed 1 --out soak-out
 
-Real processes, a proxied network and simulated devices, as in the fault matrix. What is checked is said in `run`.
+It uses real processes, a proxied network and simulated devices, as the fault matrix does. `run` lists the checks.
 """
 
 import argparse
@@ -27,7 +27,7 @@ __all__ = ["plot", "run"]
 MEASURES_THIS_MACHINE = "a session of real processes, in real time"
 USUAL_S, QUICK_S = 600.0, 75.0
 _SAMPLES_KEPT = 500
-"""Of each life, for the figure."""
+"""Largest number of samples that the figure shows of each life."""
 COMPARED = (Compared("again_s", "max", "less", absolute=2.0, relative=0.5),)
 
 
@@ -38,24 +38,26 @@ def run(
     out: Path | None = None,
     tell: Tell = lambda _: None,
 ) -> dict[str, Any]:
-    """Let a session work, do faults to it at random, and look whether it suffers.
+    """Run a session, inject random faults, and check these requirements.
 
-    Checked are: that it works again after each fault within a time, by itself or cleared by a person; that each fault
-    is accounted for by who must know of it; that all limits held at the simulated devices; that no process grows in
-    memory, open files or threads; that every recording can be read to its end.
+    - The session works again within WORKS_AGAIN_S after each fault, by itself or after a person cleared it.
+    - Each fault leaves a trace at each process that must detect it.
+    - All limits hold at the simulated devices.
+    - No process grows in memory, open files or threads.
+    - Every recording can be read to its end.
 
     Args:
-        quick: a little more than a minute instead of ten.
-        seed: of the faults, their order and the pauses.
-        seconds: how long, counted from when the session works; the last fault is ended and judged all the same.
-        out: folder for what the processes leave behind (about 1 MB/s); must not hold a soak. None: nothing is kept.
-        tell: is told each fault as it is done.
+        quick: a little more than a minute instead of ten minutes.
+        seed: seed of the faults, their order and the pauses.
+        seconds: duration from when the session works, s. The last fault is still ended and judged.
+        out: folder for the files of the processes, about 1 MB/s; must not hold a soak. None keeps nothing.
+        tell: receives a line for each fault.
 
     Returns:
-        what was done and found; `problems` is empty when all is well, `summary` says it in one line.
+        Faults and findings. `problems` is empty when all is well, and `summary` is the result in one line.
 
     Raises:
-        NotWorking: the session does not even begin to work.
+        NotWorking: the session does not start working.
         FileExistsError: there is a soak in `out`.
     """
     length_s = seconds if seconds is not None else (QUICK_S if quick else USUAL_S)
@@ -92,7 +94,7 @@ def _judged(soak: Soak, samples: Sequence[Sample], records: Records, seed: int) 
         "seconds": round(soak.end_s - soak.begin_s, 1),
         "seed": seed,
         "problems": problems,
-        "episodes": [_told(episode, soak.begin_s) for episode in soak.episodes],
+        "episodes": [_reported(episode, soak.begin_s) for episode in soak.episodes],
         "faults": sum(len(episode.turn.faults) for episode in soak.episodes),
         "kinds": len({fault.key for episode in soak.episodes for fault in episode.turn.faults}),
         "kinds_in_all": len(FAULTS),
@@ -111,7 +113,7 @@ def _judged(soak: Soak, samples: Sequence[Sample], records: Records, seed: int) 
     return {**data, "summary": summary(data)}
 
 
-def _told(episode: Episode, zero_s: float) -> dict[str, Any]:
+def _reported(episode: Episode, zero_s: float) -> dict[str, Any]:
     return {
         "faults": [fault.name for fault in episode.turn.faults],
         "where": [fault.where for fault in episode.turn.faults],
@@ -133,7 +135,7 @@ def _curve(life: Life, zero_s: float) -> dict[str, Any]:
 
 
 def summary(data: dict[str, Any]) -> str:
-    """The result of a soak in one line."""
+    """Return the result of a soak in one line."""
     rates = [life["rss_mib_h"] for life in data["lives"] if life["rss_mib_h"] is not None]
     allowed = f"allowed {STEP_MIB:g} MiB once, and {GROWTH_MIB_H:g} MiB/h"
     memory = f"memory at most +{max(rates):.0f} MiB/h ({allowed})" if rates else "memory flat"
@@ -146,16 +148,16 @@ def summary(data: dict[str, Any]) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Exit code 0 when all is well, 1 with the problems when it is not."""
-    parser = argparse.ArgumentParser(prog="python -m studies.soak", description="a session at work, with random faults")
+    """Run the command line; return 0 when all is well, or 1 after printing the problems."""
+    parser = argparse.ArgumentParser(prog="python -m studies.soak", description="run a session with random faults")
     parser.add_argument("--seconds", type=float, default=USUAL_S)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, required=True, help="folder for soak.json, soak.png and the recordings")
     options = parser.parse_args(arguments)
     if not 0.0 < options.seconds < 3600.0:
-        parser.error("--seconds: above 0 and below 3600, for so long the simulated hand works")
+        parser.error("--seconds: must be above 0 and below 3600, the working time of the simulated hand")
     if (options.out / "session").exists():
-        parser.error(f"{options.out}: there is a soak already; choose another folder")
+        parser.error(f"{options.out}: already holds a soak; choose another folder")
     data = run(False, options.seed, options.seconds, options.out, lambda text: print(text, file=sys.stderr, flush=True))
     (options.out / "soak.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
     plot(data, options.out / "soak.png")

@@ -1,4 +1,4 @@
-"""The figure of a soak: memory of each process over time, with the faults marked."""
+"""Figure of a soak: memory of each process over time, with the faults marked."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -58,4 +58,4 @@ def _verdict(episode: Mapping[str, Any]) -> tuple[str, str]:
 
 def _title(data: Mapping[str, Any]) -> str:
     outcome = f"{len(data['problems'])} problems" if data["problems"] else "all well"
-    return f"{data['faults']} faults at random, {sum(data['restarts'].values())} restarts: {outcome}"
+    return f"{data['faults']} random faults, {sum(data['restarts'].values())} restarts: {outcome}"

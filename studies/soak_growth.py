@@ -1,4 +1,7 @@
-"""Whether a process grows: memory, open files and threads over each of its lives. Pure: samples in, numbers out."""
+"""Detects growth of a process in memory, open files and threads over each of its lives. Pure: samples in, numbers out.
+
+A life of a process lasts from its start to its end or its next restart.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,21 +13,21 @@ from numpy.typing import NDArray
 from studies.soak_watch import Sample
 
 WARM_S = 60.0
-"""A process may grow for this long after it was started; for half of its life when that is shorter."""
+"""Longest warm-up of a process, s, in which it may grow; half of its life if that is shorter."""
 GROWTH_MIB_H = 30.0
-"""Most that a process may grow in an hour of work. The index of its recording takes a good half of it."""
+"""Largest allowed growth of a process's memory, MiB/h; the index of its recording takes more than half of it."""
 STEP_MIB = 4.0
-"""And once, for what it does for the first time: a reconnection, a fault, a second thread."""
+"""Largest allowed one-time growth of a process's memory, MiB, for a first reconnection, fault or second thread."""
 MORE_FILES, MORE_THREADS = 8, 4
-"""More of them at the end of a life than at its beginning is a leak; faster coming and going is none."""
+"""Largest allowed increase of open files and of threads from the first to the second half of a life."""
 _RATE_FROM_S = 120.0
 _SHORTEST = 12
-"""Samples of a life that is looked at."""
+"""Fewest samples of a life that is judged."""
 
 
 @dataclass(frozen=True, slots=True)
 class Life:
-    """One process from its start to its end: times (n,), s, and what it used, (n,)."""
+    """One life of a process: times (n,), s, and its use of memory, files and threads, (n,)."""
 
     process: str
     pid: int
@@ -34,11 +37,11 @@ class Life:
     threads: NDArray[np.float64]
 
     def growth(self) -> dict[str, Any]:
-        """First and last values after the warm-up, and what is wrong with them.
+        """Return the first and last values after the warm-up, and the excessive ones.
 
-        Of memory the medians of first and last third count; of files and threads those of the two halves: a fault
-        keeps some open for a while (whoever looks for five devices has five threads that look) or closes some (those
-        of dead devices), a leak keeps them for good.
+        Memory is compared by the medians of the first and the last third. Files and threads are compared by the medians
+        of the two halves. A fault opens some of them for a while, such as one thread for each missing device, or closes
+        those of dead devices. A leak keeps them open.
         """
         time_s = self.time_s
         start_s = time_s[0] + min(WARM_S, 0.5 * (time_s[-1] - time_s[0]))
@@ -49,7 +52,7 @@ class Life:
         def ends(values: NDArray[np.float64]) -> tuple[float, float]:
             return float(np.median(values[settled][:third])), float(np.median(values[settled][-third:]))
 
-        # Between the middles of the two thirds.
+        # Time between the middles of the two thirds.
         span_s = float(np.median(time_s[-third:]) - np.median(time_s[:third]))
         half = max(1, len(time_s) // 2)
 
@@ -78,7 +81,7 @@ class Life:
 
 
 def lives(samples: Sequence[Sample]) -> list[Life]:
-    """Samples by process and process number, those that were looked at often enough; in order of their beginnings."""
+    """Group samples into lives by process and process number, in order of start; leave out those of few samples."""
     by_pid: dict[tuple[str, int], list[Sample]] = {}
     for sample in samples:
         by_pid.setdefault((sample.process, sample.pid), []).append(sample)

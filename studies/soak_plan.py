@@ -1,4 +1,4 @@
-"""Which faults a soak does, in which order and which together: drawn at random, the same for the same seed."""
+"""Draws the faults of a soak at random, with their order and their pairs; the same seed gives the same draw."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -7,19 +7,19 @@ from random import Random
 from studies.fault_table import DEVICE_FAULTS, NETWORK_FAULTS, PLATE_FAULTS, PROCESS_FAULTS, Fault, Outcome
 
 FAULTS = (*NETWORK_FAULTS, *DEVICE_FAULTS, *PLATE_FAULTS, *PROCESS_FAULTS)
-"""All of the table but the full disk, which a session has from its start or never."""
+"""All faults of the table except the full disk, which must exist from the start of a session."""
 PAIR_SHARE = 0.25
-"""So often a second fault comes while the first is in force."""
+"""Share of turns with a second fault while the first is active, 0..1, where a second one is possible."""
 PAUSE_S = (2.0, 6.0)
-"""Normal work after each turn."""
+"""Range of the time of normal work after each turn, s."""
 TO_PROCESS = ("kill", "stop", "slow")
 _AT_ONCE = ("slow", "burn", "cut")
-"""What is over when it has been done, so that nothing can be done meanwhile."""
+"""Commands of faults that end at once, so that no second fault fits into them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """One fault, or two of which the second lies within the first, and then `pause_s` of normal work."""
+    """One fault, or two of which the second lies within the first, followed by `pause_s` of normal work."""
 
     first: Fault
     second: Fault | None
@@ -27,20 +27,20 @@ class Turn:
 
     @property
     def faults(self) -> tuple[Fault, ...]:
-        """Both, or the one."""
+        """One or both faults, in order of their starts."""
         return (self.first,) if self.second is None else (self.first, self.second)
 
     @property
     def name(self) -> str:
-        """What happens, in the table's words."""
+        """Names of the faults in the table."""
         return " + ".join(fault.name for fault in self.faults)
 
 
 def may_contain(first: Fault, second: Fault) -> bool:
-    """Whether `second` can be done, from its beginning to its end, while `first` is in force."""
+    """Return whether `second` can begin and end while `first` is active."""
     if first.begin in _AT_ONCE or first.expected is Outcome.LATCHED:
         return False
-    # A process that is dead, or was restarted, knows nothing of a fault that it was told before.
+    # A dead or restarted process has lost the fault that was commanded before.
     of_process = first.begin in TO_PROCESS or second.begin in TO_PROCESS
     if of_process and first.where == second.where:
         return False
@@ -48,7 +48,7 @@ def may_contain(first: Fault, second: Fault) -> bool:
 
 
 def turns(seed: int) -> Iterator[Turn]:
-    """Turns without end."""
+    """Yield an endless sequence of turns."""
     chance = Random(seed)
     for first in _dealt(chance):
         inner = [fault for fault in FAULTS if may_contain(first, fault)]
@@ -57,7 +57,7 @@ def turns(seed: int) -> Iterator[Turn]:
 
 
 def _dealt(chance: Random) -> Iterator[Fault]:
-    """Faults like cards: one of each suit a round, so that a short soak has all suits and a long one all faults."""
+    """Yield one fault of each kind per round, so that a short soak has all kinds and a long one all faults."""
     suits: dict[str, list[Fault]] = {}
     for fault in FAULTS:
         suits.setdefault(_suit(fault), []).append(fault)

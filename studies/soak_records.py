@@ -1,4 +1,4 @@
-"""What the recordings of a soak hold: how far each can be read, the largest values, the faults that were latched."""
+"""Reads the recordings of a soak: their readable length, the largest values, and the latched faults."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,19 +13,19 @@ from teletaction.conclude import recordings_of
 from teletaction.demo_files import PROCESSES
 
 LOST_AT_MOST_S = 0.5
-"""A killed process leaves a recording that ends this long before at the earliest."""
+"""Largest allowed loss at the end of a killed process's recording, s."""
 _SESSIONS = ("remote/session", "operator/session")
 
 
 @dataclass(slots=True)
 class Records:
-    """What was read.
+    """Contents of the recordings.
 
     Attributes:
-        messages: of each file, by name.
-        extremes: of each quantity that has a limit, by its name there.
-        faults: when a site latched, and its reason.
-        wrong: what could not be read to its end.
+        messages: number of messages in each file, by name.
+        extremes: largest value of each quantity in LIMITS, by name.
+        faults: time of each latch, s, and its reason.
+        wrong: problems with reading.
     """
 
     messages: dict[str, int] = field(default_factory=dict)
@@ -38,8 +38,8 @@ def read_records(folder: Path, ends_s: Mapping[str, Sequence[float]]) -> Records
     """Read all recordings of a session.
 
     Args:
-        folder: holds them, those of restarted processes with a number.
-        ends_s: when each process was killed, in order, and when the session ended.
+        folder: folder of the recordings; those of restarted processes have a number.
+        ends_s: times at which each process was killed, in order, and the end of the session, s.
     """
     records = Records()
     for process in PROCESSES:

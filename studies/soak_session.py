@@ -1,4 +1,4 @@
-"""The session of a soak: it works, suffers one turn of faults after the other, and is brought back after each."""
+"""Runs the session of a soak: injects one turn of faults after the other, and makes the session work again."""
 
 import signal
 import time
@@ -15,22 +15,23 @@ from studies.soak_watch import watching
 from teletaction.demo_files import PROCESSES
 
 OVERLAP_S = 0.5
-"""The second fault of a pair begins this long after the first."""
+"""Delay of the second fault of a pair after the first, s."""
 _LATCH_SHOWN_S = 0.5
-"""A person needs this long to see that a fault has latched."""
+"""Reaction time of a person to a latched fault, s."""
 _LOOK_S = 5.0
 _MOST_CLEARED = 4
 Tell = Callable[[str], object]
 
 
 class Soak:
-    """One session and what befell it.
+    """One session and its faults.
 
     Attributes:
         log: file with the samples of its processes.
         episodes: its turns so far.
-        ends_s: when the lives of each process ended, by kills and at last.
-        begin_s: when it first worked, s.
+        ends_s: end times of each process's lives, s: the kills, and the end of the session.
+        restarts: number of restarts of each process.
+        begin_s, end_s: time at which the session first worked, and end of the last turn, s.
     """
 
     def __init__(self, folder: Path, tell: Tell):
@@ -42,7 +43,7 @@ class Soak:
         self._folder, self._tell = folder, tell
 
     def live(self, seconds: float, seed: int) -> None:
-        """Start, live through turns for `seconds`, and end."""
+        """Start the session, run turns for `seconds`, and end the session."""
         with FaultSession.open(self._folder) as session, watching(self._folder, self.log):
             session.wait_until_working()
             self.begin_s = time.monotonic()
@@ -59,7 +60,7 @@ class Soak:
                 ends_s.append(self.end_s)
 
     def _live_through(self, session: FaultSession, turn: Turn) -> bool:
-        """Do one turn; whether the session works after it."""
+        """Run one turn; return whether the session works after it."""
         episode = Episode(turn, time.monotonic())
         self._tell(f"{episode.begin_s - self.begin_s:6.1f} s  {turn.name}")
         if self.episodes:
@@ -109,10 +110,10 @@ class Soak:
             self.ends_s[fault.where].append(begin_s)
 
     def _bring_back(self, session: FaultSession, episode: Episode) -> None:
-        """Wait until the session works, and clear what it latches as a person would.
+        """Wait until the session works, and clear latched faults as a person would.
 
         Raises:
-            NotWorking: it does not work in time, latches again and again, or a process has ended by itself.
+            NotWorking: the session does not work in time, latches repeatedly, or a process has ended by itself.
         """
         deadline_s, cleared = time.monotonic() + WORKS_AGAIN_S, 0
         while True:
@@ -120,7 +121,7 @@ class Soak:
                 episode.latched += [each for each in latched if each not in episode.latched]
                 cleared += 1
                 if cleared > _MOST_CLEARED:
-                    raise NotWorking(f"latched again and again: {latched}")
+                    raise NotWorking(f"latched repeatedly: {latched}")
                 time.sleep(_LATCH_SHOWN_S)
                 session.clear_and_engage()
                 episode.cleared_s = time.monotonic()

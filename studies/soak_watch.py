@@ -1,6 +1,8 @@
-"""`python -m studies.soak_watch FOLDER`: what the processes of a session use and tell, once a second, as JSON lines.
+"""Samples the resources and the status of a session's processes once a second, as JSON lines.
 
-A process of its own: the soak itself sleeps through its faults, and must not start processes beside a thread.
+    python -m studies.soak_watch FOLDER
+
+It runs in a process of its own, because the soak sleeps during its faults and must not start processes beside a thread.
 """
 
 import json
@@ -22,7 +24,7 @@ EVERY_S = 1.0
 WATCHED = (*PROCESSES, NETWORK)
 _KIB_PER_MIB = 1024.0
 _OF_DEVICES = ("fault", "missing", "limited", "texture_faults", "devices")
-_TOLD = ("state", *_OF_DEVICES, "delay_ms", "recording_lost", "recording_failed")
+_KEPT = ("state", *_OF_DEVICES, "delay_ms", "recording_lost", "recording_failed")
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,10 +32,10 @@ class Sample:
     """One look at one process.
 
     Attributes:
-        time_s: monotonic clock.
-        pid: tells a restarted process from the one before.
-        rss_mib, open_files, threads: from /proc, with those of the processes that it started.
-        told: what its status file says of its state, its devices, its loop, the faults it did.
+        time_s: time on the monotonic clock.
+        pid: process number, which distinguishes a restarted process from the one before.
+        rss_mib, open_files, threads: values from /proc, including the processes that it started.
+        told: parts of its status file on state, devices, loop and injected faults.
     """
 
     time_s: float
@@ -47,7 +49,7 @@ class Sample:
 
 @contextmanager
 def watching(folder: Path, log: Path) -> Iterator[None]:
-    """Write samples of the processes with status files in `folder` to `log`, until left."""
+    """Write samples of the processes with status files in `folder` to `log` until the context ends."""
     with log.open("wb") as out:
         watch = subprocess.Popen(
             [sys.executable, "-m", "studies.soak_watch", str(folder)],
@@ -63,36 +65,36 @@ def watching(folder: Path, log: Path) -> Iterator[None]:
 
 
 def read_samples(log: Path) -> list[Sample]:
-    """All samples of a log in order of time; the line that was being written at its end is left out."""
+    """Return all samples of a log in order of time; an incomplete last line is left out."""
     whole, _, _ = log.read_text("utf-8").rpartition("\n")
     return [Sample(**json.loads(line)) for line in whole.splitlines()]
 
 
 def sample(folder: Path, process: str) -> Sample | None:
-    """One look at a process; None while it has told nothing, or is gone."""
+    """Look at a process; return None while it has no status or after it has ended."""
     try:
-        told = json.loads((folder / f"{process}.json").read_text("utf-8"))
-        looks = [_look(pid) for pid in family(told["pid"])]
-    except (OSError, ValueError, KeyError):  # not started yet, killed a moment ago, or dying: it has no memory then
+        status = json.loads((folder / f"{process}.json").read_text("utf-8"))
+        looks = [_look(pid) for pid in family(status["pid"])]
+    except (OSError, ValueError, KeyError):  # not yet started, just killed, or ending and without memory
         return None
-    kept = {name: told[name] for name in _TOLD if name in told}
-    if "overruns" in told["loop"]:
-        kept["overruns"] = told["loop"]["overruns"]
+    kept = {name: status[name] for name in _KEPT if name in status}
+    if "overruns" in status["loop"]:
+        kept["overruns"] = status["loop"]["overruns"]
     if process == NETWORK:
-        kept["faults"] = Counter(fault["kind"] for fault in told["faults"])
+        kept["faults"] = Counter(fault["kind"] for fault in status["faults"])
     rss_mib, open_files, threads = (sum(figures) for figures in zip(*looks, strict=True))
-    return Sample(time.monotonic(), process, told["pid"], round(rss_mib, 2), int(open_files), int(threads), kept)
+    return Sample(time.monotonic(), process, status["pid"], round(rss_mib, 2), int(open_files), int(threads), kept)
 
 
 def _look(pid: int) -> tuple[float, int, int]:
-    """Memory in MiB, open files and threads."""
+    """Return memory, MiB, and the numbers of open files and threads."""
     proc = Path("/proc") / str(pid)
     status = dict(line.split(":\t", 1) for line in (proc / "status").read_text("ascii").splitlines())
     return int(status["VmRSS"].split()[0]) / _KIB_PER_MIB, len(os.listdir(proc / "fd")), int(status["Threads"])
 
 
 def main(folder: Path) -> None:
-    """Look at every process once a second, until ended."""
+    """Print a sample of every process once a second, until the process is ended."""
     while True:
         for process in WATCHED:
             found = sample(folder, process)

@@ -1,4 +1,4 @@
-"""What couples an operator to a wall: hand, exoskeleton and wall, one array entry a run."""
+"""Parameters of hand, exoskeleton and wall, with one array entry per run."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 DEVICE_KG, DEVICE_NS_M = 0.09, 0.5
-"""Exoskeleton at one finger: inertia and its own damping."""
+"""Inertia, kg, and own damping, Ns/m, of the exoskeleton at one finger."""
 WALL_NS_M = 1.0
-"""Damping of the wall."""
+"""Damping of the wall, Ns/m."""
 
 
 @dataclass(frozen=True, slots=True)
 class Hand:
-    """Impedance of what moves the exoskeleton: mass, kg, damping, Ns/m, stiffness, N/m."""
+    """Impedance of the hand that moves the exoskeleton: mass, kg, damping, Ns/m, stiffness, N/m."""
 
     kg: float
     ns_m: float
@@ -24,7 +24,7 @@ class Hand:
 
 
 HANDS = {"light": Hand(0.006, 2.0, 200.0), "firm": Hand(0.010, 3.0, 800.0), "arm": Hand(1.4, 7.5, 400.0)}
-"""A finger held lightly and firmly (Hajian & Howe 1997), and a stiff finger on a moving arm."""
+"""Impedance of a lightly and a firmly held finger (Hajian & Howe 1997), and of a stiff finger on a moving arm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class Cases:
     Attributes:
         hand_kg, hand_ns_m, hand_n_m: the operator's impedance.
         wall_n_m: stiffness of the wall.
-        breath_m: how far the wall rises and sinks, from crest to trough.
+        breath_m: peak-to-peak motion of the wall.
     """
 
     hand_kg: Floats
@@ -47,11 +47,11 @@ class Cases:
         return len(self.wall_n_m)
 
     def with_walls(self, wall_n_m: Floats) -> "Cases":
-        """The same runs at other walls."""
+        """Return the same runs with other wall stiffnesses, N/m."""
         return Cases(self.hand_kg, self.hand_ns_m, self.hand_n_m, wall_n_m, self.breath_m)
 
 
 def cases(runs: Iterable[tuple[Hand, float, float]]) -> Cases:
-    """Runs of (hand, stiffness of the wall in N/m, breath in m)."""
+    """Build runs from (hand, stiffness of the wall in N/m, breath in m)."""
     rows = [(hand.kg, hand.ns_m, hand.n_m, wall_n_m, breath_m) for hand, wall_n_m, breath_m in runs]
     return Cases(*np.array(rows, dtype=float).T)

@@ -1,10 +1,10 @@
-"""Direct position-force: the finger's place crosses the network, and the remote force comes back as it is."""
+"""Direct position-force control: the finger's position crosses the link, and the remote force returns unchanged."""
 
 from studies.stability_cases import Floats
 
 
 class DirectForce:
-    """No model and no guard: what a first attempt does."""
+    """Architecture without a model and without passivity control."""
 
     packet_rows = 1
 
@@ -12,12 +12,12 @@ class DirectForce:
         self._start_m = start_m
 
     def operator(self, depth_m: Floats, packet: Floats) -> tuple[Floats, Floats]:
-        """Show the newest remote force; send the place."""
+        """Show the newest remote force; send the position."""
         return packet[0], (depth_m - self._start_m)[None]
 
     def remote(
         self, depth_m: Floats, force_n: Floats, servo_n: Floats, packet: Floats
     ) -> tuple[Floats, Floats, Floats]:
-        """Go to the newest place; send the force."""
+        """Go to the newest position; send the force."""
         del depth_m, servo_n
         return self._start_m + packet[0], 0.0 * force_n, force_n[None]

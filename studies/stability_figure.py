@@ -1,4 +1,4 @@
-"""The figure of the study of stability: regions, felt stiffness against delay, borders, and energy produced."""
+"""Figure of the stability study: regions, felt stiffness against delay, stability limits, and energy produced."""
 
 from collections.abc import Mapping
 from itertools import pairwise
@@ -47,7 +47,7 @@ def plot(data: Mapping[str, Any], path: Path) -> None:
 def _draw_region(
     axes: Axes, name: str, rows: list[dict[str, Any]], borders: list[dict[str, Any]], cap_n_m: float
 ) -> None:
-    """White: comes to rest and produces nothing; pale: produces more than 1 mJ; red: still swings after 2 s of rest."""
+    """Draw white for rest and at most 1 mJ, pale for more than 1 mJ, and red for oscillation that lasts."""
     mine = [row for row in rows if (row["architecture"], row["hand"], row["link"]) == (name, HAND, LINK)]
     trips = sorted({row["round_trip_ms"] for row in mine})
     walls = sorted({row["wall_n_m"] for row in mine})
@@ -65,7 +65,7 @@ def _draw_region(
             [b["worked_out_n_m"] for b in border],
             color=BLACK,
             marker=".",
-            label="largest stable, worked out",
+            label="largest stable, calculated",
         )
         axes.legend(loc="upper right", frameon=True)
     elif name == "local model":
@@ -77,7 +77,7 @@ def _draw_region(
     axes.grid(False)
     axes.set_xlabel("round trip (ms)")
     axes.set_ylabel("wall (N/m)")
-    axes.set_title(f"{name}\nred: swings on; pale: > 1 mJ produced", loc="left")
+    axes.set_title(f"{name}\nred: oscillates; pale: > 1 mJ produced", loc="left")
 
 
 def _edges(walls: list[float]) -> list[float]:
@@ -102,7 +102,7 @@ def _draw_accuracy(axes: Axes, rows: list[dict[str, Any]]) -> None:
     axes.set_ylim(-1.0, 0.5)
     axes.set_xlabel("round trip (ms)")
     axes.set_ylabel("error of the felt stiffness")
-    axes.set_title(f"Wall of {shown:g} N/m; grey: not felt (23 %);\nno mark: swings on", loc="left")
+    axes.set_title(f"Wall of {shown:g} N/m; grey: below JND (23 %);\nno mark: oscillates", loc="left")
     axes.legend(fontsize=7.5)
 
 
@@ -131,5 +131,5 @@ def _draw_borders(axes: Axes, borders: list[dict[str, Any]]) -> None:
     plain_ticks(axes.yaxis, (100, 200, 500, 1000, 2000))
     axes.set_xlabel("round trip (ms)")
     axes.set_ylabel("largest stable wall (N/m)")
-    axes.set_title("Direct position-force:\nlines worked out, dots simulated", loc="left")
+    axes.set_title("Direct position-force:\nlines calculated, dots simulated", loc="left")
     axes.legend()

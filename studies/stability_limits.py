@@ -1,9 +1,9 @@
-"""Largest stable stiffness, worked out and found by simulation: the sampled wall, and direct position-force.
+"""Calculates and simulates the largest stable stiffness of the sampled wall and of direct position-force control.
 
-Worked out: the loop L(jw) of place to force to place, with the delay of the link, the two holds of a period and the
-servo on the wall, is stable when the curve of 1 + L does not wind around 0 (Nyquist; hand and servo alone are stable).
-It is linear, continuous but for its holds, and always in contact. Simulated: runs of `stability_plant` on a grid of
-walls.
+The calculation takes the loop L(jw) from position to force to position. L has the delay of the link, the two holds of a
+period, and the servo on the wall. The loop is stable if the curve of 1 + L does not wind around 0 (Nyquist's criterion;
+hand and servo alone are stable). The model is linear, continuous except for its holds, and always in contact. The
+simulation runs `stability_plant` on a grid of walls.
 """
 
 from collections.abc import Callable
@@ -21,7 +21,7 @@ from studies.stability_plant import simulate
 
 SOFTEST_N_M, HARDEST_N_M = 20.0, 20_000.0
 FREE = Hand(0.0, 0.0, 0.0)
-"""No hand: the device alone, with inertia and its own damping."""
+"""Impedance without a hand: only the device, with inertia and its own damping."""
 _GRID = 12
 _WATCH_S, _WATCH_ROUND_TRIPS = 3.0, 20.0
 _OMEGA = np.concatenate(([0.0], np.geomspace(0.1, 3000.0, 6000)))
@@ -29,12 +29,12 @@ _OMEGA = np.concatenate(([0.0], np.geomspace(0.1, 3000.0, 6000)))
 
 @dataclass(frozen=True, slots=True)
 class Loop:
-    """One hand, one link.
+    """Loop of one hand over one link.
 
     Attributes:
-        hand: that moves the exoskeleton.
-        round_trip_s: of the link.
-        period_s: of both sites.
+        hand: hand that moves the exoskeleton.
+        round_trip_s: round trip of the link.
+        period_s: period of both sites.
     """
 
     hand: Hand
@@ -43,13 +43,13 @@ class Loop:
 
     @property
     def delay_s(self) -> float:
-        """What the ticks make of the link: to the remote site, and at least one period back."""
+        """Delay of the link in whole ticks, s: to the remote site, and at least one period back."""
         one_way = np.ceil(0.5 * self.round_trip_s / self.period_s - 1e-6)
         return float((one_way + max(1.0, one_way)) * self.period_s)
 
 
 def largest(stable: Callable[[float], bool]) -> float | None:
-    """Largest stiffness that is stable, N/m, to 0.5 %; None when even the hardest is, 0 when the softest is not."""
+    """Return the largest stable stiffness, N/m, to 0.5 %; None if the hardest is stable, 0 if the softest is not."""
     low, high = SOFTEST_N_M, HARDEST_N_M
     if not stable(low):
         return 0.0
@@ -62,7 +62,7 @@ def largest(stable: Callable[[float], bool]) -> float | None:
 
 
 def worked_out_n_m(loop: Loop) -> float | None:
-    """Largest stable wall of direct position-force by Nyquist's criterion; as `largest`."""
+    """Return the largest stable wall of direct position-force control by Nyquist's criterion, as `largest` does."""
     s = 1j * _OMEGA
     hand = (loop.hand.kg + DEVICE_KG) * s * s + (loop.hand.ns_m + DEVICE_NS_M) * s + loop.hand.n_m
     held = np.exp(-0.5 * s * loop.period_s) * np.sinc(_OMEGA * loop.period_s / (2.0 * np.pi))
@@ -77,7 +77,7 @@ def worked_out_n_m(loop: Loop) -> float | None:
 
 
 def sampled_wall_n_m(hand: Hand, period_s: float) -> float | None:
-    """Largest stable virtual wall of the device itself with one hold, by the same criterion."""
+    """Return the largest stable virtual wall of the device itself with one hold, by Nyquist's criterion."""
     s = 1j * _OMEGA[1:]
     place = (hand.kg + DEVICE_KG) * s * s + (hand.ns_m + DEVICE_NS_M) * s + hand.n_m
     held = np.exp(-0.5 * s * period_s) * np.sinc(_OMEGA[1:] * period_s / (2.0 * np.pi))
@@ -85,17 +85,18 @@ def sampled_wall_n_m(hand: Hand, period_s: float) -> float | None:
 
 
 def _winds(curve: NDArray[np.complex128], free: bool = False) -> bool:
-    """Whether a curve from w = 0 to infinity turns around 0; a free mass begins a quarter turn away."""
+    """Return whether a curve from w = 0 to infinity winds around 0; a free mass begins a quarter turn away."""
     turned = float(np.sum(np.angle(curve[1:] / curve[:-1])))
     begun = float(np.angle(curve[0])) if free else 0.0
     return abs(turned + begun) > 1.0
 
 
 def simulated_n_m(loops: list[Loop], seed: int = 0) -> list[float | None]:
-    """Largest wall at which direct position-force comes to rest, N/m, to 3 %; None when the hardest does.
+    """Return the largest wall at which direct position-force control comes to rest, N/m, to 3 %.
 
-    All walls are tried at once, in two grids: the first wall that swings counts, should a harder one rest again. What
-    grows, grows by the round trip: a longer one is watched for longer. All loops have one period.
+    The result is None if the hardest wall comes to rest. All walls run at once, in two grids. The softest wall that
+    oscillates sets the limit, even if a harder one comes to rest. An oscillation grows once per round trip, so a longer
+    round trip is watched for longer. All loops must have the same period.
     """
     rows = np.arange(len(loops))
     low, high = np.full((2, len(loops)), [[SOFTEST_N_M], [HARDEST_N_M]])
@@ -108,7 +109,7 @@ def simulated_n_m(loops: list[Loop], seed: int = 0) -> list[float | None]:
 
 
 def _rest(loops: list[Loop], walls_n_m: Floats, seed: int) -> NDArray[np.bool_]:
-    """Which walls (walls, loops) come to rest."""
+    """Return which walls come to rest, (walls, loops)."""
     period_s = loops[0].period_s
     runs = cases(
         (loop.hand, wall_n_m, 0.0) for row in walls_n_m.tolist() for loop, wall_n_m in zip(loops, row, strict=True)
@@ -129,12 +130,12 @@ def _rest(loops: list[Loop], walls_n_m: Floats, seed: int) -> NDArray[np.bool_]:
 
 
 def simulated_wall_n_m(period_s: float, hand: Hand = FREE) -> float | None:
-    """Largest virtual wall on the device itself that dies out in simulation, N/m; as `largest`."""
+    """Return the largest virtual wall on the device itself that comes to rest in simulation, as `largest` does."""
     return largest(lambda wall_n_m: _wall_rests(wall_n_m, period_s, hand))
 
 
 def _wall_rests(wall_n_m: float, period_s: float, hand: Hand) -> bool:
-    """A device let go inside a wall whose force is held for a period, always in contact: does it come to rest?"""
+    """Return whether a device released inside a wall comes to rest, always in contact, with force held per period."""
     kg, ns_m = hand.kg + DEVICE_KG, hand.ns_m + DEVICE_NS_M
     x, v, step_s = 1e-3, 0.0, 1e-5 * max(1.0, period_s / 1e-3)
     seconds, seen = 3.0, [0.0, 0.0]

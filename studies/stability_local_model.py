@@ -1,4 +1,4 @@
-"""The local model: surface and stiffness are identified at the remote site, and force is made where the finger is."""
+"""Local model: the remote site identifies surface and stiffness, and the operator site renders the force from them."""
 
 from collections.abc import Callable
 from typing import Protocol
@@ -13,11 +13,11 @@ from studies.blended_contact import BlendedContact
 from studies.stability_cases import DEVICE_NS_M, Floats
 
 WALL_Z_M = 0.003
-"""The wall stands higher than where a surface is taken to be before the first contact: the finger dives in unaware."""
+"""Height of the wall, m; above the surface height assumed before first contact, so the finger enters it unwarned."""
 
 
 class Contact(Protocol):
-    """What makes force of a model and the finger's own height."""
+    """Renders force from a model and the finger's own height."""
 
     def step(
         self,
@@ -28,21 +28,21 @@ class Contact(Protocol):
         damping_n_s_m: float = 0.0,
         approach_m_s: float = 0.0,
     ) -> float:
-        """Force, N."""
+        """Return the force, N."""
 
 
 def blended() -> Contact:
-    """A contact that blends its models."""
+    """Return a contact that blends its models."""
     return BlendedContact()
 
 
 def passive(period_s: float) -> Callable[[], Contact]:
-    """The contact of the operator site: models enter passively, within what the device can show."""
+    """Return the operator site's contact, which takes new models passively and stays displayable by the device."""
     return lambda: PassiveContact(SampledWall(DEVICE_NS_M, period_s))
 
 
 class LocalModel:
-    """One contact and one identification a run; heights z are negative depths."""
+    """Local model with one contact and one identification per run; height z is WALL_Z_M minus depth."""
 
     packet_rows = 3
 
@@ -53,7 +53,7 @@ class LocalModel:
         self._identified = [TouchedSurface() for _ in start_m]
 
     def operator(self, depth_m: Floats, packet: Floats) -> tuple[Floats, Floats]:
-        """Show the force of the newest model; send the place."""
+        """Show the force of the newest model; send the position."""
         t_s = self._tick * self._period_s
         self._tick += 1
         heights = (WALL_Z_M - depth_m).tolist()
@@ -68,7 +68,7 @@ class LocalModel:
     def remote(
         self, depth_m: Floats, force_n: Floats, servo_n: Floats, packet: Floats
     ) -> tuple[Floats, Floats, Floats]:
-        """Go to the newest place; identify, and send the model."""
+        """Go to the newest position, identify the surface, and send the model."""
         del servo_n
         t_s = self._tick * self._period_s
         for identified, newton, z_m in zip(

@@ -1,4 +1,4 @@
-"""The matrix: every architecture at every hand, wall, delay, kind of link and period; a row for each run."""
+"""Runs the matrix of the stability study: every architecture, hand, wall, delay, kind of link and period."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -30,7 +30,13 @@ ARCHITECTURES: dict[str, Callable[[Floats, float], Architecture]] = {
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """What a link does beside its delay, and whether the wall breathes: mean lateness, s, share lost, and breath, m."""
+    """Disturbances of a run.
+
+    Attributes:
+        jitter_s: mean additional delay of a packet.
+        loss: share of lost packets, 0..1.
+        breath_m: peak-to-peak motion of the wall.
+    """
 
     jitter_s: float = 0.0
     loss: float = 0.0
@@ -48,7 +54,7 @@ LINKS = {
 
 @dataclass(frozen=True, slots=True)
 class Matrix:
-    """What is varied: periods, s, round trips, s, walls, N/m, links and hands by name."""
+    """Varied parameters: periods, s, round trips, s, walls, N/m, and links and hands by name."""
 
     periods_s: tuple[float, ...]
     round_trips_s: tuple[float, ...]
@@ -73,15 +79,15 @@ QUICK = Matrix(
 
 
 def matrix_pieces(matrix: Matrix, seed: int) -> list[Piece]:
-    """A piece for each period, hand and architecture."""
+    """Return a piece for each period, hand and architecture."""
     places = product(range(len(matrix.periods_s)), range(len(matrix.hands)), ARCHITECTURES)
     return [(matrix_rows, (matrix, number, place, name, seed)) for number, place, name in places]
 
 
 def matrix_rows(matrix: Matrix, number: int, place: int, name: str, seed: int) -> Iterator[dict[str, Any]]:
-    """A row for each run of a period and hand, by their places in the matrix, and an architecture, by its name.
+    """Yield a row for each run of a period and a hand, by their indices in the matrix, and an architecture, by name.
 
-    The links of a hand and period are the same for all architectures.
+    All architectures get the same links for a hand and period.
     """
     period_s, hand = matrix.periods_s[number], matrix.hands[place]
     varied = list(product(matrix.links, matrix.round_trips_s, matrix.walls_n_m))
@@ -108,7 +114,7 @@ def matrix_rows(matrix: Matrix, number: int, place: int, name: str, seed: int) -
 
 
 def summary(rows: list[dict[str, Any]], most_mj: float, most_n: float) -> Iterator[dict[str, Any]]:
-    """Each architecture and kind of link: how many runs swing, produce energy or push too hard, and the worst."""
+    """Yield per architecture and link how many runs oscillate, produce energy or push too hard, and the worst values."""
     for name, link in product(dict.fromkeys(r["architecture"] for r in rows), dict.fromkeys(r["link"] for r in rows)):
         mine = [row for row in rows if row["architecture"] == name and row["link"] == link]
         yield {

@@ -1,4 +1,4 @@
-"""What a run was like: energy, oscillation, peak force, and errors of place, force and stiffness."""
+"""Measures a run: energy, oscillation, peak force, and errors of position, force and stiffness."""
 
 import math
 from typing import Any
@@ -10,21 +10,21 @@ from studies.stability_plant import Course
 
 START_M = -0.005
 LIGHT_N, FIRM_N = 1.0, 2.0
-"""The hand means to press so hard, then harder, and lets go."""
+"""Intended force of the hand's first and second press, N; afterwards it lets go."""
 SECONDS = 6.0
 FIRST_HOLD, SECOND_HOLD, QUIET = (1.6, 2.0), (4.0, 5.0), (3.4, 5.0)
-"""Over these times, s, places and forces are averaged, and nothing should swing; no wall breathes any more."""
+"""Times over which positions and forces are averaged, and time without intended motion, s; breathing ends before."""
 PRODUCED_J = 0.001
-"""A run that produces more is not passive."""
+"""Largest energy that a passive run may produce, J."""
 SWING_M = 1e-4
 LASTING = 0.85
-"""A swing that keeps this share of itself from one half of QUIET to the other does not die out."""
+"""Least ratio of the amplitudes in the second and first half of QUIET at which an oscillation counts as lasting."""
 FORCE_MOST_N = 10.0
 _TURNS = ((0.0, 0.6), (2.0, 2.4), (5.0, 5.6))
 
 
 class PressTwice:
-    """A hand's intended path, minimum jerk: down to a light press, down to a firm one, and off again."""
+    """A hand's intended minimum-jerk path: down to a light press, down to a firm press, and off again."""
 
     def __init__(self, runs: Cases) -> None:
         softness = 1.0 / np.where(runs.wall_n_m > 0.0, runs.wall_n_m, math.inf) + 1.0 / runs.hand_n_m
@@ -33,7 +33,7 @@ class PressTwice:
         )
 
     def __call__(self, t_s: float) -> tuple[Floats, Floats]:
-        """Place, m, and speed, m/s, (N,)."""
+        """Return intended position, m, and speed, m/s, (N,)."""
         place, pace = self._places[0], np.zeros_like(self._places[0])
         for (begins_s, ends_s), way in zip(_TURNS, np.diff(self._places, axis=0), strict=True):
             part = min(1.0, max(0.0, (t_s - begins_s) / (ends_s - begins_s)))
@@ -43,7 +43,7 @@ class PressTwice:
 
 
 def swing(course: Course, between_s: tuple[float, float] = QUIET) -> tuple[Floats, Floats]:
-    """Amplitude, m, and frequency, Hz, of what swings and does not die out; 0 where nothing does, (N,)."""
+    """Return amplitude, m, and frequency, Hz, of each run's lasting oscillation, (N,); 0 without one."""
     first, last = (round(t_s / course.period_s) for t_s in between_s)
     depth = course.depth_m[first:last]
     t_s = course.period_s * np.arange(first, last)
@@ -58,12 +58,12 @@ def swing(course: Course, between_s: tuple[float, float] = QUIET) -> tuple[Float
 
 
 def produced_j(course: Course) -> Floats:
-    """Most that came out at the operator's finger beyond what the hand put in and the wall's own work, J, (N,)."""
+    """Return the largest net energy output at the operator's finger, less the moving wall's work, J, (N,)."""
     return np.asarray(np.max(course.given_j - np.maximum(0.0, course.wall_j), axis=0))
 
 
 def measure(course: Course) -> list[dict[str, Any]]:
-    """A row for each run that pressed twice."""
+    """Return a row for each run that pressed twice."""
 
     def mean(values: Floats, span: tuple[float, float]) -> Floats:
         first, last = (round(t_s / course.period_s) for t_s in span)

@@ -1,4 +1,4 @@
-"""Which packet is the newest one at each tick: delay, jitter and loss of one way of a latest-only link."""
+"""Finds the newest packet at each tick on one way of a latest-only link with delay, jitter and loss."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,14 +10,14 @@ _ROUNDING = 1e-6
 
 
 def newest(delay_s: Floats, lost: NDArray[np.bool_], period_s: float) -> Ints:
-    """Tick at which the newest packet that is there was sent, (ticks, N); -1 before the first.
+    """Return the sending tick of the newest arrived packet at each tick, (ticks, N); -1 before the first.
 
-    A packet is sent at every tick. One that a later one has overtaken is dropped, as the real link does.
+    A packet is sent at every tick. An overtaken packet is dropped, as on the real link.
 
     Args:
-        delay_s: of the packet sent at each tick, (ticks, N).
-        lost: which packets never arrive, (ticks, N).
-        period_s: of the ticks.
+        delay_s: delay of the packet sent at each tick, (ticks, N).
+        lost: True for packets that never arrive, (ticks, N).
+        period_s: period of the ticks.
     """
     ticks, runs = delay_s.shape
     sent = np.arange(ticks)[:, None]
@@ -32,15 +32,15 @@ def newest(delay_s: Floats, lost: NDArray[np.bool_], period_s: float) -> Ints:
 def way(
     ticks: int, period_s: float, round_trip_s: Floats, jitter_s: Floats, loss: Floats, rng: np.random.Generator
 ) -> Ints:
-    """One way of links with half of the round trip each, (ticks, N).
+    """Return the newest packets on one way of links with half of the round trip, (ticks, N), as `newest` does.
 
     Args:
-        ticks: how many.
-        period_s: of the ticks.
-        round_trip_s: without jitter, (N,).
-        jitter_s: mean of what a packet is late beyond that, exponentially distributed, (N,).
-        loss: share of packets lost, (N,).
-        rng: of jitter and loss.
+        ticks: number of ticks.
+        period_s: period of the ticks.
+        round_trip_s: round trip without jitter, (N,).
+        jitter_s: mean of the exponentially distributed additional delay of a packet, (N,).
+        loss: share of lost packets, 0..1, (N,).
+        rng: random generator of jitter and loss.
     """
     shape = (ticks, len(round_trip_s))
     late_s = rng.standard_exponential(shape) * jitter_s

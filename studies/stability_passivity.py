@@ -1,8 +1,8 @@
-"""Position and servo force with time-domain passivity: an observer and a controller at both ports.
+"""Position and servo force with time-domain passivity control: a passivity observer and controller at both ports.
 
-Energy is split by its sign (Hannaford & Ryu 2002, Ryu et al. 2010): no port may give out more than the other had taken
-in when the packet left it. What would be too much, a damper takes: at the operator a force, at the remote site a speed.
-What comes back is the servo's force, not the wall's: it is the one that the energy of the remote port belongs to.
+Energy is split by its sign (Hannaford & Ryu 2002, Ryu et al. 2010). No port may give out more energy than the other had
+taken in when the packet left it. A damper absorbs the excess: a force at the operator, a speed at the remote site. The
+servo's force returns instead of the wall's, because the energy of the remote port is that of the servo.
 """
 
 import numpy as np
@@ -10,16 +10,16 @@ import numpy as np
 from studies.stability_cases import Floats
 
 MOST_NS_M = 15.0
-"""Largest damper at the operator: more would shake the light finger by itself at a period of some milliseconds."""
+"""Largest damping at the operator, Ns/m; more would shake the light finger at a period of some milliseconds."""
 MOST_M_S_N = 0.04
-"""Largest damper at the remote site: more, times the servo's own 15 Ns/m, would chatter from tick to tick."""
+"""Largest damping at the remote site, m/s per N; more would chatter with the servo's own 15 Ns/m."""
 STILL_M_S, SLACK_N = 1e-3, 0.02
 DRIFT_PER_S = 10.0
-"""How fast a place that the damper has cost is corrected, as far as there is energy (after Coelho et al. 2019)."""
+"""Rate of correcting the position drift caused by the damper, 1/s, as energy allows (after Coelho et al. 2019)."""
 
 
 class PassivityControl:
-    """Observer and controller at both ports."""
+    """Passivity observer and controller at both ports."""
 
     packet_rows = 2
 
@@ -30,7 +30,7 @@ class PassivityControl:
         self._shown_n, self._pace = np.zeros((2, len(start_m)))
 
     def operator(self, depth_m: Floats, packet: Floats) -> tuple[Floats, Floats]:
-        """The remote force, and a damper on what the remote site had not taken in."""
+        """Show the remote force, with damping of the energy that the remote site had not taken in."""
         moved = depth_m - self._operator_m
         self._operator_m = depth_m
         work = self._shown_n * moved
@@ -38,7 +38,7 @@ class PassivityControl:
         self._operator_out = self._operator_out + np.maximum(0.0, -work)
         speed = moved / self._period_s
         force, allowed = packet[0], packet[1]
-        # Energy that this force would give out by the next tick, should the finger move on as it does.
+        # Energy that this force gives out by the next tick if the finger keeps its speed.
         excess = self._operator_out + np.maximum(0.0, -force * moved) - allowed
         moving = np.abs(speed) > STILL_M_S
         damper = np.where(moving, np.maximum(0.0, excess) / (self._period_s * np.maximum(speed**2, STILL_M_S**2)), 0.0)
@@ -48,7 +48,7 @@ class PassivityControl:
     def remote(
         self, depth_m: Floats, force_n: Floats, servo_n: Floats, packet: Floats
     ) -> tuple[Floats, Floats, Floats]:
-        """The operator's speed, less what the energy that has arrived does not pay for."""
+        """Follow the operator's speed, less the part that the arrived energy does not cover."""
         del depth_m, force_n
         work = servo_n * self._pace * self._period_s
         self._remote_out = self._remote_out + np.maximum(0.0, work)

@@ -1,8 +1,9 @@
-"""Operator's finger in the exoskeleton, a link, and a remote finger on a wall: one degree of freedom, many runs.
+"""Simulates many runs of an operator's finger in the exoskeleton, a link, and a remote finger on a wall.
 
-Depth is positive into the wall; the wall's face is at 0 but for its breath. Both sites act every period and hold what
-they told until the next; in between hand, device, servo and wall move in steps of 0.1 ms. The remote finger is that of
-`sim_sensors.fingertip`, with a servo that gives no more than the contact force allowed on a patient.
+The model has one degree of freedom. Depth is positive into the wall, and the wall's face is at 0 except for its breath.
+Both sites act every period and hold their outputs until the next. In between, hand, device, servo and wall move in
+steps of 0.1 ms. The remote finger is that of `sim_sensors.fingertip`; its servo gives at most the contact force allowed
+on a patient.
 """
 
 import math
@@ -19,41 +20,44 @@ from studies.stability_network import Ints
 
 STEP_S = 1e-4
 ENCODER_M = 1e-5
-"""Steps of both sites' measured places."""
+"""Resolution of both sites' position measurement, m."""
 FORCE_STEP_N, FORCE_NOISE_N = 10.0 / 4096.0, 0.01
-"""Steps of 12 bits, and white noise, of the remote force."""
+"""Resolution (12 bits) and standard deviation of the white noise of the measured remote force, N."""
 DEVICE_N = 12.0
-"""The exoskeleton gives no more."""
+"""Largest force of the exoskeleton, N."""
 BREATH_HZ = 0.3
-"""A wall that breathes does so once: what still swings then swings by itself."""
+"""Frequency of a breathing wall, Hz; it breathes once, so that a later oscillation is the system's own."""
 
 Path = Callable[[float], tuple[Floats, Floats]]
-"""Where the hand means to be at a time, s, and how fast: (N,), m and m/s."""
+"""Intended position, m, and speed, m/s, of the hand at a time, s; (N,) each."""
 
 
 class Architecture(Protocol):
-    """What both sites do at a tick. Packets are rows of (N,), all 0 before the first: places count from the start."""
+    """Control of both sites at a tick.
+
+    Packets are rows of (N,), all 0 before the first packet arrives, so positions are relative to the start.
+    """
 
     packet_rows: int
 
     def operator(self, depth_m: Floats, packet: Floats) -> tuple[Floats, Floats]:
-        """Force to show, N, against the finger, and the packet to send, for a finger at this depth."""
+        """Return the force to show against the finger, N, and the packet to send, for a finger at this depth."""
 
     def remote(
         self, depth_m: Floats, force_n: Floats, servo_n: Floats, packet: Floats
     ) -> tuple[Floats, Floats, Floats]:
-        """Set-point, m, its speed, m/s, and the packet to send, for what is measured."""
+        """Return set-point, m, its speed, m/s, and the packet to send, for measured depth, contact and servo force."""
 
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """What happened, (ticks, N) each.
+    """Course of the runs, (ticks, N) each.
 
     Attributes:
-        period_s: of the ticks.
-        depth_m, remote_m: of the operator's and the remote finger.
+        period_s: period of the ticks.
+        depth_m, remote_m: depth of the operator's and of the remote finger.
         shown_n, contact_n: force shown to the operator and force at the wall.
-        given_j: energy that came out of the exoskeleton towards the hand so far; negative: the hand put in more.
+        given_j: net energy given by the exoskeleton to the hand so far; negative if the hand put in more.
         wall_j: work that the moving wall has done on the remote finger so far.
     """
 
@@ -76,20 +80,20 @@ def simulate(
     period_s: float,
     rng: np.random.Generator,
 ) -> Course:
-    """Let all runs pass at once.
+    """Simulate all runs at once.
 
     Args:
         runs: hands and walls.
-        sites: what both sites do.
-        path: what the hands mean to do.
+        sites: control of both sites.
+        path: intended path of the hands.
         forward, backward: newest packet of each tick, (ticks, N); see `stability_network`.
-        period_s: of the sites' ticks, a multiple of STEP_S.
-        rng: of the noise of the remote force.
+        period_s: period of the sites' ticks, a multiple of STEP_S.
+        rng: random generator of the noise of the remote force.
     """
     ticks, number = forward.shape
     steps = round(period_s / STEP_S)
     columns = np.arange(number)
-    told, heard = np.zeros((2, ticks, sites.packet_rows, number))
+    sent, returned = np.zeros((2, ticks, sites.packet_rows, number))
     none = np.zeros((sites.packet_rows, number))
     kept = [np.empty((ticks, number)) for _ in range(6)]
     mass_kg = runs.hand_kg + DEVICE_KG
@@ -101,12 +105,12 @@ def simulate(
         t_s = tick * period_s
         measured_n = np.round((contact + FORCE_NOISE_N * rng.standard_normal(number)) / FORCE_STEP_N) * FORCE_STEP_N
         newest = np.minimum(backward[tick], tick - 1)  # the remote site answers after the operator's tick
-        packet = np.where(newest >= 0, heard[newest, :, columns].T, none)
-        force, told[tick] = sites.operator(_encoded(x), packet)
+        packet = np.where(newest >= 0, returned[newest, :, columns].T, none)
+        force, sent[tick] = sites.operator(_encoded(x), packet)
         force = np.clip(force, -DEVICE_N, DEVICE_N)
         newest = forward[tick]
-        packet = np.where(newest >= 0, told[newest, :, columns].T, none)
-        setpoint, pace, heard[tick] = sites.remote(_encoded(y), measured_n, servo, packet)
+        packet = np.where(newest >= 0, sent[newest, :, columns].T, none)
+        setpoint, pace, returned[tick] = sites.remote(_encoded(y), measured_n, servo, packet)
         for column, value in zip(kept, (x, y, force, contact, given - 0.5 * DEVICE_KG * v * v, worked), strict=True):
             column[tick] = value
         meant, meant_pace = path(t_s)

@@ -1,8 +1,8 @@
-"""Recorded round trips and recorded hands as runs: energy and peak force of each architecture.
+"""Runs recorded round trips and recorded hands, and measures energy and peak force of each architecture.
 
-A round trip is taken in halves for the two ways, around its worst moment, and holds until the next was measured. A real
-session would have gone to its safe state in the longest of them; here nothing stops. A recorded leader is what the hand
-means to do, at the end of a lever of 30 mm; in contact its wall begins where the middle of its path was.
+Each way takes half of a recorded round trip, around the recording's worst moment. A round trip holds until the next
+measurement. A real session would enter its safe state during the longest of them; here nothing stops. A recorded leader
+gives the intended path of the hand, at the end of a lever of 30 mm. Its wall begins at the median of its path.
 """
 
 import os
@@ -28,14 +28,14 @@ _WINDOW_S = 2.0
 
 
 def folder() -> File:
-    """Where the recordings are: the folder that TELETACTION_DATA names, or the shared one beside the checkout."""
+    """Return the folder of the recordings: TELETACTION_DATA, or the shared folder beside the checkout."""
     return File(os.environ.get("TELETACTION_DATA", File(__file__).parents[2] / "shared" / "data"))
 
 
 def recorded_pieces(quick: bool, seed: int) -> list[Piece]:
-    """Pieces that make a row for each architecture, recording, hand and wall (or delay); quick: over one link only.
+    """Return pieces that make a row for each architecture, recording, hand, and wall or delay.
 
-    None where there are no recordings.
+    The list is empty without recordings. `quick` uses one recorded link only.
     """
     links = sorted((folder() / "network_rtt").glob("*.csv"))
     motions = sorted((folder() / "bilateral_1dof").glob("*.csv"))
@@ -48,7 +48,7 @@ def recorded_pieces(quick: bool, seed: int) -> list[Piece]:
 
 
 def round_trip_s(file: File, ticks: int) -> Floats:
-    """Round trip of a packet sent at each tick around the worst moment of a recording, s."""
+    """Return the round trip of a packet sent at each tick around the worst moment of a recording, s."""
     sent_s, rtt_ms = np.loadtxt(file, delimiter=",", skiprows=1).T
     worst_s = sent_s[int(np.argmax(rtt_ms))]
     begins_s = max(sent_s[0], min(worst_s - _WINDOW_S, sent_s[-1] - ticks * PERIOD_S))
@@ -57,7 +57,7 @@ def round_trip_s(file: File, ticks: int) -> Floats:
 
 
 def _over_links(name: str, trips_s: Mapping[str, Floats], seed: int) -> Iterator[dict[str, Any]]:
-    """One architecture over recorded round trips, s at each tick, by their recording."""
+    """Run one architecture over recorded round trips, s at each tick, by recording."""
     varied = [(recording, hand, wall) for recording in trips_s for hand in HANDS for wall in WALLS_N_M]
     half_s = 0.5 * np.stack([trips_s[recording] for recording, _, _ in varied], axis=1)
     one_way = newest(half_s, np.zeros(half_s.shape, bool), PERIOD_S)
@@ -70,7 +70,7 @@ def _over_links(name: str, trips_s: Mapping[str, Floats], seed: int) -> Iterator
 
 
 def _by_hands(name: str, paths_m: Mapping[str, Floats], seed: int) -> Iterator[dict[str, Any]]:
-    """One architecture with recorded hands, depth in m at each tick, by their recording."""
+    """Run one architecture with recorded hands, depth in m at each tick, by recording."""
     ticks = min(len(path) for path in paths_m.values())
     varied = [(recording, hand, trip_s) for recording in paths_m for hand in HANDS for trip_s in ROUND_TRIPS_S]
     walls = [next(wall for word, wall in TOUCHED_N_M.items() if word in recording) for recording, _, _ in varied]
@@ -93,12 +93,12 @@ def _by_hands(name: str, paths_m: Mapping[str, Floats], seed: int) -> Iterator[d
 
 
 def _leader_m(file: File) -> Floats:
-    """Depth of a recorded leader at each period, m: 0 in the middle of its path, positive where the hand strains."""
+    """Return the depth of a recorded leader at each period, m: 0 at the median, positive where the hand strains."""
     _, leader_rad, _, hand_nm, _ = np.loadtxt(file, delimiter=",", skiprows=1).T
     away_rad = leader_rad - np.median(leader_rad)
     strains = -1.0 if float(np.sum(away_rad * np.abs(hand_nm))) < 0.0 else 1.0
     depth_m = strains * LEVER_M * away_rad
-    # The hand comes from outside: half a second down from where every run starts.
+    # The hand first moves for half a second from the common start to the start of the recording.
     ramp = np.linspace(0.0, 1.0, 500)
     return np.concatenate((START_M + ramp * (depth_m[0] - START_M), depth_m))
 

@@ -1,9 +1,9 @@
-"""Wave variables (Niemeyer & Slotine 1991): passive at any constant delay, as soft and as heavy as the delay is long.
+"""Wave variables (Niemeyer & Slotine 1991): passive at any constant delay, but softer and heavier with longer delay.
 
     u = (b v + F) / sqrt(2 b),    w = (b v - F) / sqrt(2 b)
 
-u travels to the remote site, w back. What is lost is held, and that is not passive: here it is shown as it is. With the
-integral of u as a second row a lost or late packet costs no place.
+u travels to the remote site, and w returns. The last packet is held after a loss, which is not passive and is left
+uncorrected here. Packets also carry the integral of u, so that a lost or late packet causes no position drift.
 """
 
 import math
@@ -14,13 +14,13 @@ from sim_sensors.fingertip import SERVO_NS_M
 from studies.stability_cases import Floats
 
 WAVE_NS_M = 10.0
-"""Wave impedance b: low, free motion is light; high, contact is stiff."""
+"""Wave impedance b, Ns/m; a low one makes free motion light, a high one makes contact stiff."""
 DRIFT_PER_S = 2.0
-"""How fast a place that packets lost have cost is corrected."""
+"""Rate of correcting the position drift caused by lost packets, 1/s."""
 
 
 class WaveVariables:
-    """Velocity and force as waves, with the place corrected by the integral of u."""
+    """Velocity and force as waves, with the position corrected by the integral of u."""
 
     packet_rows = 2
 
@@ -31,7 +31,7 @@ class WaveVariables:
         self._sent, self._received, self._pace = np.zeros((3, len(start_m)))
 
     def operator(self, depth_m: Floats, packet: Floats) -> tuple[Floats, Floats]:
-        """F = b v - sqrt(2 b) w, and u = sqrt(2 b) v - w."""
+        """Return F = b v - sqrt(2 b) w, and u = sqrt(2 b) v - w with its integral."""
         speed = (depth_m - self._operator_m) / self._period_s
         self._operator_m = depth_m
         u = self._root * speed - packet[0]
@@ -41,11 +41,11 @@ class WaveVariables:
     def remote(
         self, depth_m: Floats, force_n: Floats, servo_n: Floats, packet: Floats
     ) -> tuple[Floats, Floats, Floats]:
-        """Speed of the set-point out of u and the servo's force, w = (b v - F) / sqrt(2 b)."""
+        """Return set-point and speed from u and the servo's force, and w = (b v - F) / sqrt(2 b)."""
         del force_n, depth_m
         u = packet[0] + DRIFT_PER_S * (packet[1] - self._received)
         self._received = self._received + self._period_s * u
-        # The servo's damper feels the new speed at once: solved for it, so that the wave is matched and nothing rings.
+        # The servo's damper acts on the new speed at once. Solving for this speed matches the wave and avoids ringing.
         spring_n = servo_n - SERVO_NS_M * self._pace
         self._pace = (self._root * u - spring_n) / (self._b + SERVO_NS_M)
         setpoint = self._remote_m

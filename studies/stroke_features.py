@@ -1,4 +1,4 @@
-"""What a stroke feels like, measured: from the course of the TactTip's motor, and from the real surface itself."""
+"""Measures the tactile features of a stroke, from the speed of the TactTip's motor and from the real surface."""
 
 import math
 from collections.abc import Callable
@@ -17,14 +17,14 @@ from studies.texture_observer import PATTERN, Features
 Array = NDArray[np.float64]
 
 FLOOR_RAD_S = MOTOR_FLOOR_RPM / RPM_PER_RAD_S
-"""Slower, the motor is not felt."""
+"""Lowest motor speed that a finger feels, rad/s."""
 LEAST_RISE = math.log(1.32)
-"""A peak is a single groove where it rises by an amplitude threshold, 32 %, above the valleys on both sides."""
+"""Least prominence of a groove's peak in ln(speed squared): an amplitude threshold of 32 %."""
 FEWEST_GROOVES = 3
 IRREGULARITY_UNIT = 0.14
-"""Two spatial periods that differ by so much are told apart: the unit of the distances' relative spread."""
+"""Relative difference of two spatial periods that is just distinguished; unit of the distances' relative spread."""
 Typical = Callable[[Array], np.float64]
-"""Of a whole stroke: `np.mean`, or `np.median` for what lies between the grooves."""
+"""Typical value over a stroke: `np.mean`, or `np.median` for the surface between the grooves."""
 
 
 def motor_features(
@@ -35,10 +35,10 @@ def motor_features(
     typical: Typical = np.mean,
     ln_stiffness: float = 0.0,
 ) -> Features:
-    """Of a motor's course during an even stroke, one speed each `tick_s`.
+    """Return the features of a motor's course during a steady stroke, one speed each `tick_s`.
 
-    The motor's mass shakes the finger with an acceleration that goes as the square of its speed. To that, the weakest
-    that is felt is added, as Weber's law has it near a threshold: so stillness has a place on the scale.
+    The motor's mass shakes the finger with an acceleration proportional to the square of its speed. The weakest felt
+    acceleration is added, as in Weber's law near threshold, so that standstill has a finite value.
     """
     intensity = math.log(float(typical(speed_rad_s**2)) + FLOOR_RAD_S**2)
     felt = 2.0 * np.log(np.maximum(speed_rad_s, FLOOR_RAD_S))
@@ -54,7 +54,7 @@ def surface_features(
     typical: Typical = np.mean,
     ln_stiffness: float = 0.0,
 ) -> Features:
-    """Of a real surface, and how stiff it is: how the force on a texture sensor's tip fluctuates, and its grooves."""
+    """Return the features of a real surface: force fluctuation at a texture sensor's tip, and grooves."""
     rises = profile.height_m[0] + VISCOUS_S * stroke_m_s * profile.slope[0]
     force_n = FORCE_N * RELIEF_PER_M * compliance_share(stiffness_n_m) * rises
     intensity = math.log(float(typical(np.abs(force_n - np.median(force_n)))))

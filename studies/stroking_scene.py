@@ -1,4 +1,4 @@
-"""The scene of the sessions to which faults are done: one rough object, and a finger that strokes it to and fro."""
+"""Writes the scene of the sessions with injected faults: a finger strokes one rough object to and fro."""
 
 from pathlib import Path
 
@@ -38,14 +38,14 @@ act = "lift"
 
 
 def write_stroking_scene(folder: Path, *places: float, lift: bool = True, narrow: bool = False) -> Path:
-    """Write the scene into a folder, under the name of the table that its material is identified by.
+    """Write the scene into a folder, under the name of the table that identifies its material.
 
     Args:
-        folder: must exist.
-        places: along the object, 0..1: where it is touched, and where each of the strokes, 50 mm/s, leads.
-        lift: whether the finger leaves the object at the end, before it all begins again.
-        narrow: whether the object is under the middle finger only. The index finger, beside it, keeps its sensor's
-            heater at work.
+        folder: existing folder.
+        places: places along the object, 0..1: the touched place, then the end of each stroke at 50 mm/s.
+        lift: whether the finger leaves the object at the end, before the script repeats.
+        narrow: whether the object is under the middle finger only. The heater of the index finger's sensor then stays
+            on.
 
     Returns:
         The scene's file.

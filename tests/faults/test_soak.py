@@ -182,12 +182,12 @@ def test_a_latched_reason_must_stand_in_the_recording_and_only_where_something_l
     assert wrong(told, key, latched="it does not obey", recorded="it does not obey") == []
     assert wrong(seen("remote"), key, latched="it does not obey", recorded="it does not obey") == [], "cleared at once"
     (unsaid,) = wrong(told, key, latched="it does not obey", recorded="another one")
-    assert "its recording does not say so" in unsaid
+    assert "its recording does not show it" in unsaid
     assert wrong(told, key) == ["not latched"]
     (unwanted,) = wrong(
         seen("remote", devices=lost(damaged=9)), "sim-remote-babble-middle-texture", latched="hot", recorded="hot"
     )
-    assert unwanted == "latched, which nothing of it should: hot"
+    assert unwanted == "latched unexpectedly: hot"
 
 
 def test_a_broken_limit_is_named_with_the_fault_that_broke_it() -> None:
@@ -198,7 +198,7 @@ def test_a_broken_limit_is_named_with_the_fault_that_broke_it() -> None:
     held[name] = Extreme(CONTACT_FORCE_N + 0.1, 15.0)
     assert over_limits(held, [episode]) == [f"{name}: 5.10, limit 5, during ['TCP connections reset']"]
     del held[name]
-    assert over_limits(held, [episode]) == [f"{name}: nothing was written down"]
+    assert over_limits(held, [episode]) == [f"{name}: nothing was recorded"]
 
 
 @pytest.fixture

@@ -64,9 +64,9 @@ def test_sessions_that_fit_have_nothing_to_say() -> None:
 def test_what_does_not_fit_is_told_with_the_process_and_what_is_lacking() -> None:
     remote = {"remote": {"hz": 300.0, "behind": "300 of 500 ticks a second"}}
     for idle, waits, lacking in (
-        (0.01, 0.5, "lacking is processors: 1% of their time is idle, "),
-        (0.6, 0.5, "lacking is a free processor when it is wanted: 60% of their time is idle, "),
-        (0.6, 0.05, "lacking is no processor but the loop's own time: "),
+        (0.01, 0.5, "lacks processors: 1% of processor time is idle, "),
+        (0.6, 0.5, "lacks a free processor when one is needed: 60% of processor time is idle, "),
+        (0.6, 0.05, "lacks time of the loop itself, not processors: "),
     ):
         both = stage({}, remote, idle=idle)
         loops = [row | {"loop_waits": waits} for row in both.loops([RECORDED] * 2)]
@@ -83,7 +83,7 @@ def test_what_does_not_fit_is_told_with_the_process_and_what_is_lacking() -> Non
 def test_a_process_that_is_behind_and_says_nothing_is_a_problem() -> None:
     loops = stage({"operator": {"hz": 400.0}}).loops([RECORDED])
     assert silent(loops) == [
-        "1 sessions: operator of session 1 makes 80% of its ticks, and its status says nothing of it"
+        "1 sessions: operator of session 1 makes 80% of its ticks, and its status does not report it"
     ]
 
 
@@ -92,7 +92,7 @@ def test_a_session_that_has_fallen_and_one_that_never_came_are_told() -> None:
     del some.end[2]["operator"]
     loops = some.loops([RECORDED] * 3)
     assert len(loops) == 3 * len(PROCESSES) - 1
-    assert does_not_fit(some.counted(loops), loops) == ["3 sessions: 2 not engaged any more"]
+    assert does_not_fit(some.counted(loops), loops) == ["3 sessions: 2 no longer engaged"]
     assert len(some.streams([RECORDED] * 3)) == 4
 
 
