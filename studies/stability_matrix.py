@@ -114,7 +114,7 @@ def matrix_rows(matrix: Matrix, number: int, place: int, name: str, seed: int) -
 
 
 def summary(rows: list[dict[str, Any]], most_mj: float, most_n: float) -> Iterator[dict[str, Any]]:
-    """Yield per architecture and link how many runs oscillate, produce energy or push too hard, and the worst values."""
+    """Yield per architecture and link how many runs oscillate, produce energy or push too hard, and the worst."""
     for name, link in product(dict.fromkeys(r["architecture"] for r in rows), dict.fromkeys(r["link"] for r in rows)):
         mine = [row for row in rows if row["architecture"] == name and row["link"] == link]
         yield {

@@ -1,6 +1,6 @@
-"""What one press tells of an object: stiffness, how soon it is known, and a surface that moves, slopes and changes.
+"""Surface identification from one press: stiffness, time until it is known, and moving, sloping and changing surfaces.
 
-The physics is that of studies/felt_surface.py; forces have 0.01 N of noise in 12 bits, or the CAN frames' wider steps.
+The physics is that of studies/felt_surface.py. Forces have 0.01 N of noise and 12 bits, or the CAN frames' wider steps.
 """
 
 import math
@@ -25,10 +25,10 @@ PRESSES, QUICK_PRESSES = 100, 8
 FORCES_N = ((2.0, 3.0), (3.0, 4.0), (4.0, 5.0))
 WITHIN = 0.15
 DAMPINGS_S_M = (0.0, 0.5, 3.0)
-"""Hunt and Crossley's constant of other objects than the simulated world's, which has 1.5."""
+"""Hunt-Crossley damping constants of the pressed objects, s/m; the simulated objects elsewhere have 1.5."""
 RESTED_N_M = (50.0, 150.0, 500.0, 1000.0, 3000.0)
 MOVES = {"2 mm, 0.25 Hz": (1e-3, 0.25), "12 mm/s, 0.5 Hz": (12e-3 / math.pi, 0.5)}
-"""Amplitude, m, and frequency, Hz."""
+"""Amplitude, m, and frequency, Hz, of each motion of a surface."""
 MOVED_N_M, MOVED_N = (150.0, 500.0, 1000.0, 3000.0), 4.0
 SETTLED_S = 1.5
 TISSUE_N_M, NODULE_N_M, NODULE_FROM_M, NODULE_TO_M = 150.0, 600.0, 0.03, 0.05
@@ -48,9 +48,9 @@ COMPARED = (
 
 
 def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
-    """Press, rest, breathe and stroke: rows of TABLES, and three courses for the figure.
+    """Press, rest, breathe and stroke; return the rows of TABLES and two courses for the figure.
 
-    What it costs is measured here, when all else is done.
+    The cost is measured in this process after all other work.
     """
     count = QUICK_PRESSES if quick else PRESSES
     pieces: dict[str, list[Piece]] = {
@@ -80,55 +80,55 @@ def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]
 
 
 def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """All rows by what they tell."""
+    """Return all rows by table."""
     return {name: data[name] for name in TABLES}
 
 
 def _chance(seed: int, *what: str | float) -> np.random.Generator:
-    """Each piece has chances of its own, wherever it is done."""
+    """Return the random generator of a piece, which is the same in every process."""
     return np.random.default_rng([seed, *repr(what).encode()])
 
 
 def _pressed(
     stiffness_n_m: float, count: int, seed: int
 ) -> Iterator[tuple[list[dict[str, Any]], list[dict[str, Any]]]]:
-    """Presses of one stiffness: rows of errors, and of when it is known, for each way to sense."""
+    """Press objects of one stiffness; yield rows of errors and of the time until it is known, for each force step."""
     rng = _chance(seed, "pressed", stiffness_n_m)
     felt, force_n = pressed(np.full(count, stiffness_n_m), rng)
     for steps in STEPS:
-        judged = [_judge(felt, finger, each) for finger, each in enumerate(_told(felt, rng, steps))]
+        judged = [_judge(felt, finger, each) for finger, each in enumerate(_identified(felt, rng, steps))]
         kind = {"steps": steps, "stiffness_n_m": stiffness_n_m}
         yield [kind | row for row in _by_force(judged, force_n)], [kind | _known(judged)]
 
 
-def _told(felt: Felt, rng: np.random.Generator, steps: str = "12 bits") -> list[Told]:
+def _identified(felt: Felt, rng: np.random.Generator, steps: str = "12 bits") -> list[Told]:
     force_n, z_m = sense(felt, rng, STEPS[steps])
     x_m = np.round(felt.x_m / HAND_STEP_M) * HAND_STEP_M
     return [tell(*columns) for columns in zip(force_n.T, z_m.T, x_m.T, strict=True)]
 
 
-def _judge(felt: Felt, finger: int, told: Told) -> dict[str, Any]:
-    """One press: its error at the end, what was told as known, when, and how much harder than the object before."""
+def _judge(felt: Felt, finger: int, identified: Told) -> dict[str, Any]:
+    """Judge one press: error at the end, correctness and time of the known stiffness, and excess force until then."""
     force_n, z_m = felt.force_n[:, finger], felt.z_m[:, finger]
-    error = told.stiffness_n_m / felt.stiffness_n_m[:, finger] - 1.0
+    error = identified.stiffness_n_m / felt.stiffness_n_m[:, finger] - 1.0
     first = int(np.flatnonzero(force_n > 0.0)[0])
     last = int(np.flatnonzero(force_n > 1.0)[-1])
-    until = int(np.argmax(told.known)) if told.known.any() else len(force_n)
-    shown_n = told.stiffness_n_m * np.maximum(0.0, told.surface_m - z_m)
+    until = int(np.argmax(identified.known)) if identified.known.any() else len(force_n)
+    shown_n = identified.stiffness_n_m * np.maximum(0.0, identified.surface_m - z_m)
     return {
-        "known": bool(told.known[last]),
+        "known": bool(identified.known[last]),
         "error": float(abs(error[last])),
-        "known_at_peak": bool(told.known[int(np.argmax(force_n))]),
-        "known_ticks": int(told.known.sum()),
-        "right_ticks": int((np.abs(error[told.known]) <= WITHIN).sum()),
-        "seconds": TICK_S * (until - first) if told.known.any() else None,
-        "force_when_known_n": float(force_n[until]) if told.known.any() else None,
+        "known_at_peak": bool(identified.known[int(np.argmax(force_n))]),
+        "known_ticks": int(identified.known.sum()),
+        "right_ticks": int((np.abs(error[identified.known]) <= WITHIN).sum()),
+        "seconds": TICK_S * (until - first) if identified.known.any() else None,
+        "force_when_known_n": float(force_n[until]) if identified.known.any() else None,
         "harder_n": float((shown_n - force_n)[:until].max()),
     }
 
 
 def _by_force(judged: list[dict[str, Any]], force_n: Floats) -> Iterator[dict[str, Any]]:
-    """Errors at the end of the presses that told the stiffness, by their largest force."""
+    """Yield the errors at the end of the presses with a known stiffness, by their largest force."""
     for low, high in FORCES_N:
         mine = [each for each, newton in zip(judged, force_n.tolist(), strict=True) if low <= newton < high]
         errors = [each["error"] for each in mine if each["known"]]
@@ -155,14 +155,14 @@ def _quantiles(name: str, values: list[float]) -> dict[str, float]:
 
 
 def _damping(damping_s_m: float, count: int, seed: int) -> Iterator[dict[str, Any]]:
-    """Presses of all stiffnesses on objects of other damping."""
+    """Press objects of all stiffnesses with another damping."""
     rng = _chance(seed, "damping", damping_s_m)
     felt, force_n = pressed(np.repeat(STIFFNESSES_N_M, max(2, count // 5)), rng, damping_s_m)
-    told = _told(felt, rng)
-    judged = [_judge(felt, finger, each) for finger, each in enumerate(told)]
+    identified = _identified(felt, rng)
+    judged = [_judge(felt, finger, each) for finger, each in enumerate(identified)]
     constants = [
         each.damping_n_s_m[last] / felt.force_n[last, finger]
-        for finger, each in enumerate(told)
+        for finger, each in enumerate(identified)
         if each.damping_n_s_m[last := int(np.flatnonzero(felt.force_n[:, finger] > 1.0)[-1])] > 0.0
     ]
     yield (
@@ -179,57 +179,57 @@ def _damping(damping_s_m: float, count: int, seed: int) -> Iterator[dict[str, An
 
 
 def _jitter(seed: int) -> Iterator[dict[str, Any]]:
-    """Standard deviation of the surface of a finger that rests with 1 N, told and raw, z + F/k."""
+    """Yield the standard deviation of the surface under a finger that rests with 1 N, identified and raw (z + F/k)."""
     rng, stiffness_n_m = _chance(seed, "jitter"), np.array(RESTED_N_M)
     felt = rested(stiffness_n_m, 1.0, 6.0)
     late = felt.time_s > SETTLED_S
     force_n, z_m = sense(felt, rng, STEPS["12 bits"])
     raw_m = (z_m + force_n / stiffness_n_m)[late].std(axis=0)
     for finger, wall_n_m in enumerate(RESTED_N_M):
-        told_m = tell(force_n[:, finger], z_m[:, finger], felt.x_m[:, finger]).surface_m[late]
+        identified_m = tell(force_n[:, finger], z_m[:, finger], felt.x_m[:, finger]).surface_m[late]
         yield {
             "stiffness_n_m": wall_n_m,
             "raw_mm": 1e3 * float(raw_m[finger]),
-            "told_mm": 1e3 * float(told_m.std()),
-            "told_in_10_ms_mm": 1e3 * float((told_m[5:] - told_m[:-5]).std()),
+            "told_mm": 1e3 * float(identified_m.std()),
+            "told_in_10_ms_mm": 1e3 * float((identified_m[5:] - identified_m[:-5]).std()),
         }
 
 
 def _moving(name: str, seed: int) -> Iterator[tuple[list[dict[str, Any]], dict[str, list[float]]]]:
-    """Surfaces that breathe below a resting finger: how late they are told; and the course of the one of 500 N/m."""
+    """Move surfaces below a resting finger; yield the delay of their identification, and the course at 500 N/m."""
     amplitude_m, frequency_hz = MOVES[name]
     felt = rested(np.array(MOVED_N_M), MOVED_N, 8.0, amplitude_m=amplitude_m, frequency_hz=frequency_hz)
     late = felt.time_s > SETTLED_S
     rows: list[dict[str, Any]] = []
     course: dict[str, list[float]] = {}
-    for finger, told in enumerate(_told(felt, _chance(seed, "moving", name))):
+    for finger, identified in enumerate(_identified(felt, _chance(seed, "moving", name))):
         true_m = felt.surface_m[:, finger]
-        shown_n = told.stiffness_n_m * np.maximum(0.0, told.surface_m - felt.z_m[:, finger])
+        shown_n = identified.stiffness_n_m * np.maximum(0.0, identified.surface_m - felt.z_m[:, finger])
         rows.append(
             {
                 "moves": name,
                 "stiffness_n_m": MOVED_N_M[finger],
-                "lag_ms": 1e3 * TICK_S * _lag_ticks(told.surface_m, true_m, late),
-                "offset_mm": 1e3 * float((told.surface_m - true_m)[late].mean()),
-                "off_beside_mm": 1e3 * float((told.surface_m - true_m)[late].std()),
+                "lag_ms": 1e3 * TICK_S * _lag_ticks(identified.surface_m, true_m, late),
+                "offset_mm": 1e3 * float((identified.surface_m - true_m)[late].mean()),
+                "off_beside_mm": 1e3 * float((identified.surface_m - true_m)[late].std()),
                 "force_off_rms_n": float(np.sqrt(((shown_n - felt.force_n[:, finger])[late] ** 2).mean())),
-                "stiffness_error": float(np.median(told.stiffness_n_m[late]) / MOVED_N_M[finger] - 1.0),
-                "share_known": float(told.known[late].mean()),
+                "stiffness_error": float(np.median(identified.stiffness_n_m[late]) / MOVED_N_M[finger] - 1.0),
+                "share_known": float(identified.known[late].mean()),
             }
         )
         if MOVED_N_M[finger] == 500.0:
-            course = _course(felt.time_s, true_mm=1e3 * true_m, told_mm=1e3 * told.surface_m)
+            course = _course(felt.time_s, true_mm=1e3 * true_m, told_mm=1e3 * identified.surface_m)
     yield rows, course
 
 
-def _lag_ticks(told_m: Floats, true_m: Floats, late: Any) -> int:
-    """The delay that explains what is told best, whatever its constant offset."""
+def _lag_ticks(identified_m: Floats, true_m: Floats, late: Any) -> int:
+    """Return the delay in ticks that explains the identified height best, apart from a constant offset."""
     ticks = np.flatnonzero(late)
-    return min(range(MOST_LAG_TICKS), key=lambda lag: float((told_m[ticks] - true_m[ticks - lag]).std()))
+    return min(range(MOST_LAG_TICKS), key=lambda lag: float((identified_m[ticks] - true_m[ticks - lag]).std()))
 
 
 def _nodule(edge_m: float, seed: int) -> Iterator[tuple[list[dict[str, Any]], dict[str, list[float]]]]:
-    """A stroke from tissue over a nodule with a soft or hard edge, and one's course."""
+    """Stroke from tissue over a nodule with a soft or hard edge; yield the rows and one course."""
     width_m = max(edge_m, 1e-6)
 
     def stiffness_n_m(x_m: Floats) -> Floats:
@@ -238,10 +238,10 @@ def _nodule(edge_m: float, seed: int) -> Iterator[tuple[list[dict[str, Any]], di
 
     felt = stroked(stiffness_n_m, np.array([TISSUE_N_M] * 4), 1.0, STROKE_FROM_S + 2.4)
     x_m, stroking = felt.x_m[:, 0], felt.time_s > STROKE_FROM_S
-    all_told = _told(felt, _chance(seed, "nodule", edge_m))
+    all_identified = _identified(felt, _chance(seed, "nodule", edge_m))
     rows: list[dict[str, Any]] = []
-    for told in all_told:
-        ratio = told.stiffness_n_m / felt.stiffness_n_m[:, 0]
+    for identified in all_identified:
+        ratio = identified.stiffness_n_m / felt.stiffness_n_m[:, 0]
         rows.append(
             {
                 "edge_mm": 1e3 * edge_m,
@@ -249,15 +249,15 @@ def _nodule(edge_m: float, seed: int) -> Iterator[tuple[list[dict[str, Any]], di
                 "off_ms": _settles_ms(ratio, x_m, NODULE_TO_M + edge_m, math.inf),
                 "nodule_error": float(ratio[x_m < NODULE_TO_M][-1] - 1.0),
                 "after_error": float(ratio[-1] - 1.0),
-                "surface_off_most_mm": 1e3 * float(np.abs(told.surface_m[stroking]).max()),
+                "surface_off_most_mm": 1e3 * float(np.abs(identified.surface_m[stroking]).max()),
             }
         )
-    told_n_m = all_told[0].stiffness_n_m[stroking]
-    yield rows, _course(1e3 * x_m[stroking], true_n_m=felt.stiffness_n_m[stroking, 0], told_n_m=told_n_m)
+    identified_n_m = all_identified[0].stiffness_n_m[stroking]
+    yield rows, _course(1e3 * x_m[stroking], true_n_m=felt.stiffness_n_m[stroking, 0], told_n_m=identified_n_m)
 
 
 def _settles_ms(ratio: Floats, x_m: Floats, from_m: float, to_m: float) -> float | None:
-    """Time from where the finger is fully on something until what is told stays within 15 %; None: it does not."""
+    """Return the time from full contact with a part until the stiffness stays within 15 %, ms; None if it does not."""
     here = np.abs(ratio[(x_m >= from_m) & (x_m < to_m)] - 1.0) <= WITHIN
     if not here[-1]:
         return None
@@ -266,22 +266,22 @@ def _settles_ms(ratio: Floats, x_m: Floats, from_m: float, to_m: float) -> float
 
 
 def _slope(seed: int) -> Iterator[dict[str, Any]]:
-    """A stroke up a slope: when it is told, and how well."""
+    """Stroke up a slope; yield the time until the slope is identified, and its accuracy."""
     wall = np.array(RESTED_N_M[1:])
     felt = stroked(lambda _: wall, wall, 1.5, STROKE_FROM_S + 1.5, slope=SLOPE)
-    for finger, told in enumerate(_told(felt, _chance(seed, "slope"))):
-        tells = told.slope != 0.0
-        late = tells & (felt.time_s > STROKE_FROM_S + 0.5)
+    for finger, identified in enumerate(_identified(felt, _chance(seed, "slope"))):
+        sloped = identified.slope != 0.0
+        late = sloped & (felt.time_s > STROKE_FROM_S + 0.5)
         yield {
             "stiffness_n_m": RESTED_N_M[1:][finger],
-            "after_ms": 1e3 * TICK_S * float(np.argmax(tells)) - 1e3 * STROKE_FROM_S,
-            "mean": float(told.slope[late].mean()),
-            "sd": float(told.slope[late].std()),
+            "after_ms": 1e3 * TICK_S * float(np.argmax(sloped)) - 1e3 * STROKE_FROM_S,
+            "mean": float(identified.slope[late].mean()),
+            "sd": float(identified.slope[late].std()),
         }
 
 
 def _cost(rng: np.random.Generator) -> list[dict[str, Any]]:
-    """Processor time of one finger's tick while pressed, resting and stroking, beside a call that does nothing."""
+    """Return the processor time of one finger's tick while pressing and stroking, beside an empty call."""
     wall = np.array([500.0])
     pressing = pressed(wall, rng)[0]
     cases = {"pressing": pressing, "stroking": stroked(lambda _: wall, wall, 2.0, STROKE_FROM_S + 1.5, slope=0.02)}
@@ -307,7 +307,7 @@ def _cost(rng: np.random.Generator) -> list[dict[str, Any]]:
 
 
 class _Bare:
-    """The same call, and nothing in it."""
+    """Identification with the same call that does nothing."""
 
     def step(self, t_s: float, force_n: float, x_m: float, y_m: float, z_m: float) -> None:
         """Do nothing."""
@@ -321,5 +321,5 @@ def _seconds(finger: TouchedSurface | _Bare, samples: list[tuple[float, ...]]) -
 
 
 def _course(along: Floats, **columns: Floats) -> dict[str, list[float]]:
-    """Every fifth value, for the figure; `along` is a time, s, or a way, mm."""
+    """Return every fifth value for the figure; `along` is a time, s, or a distance, mm."""
     return {name: values[::5].round(4).tolist() for name, values in ({"along": along} | columns).items()}

@@ -1,4 +1,4 @@
-"""Panels of the study of surfaces: error and time of one press, jitter, a breathing surface, and a nodule."""
+"""Figure of the study of surface identification: error of one press, jitter, a breathing surface, and a nodule."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -27,7 +27,7 @@ def plot(data: Mapping[str, Any], path: Path) -> None:
 
 
 def draw_errors(axes: Axes, data: Mapping[str, Any]) -> None:
-    """Error of the stiffness at the end of one press, by stiffness: worst of each force, and all medians."""
+    """Draw the stiffness error after one press, by stiffness: the worst and the median of each force range."""
     for steps, colour in _COLOURS.items():
         rows = [row for row in data["presses"] if row["steps"] == steps]
         shift = 0.97 if steps == "12 bits" else 1.03
@@ -40,7 +40,7 @@ def draw_errors(axes: Axes, data: Mapping[str, Any]) -> None:
                 markersize=5,
                 label=f"{label}, {steps}",
             )
-    for percent, name, line in ((15.0, "wanted", ":"), (100 * _JND, "just noticed", "--")):
+    for percent, name, line in ((15.0, "wanted", ":"), (100 * _JND, "JND", "--")):
         axes.axhline(percent, color=GREY, linestyle=line)
         axes.text(100.0, 1.04 * percent, name, color=GREY, fontsize=8)
     axes.set_xscale("log")
@@ -55,9 +55,9 @@ def draw_errors(axes: Axes, data: Mapping[str, Any]) -> None:
 
 
 def draw_jitter(axes: Axes, data: Mapping[str, Any]) -> None:
-    """Jitter of the surface under a resting finger, raw and told, against the stiffness of the wall."""
+    """Draw the jitter of the surface under a resting finger, raw and identified, against the wall's stiffness."""
     wall_n_m = [row["stiffness_n_m"] for row in data["jitter"]]
-    for name, label, colour in (("raw_mm", "z + F/k", RED), ("told_mm", "told", BLUE)):
+    for name, label, colour in (("raw_mm", "z + F/k", RED), ("told_mm", "identified", BLUE)):
         axes.plot(wall_n_m, [row[name] for row in data["jitter"]], color=colour, marker="o", label=label)
     axes.axhline(0.05, color=GREY, linestyle=":")
     axes.set_xscale("log")
@@ -71,25 +71,25 @@ def draw_jitter(axes: Axes, data: Mapping[str, Any]) -> None:
 
 
 def draw_breath(axes: Axes, data: Mapping[str, Any]) -> None:
-    """A breathing surface, true and told, over time."""
+    """Draw the height of a breathing surface, true and identified, over time."""
     course = data["courses"]["breath"]
     axes.plot(course["along"], course["true_mm"], color=GREY, linewidth=2.5, label="true")
-    axes.plot(course["along"], course["told_mm"], color=BLUE, label="told")
+    axes.plot(course["along"], course["told_mm"], color=BLUE, label="identified")
     row = next(row for row in data["moving"] if row["stiffness_n_m"] == 500.0)
     axes.set_ylim(-1.6, 1.6)
     axes.set_xlabel("time (s)")
     axes.set_ylabel("height of the surface (mm)")
-    axes.set_title(f"500 N/m, breathing by {row['moves']}; told {row['lag_ms']:.0f} ms late", loc="left")
+    axes.set_title(f"500 N/m, breathing by {row['moves']}; identified {row['lag_ms']:.0f} ms late", loc="left")
     axes.legend(loc="upper right")
 
 
 def draw_nodule(axes: Axes, data: Mapping[str, Any]) -> None:
-    """Stiffness along a stroke over a nodule, true and told."""
+    """Draw the stiffness along a stroke over a nodule, true and identified."""
     course = data["courses"]["nodule"]
     axes.plot(course["along"], course["true_n_m"], color=GREY, linewidth=2.5, label="true")
-    axes.plot(course["along"], course["told_n_m"], color=BLUE, label="told")
+    axes.plot(course["along"], course["told_n_m"], color=BLUE, label="identified")
     axes.set_ylim(0.0, None)
-    axes.set_xlabel("way along the stroke (mm), at 30 mm/s")
+    axes.set_xlabel("distance along the stroke (mm), at 30 mm/s")
     axes.set_ylabel("stiffness (N/m)")
     axes.set_title("From tissue over a nodule with edges of 2 mm", loc="left")
     axes.legend(loc="upper right")

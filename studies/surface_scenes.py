@@ -1,4 +1,4 @@
-"""Presses of random shape, a surface that breathes, and one that is stroked: what `surface-identification` judges."""
+"""Simulates the touches of the study of surface identification: random presses, breathing surfaces, and strokes."""
 
 import math
 from collections.abc import Callable
@@ -12,22 +12,22 @@ from sim_sensors.fingertip import OBJECT_DAMPING_S_M, SERVO_N_M
 from studies.felt_surface import TICK_S, Felt, Floats, feel, minimum_jerk
 
 DEEPEST_M = 0.020
-"""As far as a finger of the telemanipulator moves."""
+"""Largest travel of a telemanipulator finger into an object, m."""
 SERVOS_N_M = (SERVO_N_M, 10_000.0)
-"""Position servos: the telemanipulator's, and a stiff one whose finger goes where it is told."""
+"""Stiffness of the position servos, N/m: the telemanipulator's, and a stiff one that follows its set-point."""
 SLOWEST_M_S, FASTEST_M_S = 0.01, 0.3
-"""Of the fastest moment of a press, slow and fast."""
+"""Range of the peak speed of a press, m/s."""
 LONGEST_S = 2.0
 PRESS_FROM_S = 0.3
 STROKE_FROM_S = 1.0
 STROKE_M_S = 0.03
 HAND_STEP_M = 2e-5
-"""Steps of the hand's place in its CAN frame."""
+"""Resolution of the hand's position in its CAN frame, m."""
 
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """What the identification said of one finger, (ticks,) each; 0 without contact."""
+    """Identified surface of one finger, (ticks,) each; 0 without contact."""
 
     stiffness_n_m: Floats
     ln_sd: Floats
@@ -38,7 +38,7 @@ class Told:
 
 
 def tell(force_n: Floats, z_m: Floats, x_m: Floats) -> Told:
-    """Identify one finger's surface from what was sensed, (ticks,) each."""
+    """Identify one finger's surface from sensed force and position, (ticks,) each."""
     surface, rows = TouchedSurface(), []
     for tick, (newton, z, x) in enumerate(zip(force_n.tolist(), z_m.tolist(), x_m.tolist(), strict=True)):
         surface.step(TICK_S * tick, newton, x, 0.0, z)
@@ -59,9 +59,10 @@ def tell(force_n: Floats, z_m: Floats, x_m: Floats) -> Told:
 def pressed(
     stiffness_n_m: Floats, rng: np.random.Generator, damping_s_m: float | Floats = OBJECT_DAMPING_S_M
 ) -> tuple[Felt, Floats]:
-    """One press of each object, N of them, down, held and up, as hands move; return it with the largest forces, N.
+    """Press each of N objects once with a minimum-jerk movement: down, hold, up. Return it with the largest forces, N.
 
-    Forces are 2 to 5 N, but no deeper than DEEPEST_M beyond 2 N; speeds, times held, heights and servos are drawn.
+    Forces are 2 to 5 N; forces above 2 N are limited to DEEPEST_M of depth. Speeds, hold times, heights and servos are
+    drawn at random.
     """
     count = len(stiffness_n_m)
     force_n = np.minimum(rng.uniform(2.0, 5.0, count), np.maximum(2.0, DEEPEST_M * stiffness_n_m))
@@ -82,7 +83,7 @@ def pressed(
 def rested(
     stiffness_n_m: Floats, force_n: float, seconds: float, *, amplitude_m: float = 0.0, frequency_hz: float = 0.0
 ) -> Felt:
-    """A finger that presses within 0.4 s and stays, on a surface that may breathe as a sine."""
+    """Press within 0.4 s and stay, on a surface that may move as a sine."""
     pulse = 2.0 * math.pi * frequency_hz
 
     def surface_m(t_s: float, x_m: Floats) -> Floats:
@@ -94,7 +95,7 @@ def rested(
 def stroked(
     stiffness_n_m: Callable[[Floats], Floats], first_n_m: Floats, force_n: float, seconds: float, slope: float = 0.0
 ) -> Felt:
-    """A finger that presses, rests, and strokes along x from STROKE_FROM_S on, its servo's set-point staying."""
+    """Press, rest, and stroke along x from STROKE_FROM_S, with a constant set-point of the servo."""
     count = len(first_n_m)
     return feel(
         seconds,
@@ -106,6 +107,6 @@ def stroked(
 
 
 def resting(stiffness_n_m: Floats, force_n: float) -> Callable[[float], Floats]:
-    """Set-point of a finger that comes down from 2 mm above a surface at 0 and stays pressed."""
+    """Return the set-point of a finger that comes down from 2 mm above a surface at 0 and stays pressed, m."""
     way_m = 2e-3 + force_n * (1.0 / stiffness_n_m + 1.0 / SERVO_N_M)
     return lambda t_s: 2e-3 - way_m * minimum_jerk(np.full(len(way_m), (t_s - PRESS_FROM_S) / 0.4))

@@ -1,9 +1,9 @@
-"""The tactile map: a warm spot, a rough lesion and a stiff nodule, found by a sweep that does not know where they are.
+"""Tactile map: a sweep finds a warm spot, a rough lesion and a stiff nodule without knowing their places.
 
-Five simulated fingers explore the scene `phantom_sweep` by its script: sensors, identification and packets are those of
-a session, on virtual time. The map is made of the packets as the console makes it. A target is found where the map
-stands out most, and its value is what was felt nearest to that place. One plate cannot tell a warmer object from one
-that takes less heat: the place that was found warm is rested on once more, with two fingers.
+Five simulated fingers explore the scene `phantom_sweep` by its script. Sensors, identification and packets are those of
+a session, on virtual time. The map is built from the packets as on the console. A target is found where the map stands
+out most, and its value is the one identified nearest to that place. One plate cannot distinguish a warmer object from
+one that takes less heat, so two fingers rest once more on the warm place.
 """
 
 import math
@@ -32,9 +32,9 @@ SCENE = "phantom_sweep"
 TARGETS = {thing.name: thing for thing in load_scene(SCENE).objects if thing.target is not None}
 SEEDS = 4
 WARM_UP_S = 3.0
-"""The sensors reach their pre-heat before the first touch."""
+"""Time before the first touch in which the sensors reach their pre-heat, s."""
 PACKET_EVERY = 2
-"""Ticks between two packets that the map takes; the link spares more than that."""
+"""Ticks between two packets that the map takes; the link's deadband omits more packets than this."""
 MEASURING: tuple[Finger, ...] = ("thumb", "index")
 MEASURED_S = 6.0
 GOAL_M, GOAL_K, GOAL_SHARE = 5e-3, 0.5, 0.20
@@ -45,7 +45,7 @@ COMPARED = (
 
 
 def run(*, quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
-    """Sweep once, or SEEDS times; each session has its own sensors, tissue and contacts."""
+    """Sweep once if `quick`, else SEEDS times; each session draws its own sensors, tissue and contacts."""
     sessions = work([(_session, (quick, one)) for one in range(seed, seed + (1 if quick else SEEDS))], tell)
     rows = [row for session in sessions for row in session["targets"]]
     return {
@@ -60,7 +60,7 @@ def run(*, quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, A
 
 
 def _session(quick: bool, seed: int) -> dict[str, Any]:
-    """One sweep: what was found, how long it took, and the maps before the warm place was rested on again."""
+    """Sweep once; return the found targets, the durations, and the maps before the second rest on the warm place."""
     scene = quick_scene() if quick else load_scene(SCENE)
     sweep = Sweep(scene, seed, MEASURING if quick else FINGERS)
     seconds, felt = _durations(sweep.explore(scene.script)), sweep.felt
@@ -74,12 +74,12 @@ def _session(quick: bool, seed: int) -> dict[str, Any]:
 
 
 def tables(data: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """One row for each target of each session."""
+    """Return one row for each target of each session."""
     return {"targets": data["targets"]}
 
 
 def quick_scene() -> Scene:
-    """The same tissue, and a script for the index finger that keeps to the surroundings of the targets."""
+    """Return the scene with a script for the index finger that stays near the targets."""
     scene = load_scene(SCENE)
     script: tuple[Step, ...] = (
         Strokes(act="strokes", x_m=(-0.022, 0.022), y_m=(0.0215, 0.0265, 0.0315, 0.0365, 0.0415), speed_mm_s=40),
@@ -97,7 +97,7 @@ def quick_scene() -> Scene:
 
 
 class Sweep:
-    """Simulated fingers that explore a scene as they are told, and the map of what they felt.
+    """Simulated fingers that explore a scene by a script, and their map.
 
     Attributes:
         felt: the map.
@@ -105,13 +105,13 @@ class Sweep:
     """
 
     def __init__(self, scene: Scene, seed: int, fingers: tuple[str, ...]) -> None:
-        """Draw a session; the sensors wait until they have reached their pre-heat."""
+        """Draw a session's sensors, tissue and contacts from the seed."""
         self.felt, self.time_s = TactileMap(), 0.0
         self._scene, self._seed, self._fingers = scene, seed, fingers
         self._remote = RemoteFingers(scene, seed, fingers)
 
     def explore(self, script: tuple[Step, ...]) -> list[Segment]:
-        """Let the hand do a script once; returns its movements."""
+        """Wait for the pre-heat, run a script once, and return the hand's movements."""
         scene = self._scene.model_copy(update={"script": script})
         hand = ScriptedHand(scene, seed=self._seed, fingers=self._fingers)
         for _ in range(round(WARM_UP_S / TICK_S)):
@@ -122,7 +122,7 @@ class Sweep:
         return hand.timeline()
 
     def measure(self, place: Found) -> None:
-        """Rest on a place with two fingers, one after the other: two plates that are not of one warmth."""
+        """Rest on a place with two fingers in turn, whose plates have different temperatures."""
         presses = [
             Presses(
                 act="presses",
@@ -138,7 +138,7 @@ class Sweep:
         self.explore(tuple(presses))
 
     def _step(self, hand: ScriptedHand) -> None:
-        # The arm brings the fingers where it wants: what they feel does not push it back.
+        # The contact forces do not push the arm back.
         hand.step(TICK_S, np.zeros(len(FINGERS)))
         touch = self._remote.move(hand.x_m, hand.y_m, hand.z_m)
         self.time_s += TICK_S
@@ -147,7 +147,7 @@ class Sweep:
 
 
 def _durations(segments: list[Segment]) -> dict[str, float]:
-    """Strokes come first, then presses without waiting, then rests, before each of which the hand waits."""
+    """Return the durations of strokes, presses and rests, s, in this order; only rests begin with a wait."""
     whole_s = segments[-1].start_s + segments[-1].duration_s
     strokes_s = max((s.start_s + s.duration_s for s in segments if s.act == "stroke"), default=0.0)
     rests_s = min((s.start_s for s in segments if s.act == "wait"), default=whole_s)
@@ -168,13 +168,13 @@ def _problem(row: dict[str, Any]) -> str:
     if row["value"] is None:
         return f"seed {row['seed']}: {row['target']} was not found"
     return (
-        f"seed {row['seed']}: {row['target']} was found {row['place_error_mm']:.1f} mm beside its place, "
-        f"{row['quantity']} {row['value']:.4g} where {row['true_value']} is true"
+        f"seed {row['seed']}: {row['target']} was found {row['place_error_mm']:.1f} mm from its place, "
+        f"with {row['quantity']} {row['value']:.4g} instead of {row['true_value']}"
     )
 
 
 def _shown(felt: TactileMap, quantity: str) -> dict[str, Any] | None:
-    """The map as a figure needs it; None in place of a number where nothing was felt."""
+    """Return the map for the figure, with None for cells without a value; return None without a map."""
     whole = picture(felt, quantity)
     if whole is None:
         return None

@@ -1,4 +1,4 @@
-"""Figure of the tactile map: what one sweep felt, and how far from their places the targets of all were found."""
+"""Figure of the tactile map: the maps of one sweep, and the errors of place and value in all sweeps."""
 
 from pathlib import Path
 from typing import Any
@@ -72,7 +72,7 @@ def _draw_places(axes: Axes, data: dict[str, Any]) -> None:
     axes.set_yticks(range(len(names)), [name.replace("_", " ") for name in names])
     axes.set_ylim(len(names) - 0.5, -0.5)
     axes.set_xlim(left=0.0)
-    axes.set_xlabel("found beside its place, mm (a dot a session; dashed: goal)")
+    axes.set_xlabel("error of place, mm (one dot per session; dashed: goal)")
 
 
 def _draw_values(axes: Axes, data: dict[str, Any], quantity: str) -> None:
@@ -87,4 +87,4 @@ def _draw_values(axes: Axes, data: dict[str, Any], quantity: str) -> None:
     axes.axvline(0.0, color=BLACK, linewidth=0.8)
     axes.set_yticks(range(len(rows)), [f"seed {row['seed']}" for row in rows])
     axes.set_ylim(len(rows) - 0.5, -0.5)
-    axes.set_xlabel(f"{quantity} told less true, {unit} (bars: ± sd told; dashed: goal)")
+    axes.set_xlabel(f"error of {quantity}, {unit} (bars: ± claimed sd; dashed: goal)")

@@ -1,8 +1,8 @@
-"""Stability over a delayed link: direct force, wave variables, time-domain passivity and the local model, side by side.
+"""Stability over a delayed link: direct force, wave variables, time-domain passivity and the local model compared.
 
-An operator's finger, an exoskeleton, a link and a remote finger on a wall (studies/stability_plant.py) are simulated
-for a matrix of delays, walls, hands, periods and links, with the analytic limits beside (studies/stability_limits.py)
-and recorded round trips and hands as further runs.
+The study simulates an operator's finger, an exoskeleton, a link and a remote finger on a wall
+(studies/stability_plant.py). It runs a matrix of delays, walls, hands, periods and links. It also calculates the
+analytic limits (studies/stability_limits.py) and runs recorded round trips and hands.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -23,7 +23,7 @@ __all__ = ["plot", "run", "tables"]
 AGREE = 0.15
 PERIOD_S = 0.001
 BORDER_S = ((0.0, 0.010, 0.020, 0.050), (0.100, 0.200), (0.400,))
-"""Round trips whose border is looked for, in the groups that are watched for equally long."""
+"""Round trips, s, whose stability limit is searched, in groups that are watched for the same time."""
 QUICK_BORDER_S = ((0.020, 0.100),)
 PERIODS_S = (0.001, 0.002, 0.005)
 COMPARED = (
@@ -38,9 +38,10 @@ COMPARED = (
 
 
 def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
-    """The matrix, its summary, borders, sampled walls, recorded runs, and `problems` of local model and borders.
+    """Run all parts: the matrix, its summary, stability limits, sampled walls and recorded runs.
 
-    Without recordings in the folder that TELETACTION_DATA names there are no recorded runs.
+    `problems` lists those of the local model and of the limits. Recorded runs need recordings in the folder
+    TELETACTION_DATA.
     """
     matrix = QUICK if quick else FULL
     pieces: dict[str, list[Piece]] = {
@@ -55,12 +56,12 @@ def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]
 
 
 def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """All rows by what they tell."""
+    """Return all rows by table."""
     return {name: data[name] for name in ("summary", "borders", "walls", "recorded", "matrix")}
 
 
 def _borders(trips_s: tuple[float, ...], seed: int) -> Iterator[dict[str, Any]]:
-    """Direct position-force: largest stable wall, worked out and simulated."""
+    """Yield the largest stable wall of direct position-force control, calculated and simulated."""
     varied = [(name, Loop(hand, trip_s, PERIOD_S)) for name, hand in HANDS.items() for trip_s in trips_s]
     for (name, loop), found in zip(varied, simulated_n_m([loop for _, loop in varied], seed), strict=True):
         worked_out = worked_out_n_m(loop)
@@ -75,7 +76,7 @@ def _borders(trips_s: tuple[float, ...], seed: int) -> Iterator[dict[str, Any]]:
 
 
 def _walls(periods_s: Sequence[float]) -> Iterator[dict[str, Any]]:
-    """The device alone on its own virtual wall."""
+    """Yield the largest stable virtual wall of the device alone, calculated and simulated."""
     for period_s in periods_s:
         yield {
             "period_ms": 1e3 * period_s,
@@ -88,8 +89,8 @@ def _walls(periods_s: Sequence[float]) -> Iterator[dict[str, Any]]:
 def _problems(data: Mapping[str, Any]) -> Iterator[str]:
     for row in data["summary"]:
         if row["architecture"] == LOCAL and (row["swing"] or row["produce_energy"] or row["push_too_hard"]):
-            yield f"local model, {row['link']}: {row['swing']} swing, {row['produce_energy']} produce, " + (
-                f"{row['push_too_hard']} push too hard, of {row['runs']}"
+            yield f"local model, {row['link']}: {row['swing']} oscillate, {row['produce_energy']} produce energy, " + (
+                f"{row['push_too_hard']} push too hard, of {row['runs']} runs"
             )
     for row in data["recorded"]:
         if row["architecture"] == LOCAL and not (
@@ -99,4 +100,4 @@ def _problems(data: Mapping[str, Any]) -> Iterator[str]:
     for row in data["borders"]:
         share = row["simulated_share"]
         if share is not None and not abs(share - 1.0) <= AGREE:
-            yield f"border, {row['hand']}, {row['round_trip_ms']:.0f} ms: simulated {share:.2f} of what is worked out"
+            yield f"limit, {row['hand']}, {row['round_trip_ms']:.0f} ms: simulated {share:.2f} of the calculated wall"

@@ -1,7 +1,7 @@
-"""Texture: surfaces told apart, roughness freed of speed and force, grooves missed and invented, and changes seen.
+"""Texture identification: surfaces, roughness normalised by speed and force, grooves, and changes of surface.
 
-All strokes are simulated, over the paper's six surfaces, at 20..150 mm/s and 0.5..5 N drawn at random. Every method
-learns from the same strokes, and is judged by others.
+All strokes are simulated over the paper's six surfaces, at random speeds of 20..150 mm/s and forces of 0.5..5 N. All
+methods learn from the same strokes and are judged by others.
 """
 
 from collections import Counter
@@ -30,7 +30,7 @@ __all__ = ["plot", "run", "tables"]
 
 TIMES_S = (0.1, 0.25, 0.5, 1.0, 1.5)
 SEEN_M, SEEN_S = 0.050, 0.3
-"""A change counts as seen within the longer of both."""
+"""Distance, m, and time, s, after a change; it counts as detected within the longer of both."""
 GROOVED = ("closely_grooved_pvc", "widely_grooved_pvc")
 SPEEDS_MM_S = (20.0, 50.0, 80.0, 110.0, 150.0)
 DEPTHS_M = (5e-6, 10e-6, 20e-6, 40e-6, 80e-6, 250e-6)
@@ -40,10 +40,10 @@ CASES = (
     *(("groove_depth_m", value) for value in DEPTHS_M),
     *(("noise_v", value) for value in NOISES_V),
 )
-"""Grooves are crossed with one thing varied at a time."""
+"""Parameter and value of each case of groove detection; one parameter varies at a time."""
 COURSES = (("plain_pvc", "sandpaper"), ("sandpaper", "plain_pvc"))
 COSTED = 12
-"""Strokes that a cost is the median of: two over each surface."""
+"""Number of strokes behind each median cost, two over each surface."""
 _IN_A_PIECE = 20
 BASELINE = "one numpy.fft.rfft of 200 samples"
 BASELINE_RUNS = 2000
@@ -57,7 +57,7 @@ COMPARED = (
 
 
 class Sizes(NamedTuple):
-    """Strokes over each surface to learn from and to be judged by; changes; strokes for each case of grooves."""
+    """Numbers of strokes: per surface to learn from and to judge by, with a change, and per case of grooves."""
 
     learn: int
     judge: int
@@ -69,12 +69,12 @@ FULL, QUICK = Sizes(16, 100, 300, 6), Sizes(2, 4, 8, 1)
 
 
 def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
-    """All parts; `quick` takes fewer strokes of each. The costs are measured here, when all else is done."""
+    """Run all parts, with fewer strokes if `quick`; measure the costs in this process after all other work."""
     return {"quick": quick, **measure(QUICK if quick else FULL, seed, tell, work)}
 
 
 def measure(sizes: Sizes, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
-    """All parts with so many strokes of each."""
+    """Run all parts with these numbers of strokes."""
     learned: Learned = work([(_learn, (sizes.learn, seed))], part_of(tell, 0.0, 0.1))[0]
     table = learned.fit.table
     asked = list(strokes(sizes.judge, TIMES_S[-1], 2000 + seed))
@@ -102,7 +102,7 @@ def measure(sizes: Sizes, seed: int, tell: Tell, work: Work = HERE) -> dict[str,
 
 
 def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """One for each part but the courses."""
+    """Return a table for each part except the courses."""
     return {
         "accuracy": data["accuracy"],
         "roughness": data["roughness"],
@@ -122,7 +122,7 @@ def _parts(asked: Sequence[Asked]) -> list[Sequence[Asked]]:
 
 
 def _judge(asked: Sequence[Asked], learned: Learned) -> Iterator[tuple[dict[tuple[str, float], str], dict[str, Any]]]:
-    """What each method says of each stroke, and its roughness before and after normalisation."""
+    """Yield the answers of each method to each stroke, and its roughness before and after normalisation."""
     for one in (each.drawn() for each in asked):
         names, _ = answers(one, learned, TIMES_S)
         blocks = felt_blocks(one, learned.fit.table)
@@ -141,7 +141,7 @@ def _judge(asked: Sequence[Asked], learned: Learned) -> Iterator[tuple[dict[tupl
 
 
 def _accuracy(true: Sequence[str], named: Sequence[Mapping[tuple[str, float], str]]) -> list[dict[str, Any]]:
-    """A row for each method and time."""
+    """Return a row for each method and time."""
     rows = []
     for method, time_s in product(METHODS, TIMES_S):
         said = [(surface, names[method, time_s]) for surface, names in zip(true, named, strict=True)]
@@ -155,7 +155,7 @@ def _accuracy(true: Sequence[str], named: Sequence[Mapping[tuple[str, float], st
 
 
 def _cost(asked: Sequence[Asked], learned: Learned) -> dict[str, Any]:
-    """Median time of each method for a second of signal, in its own units and in baselines."""
+    """Return the median time of each method for a second of signal, in seconds and in baselines."""
     unit_s = _baseline_s()
     middle_s = np.median([answers(one.drawn(), learned, TIMES_S)[1] for one in asked], axis=0)
     cost = [
@@ -176,7 +176,7 @@ def _shares(hits: int, count: int) -> dict[str, float]:
 
 
 def _baseline_s() -> float:
-    """Time of one baseline, s."""
+    """Return the time of one baseline, s."""
     values, spent = np.random.default_rng(0).standard_normal(200), []
     for _ in range(BASELINE_RUNS):
         begin_s = perf_counter()
@@ -186,7 +186,7 @@ def _baseline_s() -> float:
 
 
 def _scatter(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Of each surface: standard deviation over mean of its roughness, and largest over smallest."""
+    """Return for each surface the coefficient of variation of its roughness, and largest over smallest."""
     found = []
     for surface in STROKED:
         for which in ("before_v", "after_v"):
@@ -204,25 +204,25 @@ def _scatter(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _change(asked: Sequence[Asked], table: SurfaceTable) -> Iterator[dict[str, Any]]:
-    """Of each stroke from one surface to another: how late that is seen, if it is, and what else is told."""
+    """Yield for each stroke over a border the delay of the detected change, if any, and the false detections."""
     for one in (each.drawn() for each in asked):
         border_s = one.trace.border_s
         assert border_s is not None
         blocks = felt_blocks(one, table)
         window_s = max(1e3 * SEEN_M / one.speed_mm_s, SEEN_S)
-        told = [block.texture.changed_s - border_s for block in blocks if block.texture.changed_s is not None]
-        hits = [after_s for after_s in told if 0.0 <= after_s <= window_s]
+        detected = [block.texture.changed_s - border_s for block in blocks if block.texture.changed_s is not None]
+        hits = [after_s for after_s in detected if 0.0 <= after_s <= window_s]
         within = [block for block in blocks if block.end_s <= border_s + window_s]
         yield {
             "stroke": f"{one.surface} to {one.then}, {one.speed_mm_s:.0f} mm/s, {one.force_n:.1f} N",
             "late_m": 1e-3 * one.speed_mm_s * hits[0] if hits else None,
-            "false": len(told) - len(hits),
+            "false": len(detected) - len(hits),
             "recognised": within[-1].texture.best == one.then,
         }
 
 
 def _changes(strokes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """How many changes of surface are seen, how late, and how many are told where there is none."""
+    """Return the numbers of detected and false changes of surface, and the delay of the detected ones."""
     late_m = [one["late_m"] for one in strokes if one["late_m"] is not None]
     return {
         "strokes": len(strokes),
@@ -237,7 +237,7 @@ def _changes(strokes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _grooves(table: SurfaceTable, number: int, repeats: int, seed: int) -> Iterator[dict[str, Any]]:
-    """Missed and invented by the paper's and the shipped method, in one of CASES."""
+    """Yield the missed and false grooves of the paper's and the shipped method in one of CASES."""
     what, value = CASES[number]
     how = {what: value}
     counts = {method: np.zeros(3, dtype=int) for method in (PAPER, SHIPPED)}
@@ -257,11 +257,11 @@ def _grooves(table: SurfaceTable, number: int, repeats: int, seed: int) -> Itera
             one = Drawn(surface, None, speed_mm_s, force_n, trace)
             blocks = felt_blocks(one, table)
             begin_s = stroking(blocks)[0].begin_s
-            told = {
+            detected = {
                 SHIPPED: [impulse.time_s for block in blocks for impulse in block.texture.impulses],
                 PAPER: list(paper_felt(one.even, [block.mode for block in blocks])[-1].patterns_s),
             }
-            for method, times_s in told.items():
+            for method, times_s in detected.items():
                 counts[method] += grooves_counted(one, begin_s, times_s)
     for method, (crossed, missed, invented) in counts.items():
         yield {
@@ -276,7 +276,7 @@ def _grooves(table: SurfaceTable, number: int, repeats: int, seed: int) -> Itera
 
 
 def _course(table: SurfaceTable, before: str, after: str, seed: int) -> Iterator[dict[str, Any]]:
-    """From one surface to another: where the paper's hold latches, and where its mean drifts."""
+    """Stroke from one surface to another; yield the course that shows the paper's latching hold and drifting mean."""
     trace = simulate_stroke(before, 5000 + seed, 60.0, 1.5, length_m=0.24, then=after)
     one = Drawn(before, after, 60.0, 1.5, trace)
     felt = stroking(felt_blocks(one, table))

@@ -1,7 +1,7 @@
-"""Classic ways to tell textures: band powers or moments of the signal, and a random forest or linear discriminant.
+"""Classic texture classifiers: band powers or moments of the signal, with a random forest or a linear discriminant.
 
-They are what a new method has to beat. They know nothing of speed, force or space, and have no setting that was chosen
-by how well it does.
+They are the baselines for new methods. They use neither speed nor force nor position, and none of their settings was
+tuned to its results.
 """
 
 from importlib import import_module
@@ -15,26 +15,26 @@ from scipy.signal import welch
 Array = NDArray[np.float64]
 
 WINDOW = 256
-"""Samples of one spectrum; the spectra of half-overlapping windows are averaged."""
+"""Number of samples of one spectrum; the spectra of half-overlapping windows are averaged."""
 BANDS = 12
-"""Half octaves below half of the sampling rate."""
+"""Number of half-octave bands below half of the sampling rate."""
 TREES = 300
 SILENT = 1e-12
-"""Least power and variance, so that a flat signal has a logarithm."""
+"""Least power and standard deviation, so that a flat signal has a logarithm."""
 
 
 class Classifier(Protocol):
-    """What scikit-learn's classifiers have in common."""
+    """Common interface of scikit-learn's classifiers."""
 
     def fit(self, features: Array, labels: Any) -> Any:
-        """Learn from features (strokes x features) and a label of each stroke."""
+        """Learn from features (strokes x features) and a label for each stroke."""
 
     def predict(self, features: Array) -> Any:
-        """A label for each stroke."""
+        """Return a label for each stroke."""
 
 
 def band_powers(signal: Array, rate_hz: float) -> Array:
-    """Natural logarithm of the mean power spectral density in BANDS half octaves, those of the first signal first.
+    """Return the natural logarithm of the mean power spectral density in BANDS half octaves, signal by signal.
 
     Args:
         signal: samples, or samples x signals; any unit.
@@ -50,13 +50,13 @@ def band_powers(signal: Array, rate_hz: float) -> Array:
     rows = []
     for low_hz, high_hz in pairwise(edges_hz):
         inside = (frequency_hz > low_hz) & (frequency_hz <= high_hz)
-        # the spectrum of a short signal may have nothing in a low band: its nearest frequency stands for the band
+        # a low band of a short signal may have no frequency inside; the nearest frequency then represents the band
         rows.append(power[inside].mean(axis=0) if inside.any() else power[np.abs(frequency_hz - high_hz).argmin()])
     return np.log(np.maximum(rows, SILENT)).T.ravel()
 
 
 def moments(signal: Array) -> Array:
-    """Mean, ln of standard deviation, skewness, kurtosis and ln of the steps' deviation, signal by signal.
+    """Return mean, ln of standard deviation, skewness, kurtosis and ln of the steps' deviation, signal by signal.
 
     Skewness and kurtosis of a flat signal are 0.
 
@@ -69,7 +69,7 @@ def moments(signal: Array) -> Array:
     columns = _columns(signal)
     spread = np.maximum(columns.std(axis=0), SILENT)
     scaled = (columns - columns.mean(axis=0)) / spread
-    # of a flat signal all that is left is rounding
+    # a flat signal leaves only rounding errors
     scaled[:, spread <= 1e-9 * np.abs(columns).max(axis=0) + SILENT] = 0.0
     third, fourth = (scaled**3).mean(axis=0), (scaled**4).mean(axis=0)
     steps = np.maximum(np.diff(columns, axis=0).std(axis=0), SILENT)
@@ -77,7 +77,7 @@ def moments(signal: Array) -> Array:
 
 
 def classifiers(seed: int = 0) -> dict[str, Classifier]:
-    """New, unfitted classifiers by name; for a `seed` always the same."""
+    """Return new, unfitted classifiers by name; the same `seed` gives the same classifiers."""
     forest = import_module("sklearn.ensemble").RandomForestClassifier(TREES, random_state=seed)
     discriminant = import_module("sklearn.discriminant_analysis").LinearDiscriminantAnalysis(
         solver="lsqr", shrinkage="auto"

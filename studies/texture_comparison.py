@@ -1,4 +1,4 @@
-"""Table 1 again: six surfaces matched by what a stroke feels like, real ones with virtual or remote ones."""
+"""Reproduces Table 1 of the paper: real surfaces matched with virtual or remote ones by the features of a stroke."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -21,7 +21,7 @@ from teletaction.testbed.rendered_fingers import TICK_S
 SURFACES = tuple(MATCHED)
 MORE_LAPSE = 0.10
 FOAM_SHARE = surface_kind("foam").stiffness_n_m / surface_kind("plain_pvc").stiffness_n_m
-"""Stiffness of foam as a share of plain PVC's, which is as stiff as the display can show."""
+"""Stiffness of foam as a share of plain PVC's, which has the largest displayed stiffness."""
 BY_HAND = (
     Features(0.0),
     Features(1.2),
@@ -30,21 +30,24 @@ BY_HAND = (
     Features(0.5, PATTERN, math.log(4.0), 2.2),
     Features(0.5, PATTERN, math.log(8.0)),
 )
-"""In the order of SURFACES: what they might feel like, set by hand. They check the observer, they predict nothing."""
+"""Plausible features set by hand, in the order of SURFACES; they check the observer model and predict nothing."""
 
 MEASURED, HAND_SET, OWN_STIFFNESS = "measured", "set by hand", "foam with its own stiffness"
 LEFT_ALONE, IDEAL_MOTOR = "motor left to itself", "motor that does what is wanted"
 BETWEEN, SLOWLY, BY_INTENSITY = "strength between grooves", "stroked at 30 mm/s", "rendered by felt intensity"
 
 Sets = tuple[Sequence[Features], Sequence[Features]]
-"""Features of the real surfaces and of those that are displayed."""
+"""Features of the real and of the displayed surfaces."""
 
 
 @dataclass(frozen=True, slots=True)
 class Strokes:
-    """One realisation of the six surfaces, in the order of SURFACES: the real ones, and courses at the fingertip.
+    """One realisation of the six surfaces, in the order of SURFACES.
 
-    `varied` are courses over virtual surfaces, by what is different: SLOWLY, BY_INTENSITY, OWN_STIFFNESS.
+    Attributes:
+        profiles: the real surfaces.
+        virtual, remote: courses at the fingertip.
+        varied: courses over virtual surfaces by variation: SLOWLY, BY_INTENSITY, OWN_STIFFNESS.
     """
 
     profiles: Sequence[SurfaceProfile]
@@ -54,12 +57,12 @@ class Strokes:
 
     @property
     def sides(self) -> dict[str, Sequence[FingertipCourse]]:
-        """Courses by side."""
+        """Courses at the fingertip by side."""
         return {"virtual": self.virtual, "remote": self.remote}
 
 
 def strokes(seed: int) -> Strokes:
-    """Stroke all surfaces once in each way; the grooves of the virtual ones are where the real ones' are."""
+    """Stroke all surfaces once in each way; virtual surfaces have their grooves where the real ones have them."""
     profiles = [
         make_profile(relief_of(name), LENGTH_M, np.random.default_rng([seed, place]))
         for place, name in enumerate(SURFACES)
@@ -77,7 +80,7 @@ def strokes(seed: int) -> Strokes:
 
 
 def real_features(each: Strokes, **how: Any) -> list[Features]:
-    """Of the real surfaces, but for their stiffness."""
+    """Return the features of the real surfaces, without their stiffness."""
     return [
         surface_features(surface_kind(name).stiffness_n_m, profile, **how)
         for name, profile in zip(SURFACES, each.profiles, strict=True)
@@ -85,12 +88,12 @@ def real_features(each: Strokes, **how: Any) -> list[Features]:
 
 
 def felt_features(courses: Sequence[FingertipCourse], **how: Any) -> list[Features]:
-    """Of what the motor did, but for the stiffness that was shown."""
+    """Return the features of the motor's courses, without the displayed stiffness."""
     return [motor_features(measured(course.speed_rad_s, TICK_S), TICK_S, **how) for course in courses]
 
 
 def cases(each: Strokes) -> dict[tuple[str, str], Sets]:
-    """Both sets by side and by how it is stroked, rendered, or felt."""
+    """Return both sets by side and by variation of stroking, rendering or feeling."""
     real, by_hand = real_features(each), list(BY_HAND)
     found: dict[tuple[str, str], Sets] = {("virtual", HAND_SET): (by_hand, by_hand)}
     for side, courses in each.sides.items():
@@ -109,7 +112,7 @@ def cases(each: Strokes) -> dict[tuple[str, str], Sets]:
 
 
 def _with_own_stiffness(real: Sequence[Features], courses: Sequence[FingertipCourse]) -> Sets:
-    """Both sets with the stiffness that the real surfaces have, and that was shown."""
+    """Return both sets with stiffness: the real surfaces' own, and the displayed one."""
     stiff = [
         replace(one, ln_stiffness=math.log(surface_kind(name).stiffness_n_m))
         for name, one in zip(SURFACES, real, strict=True)
@@ -127,7 +130,7 @@ def _ln_stiffness(course: FingertipCourse) -> float:
 
 
 def matching_rows(all_strokes: Sequence[Strokes], seed: int, draws: int) -> list[dict[str, Any]]:
-    """How often each surface is matched, mean over the realisations, beside the paper's."""
+    """Return the mean share of matches of each surface over all realisations, beside the paper's."""
     shares: dict[tuple[str, str], list[list[float]]] = {}
     for number, each in enumerate(all_strokes):
         for case, (real, felt) in cases(each).items():
@@ -144,7 +147,7 @@ def matching_rows(all_strokes: Sequence[Strokes], seed: int, draws: int) -> list
 
 
 def confusion_rows(each: Strokes, seed: int, draws: int) -> list[dict[str, Any]]:
-    """Which real surface is paired with which displayed one, of one realisation, by the features as measured."""
+    """Return the shares of pairs of real and displayed surfaces for one realisation with measured features."""
     rows = []
     for side in each.sides:
         shares = confusion(*cases(each)[side, MEASURED], seed, draws, LAPSE)
@@ -159,7 +162,7 @@ def _with_lapse(share: float, lapse: float) -> float:
 
 
 def feature_rows(each: Strokes) -> list[dict[str, Any]]:
-    """What was measured of one realisation; ln intensity above the mean of its six."""
+    """Return the measured features of one realisation; ln intensity is relative to the mean of its six surfaces."""
     rows = []
     for side, features in (
         ("real", real_features(each)),

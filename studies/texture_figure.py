@@ -1,4 +1,4 @@
-"""The figure of the study of texture: accuracy, roughness before and after, grooves, latch-up and drift."""
+"""Figure of the texture study: accuracy, roughness before and after normalisation, grooves, latch-up and drift."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -38,8 +38,8 @@ def plot(data: Mapping[str, Any], path: Path) -> None:
         FigureCanvasAgg(figure)
         axes = figure.subplots(3, 3)
         _draw_accuracy(axes[0, 0], data["accuracy"])
-        _draw_roughness(axes[0, 1], data["roughness"], "before_v", "Mean rectified signal, as the paper has it")
-        _draw_roughness(axes[0, 2], data["roughness"], "after_v", "Roughness, freed of speed and force")
+        _draw_roughness(axes[0, 1], data["roughness"], "before_v", "Mean rectified signal, as in the paper")
+        _draw_roughness(axes[0, 2], data["roughness"], "after_v", "Roughness, normalised by speed and force")
         _draw_grooves(axes[1, 0], data["grooves"], "speed_mm_s", 1.0, "speed (mm/s)")
         _draw_grooves(axes[1, 1], data["grooves"], "groove_depth_m", 1e6, "depth of grooves (µm)")
         _draw_grooves(axes[1, 2], data["grooves"], "noise_v", 1e3, "noise of the sensor (mV)")
@@ -59,7 +59,7 @@ def _draw_accuracy(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
         )
     axes.axhline(97.0, color=GREY, linestyle=":", linewidth=0.8)
     axes.set(xlabel="time stroked (s)", ylabel="surface right (%)", ylim=(0.0, 102.0))
-    axes.set_title("Six surfaces told apart", loc="left")
+    axes.set_title("Identification of six surfaces", loc="left")
     axes.legend(fontsize=8)
 
 
@@ -118,7 +118,7 @@ def _draw_scatter(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
     surfaces = list(dict.fromkeys(row["surface"] for row in rows))
     for offset, normalised, colour in ((-0.2, False, RED), (0.2, True, BLUE)):
         share = [100.0 * row["scatter"] for row in rows if row["normalised"] is normalised]
-        label = "freed of speed and force" if normalised else "mean rectified signal"
+        label = "normalised by speed and force" if normalised else "mean rectified signal"
         axes.barh(np.arange(len(surfaces)) + offset, share, 0.38, color=colour, label=label)
     axes.axvline(15.0, color=GREY, linestyle=":", linewidth=0.8)
     axes.set_yticks(range(len(surfaces)), [shown_name(surface) for surface in surfaces], fontsize=8)

@@ -1,4 +1,4 @@
-"""What each method says of a stroke after some time of stroking: the paper's, the shipped one, and two classic ones."""
+"""Answers of each method after some time of stroking: the paper's method, the shipped one, and two classic ones."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ RATE_HZ = 2000.0
 
 @dataclass(frozen=True, slots=True)
 class Learned:
-    """What all methods have learned from the same strokes."""
+    """Calibration of all methods by the same strokes."""
 
     fit: TextureFit
     paper: PaperClasses
@@ -51,7 +51,7 @@ def learn(drawn: Sequence[Drawn], times_s: Sequence[float]) -> Learned:
 
 
 def signal_of(one: Drawn, blocks: Sequence[FeltBlock], time_s: float) -> Array:
-    """The first `time_s` of a stroke's signal, V."""
+    """Return the first `time_s` of a stroke's signal, V."""
     begin_s = stroking(list(blocks))[0].begin_s
     inside = (one.even.time_s >= begin_s) & (one.even.time_s < begin_s + time_s)
     signal: Array = one.even.signal_v[inside]
@@ -59,7 +59,10 @@ def signal_of(one: Drawn, blocks: Sequence[FeltBlock], time_s: float) -> Array:
 
 
 def answers(one: Drawn, learned: Learned, times_s: Sequence[float]) -> tuple[dict[tuple[str, float], str], Array]:
-    """The surface that each method names at each time; and how long each took for a second of signal, s, as METHODS."""
+    """Return the surface that each method names at each time, and each method's time per second of signal, s.
+
+    The times are in the order of METHODS.
+    """
     begin = perf_counter()
     blocks = felt_blocks(one, learned.fit.table)
     spent = [0.0, (perf_counter() - begin) / (len(one.even.time_s) / RATE_HZ), 0.0, 0.0]
@@ -82,4 +85,4 @@ def answers(one: Drawn, learned: Learned, times_s: Sequence[float]) -> tuple[dic
 
 
 METHODS = (PAPER, SHIPPED, BANDS, MOMENTS)
-"""In the order of what `answers` says of time."""
+"""All methods, in the order of the times that `answers` returns."""

@@ -1,4 +1,4 @@
-"""Strokes that the study of texture feels: at random speed and force over the paper's six surfaces, or over two."""
+"""Draws the strokes of the texture study, at random speed and force, over one or two of the paper's six surfaces."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -12,14 +12,14 @@ from sim_sensors.simulated_stroke import StrokeTrace, simulate_stroke
 from teletaction.make_tables import STROKED
 
 SPEED_MM_S, FORCE_N = (20.0, 150.0), (0.56, 4.5)
-"""Ranges from which speed and force are drawn; the hand adds a tenth to either side of the force."""
+"""Ranges of the drawn speed, mm/s, and force, N; the hand varies the force by a tenth to either side."""
 LONGEST_M = 0.32
 BEFORE_GROOVES_M = 2e-3
-"""The way that the identification needs before it says anything of grooves."""
+"""Distance that the identification needs before it detects grooves, m."""
 
 
 class Drawn(NamedTuple):
-    """A stroke with what is true of it."""
+    """Simulated stroke with its true parameters."""
 
     surface: str
     then: str | None
@@ -29,13 +29,13 @@ class Drawn(NamedTuple):
 
     @property
     def even(self) -> EvenStroke:
-        """As the identification takes it."""
+        """The stroke in the form that the identification takes."""
         trace = self.trace
         return EvenStroke(trace.time_s, trace.pressure_v, trace.force_n, 1e-3 * trace.speed_mm_s)
 
 
 class Asked(NamedTuple):
-    """A stroke that can be simulated anywhere: over one surface, or from it to another."""
+    """Parameters of a stroke over one surface, or from one surface to another; any process can simulate it."""
 
     surface: str
     then: str | None
@@ -45,7 +45,7 @@ class Asked(NamedTuple):
     length_m: float
 
     def drawn(self) -> Drawn:
-        """Simulate it."""
+        """Simulate the stroke."""
         trace = simulate_stroke(
             self.surface, self.seed, self.speed_mm_s, self.force_n, length_m=self.length_m, then=self.then
         )
@@ -53,7 +53,7 @@ class Asked(NamedTuple):
 
 
 def strokes(each: int, seconds: float, seed: int) -> Iterator[Asked]:
-    """So many strokes over each surface, of so many seconds."""
+    """Yield `each` strokes over each surface, for `seconds` each."""
     chance = np.random.default_rng([seed, 1])
     for number in range(each):
         for surface in STROKED:
@@ -63,7 +63,7 @@ def strokes(each: int, seconds: float, seed: int) -> Iterator[Asked]:
 
 
 def changes(count: int, seed: int) -> Iterator[Asked]:
-    """So many strokes that come from one surface to another, 70 mm on each."""
+    """Yield `count` strokes from one surface to another, 70 mm on each."""
     chance = np.random.default_rng([seed, 2])
     for number in range(count):
         before, after = (STROKED[k] for k in chance.choice(len(STROKED), 2, replace=False))
@@ -72,20 +72,20 @@ def changes(count: int, seed: int) -> Iterator[Asked]:
 
 
 def stroking(blocks: list[FeltBlock]) -> list[FeltBlock]:
-    """The blocks that stroke."""
+    """Return the blocks in stroking mode."""
     return [block for block in blocks if block.mode is ExplorationMode.STROKING]
 
 
 def felt_blocks(drawn: Drawn, table: SurfaceTable) -> list[FeltBlock]:
-    """What the shipped method feels."""
+    """Return the blocks that the shipped method identifies."""
     return list(felt(drawn.even, table))
 
 
 def grooves_counted(drawn: Drawn, begin_s: float, found_s: list[float]) -> tuple[int, int, int]:
-    """Grooves crossed, missed, and impulses invented, to half a millimetre, from shortly after the stroke's begin."""
+    """Count crossed and missed grooves and false impulses, matched to 0.5 mm, from shortly after the stroke's start."""
     speed_mm_s, end_s = drawn.speed_mm_s, drawn.trace.stroke_s[1] - 0.01
     begin_s += 0.08 + 1e3 * BEFORE_GROOVES_M / speed_mm_s
-    true, told = np.array(drawn.trace.groove_s), np.array(found_s)
+    true, found = np.array(drawn.trace.groove_s), np.array(found_s)
     near_s = 0.5 / speed_mm_s
 
     def alone(some: np.ndarray, others: np.ndarray) -> int:
@@ -93,4 +93,4 @@ def grooves_counted(drawn: Drawn, begin_s: float, found_s: list[float]) -> tuple
         return sum(1 for time_s in meant if not len(others) or np.abs(others - time_s).min() > near_s)
 
     crossed = int(((true > begin_s) & (true < end_s)).sum())
-    return crossed, alone(true, told), alone(told, true)
+    return crossed, alone(true, found), alone(found, true)
