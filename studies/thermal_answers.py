@@ -1,4 +1,4 @@
-"""What each method says of a touch at each time: by the exponential fits, by fingers together, by the whole product."""
+"""Collects the answers to a touch at each time from exponential fits, from fingers together, and from the product."""
 
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -16,26 +16,26 @@ from studies.thermal_exponential import RateTable, fits
 from studies.thermal_situations import Hand
 
 JUDGED_EVERY = 5
-"""Readings between two judgements: the evidence of every reading counts, but an answer is drawn 20 times a second."""
+"""Readings between two answers, which come 20 times a second; the evidence of every reading counts."""
 READING_S = 0.01
 TICKS = 5
-"""Of a session from one reading to the next."""
+"""Ticks of a session from one reading to the next."""
 
 
 class Answered(NamedTuple):
-    """What one method says of one touch at one time.
+    """Answer of one method to one touch at one time.
 
     Attributes:
-        method: its name.
-        truth: the material.
+        method: name of the method.
+        truth: true material.
         t_s: time after contact, s.
-        best: likeliest material; None where nothing can be said yet.
-        probability: its probability; None for a method without.
-        status: name of its status; None for a method without.
-        error_k: estimated minus true temperature of the object, K; None where nothing is known.
-        sd_k: its claimed standard deviation, K.
-        named_s: when a material was named first, s; None before.
-        reason: why there is no answer, if so.
+        best: likeliest material; None without an answer yet.
+        probability: probability of `best`, 0..1; None for a method without probabilities.
+        status: name of the answer's status; None for a method without statuses.
+        error_k: estimated minus true temperature of the object, K; None without an estimate.
+        sd_k: claimed standard deviation of the estimate, K.
+        named_s: time at which a material was first named, s after contact; None before.
+        reason: reason for a missing answer.
     """
 
     method: str
@@ -52,12 +52,12 @@ class Answered(NamedTuple):
 
 @cache
 def knowledge_of(table: str) -> ThermalKnowledge:
-    """What identification needs of a table, given as JSON: that passes between processes."""
+    """Return the identification's knowledge from a table in JSON, a form that passes between processes."""
     return ThermalKnowledge.of(MaterialTable.model_validate_json(table))
 
 
 def by_rate(rates: RateTable, hand: Hand) -> list[Answered]:
-    """A single exponential's answers, from the first finger."""
+    """Return the answers of a single exponential fit from the first finger."""
     found = []
     for number, fit in enumerate(fits(rates.way, hand.fingers[0], rates.times_s)):
         error_k = None if fit is None else fit.object_c - hand.object_c
@@ -69,13 +69,13 @@ def by_rate(rates: RateTable, hand: Hand) -> list[Answered]:
 def by_fingers(
     knowledge: ThermalKnowledge, hand: Hand, groups: Mapping[str, int], times_s: Sequence[float]
 ) -> list[Answered]:
-    """Answers of the estimator from the first fingers of a hand.
+    """Return the answers of the estimator from the first fingers of a hand.
 
     Args:
-        knowledge: of the table.
+        knowledge: knowledge from the table.
         hand: the touch.
-        groups: name of each method, and how many fingers it may use.
-        times_s: when, ascending, s after contact.
+        groups: number of fingers that each method may use, by the method's name.
+        times_s: times of the answers, ascending, s after contact.
     """
     fingers = hand.fingers[: max(groups.values())]
     estimates = [_estimate(knowledge, finger) for finger in fingers]
@@ -95,7 +95,7 @@ def by_fingers(
         wanted = [t_s for t_s in times_s if abs(t_s - since_s) < READING_S / 2]
         for name, count in groups.items():
             posterior = knowledge.posterior.judge(evidence[:count])
-            if posterior.same_object < ONE_OBJECT:  # then each speaks for itself, as in a session
+            if posterior.same_object < ONE_OBJECT:  # then the first finger answers alone, as in a session
                 posterior = knowledge.posterior.judge(evidence[:1])
             answer = conclusions[name].step(posterior, since_s)
             if answer.status is ThermalStatus.IDENTIFIED:
@@ -112,13 +112,13 @@ def by_product(
     fingers: int = 1,
     late: bool = False,
 ) -> list[Answered]:
-    """Answers of the first fingers' identification as a session has it: it sees contact lost and sensor faults.
+    """Return the answers of a session's identification, which also detects lost contact and sensor faults.
 
     Args:
-        knowledge: of the table.
+        knowledge: knowledge from the table.
         method: name in the answers.
         hand: the touch.
-        times_s: when, ascending, s after contact.
+        times_s: times of the answers, ascending, s after contact.
         fingers: number of fingers used.
         late: whether every tick is late.
     """

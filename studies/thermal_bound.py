@@ -1,8 +1,9 @@
-"""The information limit, from theory: the Cramer-Rao bound with priors (van Trees), for a material that is known.
+"""Theoretical information limit: the Cramer-Rao bound with priors (van Trees) for a known material.
 
-What a noise-free touch of the simulator changes with each thing that is drawn for it, against the noise of a reading,
-bounds how well the object's temperature, or the effusivity of an unknown material, can be known. It applies to errors
-of estimates near the truth; it says nothing of the share of right names. Uniform draws count as normal ones as wide.
+The bound compares the sensitivity of a noise-free simulated touch to each drawn parameter with the noise of a reading.
+It limits how well the object's temperature, or the effusivity of an unknown material, can be estimated. It holds for
+estimates near the truth and does not bound the share of right names. Uniform draws count as normal ones with the same
+standard deviation.
 """
 
 from collections.abc import Sequence
@@ -30,32 +31,32 @@ from studies.thermal_situations import AMBIENT_C
 Array = NDArray[np.float64]
 
 ROUGHNESS_M = 1e-6
-"""Of the touched surface: a plain one."""
+"""Roughness of the touched surface, m; that of a plain surface."""
 PRESSED_S = 0.1
 FORCE_N = 1.2
 ANY_EFFUSIVITY_SD = 2.0
-"""Prior of ln effusivity where the material is unknown."""
+"""Standard deviation of the prior of ln effusivity for an unknown material."""
 SHARED = 2
-"""The first of the parameters, temperature and ln effusivity, are the object's; the others are each finger's own."""
+"""Number of shared parameters: the object's temperature and ln effusivity come first; the others are each finger's."""
 _STEPS = np.array((0.05, 0.01, 0.01, 0.02, 0.02, 0.2))
-"""Changes by which derivatives are taken: object, K; ln effusivity; ln conductance; ln lag; ln leak; warm-up, s."""
+"""Steps of the numerical derivatives: object, K, ln effusivity, ln conductance, ln lag, ln leak, and warm-up, s."""
 
 
 def reading_noise_k() -> float:
-    """Standard deviation of one reading: the sensor's noise and the steps of its converter, K."""
+    """Return the standard deviation of one reading from the sensor's noise and its converter's resolution, K."""
     step_k = (HIGH_OHM - LOW_OHM) / FULL_COUNTS / (R25_OHM * LINEAR_PER_K)
     return float(np.hypot(NOISE_C, step_k / np.sqrt(12.0)))
 
 
 def prior_sd(spread: float) -> Array:
-    """Standard deviation of each parameter; `spread` is that of ln effusivity."""
+    """Return the prior standard deviation of each parameter; `spread` is that of ln effusivity."""
     wide_lag = (LAG_S[1] - LAG_S[0]) / np.sqrt(12.0) / np.mean(LAG_S)
     warm_s = (WARM_S[1] - WARM_S[0]) / np.sqrt(12.0)
     return np.array((6.0 / np.sqrt(12.0), spread, TOUCH_SPREAD, wide_lag, LEAK_SPREAD, warm_s))
 
 
 def slopes(name: str, preheat_k: float, seconds: float) -> Array:
-    """(readings, 6): change of each reading after contact by each parameter, around a usual touch."""
+    """Return the derivative of each reading after contact by each parameter, around a usual touch, (readings, 6)."""
     count = len(_STEPS)
     shift = np.concatenate((np.diag(_STEPS), -np.diag(_STEPS)))  # (12, 6): up, then down
     kind = material(name)
@@ -81,9 +82,9 @@ def slopes(name: str, preheat_k: float, seconds: float) -> Array:
 
 
 def bounds(name: str, preheats_k: Sequence[float], times_s: Sequence[float]) -> list[dict[str, Any]]:
-    """A row for each time: least standard deviations with the first finger, the first two, ... of `preheats_k`.
+    """Return least standard deviations, a row for each time and each number of fingers, taken in order of `preheats_k`.
 
-    `object_sd_k` holds for a known material, `ln_effusivity_sd` for one of which nothing is known.
+    `object_sd_k` holds for a known material, and `ln_effusivity_sd` for an unknown one.
     """
     by_preheat = {preheat_k: slopes(name, preheat_k, times_s[-1]) for preheat_k in set(preheats_k)}
     known, unknown = prior_sd(material(name).spread), prior_sd(ANY_EFFUSIVITY_SD)
@@ -105,7 +106,7 @@ def bounds(name: str, preheats_k: Sequence[float], times_s: Sequence[float]) -> 
 
 
 def _covariance(used: Sequence[Array], sd: Array) -> Array:
-    """Of temperature and ln effusivity: each finger's own parameters are eliminated, what is left adds up."""
+    """Return the covariance of temperature and ln effusivity; each finger's own parameters are eliminated."""
     shared = np.diag(sd[:SHARED] ** -2.0)
     for each in used:
         information = each.T @ each / reading_noise_k() ** 2

@@ -1,4 +1,4 @@
-"""Table 2 again: pairs of objects told apart by temperature, on real objects, virtual ones, and remote ones."""
+"""Reproduces Table 2 of the paper: pairs of real, virtual and remote objects compared by temperature."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -16,16 +16,16 @@ from studies.thermal_observer import Answers, answers_about, cue
 
 OBJECTS = {"a": "aluminium", "c": "ceramic", "p": "pvc", "w": "wood"}
 PAIRS = ("a-w", "a-p", "c-w", "p-w", "a-c")
-"""Those of the paper, and one that it did not ask about."""
+"""Pairs of objects of the paper, and the additional pair a-c."""
 OBJECT_C = 25.0
 DWELLS_S = (2.0, 3.0, 5.0)
 USUAL_S = 3.0
 SHOWN_EVERY_S = 0.1
 KNOWN_AHEAD = "virtual, known ahead"
-"""The plate starts before the touch, as it may where a virtual world tells what will be touched."""
+"""Side on which the plate starts before the touch, because a virtual environment knows the object ahead."""
 
 Courses = Mapping[str, list[Array]]
-"""Changes of the felt temperature in an object's touches, K, first at contact, by the object's letter."""
+"""Changes of the felt temperature in an object's touches, K, from contact, by the object's letter."""
 
 
 Course = tuple[str, str, Array]
@@ -33,16 +33,16 @@ Course = tuple[str, str, Array]
 
 
 def course_pieces(seeds: int, seed: int) -> list[Piece]:
-    """Touches of all objects on each side; remote ones are drawn `seeds` times, the others have no chance in them.
+    """Return pieces that touch all objects on each side; remote touches are repeated for `seeds` seeds.
 
-    A plate's sensor is noisy, but nothing of that reaches the finger.
+    The other sides need one touch, because the noise of a plate's sensor does not reach the finger.
     """
     remote: list[Piece] = [(_remote, (letter, seed + done)) for done in range(seeds) for letter in OBJECTS]
     return [*remote, (_real, ()), (_virtual, ("virtual", seed)), (_virtual, (KNOWN_AHEAD, seed))]
 
 
 def courses(found: Iterable[Course]) -> dict[str, Courses]:
-    """Touches by side and object."""
+    """Group touches by side and object."""
     sides: dict[str, dict[str, list[Array]]] = {side: {} for side in ("real", "virtual", KNOWN_AHEAD, "remote")}
     for side, letter, course in found:
         sides[side].setdefault(letter, []).append(course)
@@ -63,18 +63,18 @@ def _remote(letter: str, seed: int) -> list[Course]:
 
 
 def changes_k(touches: list[Array], dwell_s: float) -> list[float]:
-    """How far each touch has moved the felt temperature."""
+    """Return the change of the felt temperature in each touch after this dwell time, K."""
     return [float(change_k[round(dwell_s / STEP_S)]) for change_k in touches]
 
 
 def pair_answers(objects: Courses, pair: str, dwell_s: float) -> Answers:
-    """Answers about a pair of objects."""
+    """Return the answers about a pair of objects."""
     first, second = pair.split("-")
     return answers_about(changes_k(objects[first], dwell_s), changes_k(objects[second], dwell_s))
 
 
 def answer_rows(sides: Mapping[str, Courses]) -> list[dict[str, Any]]:
-    """Each predicted share beside the paper's."""
+    """Return each predicted share beside the paper's."""
     rows = []
     for side, objects in sides.items():
         for pair in PAIRS:
@@ -88,7 +88,7 @@ def answer_rows(sides: Mapping[str, Courses]) -> list[dict[str, Any]]:
 
 
 def change_rows(sides: Mapping[str, Courses]) -> list[dict[str, Any]]:
-    """How far each object moves the felt temperature, and how much that differs from touch to touch."""
+    """Return the change of the felt temperature on each object, and its scatter from touch to touch."""
     rows = []
     for side, objects in sides.items():
         for letter, touches in objects.items():
@@ -111,7 +111,7 @@ def change_rows(sides: Mapping[str, Courses]) -> list[dict[str, Any]]:
 
 
 def course_rows(sides: Mapping[str, Courses]) -> list[dict[str, Any]]:
-    """Mean change of the felt temperature over time."""
+    """Return the mean change of the felt temperature over time."""
     every = round(SHOWN_EVERY_S / STEP_S)
     return [
         {"side": side, "object": OBJECTS[letter], "time_s": STEP_S * step, "change_k": float(change_k)}
@@ -123,7 +123,7 @@ def course_rows(sides: Mapping[str, Courses]) -> list[dict[str, Any]]:
 
 
 def ablation_rows() -> list[dict[str, Any]]:
-    """What one thing changed does to the answers after 3 s, on a real object and on an ideal plate."""
+    """Return the answers after 3 s with one parameter changed, on a real object and on an ideal plate."""
     cases: list[tuple[str, str, dict[str, float], dict[str, str]]] = [("as it is", "", {}, {})]
     cases += [("wood is", "oak", {}, {"w": "oak"})]
     cases += [("contact", f"{1e3 * r:g} K m²/kW", {"contact_m2k_w": r}, {}) for r in (5e-4, 1e-3, 2e-3, 3e-3)]

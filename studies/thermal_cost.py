@@ -1,4 +1,4 @@
-"""What an update costs, in units of one numpy product of two 100 x 100 matrices timed by turns in the same run."""
+"""Measures the cost of an update in units of one numpy product of two 100 x 100 matrices, timed alternately."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -18,31 +18,31 @@ from studies.thermal_situations import Hand
 
 BASELINE = "one product of two 100 x 100 matrices (numpy, float64, one thread)"
 EARLY_S = 0.2
-"""Costs are given up to here, where every guess is still followed, and from here on."""
+"""Time after contact that separates early from late costs, s; every hypothesis is still followed before it."""
 _SIZE = 100
 Update = Callable[[int], object]
 
 
 class Baseline:
-    """The named unit of cost."""
+    """Unit of cost, described by BASELINE."""
 
     def __init__(self) -> None:
         chance = np.random.default_rng(0)
         self._left, self._right = chance.standard_normal((2, _SIZE, _SIZE))
 
     def time_s(self) -> float:
-        """Time of one, s."""
+        """Return the time of one product, s."""
         begin_s = perf_counter()
         np.matmul(self._left, self._right)
         return perf_counter() - begin_s
 
 
 def cost(updates: Sequence[Callable[[], Update]], readings: int) -> tuple[dict[str, float], dict[str, float]]:
-    """Time of updates that take turns with the baseline, in its units and in us: early, late, all.
+    """Time updates in alternation with the baseline; return early, late and overall costs, in baselines and in us.
 
     Args:
-        updates: each makes what takes reading k of a touch, 1 <= k <= `readings`.
-        readings: after contact.
+        updates: functions that each return an update for reading k of a touch, 1 <= k <= `readings`.
+        readings: number of readings after contact.
     """
     baseline, unit_s = Baseline(), list[float]()
     took_s = np.empty((len(updates), readings))
@@ -53,7 +53,7 @@ def cost(updates: Sequence[Callable[[], Update]], readings: int) -> tuple[dict[s
             begin_s = perf_counter()
             update(k)
             row[k - 1] = perf_counter() - begin_s
-    # of each reading the median over touches, so that another program's turn on the processor counts for nothing
+    # the median over touches removes the time slices of other programs
     middle_s, early = np.median(took_s, axis=0), round(EARLY_S * 100)
     parts_s = {
         "early": float(middle_s[:early].mean()),
@@ -65,7 +65,7 @@ def cost(updates: Sequence[Callable[[], Update]], readings: int) -> tuple[dict[s
 
 
 def exponential_update(response: Callable[[float], Response], hand: Hand) -> Update:
-    """One reading into a fit, and the fit drawn."""
+    """Return an update that adds one reading to a fit and solves it."""
     touch, readings = hand.fingers[0], list(hand.fingers[0].readings())
     running = response(touch.start_c)
 
@@ -77,7 +77,7 @@ def exponential_update(response: Callable[[float], Response], hand: Hand) -> Upd
 
 
 def finger_update(knowledge: ThermalKnowledge, hand: Hand, fingers: int) -> Update:
-    """One reading of each finger, as a session takes it, and the joint judgement of a hand of more than one."""
+    """Return an update that takes one reading of each finger as a session does, with a joint answer of several."""
     identifications = [ThermalIdentification(knowledge) for _ in range(fingers)]
     readings = [list(finger.readings()) for finger in hand.fingers[:fingers]]
     for identification, finger in zip(identifications, hand.fingers, strict=False):
@@ -94,7 +94,7 @@ def finger_update(knowledge: ThermalKnowledge, hand: Hand, fingers: int) -> Upda
 
 
 def network_update(network: Network, row: NDArray[np.float64]) -> Update:
-    """One judgement of the classifier; it keeps nothing from the one before."""
+    """Return an update that runs the network once; it keeps no state between updates."""
     return lambda _: network.judge(row)
 
 
@@ -106,9 +106,9 @@ def costs(
     row: Any,
     readings: int,
 ) -> list[dict[str, Any]]:
-    """A row for each method: cost per finger and update, over the first `readings` after contact.
+    """Return a row for each method: cost per finger and update, over the first `readings` after contact.
 
-    The network judges `row`, each time anew.
+    The network classifies the same `row` in each update.
     """
     ways: list[tuple[str, int, list[Callable[[], Update]]]] = [
         ("paper", 1, [partial(exponential_update, ExponentialResponse, hand) for hand in hands]),
@@ -129,7 +129,7 @@ def costs(
 def cost_by_materials(
     table: MaterialTable, hands: Sequence[Hand], counts: Sequence[int], readings: int
 ) -> list[dict[str, Any]]:
-    """A row for each number of materials: the first of the table's, one finger; and how many guesses are followed."""
+    """Return a row for each number of the table's first materials: cost of one finger, and number of hypotheses."""
     rows = []
     for count in counts:
         knowledge = ThermalKnowledge.of(table.model_copy(update={"materials": table.materials[:count]}))

@@ -1,8 +1,8 @@
-"""The baselines: a single exponential fitted to a touch, the paper's way and well, and the likeliest calibrated rate.
+"""Baselines that fit a single exponential to a touch, in the paper's way and in a good way, and classify its rate.
 
 The paper (Kron & Schmidt 2003, Eq. 7-11) waits until the lag of the read-out is over. The good fit uses every reading
-from contact on: it knows where the plate started, and has the lag as a parameter of its own. Both solve the linear
-parameters in closed form for each point of a grid (variable projection).
+from contact: it knows the plate's start temperature and has the lag as a parameter. Both solve the linear parameters in
+closed form for each point of a grid (variable projection). The likeliest calibrated rate gives the material.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -21,28 +21,28 @@ Array = NDArray[np.float64]
 
 LAG_GRID_S: Array = np.geomspace(0.08, 0.8, 9)
 FEWEST = 10
-"""Readings below which nothing is fitted."""
+"""Fewest readings for a fit."""
 _LN_STEP = float(np.log(TAU_GRID_S[1] / TAU_GRID_S[0]))
 
 
 class Response(Protocol):
-    """A running fit of one touch."""
+    """Running fit of one touch."""
 
     def add(self, since_contact_s: float, sensor_c: float) -> None:
         """Take one reading, C, at a time since contact, s."""
 
     def fit(self) -> ExponentialFit | None:
-        """Best parameters so far."""
+        """Return the best parameters so far."""
 
 
 class LaggedResponse:
-    """T_obj + D exp(-t/tau) as a resistor of some lag reads it, from contact on, where it reads T_obj + D."""
+    """Fit of T_obj + D exp(-t/tau) as read by a lagging thermistor, which reads T_obj + D at contact."""
 
     def __init__(self, start_c: float) -> None:
         """Begin at contact; `start_c` is the reading there, C."""
         self._start_c = start_c
         tau_s, lag_s = np.meshgrid(TAU_GRID_S, LAG_GRID_S, indexing="ij")
-        # where both are equal the formula has a hole; so near to it nothing changes
+        # the formula is singular for equal time constants; a difference of 0.1 % removes that without effect
         self._lag_s = np.where(np.abs(tau_s - lag_s) < 1e-3 * lag_s, 1.001 * lag_s, lag_s)
         self._tau_s = tau_s
         self._square, self._cross = np.zeros_like(tau_s), np.zeros_like(tau_s)
@@ -59,7 +59,7 @@ class LaggedResponse:
         self._n += 1
 
     def fit(self) -> ExponentialFit | None:
-        """Best parameters so far; None with fewer than ten readings."""
+        """Return the best parameters so far; None with fewer than FEWEST readings."""
         if self._n < FEWEST:
             return None
         offset = self._cross / np.maximum(self._square, 1e-12)
@@ -84,7 +84,7 @@ WAYS: Mapping[str, Callable[[float], Response]] = {
 
 
 def fits(way: str, touch: RecordedTouch, times_s: Sequence[float]) -> list[ExponentialFit | None]:
-    """Fit of the readings up to each of the times after contact, ascending, s."""
+    """Return the fit of the readings up to each time after contact; times ascend, s."""
     response, found = WAYS[way](touch.start_c), list[ExponentialFit | None]()
     for since_s, sensor_c, _ in list(touch.readings())[1:]:
         while len(found) < len(times_s) and since_s > times_s[len(found)] + 1e-6:
@@ -97,7 +97,7 @@ def fits(way: str, touch: RecordedTouch, times_s: Sequence[float]) -> list[Expon
 
 @dataclass(frozen=True, slots=True)
 class RateTable:
-    """Rates that a way of fitting finds in calibration touches: median and scatter of ln(rate), (materials, times)."""
+    """Median and scatter of ln(rate) that one kind of fit finds in calibration touches, (materials, times)."""
 
     way: str
     names: tuple[str, ...]
@@ -107,7 +107,7 @@ class RateTable:
 
     @classmethod
     def of(cls, way: str, hands: Mapping[str, Sequence[Hand]], times_s: Sequence[float]) -> Self:
-        """From labelled touches; NaN where nothing could be fitted yet."""
+        """Build the table from labelled touches; NaN for times without a fit."""
         rows, scatter = [], []
         for each in hands.values():
             rates = np.array([[_ln_rate(fit) for fit in fits(way, hand.fingers[0], times_s)] for hand in each])
@@ -120,7 +120,7 @@ class RateTable:
         return cls(way, tuple(hands), tuple(times_s), np.array(rows), np.array(scatter))
 
     def likeliest(self, time: int, fit: ExponentialFit | None) -> str | None:
-        """Material whose calibrated rate, with its scatter, explains a fit best; None where there is no rate."""
+        """Return the material whose calibrated rate and scatter explain a fit best; None without a rate."""
         if fit is None or np.isnan(self.ln_rate[:, time]).any():
             return None
         sd = self.ln_rate_sd[:, time]

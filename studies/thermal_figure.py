@@ -1,4 +1,4 @@
-"""The figure of the study of thermal identification: speed and accuracy above, failures in the middle, cost below."""
+"""Figure of the study of thermal identification: speed and accuracy above, failures in the middle, cost below."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -34,7 +34,7 @@ _ALONE = ("paper", "good exponential", "1 finger", "network")
 _PERCENT = 100.0
 _COST_AT_S = 1.0
 _FEW = 10
-"""Answers in a bin of probability below which nothing is drawn."""
+"""Fewest answers in a drawn bin of probability."""
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
@@ -93,7 +93,7 @@ def _draw_right(axes: Axes, rows: Rows, methods: Sequence[str], title: str) -> N
 
 
 def time_axis(axes: Axes, times: Sequence[float]) -> None:
-    """Time after contact, logarithmic: a factor in speed is the same length everywhere."""
+    """Draw time after contact on a logarithmic axis, so that equal factors have equal lengths."""
     axes.set_xscale("log")
     plain_ticks(axes.xaxis, times)
     axes.set_xlabel("time after contact (s)")
@@ -122,8 +122,8 @@ def _draw_errors(axes: Axes, rows: Rows, bounds: Rows) -> None:
 
 def _draw_failures(figure: Any, data: Mapping[str, Any]) -> None:
     figure.suptitle(
-        "Where it fails, one finger, 4 materials. Colour: the likeliest material is right; "
-        "numbers: per cent of touches named right (black) and named wrong (red), none where 0",
+        "Failures, one finger, 4 materials. Colour: share with the right likeliest material; "
+        "numbers: per cent of touches named right (black) and named wrong (red), omitted if 0",
         fontsize=10,
     )
     noises = sorted({row["noise_k"] for row in data["difference"]})
@@ -161,7 +161,7 @@ def _draw_reliability(axes: Axes, rows: Rows) -> None:
                 axes.plot([], [], color=colour, linestyle=dash, label=f"{method}, {count} materials")
     axes.set_xlabel("probability claimed (%)")
     axes.set_ylabel("right (%)")
-    axes.set_title("honesty, from 0.5 s on (area: answers)", loc="left")
+    axes.set_title("reliability, from 0.5 s (area: answers)", loc="left")
     _keys_below(axes, 1)
 
 
@@ -197,9 +197,9 @@ def _draw_cost(axes: Axes, data: Mapping[str, Any]) -> None:
 def _draw_scaling(axes: Axes, rows: Rows) -> None:
     counts = [row["materials"] for row in rows]
     for part, colour, label in (
-        ("early", RED, "first 0.2 s: every guess"),
+        ("early", RED, "first 0.2 s: every hypothesis"),
         ("all", BLUE, "mean of 2 s"),
-        ("late", GREEN, "later: likely guesses"),
+        ("late", GREEN, "later: likely hypotheses"),
     ):
         axes.plot(
             counts, [row[f"us_{part}"] / 1e3 for row in rows], color=colour, marker="o", markersize=4, label=label

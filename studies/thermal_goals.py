@@ -1,4 +1,4 @@
-"""What is asked of thermal identification, beside what was measured."""
+"""Compares the results of thermal identification with its goals."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -11,11 +11,10 @@ UNKNOWN = 0.90
 
 
 def goals(data: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """A row for each: what it is, its limit, what was found and on how many touches, and whether it is met.
+    """Return a row for each goal: description, limit, result, number of touches, and whether it is met.
 
-    Of few touches little can be said: a share of 0.005 takes several hundred. Answers at all times and of all methods
-    count for the share that is wrong, so that one touch counts more than once; and the worst of several times is
-    worse than what is to be expected at each.
+    A share of 0.005 needs several hundred touches. The share of wrong answers counts all times and methods, so one
+    touch counts more than once. The worst of several times is worse than the expected value at each.
     """
     rows = []
     by_place = {(row["materials"], row["method"], row["t_s"]): row for row in data["accuracy"]}

@@ -1,4 +1,4 @@
-"""Material and temperature from a touch: how fast, how surely, at what cost, and where each method fails."""
+"""Thermal identification of material and temperature: speed, accuracy, cost, and failures of each method."""
 
 import os
 import platform
@@ -33,7 +33,7 @@ WITH_STRANGERS = "1 finger, strangers among them"
 _CHUNK = 250
 _TEST_CHUNK, _HAND_CHUNK = 30, 10
 _COST_CALIBRATION_S = 2.05
-"""Touches behind the largest table: of that only the cost matters, not how well it judges."""
+"""Duration of the touches that calibrate the largest table, s; only the cost of that table matters."""
 _SEEDS = {"calibration": 1, "learning": 100, "test": 2, "hands": 3, "maps": 4, "cost": 5}
 COMPARED = (
     Compared("accuracy", "right", "more", ("materials", "method", "t_s"), counted="touches"),
@@ -45,21 +45,22 @@ COMPARED = (
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """How much is measured; touches are those of each material.
+    """Size of the study; touches are counted per material.
 
     Attributes:
-        calibration: touches that calibrate.
-        learning: touches that the network learns from, with four materials and with twelve; and the hands of two
-            fingers with four, 0: no such network.
-        test: touches of one finger that are judged, with four materials and with twelve; 0: twelve are left out.
-        hands: hands that are judged, with four materials and with twelve; 0: none.
-        times_s, hand_times_s, network_times_s: when answers are looked at, s after contact.
-        maps: what the maps are drawn over.
+        calibration: touches for calibration.
+        learning: touches for training the network, with four and with twelve materials, and hands of two fingers with
+            four materials. With 0 hands there is no network of two fingers.
+        test: judged touches of one finger, with four and with twelve materials; 0 leaves out twelve materials.
+        hands: judged hands, with four and with twelve materials; 0 for none.
+        times_s, hand_times_s, network_times_s: times of the judged answers, s after contact.
+        maps: axes of the maps.
         cost_touches: touches behind a cost.
-        cost_calibration: touches that calibrate the largest table, of which only the cost matters.
+        cost_calibration: touches that calibrate the largest table, whose accuracy does not matter.
         cost_materials: numbers of materials.
-        cost_s: so much of a touch is costed, s after contact.
-        seconds, calibration_s: a touch that is judged or learned from lasts, and one that calibrates, s.
+        cost_s: costed part of a touch, s after contact.
+        seconds: duration of a touch for judging or learning, s.
+        calibration_s: duration of a touch for calibration, s.
     """
 
     calibration: int
@@ -128,15 +129,15 @@ def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]
 
     Args:
         quick: less than two minutes on two processors instead of less than twenty.
-        seed: of every touch.
-        tell: is told the share done, 0..1.
-        work: who does it; the costs are measured here, when all else is done.
+        seed: seed of every touch.
+        tell: receives the share done, 0..1.
+        work: runs the pieces; the costs are measured in this process after all other work.
     """
     return measure(QUICK if quick else FULL, seed, tell, work) | {"quick": quick}
 
 
 def measure(sizes: Sizes, seed: int, tell: TellShare = lambda _: None, work: Work = HERE) -> dict[str, Any]:
-    """Measure as much as `sizes` says."""
+    """Measure a study of these sizes."""
     prepared = _prepare(sizes, seed, work, part_of(tell, 0.0, 0.35))
     found = _judge(sizes, seed, prepared, work, part_of(tell, 0.35, 0.95))
     with one_thread():
@@ -171,19 +172,27 @@ def measure(sizes: Sizes, seed: int, tell: TellShare = lambda _: None, work: Wor
 
 
 def tables(data: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """Parts of the result that are tables, by name."""
+    """Return the tables of the result by name."""
     names = ("accuracy", "errors", "reliability", "bounds", "difference", "contact", "spread", "untrained")
     return {name: data[name] for name in (*names, "cost", "cost_by_materials", "goals")}
 
 
 def plot(data: dict[str, Any], path: Path) -> None:
-    """Draw what `run` returned."""
+    """Draw the figure of what `run` returned as PNG."""
     thermal_figure.plot(data, path)
 
 
 @dataclass(frozen=True, slots=True)
 class _Prepared:
-    """What everything else needs: calibrations by number of materials and by noise, K; what there is to learn from."""
+    """Preparations of the study.
+
+    Attributes:
+        by_count: calibration by number of materials.
+        by_noise: table with four materials by noise of a reading, K.
+        largest: table with the most materials, for its cost.
+        learning: examples for training the networks.
+        bounds: rows of the information limit.
+    """
 
     by_count: dict[int, Calibration]
     by_noise: dict[float, str]
@@ -194,13 +203,13 @@ class _Prepared:
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """What was answered.
+    """Answers and what they depend on.
 
     Attributes:
-        answers: by number of materials.
-        strangers: about materials that were not calibrated, with four that were.
-        maps: rows of each.
-        networks: for one finger and four materials, by time.
+        answers: answers by number of materials.
+        strangers: answers about uncalibrated materials, with four calibrated ones.
+        maps: rows of each map.
+        networks: networks for one finger and four materials, by time.
     """
 
     answers: dict[int, list[Answered]]
@@ -210,7 +219,7 @@ class _Found:
 
 
 def _materials(sizes: Sizes) -> dict[int, tuple[str, ...]]:
-    """The sets of materials that are told apart, by their number."""
+    """Return the sets of materials to distinguish, by their number."""
     return {len(names): names for names, touches in zip((FOUR, TWELVE), sizes.test, strict=True) if touches}
 
 
@@ -304,14 +313,14 @@ def _judge(sizes: Sizes, seed: int, prepared: _Prepared, work: Work, tell: TellS
 
 
 def _with_strangers(found: _Found) -> list[dict[str, Any]]:
-    """Whether one finger's probabilities are right in the world that the prior describes."""
+    """Return the reliability of one finger's probabilities with the prior's share of uncalibrated materials."""
     ones = [answer for answer in found.answers[len(FOUR)] if answer.method == ONE]
     rows = reliability(ones, found.strangers, FOREIGN, materials=len(FOUR))
     return [row | {"method": WITH_STRANGERS} for row in rows]
 
 
 def _hand_pieces(sizes: Sizes, seed: int, names: tuple[str, ...], hands: int, calibration: Calibration) -> list[Piece]:
-    """Hands with equal plates, then with staggered ones; the network sees their first two fingers."""
+    """Return pieces with hands of equal plates, then of staggered ones; the network gets their first two fingers."""
     last_s = sizes.hand_times_s[-1]
     learned = 2, [t for t in sizes.network_times_s if t <= last_s]
     return [
@@ -332,7 +341,7 @@ def _hand_pieces(sizes: Sizes, seed: int, names: tuple[str, ...], hands: int, ca
 
 
 def _one_pieces(sizes: Sizes, seed: int, names: tuple[str, ...], touches: int, calibration: Calibration) -> list[Piece]:
-    """Touches of one finger."""
+    """Return pieces with touches of one finger."""
     learned = 1, sizes.network_times_s
     return [
         (
@@ -351,7 +360,7 @@ def _one_pieces(sizes: Sizes, seed: int, names: tuple[str, ...], touches: int, c
 
 
 def _cost(sizes: Sizes, seed: int, prepared: _Prepared, networks: dict[float, Network]) -> dict[str, Any]:
-    """Measured alone, when all processes have ended."""
+    """Measure the costs; no other work may run meanwhile."""
     hands = [
         hand
         for name in FOUR
@@ -376,7 +385,7 @@ def _cost(sizes: Sizes, seed: int, prepared: _Prepared, networks: dict[float, Ne
 
 
 def _seed(seed: int, what: str) -> int:
-    """Seeds of different parts never meet, whatever the study's."""
+    """Return the seed of a part; seeds of different parts never coincide."""
     return 100_000 * seed + 10_000 * list(_SEEDS).index(what) + _SEEDS[what]
 
 

@@ -1,4 +1,4 @@
-"""Maps of where thermal identification fails: a cell for each condition and time, coloured by what is right."""
+"""Draws maps of the failures of thermal identification: a cell per condition and time, coloured by the right share."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -28,13 +28,13 @@ _KINDS = (
 
 
 def map_keys() -> list[Patch]:
-    """Legend entries of the maps and of the bars."""
+    """Return the legend entries of the maps and of the bars."""
     cells = [Patch(facecolor=colour, edgecolor=GREY, label=name) for colour, name in zip(_COLOURS, _NAMES, strict=True)]
     return cells + [Patch(facecolor=colour, label=f"bar: {name}") for _, colour, name in _KINDS]
 
 
 def draw_differences(places: Sequence[Axes], rows: Rows) -> None:
-    """Difference x time, a map for each noise."""
+    """Draw difference x time, a map for each noise."""
     noises = sorted({row["noise_k"] for row in rows})
     for axes, noise_k in zip(places, noises, strict=True):
         _draw_map(axes, [row for row in rows if row["noise_k"] == noise_k], "difference_k")
@@ -43,14 +43,14 @@ def draw_differences(places: Sequence[Axes], rows: Rows) -> None:
 
 
 def draw_spread(axes: Axes, rows: Rows) -> None:
-    """Spread of the contact conductance x time."""
+    """Draw spread of the contact conductance x time."""
     _draw_map(axes, rows, "contact_spread")
     axes.set_ylabel("sd of ln(contact conductance)")
     axes.set_title("contacts that scatter (calibrated with 0.15)", loc="left")
 
 
 def draw_changes(axes: Axes, rows: Rows) -> None:
-    """Bars of what is said at the end of touches whose contact changed."""
+    """Draw bars of the answers at the end of touches whose contact changed."""
     end_s = max((row["t_s"] for row in rows), default=0.0)
     last = [row for row in rows if row["t_s"] == end_s]
     labels = [
@@ -64,7 +64,7 @@ def draw_changes(axes: Axes, rows: Rows) -> None:
 
 
 def draw_untrained(axes: Axes, rows: Rows) -> None:
-    """Bars of what is said of materials that were not calibrated, by distance, and what was ever named."""
+    """Draw bars of the answers to uncalibrated materials, by distance, with the share ever named."""
     end_s = max((row["t_s"] for row in rows), default=0.0)
     last = sorted((row for row in rows if row["t_s"] == end_s), key=lambda row: abs(row["away_ln"]))
     _draw_bars(axes, last, [f"{row['material']} {row['away_ln']:+.2f}" for row in last])
@@ -91,7 +91,7 @@ def _draw_map(axes: Axes, rows: Rows, varied: str) -> None:
 
 
 def _write(axes: Axes, place: tuple[int, int], share: float, colour: str, aside: float) -> None:
-    """A share in per cent into a cell; nothing where it is 0."""
+    """Write a share in per cent into a cell, unless it is 0."""
     if share > 0.0:
         box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
         x, y = place[1] + 0.5 + aside, place[0] + 0.5

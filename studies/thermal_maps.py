@@ -1,6 +1,6 @@
-"""Where identification fails: little difference and much noise, contact lost, contacts that scatter, foreign materials.
+"""Maps the failures of identification: small difference, noise, lost contact, scattering contacts, foreign materials.
 
-Each map is a list of pieces with what it varies, and the rows that their answers make.
+Each map has a list of pieces over its varied conditions, and rows made of their answers.
 """
 
 from collections.abc import Sequence
@@ -18,22 +18,22 @@ from studies.thermal_shares import shares
 from studies.thermal_situations import FOUR, PREHEAT_K, SECONDS, Situation
 
 FAR_LN = 0.5
-"""A foreign material so far away in ln effusivity from every calibrated one has to be told from them."""
+"""Distance in ln effusivity from every calibrated material at which a foreign material must be distinguished."""
 
 
 @dataclass(frozen=True, slots=True)
 class Axes:
-    """What the maps are drawn over.
+    """Axes of the maps.
 
     Attributes:
-        differences_k: plate minus object at contact, K; the plate is at its usual pre-heat, the object is not.
-        noises_k: of a reading, standard deviation, K.
-        changes: when a contact changes, s after it began, and the share of its force that is left (0: lifted).
+        differences_k: plate minus object at contact, K; the plate has its usual pre-heat, and the object varies.
+        noises_k: standard deviation of a reading, K.
+        changes: time of a change of contact, s after contact, and remaining share of the force (0: lifted).
         spreads: standard deviation of ln(contact conductance); the calibration's is 0.15.
         foreign: number of foreign materials.
-        touches: of each material in each cell.
-        times_s: when answers are looked at.
-        seconds: in contact, s.
+        touches: touches of each material in each cell.
+        times_s: times of the judged answers, s after contact.
+        seconds: time in contact, s.
     """
 
     differences_k: tuple[float, ...]
@@ -47,7 +47,7 @@ class Axes:
 
 
 def difference_pieces(axes: Axes, tables: dict[float, str], seed: int) -> list[Piece]:
-    """Difference x noise x time; a piece for each difference and material."""
+    """Return pieces over difference x noise x time, one for each difference and material."""
     return [
         (with_noise, (_situation(axes, name, seed, offset_c=(above_k, above_k)), tables, axes.times_s))
         for above_k in (PREHEAT_K - difference_k for difference_k in axes.differences_k)
@@ -56,7 +56,7 @@ def difference_pieces(axes: Axes, tables: dict[float, str], seed: int) -> list[P
 
 
 def difference_rows(axes: Axes, found: Sequence[list[tuple[float, list[Answered]]]]) -> list[dict[str, Any]]:
-    """Of the results of `difference_pieces`."""
+    """Return the rows from the results of `difference_pieces`."""
     rows = []
     for place, difference_k in enumerate(axes.differences_k):
         cell = found[place * len(FOUR) : (place + 1) * len(FOUR)]
@@ -67,7 +67,7 @@ def difference_rows(axes: Axes, found: Sequence[list[tuple[float, list[Answered]
 
 
 def change_pieces(axes: Axes, table: str, seed: int) -> list[Piece]:
-    """Contact lost or pressed otherwise; a piece for each change and material."""
+    """Return pieces with a lost or changed contact, one for each change and material."""
     return [
         (in_session, (_situation(axes, name, seed, later=change), table, axes.times_s))
         for change in axes.changes
@@ -76,7 +76,7 @@ def change_pieces(axes: Axes, table: str, seed: int) -> list[Piece]:
 
 
 def change_rows(axes: Axes, found: Sequence[list[Answered]]) -> list[dict[str, Any]]:
-    """Of the results of `change_pieces`."""
+    """Return the rows from the results of `change_pieces`."""
     rows = []
     for place, (at_s, share) in enumerate(axes.changes):
         rows += shares(_cell(found, place), change_s=at_s, force_share=share)
@@ -84,7 +84,7 @@ def change_rows(axes: Axes, found: Sequence[list[Answered]]) -> list[dict[str, A
 
 
 def spread_pieces(axes: Axes, table: str, seed: int) -> list[Piece]:
-    """Contacts that scatter otherwise than in calibration; a piece for each spread and material."""
+    """Return pieces with another scatter of contacts than in calibration, one for each spread and material."""
     return [
         (one_finger, (_situation(axes, name, seed, contact_spread=spread), table, axes.times_s))
         for spread in axes.spreads
@@ -93,7 +93,7 @@ def spread_pieces(axes: Axes, table: str, seed: int) -> list[Piece]:
 
 
 def spread_rows(axes: Axes, found: Sequence[list[Answered]]) -> list[dict[str, Any]]:
-    """Of the results of `spread_pieces`."""
+    """Return the rows from the results of `spread_pieces`."""
     rows = []
     for place, spread in enumerate(axes.spreads):
         rows += shares(_cell(found, place), contact_spread=spread)
@@ -101,7 +101,7 @@ def spread_rows(axes: Axes, found: Sequence[list[Answered]]) -> list[dict[str, A
 
 
 def foreign_materials(axes: Axes) -> list[tuple[str, float]]:
-    """Materials that were not calibrated, and how far each is from the nearest that was, in ln effusivity, signed."""
+    """Return uncalibrated materials with the signed distance to the nearest calibrated one, in ln effusivity."""
     calibrated = [np.log(material(name).effusivity) for name in FOUR]
     away = []
     for name, kind in materials().items():
@@ -114,12 +114,12 @@ def foreign_materials(axes: Axes) -> list[tuple[str, float]]:
 
 
 def foreign_pieces(axes: Axes, table: str, seed: int) -> list[Piece]:
-    """Untrained materials; a piece for each."""
+    """Return pieces with uncalibrated materials, one for each."""
     return [(one_finger, (_situation(axes, name, seed), table, axes.times_s)) for name, _ in foreign_materials(axes)]
 
 
 def foreign_rows(axes: Axes, found: Sequence[list[Answered]]) -> list[dict[str, Any]]:
-    """Of the results of `foreign_pieces`; `right` means nothing here, and every `identified` is wrong."""
+    """Return the rows from the results of `foreign_pieces`; every `identified` is wrong, and `right` has no meaning."""
     rows = []
     for (name, away_ln), answers in zip(foreign_materials(axes), found, strict=True):
         rows += shares(answers, material=name, away_ln=round(away_ln, 3))
@@ -127,9 +127,9 @@ def foreign_rows(axes: Axes, found: Sequence[list[Answered]]) -> list[dict[str, 
 
 
 def default_noise(axes: Axes) -> float:
-    """The simulator's own noise has to be among those of the map: other maps use its table."""
+    """Return the simulator's own noise, K; raise ValueError if the map lacks it, because other maps use its table."""
     if NOISE_C not in axes.noises_k:
-        raise ValueError(f"the noises of a map must have the simulator's own, {NOISE_C} K")
+        raise ValueError(f"the noises of a map must include the simulator's own, {NOISE_C} K")
     return NOISE_C
 
 

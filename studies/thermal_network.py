@@ -1,7 +1,7 @@
-"""The information limit, seen from the data: a neural network trained on more than a thousand touches per material.
+"""Empirical information limit: a neural network trained on at least a thousand touches per material.
 
-It knows nothing of heat. What it reaches on the same simulator shows what a touch holds, at least; a calibration has
-25 touches per material to find the same.
+The network has no model of heat. Its accuracy on the same simulator is a lower bound of the information in a touch. A
+calibration has only 25 touches per material.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 HIDDEN = (64, 64)
 COMPONENTS = 20
-"""Principal components, of each finger, that the network sees."""
+"""Number of principal components per finger at the network's input."""
 PENALTY = 1e-2
 MOST_EPOCHS = 300
 _EARLY_READINGS, _EARLY_BLOCK, _LATE_BLOCK = 60, 4, 5
@@ -27,7 +27,7 @@ _FORCE_BLOCKS = 6
 
 
 def features(hands: Sequence[Hand], fingers: int, t_s: float) -> Array:
-    """(hands, f): means over blocks of readings up to `t_s` after contact, forces, the plate at contact, its slope."""
+    """Return features (hands, f): block means of the readings up to `t_s`, forces, and the plate and its slope."""
     return np.array([np.concatenate([_features(one, t_s) for one in hand.fingers[:fingers]]) for hand in hands])
 
 
@@ -52,7 +52,7 @@ def _features(touch: RecordedTouch, t_s: float) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class Network:
-    """A trained classifier of materials and a regression of the object's temperature, for one time after contact."""
+    """Trained classifier of materials and regression of the object's temperature, for one time after contact."""
 
     names: tuple[str, ...]
     scaler: Any
@@ -62,15 +62,15 @@ class Network:
 
     @classmethod
     def train(cls, rows: Array, materials: Sequence[str], above_k: Array, seed: int) -> Self:
-        """Learn.
+        """Train both.
 
         Args:
-            rows: (n, f) of `features`.
-            materials: (n,) the truth.
-            above_k: (n,) the object's temperature above ambient, K.
-            seed: of first weights and of what is held out to stop in time.
+            rows: features (n, f) of `features`.
+            materials: true materials (n,).
+            above_k: true temperatures of the object above ambient (n,), K.
+            seed: seed of the initial weights and of the samples held out for early stopping.
         """
-        # loaded when it is used, and only then: the list of studies does not wait for it
+        # imported here, so that listing the studies does not wait for it
         neural = import_module("sklearn.neural_network")
         names = tuple(dict.fromkeys(materials))
         scaler = import_module("sklearn.preprocessing").StandardScaler().fit(rows)
@@ -89,6 +89,6 @@ class Network:
         return cls(names, scaler, components, classifier, neural.MLPRegressor(**how).fit(seen, above_k))
 
     def judge(self, rows: Array) -> tuple[Array, Array]:
-        """Probability of each material (n, m) and temperature above ambient (n,), K."""
+        """Return the probability of each material (n, m) and the temperature above ambient (n,), K."""
         seen = self.components.transform(self.scaler.transform(rows))
         return np.asarray(self.classifier.predict_proba(seen)), np.asarray(self.regression.predict(seen))

@@ -1,4 +1,4 @@
-"""The pieces of work of the study of thermal identification; each simulates what it needs."""
+"""Pieces of work of the study of thermal identification; each simulates its own touches."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -18,7 +18,7 @@ ONE = "1 finger"
 
 
 class Examples(NamedTuple):
-    """Touches as the network sees them: features by time after contact, materials, temperatures above ambient, K."""
+    """Examples for the network: features by time after contact, materials, and temperatures above ambient, K."""
 
     rows: dict[float, Array]
     materials: list[str]
@@ -26,7 +26,7 @@ class Examples(NamedTuple):
 
     @classmethod
     def of(cls, hands: Sequence[Hand], fingers: int, times_s: Sequence[float]) -> "Examples":
-        """Of touches."""
+        """Build examples from touches."""
         return cls(
             {t_s: features(hands, fingers, t_s) for t_s in times_s},
             [hand.material for hand in hands],
@@ -35,7 +35,7 @@ class Examples(NamedTuple):
 
     @classmethod
     def together(cls, parts: "Sequence[Examples]") -> "Examples":
-        """All of several, which have the same times."""
+        """Join examples that have the same times."""
         return cls(
             {t_s: np.concatenate([part.rows[t_s] for part in parts]) for t_s in parts[0].rows},
             [material for part in parts for material in part.materials],
@@ -44,7 +44,7 @@ class Examples(NamedTuple):
 
 
 class Calibration(NamedTuple):
-    """What a calibration leaves: the table as JSON, and the rates of each exponential fit."""
+    """Result of a calibration: the table as JSON, and the rates of each exponential fit."""
 
     table: str
     rates: tuple[RateTable, ...]
@@ -53,14 +53,14 @@ class Calibration(NamedTuple):
 def calibrate(
     materials: Sequence[str], touches: int, seed: int, noise_k: float, seconds: float, times_s: Sequence[float]
 ) -> Calibration:
-    """Calibrate with so many touches of each material, so long each; no rates where `times_s` is empty."""
+    """Calibrate with a number of touches of each material, `seconds` each; no rates if `times_s` is empty."""
     hands = calibration_touches(materials, touches, seed, noise_k, seconds)
     rates = tuple(RateTable.of(way, hands, times_s) for way in WAYS) if times_s else ()
     return Calibration(calibrated(hands).model_dump_json(), rates)
 
 
 def examples(situation: Situation, times_s: Sequence[float]) -> Examples:
-    """Touches to learn from."""
+    """Return examples for training."""
     return Examples.of(touched(situation), len(situation.preheats_k), times_s)
 
 
@@ -76,9 +76,9 @@ def examine(
     times_s: Sequence[float],
     learned: tuple[int, Sequence[float]],
 ) -> tuple[list[Answered], Examples]:
-    """Touches that calibrated nothing: the estimator's answers, those by rate where there are rates, and features.
+    """Return the estimator's answers to new touches, those by rate if there are rates, and the network's examples.
 
-    `learned` is how many fingers the network sees, and the times for which there is one.
+    `learned` holds the network's number of fingers and its times.
     """
     hands, knowledge = touched(situation), knowledge_of(calibration.table)
     answers = [answer for hand in hands for answer in by_fingers(knowledge, hand, groups, times_s)]
@@ -87,7 +87,7 @@ def examine(
 
 
 def by_network(network: Network, method: str, tested: Examples, t_s: float) -> list[Answered]:
-    """The network's answers."""
+    """Return the network's answers."""
     probability, above_k = network.judge(tested.rows[t_s])
     return [
         Answered(
@@ -105,7 +105,7 @@ def by_network(network: Network, method: str, tested: Examples, t_s: float) -> l
 def with_noise(
     situation: Situation, tables: Mapping[float, str], times_s: Sequence[float]
 ) -> list[tuple[float, list[Answered]]]:
-    """The same touches with several noises, K, each with the table of a sensor as noisy."""
+    """Return answers to the same touches with several noises, K, each with the table of a sensor of that noise."""
     hands = touched(situation)
     found = []
     for noise_k, table in tables.items():
@@ -116,11 +116,11 @@ def with_noise(
 
 
 def one_finger(situation: Situation, table: str, times_s: Sequence[float]) -> list[Answered]:
-    """Touches of one finger."""
+    """Return the answers to touches of one finger."""
     return with_noise(situation, {NOISE_C: table}, times_s)[0][1]
 
 
 def in_session(situation: Situation, table: str, times_s: Sequence[float]) -> list[Answered]:
-    """Touches of one finger by the product's whole identification, which sees what happens to the contact."""
+    """Return the answers of the product's whole identification, which detects changes of contact, to one finger."""
     knowledge = knowledge_of(table)
     return [answer for hand in touched(situation) for answer in by_product(knowledge, ONE, hand, times_s)]

@@ -1,9 +1,9 @@
-"""Heat at the finger: error against cost for every model and integrator, and what plate and loop leave of it.
+"""Thermal rendering at the finger: error against cost of every model and integrator, and errors of plate and loop.
 
-Objects are touched for 10 s, models and integrators at 25 C under a finger that rests at 33.1 C. Errors are of the felt
-temperature: of models against a finger of other code (`reference_finger`), of integrators against the same model solved
-exactly, on plates of the simulators' own finger against the same finger on the object itself. Costs are of one step of
-five fingers, in bare products of the usual model's size, in the same run.
+Each touch lasts 10 s. For models and integrators the object has 25 C and the resting finger 33.1 C. Errors are those of
+the felt temperature. The reference of models is an independent finger (`reference_finger`). The reference of
+integrators is the exact solution of the same model. The reference of plates is the simulators' finger on the object
+itself. Costs are those of one step of five fingers, in bare products of the usual model's size, in the same run.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -47,11 +47,11 @@ QUICK_LOOP = ("copper", "ceramic_tile", "skin_dermis", "pvc", "pu_foam")
 INTEGRATED = tuple((name, model) for name in ("iron", "pine") for model in (USUAL, RUNGS[-1]))
 EXPLICIT_EULER, IMPLICIT_EULER, EXACT = "explicit Euler", "implicit Euler", "matrix exponential"
 SUBSTEPS = (1, 2, 5, 10, 20, 50)
-"""Steps of the Euler methods within 10 ms."""
+"""Numbers of steps of the Euler methods within 10 ms."""
 SOLVERS = ("RK45", "LSODA", "BDF")
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6)
 RUNGE_KUTTA_REACH = 3.3
-"""The stability region of RK45 (Dormand & Prince 1980) ends here on the negative axis; explicit Euler's at 2."""
+"""Length of RK45's stability region on the negative real axis (Dormand & Prince 1980); explicit Euler's is 2."""
 COMPARED = (
     Compared("models", "share_of_tolerance", "less", ("object", "model"), absolute=0.01, relative=0.02),
     Compared("models", "products", "less", ("object", "model"), relative=0.5),
@@ -67,9 +67,9 @@ COMPARED = (
 
 
 def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
-    """All parts; `seed` is of the thermistors' noise, nothing else has chance in it.
+    """Run all parts; `seed` sets the thermistors' noise, the only random part.
 
-    Models and integrators are timed here, before all else.
+    Models and integrators are timed in this process before all other work.
     """
     tell(0.0)
     unit_us = _product_us()
@@ -94,13 +94,13 @@ def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]
 
 
 def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """One for each part."""
+    """Return a table for each part."""
     parts = ("models", "integrators", "rates", "strategies", "told_apart", "inverse", "loop")
     return {part: data[part] for part in parts}
 
 
 def _product_us() -> float:
-    """A bare product for five fingers."""
+    """Return the time of a bare product for five fingers, us."""
     n = USUAL.states
     a, x = np.random.default_rng(0).standard_normal((5, n, n)), np.ones((5, n, 1))
     return 1e6 * quickest_s(lambda: np.matmul(a, x), 2000)
@@ -143,7 +143,7 @@ def _models(unit_us: float) -> Iterator[dict[str, Any]]:
 
 
 def _integrators(unit_us: float, seconds: float) -> Iterator[dict[str, Any]]:
-    """Each method called for each 10 ms, as a loop has it; error against the exact step of the same model."""
+    """Call each method every 10 ms as a loop does; yield its error against the exact step of the same model."""
     steps = round(seconds / STEP_S)
     for name, model in INTEGRATED:
         rates, exact = skin_rates(model, Touched.of(name)), skin_step(model, Touched.of(name), Body().air_w_m2k)
@@ -211,7 +211,7 @@ def _solver(rates: SkinStep, drive: Floats, method: str, tolerance: float) -> Ca
 
 
 def _course(rates: SkinStep, start: Floats, steps: int, advance: Callable[[Floats], Floats]) -> Floats:
-    """Felt temperature, as a departure."""
+    """Return the course of the felt temperature as a deviation from rest, K."""
     x, felt = start, []
     with np.errstate(over="ignore", invalid="ignore"):
         for _ in range(steps):

@@ -1,4 +1,4 @@
-"""The figure of the study of heat at the finger: models, integrators, plates and strategies, and the whole loop."""
+"""Figure of the study of thermal rendering: models, integrators, plates and strategies, and the whole loop."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -57,7 +57,7 @@ def _draw_models(axes: Axes, rows: list[dict[str, Any]]) -> None:
     plain_ticks(axes.yaxis, (0.01, 0.1, 1, 10))
     axes.set_xlabel("cells of epidermis + dermis + subcutis + object")
     axes.set_ylabel("worst error / tolerance")
-    axes.set_title("Models; grey: wrong; ringed: chosen", loc="left")
+    axes.set_title("Models; grey: above tolerance; ringed: chosen", loc="left")
     axes.legend(ncols=2, fontsize=8.5)
 
 
@@ -138,13 +138,13 @@ def _draw_strategies(axes: Axes, rows: list[dict[str, Any]]) -> None:
 
 
 def _draw_loop(axes: Axes, rows: list[dict[str, Any]]) -> None:
-    """Each tick's worst, by what is held against it."""
+    """Draw the worst value of each tick length, relative to its allowance."""
     ticks = sorted({row["tick_s"] for row in rows})
     for noisy, dashes in ((False, "-"), (True, "--")):
         mine = [[row for row in rows if row["tick_s"] == tick and (row["noise_k"] > 0.0) is noisy] for tick in ticks]
         for key, allowed, colour, mark, label in (
             ("share_where_rate_allows", 2.0, BLUE, "o", "error where the rate allows / 2 tolerances"),
-            ("beyond_k", 0.3, RED, "s", "felt too much / 0.3 K"),
+            ("beyond_k", 0.3, RED, "s", "overshoot of the felt temperature / 0.3 K"),
             ("plate_swing_k", 0.3, GREEN, "^", "plate's swing at rest / 0.3 K"),
         ):
             axes.plot(
@@ -195,5 +195,5 @@ def _draw_inverse(axes: Axes, rows: list[dict[str, Any]]) -> None:
     plain_ticks(axes.yaxis, (0.01, 0.1, 1, 10))
     axes.set_xlabel("step of the inverse (s)")
     axes.set_ylabel("noise of the plate's set-point (K)")
-    axes.set_title("10 mK of noise in what should be felt", loc="left")
+    axes.set_title("10 mK of noise in the wanted felt temperature", loc="left")
     axes.legend(fontsize=8.5, loc="lower left")

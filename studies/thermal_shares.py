@@ -1,4 +1,4 @@
-"""Answers counted: right, identified, ambiguous, unknown, wrong; temperature errors; how honest probabilities are."""
+"""Counts answers by status and correctness, and computes temperature errors and the reliability of probabilities."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -8,21 +8,21 @@ import numpy as np
 from studies.thermal_answers import Answered
 
 BINS = (0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 0.999, 1.0)
-"""Of probability, for its reliability."""
+"""Edges of the bins of probability for reliability."""
 WITHIN_SD = 1.96
-"""95 % of errors are within so many standard deviations where these are honest."""
+"""Number of standard deviations that hold 95 % of the errors if the claimed standard deviations are right."""
 SETTLED_S = 0.5
-"""Reliability is counted from here on, s."""
+"""Time after contact from which reliability is counted, s."""
 _KINDS = ("identified", "ambiguous", "deciding", "unknown", "unidentifiable")
 
 
 def shares(answers: Iterable[Answered], **where: Any) -> list[dict[str, Any]]:
-    """A row for each method and time; shares 0..1 of all touches.
+    """Return a row for each method and time; shares are 0..1 of all touches.
 
-    `identified`, `ambiguous`, `deciding`, `unknown` and `unidentifiable` add up to 1; `wrong` are those of
-    `identified` that name another material. They are None for a method without statuses. `named_s` is the median time
-    at which a material was named, over touches where one was. Temperature errors leave out touches without an
-    estimate; `object_within_sd` is the share of them within what the method claims, and should be 0.95.
+    `identified`, `ambiguous`, `deciding`, `unknown` and `unidentifiable` add up to 1. `wrong` is the part of
+    `identified` that names another material. All are None for a method without statuses. `named_s` is the median time
+    to the first named material, over touches with one. Temperature errors leave out touches without an estimate.
+    `object_within_sd` is the share of errors within the claimed 95 % interval, and should be 0.95.
     """
     groups: dict[tuple[str, float], list[Answered]] = {}
     for answer in answers:
@@ -57,12 +57,12 @@ def _row(each: Sequence[Answered]) -> dict[str, Any]:
 def reliability(
     answers: Sequence[Answered], strangers: Sequence[Answered] = (), stranger_share: float = 0.0, **where: Any
 ) -> list[dict[str, Any]]:
-    """A row for each method and bin of probability: what was claimed, and how often it was right.
+    """Return a row for each method and bin of probability: claimed probability and right share.
 
     Args:
-        answers: about calibrated materials.
-        strangers: about others, by the same method; each counts so much that they are `stranger_share` of all.
-        stranger_share: as large as the prior says, for probabilities that mean to be right with it.
+        answers: answers about calibrated materials.
+        strangers: answers about uncalibrated materials by the same method, weighted to `stranger_share` of all.
+        stranger_share: prior share of uncalibrated materials, 0..1, for which the probabilities should be right.
         where: further columns.
     """
     asked, strange = ([one for one in each if _counts(one)] for each in (answers, strangers))
@@ -93,7 +93,7 @@ def _counts(one: Answered) -> bool:
 
 
 def errors(answers: Iterable[Answered], **where: Any) -> list[dict[str, Any]]:
-    """What was mistaken for what: a row for each method, time, material and name that an `identified` got wrong."""
+    """Return confusions: a row for each method, time, material and wrong name with the status `identified`."""
     counted: dict[tuple[str, float, str, str], int] = {}
     for one in answers:
         if one.status == "identified" and one.best is not None and one.best != one.truth:

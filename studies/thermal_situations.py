@@ -1,4 +1,4 @@
-"""Touches of the study, by an independent simulator: which objects are touched, with which plates, how well."""
+"""Simulates the touches of the thermal study independently of the product: objects, plates and quality of contact."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -20,24 +20,24 @@ TWELVE = (*FOUR, "copper", "carbon_steel", "glass", "acrylic", "rubber", "cork",
 PREHEAT_K = OFFSETS_K[0]
 EQUAL_K = (PREHEAT_K,) * len(STAGGER_K)
 STAGGERED_K = tuple(PREHEAT_K + stagger_k for stagger_k in STAGGER_K)
-"""What a session's heaters hold: see `heater_control`."""
+"""Pre-heat of each finger's plate above ambient in a session, K; see `heater_control`."""
 AMBIENT_C = 23.0
 SECONDS = 7.05
-"""Every touch lasts a little longer than the last time that is judged, s."""
+"""Duration of every touch, s; slightly longer than the last judged time."""
 
 
 @dataclass(frozen=True, slots=True)
 class Situation:
-    """What is touched, and how.
+    """Touched objects, and conditions of the touches.
 
     Attributes:
-        material: of the object.
-        seed: of everything random.
+        material: material of the objects.
+        seed: seed of all random draws.
         touches: number of objects, each touched once.
         preheats_k: each finger's plate above ambient, K.
         offset_c: range of the object's temperature above ambient, K.
         contact_spread: standard deviation of ln(contact conductance) from touch to touch.
-        later: so long after contact, s, the force becomes this share of what it was; None: it stays.
+        later: time after contact at which the force changes, s, and the remaining share of the force; None for none.
         seconds: time in contact, s.
     """
 
@@ -53,7 +53,7 @@ class Situation:
 
 @dataclass(frozen=True, slots=True)
 class Hand:
-    """One object under one finger or more, and the truth about it."""
+    """One object touched by one or more fingers, with its true material and temperature, C."""
 
     material: str
     object_c: float
@@ -61,7 +61,7 @@ class Hand:
 
 
 def touched(situation: Situation) -> list[Hand]:
-    """All touches of a situation."""
+    """Simulate all touches of a situation."""
     hands = simulate_hand(
         situation.material,
         situation.seed,
@@ -89,7 +89,10 @@ def touched(situation: Situation) -> list[Hand]:
 
 
 def noisier(hands: Sequence[Hand], noise_k: float, seed: int) -> list[Hand]:
-    """The same touches read with white noise of `noise_k` (standard deviation, K) instead of the simulator's own."""
+    """Return the same touches with white noise of this standard deviation, K, instead of the simulator's own noise.
+
+    A noise below the simulator's own leaves the touches unchanged.
+    """
     more_k = float(np.sqrt(max(noise_k**2 - NOISE_C**2, 0.0)))
     if more_k == 0.0:
         return list(hands)
@@ -100,7 +103,7 @@ def noisier(hands: Sequence[Hand], noise_k: float, seed: int) -> list[Hand]:
         for finger in hand.fingers:
             sensor_c = finger.trace.sensor_c + more_k * chance.standard_normal(len(finger.trace.sensor_c))
             again = find_touch(replace(finger.trace, sensor_c=sensor_c))
-            assert again is not None, "contact is found by force, which is the same"
+            assert again is not None, "contact is found by force, which is unchanged"
             fingers.append(again)
         found.append(replace(hand, fingers=tuple(fingers)))
     return found
@@ -109,7 +112,7 @@ def noisier(hands: Sequence[Hand], noise_k: float, seed: int) -> list[Hand]:
 def calibration_touches(
     materials: Sequence[str], touches: int, seed: int, noise_k: float = NOISE_C, seconds: float = SECONDS
 ) -> dict[str, list[Hand]]:
-    """Labelled touches of each material."""
+    """Simulate labelled touches of each material."""
     return {
         material: noisier(touched(Situation(material, seed, touches, seconds=seconds)), noise_k, seed + number)
         for number, material in enumerate(materials)
@@ -117,7 +120,7 @@ def calibration_touches(
 
 
 def calibrated(hands: Mapping[str, Sequence[Hand]]) -> MaterialTable:
-    """The table that those make, by the product's own calibration."""
+    """Return the table that the product's own calibration makes of labelled touches."""
     listed: dict[str, list[tuple[RecordedTouch, float | None]]] = {
         material: [(hand.fingers[0], hand.object_c) for hand in each] for material, each in hands.items()
     }

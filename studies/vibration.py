@@ -1,7 +1,8 @@
-"""Vibration at the finger: the motor left alone, brought to its speed, and what it could do at most.
+"""Vibration rendering: the motor uncompensated, compensated, started early, and at its physical limit.
 
-All is judged at the simulated motor: every 2 ms a tick, a command at most every 4 ms, 2 ms on the line. What is felt is
-taken as the square of the motor's speed. The limit is a drive that knows the motor's true speed at every millisecond.
+All results are measured at the simulated motor. A tick lasts 2 ms, commands come at most every 4 ms, and the line
+delays them by 2 ms. The felt intensity is taken as the square of the motor's speed. The limit is a drive that knows the
+motor's true speed every millisecond.
 """
 
 import math
@@ -37,7 +38,7 @@ LINE_TICKS = 1
 CONTACT_S = 0.1
 TAP_SECONDS = 0.4
 NEAR = 0.2
-"""An intensity this near to the wanted one is the wanted one."""
+"""Relative error of intensity within which the wanted intensity counts as reached."""
 PLASTIC = Surface(k_tap=4000.0, b_tap_per_s=30.0, k_stroke_v=2000.0, k_stroke_f=60.0, b_groove_per_s=60.0)
 ATTACKS_RPM = (3300.0, 4000.0, 5000.0, 6000.0, 7000.0, 8000.0, 9000.0, MOTOR_MAX_RPM)
 SHOWN_ATTACK_RPM = 7000.0
@@ -61,7 +62,7 @@ COMPARED = (
 
 
 def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
-    """All four parts; `seed` changes nothing, there is no chance in it."""
+    """Run all parts; `seed` has no effect, because nothing is random."""
     del seed
     every = 3 if quick else 1
     pieces: dict[str, list[Piece]] = {
@@ -75,12 +76,12 @@ def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]
 
 
 def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """One for each part but the courses."""
+    """Return a table for each part except the courses."""
     return {part: data[part] for part in ("taps", "impulses", "scales", "motors")}
 
 
 def _tapped(attack_rpm: float, known: bool = False) -> Floats:
-    """What rendering asks for at each tick, rpm: contact at CONTACT_S, known beforehand or not."""
+    """Return the speed wanted by rendering at each tick, rpm, with contact at CONTACT_S, known ahead or not."""
     finger, asked = FingerVibration(), []
     approach = attack_rpm * RPM_TO_RAD_S / PLASTIC.k_tap
     first = round(CONTACT_S / TICK_S)
@@ -102,14 +103,17 @@ def _tapped(attack_rpm: float, known: bool = False) -> Floats:
 
 
 def _commanded(asked_rpm: Floats, command: Callable[[float, float], MotorVoltage]) -> Floats:
-    """Mean voltage at the motor in each tick, V: at most one command in COMMAND_TICKS, but on and off at once."""
+    """Return the mean voltage at the motor in each tick, V.
+
+    At most one command goes out in COMMAND_TICKS; switching on or off goes out at once.
+    """
     module, volts, sent, on = TactTip(0), [], -COMMAND_TICKS, False
     line = deque([b""] * LINE_TICKS)
     for tick, rpm in enumerate(asked_rpm.tolist()):
         frame, now_s = b"", tick * TICK_S
         if tick - sent >= COMMAND_TICKS or (rpm > 0.0) != on:
-            told, sent, on = command(now_s, rpm), tick, rpm > 0.0
-            payload = TactTipCommand(told.hold_mv, 0, *told[1:]).encode()
+            voltage, sent, on = command(now_s, rpm), tick, rpm > 0.0
+            payload = TactTipCommand(voltage.hold_mv, 0, *voltage[1:]).encode()
             frame = encode_frame(MessageId.TACTTIP_COMMAND, tick & 0xFF, payload)
         line.append(frame)
         module.feed(line.popleft(), now_s)
@@ -118,12 +122,12 @@ def _commanded(asked_rpm: Floats, command: Callable[[float, float], MotorVoltage
 
 
 def _held(_: float, rpm: float) -> MotorVoltage:
-    """The voltage that holds a speed, and nothing else."""
+    """Return only the voltage that holds a speed."""
     return MotorVoltage(motor_mv(rpm))
 
 
 def _turning(volts: Floats) -> Floats:
-    """Speed of the simulated motor after each tick, rpm."""
+    """Return the speed of the simulated motor after each tick, rpm."""
     motor, speeds = VibrationMotors(1), []
     for each in volts:
         motor.step(TICK_S, np.array([each]))
@@ -132,14 +136,14 @@ def _turning(volts: Floats) -> Floats:
 
 
 def _at_most(attack_rpm: float) -> Floats:
-    """Fastest that the drive's voltages allow: full on until the attack is reached, then never above Eq. 1."""
+    """Return the fastest speeds that the drive allows, rpm: full voltage to the attack, then at most Eq. 1."""
     motor, reached, speeds, part = VibrationMotors(1), None, [], 2
     for step in range(round(TAP_SECONDS / TICK_S) * part):
         t_s = step * TICK_S / part - CONTACT_S
         wanted = 0.0
         if 0.0 <= t_s <= 0.15:
             wanted = attack_rpm if reached is None else attack_rpm * math.exp(-PLASTIC.b_tap_per_s * t_s)
-        # Full on for as much of the step as brings it there: the rest of the step costs nothing.
+        # Full voltage for the part of the step that reaches the wanted speed, then its holding voltage.
         needed = MOTOR.rise_s(wanted * RPM_TO_RAD_S) - MOTOR.rise_s(float(motor.rpm[0]) * RPM_TO_RAD_S)
         share = min(1.0, max(0.0, needed / (TICK_S / part)))
         motor.step(share * TICK_S / part + 1e-9, np.array([FULL_V]))
@@ -152,7 +156,7 @@ def _at_most(attack_rpm: float) -> Floats:
 
 
 def _ways(attack_rpm: float) -> dict[str, tuple[Floats, Floats]]:
-    """Asked and turned speeds of each way to show a tap, rpm."""
+    """Return the wanted and the reached speeds of each way to render a tap, rpm."""
     asked, early = _tapped(attack_rpm), _tapped(attack_rpm, known=True)
     return {
         ALONE: (asked, _turning(_commanded(asked, _held))),
@@ -182,7 +186,7 @@ def _courses() -> Iterator[dict[str, Any]]:
 
 
 def _impulses(rates_hz: Sequence[float]) -> Iterator[dict[str, Any]]:
-    """How deep the speed dips between the grooves of a stroke, of its top."""
+    """Yield the dip of the speed between the grooves of a stroke, relative to its maximum."""
     ticks = round(2.0 / TICK_S)
     for rate_hz in rates_hz:
         finger, folding, plain, crossed = FingerVibration(), [], [], 0
@@ -213,7 +217,7 @@ def _impulses(rates_hz: Sequence[float]) -> Iterator[dict[str, Any]]:
 
 
 def _scales() -> Iterator[dict[str, Any]]:
-    """What is felt of what Eq. 1 and 2 ask for, both as shares of the most."""
+    """Yield the felt intensity against the intensity of Eq. 1 and 2, both relative to the largest."""
     for scale in SHOWN:
         for asked in np.linspace(0.0, 1.0, 101):
             speed = FeltSpeed(scale).rpm(float(asked) * MOTOR_MAX_RPM)
@@ -221,7 +225,7 @@ def _scales() -> Iterator[dict[str, Any]]:
 
 
 def _motors() -> Iterator[dict[str, Any]]:
-    """Motors that are not as the drive believes, at one attack that does not decay."""
+    """Yield the results of motors that deviate from the drive's model, at one attack without decay."""
     asked = np.full(round(0.3 / TICK_S), SHOWN_ATTACK_RPM)
     for name, real in OTHERS.items():
         volts = _commanded(asked, MotorDrive().step)

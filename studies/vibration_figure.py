@@ -1,4 +1,4 @@
-"""The figure of the study of vibration: one tap, all taps, impulses of grooves, and what is felt of what is asked."""
+"""Figure of the vibration study: one tap, all taps, impulses of grooves, and felt against wanted intensity."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -59,7 +59,7 @@ def _draw_taps(axes: Axes, rows: list[dict[str, Any]]) -> None:
             color=colour,
             marker=mark,
             ms=5,
-            label=_told(way, mine),
+            label=_label(way, mine),
         )
     axes.axhspan(0.8, 1.2, color=PALE, zorder=0)
     axes.set_ylim(0.0, 1.35)
@@ -69,11 +69,11 @@ def _draw_taps(axes: Axes, rows: list[dict[str, Any]]) -> None:
     axes.legend(loc="center", bbox_to_anchor=(0.5, 0.42))
 
 
-def _told(way: str, rows: list[dict[str, Any]]) -> str:
+def _label(way: str, rows: list[dict[str, Any]]) -> str:
     times = [row["near_after_s"] for row in rows]
     if None in times:
-        return f"{way}: never there"
-    return f"{way}: there after {1e3 * min(times):.0f} to {1e3 * max(times):.0f} ms"
+        return f"{way}: not always reached"
+    return f"{way}: reached after {1e3 * min(times):.0f} to {1e3 * max(times):.0f} ms"
 
 
 def _draw_impulses(axes: Axes, rows: list[dict[str, Any]]) -> None:
@@ -97,7 +97,7 @@ def _draw_impulses(axes: Axes, rows: list[dict[str, Any]]) -> None:
     axes.set_ylim(0.0, 0.8)
     axes.set_xlabel("grooves crossed in a second")
     axes.set_ylabel("dip of the speed between grooves / its top")
-    axes.set_title("Grooves; grey: a dip too small to be told", loc="left")
+    axes.set_title("Grooves; grey: a dip too small to be felt", loc="left")
     axes.legend(loc="center left", bbox_to_anchor=(0.02, 0.46))
 
 
@@ -112,5 +112,5 @@ def _draw_scales(axes: Axes, rows: list[dict[str, Any]]) -> None:
         )
     axes.set_xlabel("asked for by Eq. 1 and 2 / most")
     axes.set_ylabel("felt intensity / most")
-    axes.set_title("What is felt of what is asked for", loc="left")
+    axes.set_title("Felt against wanted intensity", loc="left")
     axes.legend()

@@ -1,4 +1,4 @@
-"""A session on the test bed to which faults are done: no tick is late, whatever the machine does."""
+"""Runs a session with injected faults on the test bed, where virtual time keeps every tick punctual."""
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -21,14 +21,14 @@ class VirtualFaultSession(FaultedSession):
     """Both sites, all devices and the network in this process."""
 
     def __init__(self, bed: Testbed) -> None:
-        """Do faults to a session."""
+        """Prepare a session on the test bed for faults."""
         self.bed = bed
         self._network = NetworkFaults(bed.network)
 
     @classmethod
     @contextmanager
     def open(cls, out: Path) -> "Iterator[VirtualFaultSession]":
-        """Engage a session that is recorded in `out`, and end it again."""
+        """Engage a session that is recorded in `out`, and end it with the context."""
         configs = SessionConfigs.read(prepare_session(out))
         with ExitStack() as opened:
             remote = open_recorder(configs.remote, {"configuration": to_toml(configs.remote)})
@@ -50,17 +50,17 @@ class VirtualFaultSession(FaultedSession):
         return self.bed.time_s
 
     def wait(self, seconds: float) -> None:
-        """Let virtual time pass."""
+        """Advance virtual time by `seconds`."""
         end_s = self.bed.time_s + seconds
         while self.bed.time_s < end_s:
             self._network.step()
             self.bed.tick()
 
     def command(self, process: str, line: str) -> float:
-        """Let a simulation fail, or be sound again; returns when it did, s.
+        """Inject or end a fault of a simulation; return the virtual time, s.
 
         Raises:
-            NotWorking: it does not understand.
+            NotWorking: the simulation does not know the command.
         """
         bed = self.bed
         try:
@@ -81,17 +81,17 @@ class VirtualFaultSession(FaultedSession):
         self._network.obey("clear")
 
     def stop(self, process: str, seconds: float) -> tuple[float, float]:
-        """Let a site or its simulated devices stand still; returns when that began and ended, s."""
+        """Stop a site or its simulated devices for `seconds`; return start and end of the stop, s."""
         begin_s = self.bed.time_s
         self.bed.stop(process, seconds)
         return begin_s, self.bed.time_s
 
     def ask(self, site: str, verb: str) -> dict[str, Any]:
-        """Ask at the desk of a site, as a person there would, while time passes; raises Refused."""
+        """Send a request to the desk of a site, as a person there would, while time passes; raise Refused."""
         return self.bed.ask_desk(site, verb)
 
     def figures(self, process: str) -> dict[str, Any]:
-        """What a process says of itself now."""
+        """Return the current status of a process."""
         bed = self.bed
         parts: dict[str, Any] = dict(zip(SITES, (bed.remote, bed.operator), strict=True))
         figures = parts.get(process, bed.sim_operator).figures()

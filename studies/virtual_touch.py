@@ -1,4 +1,4 @@
-"""Touch packets of a virtual object: what a remote site would say of an object that it knows exactly."""
+"""Builds the touch packets of a virtual object, as a remote site would send them for an exactly known object."""
 
 from collections.abc import Mapping, Sequence
 
@@ -14,7 +14,7 @@ _NO_NAMES = ("",) * len(FINGERS)
 
 
 def touch_packet(sequence: int, fingers: Mapping[int, Mapping[str, float]], events: Sequence[Event] = ()) -> Touch:
-    """A packet with these columns of these fingers; the others touch nothing."""
+    """Return a packet with these columns of these fingers; the other fingers touch nothing."""
     block = np.zeros((len(FINGERS), len(TOUCH_FIELDS)), dtype=np.float32)
     for finger, columns in fingers.items():
         for name, value in columns.items():
@@ -24,7 +24,7 @@ def touch_packet(sequence: int, fingers: Mapping[int, Mapping[str, float]], even
 
 
 def resting_on(name: str, object_c: float, stiffness_n_m: float) -> dict[str, float]:
-    """Columns of a finger that rests on a material of a temperature, C; raises KeyError where it is unknown."""
+    """Return the columns of a finger that rests on a material of a temperature, C; raise KeyError if it is unknown."""
     known = material(name)
     return {
         "mode": ExplorationMode.QUIESCENT,

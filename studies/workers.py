@@ -1,4 +1,4 @@
-"""Who does the pieces of a study's work: processes of this machine, or a Dask cluster that is there already."""
+"""Runs the pieces of a study's work in processes of this machine or on a running Dask cluster."""
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -14,24 +14,24 @@ from teletaction.processes import die_with_parent
 
 CONNECT_S = 10.0
 _DEATHS = 3
-"""So many in a row without a finished piece between them, and it is the work that kills."""
+"""Deaths of processes in a row, without a finished piece between them, after which the work is given up."""
 
 
 class WorkersLost(RuntimeError):
-    """Nobody is left to do the work; what was finished is kept."""
+    """No workers are left for the work; finished pieces are kept."""
 
 
 @contextmanager
 def workers(processes: int | None = None, dask: str | None = None) -> Iterator[Workers]:
-    """Processes of this machine, one for each processor where no number is told; with 1 this one alone; or a cluster.
+    """Open workers: processes of this machine or a Dask cluster.
 
     Args:
-        processes: how many.
-        dask: address of a cluster's scheduler.
+        processes: number of processes; None for one per processor, 1 for this process alone.
+        dask: address of a cluster's scheduler; it takes precedence over `processes`.
 
     Raises:
         ValueError: Dask is not installed, or a worker of the cluster has other code.
-        OSError: there is no cluster at this address, or one without workers.
+        OSError: no cluster answers at this address, or it has no workers.
     """
     if dask is not None:
         with _cluster(dask) as cluster:
@@ -49,7 +49,7 @@ def workers(processes: int | None = None, dask: str | None = None) -> Iterator[W
 
 
 class Processes:
-    """Processes that begin with the first piece; when one dies, others do what was left."""
+    """Processes that start with the first piece; when one dies, new ones do the remaining pieces."""
 
     def __init__(self, count: int) -> None:
         self.count = count
@@ -57,7 +57,7 @@ class Processes:
         self._pool: ProcessPoolExecutor | None = None
 
     def __call__(self, packed: Sequence[bytes]) -> Iterator[tuple[int, bytes]]:
-        """Do packed pieces; raises WorkersLost when process after process dies of them."""
+        """Do packed pieces; raise WorkersLost when processes die repeatedly without finishing one."""
         left, deaths = set(range(len(packed))), 0
         while left:
             try:
@@ -85,7 +85,7 @@ class Processes:
                 future.cancel()
 
     def end(self) -> None:
-        """End all processes, whatever they are at."""
+        """End all processes, even during a piece."""
         if self._pool is not None:
             self._pool.shutdown(wait=False, cancel_futures=True)
             for process in set(active_children()) - self._before:
@@ -101,7 +101,7 @@ def _cluster(address: str) -> Iterator[Workers]:
     except ModuleNotFoundError as missing:
         raise ValueError(f"--dask: {missing.name} is not installed: pip install 'teletaction[dask]'") from None
     try:
-        # A client that fails over its address is half made, and takes 20 s to go.
+        # A client that fails on its address is left half-initialised and takes 20 s to close.
         import_module("distributed.comm").get_address_host_port(address)
     except ValueError as wrong:
         raise ValueError(f"--dask {address}: {wrong}; a scheduler's is tcp://HOST:8786") from None
@@ -120,15 +120,15 @@ def _cluster(address: str) -> Iterator[Workers]:
 
 
 def _refuse_other_code(client: Any, address: str) -> None:
-    """Ask each worker for its version.
+    """Check that each worker has the code of this study.
 
     Raises:
-        OtherCode: one has another.
-        ConnectionError: there is none.
+        OtherCode: a worker has other code.
+        ConnectionError: the cluster has no workers.
     """
     try:
         found = client.run(code_version)
-    except Exception as failed:  # what a worker cannot load has no common base
+    except Exception as failed:  # errors of a worker's imports have no common base class
         raise OtherCode(f"{address}: a worker cannot load this study: {failed}; install the same there") from failed
     if not found:
         raise ConnectionError(f"{address}: this cluster has no workers: start `dask worker --nthreads 1 {address}`")
@@ -137,7 +137,7 @@ def _refuse_other_code(client: Any, address: str) -> None:
 
 
 def _result(future: Any, address: str) -> bytes:
-    """Of a piece that is done; raises what it raised, or WorkersLost."""
+    """Return the result of a finished piece; raise the piece's own error, or WorkersLost."""
     try:
         return bytes(future.result())
     except Exception as failed:
