@@ -1,1 +1,1 @@
-"""Measurements of what the product costs and how fast it is, on the machine that runs them."""
+"""Measurements of the product's cost and speed on the machine that runs them."""

@@ -1,1 +1,1 @@
-"""What a tick of each process costs, measured in lock step."""
+"""Measurement of the cost of a tick of each process, in lock step."""

@@ -1,4 +1,4 @@
-"""Accuracy of identification against its cost: the same simulated touches, solved at different intervals.
+"""Measures the accuracy of identification against its cost, on the same touches solved at different intervals.
 
 A schedule sets when the touch model may be solved. It reads no clock, so that the seed alone determines the accuracy.
 The cost of each schedule is measured.
@@ -26,19 +26,19 @@ from studies.thermal_situations import FOUR, STAGGERED_K, TWELVE, Hand, Situatio
 from teletaction.demo_files import TABLES
 
 OBJECT_S, END_S = 2.0, 3.0
-"""The object's temperature is judged at the first, the name at the second, s after contact."""
+"""Times after contact at which the object's temperature and the material's name are judged, s."""
 SURE_SES = 2.0
-"""Paired difference of two shares that counts, in standard errors."""
+"""Least paired difference of two shares that counts, in standard errors."""
 _SECONDS = END_S + 0.05
 _FIRST_SEED = 440_000
 
 
 @dataclass(frozen=True, slots=True)
 class Schedule:
-    """When the touch model is solved.
+    """Schedule of solving the touch model.
 
     Attributes:
-        name: of its rows.
+        name: name in its rows.
         solve_every_s: see `SOLVE_EVERY_S`.
         late: whether every tick is late, so that each solution waits for POSTPONED_S.
     """
@@ -60,14 +60,14 @@ SCHEDULES = (
 
 @dataclass(slots=True)
 class Found:
-    """What was found of calibrated materials, a place for each hand, and how often others were named.
+    """Results of one schedule; all but `strangers` concern hands on calibrated materials.
 
     Attributes:
-        right, wrong: 1 where the name is right or wrong at END_S, else 0.
-        named_s: time to name, s; None where nothing was named.
-        errors_k: of the object's temperature at OBJECT_S, K, where it is estimated.
+        right, wrong: 1 for each hand whose name is right or wrong at END_S, else 0.
+        named_s: time until each hand named a material, s; None without a name.
+        errors_k: errors of the object's temperature at OBJECT_S, K, where it is estimated.
         spent_ns: processor time of each hand.
-        strangers: whether each hand on another material was named.
+        strangers: True for each hand on another material that named one.
     """
 
     right: list[float] = field(default_factory=list)
@@ -94,7 +94,7 @@ class Found:
             self.errors_k.append(early.error_k)
 
     def row(self, schedule: str, plenty: "Found", reference_ns: float) -> dict[str, Any]:
-        """The row of a schedule; `fails` where it names fewer rightly, or more wrongly, than `plenty`.
+        """Return the row of a schedule; it `fails` if it names fewer rightly, or more wrongly, than `plenty`.
 
         `reference_steps` is the cost of a reading of all fingers, and `reference_steps_touch` that of a touch.
         """
@@ -129,13 +129,13 @@ def accuracy(
     tell: Callable[[float], object] = lambda _: None,
     schedules: Sequence[Schedule] = SCHEDULES,
 ) -> list[dict[str, Any]]:
-    """A row for each schedule, the costliest first.
+    """Return a row for each schedule, the costliest first.
 
     Args:
         touches: hands of five fingers on each calibrated material, at least 1.
         strangers: number of materials that are not calibrated, each touched once, 0 to 8.
-        seed: of the touches.
-        tell: gets the share done, 0..1.
+        seed: seed of the touches.
+        tell: receives the share done, 0..1.
         schedules: with different names; the others are compared with the first.
     """
     table = MaterialTable.load(TABLES / "materials.json")
@@ -161,6 +161,6 @@ def accuracy(
 
 
 def _share(name: str, which: Sequence[float]) -> dict[str, float]:
-    """The share of ones, with its 95 % interval."""
+    """Return the share of ones with its 95 % interval."""
     low, high = clopper_pearson(int(sum(which)), len(which))
     return {name: round(sum(which) / len(which), 4), f"{name}_low": round(low, 4), f"{name}_high": round(high, 4)}

@@ -1,7 +1,7 @@
-"""What each stage of a tick may cost, in reference steps, and what exceeds it: `budget.toml`.
+"""Compares the cost of each stage of a tick with its budget in `budget.toml`, in reference steps.
 
-`python -m benchmarks.runtime_cost.budget` measures and writes it anew. Raise a budget only by decision. The shipped one
-has the larger of two machines' numbers (decision 42).
+`python -m benchmarks.runtime_cost.budget` measures and rewrites the budget. Raise a budget only by decision. The
+shipped one has the larger of two machines' numbers (decision 42).
 """
 
 import tempfile
@@ -16,27 +16,27 @@ from teletaction.demo_files import PROCESSES
 
 BUDGET = Path(__file__).with_name("budget.toml")
 ALLOWANCE = 1.0 / 3.0
-"""A stage may cost this share more than its budget: two runs on a busy machine differ."""
+"""Relative excess over the budget that is allowed, because two runs on a busy machine differ."""
 LEAST_STEPS = 0.05
-"""A smaller excess, reference steps, is not reported: it is the time of reading the clock."""
+"""Least excess that is reported, reference steps; a smaller one is the time of reading the clock."""
 
 Budget = Mapping[str, Mapping[str, Mapping[str, float]]]
 
 
 def load_budget(path: Path = BUDGET) -> tuple[int, Budget]:
-    """For how many fingers the budget is, and reference steps by process, stage and what the fingers do."""
+    """Return the budget's number of fingers, and reference steps by process, stage and activity of the fingers."""
     with path.open("rb") as file:
         found = tomllib.load(file)
     return found.pop("fingers"), found
 
 
 def exceeded(rows: Iterable[Mapping[str, Any]], fingers: int, budget: Budget) -> list[str]:
-    """Each cost that exceeds its budget, a line each; a stage without a budget exceeds it.
+    """Describe each cost that exceeds its budget, one line each; a stage without a budget has a budget of 0.
 
     Args:
-        rows: of `Spent.rows`.
-        fingers: rows of other numbers of fingers are left out.
-        budget: of `load_budget`.
+        rows: rows of `Spent.rows`.
+        fingers: number of fingers; other rows are left out.
+        budget: budget of `load_budget`.
     """
     found = []
     for row in rows:
@@ -52,8 +52,8 @@ def exceeded(rows: Iterable[Mapping[str, Any]], fingers: int, budget: Budget) ->
 
 
 def budget_text(rows: Iterable[Mapping[str, Any]], fingers: int) -> str:
-    """The budget, in TOML, that the rows of this number of fingers make."""
-    found = [f"# Reference steps a tick, mean, by process, stage and what the fingers do.\nfingers = {fingers}"]
+    """Return the budget in TOML made of the rows with this number of fingers."""
+    found = [f"# Mean reference steps per tick, by process, stage and activity of the fingers.\nfingers = {fingers}"]
     stages: dict[tuple[str, str], list[str]] = {}
     for row in sorted(rows, key=lambda row: PROCESSES.index(row["process"])):
         if row["fingers"] == fingers:

@@ -1,4 +1,4 @@
-"""The figure of what ticks cost: by stage at five fingers, and by the number of fingers; accuracy by cost."""
+"""Figure of the runtime cost: cost of a tick by stage and by number of fingers, and accuracy by cost."""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -92,7 +92,7 @@ def _times(axes: Axes, rows: Rows) -> None:
 
 
 def _budget(axes: Axes, rows: Rows) -> None:
-    """The axis of cost, the costs of sessions' own schedules, and where it fails."""
+    """Draw the axis of cost, the costs of the product's schedules, and the costs at which identification fails."""
     axes.set_xscale("log")
     cost = [row["reference_steps"] for row in rows]
     plain_ticks(axes.xaxis, (0.5, 1.0, 2.0, 5.0, 10.0, 20.0))

@@ -1,4 +1,4 @@
-"""What one finger adds to a tick, by what it does: the difference between a tick with most fingers and one with one."""
+"""Computes the cost that one finger adds to a tick, by activity, from ticks with the most fingers and with one."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -6,18 +6,18 @@ from typing import Any
 from benchmarks.runtime_cost.measure import DOING, TICK
 
 IDENTIFICATION = ("identify", "solve")
-"""Stages of the remote site whose cost follows what a finger does."""
+"""Stages of the remote site whose cost depends on a finger's activity."""
 FREE = DOING[0]
 
 
 def finger_costs(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """A row for each process and activity, with the whole tick, and of the remote site with identification alone.
+    """Return a row for each process and activity, for the whole tick and, at the remote site, for identification.
 
     Args:
-        rows: of `Spent.rows`, for one finger and for more.
+        rows: rows of `Spent.rows`, for one finger and for more.
 
     Returns:
-        Microseconds of mean processor time that a finger adds, and what share of that a free finger adds.
+        Mean processor time that a finger adds, us, and the share of it that a free finger adds.
     """
     us: dict[tuple[str, str, str, int], float] = {
         (row["process"], row["doing"], row["stage"], row["fingers"]): row["mean_us"] for row in rows

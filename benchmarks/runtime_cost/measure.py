@@ -1,4 +1,4 @@
-"""Drives a session in lock step and measures what each tick costs, by what the fingers do."""
+"""Drives a session in lock step and measures the cost of each tick, by the fingers' activity."""
 
 import time
 from collections import defaultdict
@@ -20,29 +20,29 @@ from teletaction.testbed.lockstep import STEP_S, LockStep, sites
 
 SCENE = Path(__file__).with_name("activities.toml")
 SCRIPT_S = 14.0
-"""One pass through the scene's script, with the time before the hand begins."""
+"""Duration of one pass through the scene's script, including the time before the hand begins, s."""
 DOING = ("free", "tapping", "resting", "stroking")
-"""What the fingers do, by the number of the script's mode."""
+"""Activity of the fingers, by the number of the script's mode."""
 TICK = "tick"
-"""Stands for a whole tick among the stages."""
+"""Name of the whole tick among the stages."""
 _REFERENCE_EVERY = 25
-"""Ticks between two reference steps, which are so spread over the whole run."""
+"""Ticks between two reference steps, which spread over the whole run."""
 
 
 @dataclass(slots=True)
 class Spent:
-    """Processor time of each tick, by process, what the fingers did, and stage, ns.
+    """Processor time of a run, ns.
 
     Attributes:
-        ticks: those times.
-        reference: of each reference step.
+        ticks: times of each tick, by process, activity of the fingers, and stage.
+        reference: times of each reference step.
     """
 
     ticks: dict[tuple[str, str, str], list[int]] = field(default_factory=lambda: defaultdict(list))
     reference: list[int] = field(default_factory=list)
 
     def rows(self, fingers: int) -> list[dict[str, Any]]:
-        """A row for each process, activity and stage; a stage that did not run in a tick cost nothing in it."""
+        """Return a row for each process, activity and stage; a stage that did not run in a tick cost 0 in it."""
         reference_ns = float(np.median(self.reference))
         found = []
         for (process, doing, stage), spent in self.ticks.items():
@@ -66,7 +66,7 @@ class Spent:
 
 
 class _TimedDevices(SimulatedDevices):
-    """Simulated devices, each of whose steps is timed.
+    """Simulated devices with timed steps.
 
     Attributes:
         spent_ns: processor time of the last step, by process.
@@ -81,20 +81,20 @@ class _TimedDevices(SimulatedDevices):
 
 
 def timed(work: Callable[[], object]) -> int:
-    """Processor time of this thread that some work takes, ns."""
+    """Run some work and return its processor time in this thread, ns."""
     begun_ns = time.thread_time_ns()
     work()
     return time.thread_time_ns() - begun_ns
 
 
 def measure(fingers: int, seed: int, folder: Path, tell: Callable[[float], object] = lambda _: None) -> Spent:
-    """Run one pass through the script with so many fingers.
+    """Run one pass through the script.
 
     Args:
-        fingers: 1 to 5.
-        seed: of the simulated devices and the hand.
-        folder: for keys, configurations and recordings.
-        tell: is told the share done, 0..1.
+        fingers: number of fingers, 1 to 5.
+        seed: seed of the simulated devices and the hand.
+        folder: folder for keys, configurations and recordings.
+        tell: receives the share done, 0..1.
 
     Raises:
         NotEngaged: the sites did not find their devices or each other.

@@ -1,4 +1,4 @@
-"""Processor time of each stage of a site's tick: the stages are the steps that its containment names."""
+"""Measures the processor time of each stage of a site's tick; a stage is a step named by the site's containment."""
 
 import time
 from collections.abc import Callable
@@ -8,31 +8,31 @@ from common.containment import Containment, Step
 
 
 class StageClock(Containment):
-    """Contains as the product does, and adds up the thread's processor time of each outermost step, ns."""
+    """Containment of the product that also sums the thread's processor time of each outermost step, ns."""
 
     def __init__(self, latch: Callable[[str], None] = lambda name: None):
-        """Nothing was spent yet."""
+        """Start with no time spent."""
         super().__init__(latch)
         self._spent_ns: dict[str, int] = {}
         self._within = False
 
     def step(self, name: str, *, latches: bool = True, passes: tuple[type[Exception], ...] = ()) -> Step:
-        """A step as `Containment.step`, timed."""
+        """Return a step as `Containment.step` does; an outermost step is timed."""
         if self._within:
             return super().step(name, latches=latches, passes=passes)
         return _TimedStep(self, name, latches, passes)
 
     def take_spent_ns(self) -> dict[str, int]:
-        """What each stage has spent since the last call, ns."""
+        """Return the time that each stage has spent since the last call, ns."""
         spent, self._spent_ns = self._spent_ns, {}
         return spent
 
     def begin(self) -> None:
-        """An outermost step begins."""
+        """Begin an outermost step."""
         self._within = True
 
     def end(self, name: str, spent_ns: int) -> None:
-        """It ends."""
+        """End the outermost step, and add its processor time, ns."""
         self._within = False
         self._spent_ns[name] = self._spent_ns.get(name, 0) + spent_ns
 

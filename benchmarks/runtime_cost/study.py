@@ -1,8 +1,8 @@
 """Runtime cost: processor time of a tick of each process, by stage and number of fingers, and accuracy by cost.
 
 Each session runs in one process and in lock step with its simulated devices, over real lines and a real link. Costs are
-processor time of the loop's thread, in microseconds and in reference steps, which mean the same on a slower machine.
-Identification also runs on simulated touches with more and with less processor time.
+processor time of the loop's thread, in microseconds and in reference steps. Reference steps are comparable between
+machines. Identification also runs on simulated touches with more and with less processor time.
 """
 
 import os
@@ -34,9 +34,9 @@ COMPARED = (
 _FINGERS = (1, 2, 3, 4, 5)
 _QUICK_FINGERS = (1, 5)
 _TOUCHES, _QUICK_TOUCHES = (12, 8), (1, 1)
-"""Of each calibrated material, and of all others."""
+"""Number of touches of each calibrated material, and number of other materials, each touched once."""
 _ACCURACY_FROM = 0.6
-"""Share of the time after which accuracy begins."""
+"""Share of the study's progress at which the accuracy part begins, 0..1."""
 
 
 def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
@@ -44,8 +44,8 @@ def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
 
     Args:
         quick: one and five fingers and few touches, little more than a minute; otherwise one to five fingers.
-        seed: of the simulated devices, the hand and the touches.
-        tell: is told the share done, 0..1.
+        seed: seed of the simulated devices, the hand and the touches.
+        tell: receives the share done, 0..1.
 
     Raises:
         NotEngaged: the sites did not find their devices or each other.
@@ -70,5 +70,5 @@ def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
 
 
 def tables(data: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """The costs by number of fingers, process, activity and stage; what a finger adds; accuracy by schedule."""
+    """Return the costs by fingers, process, activity and stage, the cost of a finger, and accuracy by schedule."""
     return {name: data[name] for name in ("cost", "finger", "accuracy")}
