@@ -23,7 +23,7 @@ _FAILS: dict[str, Any] = {"color": RED, "alpha": 0.12, "linewidth": 0.0}
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
-    """Write the figure of what `run` returned as PNG."""
+    """Draw the data that `run` returned, and write the figure as PNG."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(11.5, 7.0), layout="constrained")
         FigureCanvasAgg(figure)

@@ -17,7 +17,7 @@ _CALM, _LATCHED, _WRONG = PALE, "#B9DEF3", RED
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
-    """Write the figure of what `run` returned as PNG."""
+    """Draw the data that `run` returned, and write the figure as PNG."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8.0, 4.2), layout="constrained")
         FigureCanvasAgg(figure)

@@ -28,7 +28,7 @@ _LEVELS = ListedColormap(["#FFFFFF", "#F3C9A5", RED])
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
-    """Write the figure of what the study returned as PNG."""
+    """Draw the data that the study returned, and write the figure as PNG."""
     shortest = min(row["period_ms"] for row in data["matrix"])
     rows = [row for row in data["matrix"] if row["period_ms"] == shortest]
     with mpl.rc_context(STYLE):

@@ -16,7 +16,7 @@ _JND = 0.23
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
-    """Write the figure of what the study returned as PNG."""
+    """Draw the data that the study returned, and write the figure as PNG."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(12.0, 7.5), layout="constrained")
         FigureCanvasAgg(figure)

@@ -20,7 +20,7 @@ _GOAL = {"temperature": ("temperature_k", "K"), "stiffness": ("stiffness_share",
 
 
 def plot(data: dict[str, Any], path: Path) -> None:
-    """Write the figure."""
+    """Draw the data of the study, and write the figure as PNG."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(14.5, 7.6))
         FigureCanvasAgg(figure)

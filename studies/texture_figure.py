@@ -32,7 +32,7 @@ _SURFACES = (SKY, BLUE, BLACK, GREEN, ORANGE, PURPLE)
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
-    """Write the figure of what the study returned as PNG."""
+    """Draw the data that the study returned, and write the figure as PNG."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(13.0, 12.0), layout="constrained")
         FigureCanvasAgg(figure)

@@ -38,7 +38,7 @@ _FEW = 10
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
-    """Write the figure of what the study returned as PNG."""
+    """Draw the data that the study returned, and write the figure as PNG."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(14.0, 14.5), layout="constrained")
         FigureCanvasAgg(figure)

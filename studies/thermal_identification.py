@@ -178,7 +178,7 @@ def tables(data: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
 
 
 def plot(data: dict[str, Any], path: Path) -> None:
-    """Draw the figure of what `run` returned as PNG."""
+    """Draw the data that `run` returned, and write the figure as PNG."""
     thermal_figure.plot(data, path)
 
 

@@ -26,7 +26,7 @@ _SMALLEST_K, _DIVERGED_K, _BLOWN_UP_K = 1e-9, 30.0, 30.0
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
-    """Write the figure of what the study returned as PNG."""
+    """Draw the data that the study returned, and write the figure as PNG."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(11.5, 13.5), layout="constrained")
         FigureCanvasAgg(figure)

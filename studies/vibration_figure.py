@@ -23,7 +23,7 @@ _WAYS = {
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
-    """Write the figure of what the study returned as PNG."""
+    """Draw the data that the study returned, and write the figure as PNG."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(11.5, 8.5), layout="constrained")
         FigureCanvasAgg(figure)

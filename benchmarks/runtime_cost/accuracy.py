@@ -136,7 +136,7 @@ def accuracy(
         strangers: number of materials that are not calibrated, each touched once, 0 to 8.
         seed: seed of the touches.
         tell: receives the share done, 0..1.
-        schedules: with different names; the others are compared with the first.
+        schedules: schedules with different names; the others are compared with the first.
     """
     table = MaterialTable.load(TABLES / "materials.json")
     own = ThermalKnowledge.of(table, TRUST_S, AT_ONCE, FOREIGN_SHARE)

@@ -21,7 +21,7 @@ _COLOURS = (BLUE, ORANGE, GREEN, PURPLE, RED, "#8c6d46", "#5f9ea0", "#b0a040", P
 
 
 def plot(data: Mapping[str, Any], path: Path) -> None:
-    """Write the figure of what `run` returned as PNG."""
+    """Draw the data that `run` returned, and write the figure as PNG."""
     rows = data["cost"]
     most = max(row["fingers"] for row in rows)
     with mpl.rc_context(STYLE):
