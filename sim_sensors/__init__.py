@@ -1,3 +1,3 @@
-"""Simulated devices that speak the real bytes, and the physical world they stand in."""
+"""Simulate the devices at the level of their bytes, and the physical world that they measure."""
 
-import common  # noqa: F401 (before numpy: it keeps linear algebra to the thread that asks for it)
+import common  # noqa: F401 (before numpy: it limits linear algebra to the calling thread)

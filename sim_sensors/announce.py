@@ -1,4 +1,4 @@
-"""Tells where the simulated devices are: a pseudo terminal's name is not known before it is opened."""
+"""Print the addresses of the simulated devices; a pseudo terminal gets its name only when it is opened."""
 
 import json
 import sys

@@ -1,14 +1,14 @@
-"""Bytes on their way to a reader that may be slow: bounded, and the oldest are dropped first."""
+"""Bounded output queue for a slow reader; the oldest messages are dropped first."""
 
 from collections import deque
 from collections.abc import Callable
 
 
 class Backlog:
-    """Messages not yet written.
+    """Queue of messages not yet written.
 
     Attributes:
-        dropped: messages thrown away because the reader was too slow.
+        dropped: number of messages discarded because the reader was too slow.
     """
 
     def __init__(self, most_bytes: int) -> None:
@@ -19,7 +19,7 @@ class Backlog:
         self._begun = False
 
     def push(self, message: bytes) -> None:
-        """Add a message; a message of which a part is written already is never dropped."""
+        """Append a message and drop the oldest above the limit; a partly written message is never dropped."""
         self._waiting.append(message)
         self._bytes += len(message)
         while self._bytes > self._most_bytes and len(self._waiting) > 1 + self._begun:
@@ -29,7 +29,7 @@ class Backlog:
             self.dropped += 1
 
     def pass_on(self, message: bytes, send: Callable[[bytes], int]) -> None:
-        """Add a message and write as much as goes without waiting.
+        """Append a message and write the bytes that `send` takes without blocking.
 
         Raises:
             OSError: as `write`.
@@ -46,10 +46,10 @@ class Backlog:
         self.write(send)
 
     def write(self, send: Callable[[bytes], int]) -> None:
-        """Write as much as goes without waiting. `send` returns how many bytes it took.
+        """Write the bytes that `send` takes without blocking. `send` returns the number of bytes taken.
 
         Raises:
-            OSError: what `send` raises, except that it would have to wait.
+            OSError: any error of `send` except that it would block.
         """
         while self._waiting:
             message = self._waiting[0]

@@ -1,4 +1,4 @@
-"""The bench of one session: a scene's objects with everything that is drawn for them, ready for the physics."""
+"""Build the bench of one session: a scene's objects with their randomly drawn properties, ready for the physics."""
 
 import math
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from sim_sensors.thermal_touch import STAGE_S, full_conductance_w_m2k
 
 @dataclass(frozen=True, slots=True)
 class BenchObject:
-    """One object as the physics needs it; `track` is where each finger's profile starts in the bank."""
+    """One object in the terms of the physics; `track` is the start of each finger's profile in `Bench.heights_m`."""
 
     name: str
     material: str
@@ -39,16 +39,16 @@ class BenchObject:
 
 @dataclass(frozen=True, slots=True)
 class Specimen:
-    """One piece of a material: constants scaled alike, so that diffusivity stays."""
+    """One piece of a material; conductivity and heat capacity are scaled alike, which keeps the diffusivity."""
 
     conductivity_w_mk: float
     heat_j_m3k: float
 
     @classmethod
     def draw(cls, kind: Material, rng: np.random.Generator, *, block: bool = False) -> "Specimen":
-        """Draw ln(effusivity) around the material's value with its spread; `block`: the one block of this material.
+        """Draw ln(effusivity) around the material's value with its spread.
 
-        A block is a piece like others; which one is of no importance, as long as it is the same in every session.
+        `block` selects the known block of this material, which has the nominal constants in every session.
         """
         drawn = rng.standard_normal()
         scale = 1.0 if block else math.exp(kind.spread * drawn)
@@ -61,7 +61,7 @@ class Specimen:
 
 
 class Bench:
-    """All objects of a session, and the bank of height tracks below the five fingers."""
+    """All objects of a session, and the profiles of height and slope below the five fingers."""
 
     def __init__(self, scene: Scene, rng: np.random.Generator, groove_depth_m: float = GROOVE_DEPTH_M) -> None:
         bodies: dict[str, tuple[Specimen, float]] = {}
@@ -86,7 +86,7 @@ class Bench:
         self.slopes = np.concatenate(slopes)
 
     def find(self, x_m: float, y_m: float, guess: int = -1) -> int:
-        """Index of the object at a place, -1 where there is none; `guess` is tried first."""
+        """Return the index of the object at a position, -1 for none; `guess` is tried first."""
         if guess >= 0:
             thing = self.objects[guess]
             if thing.low_x_m <= x_m < thing.high_x_m and thing.low_y_m <= y_m < thing.high_y_m:

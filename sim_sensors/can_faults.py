@@ -1,4 +1,4 @@
-"""The faults of CAN nodes and their bus; the words are those of `sim_sensors.faults`."""
+"""Faults of the CAN nodes and their bus, with the commands of `sim_sensors.faults`."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -15,38 +15,38 @@ from sim_sensors.serving import Finger
 from sim_sensors.telemanipulator import Telemanipulator
 
 MOST_N = 10.0
-"""Largest force of a stuck drive of the exoskeleton."""
+"""Largest force of a stuck drive of the exoskeleton, N."""
 T = TypeVar("T", Encoder, ForceSensor)
 
 
 def encoder_faults(encoders: Mapping[Finger, Encoder]) -> dict[str, Fault[Any]]:
-    """The faults of the fingers' encoders."""
+    """Return the faults of the fingers' encoders."""
     return {"encoder": _of_fingers(encoders, "glitch", "stuck")}
 
 
 def force_faults(sensors: Mapping[Finger, ForceSensor]) -> dict[str, Fault[Any]]:
-    """The faults of the fingertips' force sensors."""
+    """Return the faults of the fingertips' force sensors."""
     return {"force": _of_fingers(sensors, "frozen", "biased")}
 
 
 def transmitter_faults(node: CanNode) -> dict[str, Fault[Any]]:
-    """The fault of what a node sends with: a share of its frames is damaged."""
+    """Return the fault of a node's transmitter: a share of its frames is damaged."""
     return {"damage": Fault("can counter|crc SHARE", {"can": node.transmitter}, _damage)}
 
 
 def exoskeleton_faults(exoskeleton: Exoskeleton, fingers: Sequence[str]) -> dict[str, Fault[Any]]:
-    """The fault of the exoskeleton's drives: one pushes with a force of its own."""
+    """Return the fault of the exoskeleton's drives: one applies a fixed force in place of the commanded one."""
     places = {str(finger): FINGERS.index(finger) for finger in fingers}
     return {"push": Fault("FINGER NEWTON", places, partial(_push, exoskeleton.stuck_n))}
 
 
 def telemanipulator_faults(robot: Telemanipulator) -> dict[str, Fault[Any]]:
-    """The fault of the telemanipulator's safe state: it ignores a commanded release."""
+    """Return the fault of the telemanipulator's safe state: it ignores a commanded release."""
     return {"cling": Fault("", {"": robot}, partial(switch, "clings"))}
 
 
 def intruder_faults(intruder: Intruder) -> dict[str, Fault[Any]]:
-    """The fault of a bus: somebody else sends the site's frames."""
+    """Return the fault of a bus: a second sender transmits the site's frames."""
     return {"intrude": Fault("", {"": intruder}, partial(switch, "active"))}
 
 
@@ -65,7 +65,7 @@ def _of_fingers(parts: Mapping[Finger, T], *words: str) -> Fault[T]:
     def begin(part: T, text: str) -> Callable[[], object]:
         if text not in words:
             raise ValueError(f"{text!r} is neither {' nor '.join(words)}")
-        setattr(part, "fault", text)  # noqa: B010  each part's own words
+        setattr(part, "fault", text)  # noqa: B010  each part has its own fault names
         return partial(setattr, part, "fault", None)
 
     return Fault(f"FINGER {'|'.join(words)}", {str(finger): part for finger, part in parts.items()}, begin)

@@ -1,4 +1,4 @@
-"""What every simulated CAN node does: frames in with their time of arrival, frames out, set-points that expire."""
+"""Base class of the simulated CAN nodes: frames in with their time of arrival, frames out, set-points that expire."""
 
 from abc import ABC, abstractmethod
 
@@ -9,15 +9,15 @@ from common.limits import MODULE_TIMEOUT_S
 from sim_sensors.faulty_parts import Transmitter
 
 STATE_EVERY = 5
-"""Turns between two reports of what the node does: 100 Hz where it measures at 500 Hz, for the sake of the bus."""
+"""Turns from one state report to the next: a node that measures at 500 Hz reports at 100 Hz, to limit the bus load."""
 
 
 class CanNode(ABC):
-    """Base of the emulated CAN nodes. It knows no bus, no clock and no physics.
+    """Base of the emulated CAN nodes, independent of bus, clock and physics.
 
     Attributes:
-        refused: frames that were damaged or repeated.
-        transmitter: what its frames go through.
+        refused: number of damaged or repeated frames.
+        transmitter: output stage of all its frames, which can be broken.
     """
 
     def __init__(self, receivers: tuple[FrameReceiver, ...], state: FrameSender) -> None:
@@ -29,11 +29,11 @@ class CanNode(ABC):
 
     @property
     def refused(self) -> int:
-        """Frames addressed to this node that it did not act on."""
+        """Number of frames addressed to this node that it refused."""
         return sum(receiver.refused for receiver in self._receivers.values())
 
     def feed(self, frame_id: int, data: bytes, now_s: float) -> None:
-        """Take a frame from the bus; frames for others are let pass."""
+        """Take a frame from the bus and act on it; damaged frames and frames for other nodes are ignored."""
         receiver = self._receivers.get(frame_id)
         if receiver is None:
             return
@@ -45,15 +45,15 @@ class CanNode(ABC):
         self._obey(receiver.name, values, now_s)
 
     def silent_s(self, name: str, now_s: float) -> float:
-        """How long ago the last good frame of that name came, s; infinite if none ever did."""
+        """Return the time since the last good frame of that name, s; infinite before the first."""
         return now_s - self._heard_s.get(name, -float("inf"))
 
     def alive(self, name: str, now_s: float) -> bool:
-        """Whether that frame's set-point is still in force."""
+        """Return whether that frame's set-point is still valid, received less than `MODULE_TIMEOUT_S` ago."""
         return self.silent_s(name, now_s) < MODULE_TIMEOUT_S
 
     def take_turn(self) -> list[SentFrame]:
-        """The frames of the next turn: what is measured now, and in every fifth what the node does."""
+        """Return the frames of the next turn: the measurements, and in every fifth turn also the applied outputs."""
         frames = self._measured()
         if self._turns % STATE_EVERY == 0:
             frames.append(self._state.named_frame(self._applied()))
@@ -61,7 +61,7 @@ class CanNode(ABC):
         return self.transmitter.send(frames)
 
     def take_frames(self) -> list[can.Message]:
-        """The same as messages of python-can."""
+        """Return the frames of the next turn as messages of python-can."""
         return [
             can.Message(arbitration_id=number, data=data, is_extended_id=False) for number, data in self.take_turn()
         ]
@@ -72,8 +72,8 @@ class CanNode(ABC):
 
     @abstractmethod
     def _measured(self) -> list[SentFrame]:
-        """Frames with what the node measures now."""
+        """Return frames with the present measurements."""
 
     @abstractmethod
     def _applied(self) -> dict[str, float]:
-        """What the node's outputs do now, as the values of its state frame."""
+        """Return the present outputs as the values of the state frame."""

@@ -1,4 +1,4 @@
-"""The exoskeleton as a CAN node: tells where the hand and the fingertips are, pushes on the fingers."""
+"""Emulate the exoskeleton as a CAN node that reports hand pose and fingertip heights and applies finger forces."""
 
 from collections.abc import Sequence
 
@@ -11,17 +11,17 @@ from common.limits import MODULE_TIMEOUT_S
 from sim_sensors.can_node import CanNode
 
 RELEASE_S = 0.050
-"""A force that is no longer commanded goes to 0 within this time."""
+"""Time in which a force falls to 0 after its command has expired, s."""
 _NO_FORCE: NDArray[np.float64] = np.zeros(len(FINGERS))
 DRIVEN_S = 1.5
-"""Enabled without a gap for this long: a session is engaged, and the remote hand has come to the operator's."""
+"""Time enabled without a gap before the hand works, s; by then, the remote hand has reached the operator's position."""
 
 
 class Exoskeleton(CanNode):
     """Emulated exoskeleton of the operator's hand.
 
     Attributes:
-        stuck_n: forces of drives that are stuck, N, by the finger's number, whatever is commanded.
+        stuck_n: forces of stuck drives, N, by the finger's index; they override the commands.
     """
 
     def __init__(self) -> None:
@@ -37,13 +37,13 @@ class Exoskeleton(CanNode):
         self._z_m: Sequence[float] = [0.0] * len(FINGERS)
 
     def measure(self, x_m: float, y_m: float, z_m: Sequence[float]) -> None:
-        """What its encoders read now: the hand's pose and the heights of the fingertips (5,)."""
+        """Set the encoder readings: position of the hand, m, and heights of the fingertips (5,), m."""
         self._pose, self._z_m = (x_m, y_m), z_m
 
     def force_n(self, now_s: float) -> NDArray[np.float64]:
-        """Push on the fingers for this step, (5,), N: as commanded, and falling to 0 once the command is too old.
+        """Return the forces on the fingers for this step, (5,), N: as commanded, ramped to 0 once the command expires.
 
-        Its reports tell what was applied in the last step.
+        The state report carries the forces of the latest call.
         """
         late_s = self.silent_s("FingerForces", now_s) - MODULE_TIMEOUT_S
         self._applied_n = self._force_n
@@ -57,7 +57,7 @@ class Exoskeleton(CanNode):
         return self._applied_n
 
     def driven(self, now_s: float) -> bool:
-        """Whether it has been enabled without a gap for long enough: the hand can work."""
+        """Return whether the drives were enabled without a gap for `DRIVEN_S`, so that the hand can work."""
         return self._driven_since_s is not None and now_s - self._driven_since_s >= DRIVEN_S
 
     def _measured(self) -> list[SentFrame]:

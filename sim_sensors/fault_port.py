@@ -1,9 +1,9 @@
-"""A port at which a simulation is told to fail: one command a line, for tests and for people with `nc`.
+"""TCP port that takes fault commands for a simulation, one a line, from tests or from `nc`.
 
     client: unplug index tacttip     server: ok 81234567890123
     client: unplug nose              server: error unplug nose: ...
 
-The number is the monotonic time, ns, at which the command was carried out.
+The number is the monotonic time, ns, at which the command was executed.
 """
 
 import ipaddress
@@ -15,12 +15,12 @@ from sim_sensors.select_loop import SelectLoop
 from sim_sensors.tcp_port import TcpPort
 
 LONGEST_LINE = 200
-"""Bytes; whoever sends more without a line end is hung up on."""
+"""Longest command line, bytes; a client that sends more without a line end is disconnected."""
 _BUFFER_BYTES = 16 * 1024
 
 
 class FaultPort:
-    """Takes commands from any number of clients of this machine.
+    """Take commands from any number of clients on this machine.
 
     Attributes:
         number: the TCP port's number.
@@ -30,17 +30,17 @@ class FaultPort:
         """Listen on `host`:`port` (0: one that is free).
 
         Args:
-            sockets: what watches the port, and whose clock is told.
+            sockets: event loop that watches the port; its clock gives the time in each answer.
             host: `localhost` or a loopback address.
             port: TCP port.
-            apply: carries out one command; what it returns follows the time in the answer. It raises ValueError
-                for a command that it cannot carry out.
+            apply: executes one command; its result follows the time in the answer. It raises ValueError
+                for an invalid command.
 
         Raises:
             ValueError: the host is not loopback, or the address is taken.
         """
         if not _is_loopback(host):
-            raise ValueError(f"fault port: {host} is not loopback; faults are taken from this machine only")
+            raise ValueError(f"fault port: {host} is not loopback; faults are accepted from this machine only")
         self._sockets = sockets
         self._apply = apply
         self._unread: dict[socket.socket, bytes] = {}
@@ -48,7 +48,7 @@ class FaultPort:
         self.number = self._port.number
 
     def close(self) -> None:
-        """Hang up on everybody and give the port back."""
+        """Disconnect all clients and release the port."""
         for client in list(self._unread):
             self._hang_up(client)
         self._port.close()
@@ -86,7 +86,7 @@ class FaultPort:
             sent = client.send(answer)
         except OSError:
             sent = 0
-        if sent < len(answer):  # it has gone, or asks and never listens
+        if sent < len(answer):  # the client has gone, or sends commands without reading the answers
             self._hang_up(client)
 
     def _hang_up(self, client: socket.socket) -> None:

@@ -1,8 +1,8 @@
-"""What can go wrong with simulated devices on command, and the words for it.
+"""Inject faults into the simulated devices with text commands.
 
 FAULT TARGET [VALUE]      begins a fault, as in `thermistor index open`
 mend FAULT TARGET         ends it; `plug DEVICE` is short for `mend unplug DEVICE`
-mend                      ends all
+mend                      ends all faults
 """
 
 import logging
@@ -27,14 +27,14 @@ from sim_sensors.tacttip import TactTip
 log = logging.getLogger(__name__)
 
 LONGEST_HANG_S = 60.0
-"""Of the serial lines: what a babbling device can fill."""
+"""Longest hang of a process, s."""
 
 T = TypeVar("T")
 End = Callable[[], object]
 
 
 class Drive(Protocol):
-    """A module whose drive can be stuck at so many thousandths, whatever is commanded; None while it is sound."""
+    """Module whose drive can be stuck: `stuck_permille`, -1000..1000, overrides the command; None while it is sound."""
 
     stuck_permille: int | None
 
@@ -44,10 +44,10 @@ class Fault(Generic[T]):
     """One kind of fault.
 
     Attributes:
-        usage: what follows its name, for people.
-        targets: what it may befall, by the words for it; under the empty word, the only thing that it may befall.
-        begin: breaks a target, given the text behind its name, and returns what mends it, None if it ends by itself.
-            Raises ValueError for a text that says nothing, before anything is broken.
+        usage: arguments of the command, as help text.
+        targets: possible targets by name; an empty name stands for the only target.
+        begin: breaks a target, given the text behind its name. It returns the function that mends the target,
+            None if the fault ends by itself. It raises ValueError for an invalid text, before anything is broken.
     """
 
     usage: str
@@ -55,7 +55,7 @@ class Fault(Generic[T]):
     begin: Callable[[T, str], End | None]
 
     def aim(self, words: str) -> tuple[str, str]:
-        """Split words into the target's name and the text behind it.
+        """Split a command's arguments into the target's name and the text behind it.
 
         Raises:
             ValueError: no target of that name.
@@ -67,7 +67,7 @@ class Fault(Generic[T]):
 
 
 class Faults:
-    """Begins faults and ends them; remembers which are in force."""
+    """Begin and end faults, and list those in force."""
 
     def __init__(self, kinds: Mapping[str, Fault[Any]]) -> None:
         self._kinds = kinds
@@ -75,14 +75,14 @@ class Faults:
 
     @property
     def in_force(self) -> list[str]:
-        """Name and target of each fault that was begun and not ended."""
+        """Name and target of each fault in force."""
         return list(self._ends)
 
     def apply(self, line: str) -> str:
-        """Carry out one command; returns what is in force after it.
+        """Execute one command; return the faults in force after it, separated by commas.
 
         Raises:
-            ValueError: the command says nothing that can be done; nothing has changed.
+            ValueError: the command is invalid; nothing has changed.
         """
         name, _, words = " ".join(line.split()).partition(" ")
         if name == "mend":
@@ -98,7 +98,7 @@ class Faults:
         kind = self._kinds.get(name)
         if kind is None:
             usages = [f"{each} {known.usage}".strip() for each, known in self._kinds.items()]
-            raise ValueError(f"no fault {name!r}; say {', '.join(usages)}, plug DEVICE, or mend [FAULT TARGET]")
+            raise ValueError(f"no fault {name!r}; use {', '.join(usages)}, plug DEVICE, or mend [FAULT TARGET]")
         try:
             target, text = kind.aim(words)
             end = kind.begin(kind.targets[target], text)
@@ -122,14 +122,14 @@ def device_faults(
     thermistors: Mapping[Finger, Thermistor],
     hang: Hang,
 ) -> dict[str, Fault[Any]]:
-    """The faults that both sides' devices can have, by name.
+    """Return the faults that the devices of both sites can have, by name.
 
     Args:
         serial: serial lines by device.
         bus: the CAN gateway.
         drives: modules whose Peltier drive can be stuck, by finger.
         thermistors: temperature sensors by finger.
-        hang: what stops the whole process.
+        hang: pause of the whole process.
     """
     lines: dict[str, SerialServer | Bus] = {**serial, "can": bus}
     return {
@@ -147,24 +147,24 @@ def device_faults(
 
 
 def motor_faults(modules: Mapping[Finger, TactTip]) -> dict[str, Fault[Any]]:
-    """The fault of the vibration motors' drivers: one gives a voltage of its own."""
+    """Return the fault of the vibration motors' drivers: one applies a fixed voltage in place of the commanded one."""
     return {"motor": Fault("FINGER MILLIVOLT", {str(finger): each for finger, each in modules.items()}, _stick_motor)}
 
 
 def servo_faults(servos: Servos) -> dict[str, Fault[Any]]:
-    """The faults of the telemanipulator's drives: of one finger's, or of all."""
+    """Return the faults of the telemanipulator's drives, of one finger or of all."""
     targets: dict[str, tuple[Servos, int | None]] = {name: (servos, index) for index, name in enumerate(FINGERS)}
     return {"disobey": Fault("[FINGER|drift]", {**targets, "": (servos, None)}, _disobey)}
 
 
 def piezo_faults(piezos: Mapping[Finger, Piezo]) -> dict[str, Fault[Any]]:
-    """The faults of the texture sensors' own elements."""
+    """Return the faults of the texture sensors' piezo elements."""
     targets = {str(finger): piezo for finger, piezo in piezos.items()}
     return {"piezo": Fault("FINGER saturated|clipped|cut|loose", targets, _break_piezo)}
 
 
 def plate_faults(plates: FingerPlates, fingers: Sequence[Finger]) -> dict[str, Fault[Any]]:
-    """The faults of the operator's plates: cooling water that does not come, Peltiers wired in reverse."""
+    """Return the faults of the operator's plates: no cooling water, or Peltiers wired in reverse."""
     places = {str(finger): FINGERS.index(finger) for finger in fingers}
     return {
         "water": Fault("FINGER", places, partial(_mark, plates.dry)),
@@ -179,7 +179,7 @@ def _unplug(line: SerialServer | Bus, text: str) -> End:
 
 
 def switch(attribute: str, target: object, text: str) -> End:
-    """Begin a fault that is an attribute of its target; returns what ends it."""
+    """Begin a fault by setting an attribute of its target to True; return the function that ends it."""
     _nothing(text)
     setattr(target, attribute, True)
     return partial(setattr, target, attribute, False)
@@ -263,4 +263,4 @@ def _hang(hang: Hang, text: str) -> None:
 
 def _nothing(text: str) -> None:
     if text:
-        raise ValueError(f"{text!r} is one word too many")
+        raise ValueError(f"unexpected argument {text!r}")

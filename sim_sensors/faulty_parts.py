@@ -1,4 +1,4 @@
-"""Parts of the simulated devices that can break: each does nothing until it is broken, and can be mended."""
+"""Breakable parts of the simulated devices: each has no effect until it is broken, and can be mended."""
 
 import time
 from collections.abc import Callable, Iterable
@@ -23,15 +23,15 @@ _BAUD_PER_BYTE = 10.0
 _PIEZO_MAX, _OVERDRIVEN, _NOISE_COUNTS = 2047, 30, 1.6
 _LONGEST_BURST_S = 0.05
 _GLITCH_M, _GLITCHES = 0.006, 0.02
-"""How far a reading jumps, and how many of them do: 10 a second at 500 Hz."""
+"""Jump of a glitching reading, m, and share of the readings that jump (10 a second at 500 Hz)."""
 _BIAS_N = 1.5
 
 
 class Thermistor:
-    """A temperature sensor's resistor, as its converter sees it.
+    """Thermistor of a temperature sensor, as its converter reads it.
 
     Attributes:
-        fault: `open` reads the top of the scale, `short` its bottom, `frozen` what it read last; None: it is sound.
+        fault: `open` reads the top of the scale, `short` its bottom, `frozen` the last sound value; None: it is sound.
     """
 
     def __init__(self) -> None:
@@ -39,7 +39,7 @@ class Thermistor:
         self._last = 0
 
     def read(self, counts: int) -> int:
-        """What the converter reads where a sound resistor would give `counts`, 0..4095."""
+        """Return the converter's reading, 0..4095, where a sound thermistor would give `counts`."""
         if self.fault == "open":
             return COUNT_MAX
         if self.fault == "short":
@@ -50,11 +50,11 @@ class Thermistor:
 
 
 class Piezo:
-    """A texture sensor's piezo element and amplifier, as their converter sees them.
+    """Piezo element and amplifier of a texture sensor, as their converter reads them.
 
     Attributes:
-        fault: `saturated` stays at the top of the scale, `clipped` is amplified so that pressing overdrives it, `cut`
-            gives nothing at all, `loose` only the amplifier's noise; None: it is sound.
+        fault: `saturated` stays at the top of the scale, `clipped` has so high a gain that pressing overdrives it,
+            `cut` reads 0, `loose` reads only the amplifier's noise; None: it is sound.
     """
 
     def __init__(self) -> None:
@@ -62,7 +62,7 @@ class Piezo:
         self._random = np.random.default_rng(0)
 
     def read(self, counts: NDArray[np.int16]) -> NDArray[np.int16]:
-        """What the converter reads where a sound element would give `counts`, -2048..2047."""
+        """Return the converter's readings, -2048..2047, where a sound element would give `counts`."""
         match self.fault:
             case None:
                 return counts
@@ -80,8 +80,8 @@ class Encoder:
     """A finger's encoder.
 
     Attributes:
-        fault: `glitch`: single readings are far off, `stuck`: it reads what it read last; None: it is sound.
-        last: what a sound one read last, m.
+        fault: `glitch`: single readings jump, `stuck`: it repeats the last sound reading; None: it is sound.
+        last: last sound reading, m.
     """
 
     def __init__(self) -> None:
@@ -90,7 +90,7 @@ class Encoder:
         self.last = 0.0
 
     def read(self, place_m: float) -> float:
-        """What it reads where a sound one would read `place_m`, m."""
+        """Return the reading where a sound encoder would read `place_m`, m."""
         if self.fault != "stuck":
             self.last = place_m
         if self.fault == "glitch" and self._random.random() < _GLITCHES:
@@ -102,8 +102,8 @@ class ForceSensor:
     """A fingertip's force sensor.
 
     Attributes:
-        fault: `frozen`: it reads what it read last, `biased`: 1.5 N too much; None: it is sound.
-        last: what a sound one read last, N.
+        fault: `frozen`: it repeats the last sound reading, `biased`: it reads 1.5 N too much; None: it is sound.
+        last: last sound reading, N.
     """
 
     def __init__(self) -> None:
@@ -111,14 +111,14 @@ class ForceSensor:
         self.last = 0.0
 
     def read(self, force_n: float) -> float:
-        """What it reads where a sound one would read `force_n`, N."""
+        """Return the reading where a sound sensor would read `force_n`, N."""
         if self.fault != "frozen":
             self.last = force_n
         return self.last + _BIAS_N if self.fault == "biased" else self.last
 
 
 def read_all(parts: Iterable[tuple[int, Encoder | ForceSensor]], values: list[float]) -> None:
-    """Put what each part reads in place of what a sound one would read, by its number."""
+    """Replace the sound values by the readings of the parts, in place; each part comes with its index in `values`."""
     for number, part in parts:
         if part.fault is None:
             part.last = values[number]
@@ -127,11 +127,11 @@ def read_all(parts: Iterable[tuple[int, Encoder | ForceSensor]], values: list[fl
 
 
 class Transmitter:
-    """What a CAN node sends with.
+    """Transmitter of a CAN node.
 
     Attributes:
-        damage: `counter`: a frame's bytes are those of the one before, `crc`: its CRC is wrong, where it has one; and
-            the share of the frames that this befalls. None: it is sound.
+        damage: kind of damage and share of the frames damaged, 0..1; None: it is sound. `counter` repeats the bytes of
+            the frame before, `crc` makes the CRC wrong in frames that have one.
     """
 
     def __init__(self) -> None:
@@ -141,7 +141,7 @@ class Transmitter:
         self._with_crc = {m.frame_id for m in database().messages if any(s.name == "crc" for s in m.signals)}
 
     def send(self, frames: list[SentFrame]) -> list[SentFrame]:
-        """The frames as they reach the bus."""
+        """Return the frames as they reach the bus."""
         if self.damage is None:
             self._last.update(frames)
             return frames
@@ -159,10 +159,10 @@ class Transmitter:
 
 
 class Servos:
-    """The telemanipulator's drives. Broken, they hold or move by themselves, and the set-points are nothing to them.
+    """The telemanipulator's drives. Broken drives hold or drift and ignore the set-points.
 
     Attributes:
-        jammed: fingers that hold, by number, whatever becomes of the others.
+        jammed: indices of the fingers that hold their height, independent of the other fingers.
     """
 
     def __init__(self) -> None:
@@ -172,7 +172,7 @@ class Servos:
         self._last: Place | None = None
 
     def disobey(self, drift_m_s: float = 0.0) -> None:
-        """From the next step on, hold the set-point followed last, or leave it along x at a speed, m/s."""
+        """From the next step on, hold the last set-point, or drift from it along x at `drift_m_s`, m/s."""
         self._drift_m_s = drift_m_s
 
     def mend(self) -> None:
@@ -180,7 +180,7 @@ class Servos:
         self._drift_m_s = None
 
     def setpoint_m(self, now_s: float, asked: Place) -> Place:
-        """Where they really go at `now_s` when they are sent to `asked`."""
+        """Return the position that the drives follow at `now_s` when `asked` is commanded."""
         if self._drift_m_s is None or self._last is None:
             going = asked[0], asked[1], asked[2].copy()
         else:
@@ -194,7 +194,7 @@ class Servos:
 
 
 class Babble:
-    """A transmitter that fills its line with random bytes, and says what it has to say in between."""
+    """Transmitter that fills its line with random bytes between its own frames."""
 
     def __init__(self, baud: float) -> None:
         self._bytes_per_s = baud / _BAUD_PER_BYTE
@@ -202,7 +202,7 @@ class Babble:
         self._sent_s: float | None = None
 
     def mix(self, now_s: float, output: bytes) -> bytes:
-        """`output` with as much noise before it as the line has carried since the last call."""
+        """Return `output` after the noise bytes that fill the line's capacity since the last call."""
         since_s = 0.0 if self._sent_s is None else min(_LONGEST_BURST_S, max(0.0, now_s - self._sent_s))
         room = int(since_s * self._bytes_per_s) - len(output) - 1
         self._sent_s = now_s
@@ -213,18 +213,18 @@ class Babble:
 
 
 class Hang:
-    """A process that now and then does nothing at all."""
+    """Hang of the whole process for a given time."""
 
     def __init__(self, sleep: Callable[[float], None] = time.sleep) -> None:
         self._sleep = sleep
         self._due_s = 0.0
 
     def begin(self, seconds: float) -> None:
-        """Hang for that long at the next `pause`: whoever asked is answered before."""
+        """Hang for `seconds` at the next `pause`, so that the command is answered first."""
         self._due_s = seconds
 
     def pause(self) -> None:
-        """Called once a step; blocks if a hang is due."""
+        """Block if a hang is due; called once a step."""
         if self._due_s > 0.0:
             seconds, self._due_s = self._due_s, 0.0
             self._sleep(seconds)

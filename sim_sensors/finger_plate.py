@@ -1,14 +1,14 @@
-"""Heat in a TactTip and in the fingertip that rests on it.
+"""Thermal model of a TactTip and of the fingertip that rests on it.
 
-An aluminium plate (10 x 15 x 0.5 mm) is heated or cooled by four Peltier elements in series whose other
-side sits on a water-cooled block. The finger is a column of 40 cells: epidermis, dermis, subcutis, fed by
-perfusion and by the warm inside of the finger. It always rests on the plate, through a contact resistance.
+Four Peltier elements in series heat or cool an aluminium plate (10 x 15 x 0.5 mm); their other side sits on a
+water-cooled block. The finger is a column of 40 cells: epidermis, dermis and subcutis. Perfusion and the warm
+inside of the finger supply it with heat. It always rests on the plate, through a contact resistance.
 
-Heat pumped into the plate at the current I:  S I T_plate + I^2 R/2 + K (T_hot - T_plate). The Joule half is
-what makes heating faster than cooling, and what leaves less of the cooling the warmer the hot side gets.
+Heat pumped into the plate at the current I:  S I T_plate + I^2 R/2 + K (T_hot - T_plate). The Joule term is
+positive for both signs of the current, so heating is faster than cooling. A warmer hot side weakens the cooling.
 
-All conduction is linear, so 10 ms are five implicit (backward Euler) steps of 2 ms folded into one matrix: one for
-fingers whose block has its water, and one for those whose block has lost it.
+Conduction is linear, so one matrix replaces five implicit (backward Euler) steps of 2 ms and advances 10 ms. Blocks
+with cooling water have one matrix, blocks without have another.
 """
 
 from typing import NamedTuple
@@ -21,24 +21,27 @@ IMPLICIT_STEPS = 5
 
 PLATE_AREA_M2 = 0.010 * 0.015
 PLATE_CAPACITY_J_K = 0.30
-"""0.18 J/K of aluminium and 0.12 J/K share of the Peltiers' ceramic, solder and the NTC."""
+"""Heat capacity of the plate, J/K: aluminium 0.18, share of the Peltiers' ceramic, solder and the NTC 0.12."""
 PLATE_FINGER_M2K_W = 5.4e-4
 
 PELTIER_CURRENT_A = 1.0
+"""Full current of the four Peltier elements in series, A."""
 PELTIER_SEEBECK_V_K = 3.95e-3
+"""Seebeck coefficient of the four Peltier elements in series, V/K."""
 PELTIER_OHM = 0.78
+"""Resistance of the four Peltier elements in series, ohm."""
 PELTIER_W_K = 0.008
-"""Four elements in series: full current, Seebeck coefficient, resistance, heat conductance."""
+"""Thermal conductance of the four Peltier elements together, W/K."""
 
 HOT_SIDE_CAPACITY_J_K = 6.0
 HOT_SIDE_K_W = 0.8
 WATER_C = 20.0
 DRY_HOT_SIDE_K_W = 50.0
-"""Without water: 20 cm2 of block and module in still air of 10 W/m2K, to the room instead."""
+"""Thermal resistance from hot side to room without water, K/W: 20 cm2 of block and module in still air, 10 W/m2K."""
 ROOM_C = 23.0
 AIR_W_M2K = 10.0
 CASE_W_K = 0.002
-"""Plate to room through the case."""
+"""Thermal conductance from the plate to the room through the case, W/K."""
 
 NTC_LAG_S = 0.06
 NTC_NOISE_K = 0.01
@@ -60,7 +63,7 @@ _SKIN = 1  # first of the finger's cells
 
 
 def finger_column() -> tuple[NDArray[np.float64], ...]:
-    """Thickness, conductivity, heat capacity per volume and perfusion of each cell, outermost first."""
+    """Return thickness, conductivity, heat capacity per volume and perfusion of each cell, outermost first."""
     thickness, conductivity, capacity, perfusion = [], [], [], []
     for depth_m, cells, growth, k, volumetric, flow in LAYERS:
         widths = growth ** np.arange(cells)
@@ -72,12 +75,12 @@ def finger_column() -> tuple[NDArray[np.float64], ...]:
 
 
 class _Conduction(NamedTuple):
-    """What 10 ms of conduction make of the temperatures of all nodes, and of heat that is put in meanwhile.
+    """Linear map of all node temperatures over 10 ms of conduction with constant pumped heat.
 
     Attributes:
-        advance: from the temperatures before to those after, (nodes, nodes).
-        offset: what the surroundings add, K, (nodes, 1).
-        pumped: rise by heat put into plate and hot side, K/W, (nodes, 2).
+        advance: matrix from the temperatures before to those after, (nodes, nodes).
+        offset: rise caused by the surroundings, K, (nodes, 1).
+        pumped: rise per heat flow pumped into plate and hot side, K/W, (nodes, 2).
     """
 
     advance: NDArray[np.float64]
@@ -88,7 +91,7 @@ class _Conduction(NamedTuple):
     def of(
         cls, flow: NDArray[np.float64], source: NDArray[np.float64], heat_capacity: NDArray[np.float64]
     ) -> "_Conduction":
-        """From heat flows between nodes (W/K), from around (W), and the nodes' heat capacities (J/K)."""
+        """Build the map from conductances between nodes, W/K, heat from outside, W, and heat capacities, J/K."""
         implicit = np.linalg.inv(np.eye(len(source)) - flow / heat_capacity[:, None] * (STEP_S / IMPLICIT_STEPS))
         summed = sum(np.linalg.matrix_power(implicit, n) for n in range(1, IMPLICIT_STEPS + 1))
         respond = np.asarray(summed) * (STEP_S / IMPLICIT_STEPS) / heat_capacity
@@ -96,7 +99,7 @@ class _Conduction(NamedTuple):
         return cls(advance, (respond @ source)[:, None], respond[:, [_PLATE, -1]])
 
     def __call__(self, state: NDArray[np.float64], pumped_w: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Temperatures (nodes, fingers) 10 ms later, with heat (2, fingers) put into plate and hot side, W."""
+        """Return the temperatures (nodes, fingers) after 10 ms, with heat (2, fingers), W, into plate and hot side."""
         after: NDArray[np.float64] = self.advance @ state + self.offset + self.pumped @ pumped_w
         return after
 
@@ -106,14 +109,14 @@ class FingerPlates:
 
     Attributes:
         plate_c, hot_side_c, surface_c, felt_c: temperatures of the plate, of the water-cooled side, of the
-            skin's surface and mean of its epidermis (what is felt), C, one per finger.
-        ntc_c: what the plate's NTC element has by now, C, with lag and noise.
-        dry: fingers whose hot side has lost its cooling water, bool; False to begin with.
-        reversed: fingers whose Peltiers are wired in reverse, so that a drive above 0 cools, bool; False likewise.
+            skin's surface and of its epidermis (mean; the person feels it), C, one per finger.
+        ntc_c: temperature of the plate's NTC element, C, with lag and noise.
+        dry: fingers whose hot side has lost its cooling water, bool; False at first.
+        reversed: fingers whose Peltiers are wired in reverse, so that a drive above 0 cools, bool; False at first.
     """
 
     def __init__(self, count: int, seed: int, ntc_noise_k: float = NTC_NOISE_K) -> None:
-        """Fingers in free air that were just put on their plates; `ntc_noise_k` is one SD of each NTC's noise."""
+        """Start with fingers from free air, just put on the plates; `ntc_noise_k` is the SD of each NTC's noise, K."""
         thickness, conductivity, capacity, perfusion = finger_column()
         cells = len(thickness)
         size = cells + 2
@@ -136,7 +139,7 @@ class FingerPlates:
             flow[b, a] += conductance
             flow[a, a] -= conductance
             flow[b, b] -= conductance
-        source = np.zeros(size)  # W from what lies around, at its own temperature
+        source = np.zeros(size)  # W from the surroundings, at their constant temperatures
         blood = PLATE_AREA_M2 * thickness * perfusion * BLOOD_J_M3K
         deep = PLATE_AREA_M2 / half[-1]
         for node, conductance, around_c in (
@@ -166,7 +169,7 @@ class FingerPlates:
     def _finger_in_air(
         self, flow: NDArray[np.float64], source: NDArray[np.float64], half_cell_m2k_w: float
     ) -> NDArray[np.float64]:
-        """Steady temperatures of a finger that was free until it was put on its plate, C."""
+        """Return the steady temperatures of a finger in free air, C."""
         to_air = PLATE_AREA_M2 / (1.0 / AIR_W_M2K + half_cell_m2k_w)
         free_flow, free_source = flow.copy(), source.copy()
         free_flow[0, 0] += self._skin_w_k - to_air
@@ -195,19 +198,19 @@ class FingerPlates:
 
     @property
     def felt_c(self) -> NDArray[np.float64]:
-        """Mean temperature of each epidermis, C: where warmth and cold are sensed."""
+        """Mean temperature of each epidermis, C, where the person senses warmth and cold."""
         felt: NDArray[np.float64] = self._epidermis @ self._state[_SKIN : _SKIN + EPIDERMIS_CELLS]
         return felt
 
     def start_at(self, plate_c: float) -> None:
-        """Put the plates at a temperature (a test's or a fault's start); the fingers keep theirs."""
+        """Set the temperature of the plates, C, at the start of a test or a fault; the fingers keep theirs."""
         self._state[_PLATE] = plate_c
         self._ntc[:] = plate_c
 
     def step(self, dt_s: float, drive: NDArray[np.float64]) -> None:
-        """Let `dt_s` pass with a signed `drive` (-1..1 of the full current, above 0 heats) on each Peltier.
+        """Advance by `dt_s` with a signed `drive` (-1..1 of the full current, above 0 heats) on each Peltier.
 
-        Heat moves in steps of 10 ms, with the mean of the drive over them.
+        Heat advances in steps of 10 ms, with the mean drive of each step.
         """
         self._since_s += dt_s
         self._charge = [charge + part * dt_s for charge, part in zip(self._charge, drive.tolist(), strict=True)]

@@ -1,9 +1,9 @@
-"""A remote fingertip: a mass on a position servo that presses on an elastic object.
+"""Simulate a remote fingertip: a mass on a position servo that presses on an elastic object.
 
     m z'' = K (z_set - z) - B z' + F,    F = k d (1 + a d') where d = depth below the object's surface, never negative
 
 The damping of the object grows with depth (after Hunt & Crossley 1975), so force has no jump at contact.
-Plain floats: five of these cost less than numpy calls on arrays of five.
+The code uses plain floats: five fingertips cost less than numpy calls on arrays of five.
 """
 
 import math
@@ -15,12 +15,13 @@ SERVO_NS_M = 15.0
 OBJECT_DAMPING_S_M = 1.5
 SUBSTEP_S = 0.0005
 LOW_Z_M = -0.010
+"""Lower mechanical limit of the finger's height, m."""
 HIGH_Z_M = 0.01046
-"""Mechanical range of the finger's height, m."""
+"""Upper mechanical limit of the finger's height, m."""
 
 
 class Fingertip:
-    """Height and contact force of one finger; `approach_m_s` is its speed when it last met a surface."""
+    """Height and contact force of one finger; `approach_m_s` is its downward speed at the last contact."""
 
     def __init__(self, z_m: float) -> None:
         self.z_m = z_m
@@ -29,10 +30,10 @@ class Fingertip:
         self.approach_m_s = 0.0
 
     def step(self, dt_s: float, setpoint_z_m: float, surface_z_m: float, stiffness_n_m: float) -> None:
-        """Advance by `dt_s`; a `stiffness_n_m` of 0 means that there is nothing below.
+        """Advance by `dt_s`; a `stiffness_n_m` of 0 means that there is no object below.
 
-        Semi-implicit substeps with the servo's damping taken at the new velocity: stable up to stiffnesses
-        of 100 kN/m.
+        The substeps are semi-implicit: they take the servo's damping at the new velocity. They are stable up to
+        stiffnesses of 100 kN/m.
         """
         substeps, h, decay, gain = _substeps(dt_s)
         target = min(max(setpoint_z_m, LOW_Z_M), HIGH_Z_M)
@@ -53,12 +54,12 @@ class Fingertip:
 
 @lru_cache(maxsize=8)
 def _substeps(dt_s: float) -> tuple[int, float, float, float]:
-    """How many substeps a step has, how long each is, s, and its decay and gain."""
+    """Return the number of substeps of a step, the length of each, s, and its decay and gain."""
     substeps = max(1, math.ceil(dt_s / SUBSTEP_S - 1e-9))
     h = dt_s / substeps
     return substeps, h, 1.0 / (1.0 + h * SERVO_NS_M / MASS_KG), h / MASS_KG
 
 
 def pressing_depth_m(force_n: float, stiffness_n_m: float) -> float:
-    """How far below the surface a set-point must be to rest there with `force_n`, m."""
+    """Return the set-point's depth below the surface that gives the static contact force `force_n`, m."""
     return force_n * (1.0 / SERVO_N_M + 1.0 / stiffness_n_m)

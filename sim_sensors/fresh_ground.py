@@ -1,21 +1,21 @@
-"""How fast a plate comes over ground that it has not warmed yet."""
+"""Measure the speed of a plate over ground that it has not warmed yet."""
 
 import math
 
 PLAY_M = 0.5e-3
-"""A plate of 14 mm that trembles to and fro within this stays on the ground that it has warmed."""
+"""Play of a plate, m: a plate of 14 mm that trembles within it stays on the ground that it has warmed."""
 
 
 class FreshGround:
-    """Follows a plate along the bench: only what it moves beyond its play is new ground."""
+    """Follow a plate along the bench; only movement beyond the play reaches new ground."""
 
     def __init__(self) -> None:
-        """A plate at the origin."""
+        """Start with the plate at the origin."""
         self._x_m = self._y_m = 0.0
         self._come_m = 0.0
 
     def move(self, x_m: float, y_m: float) -> None:
-        """The plate is here now."""
+        """Move the plate to a position, m."""
         x, y = x_m - self._x_m, y_m - self._y_m
         away = math.hypot(x, y)
         if away > PLAY_M:
@@ -25,6 +25,6 @@ class FreshGround:
             self._come_m += beyond
 
     def take_speed_m_s(self, dt_s: float) -> float:
-        """Mean speed over new ground since the last call, `dt_s` ago."""
+        """Return the mean speed over new ground since the last call, `dt_s` ago, m/s."""
         come_m, self._come_m = self._come_m, 0.0
         return come_m / dt_s

@@ -1,8 +1,8 @@
-"""A scripted hand in the exoskeleton: it follows a scene's script as a person's arm and fingers would.
+"""Simulate a person's hand in the exoskeleton that follows a scene's script.
 
-Along the bench the arm carries the hand where it wants to be. Each fingertip is a mass on the finger's own
-spring and damper, pulled to the wanted height and pushed up by the exoskeleton, which is heavy and has friction of its
-own (Hajian & Howe 1997 for the finger):
+Along the bench, the hand is at the planned position plus tremor. Each fingertip is a mass on the finger's own
+spring and damper (Hajian & Howe 1997). The spring pulls it to the wanted height and the exoskeleton pushes it up.
+The exoskeleton adds mass and friction of its own:
 
     m z'' = k (z_wanted - z) + b (z_wanted' - z') - b_exoskeleton z' + F_exoskeleton
 """
@@ -19,15 +19,16 @@ from common.scene import Scene
 from sim_sensors.hand_plan import FREE, HOVER_M, LIFT_S, HandPlan, Segment, Wanted, minimum_jerk
 
 MASS_KG = 0.1
-"""Of the finger and the exoskeleton's link."""
+"""Mass of the finger and the exoskeleton's link, kg."""
 FINGER_DAMPING_N_S_M = 2.0
 EXOSKELETON_DAMPING_N_S_M = 2.0
 FINGER_STIFFNESS_N_M = 400.0
 HIGHEST_M = 0.0100
+"""Upper mechanical stop of the exoskeleton's fingers, m."""
 LOWEST_M = -0.0100
-"""Mechanical stops of the exoskeleton's fingers."""
+"""Lower mechanical stop of the exoskeleton's fingers, m."""
 STOP_S = 0.15
-"""An arm that is told to end its work stands still within this time."""
+"""Time in which the arm comes to rest after `finish`, s."""
 
 TREMOR_HZ = (8.0, 11.0)
 TREMOR_XY_M = 0.015e-3
@@ -42,12 +43,12 @@ class ScriptedHand:
     It hovers over the first object until `start`, repeats the script, and lifts and stays after `finish`.
 
     Attributes:
-        time_s: time lived.
-        script_s: time worked.
-        x_m, y_m: pose of the hand.
-        z_m, heights_m: heights of the fingertips over the bench plane, as array and list of five, negative into it.
-        mode: exploration mode that the script means now (0 free .. 3 stroking).
-        segment: movement of the script that is under way.
+        time_s: time since the hand was made, s.
+        script_s: script time executed, s.
+        x_m, y_m: position of the hand.
+        z_m, heights_m: heights of the fingertips over the bench plane, as array and list of five, negative below it.
+        mode: exploration mode that the script intends now (0 free .. 3 stroking).
+        segment: present movement of the script.
     """
 
     def __init__(self, scene: Scene, *, seed: int, fingers: Sequence[str] = FINGERS) -> None:
@@ -82,16 +83,16 @@ class ScriptedHand:
         return np.array(self.heights_m)
 
     def total_seconds(self) -> float:
-        """How long the first pass through the script takes, s."""
+        """Return the duration of the first pass through the script, s."""
         return self._first_seconds
 
     def timeline(self) -> list[Segment]:
-        """The movements of the pass that is under way; their times count from its start."""
+        """Return the movements of the present pass; their times count from its start."""
         return list(self._plan.segments)
 
     @property
     def finished(self) -> bool:
-        """Whether the work has been ended."""
+        """Whether `finish` was called."""
         return self._finished_at_s is not None
 
     def start(self) -> None:
@@ -100,12 +101,12 @@ class ScriptedHand:
             self._working_since_s = self.time_s
 
     def finish(self) -> None:
-        """End the work: stand still, lift, hover."""
+        """End the script: stop, lift and hover."""
         if self._finished_at_s is None:
             self._finished_at_s = self.time_s
 
     def step(self, dt_s: float, force_n: NDArray[np.float64]) -> None:
-        """Let `dt_s` pass with the exoskeleton pushing the fingers up by `force_n`, (5,), N."""
+        """Advance by `dt_s` while the exoskeleton pushes the fingers up with `force_n`, (5,), N."""
         self.time_s += dt_s
         self.script_s += dt_s * self._pace()
         if self.script_s - self._plan_began_s >= self._plan.seconds:
@@ -125,7 +126,7 @@ class ScriptedHand:
         self.heights_m = _within_stops(self._motion)
 
     def _follow(self, wanted: Wanted) -> list[float]:
-        """Carry the hand along; returns the tremor of x, y and each finger's height, m."""
+        """Move the hand to the wanted position; return the tremor of x, y and each finger's height, m."""
         tremble = self._tremble()
         self.x_m, self.y_m = wanted.x_m + tremble[0], wanted.y_m + tremble[1]
         self.segment = wanted.segment
@@ -133,7 +134,7 @@ class ScriptedHand:
         return tremble
 
     def _pace(self) -> float:
-        """How fast script time runs: 0 before the start, 1 at work, easing to 0 after the end."""
+        """Return the rate of script time: 0 before `start`, then 1, falling smoothly to 0 after `finish`."""
         if self._working_since_s is None:
             return 0.0
         if self._finished_at_s is None:
@@ -150,7 +151,7 @@ class ScriptedHand:
         return [m * up + DRIFT_M * away for m, up, away in zip(self._tremor_m, fast, slow, strict=True)]
 
     def _prepare(self, dt_s: float) -> None:
-        """Exact solution of the finger's equation over one step of constant pull (van Loan 1978)."""
+        """Solve the finger's equation exactly over one step of constant input (van Loan 1978)."""
         stiffness, damping = FINGER_STIFFNESS_N_M / MASS_KG, FINGER_DAMPING_N_S_M / MASS_KG
         friction = EXOSKELETON_DAMPING_N_S_M / MASS_KG
         augmented = np.zeros((5, 5))
@@ -161,5 +162,5 @@ class ScriptedHand:
 
 
 def _within_stops(motion: NDArray[np.float64]) -> list[float]:
-    """Heights of fingers that move so, as far as the exoskeleton lets them."""
+    """Return the heights of the fingers, limited by the exoskeleton's stops, m."""
     return [min(max(z_m, LOWEST_M), HIGHEST_M) for z_m in motion[0].tolist()]

@@ -1,8 +1,8 @@
-"""What the scripted hand wants to do: a scene's script laid out in time.
+"""Plan the movements of the scripted hand from a scene's script.
 
-A plan is one pass through the script. Lowering and lifting are minimum-jerk; travel and strokes speed up
-and slow down with minimum jerk and are even in between. Depth, speed and timing vary a little from step to
-step, seeded, as they do with a person.
+A plan is one pass through the script. Lowering and lifting are minimum-jerk movements. Travel and strokes start
+and stop with minimum jerk and have constant speed in between. Depth, speed and timing vary a little from step to
+step, as a person's do; the variation is seeded.
 """
 
 from bisect import bisect_right
@@ -28,9 +28,9 @@ TAP_UP_S = 0.20
 TAP_PAUSE_S = 0.15
 TRAVEL_M_S = 0.25
 RAMP_S = 0.12
-"""Time to reach an even speed, and to stop."""
+"""Time to reach a constant speed or to stop, s."""
 VARIATION = 0.04
-"""One standard deviation of the speeds and durations of a person repeating a movement."""
+"""Relative standard deviation of speed and duration when a person repeats a movement."""
 
 FREE, TAPPING, QUIESCENT, STROKING = range(4)
 TAPPING_S = 0.15
@@ -39,30 +39,30 @@ STROKE_FROM_M_S = 0.010
 
 
 def minimum_jerk(u: float) -> float:
-    """Fraction of the way after the fraction `u` of the time (Flash & Hogan 1985)."""
+    """Return the fraction of the path after the fraction `u` of the time (Flash & Hogan 1985)."""
     u = min(max(u, 0.0), 1.0)
     return u * u * u * (10.0 + u * (6.0 * u - 15.0))
 
 
 def _ramp_area(u: float) -> float:
-    """Integral of `minimum_jerk` from 0 to `u`."""
+    """Return the integral of `minimum_jerk` from 0 to `u`."""
     return u**4 * (2.5 + u * (u - 3.0))
 
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """One movement of the plan; times from the plan's start.
+    """One movement of the plan; times count from the plan's start.
 
     Attributes:
-        act: the script's word for it.
-        object: where the hand is or goes.
-        start_s, duration_s: when and how long.
-        from_x_m, to_x_m, from_y_m, to_y_m: way of the hand.
-        speed_m_s: even speed along it.
-        from_z_m, to_z_m: wanted heights of the fingers at its ends, (5,).
-        contact_s: when the fingers cross the surface on the way down, None while they are up.
-        release_s: when they cross it on the way up, None if they do not.
-        tap_x_m: where they came down.
+        act: name of the movement in the script.
+        object: object at which the hand is or to which it goes.
+        start_s, duration_s: start and duration.
+        from_x_m, to_x_m, from_y_m, to_y_m: start and end of the hand's path.
+        speed_m_s: constant speed along the path.
+        from_z_m, to_z_m: wanted heights of the fingers at start and end, (5,).
+        contact_s: time at which the fingers cross the surface downwards, None while they are up.
+        release_s: time at which they cross it upwards, None if they do not.
+        tap_x_m: x at which the fingers came down.
     """
 
     act: str
@@ -81,7 +81,7 @@ class Segment:
     tap_x_m: float
 
     def way(self, t_s: float) -> tuple[float, float]:
-        """Fraction of the way along x and y, and speed in m/s, at the plan's time `t_s`."""
+        """Return the fraction of the path along x and y, and the speed in m/s, at the plan's time `t_s`."""
         distance = abs(self.to_x_m - self.from_x_m)
         if distance == 0.0:
             return minimum_jerk((t_s - self.start_s) / self.duration_s), 0.0
@@ -97,7 +97,7 @@ class Segment:
 
 
 class Wanted(NamedTuple):
-    """What the hand wants at one moment: pose, heights (5,), and the exploration mode it means."""
+    """Wanted state of the hand at one time: position, heights (5,), and intended exploration mode."""
 
     x_m: float
     y_m: float
@@ -111,7 +111,7 @@ class HandPlan:
 
     Attributes:
         segments: its movements, in order, without gaps.
-        seconds: how long it takes.
+        seconds: its duration.
     """
 
     def __init__(
@@ -126,8 +126,8 @@ class HandPlan:
         Args:
             scene: the objects and the script.
             used: which fingers touch, (5,); the others stay up.
-            rng: the person's variation.
-            start: where the hand is, (x, y) in m; by default over the first object that the script goes to.
+            rng: source of the person's variation.
+            start: position of the hand, (x, y) in m; by default over the first object that the script goes to.
         """
         self._scene = scene
         self._used = used
@@ -148,11 +148,11 @@ class HandPlan:
 
     @property
     def end(self) -> tuple[float, float]:
-        """Where the hand is at the plan's end, (x, y) in m."""
+        """Position of the hand at the plan's end, (x, y) in m."""
         return self._x, self._y
 
     def at(self, t_s: float) -> Wanted:
-        """What the hand wants `t_s` after the plan's start (before 0: the start; after the end: the end)."""
+        """Return the wanted state `t_s` after the plan's start (before 0: the start; after the end: the end)."""
         segment = self.segments[max(0, bisect_right(self._starts, t_s) - 1)]
         t_s = min(max(t_s, segment.start_s), segment.start_s + segment.duration_s)
         way, speed = segment.way(t_s)
@@ -164,7 +164,7 @@ class HandPlan:
         return Wanted(x, y, z, _mode(segment, t_s, x, speed), segment)
 
     def _beginning(self) -> tuple[float, float]:
-        """Where the script goes first; the middle of the first object when it goes nowhere."""
+        """Return the first position of the script; the middle of the first object for a script without movement."""
         for step in self._scene.script:
             match step:
                 case Move(object=name, u=u):
@@ -174,13 +174,13 @@ class HandPlan:
         return self._place(self._at, 0.5)
 
     def _bench_place(self, x_m: float, y_m: float) -> tuple[float, float]:
-        """A place of the bench, over what lies there."""
+        """Return a position on the bench, and make the object there the present one."""
         below = (item.name for item in self._scene.objects if item.covers(x_m, y_m))
         self._at = next(below, self._at)
         return x_m, y_m
 
     def _place(self, name: str, u: float) -> tuple[float, float]:
-        """Where the hand is when it is at fraction `u` of an object: the middle finger over its middle in y."""
+        """Return the hand's position at fraction `u` of an object, with the middle finger over its middle in y."""
         item = self._scene.object_named(name)
         self._at = name
         return item.x_at(u), sum(item.y_range_m) / 2.0
@@ -294,7 +294,7 @@ class HandPlan:
 
 
 def _mode(segment: Segment, t_s: float, x_m: float, speed_m_s: float) -> int:
-    """The exploration mode that the hand means: the paper's rule on its own wanted path."""
+    """Return the intended exploration mode: the paper's rule, applied to the wanted path."""
     if segment.contact_s is None or t_s < segment.contact_s:
         return FREE
     if segment.release_s is not None and t_s >= segment.release_s:
@@ -306,7 +306,7 @@ def _mode(segment: Segment, t_s: float, x_m: float, speed_m_s: float) -> int:
 
 
 def _time_at(way: float) -> float:
-    """Fraction of the time after which a minimum-jerk movement has made the fraction `way`."""
+    """Return the fraction of the time after which a minimum-jerk movement has covered the fraction `way`."""
     low, high = 0.0, 1.0
     for _ in range(30):
         middle = 0.5 * (low + high)

@@ -1,4 +1,4 @@
-"""A second sender on a CAN bus: it answers each frame of a site with one of its own under the same identifier."""
+"""Simulate a second sender on a CAN bus: it answers each frame of a site with its own under the same identifier."""
 
 from collections.abc import Mapping
 
@@ -7,23 +7,23 @@ import can
 from common.can_frames import frame_crc, packing
 
 AHEAD = 8
-"""Its counters are this far from the site's, so that no node takes its frames for repeated ones."""
+"""Offset of the intruder's frame counter from the site's; with it, no node refuses its frames as repeated."""
 
 
 class Intruder:
-    """Overrides a site's commands while it is active.
+    """Override a site's commands while active.
 
     Attributes:
-        active: whether it sends.
+        active: whether the intruder sends.
     """
 
     def __init__(self, frames: Mapping[str, Mapping[str, float]]) -> None:
-        """`frames`: what it commands, values by frame name, mm, N."""
+        """Set the values that the intruder commands, by frame and signal name, mm or N."""
         self.active = False
         self._own = {packing(name).frame_id: (packing(name), dict(values)) for name, values in frames.items()}
 
     def answer(self, frame_id: int, data: bytes) -> list[can.Message]:
-        """The frames that follow one of a site at once."""
+        """Return the frames that immediately follow a frame of the site."""
         if not self.active or frame_id not in self._own or len(data) != 8:
             return []
         layout, values = self._own[frame_id]

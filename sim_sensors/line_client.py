@@ -1,4 +1,4 @@
-"""One TCP connection to a module's line, and whether a driver is still at its far end."""
+"""TCP connection to a module's line, with a check that the driver is still present."""
 
 import fcntl
 import socket
@@ -9,16 +9,16 @@ from common.limits import MODULE_TIMEOUT_S
 
 
 class LineClient:
-    """A driver is there as long as it sends, or its system acknowledges what it was sent."""
+    """Connection of one driver. The driver is present while it sends, or while its system acknowledges bytes."""
 
     def __init__(self, connection: socket.socket, now_s: float) -> None:
-        """A connection that was admitted at `now_s`, s."""
+        """Take a connection that was accepted at `now_s`, s."""
         self.connection = connection
         self._there_s = now_s
         self._sent = self._taken = 0
 
     def send(self, data: bytes) -> int:
-        """Send what goes without waiting; returns how many bytes.
+        """Send without blocking; return the number of bytes sent.
 
         Raises:
             OSError: the connection has ended, or takes nothing at the moment.
@@ -28,11 +28,11 @@ class LineClient:
         return sent
 
     def heard(self, now_s: float) -> None:
-        """It sent something."""
+        """Record that the driver sent bytes at `now_s`."""
         self._there_s = now_s
 
     def live(self, now_s: float) -> bool:
-        """Whether it was there within the time in which a module waits for commands; ask it every few ms."""
+        """Return whether the driver was present within the last `MODULE_TIMEOUT_S`; call it every few ms."""
         under_way = struct.unpack("i", fcntl.ioctl(self.connection, termios.TIOCOUTQ, bytes(4)))[0]
         taken = self._sent - under_way
         if taken > self._taken or not under_way:

@@ -1,4 +1,4 @@
-"""A TCP port that listens, with an error that says which one is taken."""
+"""Open and serve listening TCP ports without blocking."""
 
 import socket
 
@@ -9,7 +9,7 @@ def listen_tcp(host: str, port: int, what: str) -> socket.socket:
     Args:
         host: name or address of one of this machine's interfaces.
         port: TCP port; 0 lets the system choose one.
-        what: what will be served there, for the error.
+        what: name of the service, for the error.
 
     Raises:
         ValueError: the address is taken or is not this machine's.
@@ -27,9 +27,9 @@ def listen_tcp(host: str, port: int, what: str) -> socket.socket:
 
 
 def accept_tcp(listener: socket.socket, buffer_bytes: int) -> socket.socket | None:
-    """The next client, set up for small fast messages; None if it has gone again.
+    """Return the next client, set up for small fast messages; None if it has already gone.
 
-    The kernel's own send buffer is kept small: a slow reader must not be served from the past.
+    The kernel's send buffer is small, so that a slow reader gets no old messages.
     """
     try:
         client, _ = listener.accept()
@@ -42,10 +42,10 @@ def accept_tcp(listener: socket.socket, buffer_bytes: int) -> socket.socket | No
 
 
 def receive_tcp(client: socket.socket, most: int) -> bytes | None:
-    """What a client has sent: empty once it has gone, None if nothing is there yet.
+    """Return the bytes of a client: empty once it has gone, None if there are none yet.
 
-    The device's next report acknowledges it, within 10 ms. A client with Nagle's algorithm holds its next message back
-    until then.
+    The device's next report acknowledges them, within 10 ms. A client with Nagle's algorithm holds its next message
+    back until then.
     """
     try:
         return client.recv(most)

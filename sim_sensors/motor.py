@@ -1,10 +1,10 @@
-"""The TactTip's vibration motor: an eccentric mass on a small DC motor.
+"""Simulate the TactTip's vibration motor: an eccentric mass on a small DC motor.
 
-    u = R i + k_e omega                      (armature, inductance left out: 0.1 ms against 50 ms)
-    J d(omega)/dt = k_t i - b omega - T_f    (turning one way only: the module's driver is one transistor)
+    u = R i + k_e omega                      (armature; inductance neglected: 0.1 ms against 50 ms)
+    J d(omega)/dt = k_t i - b omega - T_f    (one direction only: the module's driver is one transistor)
 
-The motor keeps still until its torque beats the stiction. At 0 V the driver shorts the motor, so that it
-brakes by its own back-EMF.
+The motor stands still until its torque exceeds the stiction. At 0 V the driver shorts the motor, so that its
+back-EMF brakes it.
 """
 
 import math
@@ -14,21 +14,21 @@ from numpy.typing import NDArray
 
 RESISTANCE_OHM = 10.8
 TORQUE_CONSTANT = 6.4e-4
-"""k_t in N m/A and k_e in V s/rad: the same number."""
+"""Torque constant k_t, N m/A, equal to the back-EMF constant k_e, V s/rad."""
 INERTIA_KG_M2 = 3e-9
 VISCOUS_N_M_S = 2.2e-8
 FRICTION_N_M = 2.1e-5
 STICTION_N_M = 2.3e-5
-"""Torque needed to start: 0.39 V; the running friction alone would be 0.35 V."""
+"""Torque needed to start, N m: a standing motor starts at 0.39 V; running friction alone would need 0.35 V."""
 
 SUBSTEP_S = 0.001
 RPM_PER_RAD_S = 60.0 / (2.0 * math.pi)
 
 _LOSS = VISCOUS_N_M_S + TORQUE_CONSTANT**2 / RESISTANCE_OHM
 _STARTS_V = 0.99 * STICTION_N_M * RESISTANCE_OHM / TORQUE_CONSTANT
-"""No motor starts by less."""
+"""Voltage below which no motor starts, V."""
 TIME_CONSTANT_S = INERTIA_KG_M2 / _LOSS
-"""About 50 ms: friction and back-EMF against the inertia."""
+"""Mechanical time constant, s: inertia over friction and back-EMF, about 50 ms."""
 
 
 class VibrationMotors:
@@ -47,9 +47,9 @@ class VibrationMotors:
         return self.speed_rad_s * RPM_PER_RAD_S
 
     def step(self, dt_s: float, volts: NDArray[np.float64]) -> None:
-        """Let `dt_s` pass at constant `volts` (one per motor, 0 V or more).
+        """Advance by `dt_s` at constant `volts` (one per motor, 0 V or more).
 
-        Between stiction checks (each millisecond at least) the equation is linear and solved exactly.
+        Between stiction checks (at least one a millisecond), the equation is linear and solved exactly.
         """
         speeds: list[float] = self.speed_rad_s.tolist()
         pushed: list[float] = volts.tolist()

@@ -1,4 +1,4 @@
-"""One TCP connection through the simulated network: two sockets, and a flow of bytes in each direction."""
+"""Carry one TCP connection through the simulated network: two sockets, and a flow of bytes in each direction."""
 
 import contextlib
 import errno
@@ -12,7 +12,7 @@ from sim_sensors.select_loop import SelectLoop
 
 _CHUNK = 64 * 1024
 BUFFER_BYTES = 64 * 1024
-"""In the kernel, at each end of a connection: bytes shall wait in the model, where they are seen."""
+"""Size of each kernel buffer of a connection, bytes; it is small, so that bytes wait in the model."""
 _RESET = struct.pack("ii", 1, 0)
 
 
@@ -30,7 +30,7 @@ class _Flow:
         self._watched = False
 
     def step(self, now_s: float) -> None:
-        """Deliver what is due, and let the sender go on or wait."""
+        """Deliver the bytes that are due, and let the sender continue or wait."""
         self._deliver(now_s)
         room = not self._source_ended and len(self._unsent) < BUFFER_BYTES and not self.stream.full(now_s)
         if room and not self._watched:
@@ -66,10 +66,10 @@ class _Flow:
 
 
 class Connection:
-    """A client of the proxy and what it is connected to."""
+    """A client of the proxy and its connection to the far side."""
 
     def __init__(self, client: socket.socket, streams: dict[Way, TcpStream], sockets: SelectLoop) -> None:
-        """Take a client; it is not read from before its connection to the far side is made."""
+        """Take a client; its bytes are not read until the connection to the far side is made."""
         self.streams = streams
         self.closed = False
         self._client = client
@@ -89,14 +89,14 @@ class Connection:
             self._server.setsockopt(socket.SOL_SOCKET, option, BUFFER_BYTES)
         try:
             error = self._server.connect_ex((host, port))
-        except OSError:  # the name is not known
+        except OSError:  # the host name is unknown
             self.reset()
             return
         if error not in (0, errno.EINPROGRESS):
             self.reset()
 
     def step(self, now_s: float) -> None:
-        """Move bytes on; closes the connection once both ends have ended it, or it is due to be reset."""
+        """Move bytes; close the connection once both ends have ended it, and reset it when that is due."""
         if self.closed or self._server is None:
             return
         if now_s >= self._reset_s:
@@ -110,7 +110,7 @@ class Connection:
             self._close()
 
     def begin_fault(self, fault: Fault, begin_s: float) -> None:
-        """Suffer a fault of connections; those of paths are no business of this one."""
+        """Apply a fault of connections (`cut`, `half_open`); faults of paths have no effect here."""
         if fault.kind == "cut":
             self.reset()
         elif fault.kind == "half_open" and fault.seconds is not None:
@@ -119,7 +119,7 @@ class Connection:
                 self.streams[way].vanish()
 
     def reset(self) -> None:
-        """End it at once: both ends see a TCP reset."""
+        """End the connection at once with a TCP reset at both ends."""
         for end in (self._client, self._server):
             if end is not None and end.fileno() >= 0:
                 with contextlib.suppress(OSError):
@@ -127,7 +127,7 @@ class Connection:
         self._close()
 
     def _begin(self) -> bool:
-        """Whether the far side has answered; from then on bytes flow."""
+        """Start the flows once the far side has answered; return whether it has."""
         assert self._server is not None
         if self._server.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR):
             self.reset()

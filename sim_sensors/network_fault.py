@@ -1,4 +1,4 @@
-"""What goes wrong on a network at a time: stalls, partitions, connections that are cut or half open."""
+"""Define network faults: stalls, partitions, and connections that are cut or half open."""
 
 from typing import Literal, Self
 
@@ -13,14 +13,13 @@ LONGEST_S = 3600.0
 
 
 class Fault(BaseModel):
-    """One fault.
+    """One fault of a network.
 
-    - `stall`: for `seconds` nothing arrives, then everything at once; nothing has to be sent again.
-    - `partition`: for `seconds` nothing gets through, and TCP finds out by sending again and again; new connections
-      wait for its end.
-    - `cut`: every connection is reset, both ends see it at once; new ones may be made.
-    - `half_open`: for `seconds` whatever is sent on the present connections vanishes without a word, new ones work;
-      then the old ones are reset.
+    - `stall`: nothing arrives for `seconds`, then everything arrives at once; no segment is retransmitted.
+    - `partition`: nothing gets through for `seconds`, and TCP keeps retransmitting; new connections wait for the end.
+    - `cut`: every connection is reset, which both ends see at once; new connections are possible.
+    - `half_open`: bytes sent on the present connections are lost silently for `seconds`, then these connections are
+      reset; new connections work throughout.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
@@ -41,5 +40,5 @@ class Fault(BaseModel):
 
     @property
     def ways(self) -> tuple[Way, ...]:
-        """The directions that it concerns."""
+        """Directions that the fault affects."""
         return tuple(way for way in WAYS if self.direction in ("both", way.name.lower()))

@@ -1,4 +1,4 @@
-"""Reads what a network shall be like: a name, a TOML file with phases and faults, or recorded round trips as CSV."""
+"""Load a network by name, from a TOML file with phases and faults, or from recorded round trips as CSV."""
 
 import csv
 import math
@@ -23,7 +23,7 @@ _TIME, _ROUND_TRIP = "send_time_s", "rtt_ms"
 
 @dataclass(frozen=True, slots=True)
 class Network:
-    """What a network is like over time, and what goes wrong on it in the order of time."""
+    """Conditions of a network over time, and its faults in order of time."""
 
     name: str
     conditions: ConditionsOverTime
@@ -75,17 +75,17 @@ class _NetworkFile(_Strict):
 
 
 def network_names() -> tuple[str, ...]:
-    """Names of the networks that come with the program."""
+    """Return the names of the networks that come with the program."""
     return tuple(sorted(path.stem for path in NETWORKS.glob("*.toml")))
 
 
 def is_file(name_or_path: str) -> bool:
-    """Whether a network is given by its file instead of its name."""
+    """Return whether a network is given by its file instead of its name."""
     return name_or_path.endswith((".toml", ".csv"))
 
 
 MOST_CSV_BYTES = 64 << 20
-"""Size of the largest recording of round trips that is read, bytes."""
+"""Size limit of a recording of round trips, bytes."""
 
 
 def load_network(name_or_path: str) -> Network:
@@ -106,7 +106,7 @@ def load_network(name_or_path: str) -> Network:
 
 
 def _read_round_trips(path: Path) -> RecordedConditions:
-    """Raises ValueError, with file and line, for what is no recording of round trips."""
+    """Read recorded round trips; raise ValueError, with file and line, for invalid content."""
     times_s: list[float] = []
     round_trips_s: list[float] = []
     try:
@@ -126,7 +126,7 @@ def _read_round_trips(path: Path) -> RecordedConditions:
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise ValueError(f"{path}: cannot read round trips: {getattr(error, 'strerror', error)}") from None
     if len(times_s) < 2:
-        raise ValueError(f"{path}: two rows of round trips are needed at least, there are {len(times_s)}")
+        raise ValueError(f"{path}: at least two rows of round trips are needed, there are {len(times_s)}")
     return RecordedConditions(times_s, round_trips_s)
 
 

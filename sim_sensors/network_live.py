@@ -1,4 +1,4 @@
-"""A network in use: its timetable set going, and what is changed from outside while it runs."""
+"""Run a network: follow its timetable, and apply commands that change it while it runs."""
 
 from dataclasses import dataclass, field
 
@@ -15,10 +15,10 @@ class LiveNetwork:
     """One network on a running clock. Time is an argument, s, and never runs backwards.
 
     Attributes:
-        network: what it is like, and its faults, by its own time from 0.
-        start_s: when its time 0 was; None while it waits to be started: then it stays as at time 0, without faults.
+        network: its conditions and faults, by network time from 0.
+        start_s: clock time of network time 0; None before the start, with the conditions of time 0 and no faults.
         paths: both directions.
-        happened: the faults so far, and when each began by the clock.
+        happened: the faults so far, and the clock time at which each began.
     """
 
     network: Network
@@ -33,19 +33,19 @@ class LiveNetwork:
         self.paths = {way: NetworkPath(self.conditions) for way in WAYS}
 
     def time_s(self, now_s: float) -> float:
-        """The network's own time."""
+        """Return the network time, s."""
         return 0.0 if self.start_s is None else max(0.0, now_s - self.start_s)
 
     def conditions(self, now_s: float) -> Conditions:
-        """What it is like now."""
+        """Return the present conditions."""
         return self.network.conditions.at(self.time_s(now_s)) if self._set is None else self._set
 
     def partitioned(self, now_s: float) -> bool:
-        """Whether no new connection can be made."""
+        """Return whether new connections are impossible."""
         return any(path.partitions.end_s(now_s) is not None for path in self.paths.values())
 
     def begin_faults(self, now_s: float) -> list[tuple[float, Fault]]:
-        """Begin the faults that are due, and return them with their beginnings; connections are the caller's part."""
+        """Begin the due faults and return each with its start, s; the caller applies them to the connections."""
         begun = [(now_s, fault) for fault in self._asked]
         self._asked.clear()
         timetable = self.network.faults
@@ -65,15 +65,15 @@ class LiveNetwork:
         return begun
 
     def obey(self, command: str, now_s: float) -> str:
-        """Carry out a command and say what it did.
+        """Execute a command and return a description of its effect.
 
         - `partition 10`, `stall 3`, `half_open 5` (seconds, then `to_remote` or `to_operator` for one direction), `cut`
-        - `delay 400 20`: one way and its jitter, ms, instead of the timetable's; without jitter 0
-        - `clear`: ends stalls and partitions, and goes back to the timetable's delay
-        - `start`: time 0 of the timetable
+        - `delay 400 20`: sets the one-way delay and its jitter, ms, in place of the timetable's; default jitter 0
+        - `clear`: ends stalls and partitions, and returns to the timetable's delay
+        - `start`: starts the timetable at time 0
 
         Raises:
-            ValueError: it is no such command.
+            ValueError: the command is invalid.
         """
         match command.split():
             case ["start"]:

@@ -1,4 +1,4 @@
-"""One direction of a network, shared by all connections through it."""
+"""Model one direction of a network, shared by all connections through it."""
 
 import math
 from collections.abc import Callable
@@ -7,35 +7,35 @@ from dataclasses import dataclass, field
 from sim_sensors.network_conditions import Conditions
 
 QUEUE_BYTES = 64 * 1024
-"""What may wait for a slow line to carry it; after that the senders are held back."""
+"""Largest queue in front of a slow line, bytes; a longer queue makes the senders wait."""
 
 
 @dataclass(slots=True)
 class Outages:
-    """Spans of time in which something does not work."""
+    """Spans of time with an outage."""
 
     _spans: list[tuple[float, float]] = field(default_factory=list)
 
     def add(self, start_s: float, seconds: float) -> None:
-        """Let it not work from `start_s` on."""
+        """Add an outage of `seconds` from `start_s` on."""
         self._spans.append((start_s, start_s + seconds))
 
     def end_s(self, time_s: float) -> float | None:
-        """When what does not work at `time_s` works again; None when it works then."""
+        """Return the end of the outage at `time_s`, s; None without an outage."""
         return max((end for start, end in self._spans if start <= time_s < end), default=None)
 
     def end_all(self, now_s: float) -> None:
-        """Let it work again from now on."""
+        """End all outages at `now_s`."""
         self._spans = [(start, min(end, now_s)) for start, end in self._spans if start < now_s]
 
 
 class NetworkPath:
-    """What bytes of all connections meet on their way. Time is an argument, s, and never runs backwards.
+    """Path of the bytes of all connections. Time is an argument, s, and never runs backwards.
 
     Attributes:
-        conditions: what it is like at a time.
-        stalls: while one lasts everything is late.
-        partitions: while one lasts nothing arrives.
+        conditions: conditions as a function of time.
+        stalls: outages that delay everything.
+        partitions: outages in which nothing arrives.
     """
 
     def __init__(self, conditions: Callable[[float], Conditions]) -> None:
@@ -46,12 +46,12 @@ class NetworkPath:
         self._free_s = -math.inf
 
     def departure_s(self, size: int, now_s: float) -> float:
-        """When the last of `size` bytes that are sent now has left, behind all that is waiting already."""
+        """Queue `size` bytes behind all that wait already; return the time at which the last byte has left, s."""
         self._rate_bit_s = self.conditions(now_s).rate_bit_s
         self._free_s = max(now_s, self._free_s) + 8.0 * size / self._rate_bit_s
         return self._free_s
 
     def congested(self, now_s: float) -> bool:
-        """Whether so much is waiting to leave that nobody may send more."""
+        """Return whether the queue is full, so that senders must wait."""
         waiting_s = self._free_s - now_s
         return waiting_s > 0.0 and waiting_s * self._rate_bit_s > 8.0 * QUEUE_BYTES

@@ -1,7 +1,7 @@
-"""The simulated network between two sites: the operator connects here, and is connected on to the remote site.
+"""Simulate the network between two sites: accept the operator's connections and forward them to the remote site.
 
-The operating system itself completes a client's TCP handshake. While a partition lasts the client is connected to
-nobody, so that a connection made then stays without a first byte.
+The operating system completes a client's TCP handshake by itself. During a partition, the proxy does not connect the
+client to the far side, so a new connection receives no first byte.
 """
 
 import logging
@@ -57,7 +57,7 @@ class StreamProxy:
         )
 
     def step(self, now_s: float) -> None:
-        """Connect whom the network lets through, and move bytes on."""
+        """Connect waiting clients unless the network is partitioned, and move bytes."""
         reachable = not self._live.partitioned(now_s)
         for connection in self.connections:
             if reachable:
@@ -66,26 +66,26 @@ class StreamProxy:
         self._forget_closed()
 
     def begin_fault(self, fault: Fault, begin_s: float) -> None:
-        """Let all present connections suffer a fault."""
+        """Apply a fault to all present connections."""
         for connection in self.connections:
             connection.begin_fault(fault, begin_s)
         self._forget_closed()
 
     def figures(self) -> dict[str, object]:
-        """What was carried so far, by direction."""
-        told: dict[str, object] = {"connections_made": self._made, "connections_open": len(self.connections)}
+        """Return the number of connections, and the traffic so far by direction."""
+        figures: dict[str, object] = {"connections_made": self._made, "connections_open": len(self.connections)}
         for way in WAYS:
             carried = self._carried[way]
-            told[way.name.lower()] = {
+            figures[way.name.lower()] = {
                 "bytes": carried.bytes,
                 "retransmitted": carried.retransmitted,
                 "longest_ms": round(1e3 * carried.longest_s, 3),
                 "in_flight_bytes": sum(connection.streams[way].in_flight for connection in self.connections),
             }
-        return told
+        return figures
 
     def close(self) -> None:
-        """Hang up on everybody and give the port back."""
+        """Reset all connections and release the port."""
         for connection in self.connections:
             connection.reset()
         self._forget_closed()
@@ -128,7 +128,7 @@ class NetworkProxy:
             self._opened = opened.pop_all()
 
     def step(self, now_s: float) -> None:
-        """Begin the faults that are due, then move everything on to `now_s`."""
+        """Begin the due faults, then advance all streams to `now_s`."""
         for begin_s, fault in self.live.begin_faults(now_s):
             log.info("%s", fault.model_dump_json(exclude_none=True, exclude={"at_s"}))
             for stream in self._streams.values():
@@ -137,7 +137,7 @@ class NetworkProxy:
             stream.step(now_s)
 
     def figures(self) -> dict[str, object]:
-        """What the status file tells: which network, what it is like now, and what it did to whom."""
+        """Return the content of the status file: the network, its present conditions, streams and past faults."""
         now_s = self._sockets.now()
         conditions = self.live.conditions(now_s)
         return {
@@ -154,20 +154,20 @@ class NetworkProxy:
         }
 
     def close(self) -> None:
-        """Hang up on everybody and give all ports back."""
+        """Reset all connections and release all ports."""
         self._opened.close()
 
     def _obey(self, command: str) -> str:
         now_s = self._sockets.now()
-        self.step(now_s)  # up to now the network was as it was
-        said = self.live.obey(command, now_s)
+        self.step(now_s)  # the command takes effect only from now on
+        effect = self.live.obey(command, now_s)
         self.step(now_s)
-        log.info("told to: %s", command)
-        return said
+        log.info("command: %s", command)
+        return effect
 
 
 def run_sim_network(config: SimNetworkConfig, stop: Callable[[], bool]) -> None:
-    """Be the network between two sites until `stop()`.
+    """Run the simulated network between two sites until `stop()`.
 
     Raises:
         ValueError: the network is unknown or its file is bad, or a port is taken.
@@ -181,7 +181,7 @@ def run_sim_network(config: SimNetworkConfig, stop: Callable[[], bool]) -> None:
         status = StatusFile(config.status, "network", loop)
         while not stop():
             if loop.wait() > TICK_S / 4.0:
-                sockets.serve(0.0)  # there was no waiting, so nothing was handled since the last tick
+                sockets.serve(0.0)  # the loop did not wait, so nothing was handled since the last tick
             now_s = sockets.now()
             proxy.step(now_s)
             if status.due(now_s):

@@ -1,8 +1,8 @@
-"""One direction of one TCP connection on a network: bytes in with a time, bytes out when they are due.
+"""Model one direction of a TCP connection on a network: bytes enter with a time and leave when they are due.
 
-TCP never loses bytes and never changes their order. What a network does to its segments shows itself as time: a lost
-segment holds back everything behind it until it is sent again. Acknowledgements, congestion control and the handshake
-of a new connection are not modelled.
+TCP never loses bytes and never changes their order, so the network's effect is delay. A lost segment holds back
+everything behind it until it is retransmitted. Acknowledgements, congestion control and the handshake of a new
+connection are not modelled.
 """
 
 from collections import deque
@@ -15,10 +15,10 @@ from sim_sensors.network_path import NetworkPath
 SEGMENT_BYTES = 1448
 """Payload of a full TCP segment on Ethernet."""
 WINDOW_BYTES = 1024 * 1024
-"""What one connection may have on its way in one direction; then its sender is held back."""
+"""Largest number of bytes of one connection in flight in one direction; at this number, the sender waits."""
 JITTER_EVERY_S = 0.02
-"""The deviation from the mean delay is drawn anew this often and changes linearly in between: a burst on a radio link
-lasts about as long."""
+"""Interval between draws of the deviation from the mean delay, s; the deviation is linear in between. A burst on a
+radio link lasts about as long."""
 
 
 @dataclass(slots=True)
@@ -27,17 +27,17 @@ class _Segment:
     sent_s: float
     due_s: float
     wait_s: float
-    """Until it is sent again, if it does not arrive."""
+    """Time until it is retransmitted if it is lost, s."""
 
 
 @dataclass(slots=True)
 class Carried:
-    """What was carried so far, by any number of streams.
+    """Traffic so far, of any number of streams.
 
     Attributes:
-        bytes: delivered.
-        retransmitted: how often a segment had to be sent again.
-        longest_s: the longest time that a segment took.
+        bytes: bytes delivered.
+        retransmitted: number of retransmissions.
+        longest_s: longest time that a segment took, s.
     """
 
     bytes: int = 0
@@ -47,14 +47,14 @@ class Carried:
 
 @dataclass(slots=True)
 class TcpStream:
-    """Bytes on their way. Seeded, and exact in whatever steps time is given; time never runs backwards.
+    """Bytes in flight. The result is seeded and independent of the time steps; time never runs backwards.
 
     Attributes:
-        path: what the bytes go through.
-        random: of this stream alone.
-        carried: counts what arrives.
-        in_flight: bytes on their way.
-        ended: the end of the stream has arrived behind its last byte.
+        path: network path of the bytes.
+        random: random numbers of this stream alone.
+        carried: counts of the bytes that arrive.
+        in_flight: number of bytes in flight.
+        ended: whether the end of the stream has arrived behind its last byte.
     """
 
     path: NetworkPath
@@ -80,7 +80,7 @@ class TcpStream:
             self.in_flight += len(part)
 
     def take(self, now_s: float) -> bytes:
-        """Return what has arrived by now."""
+        """Return the bytes that have arrived since the last call."""
         arrived: list[bytes] = []
         while self._segments and (first := self._segments[0]).due_s <= now_s:
             stalled_until_s = self.path.stalls.end_s(first.due_s)
@@ -95,17 +95,17 @@ class TcpStream:
         return b"".join(arrived)
 
     def vanish(self) -> None:
-        """Lose everything on the way and everything still to come, and tell nobody."""
+        """Silently lose all bytes in flight and all bytes still to come."""
         self._vanishing = True
         self._segments.clear()
         self.in_flight = 0
 
     def full(self, now_s: float) -> bool:
-        """Whether the sender has to wait."""
+        """Return whether the sender has to wait."""
         return not self._vanishing and (self.in_flight >= WINDOW_BYTES or self.path.congested(now_s))
 
     def _arrive(self, arrival_s: float, arrived: list[bytes]) -> None:
-        # What was held back by the first segment comes with it: TCP has sent it by then, again if need be.
+        # The segments held back by the first one arrive with it: TCP has sent or retransmitted them by then.
         while self._segments and self._segments[0].due_s <= arrival_s:
             segment = self._segments.popleft()
             arrived.append(segment.data)

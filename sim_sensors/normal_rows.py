@@ -1,14 +1,14 @@
-"""Draws the noise of many steps at a time, with the numbers of one draw for each step."""
+"""Draw the noise of many steps at once, with the same numbers as one draw for each step."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
 _ROWS = 256
-"""Drawn at a time."""
+"""Number of rows drawn at once."""
 
 
 def normal_rows(rng: np.random.Generator, count: int) -> Iterator[list[float]]:
-    """Standard normal numbers without end, in rows of `count`. Nothing else may draw from `rng`."""
+    """Yield rows of `count` standard normal numbers without end. Nothing else may draw from `rng`."""
     while True:
         yield from rng.standard_normal((_ROWS, count)).tolist()

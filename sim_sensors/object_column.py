@@ -1,4 +1,4 @@
-"""Heat conduction in the object below a plate: a column of finite volumes, prepared for implicit stages."""
+"""Prepare heat conduction in the object below a plate: a column of finite volumes, solved in implicit stages."""
 
 import math
 from dataclasses import dataclass
@@ -9,9 +9,9 @@ from scipy.optimize import brentq
 
 CELLS = 48
 HALF_SPACE_S = 60.0
-"""A half space is cut off so deep that its end is not felt within this time."""
+"""Time within which the end of a truncated half space has no effect at the surface, s."""
 FINEST_S = 0.010
-"""The first cell is a fifth of the distance that heat diffuses in this time."""
+"""Diffusion time that sets the first cell, s; the cell is a fifth of the distance that heat diffuses in this time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +68,7 @@ def object_column(
 
 
 def _growing_cells(first_m: float, depth_m: float, cells: int) -> NDArray[np.float64]:
-    """Cell sizes in a geometric series from about `first_m` that fill `depth_m` exactly."""
+    """Return cell sizes in a geometric series from about `first_m` that fill `depth_m` exactly, m."""
     if first_m * cells >= depth_m:
         return np.full(cells, depth_m / cells)
     powers = np.arange(cells)

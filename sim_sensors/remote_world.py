@@ -1,8 +1,7 @@
-"""The whole remote world of one session: five fingers of a robot hand over a bench of objects.
+"""Simulate the remote world of one session: five fingers of a robot hand over a bench of objects.
 
-Pure physics: it advances only by `step`, on simulated time, never by being asked. All randomness comes from the
-seed.
-Constants and what is left out: docs/decisions/0002-simulated-world.md.
+The world is pure physics. Only `step` advances it, on simulated time. All randomness comes from the seed.
+For constants and simplifications see docs/decisions/0002-simulated-world.md.
 """
 
 import math
@@ -33,10 +32,10 @@ _FREE = -1
 
 @dataclass(frozen=True, slots=True)
 class TruthEvent:
-    """Something that truly happened to a finger, on noise-free motion.
+    """A true event at a finger, from noise-free motion.
 
-    `finger` is an index into FINGERS; `mode` is the true mode (0 free, 1 tapping, 2 quiescent, 3 stroking);
-    `approach_m_s` is the finger's speed when it last met a surface.
+    `finger` is an index into FINGERS. `mode` is the true mode (0 free, 1 tapping, 2 quiescent, 3 stroking).
+    `approach_m_s` is the finger's downward speed at the last contact.
     """
 
     time_s: float
@@ -50,12 +49,12 @@ class TruthEvent:
 
 
 class RemoteWorld:
-    """Objects, robot hand and the sensors on its fingers; arrays are always five long, in the order of FINGERS.
+    """Objects, robot hand and the sensors on its fingers; arrays always have five elements, in the order of FINGERS.
 
-    After each `step`: `time_s`, hand pose `x_m`, `y_m`, fingertip heights `z_m`, true forces `force_n` and
-    measured ones `measured_force_n`, `speed_m_s` along the bench; truth: `mode`, `object_index` (-1: touches
-    nothing), `plate_c`. The lists `heights_m`, `forces_n` and `read_n` have the numbers of `z_m`, `force_n` and
-    `measured_force_n`.
+    Each `step` updates `time_s`, the hand's position `x_m`, `y_m`, its speed along the bench `speed_m_s`, the
+    fingertip heights `z_m`, the true forces `force_n` and the measured ones `measured_force_n`. It also updates the
+    truth: `mode`, `object_index` (-1: no object) and `plate_c`. The lists `heights_m`, `forces_n` and `read_n` hold
+    the numbers of `z_m`, `force_n` and `measured_force_n`.
     """
 
     def __init__(
@@ -67,11 +66,11 @@ class RemoteWorld:
         texture_noise_v: float = NOISE_V,
         groove_depth_m: float = GROOVE_DEPTH_M,
     ) -> None:
-        """Draw a session.
+        """Draw the random properties of a session.
 
         Args:
-            scene: what lies on the bench.
-            seed: all randomness; the same seed gives the same world whatever the hand does to it.
+            scene: the objects on the bench.
+            seed: source of all randomness; the same seed gives the same world, independent of the hand's actions.
             fingers: the fingers that take part; the others stay up and touch nothing.
             texture_noise_v: noise of the texture sensors, rms, V.
             groove_depth_m: depth of all grooves, m.
@@ -97,7 +96,7 @@ class RemoteWorld:
         self._below = [_FREE] * count
         self._touched = [_FREE] * count
         self._warmed = [_FREE] * count
-        """Which object each finger touched last: there it finds again the heat that it left."""
+        """Object that each finger touched last, -1: none; a new touch there meets the heat left by the finger."""
         self._factor = [1.0] * count
         self._events: list[TruthEvent] = []
         self._ground = FreshGround()
@@ -134,7 +133,7 @@ class RemoteWorld:
 
     @property
     def object_index(self) -> NDArray[np.int64]:
-        """What each finger touches, -1: nothing."""
+        """Index of the object that each finger touches, -1: none."""
         return np.array(self._touched, dtype=np.int64)
 
     @property
@@ -175,19 +174,19 @@ class RemoteWorld:
         self._conduct(dt_s, heater_drive)
 
     def take_texture_counts(self) -> NDArray[np.int16]:
-        """Texture samples since the last call, (5, m) counts at 2 kHz, +-2048 = +-10 V; m is a multiple of 10."""
+        """Return new texture samples, (5, m) counts at 2 kHz, +-2048 = +-10 V; m is a multiple of 10."""
         return self._texture.take_counts()
 
     def ssr_counts(self) -> NDArray[np.int16]:
-        """Latest reading of the plates' resistors, (5,) counts 0..4095; new every 10 ms."""
+        """Return the latest readings of the plates' resistors, (5,) counts 0..4095; new every 10 ms."""
         return self._thermal.ssr_counts()
 
     def ambient_counts(self) -> NDArray[np.int16]:
-        """Latest reading of the ambient sensors, (5,) counts 0..4095."""
+        """Return the latest readings of the ambient sensors, (5,) counts 0..4095."""
         return self._thermal.ambient_counts()
 
     def take_events(self) -> list[TruthEvent]:
-        """What truly happened since the last call, in order of time."""
+        """Return the true events since the last call, in order of time."""
         events, self._events = self._events, []
         return events
 
@@ -199,7 +198,7 @@ class RemoteWorld:
         self.speed_m_s = math.hypot(vx, vy)
 
     def _move_fingers(self, dt_s: float, heights: list[float]) -> None:
-        """Move the present fingers, and lay a knot for the texture sensors."""
+        """Move the fingers that take part, and give the texture sensors their present state."""
         bench, belows, moved = self.bench, self._below, False
         for finger in self._fingers:
             tip, before = self._tips[finger], belows[finger]
@@ -224,7 +223,7 @@ class RemoteWorld:
         self._texture.step(self.time_s, self.x_m, force_n=forces, gain=gain, track=track, origin_m=origin)
 
     def _lay_tracks(self) -> None:
-        """Find the tracks below the texture sensors: gain, start in the bank, and x of that start."""
+        """Find the profiles below the texture sensors: gain, start in `Bench.heights_m`, and x of that start."""
         gain, track, origin = [0.0] * len(FINGERS), [0] * len(FINGERS), [0.0] * len(FINGERS)
         for finger, index in enumerate(self._below):
             if index != _FREE:
@@ -233,7 +232,7 @@ class RemoteWorld:
         self._tracks = gain, track, origin
 
     def _change_object(self, finger: int, index: int) -> None:
-        """Tell the thermal sensor what it touches now: a new contact draws a new conductance."""
+        """Set the object that the thermal sensor touches; a new contact draws a new conductance."""
         before = self._touched[finger]
         self._touched[finger] = index
         if index == _FREE:
@@ -249,7 +248,7 @@ class RemoteWorld:
         self._warmed[finger] = index
 
     def _observe(self, before_x_m: float, before_s: float) -> None:
-        """Keep the truth: modes, contacts, grooves crossed."""
+        """Update the true modes, and record contacts and crossed grooves."""
         for finger in self._fingers:
             truth, force_n = self._truth[finger], self.forces_n[finger]
             was = truth.contact
@@ -273,7 +272,7 @@ class RemoteWorld:
             self._add(before_s + part * (self.time_s - before_s), finger, "groove")
 
     def _add(self, time_s: float, finger: int, kind: Literal["contact", "release", "groove"]) -> None:
-        """Note an event; a finger that slid off an edge is released from nothing."""
+        """Record an event; a finger that slid off an edge has no object at its release."""
         index = self._below[finger]
         below = None if index == _FREE else self.bench.objects[index]
         self._events.append(

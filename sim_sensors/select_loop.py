@@ -1,6 +1,6 @@
-"""The simulators' waiting: bytes are handled the moment they come, until the next tick is due.
+"""Event loop of the simulators: handle bytes as soon as they arrive, until the next tick is due.
 
-`select.select` waits to the microsecond; polls and event loops that count milliseconds would be late.
+`select.select` waits with microsecond resolution; polls and event loops with millisecond resolution would be late.
 """
 
 import select
@@ -11,7 +11,7 @@ Handler = Callable[[float], None]
 
 
 class SelectLoop:
-    """Watches file descriptors; each has a handler that is called with the time at which it became readable."""
+    """Watch file descriptors and call each one's handler with the time at which it became readable."""
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
         self.now = now
@@ -24,12 +24,12 @@ class SelectLoop:
         self._descriptors = list(self._handlers)
 
     def forget(self, descriptor: int) -> None:
-        """Watch it no longer; do this before closing it."""
+        """Stop watching a descriptor; call this before closing it."""
         self._handlers.pop(descriptor, None)
         self._descriptors = list(self._handlers)
 
     def serve(self, seconds: float) -> None:
-        """Handle what comes for `seconds`; with 0, what is there already."""
+        """Handle readable descriptors for `seconds`; with 0, only those readable already."""
         deadline = self.now() + seconds
         while True:
             wait_s = max(0.0, deadline - self.now())

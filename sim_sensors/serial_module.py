@@ -1,8 +1,7 @@
-"""What every simulated serial module does: frames, identity, reports at a rate, and the command watchdog.
+"""Base of the simulated serial modules: frames, identity, periodic reports, and the command watchdog.
 
-A module is a machine of bytes and times. It knows no port, no clock and no physics: bytes of the host go in
-with the time at which they came, bytes for the host come out, and the world connects what the module
-measures and drives.
+A module depends on no port, clock or physics. It takes bytes of the host with their time of arrival and returns bytes
+for the host. The simulated world connects its measurements and its drives.
 """
 
 import math
@@ -13,17 +12,17 @@ from common.limits import MODULE_TIMEOUT_S
 from common.serial_messages import BadPayload, Identity, MessageId
 
 _EARLY_S = 1e-9
-"""A clock that has not quite reached a report's moment has reached it: times are sums of steps."""
+"""Tolerance of a report's time, s; times are sums of steps and carry rounding errors."""
 
 
 class SerialModule(ABC):
     """Base of the emulated modules.
 
     Attributes:
-        identity: what it answers to IDENTIFY.
-        refused: good frames whose content was out of range, or that this kind of module does not know.
-        reader: what came in, with the count of damaged frames.
-        due_s: earliest moment at which it acts without being fed, s.
+        identity: its answer to IDENTIFY.
+        refused: number of intact frames with content out of range, or unknown to this kind of module.
+        reader: reader of the incoming frames, with the count of damaged ones.
+        due_s: earliest time at which it acts without being fed, s.
     """
 
     def __init__(self, identity: Identity, powered_s: float = 0.0) -> None:
@@ -36,7 +35,7 @@ class SerialModule(ABC):
         self._output = b""
 
     def feed(self, data: bytes, now_s: float) -> None:
-        """Take bytes from the host that arrived at `now_s`, in whatever pieces they come."""
+        """Take bytes from the host that arrived at `now_s`; frames may come in pieces."""
         self.due_s = -math.inf
         for frame in self.reader.feed(data):
             try:
@@ -48,7 +47,7 @@ class SerialModule(ABC):
                 self.refused += 1
 
     def take_output(self, now_s: float) -> bytes:
-        """Let the module's own clock reach `now_s`; return the bytes that it has for the host."""
+        """Advance the module to `now_s`; return its bytes for the host."""
         if now_s < self.due_s:
             return b""
         self._run(now_s)
@@ -70,22 +69,22 @@ class SerialModule(ABC):
 
     @abstractmethod
     def _obey(self, frame: Frame, now_s: float) -> None:
-        """Carry a command out; raises BadPayload on one that this module does not accept."""
+        """Execute a command; raise BadPayload for one that this module does not accept."""
 
     @abstractmethod
     def _run(self, now_s: float) -> None:
-        """Do what is due by `now_s`: watchdog, limits, reports."""
+        """Apply watchdog and limits and make the reports that are due by `now_s`."""
 
     @abstractmethod
     def _next_s(self) -> float:
-        """When something is due next, after `_run`, s."""
+        """Return the time of the next due action after `_run`, s."""
 
 
 class ReportClock:
-    """Says when the next periodic report is due; a module that was not asked for a while sends one, not a burst.
+    """Clock of a periodic report; after a pause of the module, one report is due, not a burst.
 
     Attributes:
-        due_s: moment from which a report is due, s.
+        due_s: time from which a report is due, s.
     """
 
     def __init__(self, period_s: float, start_s: float) -> None:
@@ -94,7 +93,7 @@ class ReportClock:
         self.due_s = start_s - _EARLY_S
 
     def due(self, now_s: float) -> bool:
-        """Whether a report is due at `now_s`; if so, the next one is a period later."""
+        """Return whether a report is due at `now_s`; if so, the next one is due a period later."""
         if now_s < self.due_s:
             return False
         self._due_s = max(self._due_s, now_s - self._period_s) + self._period_s
@@ -103,12 +102,12 @@ class ReportClock:
 
 
 class CommandWatchdog:
-    """Armed from power-up: without a valid command for 100 ms the module's drives go to 0.
+    """Watchdog of the commands, armed from power-up: 100 ms after the last valid command the drives go to 0.
 
     Attributes:
-        expired: no command is in force.
-        limit_s: moment at which the command in force runs out.
-        due_s: the same, infinite while no command is in force.
+        expired: whether no command is in force.
+        limit_s: time at which the latest command expires, s.
+        due_s: the same while a command is in force, otherwise infinite.
     """
 
     def __init__(self) -> None:
@@ -117,12 +116,12 @@ class CommandWatchdog:
         self.due_s = math.inf
 
     def obeyed(self, now_s: float) -> None:
-        """A valid command came."""
+        """Start the time again for a valid command at `now_s`."""
         self.expired = False
         self.limit_s = self.due_s = now_s + MODULE_TIMEOUT_S
 
     def expires(self, now_s: float) -> bool:
-        """Whether the command in force runs out by `now_s`; says so once."""
+        """Return whether the command in force expires by `now_s`; True only once a command."""
         if now_s < self.due_s:
             return False
         self.expired = True
@@ -131,21 +130,21 @@ class CommandWatchdog:
 
 
 class CutOut:
-    """A module's own temperature limit: interrupts the supply of a drive by the module's own measurement.
+    """Temperature limit inside a module: it interrupts the supply of a drive by the module's own measurement.
 
-    It stands behind the command path, so that it also holds against a driver that is stuck. It lets go again 1 K below
-    the limit, and only once the drive that it holds back does not heat.
+    It acts behind the command path, so it also protects against a stuck driver. It releases 1 K below the limit, and
+    only while the drive that it interrupts does not heat.
     """
 
     RELEASE_K = 1.0
     PERIOD_S = 0.010
-    """Between two measurements."""
+    """Time between two measurements, s."""
     RATE_LAG_S = 0.1
     FASTEST_K_S = 8.0
-    """No plate is heated faster: a reading that jumps has not been heated."""
+    """Fastest possible heating of a plate, K/s; a faster rise of the reading is a jump and is limited to this."""
 
     def __init__(self, limit_c: float, look_ahead_s: float = 0.0) -> None:
-        """Limit a plate to `limit_c`, by where it will be in `look_ahead_s`: its sensor is behind it."""
+        """Limit a plate to `limit_c` by its predicted temperature in `look_ahead_s`, because its sensor lags."""
         self._limit_c = limit_c
         self._look_ahead_s = look_ahead_s
         self._measured_c = math.nan
@@ -153,7 +152,7 @@ class CutOut:
         self.tripped = False
 
     def measure(self, measured_c: float) -> None:
-        """Take a measurement, one each PERIOD_S; NaN where there is none to be had."""
+        """Take a measurement, C, once each PERIOD_S; NaN if there is none."""
         rate = (measured_c - self._measured_c) / self.PERIOD_S
         known = math.isfinite(rate)
         rate = max(-self.FASTEST_K_S, min(self.FASTEST_K_S, rate))
@@ -161,7 +160,7 @@ class CutOut:
         self._measured_c = measured_c
 
     def allows(self, drive_permille: int) -> bool:
-        """Whether the drive that is asked for may go through; a plate that is not measured trips."""
+        """Return whether the commanded drive may pass; a missing measurement trips the cut-out."""
         ahead_c = self._measured_c + self._look_ahead_s * max(0.0, self._rate_k_s)
         if not ahead_c < self._limit_c:
             self.tripped = True

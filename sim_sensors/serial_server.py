@@ -1,4 +1,4 @@
-"""Serves an emulated serial module at an address: a pseudo terminal or a TCP port (`socket://` for pyserial)."""
+"""Serve an emulated serial module at an address: a pseudo terminal or a TCP port (`socket://` for pyserial)."""
 
 import math
 import os
@@ -20,17 +20,18 @@ from sim_sensors.tcp_port import TcpPort
 
 _CHUNK = 4096
 _BACKLOG_BYTES = 16 * 1024
-"""A third of a second of the fastest module."""
+"""Largest backlog of a module, bytes; it holds a third of a second of the fastest module."""
 _LOOK_S = 0.010
-"""Between two looks at whether the client is live, s."""
+"""Time between two checks that the client is live, s."""
 _KNOCK_S = 1.0
+"""Time for which a connection that has sent nothing is kept, s."""
 _MOST_KNOCKING = 4
-"""Connections that have sent nothing yet: for how long, s, and how many, they are kept."""
+"""Largest number of connections that have sent nothing yet."""
 _TCP_ADDRESS = re.compile(r"tcp:(?P<host>[^:]+):(?P<port>\d{1,5})")
 
 
 class Device(Protocol):
-    """A machine of bytes and times, as in `sim_sensors.serial_module`."""
+    """A serial device with bytes and times as its only interface, as in `sim_sensors.serial_module`."""
 
     def feed(self, data: bytes, now_s: float) -> None:
         """Take bytes from the host."""
@@ -43,10 +44,10 @@ class SerialServer(ABC):
     """One module at one address.
 
     Attributes:
-        address: what a driver opens: a tty path or `socket://HOST:PORT`. It stays the same when the cable is pulled.
-        backlog: bytes waiting for the driver to read them.
-        silent: the module neither says nor hears anything, although its line stays open and its own time-outs act.
-        deaf: the module hears nothing.
+        address: address for the driver, a tty path or `socket://HOST:PORT`. It stays the same when the cable is pulled.
+        backlog: bytes that the driver has not read yet.
+        silent: the module neither sends nor receives, although its line stays open and its own time-outs act.
+        deaf: the module receives nothing.
         babble: noise that fills the line; None for a sound module.
     """
 
@@ -60,7 +61,7 @@ class SerialServer(ABC):
         self._device = device
 
     def pump(self, now_s: float) -> None:
-        """Let the module's clock reach `now_s` and send what it has to say."""
+        """Advance the module to `now_s` and send its output."""
         output = self._device.take_output(now_s)
         if self.babble is not None:
             output = self.babble.mix(now_s, output)
@@ -69,7 +70,7 @@ class SerialServer(ABC):
 
     @abstractmethod
     def unplug(self) -> None:
-        """Pull the cable: the connection ends, and nobody answers at the address."""
+        """Pull the cable: the connection ends, and the address does not answer."""
 
     @abstractmethod
     def plug(self) -> None:
@@ -77,11 +78,11 @@ class SerialServer(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Hang up and give the address back."""
+        """Disconnect and release the address."""
 
     @abstractmethod
     def _send(self, output: bytes) -> None:
-        """Send without waiting."""
+        """Send without blocking."""
 
     def _received(self, data: bytes, now_s: float) -> None:
         if not (self.silent or self.deaf):
@@ -90,9 +91,9 @@ class SerialServer(ABC):
 
 
 class PtyServer(SerialServer):
-    """A module at a pseudo terminal of its own, in raw mode.
+    """A module at its own pseudo terminal, in raw mode.
 
-    Its address is a link, as hardware has in `/dev/serial/by-id`: a terminal that is opened anew has another number.
+    Its address is a link, like those of hardware in `/dev/serial/by-id`, because each new terminal has another number.
     """
 
     def __init__(self, device: Device, loop: SelectLoop, what: str) -> None:
@@ -105,7 +106,7 @@ class PtyServer(SerialServer):
         self.plug()
 
     def unplug(self) -> None:
-        """Take the terminal away from under whoever has it open, and its name with it."""
+        """Remove the terminal and its name, even while a driver has it open."""
         if self._ends is None:
             return
         self._link.unlink()
@@ -118,7 +119,7 @@ class PtyServer(SerialServer):
         """Open a terminal under the same name."""
         if self._ends is not None:
             return
-        # The slave end stays open here, so that the line survives drivers that come and go.
+        # The slave end stays open here, so that the line stays up when a driver closes it.
         master, slave = self._ends = pty.openpty()
         tty.setraw(slave)
         os.set_blocking(master, False)
@@ -127,7 +128,7 @@ class PtyServer(SerialServer):
         self._link.symlink_to(os.ttyname(slave))
 
     def close(self) -> None:
-        """Hang up and give the terminal back."""
+        """Disconnect and remove the terminal."""
         self.unplug()
         self._folder.cleanup()
 
@@ -148,10 +149,10 @@ class PtyServer(SerialServer):
 
 
 class TcpServer(SerialServer):
-    """A module at a TCP port. It has one client at a time.
+    """A module at a TCP port, with one client at a time.
 
-    A client begins with a zero byte, as a driver does. Until then it is sent nothing; with another byte it is hung up
-    on. So is a second one while the first is live: only one that is half dead is replaced.
+    A client must begin with a zero byte, as drivers do. Until then it receives nothing. A client that begins with
+    another byte is disconnected. A second client is disconnected while the first is live, and replaces it otherwise.
     """
 
     def __init__(self, device: Device, loop: SelectLoop, host: str, port: int, what: str) -> None:
@@ -164,7 +165,7 @@ class TcpServer(SerialServer):
         self.address = f"socket://{host}:{self._port.number}"
 
     def pump(self, now_s: float) -> None:
-        """Let the module's clock reach `now_s` and send what it has to say."""
+        """Advance the module to `now_s` and send its output; drop connections that stay silent."""
         if not 0.0 <= now_s - self._looked_s < _LOOK_S:
             self._looked_s = now_s
             if self._client is not None:
@@ -174,7 +175,7 @@ class TcpServer(SerialServer):
         super().pump(now_s)
 
     def unplug(self) -> None:
-        """Hang up, and refuse whoever comes."""
+        """Disconnect all clients and refuse new ones."""
         self._hang_up_on_all()
         self._port.unplug()
 
@@ -183,7 +184,7 @@ class TcpServer(SerialServer):
         self._port.plug()
 
     def close(self) -> None:
-        """Hang up and give the port back."""
+        """Disconnect all clients and release the port."""
         self._hang_up_on_all()
         self._port.close()
 
@@ -194,7 +195,7 @@ class TcpServer(SerialServer):
         self._loop.watch(connection.fileno(), lambda now_s: self._knock(connection, now_s))
 
     def _knock(self, connection: socket.socket, now_s: float) -> None:
-        """Take the first bytes of a new connection: they say whether it is a driver."""
+        """Take the first bytes of a new connection; accept it as the client if they are a driver's."""
         data = receive_tcp(connection, _CHUNK)
         if data is None:
             return
@@ -206,7 +207,7 @@ class TcpServer(SerialServer):
         self._client = LineClient(connection, now_s)
         self.backlog = Backlog(_BACKLOG_BYTES)
         self._loop.watch(connection.fileno(), self._read)
-        self._received(data, now_s)  # its zero byte ends what the client before left half sent
+        self._received(data, now_s)  # its zero byte ends a frame that the last client left incomplete
 
     def _send(self, output: bytes) -> None:
         if self._client is None:

@@ -1,4 +1,4 @@
-"""Where simulated devices are reached: terminals, TCP ports and a CAN gateway, or the lines of a test bed."""
+"""Serve the simulated devices at terminals, TCP ports and a CAN gateway, or on the lines of a test bed."""
 
 from collections.abc import Mapping, Sequence
 from typing import Protocol, TypeVar
@@ -12,7 +12,7 @@ Finger = TypeVar("Finger", bound=str)
 
 
 class Bus(Protocol):
-    """A CAN bus with nodes of this process, and the faults that it can have; see `SocketcandBus`."""
+    """A CAN bus with nodes of this process, and its possible faults; see `SocketcandBus`."""
 
     silent: bool
     deaf: bool
@@ -21,32 +21,32 @@ class Bus(Protocol):
 
     @property
     def clients(self) -> int:
-        """How many drivers are connected."""
+        """Number of connected drivers."""
 
     def pump(self, now_s: float) -> None:
-        """Put what the nodes have to send now on the bus."""
+        """Put the nodes' present frames on the bus."""
 
     def unplug(self) -> None:
-        """Take the bus away from its drivers."""
+        """Disconnect the bus from its drivers."""
 
     def plug(self) -> None:
-        """Bring it back."""
+        """Make the bus available again."""
 
     def turn_off(self) -> None:
-        """Let the drivers' controller leave the bus."""
+        """Put the drivers' controller into the bus-off state."""
 
     def turn_on(self) -> None:
-        """Start it again."""
+        """Restart the drivers' controller."""
 
     def close(self) -> None:
-        """End it."""
+        """Close the bus."""
 
 
 class Serving(Protocol):
-    """Serves lines and buses, and has the clock of what is served."""
+    """Server of lines and buses, with the clock of the served devices."""
 
     def now(self) -> float:
-        """Time, s."""
+        """Return the time, s."""
 
     def line(self, device: Device, address: str, what: str) -> SerialServer:
         """Serve a serial module; raises ValueError, which names `what`, where the address cannot be served."""
@@ -56,10 +56,10 @@ class Serving(Protocol):
 
 
 class SocketServing:
-    """Serves drivers of other processes."""
+    """Server for drivers in other processes."""
 
     def __init__(self, loop: SelectLoop) -> None:
-        """Serve in a loop, which has the clock."""
+        """Serve in an event loop and use its clock."""
         self._loop = loop
 
     def now(self) -> float:
@@ -78,7 +78,7 @@ class SocketServing:
 def serve_fingers(
     devices: Mapping[Finger, Device], serving: Serving, addresses: Mapping[Finger, str], kind: str
 ) -> dict[Finger, SerialServer]:
-    """Serve one kind of module for each finger, all of them or none.
+    """Serve one kind of module for each finger; after an error, none is served.
 
     Raises:
         ValueError: fingers and addresses do not match, or an address cannot be served.

@@ -1,4 +1,4 @@
-"""The operator site's simulated devices in one process: hand in the exoskeleton, and the TactTips it wears."""
+"""Run the operator site's simulated devices in one process: the hand in the exoskeleton, and its TactTips."""
 
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -28,7 +28,7 @@ from sim_sensors.truth_log import LOG_EVERY, OPERATOR_STREAMS, TruthLog
 _MEASURE_S = 0.010
 """Time between two readings of the NTCs, s."""
 _INTRUDED = {"enabled": 1.0, **dict.fromkeys(FINGERS, 5.0)}
-"""What a second sender on the bus commands, N."""
+"""Forces that a second sender on the bus commands, N, and their enabling."""
 
 
 class OperatorDevices:
@@ -38,16 +38,16 @@ class OperatorDevices:
     `config.seconds` later.
 
     Attributes:
-        step_s: by this much a step advances them, s; 10 ms at most.
+        step_s: time that a step advances, s; at most 10 ms.
     """
 
     def __init__(self, config: SimOperatorConfig, sockets: SelectLoop, serving: Serving | None = None) -> None:
         """Open everything.
 
         Args:
-            config: what there is, and where.
-            sockets: serves the port for faults, and by default the devices.
-            serving: serves the devices.
+            config: the devices and their addresses.
+            sockets: event loop of the fault port, and by default of the devices.
+            serving: server of the devices.
 
         Raises:
             ValueError: unknown scene, an address that is taken or malformed, a recording that cannot be written.
@@ -96,7 +96,7 @@ class OperatorDevices:
             self._opened = opened.pop_all()
 
     def step(self, now_s: float) -> None:
-        """Advance the physics by one step to `now_s`, and say what is due."""
+        """Advance the physics by one step to `now_s`, and send the reports that are due."""
         self.hang.pause()
         self._steps += 1
         self._work(now_s)
@@ -125,7 +125,7 @@ class OperatorDevices:
             self._write_truth(now_s, force_n.tolist())
 
     def figures(self) -> dict[str, object]:
-        """What the status file tells: whether the hand works, and what devices refused."""
+        """Return the content of the status file: the hand's progress, refused commands, and faults in force."""
         return {
             "scene_seconds": self.hand.total_seconds(),
             "script_s": self.hand.script_s,
@@ -138,7 +138,7 @@ class OperatorDevices:
         }
 
     def close(self) -> None:
-        """Give every address back and finish the recording."""
+        """Release all addresses and finish the recording."""
         self._opened.close()
 
     def _work(self, now_s: float) -> None:
@@ -189,7 +189,7 @@ def run_sim_operator(config: SimOperatorConfig, stop: Callable[[], bool]) -> Non
     """Serve the operator site's simulated devices until `stop()`.
 
     Raises:
-        ValueError: the configuration cannot be carried out (scene, addresses, recording).
+        ValueError: the scene, an address or the recording of the configuration is unusable.
     """
     sockets = SelectLoop()
     devices = OperatorDevices(config, sockets)

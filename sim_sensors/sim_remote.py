@@ -1,4 +1,4 @@
-"""The remote site's simulated devices in one process: robot hand, its sensors, and the world they touch."""
+"""Run the remote site's simulated devices in one process: robot hand, its sensors, and the world they touch."""
 
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -32,24 +32,25 @@ from sim_sensors.truth_log import LOG_EVERY, REMOTE_STREAMS, TruthLog
 _MEASURE_S = 0.010
 """Time between two readings of the thermometers, s."""
 _INTRUDED_HAND = {"x": 0.0, "y": 0.0}
+"""Hand position that a second sender on the bus commands, mm."""
 _INTRUDED_HEIGHTS = {"released": 0.0, **dict.fromkeys(FINGERS, 6.0)}
-"""What a second sender on the bus commands, mm."""
+"""Heights that a second sender on the bus commands, mm, without a release."""
 
 
 class RemoteDevices:
     """Devices and world of the remote side.
 
     Attributes:
-        step_s: by this much a step advances them, s; 10 ms at most.
+        step_s: time that a step advances, s; at most 10 ms.
     """
 
     def __init__(self, config: SimRemoteConfig, sockets: SelectLoop, serving: Serving | None = None) -> None:
         """Open everything.
 
         Args:
-            config: what there is, and where.
-            sockets: serves the port for faults, and by default the devices.
-            serving: serves the devices.
+            config: the devices and their addresses.
+            sockets: event loop of the fault port, and by default of the devices.
+            serving: server of the devices.
 
         Raises:
             ValueError: unknown scene, an address that is taken or malformed, a recording that cannot be written.
@@ -96,7 +97,7 @@ class RemoteDevices:
         self._servers = [*self.texture_servers.values(), *self.thermal_servers.values()]
 
     def step(self, now_s: float) -> None:
-        """Advance the world by one step to `now_s`, and say what is due."""
+        """Advance the world by one step to `now_s`, and send the reports that are due."""
         self.hang.pause()
         self._steps += 1
         permille = [module.drive_permille for module in self.thermal.values()]
@@ -119,7 +120,7 @@ class RemoteDevices:
         self._write_truth(now_s)
 
     def figures(self) -> dict[str, object]:
-        """What the status file tells: who listens, and what devices refused."""
+        """Return the content of the status file: CAN clients, refused commands, and faults in force."""
         return {
             "can_clients": self.bus.clients,
             "frames_refused": self.robot.refused,
@@ -129,7 +130,7 @@ class RemoteDevices:
         }
 
     def close(self) -> None:
-        """Give every address back and finish the recording."""
+        """Release all addresses and finish the recording."""
         self._opened.close()
 
     def _faults(self) -> Faults:
@@ -191,7 +192,7 @@ def run_sim_remote(config: SimRemoteConfig, stop: Callable[[], bool]) -> None:
     """Serve the remote site's simulated devices until `stop()`.
 
     Raises:
-        ValueError: the configuration cannot be carried out (scene, addresses, recording).
+        ValueError: the scene, an address or the recording of the configuration is unusable.
     """
     sockets = SelectLoop()
     devices = RemoteDevices(config, sockets)

@@ -1,4 +1,4 @@
-"""Trace files of simulated touches and strokes, with their labels: what `simulate` writes and calibration reads."""
+"""Write trace files of simulated touches and strokes, with labels, for the command `simulate` and for calibration."""
 
 import csv
 from pathlib import Path
@@ -50,9 +50,9 @@ def simulate_thermal_set(
 ) -> list[ThermalTrace]:
     """Write `touches` traces of a material (or `air`) and their labels `file,material,object_c` into `out`.
 
-    Every touch is of a new piece, or, with `block`, of the one block of the material.
+    Every touch meets a new piece of the material; with `block`, all touches meet its known block.
 
-    Labels of other files that `out` already holds are kept, so that sets of several materials can share it.
+    Labels of other files in `out` are kept, so that sets of several materials can share the folder.
 
     Raises:
         ValueError: unknown material, a number out of range, or a labels file of another kind in `out`.
@@ -113,7 +113,7 @@ def _write(path: Path, columns: NDArray[np.float64], formats: list[str], header:
 
 
 class _Labels:
-    """The labels file of a folder: read at first, rewritten as a whole at the end."""
+    """The labels file of a folder: read at the start, rewritten as a whole at the end."""
 
     def __init__(self, folder: Path, header: tuple[str, ...]) -> None:
         folder.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,7 @@
-"""A finger that explores as it is told: its true motion, contact force and mode, and what noisy sensors say of them.
+"""Simulate a finger that explores on command: its true motion, force and mode, and the readings of noisy sensors.
 
-The truth is the paper's rule on the noise-free motion, without the shaking of the arm: the hand was told to rest.
+The true mode follows the paper's rule on the noise-free motion. It excludes the arm's shaking, since the hand is
+commanded to rest.
 """
 
 import math
@@ -18,21 +19,23 @@ from sim_sensors.true_mode import TrueMode
 
 Modes = NDArray[np.int64]
 FORCE_STEP_N = 0.01
+"""Resolution of the force in the telemanipulator's frames, N, from 0 up; its noise is that of the simulated world."""
 PLACE_STEP_M, PLACE_NOISE_M = 20e-6, 10e-6
+"""Resolution of x and y in the telemanipulator's frames, m, and nominal white noise of half a step, m rms."""
 HEIGHT_STEP_M, HEIGHT_NOISE_M = 5e-6, 2.5e-6
-"""Nominal sensors: the steps of the telemanipulator's frames, and white noise of half a step rms in places and
-heights; the force's noise is that of the simulated world, and its steps are as they are, from 0 up."""
+"""Resolution of the height in the telemanipulator's frames, m, and nominal white noise of half a step, m rms."""
 TICK_LATE_S = 0.001
-"""A tick is up to this late as a rule. Devices and loop each keep their own time: a late tick gets a newer reading, and
-the next one may get the same again."""
+"""Largest usual delay of a tick, s. Devices and loop have separate clocks: a late tick gets a newer reading, and the
+next tick may get the same reading again."""
 TICK_LOST = 0.002
+"""Share of the ticks after which ticks are lost."""
 LOST_TICKS = (5, 15)
-"""This share of the ticks comes that many ticks after the one before."""
+"""Range of the distance to the next tick where ticks are lost, ticks; the upper end is excluded."""
 
 
 @dataclass(frozen=True, slots=True)
 class Explored:
-    """What truly happened, a value a tick, and each landing: tick of the contact at 0.30 N, approach speed in m/s."""
+    """The truth, one value a tick, and each landing: tick of the contact at 0.30 N, approach speed in m/s."""
 
     time_s: Array
     x_m: Array
@@ -45,7 +48,7 @@ class Explored:
 
 @dataclass(frozen=True, slots=True)
 class Sensed:
-    """The same as the site's loop gets it: when it ticked, what the sensors said, which tick of the truth that was."""
+    """The readings in the site's loop: time of each of its ticks, sensor values, and their tick in the truth."""
 
     time_s: Array
     x_m: Array
@@ -55,9 +58,9 @@ class Sensed:
     tick: NDArray[np.int64]
 
 
-def explore(told: ToldHand, stiffness_n_m: float, rng: np.random.Generator) -> Explored:
-    """Let a robot finger do what the hand was told, on an object of this stiffness at height 0."""
-    course = told.course()
+def explore(hand: ToldHand, stiffness_n_m: float, rng: np.random.Generator) -> Explored:
+    """Let a robot finger follow the commanded hand on an object of this stiffness at height 0."""
+    course = hand.course()
     count = len(course["z_m"])
     time_s = times_s(count)
     tremble = [_tremble(time_s, rng) for _ in range(3)]
@@ -87,7 +90,7 @@ def explore(told: ToldHand, stiffness_n_m: float, rng: np.random.Generator) -> E
 
 
 def sense(explored: Explored, noise: float, rng: np.random.Generator) -> Sensed:
-    """What the site gets with sensors `noise` (> 0) times as noisy and coarse as nominal, and ticks that are late."""
+    """Return the site's readings, with late ticks and sensors `noise` (> 0) times as noisy and coarse as nominal."""
     phase, ticks, tick = rng.uniform(), [], 0
     while tick < len(explored.time_s):
         ticks.append(tick)
@@ -113,7 +116,7 @@ def sense(explored: Explored, noise: float, rng: np.random.Generator) -> Sensed:
 
 
 def _tremble(time_s: Array, rng: np.random.Generator) -> tuple[Array, Array]:
-    """Tremor and drift of a hand, of amplitude 1."""
+    """Return tremor and drift of a hand, each with amplitude 1."""
     phase = rng.uniform(0.0, 2.0 * math.pi, 2)
     fast, slow = rng.uniform(*TREMOR_HZ), rng.uniform(*DRIFT_HZ)
     return np.sin(2.0 * math.pi * fast * time_s + phase[0]), np.sin(2.0 * math.pi * slow * time_s + phase[1])

@@ -1,4 +1,4 @@
-"""Single strokes of one finger over one surface through the physics of the simulated world."""
+"""Simulate single strokes of one finger over a surface with the physics of the simulated world."""
 
 from dataclasses import dataclass
 from zlib import crc32
@@ -23,15 +23,15 @@ HOVER_S = 0.3
 REST_S = 0.4
 EDGE_M = 0.01
 LENGTH_M = 0.08
-"""Length of a stroke unless told otherwise, m."""
+"""Default length of a stroke, m."""
 
 
 @dataclass(frozen=True, slots=True)
 class StrokeTrace:
-    """One stroke at 2 kHz: hover, lower, rest, stroke, rest, lift; and when grooves were truly crossed.
+    """One stroke at 2 kHz: hover, lower, rest, stroke, rest, lift; `groove_s` holds the true times of groove crossings.
 
-    `stroke_s` is when the hand's set-point starts and stops to travel; `border_s` is when the tip came to the second
-    surface, None where there is one only.
+    `stroke_s` holds the times at which the hand's set-point starts and stops. `border_s` is the time at which the tip
+    reaches the second surface, None without one.
     """
 
     time_s: Array
@@ -58,11 +58,11 @@ def simulate_stroke(
 
     Args:
         surface: a kind of surface.
-        seed: all randomness.
+        seed: source of all randomness.
         speed_mm_s: stroke speed, mm/s.
         force_n: nominal resting force, N; the stroke draws 0.9..1.1 of it.
         length_m: length of the stroke, m.
-        then: another kind of surface, on which the stroke goes on from half of its length; the hand keeps the force.
+        then: another kind of surface for the second half of the stroke; the hand keeps the force.
         groove_depth_m: depth of grooves, m.
         noise_v: noise of the sensor, rms, V.
 
@@ -120,12 +120,12 @@ def simulate_stroke(
 
 
 def _world_seed(surface: str, seed: int) -> int:
-    """One whole number from seed and surface: two surfaces never share their draws."""
+    """Combine seed and surface to one integer, so that two surfaces never share their random draws."""
     return seed << 32 | crc32(surface.encode())
 
 
 def _scene(surfaces: tuple[str, ...], length_m: float) -> Scene:
-    """Surfaces one after the other, each with its share of the stroke; the last one's edge is beyond it."""
+    """Lay the surfaces in a row, each with an equal share of the stroke; the last one extends beyond the stroke."""
     share_m = length_m / len(surfaces)
     blocks = tuple(
         SceneObject(

@@ -1,6 +1,6 @@
-"""Single thermal touches through the physics of the simulated world, many at once.
+"""Simulate many single thermal touches at once with the physics of the simulated world.
 
-Each touch is a session of its own: sensor, specimen, object temperature, contact and force are drawn anew.
+Each touch is a separate session: sensor, specimen, object temperature, contact and force are drawn anew.
 """
 
 from collections.abc import Sequence
@@ -34,22 +34,22 @@ from sim_sensors.true_mode import CONTACT_N
 Array = NDArray[np.float64]
 
 AIR = "air"
-"""In place of a material: a free cool-down, the heater switched off where others touch."""
+"""Name in place of a material for a free cool-down: the heater switches off at the time of the other touches."""
 LEAD_S = 1.0
-"""A trace starts about this long before contact, s."""
+"""Approximate time from the start of a trace to contact, s."""
 LOWER_S = 0.35
 LOWER_AHEAD_S = 0.25
 TICK_S = 0.002
 BLOCK_M = 0.020
-"""Thickness of the touched block unless told otherwise, m."""
+"""Default thickness of the touched block, m."""
 WARM_S = (0.0, 10.0)
-"""The sensor has been at its target for about this long when the trace starts, s, drawn: from the pause between two
-touches of a session to a sensor that has been waiting."""
+"""Range of the sensor's time at its target before the trace starts, s. It extends from the pause between two touches of
+a session to a sensor that has been waiting."""
 REACH_S_K = 0.2
-"""The heater needs this long for each K of pre-heat, s/K."""
+"""Heater's time for each kelvin of pre-heating, s/K."""
 FORCE_SPREAD = (0.9, 1.1)
 CHANGE_S = 0.05
-"""A finger that presses otherwise, or is lifted, does it within this, s."""
+"""Duration of a change of force or of a lift, s."""
 PREHEAT_PER_K = 2.0
 
 _POLISHED = ("aluminium", "copper", "brass", "iron", "carbon_steel", "stainless_304")
@@ -62,15 +62,15 @@ _SURFACE_OF = (
     | dict.fromkeys(_BODY, "skin")
     | {"pu_foam": "foam"}
 )
-"""Which surface a block of a material has; any other is as smooth as plain PVC."""
+"""Surface of a block by its material; any other material is as smooth as plain PVC."""
 
 
 @dataclass(frozen=True, slots=True)
 class ThermalTrace:
-    """One touch at 100 Hz, and the truth behind it.
+    """One touch at 100 Hz with its true values.
 
-    `contact_s` is when the true force first reached 0.30 N (in air: when the heater went off); in air `object_c`
-    is None and `conductance_w_m2k`, the contact's at its resting force, is 0.
+    `contact_s` is the time at which the true force first reaches 0.30 N; in air, the heater switches off then.
+    `conductance_w_m2k` is the contact conductance at the resting force. In air it is 0, and `object_c` is None.
     """
 
     time_s: Array
@@ -84,7 +84,7 @@ class ThermalTrace:
 
 @dataclass(frozen=True, slots=True)
 class _Touched:
-    """What one touch meets: everything that is drawn for it but the sensor."""
+    """Everything drawn for one touch except the sensor."""
 
     specimen: Specimen
     column: ObjectColumn
@@ -106,7 +106,7 @@ class _Touched:
         block: bool,
         rng: np.random.Generator,
     ) -> "list[_Touched]":
-        """One object under `fingers` fingers: they share piece and temperature, each has its contact and force."""
+        """Draw one object under `fingers` fingers: common piece and temperature, separate contacts and forces."""
         specimen = Specimen.draw(material(name), rng, block=block)
         full = full_conductance_w_m2k(specimen.conductivity_w_mk, relief.rms_m)
         column = object_column(specimen.conductivity_w_mk, specimen.heat_j_m3k, thickness_m, STAGE_S)
@@ -142,17 +142,17 @@ def simulate_thermal(
 
     Args:
         material_name: a material or alias, or `air`.
-        seed: all randomness, together with the material: two materials never share their draws.
+        seed: source of all randomness, combined with the material; two materials never share their draws.
         touches: number of independent touches.
         seconds: time in contact, s.
         force_n: nominal resting force, N; each touch draws 0.9..1.1 of it.
         ambient_c: room temperature, C.
         preheat_k: sensor's start above ambient, K.
         offset_c: range of the object's temperature relative to ambient, K.
-        thickness_m: of the block; None: half space.
+        thickness_m: thickness of the block; None: half space.
         contact_spread: one standard deviation of ln(contact conductance) from touch to touch.
-        block: every touch is of the one block of the material, not of a new piece each.
-        later: so long after contact, s, the force becomes this share of what it was: 0 for a finger that is lifted.
+        block: whether all touches meet the known block of the material instead of a new piece each.
+        later: time after contact, s, and factor by which the force then changes; a factor of 0 lifts the finger.
 
     Raises:
         ValueError: unknown material, or a number out of range.
@@ -189,9 +189,9 @@ def simulate_hand(
     block: bool = False,
     later: tuple[float, float] | None = None,
 ) -> list[list[ThermalTrace]]:
-    """Touch a block with several fingers at once, `touches` times: a list of hands, each a trace for every finger.
+    """Touch a block with several fingers at once, `touches` times; return a list of hands with a trace a finger.
 
-    Fingers of one hand share the piece and its temperature; each has a sensor, a contact and a force of its own.
+    Fingers of one hand share the piece and its temperature; each has its own sensor, contact and force.
 
     Args:
         material_name, seed, touches, seconds, force_n, ambient_c, offset_c, thickness_m, contact_spread, block, later:
@@ -262,10 +262,10 @@ def simulate_hand(
 
 
 def known_material(name: str) -> str:
-    """Proper name of a material or alias, or `air`.
+    """Return the proper name of a material or alias, or `air`.
 
     Raises:
-        ValueError: no such material; the message lists those that there are.
+        ValueError: unknown material; the message lists the known ones.
     """
     try:
         return AIR if name == AIR else material(name).name
@@ -280,7 +280,7 @@ def check_range(what: str, value: float, low: float, high: float) -> None:
 
 
 class _PreheatedSensor:
-    """Sensors that an ideal loop keeps at a target until contact; warmed for `warm_s` when the trace starts."""
+    """Sensors that an ideal controller keeps at a target until contact, from `warm_s` before the trace starts."""
 
     def __init__(self, thermal: ThermalTouch, target_c: Array, warm_s: Array) -> None:
         self._thermal = thermal
@@ -294,7 +294,7 @@ class _PreheatedSensor:
         return np.asarray(PREHEAT_PER_K * (self._target_c - self._thermal.plate_c))
 
     def run(self, forces: Array, contact_step: NDArray[np.intp], touched: list[_Touched]) -> tuple[Array, Array]:
-        """Readings of sensors and ambient sensors, C, for forces (steps, touches); heaters off from contact on."""
+        """Return readings of sensors and ambient sensors, C, for forces (steps, touches); heaters off from contact."""
         sensor_c, ambient_c = np.empty(forces.shape), np.empty(forces.shape)
         meets = np.argmax(forces > 0.0, axis=0).tolist() if touched else []
         for step, force in enumerate(forces):
@@ -309,13 +309,13 @@ class _PreheatedSensor:
 
 
 def _later_share(steps: int, contact_step: NDArray[np.intp], at_s: float, share: float) -> Array:
-    """Force as a share of what it would be, (steps, touches), where it changes `at_s` after contact."""
+    """Return the factor on the force, (steps, touches), that changes from 1 to `share` at `at_s` after contact."""
     since_s = STEP_S * (np.arange(steps)[:, None] - contact_step) - at_s
     return np.asarray(1.0 + (share - 1.0) * np.clip(since_s / CHANGE_S, 0.0, 1.0))
 
 
 def _press(force_n: float, stiffness_n_m: float, seconds: float) -> Array:
-    """True contact force every STEP_S while a finger is lowered to rest with `force_n`."""
+    """Return the true contact force every STEP_S while a finger is lowered to rest with `force_n`."""
     tip = Fingertip(HOVER_M)
     depth = pressing_depth_m(force_n, stiffness_n_m)
     start = LEAD_S - LOWER_AHEAD_S
@@ -324,7 +324,7 @@ def _press(force_n: float, stiffness_n_m: float, seconds: float) -> Array:
     for step in range(forces.size):
         forces[step] = tip.force_n
         if step * STEP_S > start + LOWER_S and abs(tip.velocity_m_s) < 1e-9:
-            continue  # at rest: nothing moves any more
+            continue  # at rest: the force stays constant
         for tick in range(ticks):
             u = min(max((step * STEP_S + tick * TICK_S - start) / LOWER_S, 0.0), 1.0)
             down = u**3 * (10.0 - 15.0 * u + 6.0 * u * u)  # minimum jerk

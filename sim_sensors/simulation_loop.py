@@ -1,4 +1,4 @@
-"""Runs a simulated world in real time: bytes as they arrive, physics every 2 ms on absolute deadlines."""
+"""Run a simulated world in real time: bytes as they arrive, physics every 2 ms on absolute deadlines."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,23 +13,23 @@ from sim_sensors.select_loop import SelectLoop
 
 STEP_S = 0.002
 MOST_STEPS = 25
-"""After a stall up to 50 ms of physics are made up for; the rest is lost, and counted. A world that lies further behind
-looks to the sites as if it did not do what it is told."""
+"""Most steps made up for after a stall (50 ms); further time is lost and counted. To the sites, a world that lags more
+looks like devices that ignore commands."""
 
 
 class World(Protocol):
     """Devices with their physics."""
 
     def step(self, now_s: float) -> None:
-        """Advance by STEP_S to the moment `now_s`."""
+        """Advance by STEP_S to the time `now_s`."""
 
     def figures(self) -> dict[str, object]:
-        """What the status file should tell of it."""
+        """Return the world's part of the status file."""
 
 
 @dataclass(slots=True)
 class StepClock:
-    """How many steps of the world are due at a time of the real clock.
+    """Count the steps of the world that are due at a time of the real clock.
 
     Attributes:
         start_s: real time of the world's time 0.
@@ -42,7 +42,7 @@ class StepClock:
     lost_s: float = 0.0
 
     def due(self, now_s: float) -> list[float]:
-        """Real times of the steps to make now, oldest first."""
+        """Return the real times of the steps that are due, oldest first."""
         count = int((now_s - self.start_s) / STEP_S + 1e-6) - self.steps
         if count > MOST_STEPS:
             skipped = (count - MOST_STEPS) * STEP_S
@@ -55,7 +55,7 @@ class StepClock:
 
 
 def run_world(world: World, sockets: SelectLoop, stop: Callable[[], bool], name: str, status: Path | None) -> None:
-    """Run until `stop()`; rewrites the `status` file every second with the loop's and the world's figures."""
+    """Run until `stop()`, and rewrite the `status` file every second with the loop's and the world's figures."""
     become_timely()
     clock = StepClock(sockets.now())
     periodic = PeriodicLoop(STEP_S, now=sockets.now, sleep=sockets.serve)
@@ -63,7 +63,7 @@ def run_world(world: World, sockets: SelectLoop, stop: Callable[[], bool], name:
     status_file = StatusFile(status, name, periodic)
     while not stop():
         if periodic.wait() > STEP_S / 4.0:
-            sockets.serve(0.0)  # there was no waiting, so nothing was handled since the last tick
+            sockets.serve(0.0)  # the loop did not wait, so nothing was handled since the last tick
         now_s = sockets.now()
         for step_s in clock.due(now_s):
             world.step(step_s)

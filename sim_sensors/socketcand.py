@@ -1,13 +1,14 @@
-"""A CAN bus served over TCP by the public socketcand protocol (github.com/linux-can/socketcand).
+"""Serve a CAN bus over TCP with the public socketcand protocol (github.com/linux-can/socketcand).
 
-What is said, all in ASCII:
+The messages are ASCII:
 
     server: < hi >       client: < open can0 >       server: < ok >
     client: < rawmode >  server: < ok >
     client: < send 110 8 1 2 3 4 5 6 7 8 >           server: < frame 100 12.345678 0102030405060708 >
 
-Every frame of one client or node goes to all other clients and nodes. Bit rate and arbitration are not modelled, and of
-a real bus's errors one: the gateway's controller leaves the bus (`< error 040 12.345678 >`) and comes back (`100`).
+Every frame of one client or node goes to all other clients and nodes. Bit rate and arbitration are not modelled. The
+only modelled bus error is bus-off: the gateway's controller leaves the bus (`< error 040 12.345678 >`) and restarts
+(`100`).
 """
 
 import socket
@@ -26,16 +27,16 @@ from sim_sensors.tcp_port import TcpPort
 
 _BACKLOG_BYTES = 64 * 1024
 _CHUNK = _BACKLOG_BYTES
-"""All that waits: set-points that piled up while the process stood still must not be lived through one by one."""
+"""Size of a read, bytes; one read takes all waiting set-points, so a stalled process does not replay them in steps."""
 _LONGEST_COMMAND = 200
 _CHANNEL = "can0"
 _BYTES = {text: byte for byte in range(256) for text in (f"{byte:02x}", f"{byte:02X}")}
 QUIET_S = 0.1
-"""A client takes the answer to `rawmode` alone in one read; frames right behind it would spoil the handshake."""
+"""Pause after the answer to `rawmode`, s; a client expects this answer alone in one read, without frames behind it."""
 
 
 class Node(Protocol):
-    """A CAN node of this process. All its frames have identifiers of 11 bits."""
+    """A CAN node of this process. All its frames have 11-bit identifiers."""
 
     def feed(self, frame_id: int, data: bytes, now_s: float) -> None:
         """Take a frame from the bus."""
@@ -59,11 +60,11 @@ class SocketcandBus:
 
     Attributes:
         port: TCP port that it is served at.
-        not_understood: commands of clients that were no command or not in place.
-        silent: the nodes have fallen off the bus and neither say nor hear anything; their own time-outs act.
-        deaf: the nodes hear nothing.
-        off: the gateway's controller has left the bus: no frame gets through.
-        intruder: a second sender of the clients' frames; None where there is none.
+        not_understood: number of invalid or misplaced commands of clients.
+        silent: the nodes are off the bus and neither send nor receive; their own time-outs act.
+        deaf: the nodes receive nothing.
+        off: the gateway's controller has left the bus, and no frame gets through.
+        intruder: a second sender of the clients' frames, or None.
     """
 
     def __init__(self, loop: SelectLoop, host: str, port: int, nodes: Sequence[Node] = ()) -> None:
@@ -85,11 +86,11 @@ class SocketcandBus:
 
     @property
     def clients(self) -> int:
-        """How many connections there are."""
+        """Number of connections."""
         return len(self._clients)
 
     def pump(self, now_s: float) -> None:
-        """Put what the nodes have to send now on the bus."""
+        """Put the nodes' present frames on the bus."""
         if self.silent or self.off:
             return
         for node in self._nodes:
@@ -101,10 +102,10 @@ class SocketcandBus:
             if frames and self._clients:
                 time = f"{now_s:.6f}"
                 text = [f"< frame {frame_id:03X} {time} {data.hex()} >" for frame_id, data in frames]
-                self._tell_others(None, "".join(text).encode("ascii"), now_s)
+                self._send_others(None, "".join(text).encode("ascii"), now_s)
 
     def unplug(self) -> None:
-        """Take the gateway off the network: hang up on everybody, and refuse whoever comes."""
+        """Take the gateway off the network: disconnect all clients and refuse new ones."""
         self._hang_up_on_all()
         self._port.unplug()
 
@@ -113,17 +114,17 @@ class SocketcandBus:
         self._port.plug()
 
     def turn_off(self) -> None:
-        """Let the gateway's controller leave the bus, as after too many errors; it says so to whoever is connected."""
+        """Let the gateway's controller leave the bus, as after too many errors, and report this to all clients."""
         self.off = True
-        self._tell_error(BUS_OFF)
+        self._send_error(BUS_OFF)
 
     def turn_on(self) -> None:
-        """Start it again."""
+        """Restart the gateway's controller and report this to all clients."""
         self.off = False
-        self._tell_error(RESTARTED)
+        self._send_error(RESTARTED)
 
     def close(self) -> None:
-        """Hang up on everybody and give the port back."""
+        """Disconnect all clients and release the port."""
         self._hang_up_on_all()
         self._port.close()
 
@@ -131,7 +132,7 @@ class SocketcandBus:
         client = _Client(connection)
         self._clients[connection.fileno()] = client
         self._loop.watch(connection.fileno(), lambda now: self._read(client, now))
-        self._tell(client, b"< hi >")
+        self._send(client, b"< hi >")
 
     def _read(self, client: _Client, now_s: float) -> None:
         data = receive_tcp(client.connection, _CHUNK)
@@ -154,14 +155,14 @@ class SocketcandBus:
     def _obey(self, client: _Client, words: list[str], now_s: float) -> None:
         match words:
             case ["open", channel] if channel == _CHANNEL:
-                self._tell(client, b"< ok >")
+                self._send(client, b"< ok >")
             case ["open", _]:
-                self._tell(client, b"< error could not open bus >")
+                self._send(client, b"< error could not open bus >")
             case ["rawmode"]:
-                self._tell(client, b"< ok >")
+                self._send(client, b"< ok >")
                 client.raw_from_s = now_s + QUIET_S
             case ["echo"]:
-                self._tell(client, b"< echo >")
+                self._send(client, b"< echo >")
             case _:
                 # Clients in raw mode cannot read an error, so it is only counted.
                 self.not_understood += 1
@@ -176,14 +177,14 @@ class SocketcandBus:
         if not sound:
             self.not_understood += 1
             return
-        client.raw_from_s = min(client.raw_from_s, now_s)  # who sends has read the handshake to its end
+        client.raw_from_s = min(client.raw_from_s, now_s)  # a client that sends has read the whole handshake
         if self.off:
             return
         if not (self.silent or self.deaf):
             for node in self._nodes:
                 node.feed(frame_id, payload, now_s)
         if len(self._clients) > 1:
-            self._tell_others(client, _frame_text(frame_id, extended, payload, now_s), now_s)
+            self._send_others(client, _frame_text(frame_id, extended, payload, now_s), now_s)
         if self.intruder is not None and self.intruder.active:
             self._spread(self.intruder.answer(frame_id, payload), now_s)
 
@@ -193,18 +194,18 @@ class SocketcandBus:
             data = bytes(frame.data)
             for node in () if self.silent or self.deaf else self._nodes:
                 node.feed(frame.arbitration_id, data, now_s)
-            self._tell_others(None, _frame_text(frame.arbitration_id, frame.is_extended_id, data, now_s), now_s)
+            self._send_others(None, _frame_text(frame.arbitration_id, frame.is_extended_id, data, now_s), now_s)
 
-    def _tell_error(self, error: int) -> None:
+    def _send_error(self, error: int) -> None:
         now_s = self._loop.now()
-        self._tell_others(None, f"< error {error:03X} {now_s:.6f} >".encode("ascii"), now_s)
+        self._send_others(None, f"< error {error:03X} {now_s:.6f} >".encode("ascii"), now_s)
 
-    def _tell_others(self, sender: _Client | None, text: bytes, now_s: float) -> None:
+    def _send_others(self, sender: _Client | None, text: bytes, now_s: float) -> None:
         for client in list(self._clients.values()):
             if client is not sender and now_s >= client.raw_from_s:
-                self._tell(client, text)
+                self._send(client, text)
 
-    def _tell(self, client: _Client, text: bytes) -> None:
+    def _send(self, client: _Client, text: bytes) -> None:
         try:
             client.backlog.pass_on(text, client.connection.send)
         except OSError:
@@ -228,7 +229,7 @@ def _frame_text(frame_id: int, extended: bool, data: bytes, now_s: float) -> byt
 
 
 def _payload(data: Iterable[str]) -> bytes:
-    """The bytes that hexadecimal words stand for; raises ValueError where one is none."""
+    """Return the bytes that hexadecimal words represent; raise ValueError for an invalid word."""
     try:
         return bytes(map(_BYTES.__getitem__, data))
     except KeyError:

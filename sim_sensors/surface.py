@@ -1,8 +1,8 @@
-"""Height profiles of surfaces, as the ball-shaped tip of the texture sensor follows them.
+"""Draw height profiles of surfaces, as followed by the ball-shaped tip of the texture sensor.
 
-A surface is a Gaussian process of a given rms height and correlation length, with V grooves across the
-stroke where there are any. The tip does not follow the surface itself but rolls over it: its path is the
-dilation of the profile by a ball, which smooths peaks and lets it sink into a groove only as far as it fits.
+A surface is a Gaussian process of a given rms height and correlation length. It may have V grooves across the
+stroke. The tip rolls over the surface: its path is the dilation of the profile by a ball. Dilation smooths peaks and
+lets the tip sink into a groove only as far as it fits.
 Constants: docs/decisions/0002-simulated-world.md.
 """
 
@@ -25,7 +25,7 @@ GROOVE_DEPTH_M = 0.25e-3
 
 @dataclass(frozen=True, slots=True)
 class Relief:
-    """One surface's relief: rms height and correlation length, m; `grooves` is None where there are none."""
+    """One surface's relief: rms height and correlation length, m; `grooves` is None for a surface without grooves."""
 
     rms_m: float
     correlation_m: float
@@ -33,7 +33,7 @@ class Relief:
 
     @property
     def contact_fraction(self) -> float:
-        """Share of the area that touches a flat plate: grooves take theirs away."""
+        """Share of the area that touches a flat plate, 0..1; grooves reduce it."""
         if self.grooves is None:
             return 1.0
         return 1.0 - GROOVE_WIDTH_M / (0.5 * sum(self.grooves.apart_m))
@@ -53,15 +53,15 @@ ROUGHNESS_M = {
     "lesion": (35e-6, 0.25e-3),
     "nodule": (4e-6, 0.5e-3),
 }
-"""Rms height and correlation length of every surface that there is in `common.surfaces`, m."""
+"""Rms height and correlation length of every surface in `common.surfaces`, m."""
 
 
 @dataclass(frozen=True, slots=True)
 class SurfaceProfile:
     """The tip's path over one surface.
 
-    `height_m` and `slope` have shape (fingers, samples), spacing GRID_M from the near edge; every finger has a
-    track of its own. `grooves_m` are the distances of the groove centres from the near edge, ascending, m.
+    `height_m` and `slope` have shape (fingers, samples), spacing GRID_M from the near edge; every finger has its own
+    track. `grooves_m` are the distances of the groove centres from the near edge, ascending, m.
     """
 
     height_m: NDArray[np.float32]
@@ -70,10 +70,10 @@ class SurfaceProfile:
 
 
 def relief_of(name: str) -> Relief:
-    """The relief of a surface.
+    """Return the relief of a surface.
 
     Raises:
-        ValueError: no such surface; the message lists those that there are.
+        ValueError: unknown surface; the message lists the known ones.
     """
     grooves = surface_kind(name).grooves
     return Relief(*ROUGHNESS_M[name], grooves)
@@ -93,7 +93,7 @@ def make_profile(
 
 
 def _roughness(relief: Relief, samples: int, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Gaussian heights with autocorrelation exp(-(dx/l)^2): white noise through a Gaussian of width l/2."""
+    """Draw Gaussian heights with autocorrelation exp(-(dx/l)^2): white noise through a Gaussian of width l/2."""
     sigma = relief.correlation_m / (2.0 * GRID_M)
     white = rng.standard_normal((len(FINGERS), samples))
     smooth: NDArray[np.float64] = gaussian_filter1d(white, sigma, axis=1, mode="reflect")
@@ -102,7 +102,7 @@ def _roughness(relief: Relief, samples: int, rng: np.random.Generator) -> NDArra
 
 
 def _grooves(centres: list[float], samples: int, depth_m: float) -> NDArray[np.float64]:
-    """V notches, height 0 outside and -`depth_m` at their centres."""
+    """Return V notches, with height 0 outside and -`depth_m` at their centres."""
     x = np.arange(samples) * GRID_M
     notch = np.zeros(samples)
     for centre in centres:
@@ -112,7 +112,7 @@ def _grooves(centres: list[float], samples: int, depth_m: float) -> NDArray[np.f
 
 
 def _roll_tip(height: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Path of the lowest point of a ball of TIP_RADIUS_M that rests on the profile."""
+    """Return the path of the lowest point of a ball of TIP_RADIUS_M that rests on the profile."""
     half = round(TIP_RADIUS_M / GRID_M)
     u = np.arange(-half, half + 1) * GRID_M
     ball = np.sqrt(np.maximum(TIP_RADIUS_M**2 - u**2, 0.0)) - TIP_RADIUS_M

@@ -1,4 +1,4 @@
-"""The TactTip's module: drives the vibration motor and the Peltiers, reads the plate's and hot side's NTC."""
+"""Emulate the TactTip's module, which drives vibration motor and Peltiers and reads the NTCs of plate and hot side."""
 
 import math
 
@@ -19,11 +19,11 @@ from sim_sensors.serial_module import CommandWatchdog, CutOut, ReportClock, Seri
 
 RATE_HZ = 100
 RANGE_C = (8.0, 80.0)
-"""Temperatures that the device as such can reach (Kron & Schmidt 2003, section 2)."""
+"""Range of temperatures that the device can reach, C (Kron & Schmidt 2003, section 2)."""
 
 
 def ntc_counts(temperature_c: float) -> int:
-    """What the module's 12 bit converter reads with its NTC at a temperature, C."""
+    """Return the reading of the module's 12-bit converter with its NTC at a temperature, C."""
     ohm = NTC_R25_OHM * math.exp(NTC_B_K * (1.0 / (temperature_c + 273.15) - 1.0 / 298.15))
     return round(COUNT_MAX * ohm / (ohm + NTC_SERIES_OHM))
 
@@ -32,13 +32,13 @@ class TactTip(SerialModule):
     """Emulated module of one operator finger.
 
     Attributes:
-        motor_mv: voltage at the motor when its clock was last due, 0..3000 mV.
-        peltier_permille: what the Peltiers are driven with, signed thousandths of full drive.
-        stuck_permille: a fault of the command path: this drive is asked for, whatever is commanded, time-out
-            included; only the cut-out behind it still acts. In force from the next measurement; None: sound.
-        stuck_mv: a fault of the motor's driver: it gives this voltage, whatever is commanded; None: sound.
+        motor_mv: voltage at the motor at the module's last update, 0..3000 mV.
+        peltier_permille: drive of the Peltiers, signed thousandths of full drive.
+        stuck_permille: fault of the command path; this drive overrides every command and the time-out. Only the
+            cut-out behind it still acts. In force from the next measurement; None: sound.
+        stuck_mv: fault of the motor's driver; this voltage overrides every command; None: sound.
         flags: `DeviceFlag` bits of the next state.
-        motor_switched: what `take_motor_switches` would return.
+        motor_switched: motor switches since the last `take_motor_switches`.
     """
 
     def __init__(self, finger: int, powered_s: float = 0.0) -> None:
@@ -60,9 +60,9 @@ class TactTip(SerialModule):
         self.stuck_mv: int | None = None
 
     def motor_v(self, from_s: float, to_s: float) -> float:
-        """Mean voltage at the motor between two moments, as the last command has it, V.
+        """Return the mean voltage at the motor between two times, by the last command, V.
 
-        The world may be a little behind the moments at which commands come: a pulse is where it was told to be.
+        The world may lag the arrival of commands a little; a pulse keeps its commanded time.
         """
         if self.stuck_mv is not None:
             return 1e-3 * self.stuck_mv
@@ -74,25 +74,25 @@ class TactTip(SerialModule):
 
     @property
     def peltier_drive(self) -> float:
-        """What the Peltiers get, -1..1 of full drive; above 0 heats the plate."""
+        """Drive of the Peltiers, -1..1 of full drive; above 0 heats the plate."""
         return self.peltier_permille / DRIVE_FULL
 
     @property
     def flags(self) -> int:
-        """Status bits as they are now."""
+        """Present status bits."""
         timeout = DeviceFlag.COMMAND_TIMEOUT if self._watchdog.expired else 0
         return timeout | (DeviceFlag.THERMAL_CUT_OUT if self._cut_out.tripped else 0)
 
     def measure(self, plate_counts: int, hot_side_counts: int) -> None:
-        """What the two converters read now, 0..4095."""
+        """Take the present readings of the two converters, 0..4095."""
         self._plate_counts, self._hot_side_counts = plate_counts, hot_side_counts
-        # An open or shorted NTC measures nothing: the module must not go on driving blind.
+        # An open or shorted NTC measures nothing; the module must not drive without a measurement.
         readable = 0 < plate_counts < COUNT_MAX
         self._cut_out.measure(ntc_c(plate_counts) if readable else math.nan)
         self._limit()
 
     def take_motor_switches(self) -> list[tuple[float, int]]:
-        """Times (s) and voltages (mV) at which the motor was switched on or off since the last call."""
+        """Return times (s) and voltages (mV) at which the motor was switched on or off since the last call."""
         switched, self.motor_switched = self.motor_switched, []
         return switched
 
@@ -128,7 +128,7 @@ class TactTip(SerialModule):
         self._motor_mv = motor_mv
 
     def _pulse(self, command: TactTipCommand, now_s: float) -> None:
-        """Begin a pulse of a number that is new; one that is under way goes on unless the command has none."""
+        """Begin a pulse with a new number; a running pulse continues unless the command contains no pulse."""
         if not command.pulse_us:
             self._pulse_until_s = -math.inf
         elif command.pulse_number != self._pulse_number:

@@ -1,4 +1,4 @@
-"""A TCP port that hands its clients over, and can be pulled out and put back."""
+"""Listen on a TCP port, pass new clients to a callback, and refuse clients while unplugged."""
 
 import socket
 from collections.abc import Callable
@@ -10,7 +10,7 @@ Greet = Callable[[socket.socket, float], None]
 
 
 class TcpPort:
-    """Listens on one address.
+    """Listener on one address.
 
     Attributes:
         number: the TCP port's number.
@@ -20,10 +20,10 @@ class TcpPort:
         """Listen on `host`:`port` (0: one that is free).
 
         Args:
-            loop: what watches the port.
+            loop: event loop that watches the port.
             host: name or address of one of this machine's interfaces.
             port: TCP port.
-            what: what is served there, for the error.
+            what: name of the service, for the error.
             buffer_bytes: largest send buffer of a client in the kernel.
             greet: takes each new client, which does not block, and the time at which it came.
 
@@ -46,8 +46,8 @@ class TcpPort:
         self._loop.forget(self._socket.fileno())
         address = self._socket.getsockname()
         self._socket.close()
-        # A port that is bound and not listened on refuses every connection; one that is free might be given to the
-        # very driver that tries to connect to it, and answer with an echo.
+        # A bound port without a listener refuses every connection. The system could assign a free port to the driver
+        # that tries to connect to it, and the driver would then receive an echo.
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         self._socket.bind(address)
@@ -56,7 +56,7 @@ class TcpPort:
         """Listen again at the same address.
 
         Raises:
-            ValueError: somebody else has come to listen there.
+            ValueError: another listener has taken the address.
         """
         if self._plugged:
             return
@@ -69,7 +69,7 @@ class TcpPort:
         self._loop.watch(self._socket.fileno(), self._accept)
 
     def close(self) -> None:
-        """Give the port back."""
+        """Release the port."""
         if self._plugged:
             self._loop.forget(self._socket.fileno())
         self._socket.close()

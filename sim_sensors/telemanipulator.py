@@ -1,7 +1,7 @@
-"""The telemanipulator as a CAN node: moves the remote fingers to set-points, tells positions and forces.
+"""Emulate the telemanipulator as a CAN node: it follows set-points and reports positions and forces.
 
-Its safe state it keeps by itself, whatever set-points come: released, the hand stays where it is and fingers only
-rise. It is released when it is told so, and when the set-points of the heights end.
+It maintains its safe state by itself, independent of set-points. While it is released, the hand stays in place and the
+fingers can only rise. A command releases it, and so does a gap in the height set-points.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ class Telemanipulator(CanNode):
     """Emulated robot hand.
 
     Attributes:
-        clings: a fault: it ignores a commanded release; its own time-out still acts.
+        clings: fault; the hand ignores a commanded release, but its own time-out still acts.
     """
 
     def __init__(self) -> None:
@@ -43,17 +43,17 @@ class Telemanipulator(CanNode):
 
     @property
     def released(self) -> bool:
-        """Whether it is in its safe state: so from power-up until it is told otherwise."""
+        """Whether the hand is in its safe state; this is its state from power-up until a command."""
         return self._asked_release or not self._heights_alive
 
     def measure(self, x_m: float, y_m: float, z_m: Sequence[float], force_n: Sequence[float]) -> None:
-        """What its encoders and force sensors read now: pose, heights (5,), contact forces (5,)."""
+        """Take the readings of encoders and force sensors: position, m, heights (5,), m, contact forces (5,), N."""
         self._pose, self._z_m, self._measured_force_n = (x_m, y_m), z_m, force_n
 
     def setpoint_m(self, now_s: float) -> tuple[float, float, NDArray[np.float64]]:
-        """Where its servos go in this step: x, y and the heights (5,), m.
+        """Return the targets of the servos for this step: x, y and the heights (5,), m.
 
-        Stopping freezes what was measured at that moment. Its reports tell how it stood in the last step.
+        A stop holds the position measured at that time. The state report describes the latest call.
         """
         self._hand_alive, self._heights_alive = self.alive("HandSetpoint", now_s), self.alive("HeightSetpoint", now_s)
         released = self.released

@@ -1,4 +1,4 @@
-"""The texture sensor's module: sends the converter's samples in chunks of ten."""
+"""Emulate the texture sensor's module, which sends the converter's samples in chunks of ten."""
 
 import math
 
@@ -29,7 +29,7 @@ class TextureSensor(SerialModule):
         self._sent = 0
 
     def add_samples(self, counts: NDArray[np.int16]) -> None:
-        """Samples that the converter has taken since the last call, oldest first, -2048..2047."""
+        """Add the converter's samples since the last call, oldest first, -2048..2047."""
         self.due_s = -math.inf
         self._counts += counts.astype("<i2", copy=False).tobytes()
         if len(self._counts) > 2 * _LONGEST:
@@ -48,4 +48,4 @@ class TextureSensor(SerialModule):
             self._sent += CHUNK
 
     def _next_s(self) -> float:
-        return math.inf  # until samples come
+        return math.inf  # until new samples come

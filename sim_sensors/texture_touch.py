@@ -1,9 +1,9 @@
-"""The piezo texture sensors of n remote fingers: motion over a height profile in, 12-bit counts at 2 kHz out.
+"""Simulate the piezo texture sensors of n remote fingers: from motion over a height profile to 12-bit counts at 2 kHz.
 
     p_raw = F_n + F_n c g (z + tau dz/dt),    z = path of the ball-shaped tip, c = relief stiffness per unit force
 
-then a leaky integrator (there is no DC), a low-pass, noise and the converter. Motion is kept as knots and worked off
-when counts are taken, interpolated to 8 kHz, so it does not matter how often that happens.
+A leaky integrator (no DC), a low-pass, noise and the converter follow. Motion is stored as knots and interpolated to
+8 kHz when counts are taken, so the result is independent of the interval between calls.
 Constants: docs/decisions/0002-simulated-world.md.
 """
 
@@ -22,7 +22,7 @@ _Span = tuple[list[float], list[int], list[float]]
 OUTPUT_HZ = 2000.0
 OVERSAMPLING = 4
 BLOCK = 10
-"""Samples leave the sensor in whole blocks of 5 ms."""
+"""Samples in a block; samples leave the sensor in whole blocks of 5 ms."""
 INNER_HZ = OUTPUT_HZ * OVERSAMPLING
 _INNER_BLOCK = BLOCK * OVERSAMPLING
 HIGH_PASS_HZ = 3.0
@@ -32,19 +32,19 @@ TIP_MOUNT_N_M = 1000.0
 VISCOUS_S = 0.001
 NOISE_V = 0.008
 VOLTS_PER_COUNT = 10.0 / 2048.0
-"""Converter: +-2048 counts are +-10 V, and 1 V stands for 1 N."""
+"""Resolution of the converter, V: +-2048 counts are +-10 V; 1 V represents 1 N."""
 
 
 def compliance_share(stiffness_n_m: float) -> float:
-    """Share of a height fluctuation that reaches the tip on an object of this stiffness: soft ones give way."""
+    """Return the share of a height fluctuation that reaches the tip; it falls with the object's stiffness."""
     return stiffness_n_m / (stiffness_n_m + TIP_MOUNT_N_M)
 
 
 class TextureTouch:
     """Texture sensors of n fingers over a bank of tracks.
 
-    `heights_m` and `slopes` are all tracks end to end; a knot names for each finger where its track starts in
-    the bank and at which x that start lies.
+    `heights_m` and `slopes` are the bank: all tracks end to end. A knot holds, for each finger, the start of its track
+    in the bank and the x of that start.
     """
 
     def __init__(
@@ -64,9 +64,9 @@ class TextureTouch:
         self._state = np.zeros((self._filter.shape[1] - _INNER_BLOCK, count))
         self._taken = 0
         self._knots: list[list[float]] = [[0.0] * (2 + count)]
-        """Time, s, x, m, and the force of each finger, N."""
+        """Knots: time, s, x, m, and the force of each finger, N."""
         self._spans: list[_Span] = []
-        """From each knot to the next: gain, track and origin of each finger."""
+        """Gain, track and origin of each finger from each knot to the next."""
         self._nothing = np.empty((count, 0), dtype=np.int16)
 
     def step(
@@ -85,15 +85,15 @@ class TextureTouch:
             time_s: simulated time, ascending, s.
             x_m: position of the tips along the stroke, m.
             force_n: contact force of each finger, N.
-            gain: c g of what each finger touches, 1/m (0: nothing below).
-            track: index in the bank where each finger's track starts; it must hold what the x range needs.
+            gain: c g of the object below each finger, 1/m (0: no object).
+            track: index in the bank at which each finger's track starts; the track must cover the x range.
             origin_m: x of that start, m.
         """
         self._knots.append([time_s, x_m, *force_n])
         self._spans.append((gain, track, origin_m))
 
     def take_counts(self) -> NDArray[np.int16]:
-        """Counts of all whole blocks since the last call, (n, samples) at 2 kHz; a begun block waits for its end."""
+        """Return the counts of all blocks completed since the last call, (n, samples) at 2 kHz."""
         blocks = math.floor(self._knots[-1][0] * (OUTPUT_HZ / BLOCK) + 1e-6)
         last = blocks * _INNER_BLOCK
         if last <= self._taken or not self._spans:
@@ -108,7 +108,7 @@ class TextureTouch:
         return clipped
 
     def _raw(self, at: Array) -> Array:
-        """The piezo's own signal at ascending times, s, (samples, n)."""
+        """Return the piezo's raw signal at ascending times, s, (samples, n)."""
         if not any(any(knot[2:]) for knot in self._knots):
             return np.zeros((len(at), self._count))
         knots = np.array(self._knots)
@@ -121,7 +121,7 @@ class TextureTouch:
         return force
 
     def _relief(self, segment: NDArray[np.intp], x: Array, speed: Array) -> Array:
-        """Relative force fluctuation (samples, n) from relief and its rate of change, by places and speeds there."""
+        """Return the relative force fluctuation (samples, n) from the relief and its rate of change at x and speed."""
         first = self._spans[0]
         if all(span == first for span in self._spans):
             gain, track, origin = (np.array(part) for part in first)
@@ -137,7 +137,7 @@ class TextureTouch:
         return relief
 
     def _filtered(self, raw: Array) -> Array:
-        """What the amplifier makes of whole blocks, at the output's rate, (samples, n)."""
+        """Return the amplifier's output for whole blocks, at the output rate, (samples, n)."""
         volts = []
         for start in range(0, len(raw), _INNER_BLOCK):
             after = self._filter @ np.concatenate((raw[start : start + _INNER_BLOCK], self._state))
@@ -146,7 +146,7 @@ class TextureTouch:
         return volts[0] if len(volts) == 1 else np.concatenate(volts)
 
     def _forget(self, until_s: float) -> None:
-        """Drop knots that lie wholly before the next sample."""
+        """Drop knots that no later sample needs."""
         keep = 0
         while keep + 2 < len(self._knots) and self._knots[keep + 1][0] <= until_s + 1e-9:
             keep += 1
@@ -156,7 +156,7 @@ class TextureTouch:
 
 @cache
 def _block_filter() -> Array:
-    """The amplifier's filters over one block, as a matrix: from inner samples and state to output samples and state."""
+    """Return the amplifier's filters over one block as a matrix from inner samples and state to outputs and state."""
     sections = np.vstack(
         (
             butter(1, HIGH_PASS_HZ, "highpass", fs=INNER_HZ, output="sos"),

@@ -1,4 +1,4 @@
-"""The remote thermal sensor's module: reads plate and ambient temperature, drives the heating Peltier."""
+"""Emulate the remote thermal sensor's module, which reads plate and ambient temperature and drives the Peltier."""
 
 from common.framing import Frame
 from common.limits import SENSOR_PLATE_C
@@ -17,7 +17,7 @@ from sim_sensors.serial_module import CommandWatchdog, CutOut, ReportClock, Seri
 
 RATE_HZ = 100
 LOOK_AHEAD_S = 0.4
-"""At full drive the plate is a good kelvin ahead of its sensor: it is judged by where it will be."""
+"""Prediction time of the cut-out, s; at full drive, the plate leads its sensor by more than a kelvin."""
 RANGE_C = (0.0, 60.0)
 
 
@@ -25,9 +25,9 @@ class ThermalSensor(SerialModule):
     """Emulated module of one remote finger's thermal sensor.
 
     Attributes:
-        drive_permille: what the heating Peltier is driven with, signed thousandths of full drive.
-        stuck_permille: a fault of the command path: this drive is asked for, whatever is commanded, time-out
-            included; only the cut-out behind it still acts. In force from the next measurement; None: sound.
+        drive_permille: drive of the heating Peltier, signed thousandths of full drive.
+        stuck_permille: fault of the command path; this drive overrides every command and the time-out. Only the
+            cut-out behind it still acts. In force from the next measurement; None: sound.
         flags: `DeviceFlag` bits of the next reading.
     """
 
@@ -47,17 +47,17 @@ class ThermalSensor(SerialModule):
 
     @property
     def drive(self) -> float:
-        """What the Peltier gets, -1..1 of full drive; above 0 heats the plate."""
+        """Drive of the Peltier, -1..1 of full drive; above 0 heats the plate."""
         return self.drive_permille / DRIVE_FULL
 
     @property
     def flags(self) -> int:
-        """Status bits as they are now."""
+        """Present status bits."""
         timeout = DeviceFlag.COMMAND_TIMEOUT if self._watchdog.expired else 0
         return timeout | (DeviceFlag.THERMAL_CUT_OUT if self._cut_out.tripped else 0)
 
     def measure(self, plate_counts: int, ambient_counts: int) -> None:
-        """What the two converters read now, 0..4095."""
+        """Take the present readings of the two converters, 0..4095."""
         self._plate_counts, self._ambient_counts = plate_counts, ambient_counts
         self._cut_out.measure(ssr_c(plate_counts))
         self._limit()
