@@ -121,7 +121,7 @@ class CommandWatchdog:
         self.limit_s = self.due_s = now_s + MODULE_TIMEOUT_S
 
     def expires(self, now_s: float) -> bool:
-        """Return whether the command in force expires by `now_s`; True only once a command."""
+        """Return whether the command in force expires by `now_s`; each expiry returns True only once."""
         if now_s < self.due_s:
             return False
         self.expired = True

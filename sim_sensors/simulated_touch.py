@@ -43,8 +43,8 @@ TICK_S = 0.002
 BLOCK_M = 0.020
 """Default thickness of the touched block, m."""
 WARM_S = (0.0, 10.0)
-"""Range of the sensor's time at its target before the trace starts, s. It extends from the pause between two touches of
-a session to a sensor that has been waiting."""
+"""Range of the sensor's time at its target before the trace starts, s, drawn for each touch. It extends from the pause
+between two touches of a session to a long wait."""
 REACH_S_K = 0.2
 """Heater's time for each kelvin of pre-heating, s/K."""
 FORCE_SPREAD = (0.9, 1.1)

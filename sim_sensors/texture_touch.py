@@ -36,7 +36,7 @@ VOLTS_PER_COUNT = 10.0 / 2048.0
 
 
 def compliance_share(stiffness_n_m: float) -> float:
-    """Return the share of a height fluctuation that reaches the tip; it falls with the object's stiffness."""
+    """Return the share of a height fluctuation that reaches the tip, 0..1; a softer object yields more."""
     return stiffness_n_m / (stiffness_n_m + TIP_MOUNT_N_M)
 
 

@@ -1,9 +1,9 @@
-"""Heat in the thermal sensors of n remote fingers and in what they touch.
+"""Simulate heat in the thermal sensors of n remote fingers and in the objects that they touch.
 
-Each sensor: plate, back side of its Peltier element, case, and the lagging silicon resistor; below the plate a column
-of finite volumes of the touched object behind a contact conductance that depends on force. All linear, solved
-implicitly in two stages of one step (SDIRK2: second order and L-stable, so a step of any size is stable and a sudden
-contact does not ring). Constants and spreads: docs/decisions/0002-simulated-world.md.
+A sensor has a plate, the back side of its Peltier element, a case, and a silicon resistor with a lag. Below the plate
+is the touched object, a column of finite volumes behind a contact conductance that depends on force. The system is
+linear and solved implicitly in two stages a step (SDIRK2). This method has second order and is L-stable: a step of any
+size is stable, and a sudden contact does not ring. Constants and spreads: docs/decisions/0002-simulated-world.md.
 """
 
 import math
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 STEP_S = 0.010
 STAGE_SHARE = 1.0 - math.sqrt(0.5)
 STAGE_S = STAGE_SHARE * STEP_S
-"""Length of an implicit stage, s: object columns are prepared for it."""
+"""Length of an implicit stage, s; object columns are prepared for it."""
 _SECOND = (1.0 - STAGE_SHARE) / STAGE_SHARE
 
 AREA_M2 = 14e-3 * 14e-3
@@ -37,10 +37,11 @@ HEATER_W = 2.0
 _SIDES_J_K = np.array([[BACK_J_K], [CASE_J_K]])
 _SIDES_W_K = _SIDES_J_K / STAGE_S
 _SIDES_AMBIENT_W_K = np.array([[BACK_AMBIENT_W_K], [CASE_AMBIENT_W_K]])
-"""Of the back side and the case."""
+"""Conductances of back side and case to the surroundings, W/K."""
 BACK_HEATING = -0.5
+"""Heat into the Peltier's back side per heat into the plate, when heating: electric power less the plate's heat."""
 BACK_COOLING = 1.5
-"""Heat into the Peltier's back side per heat moved at the plate: what is pumped, less or plus electric power."""
+"""Heat into the Peltier's back side per heat out of the plate, when cooling: the plate's heat plus electric power."""
 
 GAP_AIR_W_MK = 0.026
 GAP_M = 14.4e-6
@@ -55,7 +56,7 @@ LAG_S = (0.2, 0.5)
 
 @dataclass(frozen=True, slots=True)
 class SensorSpread:
-    """What differs between n sensors: lag of the resistor, s; leaks of Peltier and case as multiples of nominal."""
+    """Spread between n sensors: lag of the resistor, s, and leaks of Peltier and case as multiples of nominal."""
 
     lag_s: Array
     leak: Array
@@ -67,16 +68,17 @@ class SensorSpread:
 
 
 def full_conductance_w_m2k(conductivity_w_mk: float, rms_m: float) -> float:
-    """Contact conductance of plate and object at large force, before the spread of a touch, W/m2K.
+    """Return the contact conductance of plate and object at large force, before the spread of a touch, W/m2K.
 
-    Air in the gap, which the object's roughness widens, beside spots that touch and constrict the flow.
+    Two paths are in parallel: air in the gap, which the object's roughness widens, and contact spots, which constrict
+    the flow.
     """
     gap = GAP_AIR_W_MK / (GAP_M + GAP_PER_RMS * rms_m)
     return gap + SPOT_W_M2K * conductivity_w_mk / (conductivity_w_mk + 1.0)
 
 
 def force_share(force_n: Array) -> Array:
-    """Share of the full contact conductance at a force: a saturating power law, 0..1."""
+    """Return the share of the full contact conductance at a force, 0..1, by a saturating power law."""
     ratio = (np.maximum(force_n, 0.0) / HALF_FORCE_N) ** FORCE_EXPONENT
     return ratio / (1.0 + ratio)
 
@@ -87,7 +89,7 @@ def draw_touch_factor(rng: np.random.Generator, spread: float = TOUCH_SPREAD) ->
 
 
 class ThermalTouch:
-    """Temperatures of n sensors, all at ambient at first; C.
+    """Temperatures of n sensors, C, initially at ambient.
 
     `plate_c`, `back_c`, `case_c`, `ssr_c` have shape (n,); `column_c` (n, cells) holds the touched objects.
     """
@@ -103,7 +105,7 @@ class ThermalTouch:
         self.object_c = np.full(n, ambient_c)
         self.area_m2 = np.full(n, AREA_M2)
         self._leak_w_k = np.stack((PELTIER_W_K * spread.leak, CASE_LEAK_W_K * spread.leak))
-        """From the plate to either side."""
+        """Conductances from the plate to back side and case, W/K."""
         self._lag_gain = STAGE_S / spread.lag_s
         self._inverse = np.zeros((n, cells, cells))
         self._response = np.zeros((n, cells))
@@ -113,7 +115,7 @@ class ThermalTouch:
         self._touches: set[int] = set()
         self._columns: list[ObjectColumn | None] = [None] * n
         self._sides_known_w = _SIDES_AMBIENT_W_K * ambient_c
-        """From around into back side and case."""
+        """Ambient term of the heat flow into back side and case, W."""
         self._sides_sum = _SIDES_J_K / STAGE_S + self._leak_w_k + _SIDES_AMBIENT_W_K
         back_w_k, case_w_k = self._leak_w_k * (1.0 - self._leak_w_k / self._sides_sum)
         self._plate_sum = PLATE_J_K / STAGE_S + back_w_k + case_w_k
@@ -121,23 +123,23 @@ class ThermalTouch:
 
     @property
     def back_c(self) -> Array:
-        """Back side of each Peltier element, C."""
+        """Temperature of each Peltier element's back side, C."""
         back: Array = self._sides_c[0]
         return back
 
     @property
     def case_c(self) -> Array:
-        """Each case, C."""
+        """Temperature of each case, C."""
         case: Array = self._sides_c[1]
         return case
 
     def touch(
         self, finger: int, column: ObjectColumn, object_c: float, conductance_w_m2k: float, area_share: float = 1.0
     ) -> None:
-        """Put `column` below a finger, keeping the temperatures there: contact, or sliding onto another object.
+        """Put `column` below a finger at contact or on sliding to another object; keep the column's temperatures.
 
-        `conductance_w_m2k` is that of this touch at large force (see `full_conductance_w_m2k`), `object_c` the
-        temperature of material not touched yet.
+        `conductance_w_m2k` is the conductance of this touch at large force (see `full_conductance_w_m2k`). `object_c`
+        is the temperature of material not touched yet.
         """
         self._full[finger] = conductance_w_m2k
         self.object_c[finger] = object_c
@@ -151,11 +153,11 @@ class ThermalTouch:
             self._half_cell[finger] = column.half_cell_m2k_w
 
     def settle(self, finger: int) -> None:
-        """Put all of a finger's column at the object's temperature: a new contact."""
+        """Set all of a finger's column to the object's temperature, as at a new contact."""
         self.column_c[finger] = self.object_c[finger]
 
     def release(self, finger: int) -> None:
-        """Take the object away from a finger."""
+        """Remove the object from a finger."""
         self._touching[finger] = False
         self._touches.discard(finger)
         self._full[finger] = 0.0
@@ -196,11 +198,11 @@ class ThermalTouch:
         self._convert()
 
     def ssr_counts(self) -> NDArray[np.int16]:
-        """Latest reading of each plate's resistor, counts; a new one with new noise at each step."""
+        """Return the latest reading of each plate's resistor, counts; each step makes a reading with new noise."""
         return self._ssr_counts
 
     def ambient_counts(self) -> NDArray[np.int16]:
-        """Latest reading of each ambient sensor, counts."""
+        """Return the latest reading of each ambient sensor, counts."""
         return self._ambient_counts
 
     def _stage(
@@ -211,9 +213,9 @@ class ThermalTouch:
         heats: tuple[Array, Array, Array],
         plate_sum: Array,
     ) -> tuple[Array, Array, Array, Array]:
-        """Solve one implicit stage from `rest`: column, back and case are eliminated, the plate is solved for.
+        """Solve one implicit stage from `rest`: eliminate column, back side and case, and solve for the plate.
 
-        `heats`: into the plate, into the back side, and from the air into the plate at its temperature, W.
+        `heats` are the heat flows into the plate, into the back side, and from the air into the plate, W.
         """
         column, plate, sides, ssr = rest
         heat, back_heat, air_w = heats

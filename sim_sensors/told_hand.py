@@ -1,6 +1,6 @@
-"""What a hand is told to do, laid out in time: set-points along the bench and in height, slips, and shaking arms.
+"""Build the set-points of a commanded hand over time: along the bench and in height, with slips and shaking arms.
 
-Movements are minimum-jerk (Flash & Hogan 1985); a stroke speeds up and slows down with minimum jerk and is even in
+Movements are minimum-jerk (Flash & Hogan 1985). A stroke starts and stops with minimum jerk and has constant speed in
 between.
 """
 
@@ -19,23 +19,23 @@ Array = NDArray[np.float64]
 
 
 def times_s(ticks: int) -> Array:
-    """When so many ticks end, s."""
+    """Return the end times of `ticks` ticks, s."""
     return TICK_S * np.arange(1, ticks + 1, dtype=np.float64)
 
 
 def eased(u: Array) -> Array:
-    """Fraction of the way of a minimum-jerk movement after the fraction `u` of its time."""
+    """Return the fraction of a minimum-jerk movement's path after the fraction `u` of its time."""
     u = np.clip(u, 0.0, 1.0)
     way: Array = u * u * u * (10.0 + u * (6.0 * u - 15.0))
     return way
 
 
 class ToldHand:
-    """Builds the set-points piece by piece; every piece begins where the last one ended.
+    """Builder of set-points, piece by piece; every piece begins where the last one ended.
 
     Attributes:
-        along_m: place along the stroke's direction that the servo is told, at the end so far, m.
-        z_m: height of the fingertip that it is told, m.
+        along_m: last commanded position along the stroke's direction, m.
+        z_m: last commanded height of the fingertip, m.
     """
 
     def __init__(self) -> None:
@@ -44,54 +44,54 @@ class ToldHand:
         self._pieces: dict[str, list[Array]] = defaultdict(list)
 
     def stay(self, seconds: float) -> None:
-        """Stay as it is."""
+        """Hold the present set-points."""
         self._add(_ticks(seconds))
 
     def height(self, z_m: float, seconds: float, *, along_speed_m_s: float = 0.0) -> None:
-        """Bring the finger to a height, while the hand goes on evenly."""
+        """Move the finger to a height while the hand moves at constant speed."""
         ticks = _ticks(seconds)
         rising = self.z_m + (z_m - self.z_m) * eased(np.arange(1, ticks + 1) / ticks)
         self._add(ticks, z_m=rising, along_m=self._on(ticks, along_speed_m_s))
 
     def sway(self, amplitude_m: float, hz: float, seconds: float, *, along_speed_m_s: float = 0.0) -> None:
-        """Press more and less, whole periods, while the hand goes on evenly."""
+        """Vary the height by a sine over whole periods while the hand moves at constant speed."""
         ticks = _ticks(seconds)
         turns = max(1.0, round(hz * seconds)) * np.arange(1, ticks + 1) / ticks
         swaying = self.z_m + amplitude_m * np.sin(2.0 * math.pi * turns)
         self._add(ticks, z_m=swaying, along_m=self._on(ticks, along_speed_m_s))
 
     def go(self, speed_m_s: float, seconds: float) -> None:
-        """Go on evenly, without speeding up or slowing down."""
+        """Move at constant speed, without acceleration at start and end."""
         ticks = _ticks(seconds)
         self._add(ticks, along_m=self._on(ticks, speed_m_s))
 
     def change_speed(self, from_m_s: float, to_m_s: float, seconds: float = RAMP_S) -> None:
-        """Speed up, slow down or turn, with minimum jerk."""
+        """Accelerate, slow down or turn with minimum jerk."""
         ticks = _ticks(seconds)
         speed = from_m_s + (to_m_s - from_m_s) * eased((np.arange(ticks) + 0.5) / ticks)
         self._add(ticks, along_m=self.along_m + TICK_S * np.cumsum(speed))
 
     def stroke(self, distance_m: float, speed_m_s: float) -> None:
-        """Go a distance, either way, from rest to rest."""
+        """Move by a distance of either sign, from rest to rest."""
         speed = math.copysign(speed_m_s, distance_m)
         self.change_speed(0.0, speed)
         self.go(speed, max(0.0, abs(distance_m) / speed_m_s - RAMP_S))
         self.change_speed(speed, 0.0)
 
     def slip(self, distance_m: float, seconds: float) -> None:
-        """Hold still while the finger slips along."""
+        """Hold the set-points while the finger slips along."""
         ticks = _ticks(seconds)
         self._add(ticks, slipped_m=distance_m * eased(np.arange(1, ticks + 1) / ticks))
 
     def shake(self, amplitude_m: float, hz: float, seconds: float) -> None:
-        """Hold still while the arm shakes; it begins and ends within SHAKE_S."""
+        """Hold the set-points while the arm shakes; the shaking rises and falls within SHAKE_S."""
         ticks = _ticks(seconds)
         time_s = times_s(ticks)
         strength = np.minimum(eased(time_s / SHAKE_S), eased((time_s[-1] - time_s) / SHAKE_S))
         self._add(ticks, shaken_m=amplitude_m * strength * np.sin(2.0 * math.pi * hz * time_s))
 
     def course(self) -> dict[str, Array]:
-        """All so far, a value a tick: `along_m`, `z_m`, `slipped_m` (since the start) and `shaken_m`."""
+        """Return all set-points so far, one a tick: `along_m`, `z_m`, `slipped_m` (since the start) and `shaken_m`."""
         return {name: np.concatenate(pieces) for name, pieces in self._pieces.items()}
 
     def _on(self, ticks: int, speed_m_s: float) -> Array:

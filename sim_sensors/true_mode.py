@@ -1,4 +1,4 @@
-"""The exploration mode that a finger is truly in: the paper's rule on noise-free motion (Kron & Schmidt 2003, 4.1)."""
+"""Determine a finger's true exploration mode: the paper's rule on noise-free motion (Kron & Schmidt 2003, 4.1)."""
 
 FREE, TAPPING, QUIESCENT, STROKING = range(4)
 CONTACT_N = 0.30

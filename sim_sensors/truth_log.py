@@ -1,4 +1,4 @@
-"""What really reached fingers and objects, written down beside the session: the judge of everything else."""
+"""Record the true state of fingers and objects beside a session, as the reference for all measurements."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -37,7 +37,7 @@ OPERATOR_STREAMS = {
     ),
     "truth_motor": _schema(finger=_WHOLE, motor_mv=_WHOLE),
 }
-"""At the operator's fingers: 100 Hz, and each moment at which a module's motor is switched on or off."""
+"""Streams of the operator's fingers: state at 100 Hz, and each time at which a module's motor is switched on or off."""
 
 REMOTE_STREAMS = {
     "truth_contact": _schema(
@@ -60,14 +60,14 @@ REMOTE_STREAMS = {
         mode=_WHOLE,
     ),
 }
-"""At the remote fingers: 100 Hz, and each contact, release and groove crossed."""
+"""Streams of the remote fingers: state at 100 Hz, and each contact, release and crossed groove."""
 
 LOG_EVERY = 5
-"""Steps of 2 ms between the 100 Hz entries."""
+"""Steps of 2 ms from one 100 Hz entry to the next."""
 
 
 class TruthLog:
-    """Writes truth to an MCAP file, or nothing at all without one."""
+    """Writer of the truth to an MCAP file; without a file, it writes nothing."""
 
     def __init__(
         self, path: Path | None, streams: Mapping[str, Mapping[str, object]], metadata: Mapping[str, str]
@@ -75,7 +75,7 @@ class TruthLog:
         """Open the file.
 
         Raises:
-            ValueError: it cannot be created.
+            ValueError: the file cannot be created.
         """
         try:
             self._recorder = Recorder(path, streams, metadata) if path is not None else None
@@ -84,11 +84,11 @@ class TruthLog:
 
     @property
     def open(self) -> bool:
-        """Whether anything is written; without, nobody needs to put entries together."""
+        """Whether there is a file; without one, the caller need not build entries."""
         return self._recorder is not None
 
     def write(self, stream: str, time_s: float, entry: Mapping[str, object]) -> None:
-        """Write one entry with its moment on the monotonic clock, s."""
+        """Write one entry with its time on the monotonic clock, s."""
         if self._recorder is not None:
             self._recorder.write(stream, round(time_s * 1e9), msgpack.packb(entry))
 
