@@ -1,1 +1,1 @@
-"""Tests one serial module or CAN node against docs/protocols.md, duty by duty, and always leaves it neutral."""
+"""Test one serial module or CAN node against docs/protocols.md, duty by duty, and always leave it neutral."""

@@ -1,4 +1,4 @@
-"""The duties as docs/protocols.md lists them: `python -m teletaction.conformance`."""
+"""Print the duties as listed in docs/protocols.md: `python -m teletaction.conformance`."""
 
 from teletaction.conformance.examination import CHECKLISTS
 

@@ -1,6 +1,6 @@
-"""Duties of firmware: a number, the words of docs/protocols.md, and the check that tries them on a device.
+"""Define duties of firmware: a number, the text of docs/protocols.md, and the check that tests a device.
 
-The words stand here and on that page; a test holds one against the other.
+The text is both here and on that page; a test compares the two.
 """
 
 from collections.abc import Callable
@@ -11,17 +11,17 @@ from typing import Any, Generic, Protocol, TypeVar
 T = TypeVar("T")
 
 TRIALS = 5
-"""Of what is known to one report only: as often, at other phases."""
+"""Number of trials of a time that is measured with a resolution of one report; each has another phase."""
 HALF_A_REPORT_S = 0.005
-"""So much beyond a time limit passes: reports are stamped no better than to a few milliseconds by a gateway."""
+"""Tolerance on a time limit, s; a gateway's time stamps are accurate to a few milliseconds only."""
 PAUSE_S = 0.05
-"""A host that was away for longer than this is no judge of what should have stayed in force."""
+"""Longest pause of the host, s, after which it can still judge that a command stayed in force."""
 RATE_SHARE = 0.05
-"""Of rates and clocks."""
+"""Relative tolerance of rates and clocks."""
 
 
 class How(StrEnum):
-    """What trying a duty takes, as the page and the command line have it."""
+    """Kind of trial that a duty needs, as named on the page and the command line."""
 
     LISTEN = "listening"
     EXERCISE = "--exercise"
@@ -29,7 +29,7 @@ class How(StrEnum):
 
 
 class Verdict(StrEnum):
-    """What became of a duty."""
+    """Result of a duty."""
 
     PASS = "pass"
     FAIL = "FAIL"
@@ -39,23 +39,23 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Came:
-    """What a device did where something was demanded of it."""
+    """Outcome of a check: whether the device met the demand, and what it did."""
 
     good: bool
     words: str
 
 
 class NotApplicable(Exception):
-    """A duty that this device, here and now, cannot be held to; says why."""
+    """The duty cannot be tested on this device at present; the text gives the reason."""
 
 
 class Unsafe(Exception):
-    """The device does more than was announced, or is another one: nothing is tried any further."""
+    """The device exceeds the announced limits or is another device; all trials stop."""
 
 
 @dataclass(frozen=True, slots=True)
 class Duty(Generic[T]):
-    """One demand of the page. The check may leave the outputs as they are: whoever calls it makes them neutral."""
+    """One demand of the page. The check may leave outputs active; its caller makes them neutral."""
 
     number: str
     demand: str
@@ -63,7 +63,7 @@ class Duty(Generic[T]):
     check: Callable[[T], Came]
 
     def tried_on(self, device: T) -> "Tried":
-        """What becomes of it; raises Unsafe."""
+        """Test the device and return the result; raise Unsafe if a check does."""
         try:
             came = self.check(device)
         except NotApplicable as reason:
@@ -76,7 +76,7 @@ class Checklist(Generic[T]):
 
     Attributes:
         title: heading on the page.
-        duties: filled by `duty`.
+        duties: the duties added by `duty`.
     """
 
     def __init__(self, title: str) -> None:
@@ -86,7 +86,7 @@ class Checklist(Generic[T]):
     def duty(
         self, number: str, demand: str, how: How = How.LISTEN
     ) -> Callable[[Callable[[T], Came]], Callable[[T], Came]]:
-        """Put a check under its number and its demand."""
+        """Return a decorator that adds a check with its number and demand."""
 
         def enter(check: Callable[[T], Came]) -> Callable[[T], Came]:
             self.duties.append(Duty(number, demand, how, check))
@@ -95,14 +95,14 @@ class Checklist(Generic[T]):
         return enter
 
     def table(self) -> str:
-        """The rows as docs/protocols.md has them."""
+        """Return the table as in docs/protocols.md."""
         rows = [f"| {duty.number} | {duty.demand} | {duty.how} |" for duty in self.duties]
         return "\n".join([f"**{self.title}**", "", "| | duty | tried by |", "|---|---|---|", *rows])
 
 
 @dataclass(frozen=True, slots=True)
 class Tried:
-    """A duty and what became of it."""
+    """A duty and its result."""
 
     duty: Duty[Any]
     verdict: Verdict
@@ -110,14 +110,14 @@ class Tried:
 
 
 class Driven(Protocol):
-    """What can be made neutral."""
+    """A device that can be made neutral."""
 
     def neutral(self) -> None:
-        """Say that nothing is wanted."""
+        """Command neutral outputs."""
 
     def settle(self) -> None:
-        """Neutral, and silence until the device is at rest."""
+        """Command neutral outputs, then send nothing until the device is at rest."""
 
 
 Trial = tuple[Duty[Any], Any]
-"""A duty and the device that its check is given."""
+"""A duty and the device that its check tests."""

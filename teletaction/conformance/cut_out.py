@@ -1,4 +1,4 @@
-"""The temperature limit that a module keeps by itself, tried with heat."""
+"""Duties of a module's own temperature limit, tested by heating."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,43 +10,43 @@ from teletaction.conformance.drives import REPEAT_S, WARMEST_C, Doing, Drives
 
 RELEASE_C = 41.0
 ARITHMETIC_K = 0.1
-"""The module may work out another temperature from the same counts."""
+"""Tolerance of temperatures, K; the module may compute another temperature from the same counts."""
 FAST_PERMILLE, SLOW_PERMILLE, SLOW_FROM_C = 1000, 300, 38.0
 LONGEST_S = 60.0
 MOST_BLIND = 10
-"""Turns of 20 ms without a report, and heating ends."""
+"""Largest number of turns of 20 ms without a report; heating then ends."""
 FALLS_K = 1.0
-"""A plate that falls by so much while heat is asked for is driven the wrong way round."""
+"""Fall of a plate under a heating command that shows a reversed drive, K."""
 
 
 @dataclass(frozen=True, slots=True)
 class Heated:
-    """What was reported of a plate that was heated until its module cut out, and then let cool."""
+    """Reports of a plate that was heated until its module cut out, and then cooled by itself."""
 
     heating: list[Doing]
     cooling_asked: list[Doing]
-    """Drive asked for that cools, while the plate is above the release."""
+    """Reports under a cooling command, while the plate is above the release temperature."""
     cooling: list[Doing]
-    """Heat asked for all the while."""
+    """Reports under a constant heating command."""
     released: list[Doing]
-    """Nothing asked for, below the release."""
+    """Reports without a drive command, below the release temperature."""
     answered: bool
-    """IDENTIFY, while it was cut out."""
+    """Whether the module answered IDENTIFY while it was cut out."""
 
 
 class Heating:
-    """One plate that is heated once, for all duties of the cut-out."""
+    """A plate that is heated only once, for all duties of the cut-out."""
 
     def __init__(self, drives: Drives) -> None:
         self.drives = drives
 
     @property
     def found(self) -> Heated:
-        """What was reported.
+        """Reports of the heated plate.
 
         Raises:
-            NotApplicable: the plate does not come to its limit.
-            Unsafe: it comes above 43 C.
+            NotApplicable: the plate does not reach its limit.
+            Unsafe: the plate exceeds 43 C.
         """
         if isinstance(self._once, NotApplicable):
             raise self._once
@@ -70,7 +70,7 @@ class Heating:
             lambda doing: doing.cut_out or doing.plate_c > PLATE_FAULT_C + 0.4 or doing.plate_c < cold_c
         )
         if not heating or (not heating[-1].cut_out and heating[-1].plate_c < PLATE_FAULT_C + ARITHMETIC_K):
-            raise NotApplicable(f"the plate only came to {heating[-1].plate_c if heating else 0.0:.1f} C")
+            raise NotApplicable(f"the plate only reached {heating[-1].plate_c if heating else 0.0:.1f} C")
         if not heating[-1].cut_out:
             return Heated(heating, [], [], [], False)
         cooling_asked = drives.hold(-SLOW_PERMILLE, motor_mv, 0.06) if heating[-1].plate_c > RELEASE_C + 0.3 else []
@@ -79,7 +79,7 @@ class Heating:
         return Heated(heating, cooling_asked, cooling, drives.hold(0, motor_mv, 0.3), answered)
 
     def _until(self, done: Callable[[Doing], bool]) -> list[Doing]:
-        """Ask for heat until a report is what is waited for: fast up to 38 C, then with a drive that grows slowly."""
+        """Command heat until a report meets `done`: full drive up to 38 C, then a drive that grows slowly."""
         seen: list[Doing] = []
         permille = FAST_PERMILLE
         slow, blind = False, 0
@@ -90,12 +90,12 @@ class Heating:
             elif seen and (seen[-1].plate_c > SLOW_FROM_C or seen[-1].cut_out):
                 slow, permille = True, SLOW_PERMILLE
             self.drives.drive(permille, self.drives.mild[1])
-            told = self.drives.listen(REPEAT_S)
-            blind = 0 if told else blind + 1
+            doings = self.drives.listen(REPEAT_S)
+            blind = 0 if doings else blind + 1
             if blind > MOST_BLIND:
                 raise Unsafe("no reports while it is heated")
-            end = next((n for n, doing in enumerate(told) if done(doing)), len(told))
-            seen += told[: end + 1]
+            end = next((n for n, doing in enumerate(doings) if done(doing)), len(doings))
+            seen += doings[: end + 1]
         return seen
 
 
@@ -135,8 +135,8 @@ def _lets_go(heating: Heating) -> Came:
     return Came(ended, f"held down to {found.cooling[-1].plate_c:.2f} C, then {'ended' if ended else 'not ended'}")
 
 
-@CUT_OUT.duty("D16", "Cut out, it answers IDENTIFY within 100 ms and a motor runs on", How.HEAT)
-def _goes_on(heating: Heating) -> Came:
+@CUT_OUT.duty("D16", "Cut out, it answers IDENTIFY within 100 ms and a motor keeps running", How.HEAT)
+def _keeps_running(heating: Heating) -> Came:
     found = heating.found
     if not found.heating[-1].cut_out:
         raise NotApplicable("it did not cut out")

@@ -1,4 +1,4 @@
-"""Duties of every serial module that hears something else than it should, or whose host does not listen."""
+"""Duties of every serial module that receives invalid input, or whose host does not read."""
 
 from common.framing import MAX_FRAME, encode_frame
 from common.serial_messages import DeviceFlag, DeviceKind, HeaterCommand, MessageId, TactTipCommand
@@ -13,14 +13,14 @@ COMMANDS: dict[DeviceKind, tuple[int, bytes]] = {
     DeviceKind.THERMAL_SENSOR: (MessageId.HEATER_COMMAND, HeaterCommand(0).encode()),
     DeviceKind.TACTTIP: (MessageId.TACTTIP_COMMAND, TactTipCommand(0, 0).encode()),
 }
-"""Commands of the devices that have any, asking for nothing."""
+"""Neutral command of each kind of device that has commands: message id and payload."""
 FLAGS_AT = 8
-"""Where the flags stand in the reports of every device that has drives."""
+"""Byte offset of the flags in the reports of every device with drives."""
 AWAY_S = 2.0
 
 
 def _ignores(talk: ModuleTalk, wrong: bytes, what: str) -> Came:
-    """Whether what was sent brings no answer, and the next IDENTIFY brings one."""
+    """Check that `wrong` gets no answer and that the next IDENTIFY gets one."""
     talk.end.send(wrong)
     answers = talk.listen(ANSWER_S).of(MessageId.IDENTITY)
     if answers:
@@ -47,14 +47,14 @@ def _unknown(talk: ModuleTalk) -> Came:
         if {heard.frame.message_id for heard in span.frames} - said_at_rest:
             return Came(False, f"message {message_id:#04x}: answered")
         if not span.frames:
-            return Came(False, f"message {message_id:#04x}: no reports any more")
+            return Came(False, f"message {message_id:#04x}: no more reports")
         if _timed_out(talk, talk.at_rest) and not _timed_out(talk, span):
             return Came(False, f"message {message_id:#04x}: taken for a command, COMMAND_TIMEOUT is 0")
-    return Came(True, "nothing came of them")
+    return Came(True, "they changed nothing")
 
 
 def _timed_out(talk: ModuleTalk, span: Span) -> bool:
-    """Whether every sound report says that no command is in force; a texture sensor has none."""
+    """Return whether every intact report has COMMAND_TIMEOUT set; always True for a texture sensor."""
     if talk.kind is DeviceKind.TEXTURE_SENSOR:
         return True
     return all(
@@ -65,13 +65,13 @@ def _timed_out(talk: ModuleTalk, span: Span) -> bool:
 
 
 def foreign_commands(kind: DeviceKind) -> list[tuple[int, bytes]]:
-    """Commands of the other kinds of device, id and payload, that ask for nothing."""
+    """Return the neutral commands of the other kinds of device, as id and payload."""
     return [(message_id, payload) for of, (message_id, payload) in COMMANDS.items() if of is not kind]
 
 
 @DISTURBED.duty("S12", "An IDENTIFY of a wrong length is refused")
 def _long_identify(talk: ModuleTalk) -> Came:
-    return _ignores(talk, talk.frame(MessageId.IDENTIFY, b"\1"), "IDENTIFY with a byte too many")
+    return _ignores(talk, talk.frame(MessageId.IDENTIFY, b"\1"), "IDENTIFY with an extra byte")
 
 
 @DISTURBED.duty("S13", "Damaged frames are ignored, and the next good one is not: wrong CRC, COBS, length")
@@ -87,7 +87,7 @@ def _damaged(talk: ModuleTalk) -> Came:
 
 
 def _too_long(talk: ModuleTalk) -> bytes:
-    """One byte more than a frame may have; all of it not zero, so that its COBS is one block."""
+    """Return a frame that is one byte too long; it has no zero byte, so its COBS is one block."""
     longest = encode_frame(UNKNOWN_ID, 1, b"\x55" * (MAX_FRAME - 4))
     return bytes((longest[0] + 1,)) + longest[1:-1] + b"\x55\0"
 
@@ -103,7 +103,7 @@ def _delimiters(talk: ModuleTalk) -> Came:
 
 
 @DISTURBED.duty(
-    "S15", "Any number of bytes without a zero byte is borne, and the frame after the next zero byte is read"
+    "S15", "Any number of bytes without a zero byte is tolerated, and the frame after the next zero byte is read"
 )
 def _endless(talk: ModuleTalk) -> Came:
     return _ignores(talk, b"\xa5" * 5000 + b"\0", "5000 bytes without a zero byte")
@@ -121,7 +121,7 @@ def _unread(talk: ModuleTalk) -> Came:
     talk.begin_anew()
     after = talk.reports(talk.listen(0.5))
     if not after:
-        return Came(False, "no reports any more")
+        return Came(False, "no more reports")
     newest = [before[-1], after[-1]]
     late_s = newest[1].at_s - newest[0].at_s - device_times_s(newest)[-1] / pace
     return Came(abs(late_s) <= ANSWER_S, f"the newest report is {round(1e3 * late_s)} ms older than before")

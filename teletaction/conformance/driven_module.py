@@ -1,4 +1,4 @@
-"""Duties of every module that drives something: what it does with commands, and without them."""
+"""Duties of every module with drives: its behaviour with commands and without them."""
 
 from common.limits import MODULE_TIMEOUT_S
 from common.serial_messages import DeviceFlag, MessageId
@@ -21,7 +21,7 @@ from teletaction.conformance.module_talk import Heard, Span, damaged
 DRIVEN: Checklist[Drives] = Checklist("Every module with drives: thermal sensor, TactTip")
 
 REPORTS, PLATE_MOVES_K = 10, 0.1
-"""The mean of so many reports is a plate's temperature, and so much it has to move."""
+"""Number of reports averaged to a plate's temperature, and smallest change expected of it, K."""
 _KNOWN_FLAGS = sum(DeviceFlag)
 
 
@@ -37,7 +37,7 @@ def _off(drives: Drives) -> Came:
     doings = _at_rest(drives)
     strange = next((doing for doing in doings if doing.applied != OFF or not doing.timed_out), None)
     if strange is None:
-        return Came(True, f"so in {len(doings)} reports")
+        return Came(True, f"in all of {len(doings)} reports")
     return Came(False, f"{drives.words(strange.applied)}, flags {strange.flags:#04x}")
 
 
@@ -54,9 +54,7 @@ def _thermometers(drives: Drives) -> Came:
     return Came(low > 0 and high < COUNT_MAX, f"{low} to {high} counts")
 
 
-@DRIVEN.duty(
-    "D4", "What is commanded is applied, and reported as it is; COMMAND_TIMEOUT is 0 while it is", How.EXERCISE
-)
+@DRIVEN.duty("D4", "A command is applied and reported as it was sent; COMMAND_TIMEOUT is 0 meanwhile", How.EXERCISE)
 def _obeys(drives: Drives) -> Came:
     drives.ready()
     permille, motor_mv = drives.mild
@@ -95,7 +93,7 @@ def _times_out(drives: Drives) -> Came:
     longest_s = 0.0
     for trial in range(TRIALS):
         drives.settle()
-        drives.talk.listen(0.002 * trial)  # a report sees the end wherever between two of them it is
+        drives.talk.listen(0.002 * trial)  # each trial has another phase, which resolves the end between two reports
         drives.drive(*drives.mild)
         doings = drives.listen(4.0 * MODULE_TIMEOUT_S)
         acting = [doing.device_s for doing in doings if doing.applied != OFF]
@@ -115,12 +113,12 @@ def _holds(drives: Drives) -> Came:
     doings = drives.hold(*drives.mild, 0.1) and drives.hold(*drives.mild, 1.0)
     gaps = sum(doing.timed_out for doing in doings)
     if gaps and drives.away_s > PAUSE_S:
-        raise NotApplicable(f"this host paused for {1e3 * drives.away_s:.0f} ms meanwhile: try again")
+        raise NotApplicable(f"this host paused for {1e3 * drives.away_s:.0f} ms during the trial: try again")
     return Came(bool(doings) and not gaps, f"{gaps} of {len(doings)} reports say COMMAND_TIMEOUT")
 
 
 def _feeds(drives: Drives, wrong: bytes, what: str) -> Came:
-    """One good command, then for 0.25 s only what is none: nothing else may be applied, and the time-out must act."""
+    """Send one good command, then only `wrong` for 0.25 s; check that nothing else is applied and the time-out acts."""
     drives.settle()
     drives.drive(*drives.mild)
     doings: list[Doing] = []
@@ -146,7 +144,7 @@ def _all_refused(drives: Drives, wrong: dict[str, bytes]) -> Came:
 
 @DRIVEN.duty(
     "D8",
-    "A command with a value out of range is refused as a whole: not clipped, and no food for the time-out",
+    "A command with a value out of range is refused as a whole: it is not clipped and does not restart the time-out",
     How.EXERCISE,
 )
 def _range(drives: Drives) -> Came:
@@ -164,7 +162,7 @@ def _length(drives: Drives) -> Came:
     )
 
 
-@DRIVEN.duty("D10", "A damaged command changes nothing and does not feed the time-out", How.EXERCISE)
+@DRIVEN.duty("D10", "A damaged command changes nothing and does not restart the time-out", How.EXERCISE)
 def _damaged(drives: Drives) -> Came:
     frame = drives.talk.frame(drives.command_id, drives.command(drives.mild[0] // 2))
     return _all_refused(drives, {"wrong CRC": damaged(frame)})
@@ -172,7 +170,7 @@ def _damaged(drives: Drives) -> Came:
 
 @DRIVEN.duty(
     "D11",
-    "IDENTIFY, an unknown id and another device's command are no commands: they do not feed the time-out",
+    "IDENTIFY, an unknown id and another device's command are no commands: they do not restart the time-out",
     How.EXERCISE,
 )
 def _no_commands(drives: Drives) -> Came:
@@ -184,7 +182,7 @@ def _no_commands(drives: Drives) -> Came:
 @DRIVEN.duty(
     "D12", "250 commands a second (thermal sensor: 100) leave the reports at their rate within 5 %", How.EXERCISE
 )
-def _reports_go_on(drives: Drives) -> Came:
+def _keeps_rate(drives: Drives) -> Came:
     drives.ready()
     at_rest_hz = reports_hz(drives.talk, drives.talk.reports(drives.talk.at_rest))
     heard: list[Heard] = []

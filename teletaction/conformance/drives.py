@@ -1,4 +1,4 @@
-"""What two kinds of module have in common: a plate that a Peltier element drives, and reports of what the drives do."""
+"""Common part of the two kinds of module with drives: a plate on a Peltier element, and reports of the drives."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -22,9 +22,9 @@ from teletaction.conformance.every_module import device_times_s
 from teletaction.conformance.module_talk import REPORTS, ModuleTalk, Span
 
 QUIET_S = 0.15
-"""After the last command: the time-out has acted, and a report has told of it."""
+"""Silence after the last command, s, in which the time-out acts and a report shows it."""
 WARMEST_C, COLDEST_C = 40.0, 5.0
-"""A trial that is not of the cut-out starts and stays between these."""
+"""Upper and lower limit of the plate in trials other than those of the cut-out, C."""
 MILD_PERMILLE, MILD_MV = 100, 500
 PLATE_PERMILLE, PLATE_S = 300, 1.0
 REPEAT_S = 0.02
@@ -33,7 +33,7 @@ MOST_UNREAD = 5
 
 @dataclass(frozen=True, slots=True)
 class Doing:
-    """What a report says: device time, temperatures, flags, and what is applied."""
+    """Content of a report: device time, temperatures, flags, and applied outputs."""
 
     device_s: float
     plate_c: float
@@ -49,12 +49,12 @@ class Doing:
 
     @property
     def timed_out(self) -> bool:
-        """Whether it says that no command is in force."""
+        """Whether the report says that no command is in force."""
         return bool(self.flags & DeviceFlag.COMMAND_TIMEOUT)
 
     @property
     def cut_out(self) -> bool:
-        """Whether it says that its temperature limit acts."""
+        """Whether the report says that the temperature limit acts."""
         return bool(self.flags & DeviceFlag.THERMAL_CUT_OUT)
 
 
@@ -66,9 +66,9 @@ class Drives:
 
     Attributes:
         talk: the module.
-        mild: what trials drive with: thousandths of full drive, and millivolts where there is a motor.
-        warmest_c: a plate above this ends the trial.
-        away_s: longest time between two commands of the last `hold`: the host's own doing.
+        mild: drive of the trials, thousandths of full drive, and motor voltage, mV, 0 without a motor.
+        warmest_c: temperature of the plate above which the trial ends, C.
+        away_s: longest time between two commands of the last `hold`, s, caused by the host.
     """
 
     def __init__(self, talk: ModuleTalk) -> None:
@@ -83,12 +83,12 @@ class Drives:
         talk.watch = self._look
 
     def command(self, permille: int, motor_mv: int = 0) -> bytes:
-        """Payload of a command."""
+        """Return the payload of a command."""
         return TactTipCommand(motor_mv, permille).encode() if self.tacttip else HeaterCommand(permille).encode()
 
     @property
     def command_id(self) -> MessageId:
-        """Message that commands it."""
+        """Message id of the module's commands."""
         return MessageId.TACTTIP_COMMAND if self.tacttip else MessageId.HEATER_COMMAND
 
     @property
@@ -111,7 +111,7 @@ class Drives:
         self.talk.say(self.command_id, self.command(permille, motor_mv))
 
     def pulse(self, motor_mv: int, pulse_mv: int, pulse_us: int) -> TactTipCommand:
-        """A command with a pulse of a new number, and the voltage that holds behind it."""
+        """Return a command with a pulse of a new number, and the voltage after the pulse."""
         self._pulse_number = (self._pulse_number + 1) & 0xFF
         return TactTipCommand(motor_mv, 0, pulse_mv, pulse_us, self._pulse_number)
 
@@ -121,11 +121,11 @@ class Drives:
         self.talk.say(self.command_id, command.encode())
 
     def listen(self, seconds: float) -> list[Doing]:
-        """What reports say within so many seconds."""
+        """Return the reports of the next `seconds`."""
         return self.doings(self.talk.listen(seconds))
 
     def hold(self, permille: int, motor_mv: int, seconds: float, each_s: float = REPEAT_S) -> list[Doing]:
-        """Command again and again; what reports say meanwhile."""
+        """Repeat a command for `seconds`; return the reports of that time."""
         spans = []
         self.away_s, sent_s = 0.0, self.talk.end.now()
         until_s = sent_s + seconds
@@ -137,37 +137,37 @@ class Drives:
 
     @cached_property
     def each_way(self) -> tuple[list[Doing], list[Doing], list[Doing]]:
-        """What reports say at rest, of the plate heated for 1 s, and cooled for 1 s; driven once, for all duties.
+        """Reports at rest, with the plate heated for 1 s, and cooled for 1 s; driven only once, for all duties.
 
         Raises:
-            NotApplicable: the plate is too hot or too cold to begin with.
+            NotApplicable: the plate is too hot or too cold at the start.
         """
         self.ready()
         at_rest = self.listen(0.2)
         return at_rest, self.hold(PLATE_PERMILLE, 0, PLATE_S), self.hold(-PLATE_PERMILLE, 0, PLATE_S)
 
     def doings_of(self, spans: Sequence[Span]) -> list[Doing]:
-        """The sound reports of several spans, with one device time over all of them."""
+        """Return the readable reports of several spans, with one device time over all of them."""
         return self.doings(Span([heard for span in spans for heard in span.frames], 0))
 
     def doings(self, span: Span) -> list[Doing]:
-        """The sound reports of a span."""
+        """Return the readable reports of a span."""
         reports = self.talk.reports(span)
         found = (_doing(heard.frame, at_s) for heard, at_s in zip(reports, device_times_s(reports), strict=False))
         return [doing for doing in found if doing is not None]
 
     def neutral(self) -> None:
-        """Everything off, said twice: one frame may be lost."""
+        """Command everything off, twice, because one frame may be lost."""
         for _ in range(2):
             self.drive(0)
 
     def settle(self) -> None:
-        """Everything off, and silence until the time-out has acted."""
+        """Command everything off, then send nothing until the time-out has acted."""
         self.neutral()
         self.talk.listen(QUIET_S)
 
     def ready(self) -> None:
-        """Refuse to begin with a plate that is too hot or too cold."""
+        """Raise NotApplicable if the plate is too hot or too cold for a trial."""
         before = self.listen(0.1)
         if not before:
             raise NotApplicable("no sound reports")
@@ -175,7 +175,7 @@ class Drives:
             raise NotApplicable(f"the plate is at {before[-1].plate_c:.1f} C: nothing is driven")
 
     def words(self, applied: tuple[int, int]) -> str:
-        """What is applied, in words."""
+        """Return the applied outputs as text."""
         return f"{applied[0]} thousandths" + (f" and {applied[1]} mV" if self.tacttip else "")
 
     def _look(self, frame: Frame) -> None:
@@ -184,13 +184,13 @@ class Drives:
         doing = _doing(frame)
         self._unread = 0 if doing is not None else self._unread + 1
         if self._unread > MOST_UNREAD:
-            raise Unsafe("reports that cannot be read while it is driven")
+            raise Unsafe("unreadable reports while it is driven")
         if doing is not None and not COLDEST_C <= doing.plate_c <= self.warmest_c:
             raise Unsafe(f"the plate is at {doing.plate_c:.1f} C")
 
 
 def _doing(frame: Frame, device_s: float = 0.0) -> Doing | None:
-    """What one report says; None where it cannot be read."""
+    """Return the content of one report; None if it is unreadable."""
     try:
         if frame.message_id == MessageId.THERMAL_READING:
             reading = ThermalReading.decode(frame.payload)
@@ -200,6 +200,6 @@ def _doing(frame: Frame, device_s: float = 0.0) -> Doing | None:
     except BadPayload:
         return None
     counts = (state.plate_counts, state.hot_side_counts)
-    # A plate whose sensor is broken may be as hot as it likes.
+    # A broken sensor measures nothing, so its plate counts as too hot.
     plate_c = ntc_c(counts[0]) if 0 < counts[0] < COUNT_MAX else PLATE_PEAK_C + 1.0
     return Doing(device_s, plate_c, counts, state.flags, state.peltier_permille, state.motor_mv)

@@ -1,4 +1,4 @@
-"""Duties of every serial module: who it is, its frames, and its reports."""
+"""Duties of every serial module: its identity, its frames, and its reports."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -29,7 +29,7 @@ _DECODE: dict[MessageId, Callable[[bytes], object]] = {
 
 
 def device_times_s(reports: list[Heard]) -> list[float]:
-    """Device times of reports, s, going on where the 32 bits wrap; the first is 0."""
+    """Return the device times of reports, s, unwrapped from 32 bits; the first is 0."""
     times = [0]
     stamps = [int.from_bytes(heard.frame.payload[:4], "little") for heard in reports]
     for before, after in pairwise(stamps):
@@ -38,7 +38,7 @@ def device_times_s(reports: list[Heard]) -> list[float]:
     return [1e-6 * us for us in times]
 
 
-@MODULE.duty("S1", "Answers each IDENTIFY with one IDENTITY within 100 ms, while its reports go on")
+@MODULE.duty("S1", "Answers each IDENTIFY with one IDENTITY within 100 ms, while its reports continue")
 def _answers(talk: ModuleTalk) -> Came:
     answers = [talk.ask(2.0 * ANSWER_S) for _ in range(ASKED)]
     in_time = sum(len(times) == 1 and times[0] <= ANSWER_S for times in answers)
@@ -46,7 +46,7 @@ def _answers(talk: ModuleTalk) -> Came:
     most = max(len(times) for times in answers)
     return Came(
         in_time == ASKED,
-        f"{in_time} of {ASKED} so; latest after {1e3 * latest_s:.1f} ms, at most {most} to one question",
+        f"{in_time} of {ASKED} correct; latest after {1e3 * latest_s:.1f} ms, at most {most} to one question",
     )
 
 
@@ -64,21 +64,21 @@ def _identity(talk: ModuleTalk) -> Came:
     return Came(bool(found.serial) and found.serial.isprintable() and found.range_low < found.range_high, words)
 
 
-@MODULE.duty("S3", "It is of the kind and of the finger that it is told to be")
-def _told(talk: ModuleTalk) -> Came:
+@MODULE.duty("S3", "Its kind and its finger are those that the host expects")
+def _as_expected(talk: ModuleTalk) -> Came:
     found = talk.identity
     if found is None:
         raise NotApplicable("no sound answer")
-    if talk.told_kind is None and talk.told_finger is None:
-        raise NotApplicable("nothing was told: --device and --finger do")
+    if talk.expected_kind is None and talk.expected_finger is None:
+        raise NotApplicable("nothing was specified with --device or --finger")
     words = f"the {FINGERS[found.finger]} {found.kind.name.lower().replace('_', ' ')}"
-    if talk.told_kind not in (None, found.kind) or talk.told_finger not in (None, found.finger):
-        raise Unsafe(f"{words}: what was not meant is not tried")
+    if talk.expected_kind not in (None, found.kind) or talk.expected_finger not in (None, found.finger):
+        raise Unsafe(f"{words}: not the expected device, so it is not tried")
     return Came(True, words)
 
 
 @MODULE.duty(
-    "S4", "IDENTITY tells the rate of its kind (2000 samples, 100 readings, 100 states) and the sensor's range"
+    "S4", "IDENTITY contains the rate of its kind (2000 samples, 100 readings, 100 states) and the sensor's range"
 )
 def _promises(talk: ModuleTalk) -> Came:
     if talk.identity is None:
@@ -101,7 +101,7 @@ def _counts(talk: ModuleTalk) -> Came:
     span = talk.at_rest
     numbers = [heard.frame.sequence for heard in span.frames]
     steps = [(after - before) & 0xFF for before, after in pairwise(numbers)]
-    # A frame that was damaged had a number too.
+    # A damaged frame had a number too.
     missing = sum(step - 1 if step else 256 for step in steps)
     return Came(missing <= span.damaged, f"{missing} numbers missing in {len(numbers)} frames, {span.damaged} damaged")
 
@@ -127,15 +127,15 @@ def _layout(talk: ModuleTalk) -> Came:
             return Came(False, str(error))
     if not reports:
         raise NotApplicable("no reports")
-    return Came(True, f"{len(reports)} reports as they should be")
+    return Came(True, f"{len(reports)} correct reports")
 
 
 def reports_hz(talk: ModuleTalk, reports: list[Heard]) -> float:
-    """Reports a second by the host's clock, those counted that were damaged on the way."""
+    """Return the reports a second by the host's clock, including those damaged in transmission."""
     if len(reports) < 2:
         raise NotApplicable("no reports")
     numbers = [heard.frame.sequence for heard in reports]
-    # Damage is told by its neighbours' numbers, as long as less than a round of 256 is gone in one go.
+    # The numbers of the neighbours show how many reports are missing, if fewer than 256 are missing at once.
     lost = min(talk.at_rest.damaged, sum((b - a - 1) & 0xFF for a, b in pairwise(numbers)))
     return (len(reports) - 1 + lost) / (reports[-1].at_s - reports[0].at_s)
 
@@ -147,7 +147,7 @@ def _rate(talk: ModuleTalk) -> Came:
 
 
 def pace_of(talk: ModuleTalk) -> tuple[float, list[float]]:
-    """Seconds of the device in one of the host, and the device times at rest."""
+    """Return the device's seconds in one second of the host, and the device times at rest, s."""
     reports = talk.reports(talk.at_rest)
     if len(reports) < 2:
         raise NotApplicable("no reports")

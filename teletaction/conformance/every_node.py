@@ -1,4 +1,4 @@
-"""Duties of every CAN node: its frames at rest, and which set-points it obeys, for how long."""
+"""Duties of every CAN node: its frames at rest, the set-points that it obeys, and their time-out."""
 
 from collections.abc import Callable
 from functools import partial
@@ -28,13 +28,13 @@ from teletaction.conformance.node_talk import (
 )
 
 AT_ONCE = 10
-"""State frames in 100 ms."""
+"""Number of state frames in 100 ms."""
 
 NODE: Checklist[NodeOnTrial] = Checklist("Every CAN node: exoskeleton, telemanipulator")
 
 
 def _named(node: NodeOnTrial) -> dict[str, list[can.Message]]:
-    """The frames at rest, by name."""
+    """Return the frames at rest, by name."""
     return {name: node.talk.of(node.talk.at_rest, name) for name in node.talk.kind.sends_hz}
 
 
@@ -103,25 +103,25 @@ def _rates(node: NodeOnTrial) -> Came:
     return Came(off <= RATE_SHARE, ", ".join(f"{name} {hz:.0f}" for name, hz in found.items()))
 
 
-@NODE.duty("N6", "Without set-points it is in its safe state, and says so: forces exactly 0, not enabled; released")
+@NODE.duty("N6", "Without set-points it is in its safe state and reports it: forces exactly 0, not enabled; released")
 def _safe(node: NodeOnTrial) -> Came:
     states = [values for _, values in node.talk.states(node.talk.at_rest)]
     if not states:
         raise NotApplicable(f"no {node.talk.kind.state}")
     safe = node.talk.kind.safe
     wrong = next(((name, values[name]) for values in states for name in safe if values[name] != safe[name]), None)
-    return Came(wrong is None, f"{wrong[0]} {wrong[1]:g}" if wrong else f"so in {len(states)} state frames")
+    return Came(wrong is None, f"{wrong[0]} {wrong[1]:g}" if wrong else f"in all of {len(states)} state frames")
 
 
 def _in_force(node: NodeOnTrial, messages: list[can.Message], command: Command) -> list[tuple[float, bool]]:
-    """When state frames say whether a command is in force."""
+    """Return the times of the state frames, s, and whether the command is in force in each."""
     return [(at_s, values[command.in_force] > 0.0) for at_s, values in node.talk.states(messages)]
 
 
 def _repeat(
     node: NodeOnTrial, make: Callable[[], can.Message], command: Command, seconds: float
 ) -> list[tuple[float, bool]]:
-    """Send frame after frame; what state frames say meanwhile."""
+    """Send frames for `seconds`; return the state frames' times and whether the command is in force in each."""
     messages: list[can.Message] = []
     node.talk.away_s, sent_s = 0.0, node.talk.end.now()
     until_s = sent_s + seconds
@@ -133,12 +133,12 @@ def _repeat(
 
 
 def _good(node: NodeOnTrial, command: Command) -> can.Message:
-    """The next frame of a command, as it should be."""
+    """Return the next correct frame of a command."""
     return node.talk.frame(command.frame, node.acting(command.frame))
 
 
 def _refuses(node: NodeOnTrial, make: Callable[[Command], can.Message]) -> Came:
-    """Nothing but wrong frames: no set-point may be in force at the end."""
+    """Send only wrong frames; check that no set-point is in force at the end."""
     for command in node.talk.kind.commands:
         said = _repeat(node, partial(make, command), command, 4.0 * MODULE_TIMEOUT_S)
         node.settle()
@@ -159,12 +159,12 @@ def _obeys(node: NodeOnTrial) -> Came:
         begun = next((n for n, (_, in_force) in enumerate(said) if in_force), len(said))
         gaps = sum(not in_force for _, in_force in said[begun:])
         if gaps and node.talk.away_s > PAUSE_S:
-            raise NotApplicable(f"this host paused for {1e3 * node.talk.away_s:.0f} ms meanwhile: try again")
+            raise NotApplicable(f"this host paused for {1e3 * node.talk.away_s:.0f} ms during the trial: try again")
         if gaps or begun > AT_ONCE or len(said) <= AT_ONCE:
             return Came(
                 False, f"{command.frame}: in force from state frame {begun} on, then not in {gaps} of {len(said)}"
             )
-    return Came(True, f"{', '.join(command.frame for command in node.talk.kind.commands)}: in force all the while")
+    return Came(True, f"{', '.join(command.frame for command in node.talk.kind.commands)}: in force throughout")
 
 
 @NODE.duty("N8", "Set-points end 100 ms after the last good frame at the latest, by the node itself", How.EXERCISE)
@@ -173,7 +173,7 @@ def _times_out(node: NodeOnTrial) -> Came:
     for command in node.talk.kind.commands:
         for trial in range(TRIALS):
             node.settle()
-            node.talk.listen(0.002 * trial)  # a state frame sees the end wherever between two of them it is
+            node.talk.listen(0.002 * trial)  # each trial has another phase, which resolves the end between two frames
             node.talk.say(command.frame, node.acting(command.frame))
             said = _in_force(node, node.talk.listen(4.0 * MODULE_TIMEOUT_S), command)
             acting = [at_s for at_s, in_force in said if in_force]

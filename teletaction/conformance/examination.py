@@ -1,4 +1,4 @@
-"""One device at one address, tried from the first duty to the last, and neutral at the end whatever happens."""
+"""Test one device at one address, from the first duty to the last, and leave it neutral in every case."""
 
 from collections.abc import Callable, Container, Iterator
 from contextlib import contextmanager, suppress
@@ -40,13 +40,13 @@ CHECKLISTS: tuple[Checklist[Any], ...] = (
 
 @dataclass(frozen=True, slots=True)
 class OnTrial:
-    """A device that was found, and what it has to do.
+    """A device that was found, and its duties.
 
     Attributes:
-        name: what it is, and whose.
+        name: kind and serial number, or name of the node.
         trials: its duties.
-        driven: how it is made neutral; None where nothing is driven.
-        warning: what `--exercise` and `--heat` do to it.
+        driven: the device as it is made neutral; None for a device without drives.
+        warning: effect of `--exercise` and `--heat` on the device.
     """
 
     name: str
@@ -55,15 +55,15 @@ class OnTrial:
     warning: dict[How, str]
 
     def only(self, numbers: Container[str]) -> "OnTrial":
-        """The same device with these duties alone."""
+        """Return the same device with these duties alone."""
         return replace(self, trials=[trial for trial in self.trials if trial[0].number in numbers])
 
-    def tried(self, allowed: Container[How], tell: Callable[[Tried], None]) -> list[Tried]:
-        """Try its duties, tell of each at once, and leave what was driven neutral, also when it is interrupted.
+    def tried(self, allowed: Container[How], report: Callable[[Tried], None]) -> list[Tried]:
+        """Try the duties, report each at once, and leave a driven device neutral, also after an interruption.
 
         Args:
             allowed: kinds of trial that the user has agreed to.
-            tell: given each duty and what became of it.
+            report: called with each result.
         """
         results, stopped, driving = [], "", False
         try:
@@ -79,10 +79,10 @@ class OnTrial:
                             self.driven.settle()
                     except (Unsafe, DeviceAbsent) as danger:
                         if driving:
-                            self._let_go()  # before anybody is told
+                            self._let_go()  # before the result is reported
                         stopped = f"stopped at {duty.number}: {danger}"
                         tried = Tried(duty, Verdict.FAIL, str(danger))
-                tell(tried)
+                report(tried)
                 results.append(tried)
             return results
         finally:
@@ -90,9 +90,9 @@ class OnTrial:
                 self._let_go()
 
     def _let_go(self) -> None:
-        """Make it neutral, if it is still there, and stay until it has heard that.
+        """Make the device neutral if it is still present, and wait until it has received the command.
 
-        A TCP connection that is closed with frames unread is reset, and what was sent last may be lost.
+        Closing a TCP connection with unread frames resets it, and the last command may then be lost.
         """
         if self.driven is not None:
             with suppress(DeviceAbsent, Unsafe):
@@ -100,7 +100,7 @@ class OnTrial:
 
 
 def module_on_trial(talk: ModuleTalk) -> OnTrial:
-    """A serial module."""
+    """Return a serial module with its duties."""
     name = talk.kind.name.lower().replace("_", " ")
     if talk.identity is not None:
         name += f" {talk.identity.serial}"
@@ -120,7 +120,7 @@ def module_on_trial(talk: ModuleTalk) -> OnTrial:
 
 
 def node_on_trial(talk: NodeTalk) -> OnTrial:
-    """A CAN node."""
+    """Return a CAN node with its duties."""
     if talk.kind.name is NodeName.EXOSKELETON:
         exoskeleton = ExoskeletonOnTrial(talk)
         trials = _each(NODE, exoskeleton) + _each(EXOSKELETON, exoskeleton)
@@ -139,35 +139,35 @@ def _each(checklist: Checklist[Any], device: object) -> list[Trial]:
 
 
 @contextmanager
-def opened(address: str, told: DeviceKind | NodeName | None = None, finger: int | None = None) -> Iterator[OnTrial]:
-    """Open an address and find what is there.
+def opened(address: str, kind: DeviceKind | NodeName | None = None, finger: int | None = None) -> Iterator[OnTrial]:
+    """Open an address and identify its device.
 
     Args:
-        address: a serial device's, or a CAN bus's as in `socketcan:can0` and `socketcand://HOST:PORT/CHANNEL`.
-        told: what it should be; None: what it says it is.
-        finger: whose it should be, 0..4; None: anybody's.
+        address: address of a serial device, or of a CAN bus: `socketcan:can0`, `socketcand://HOST:PORT/CHANNEL`.
+        kind: expected kind of the device; None: the kind that it reports.
+        finger: expected finger, 0..4; None: any.
 
     Raises:
-        DeviceAbsent: nothing there, or nothing that says what it is.
-        ValueError: a CAN bus was told to be a serial device or the other way round; a site is running on the bus.
+        DeviceAbsent: no device, or a device that does not report its kind.
+        ValueError: the kind or finger does not fit the address, or a site is running on the bus.
     """
     bus = can_address(address)
     if bus is None:
-        if isinstance(told, NodeName):
-            raise ValueError(f"{address}: the {told} is on CAN: socketcan:CHANNEL or socketcand://HOST:PORT/CHANNEL")
+        if isinstance(kind, NodeName):
+            raise ValueError(f"{address}: the {kind} is on CAN: socketcan:CHANNEL or socketcand://HOST:PORT/CHANNEL")
         port = PortEnd(address)
         try:
-            yield module_on_trial(ModuleTalk(port, told, finger))
+            yield module_on_trial(ModuleTalk(port, kind, finger))
         finally:
             port.close()
         return
-    if isinstance(told, DeviceKind):
-        raise ValueError(f"{address}: a {told.name.lower()} is a serial device, not on CAN")
+    if isinstance(kind, DeviceKind):
+        raise ValueError(f"{address}: a {kind.name.lower()} is a serial device, not on CAN")
     if finger is not None:
         raise ValueError(f"{address}: a CAN node serves all fingers")
     require_interface(bus)
     end = BusEnd(bus)
     try:
-        yield node_on_trial(NodeTalk(end, KINDS[told or name_of(end)]))
+        yield node_on_trial(NodeTalk(end, KINDS[kind or name_of(end)]))
     finally:
         end.close()

@@ -1,4 +1,4 @@
-"""Duties of the exoskeleton alone: which forces it gives, and when it lets them go."""
+"""Duties of the exoskeleton alone: the forces that it applies, and their release."""
 
 import can
 
@@ -12,7 +12,7 @@ EXOSKELETON: Checklist[ExoskeletonOnTrial] = Checklist("Exoskeleton; nobody wear
 
 NEAR_N = 0.1
 LOW_N = 0.05
-"""A second force, further from the first than NEAR_N."""
+"""Second force of a trial, N; it differs from the first by more than NEAR_N."""
 _STATE = "ExoskeletonState"
 
 
@@ -41,7 +41,7 @@ def _forces(node: ExoskeletonOnTrial) -> Came:
     return Came(True, f"{FORCE_N} N on each finger alone")
 
 
-@EXOSKELETON.duty("E2", "Not enabled it gives no force, whatever the other bits say", How.EXERCISE)
+@EXOSKELETON.duty("E2", "Not enabled, it applies no force, independent of the other bits", How.EXERCISE)
 def _not_enabled(node: ExoskeletonOnTrial) -> Came:
     node.settle()
     states = _hold(node, {"enabled": 0.0, **dict.fromkeys(FINGERS, FORCE_N)}, 0.3)
@@ -54,7 +54,7 @@ def _falls(node: ExoskeletonOnTrial) -> Came:
     longest_s = 0.0
     for trial in range(TRIALS):
         node.settle()
-        node.talk.listen(0.002 * trial)  # a state frame sees the end wherever between two of them it is
+        node.talk.listen(0.002 * trial)  # each trial has another phase, which resolves the end between two frames
         node.talk.say("FingerForces", node.acting("FingerForces"))
         states = node.talk.states(node.talk.listen(3.0 * FORCE_SAFE_S))
         pushing = [at_s for at_s, values in states if any(values[finger] > 0.0 for finger in FINGERS)]

@@ -1,4 +1,4 @@
-"""A conversation with one serial module: whole frames with their times, and frames that are wrong on purpose."""
+"""Communicate with one serial module: timestamped frames, and frames that are deliberately wrong."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -11,9 +11,9 @@ from common.serial_messages import BadPayload, DeviceKind, Identity, MessageId
 from common.serial_port import BAUD, DeviceAbsent, open_port
 
 ANSWER_S = 0.1
-"""An IDENTIFY is answered within this time."""
+"""Time within which a module must answer IDENTIFY, s."""
 REST_S = 3.0
-"""Listened to at rest: the sequence number of the slowest reports wraps within it."""
+"""Duration of listening at rest, s; the sequence number of the slowest reports wraps within it."""
 REPORTS = {
     DeviceKind.TEXTURE_SENSOR: MessageId.TEXTURE_SAMPLES,
     DeviceKind.THERMAL_SENSOR: MessageId.THERMAL_READING,
@@ -24,31 +24,31 @@ _FULL_S = 0.5
 
 
 class ModuleEnd(Protocol):
-    """The host's end of a line, and the clock that goes with it."""
+    """The host's end of a line, with the host's clock."""
 
     address: str
 
     def now(self) -> float:
-        """Time of the host, s."""
+        """Return the host's time, s."""
 
     def send(self, data: bytes) -> None:
         """Put bytes on the line."""
 
     def receive(self, seconds: float) -> Iterator[tuple[float, bytes]]:
-        """Bytes that come within so many seconds, each piece at once, with its time of arrival."""
+        """Yield the bytes of the next `seconds` as they arrive, in pieces with their time of arrival, s."""
 
     def look_away(self, seconds: float) -> None:
-        """Let time go by without reading."""
+        """Wait for `seconds` without reading."""
 
 
 class PortEnd:
     """A serial port, a pseudo terminal, or a `socket://` address, in real time."""
 
     def __init__(self, address: str) -> None:
-        """Open it, alone.
+        """Open the port for exclusive use.
 
         Raises:
-            DeviceAbsent: it cannot be opened, or another program has it.
+            DeviceAbsent: the port cannot be opened, or another program uses it.
         """
         self._port = open_port(address)
         self.address = address
@@ -58,7 +58,7 @@ class PortEnd:
         """Put bytes on the line.
 
         Raises:
-            DeviceAbsent: the line is gone, or took nothing for half a second.
+            DeviceAbsent: the line is gone, or accepted no bytes for half a second.
         """
         until_s = self.now() + _FULL_S
         try:
@@ -68,14 +68,14 @@ class PortEnd:
                 if taken:
                     until_s = self.now() + _FULL_S
                 elif self.now() > until_s:
-                    raise TimeoutError("the line takes nothing")
+                    raise TimeoutError("the line accepts no bytes")
                 else:
                     time.sleep(_READ_S)
         except OSError as error:
             raise DeviceAbsent(f"{self.address}: {error}") from None
 
     def receive(self, seconds: float) -> Iterator[tuple[float, bytes]]:
-        """Bytes that come, in pieces of 2 ms.
+        """Yield the bytes of the next `seconds`, read at least every 2 ms.
 
         Raises:
             DeviceAbsent: the line is gone.
@@ -90,17 +90,17 @@ class PortEnd:
                 yield self.now(), piece
 
     def look_away(self, seconds: float) -> None:
-        """Let time go by without reading."""
+        """Wait for `seconds` without reading."""
         time.sleep(seconds)
 
     def close(self) -> None:
-        """Give the port back."""
+        """Close the port."""
         self._port.close()
 
 
 @dataclass(frozen=True, slots=True)
 class Heard:
-    """A good frame and when it came."""
+    """An intact frame and its time of arrival, s."""
 
     at_s: float
     frame: Frame
@@ -108,14 +108,14 @@ class Heard:
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """What was heard in one go."""
+    """Everything received in one interval."""
 
     frames: Sequence[Heard]
     damaged: int
-    """Pieces between two zero bytes that were no frame."""
+    """Number of pieces between two zero bytes that were no frame."""
 
     def of(self, message_id: MessageId) -> list[Heard]:
-        """The frames of one message."""
+        """Return the frames of one message."""
         return [heard for heard in self.frames if heard.frame.message_id == message_id]
 
 
@@ -124,52 +124,54 @@ class ModuleTalk:
 
     Attributes:
         end: the line.
-        kind: what it is told to be, or else says it is.
-        told_finger: number of the finger that the user named; None: any.
-        told_kind: kind that the user named; None: any.
+        kind: the expected kind, or else the kind that the module reports.
+        expected_finger: index of the finger that the user specified; None: any.
+        expected_kind: kind that the user specified; None: any.
         identity: its first answer to IDENTIFY.
-        watch: looks at every good frame as it comes; raises Unsafe.
+        watch: called with every intact frame as it arrives; raises Unsafe.
     """
 
-    def __init__(self, end: ModuleEnd, told_kind: DeviceKind | None = None, told_finger: int | None = None) -> None:
-        """Ask it who it is.
+    def __init__(
+        self, end: ModuleEnd, expected_kind: DeviceKind | None = None, expected_finger: int | None = None
+    ) -> None:
+        """Ask the module for its identity.
 
         Raises:
-            DeviceAbsent: nothing answers, and `told_kind` does not say what it is either.
+            DeviceAbsent: no answer, and no `expected_kind`.
         """
         self.end = end
-        self.told_kind, self.told_finger = told_kind, told_finger
+        self.expected_kind, self.expected_finger = expected_kind, expected_finger
         self.watch: Callable[[Frame], None] = lambda frame: None
         self._reader = FrameReader()
         self._sequence = 0
-        # A zero byte ends what a host before may have left; what had driven the module ends by itself meanwhile.
+        # A zero byte ends a frame that an earlier host may have left incomplete. Meanwhile, its commands time out.
         end.send(b"\0")
         self.begin_anew(0.3)
         self.identity = self._who()
-        self.kind = told_kind or (self.identity and self.identity.kind) or DeviceKind.TACTTIP
+        self.kind = expected_kind or (self.identity and self.identity.kind) or DeviceKind.TACTTIP
 
     @cached_property
     def at_rest(self) -> Span:
-        """What it says by itself, without any command."""
+        """Everything that the module sends without a command."""
         self.begin_anew()
         return self.listen(REST_S)
 
     @property
     def rate_hz(self) -> float:
-        """Reports a second that it should send."""
+        """Required number of reports a second."""
         return 200.0 if self.kind is DeviceKind.TEXTURE_SENSOR else 100.0
 
     def reports(self, span: Span) -> list[Heard]:
-        """The reports of its kind."""
+        """Return the reports of the module's kind."""
         return span.of(REPORTS[self.kind])
 
     def begin_anew(self, seconds: float = 0.02) -> None:
-        """Forget what comes for so long, and half a frame: the next one is counted from its delimiter."""
+        """Discard everything that arrives for `seconds`; counting then starts at the next delimiter."""
         for _, piece in self.end.receive(seconds):
             self._reader.feed(piece)
 
     def listen(self, seconds: float) -> Span:
-        """What comes within so many seconds, each frame looked at as it comes."""
+        """Return everything that arrives within `seconds`; `watch` sees each frame on arrival."""
         frames, before = [], self._reader.damaged
         for at_s, piece in self.end.receive(seconds):
             for frame in self._reader.feed(piece):
@@ -178,22 +180,22 @@ class ModuleTalk:
         return Span(frames, self._reader.damaged - before)
 
     def say(self, message_id: int, payload: bytes = b"") -> None:
-        """Send a good frame."""
+        """Send a correct frame."""
         self.end.send(self.frame(message_id, payload))
 
     def frame(self, message_id: int, payload: bytes = b"") -> bytes:
-        """The bytes of the next good frame, with its delimiter."""
+        """Return the bytes of the next correct frame, with its delimiter."""
         self._sequence = (self._sequence + 1) & 0xFF
         return encode_frame(message_id, self._sequence, payload)
 
     def ask(self, within_s: float = ANSWER_S) -> list[float]:
-        """Send IDENTIFY; how long its answers took that came in time, s."""
+        """Send IDENTIFY; return the response times of the answers within `within_s`, s."""
         asked_s = self.end.now()
         self.say(MessageId.IDENTIFY)
         return [heard.at_s - asked_s for heard in self.listen(within_s).of(MessageId.IDENTITY)]
 
     def _who(self) -> Identity | None:
-        """Its answer to IDENTIFY; None if it gives no sound one within 1 s and `told_kind` says what it is."""
+        """Return the answer to IDENTIFY; None without a valid answer within 1 s if `expected_kind` is given."""
         self.say(MessageId.IDENTIFY)
         frames, damaged_frames, problem = 0, 0, ""
         for _ in range(10):
@@ -204,7 +206,7 @@ class ModuleTalk:
                     return Identity.decode(heard.frame.payload)
                 except BadPayload as error:
                     problem = str(error)
-        if self.told_kind is not None:
+        if self.expected_kind is not None:
             return None
         if not problem:
             problem = f"no answer to IDENTIFY within 1 s, {frames} other frames, {damaged_frames} damaged"
@@ -212,11 +214,11 @@ class ModuleTalk:
             problem += f" (is it at {BAUD} baud?)"
         elif not frames:
             problem += " (is it powered, are RX and TX crossed?)"
-        raise DeviceAbsent(f"{self.end.address}: {problem}; --device KIND tries a device that does not say what it is")
+        raise DeviceAbsent(f"{self.end.address}: {problem}; --device KIND tries a device that does not identify itself")
 
 
 def damaged(frame: bytes) -> bytes:
-    """The same frame with one bit wrong in its CRC, still good COBS."""
+    """Return the frame with one wrong bit in its CRC; its COBS is still valid."""
     at = len(frame) - 2
     wrong = frame[at] ^ (0x10 if frame[at] != 0x10 else 0x20)
     return frame[:at] + bytes((wrong,)) + frame[at + 1 :]

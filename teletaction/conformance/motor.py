@@ -1,4 +1,4 @@
-"""Duties of the TactTip's module alone: its water-cooled side, and a motor whose pulses it times itself."""
+"""Duties of the TactTip's module alone: its water-cooled side, and the motor pulses that it times itself."""
 
 from statistics import median
 
@@ -16,7 +16,7 @@ LAG_S = 0.03
 
 
 def _pulsed_s(doings: list[Doing], pulse_mv: int) -> tuple[float, int]:
-    """From the first to the last report of a pulse, s, and how many there were."""
+    """Return the time from the first to the last report of a pulse, s, and the number of these reports."""
     seen = [doing.device_s for doing in doings if doing.motor_mv == pulse_mv]
     return (seen[-1] - seen[0] if seen else 0.0), len(seen)
 
@@ -28,16 +28,16 @@ def _hot_side(drives: Drives) -> Came:
 
 
 def _hot_side_c(doings: list[Doing]) -> tuple[float, float]:
-    """The coldest and the warmest reading of it."""
+    """Return the coldest and the warmest reading of the hot side, C."""
     counts = [doing.counts[1] for doing in doings if 0 < doing.counts[1] < COUNT_MAX]
     if not counts:
-        raise NotApplicable("no sound reading of it")
+        raise NotApplicable("no valid reading of the hot side")
     return ntc_c(max(counts)), ntc_c(min(counts))
 
 
 @TACTTIP.duty(
     "T2",
-    "A pulse, of 1 V or of 0, is at the motor for its length, timed by the module, and after it what is to hold",
+    "A pulse, of 1 V or of 0, is at the motor for its length, timed by the module, and then the voltage to hold",
     How.EXERCISE,
 )
 def _pulse(drives: Drives) -> Came:
@@ -49,7 +49,7 @@ def _pulse(drives: Drives) -> Came:
             drives.hold(0, HOLD_MV, 0.04)
             drives.say(drives.pulse(HOLD_MV, pulse_mv, round(1e6 * PULSE_S)))
             said = drives.listen(0.09)
-            doings = [doing for doing in said if not doing.timed_out]  # a host that is late hears the time-out too
+            doings = [doing for doing in said if not doing.timed_out]  # a late host also sees the time-out
             lasted_s = max(lasted_s, _pulsed_s(doings, pulse_mv)[0])
             other_mv = sorted({*other_mv, *(doing.motor_mv for doing in doings)} - {pulse_mv})
         words.append(f"40 ms of {pulse_mv} mV seen for {1e3 * lasted_s:.0f} ms, else {other_mv} mV")
@@ -86,7 +86,7 @@ def _new_and_none(drives: Drives) -> Came:
         seen_s, reports = _pulsed_s(drives.doings_of(spans), PULSE_MV)
         begun += reports > 0
         lasted_s.append(seen_s)
-    # A pulse that goes on is seen for 30 ms every time; the host's delay only makes one that is ended longer.
+    # A pulse that continues is seen for 30 ms every time. The host's delay can only lengthen a pulse that is ended.
     return Came(
         begun == TRIALS and min(lasted_s) < ENDED_S,
         f"{begun} of {TRIALS} begun; of 50 ms the end left {1e3 * min(lasted_s):.0f} to {1e3 * max(lasted_s):.0f} ms",

@@ -1,4 +1,4 @@
-"""What trials command a node with: values that move nothing, and neutral ones."""
+"""Command a node in trials: with values that move nothing, and with neutral values."""
 
 from typing import Protocol
 
@@ -7,25 +7,25 @@ from teletaction.conformance.checklist import Unsafe
 from teletaction.conformance.node_talk import EXOSKELETON, QUIET_S, NodeTalk, Values
 
 FORCE_N, MOST_N = 0.3, 1.0
-"""Trials push with so much; a node that applies more than the second, or a finger that meets it, ends them."""
+"""Force of the trials, and largest force, N; a node that applies more, or a finger that meets more, ends the trials."""
 LOWEST_MM = -10.24
 MOST_MM = 5.0
-"""A telemanipulator that goes further than this from where it stood ends the trials."""
+"""Largest distance of a telemanipulator from its first position, mm; a larger one ends the trials."""
 
 
 class NodeOnTrial(Protocol):
-    """A node and how it is commanded."""
+    """A node with its commands for trials."""
 
     talk: NodeTalk
 
     def acting(self, frame: str) -> Values:
-        """Values of a command that is in force, and as good as harmless."""
+        """Return the values of a command that is in force and practically harmless."""
 
     def neutral(self) -> None:
-        """Say that nothing is wanted."""
+        """Command neutral outputs."""
 
     def settle(self) -> None:
-        """Neutral, and silence until the time-outs have acted."""
+        """Command neutral outputs, then send nothing until the time-outs have acted."""
 
 
 class ExoskeletonOnTrial:
@@ -36,16 +36,16 @@ class ExoskeletonOnTrial:
         talk.watch = self._look
 
     def acting(self, frame: str) -> Values:
-        """A small push on every finger."""
+        """Return a small force on every finger."""
         return {"enabled": 1.0, **dict.fromkeys(FINGERS, FORCE_N)}
 
     def neutral(self) -> None:
-        """Not enabled, no force; said twice: one frame may be lost."""
+        """Command no force and not enabled, twice, because one frame may be lost."""
         for _ in range(2):
             self.talk.say("FingerForces", {"enabled": 0.0, **dict.fromkeys(FINGERS, 0.0)})
 
     def settle(self) -> None:
-        """Neutral, and silence until the forces have fallen."""
+        """Command neutral outputs, then send nothing until the forces have fallen."""
         self.neutral()
         self.talk.listen(QUIET_S)
 
@@ -58,7 +58,7 @@ class TelemanipulatorOnTrial:
     """A telemanipulator with nothing under its fingers.
 
     Attributes:
-        lowered: fingers at the top have been lowered once, to have room above them.
+        lowered: whether fingers at the top were lowered once, to have room above them.
     """
 
     def __init__(self, talk: NodeTalk) -> None:
@@ -69,19 +69,19 @@ class TelemanipulatorOnTrial:
         talk.watch = self._look
 
     def acting(self, frame: str) -> Values:
-        """To where it stood when it was last at rest: one that sags under its set-point must not be lowered by it."""
+        """Return the position of the last rest; a hand that sags under its set-point must not be lowered by it."""
         if frame == "HandSetpoint":
             return self._hold("HandPoseMeasured")
         return {"released": 0.0, **self._hold("FingerHeightsMeasured")}
 
     def neutral(self) -> None:
-        """Released where it stands; said twice: one frame may be lost."""
+        """Command a release at the present heights, twice, because one frame may be lost."""
         heights = self.talk.newest.get("FingerHeightsMeasured", dict.fromkeys(FINGERS, LOWEST_MM))
         for _ in range(2):
             self.talk.say("HeightSetpoint", {**heights, "released": 1.0})
 
     def settle(self) -> None:
-        """Released, and silence until the time-outs have acted."""
+        """Command a release, then send nothing until the time-outs have acted."""
         self.neutral()
         self.talk.listen(QUIET_S)
         self._holds.clear()

@@ -1,4 +1,4 @@
-"""A conversation with one CAN node: frames with the bus's own times, and frames that are wrong on purpose."""
+"""Communicate with one CAN node: frames with the bus's own times, and frames that are deliberately wrong."""
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -17,7 +17,7 @@ from teletaction.conformance.checklist import NotApplicable
 Values = dict[str, float]
 REST_S = 2.0
 QUIET_S = 0.25
-"""After the last set-point: time-outs have acted, forces have fallen, and a state frame has told of it."""
+"""Silence after the last set-point, s, in which time-outs act, forces fall, and a state frame shows it."""
 REPEAT_S = 0.01
 
 
@@ -34,7 +34,7 @@ class Command:
 
     Attributes:
         frame: its name.
-        in_force: the signal of the state frame that says that it is.
+        in_force: signal of the state frame that reports it as in force.
     """
 
     frame: str
@@ -43,13 +43,13 @@ class Command:
 
 @dataclass(frozen=True, slots=True)
 class NodeKind:
-    """What one kind of node sends and obeys."""
+    """Frames that one kind of node sends and obeys."""
 
     name: NodeName
     sends_hz: Mapping[str, float]
     state: str
     safe: Mapping[str, float]
-    """The state frame's values without set-points."""
+    """Values of the state frame without set-points."""
     commands: Sequence[Command]
 
 
@@ -71,28 +71,28 @@ KINDS = {kind.name: kind for kind in (EXOSKELETON, TELEMANIPULATOR)}
 
 
 class NodeEnd(Protocol):
-    """The host's end of a bus, and the clock that goes with it."""
+    """The host's end of a bus, with the host's clock."""
 
     address: str
 
     def now(self) -> float:
-        """Time of the host, s."""
+        """Return the host's time, s."""
 
     def send(self, message: can.Message) -> None:
         """Put a frame on the bus."""
 
     def receive(self, seconds: float) -> Iterator[can.Message]:
-        """Frames that come within so many seconds, each at once; `timestamp` is the bus's."""
+        """Yield the frames of the next `seconds` as they arrive; their `timestamp` is the bus's."""
 
 
 class BusEnd:
     """A CAN bus in real time."""
 
     def __init__(self, address: CanAddress) -> None:
-        """Open it.
+        """Open the bus.
 
         Raises:
-            DeviceAbsent: it cannot be opened.
+            DeviceAbsent: the bus cannot be opened.
         """
         self._bus = address.open()
         self.address = f"CAN {address}"
@@ -110,7 +110,7 @@ class BusEnd:
             raise DeviceAbsent(f"{self.address}: {error}") from None
 
     def receive(self, seconds: float) -> Iterator[can.Message]:
-        """Frames that come within so many seconds.
+        """Yield the frames of the next `seconds`.
 
         Raises:
             DeviceAbsent: the bus is gone.
@@ -130,16 +130,16 @@ class BusEnd:
 
 
 def name_of(end: NodeEnd) -> NodeName:
-    """Which node is on the bus, by what it says.
+    """Return the name of the node on the bus, recognised by its state frames.
 
     Raises:
-        DeviceAbsent: none is, or both are.
+        DeviceAbsent: the bus has no node or both.
     """
     heard = {message.arbitration_id for message in end.receive(0.5) if not message.is_error_frame}
     found = [kind.name for kind in KINDS.values() if packing(kind.state).frame_id in heard]
     if len(found) != 1:
         heard_of = " and ".join(found) or "no state frame of a node"
-        raise DeviceAbsent(f"{end.address}: open, but {heard_of} heard; --device says which is to be tried")
+        raise DeviceAbsent(f"{end.address}: open, but {heard_of} heard; --device selects the node to test")
     return found[0]
 
 
@@ -148,18 +148,18 @@ class NodeTalk:
 
     Attributes:
         end: the bus.
-        kind: what is on trial.
-        watch: looks at every decoded frame as it comes; raises Unsafe.
-        newest: last values of each frame, whatever its CRC says.
-        commanded: whether it was sent a command.
-        away_s: longest time between two frames that were sent in one go: the host's own doing.
+        kind: kind of the node.
+        watch: called with every decoded frame as it arrives; raises Unsafe.
+        newest: last values of each frame, even with a wrong CRC.
+        commanded: whether a command was sent to it.
+        away_s: longest time between two frames of the last series, s, caused by the host.
     """
 
     def __init__(self, end: NodeEnd, kind: NodeKind) -> None:
-        """Listen whether somebody else commands it, and whether it is another one.
+        """Check by listening that no other host commands the node, and that it is of the expected kind.
 
         Raises:
-            ValueError: there are set-points on the bus: a site is running. Or it is the other node.
+            ValueError: the bus has set-points, because a site is running; or the node is the other one.
         """
         self.end, self.kind = end, kind
         self.watch: Callable[[str, Values], None] = lambda name, values: None
@@ -180,11 +180,11 @@ class NodeTalk:
 
     @cached_property
     def at_rest(self) -> list[can.Message]:
-        """What it says by itself, without set-points."""
+        """Everything that the node sends without set-points."""
         return self.listen(REST_S)
 
     def listen(self, seconds: float) -> list[can.Message]:
-        """What comes within so many seconds, each frame looked at as it comes."""
+        """Return all frames of the next `seconds`; `watch` sees each frame on arrival."""
         messages = []
         for message in self.end.receive(seconds):
             messages.append(message)
@@ -195,34 +195,34 @@ class NodeTalk:
         return messages
 
     def of(self, messages: Sequence[can.Message], name: str) -> list[can.Message]:
-        """The whole frames of one name."""
+        """Return the frames of one name, without error frames."""
         frame_id = packing(name).frame_id
         return [each for each in messages if each.arbitration_id == frame_id and not each.is_error_frame]
 
     def values(self, messages: Sequence[can.Message], name: str) -> list[tuple[float, Values]]:
-        """Times on the bus, s, and values of the frames of one name."""
+        """Return the bus times, s, and the values of the frames of one name."""
         _, layout = self._packing[packing(name).frame_id]
         whole = [each for each in self.of(messages, name) if len(each.data) == 8]
         return [(each.timestamp, layout.unpack(bytes(each.data))[0]) for each in whole]
 
     def states(self, messages: Sequence[can.Message]) -> list[tuple[float, Values]]:
-        """What its state frames say."""
+        """Return the bus times, s, and the values of the state frames."""
         return self.values(messages, self.kind.state)
 
     def say(self, name: str, values: Values) -> None:
-        """Send the next good frame of a command."""
+        """Send the next correct frame of a command."""
         self.end.send(self.frame(name, values))
 
     def frame(self, name: str, values: Values) -> can.Message:
-        """The next good frame of a command."""
+        """Return the next correct frame of a command."""
         self.commanded = True
         return self._senders[name].encode(values)
 
     def now_at(self, name: str) -> Values:
-        """The newest values of a frame.
+        """Return the newest values of a frame.
 
         Raises:
-            NotApplicable: none ever came.
+            NotApplicable: no such frame has arrived.
         """
         if name not in self.newest:
             raise NotApplicable(f"no {name}")
@@ -230,18 +230,18 @@ class NodeTalk:
 
 
 def wrong_crc(message: can.Message) -> can.Message:
-    """The same frame with a wrong CRC."""
+    """Return the frame with a wrong CRC."""
     return _with_data(message, bytes(message.data[:7]) + bytes((message.data[7] ^ 0x5A,)))
 
 
 def crc_of_another(message: can.Message) -> can.Message:
-    """The same frame with the CRC that its bytes would have under another identifier."""
+    """Return the frame with the CRC that its bytes would have under another identifier."""
     data = bytes(message.data)
     return _with_data(message, data[:7] + bytes((frame_crc(message.arbitration_id + 1, data),)))
 
 
 def cut_short(message: can.Message) -> can.Message:
-    """The same frame without its last byte."""
+    """Return the frame without its last byte."""
     return _with_data(message, bytes(message.data[:7]))
 
 

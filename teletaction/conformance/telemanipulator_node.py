@@ -1,4 +1,4 @@
-"""Duties of the telemanipulator alone: it follows, it stops, and released it does not go down."""
+"""Duties of the telemanipulator alone: following, stopping, and never lowering a finger while released."""
 
 from itertools import pairwise
 
@@ -14,21 +14,21 @@ TELEMANIPULATOR: Checklist[TelemanipulatorOnTrial] = Checklist("Telemanipulator;
 
 STEP_MM, NEAR_MM, STILL_MM = 1.0, 0.3, 0.15
 HIGHEST_MM, LOWERED_MM = 9.0, 8.5
-"""A finger above the first has no room to rise, and is lowered to the second."""
+"""Height above which a finger has no room to rise, mm, and height to which it is then lowered, mm."""
 FOLLOWS_S = 1.0
 NEXT_MM = 1e3 * APPROACH_DOWN_M_S * REPEAT_S
 TWICE_AT_MOST, MOVING = 0.25, 8
-"""Of heights while it moves so many may be sent twice, as encoder and bus have clocks of their own; of fewer than the
-second nothing is said."""
+"""Largest share of heights that may be sent twice during motion, and smallest number of heights for a verdict. Encoder
+and bus have separate clocks."""
 _HEIGHTS, _POSE = "FingerHeightsMeasured", "HandPoseMeasured"
 
 
 def _command(
     node: TelemanipulatorOnTrial, seconds: float, heights: Values | None, pose: Values | None
 ) -> list[can.Message]:
-    """Command for so long, whichever of the two is not None; what comes meanwhile.
+    """Command heights, pose or both for `seconds`; return the frames of that time.
 
-    Set-points go to what is wanted no faster than the patient-side gate lets a finger go down.
+    Set-points approach the wanted values no faster than the patient-side gate lets a finger go down.
     """
     messages: list[can.Message] = []
     place = {**node.talk.now_at(_HEIGHTS), **node.talk.now_at(_POSE)}
@@ -45,7 +45,7 @@ def _command(
 
 
 def _stands(node: TelemanipulatorOnTrial) -> tuple[Values, Values]:
-    """Heights and pose at this moment, with room above every finger that is there."""
+    """Return the present heights and pose, after making room above the fingers."""
     heights = node.talk.now_at(_HEIGHTS)
     if not node.lowered and max(heights.values()) > HIGHEST_MM:
         lower = {finger: min(heights[finger], LOWERED_MM) for finger in FINGERS}
@@ -59,7 +59,7 @@ def _stands(node: TelemanipulatorOnTrial) -> tuple[Values, Values]:
 
 
 def _free(heights: Values) -> list[str]:
-    """Fingers with room above them; one that is not fitted may be parked at the top."""
+    """Return the fingers with room above them; a finger that is not fitted may be parked at the top."""
     return [finger for finger in FINGERS if heights[finger] <= HIGHEST_MM]
 
 
@@ -68,7 +68,7 @@ def _raised(heights: Values, by_mm: float) -> Values:
 
 
 def _moved(before: Values, after: Values) -> float:
-    """The largest difference, mm."""
+    """Return the largest difference, mm."""
     return max(abs(after[each] - before[each]) for each in before)
 
 
@@ -100,7 +100,7 @@ def _follows(node: TelemanipulatorOnTrial) -> Came:
     return Came(True, "there and back")
 
 
-@TELEMANIPULATOR.duty("M3", "Released, the hand stays, whatever HandSetpoint says", How.EXERCISE)
+@TELEMANIPULATOR.duty("M3", "Released, the hand stays, independent of HandSetpoint", How.EXERCISE)
 def _hand_stays(node: TelemanipulatorOnTrial) -> Came:
     heights, pose = _stands(node)
     _command(node, 0.4, {"released": 1.0, **heights}, {**pose, "x": pose["x"] + STEP_MM})
@@ -127,7 +127,7 @@ def _rises(node: TelemanipulatorOnTrial) -> Came:
 
 @TELEMANIPULATOR.duty(
     "M6",
-    "Released is 0 when it follows, and 1 within 100 ms of the last HeightSetpoint, though HandSetpoint goes on",
+    "Released is 0 when it follows, and 1 within 100 ms of the last HeightSetpoint, although HandSetpoint continues",
     How.EXERCISE,
 )
 def _released(node: TelemanipulatorOnTrial) -> Came:
@@ -135,7 +135,7 @@ def _released(node: TelemanipulatorOnTrial) -> Came:
     for trial in range(TRIALS):
         node.settle()
         heights, pose = _stands(node)
-        node.talk.listen(0.002 * trial)  # a state frame sees the end wherever between two of them it is
+        node.talk.listen(0.002 * trial)  # each trial has another phase, which resolves the end between two frames
         node.talk.say("HeightSetpoint", {"released": 0.0, **heights})
         states = node.talk.states(_command(node, 3.0 * MODULE_TIMEOUT_S, None, pose))
         following = [at_s for at_s, values in states if values["released"] == 0.0]
@@ -149,7 +149,7 @@ def _released(node: TelemanipulatorOnTrial) -> Came:
 
 
 @TELEMANIPULATOR.duty(
-    "M7", "When the HandSetpoint frames end the hand stops and stays, though HeightSetpoint goes on", How.EXERCISE
+    "M7", "When the HandSetpoint frames end the hand stops and stays, although HeightSetpoint continues", How.EXERCISE
 )
 def _hand_stops(node: TelemanipulatorOnTrial) -> Came:
     heights, pose = _stands(node)

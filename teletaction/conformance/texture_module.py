@@ -13,7 +13,7 @@ _OFF_S = 20e-6
 
 
 def _counts(talk: ModuleTalk) -> list[int]:
-    """Samples in each report at rest."""
+    """Return the number of samples in each report at rest."""
     try:
         reports = talk.reports(talk.at_rest)
         counts = [len(TextureSamples.decode(heard.frame.payload).counts) // 2 for heard in reports]

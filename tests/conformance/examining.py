@@ -12,7 +12,7 @@ ALL = frozenset(How)
 def on_trial(end: VirtualModule | VirtualNode, told_finger: int | None = None) -> OnTrial:
     """A device that was found; for a module it may be said whose it should be."""
     if isinstance(end, VirtualModule):
-        return module_on_trial(ModuleTalk(end, told_finger=told_finger))
+        return module_on_trial(ModuleTalk(end, expected_finger=told_finger))
     return node_on_trial(NodeTalk(end, KINDS[NodeName(type(end.node).__name__.lower())]))
 
 

@@ -221,7 +221,7 @@ def test_no_finger_is_asked_for_more_than_was_announced() -> None:
 def test_a_device_that_was_not_meant_is_left_alone() -> None:
     end = VirtualModule(TactTip(1, BORN_S))
     results = examined(end, told_finger=3)
-    stopped(results, "the index tacttip: what was not meant is not tried")
+    stopped(results, "the index tacttip: not the expected device, so it is not tried")
     assert commands(end) == []
 
 
