@@ -1,5 +1,5 @@
-"""A whole session in one process: no tick is ever late, whatever the machine does.
+"""Run a whole session in one process on a virtual clock, so that no tick is ever late.
 
-`testbed` runs it in memory on a virtual clock, the same for the same seed. `lockstep` runs it on a virtual clock over
-real lines, buses and link, for measuring what a tick costs.
+`testbed` runs it in memory; the same seed gives the same session. `lockstep` runs it over real lines, buses and link,
+to measure the cost of a tick.
 """

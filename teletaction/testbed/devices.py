@@ -1,4 +1,4 @@
-"""All simulated devices of a session, stepped together."""
+"""Step all simulated devices of a session together."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -13,7 +13,7 @@ class SimulatedDevices:
     """The devices of both sites, served over TCP as the simulators serve them.
 
     Attributes:
-        remote, operator: of each site.
+        remote, operator: devices of each site.
     """
 
     def __init__(self, configs: Mapping[str, Path], now: Callable[[], float]) -> None:
@@ -24,7 +24,7 @@ class SimulatedDevices:
             now: virtual time, s.
 
         Raises:
-            ValueError: a configuration cannot be carried out.
+            ValueError: the scene, an address or the recording of a configuration is unusable.
         """
         self._sockets = {name: SelectLoop(now) for name in ("sim-operator", "sim-remote")}
         self.remote = RemoteDevices(load_config(configs["sim-remote"], SimRemoteConfig), self._sockets["sim-remote"])
@@ -37,16 +37,16 @@ class SimulatedDevices:
             raise
 
     def step(self, now_s: float) -> None:
-        """Take what was sent to the devices, advance by a step to the moment `now_s`, and send what is due."""
+        """Read the commands to the devices, advance by a step to `now_s`, and send the due reports."""
         self.advance("sim-operator", self.operator, now_s)
         self.advance("sim-remote", self.remote, now_s)
 
     def advance(self, name: str, devices: OperatorDevices | RemoteDevices, now_s: float) -> None:
-        """Let the devices of one site take one step."""
+        """Advance the devices of one site by one step."""
         self._sockets[name].serve(0.0)
         devices.step(now_s)
 
     def close(self) -> None:
-        """Give every address back and finish the recordings."""
+        """Release all addresses and finish the recordings."""
         self.remote.close()
         self.operator.close()

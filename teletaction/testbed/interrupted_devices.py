@@ -1,4 +1,4 @@
-"""Devices of a site in whose next reading something else happens: so a site is stopped in its tick."""
+"""Devices of a site that run a callback before or after their next reading, to stop the site in its tick."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,26 +15,26 @@ from teletaction.testbed.memory_wiring import MemoryWiring
 
 @dataclass(slots=True)
 class Interruption:
-    """What happens once, before or after the next reading."""
+    """Callbacks that run once, before or after the next reading."""
 
     before: Callable[[], None] | None = None
     after: Callable[[], None] | None = None
 
     def take_before(self) -> None:
-        """Let happen what has to before a reading."""
+        """Run the callback due before a reading, once."""
         happens, self.before = self.before, None
         if happens is not None:
             happens()
 
     def take_after(self) -> None:
-        """Let happen what has to after it."""
+        """Run the callback due after a reading, once."""
         happens, self.after = self.after, None
         if happens is not None:
             happens()
 
 
 class InterruptedRemoteDevices(RemoteDevices):
-    """The remote site's devices."""
+    """The remote site's devices with an interruption."""
 
     def __init__(self, config: RemoteConfig, clock: HostClock, wiring: MemoryWiring) -> None:
         super().__init__(config, clock, wiring)
@@ -49,7 +49,7 @@ class InterruptedRemoteDevices(RemoteDevices):
 
 
 class InterruptedOperatorDevices(OperatorDevices):
-    """The operator site's devices."""
+    """The operator site's devices with an interruption."""
 
     def __init__(self, config: OperatorConfig, clock: HostClock, wiring: MemoryWiring) -> None:
         super().__init__(config, clock, wiring)

@@ -1,8 +1,8 @@
-"""Both sites of a session in one process, in lock step with their devices.
+"""Run both sites of a session in one process, in lock step with their devices.
 
-Lines, buses and link are real: devices are served over TCP, and the sites are connected by CurveZMQ. Time is virtual: a
-step of 2 ms begins as soon as the one before has ended, so nothing waits and nothing is late. A site ticks at its own
-rate, in every step or in every second one.
+Lines, buses and link are real: devices are served over TCP, and CurveZMQ connects the sites. Time is virtual: a step of
+2 ms begins as soon as the one before has ended, so nothing waits and nothing is late. A site ticks at its own rate, in
+every step or in every second one.
 """
 
 import time
@@ -34,10 +34,10 @@ _FIRST_S = 1000.0
 
 
 class Devices(Protocol):
-    """Everything that both sites read and write."""
+    """The devices that both sites read and command."""
 
     def step(self, now_s: float) -> None:
-        """Take what was sent to them, advance by STEP_S to the moment `now_s`, and send what is due."""
+        """Read the commands to the devices, advance by STEP_S to `now_s`, and send the due reports."""
 
 
 class NotEngaged(RuntimeError):
@@ -56,17 +56,17 @@ class LockStep:
     operator: OperatorSite
 
     def __init__(self) -> None:
-        """Without sites yet."""
+        """Start without sites."""
         self.time_s = _FIRST_S
         self._steps = 0
         self._every: dict[str, int] = {}
 
     def now_s(self) -> float:
-        """Virtual time, s."""
+        """Return the virtual time, s."""
         return self.time_s
 
     def now_ns(self) -> int:
-        """Virtual time, ns."""
+        """Return the virtual time, ns."""
         return round(self.time_s * 1e9)
 
     def step(self, devices: Devices) -> None:
@@ -76,19 +76,19 @@ class LockStep:
         devices.step(self.time_s)
 
     def due(self) -> Iterator[tuple[str, RemoteSite | OperatorSite]]:
-        """The sites whose tick follows this step, with their names."""
+        """Yield the sites whose tick follows this step, with their names."""
         for name, site in (("remote", self.remote), ("operator", self.operator)):
             if self._steps % self._every[name] == 0:
                 yield name, site
 
     def tick(self, devices: Devices) -> None:
-        """Advance to the next step, and let the sites tick that are due."""
+        """Advance to the next step and run the ticks of the sites that are due."""
         self.step(devices)
         for _, site in self.due():
             site.tick(self.now_ns())
 
     def open(self, remote: RemoteSite, operator: OperatorSite, remote_hz: float, operator_hz: float) -> None:
-        """Let two sites tick from now on, each at its rate, Hz: a whole part of 1 / STEP_S."""
+        """Set the sites and their tick rates, Hz; 1 / STEP_S is a multiple of each rate."""
         self.remote, self.operator = remote, operator
         self._every = {"remote": round(1.0 / remote_hz / STEP_S), "operator": round(1.0 / operator_hz / STEP_S)}
 
@@ -99,17 +99,17 @@ class LockStep:
             if time.monotonic() > deadline_s:
                 raise NotEngaged(f"not engaged within {_PATIENCE_S:g} s: {self.operator.figures()}")
             self.tick(devices)
-            time.sleep(0.0005)  # devices are opened by threads, and handshakes take their time
+            time.sleep(0.0005)  # threads open the devices, and handshakes take real time
 
 
 @contextmanager
 def sites(
     lockstep: LockStep, configs: Mapping[str, Path], containment: MakeContainment = Containment
 ) -> Iterator[LockStep]:
-    """Open both sites of a session whose devices are served already, with a recording and a desk each.
+    """Open both sites of a session whose devices are served already, each with a recording and a desk.
 
     Args:
-        lockstep: whose clock the sites have.
+        lockstep: lock step that ticks the sites and provides their clock.
         configs: configuration files by the names of `teletaction.demo_files.prepare`.
         containment: makes each site's containment, which names the stages of its tick.
     """

@@ -1,4 +1,4 @@
-"""The desk of a site in a test bed: a person's requests without a socket."""
+"""Desk of a site in a test bed: it passes a person's requests without a socket."""
 
 from collections import deque
 from concurrent.futures import Future
@@ -10,10 +10,10 @@ from common.session import Refused
 
 
 class MemoryDesk:
-    """Both ends of a desk: the site serves it, a person or a console asks."""
+    """Both ends of a desk: the site answers the requests of a person or a console."""
 
     def __init__(self) -> None:
-        """Nothing was asked."""
+        """Start without requests."""
         self._asked: deque[tuple[str, dict[str, Any], Future[dict[str, Any]]]] = deque()
 
     def serve(self, now_ns: int, do: Do) -> None:
@@ -28,9 +28,9 @@ class MemoryDesk:
                 answer.set_exception(Refused(str(error)))
 
     def ask(self, verb: str, details: dict[str, Any] | None = None) -> "Future[dict[str, Any]]":
-        """Ask for something in the site's next tick; the future holds the answer, or Refused.
+        """Send a request to the site's next tick; the future holds the answer, or Refused.
 
-        It waits for a site that stands still. No request is lost, an emergency stop included.
+        A request waits while the site stands still. No request is lost, and no emergency stop.
         """
         answer: Future[dict[str, Any]] = Future()
         self._asked.append((verb, details or {}, answer))

@@ -1,4 +1,4 @@
-"""A site's feed in a test bed: what consoles see of the site, without a socket."""
+"""Feed of a site in a test bed: it passes the site's data to a console without a socket."""
 
 from collections import deque
 from collections.abc import Iterator
@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from operator_site.feed import BATCH_S, STREAMS, Fed
 
 _WAITING = 8
-"""Batches that wait for a console that does not read; older ones are lost to it."""
+"""Largest number of batches that wait for a console; older ones are dropped."""
 
 
 class MemoryFeed:
     """Both ends of a feed: the site writes, one console receives."""
 
     def __init__(self) -> None:
-        """Nothing was written."""
+        """Start without data."""
         self._batch: list[Fed] = []
         self._sent: deque[list[Fed]] = deque(maxlen=_WAITING)
         self._sent_ns = 0

@@ -1,4 +1,4 @@
-"""Serial lines and CAN buses in memory: both ends of each, with the faults of `sim_sensors.faults`."""
+"""Simulate serial lines and CAN buses in memory: both ends of each, with the faults of `sim_sensors.faults`."""
 
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -18,10 +18,10 @@ _BACKLOG_FRAMES = 1000
 
 
 class Cable:
-    """What a line and a bus have in common.
+    """Common part of a line and a bus.
 
     Attributes:
-        plugged: whether the cable is in; without, what is open at it fails and nothing can be opened.
+        plugged: whether the cable is plugged; otherwise, open ports fail and no port can be opened.
     """
 
     plugged = True
@@ -35,7 +35,7 @@ class Cable:
         self.plugged = True
 
     def close(self) -> None:
-        """Pull it for good."""
+        """Pull the cable for good."""
         self.plugged = False
 
 
@@ -43,8 +43,8 @@ class MemoryLine(Cable, SerialServer):
     """A simulated module's end of a serial line.
 
     Attributes:
-        address: what a driver opens.
-        unread: what the module has sent and the driver has not read.
+        address: address that a driver opens.
+        unread: bytes of the module that the driver has not read.
     """
 
     def __init__(self, device: Device, now_s: Callable[[], float], address: str) -> None:
@@ -57,22 +57,22 @@ class MemoryLine(Cable, SerialServer):
 
     @property
     def hears(self) -> bool:
-        """Whether what a driver sends reaches the module."""
+        """Whether a driver's bytes reach the module."""
         return self.plugged and not (self.silent or self.deaf)
 
     def take(self, data: bytes) -> None:
-        """Take bytes that the driver has written now."""
+        """Take bytes that the driver writes now."""
         if self._held is None:
             self._received(data, self._now_s())
         else:
             self._held += data
 
     def hold(self) -> None:
-        """The module's process stands still: what drivers write waits."""
+        """Stop the module's process; bytes of drivers wait."""
         self._held = bytearray()
 
     def release(self) -> None:
-        """It works again, and reads what waits."""
+        """Resume the process, which reads the waiting data."""
         held, self._held = self._held, None
         if held:
             self.take(bytes(held))
@@ -89,10 +89,10 @@ class MemoryPort:
     descriptor: int | None = None
 
     def __init__(self, line: MemoryLine) -> None:
-        """Begin with what the module says from now on.
+        """Open the port; the first bytes are those that the module sends from now on.
 
         Raises:
-            DeviceAbsent: the cable is out.
+            DeviceAbsent: the cable is unplugged.
         """
         if not line.plugged:
             raise DeviceAbsent(f"{line.address}: unplugged")
@@ -100,10 +100,10 @@ class MemoryPort:
         line.unread.clear()
 
     def wait(self, seconds: float) -> bool:
-        """As `Port.wait`; raises SerialException where it would wait: nobody comes meanwhile."""
+        """As `Port.wait`; raise SerialException instead of waiting, because no bytes can arrive meanwhile."""
         self._check()
         if not self._line.unread and seconds > 0.0:
-            raise serial.SerialException("the device says nothing")
+            raise serial.SerialException("the device sends nothing")
         return bool(self._line.unread)
 
     def read(self) -> bytes:
@@ -124,7 +124,7 @@ class MemoryPort:
         return len(self._line.unread)
 
     def close(self) -> None:
-        """As `Port.close`; nothing is held open."""
+        """As `Port.close`; there is nothing to close."""
 
     def _check(self) -> None:
         if not self._line.plugged:
@@ -136,7 +136,7 @@ class MemoryBus(Cable):
 
     Attributes:
         silent, deaf, off, intruder: as of `SocketcandBus`.
-        connections: drivers that are connected.
+        connections: connected drivers.
     """
 
     def __init__(self, now_s: Callable[[], float], nodes: Sequence[Node]) -> None:
@@ -152,23 +152,23 @@ class MemoryBus(Cable):
 
     @property
     def hears(self) -> bool:
-        """Whether what a driver sends reaches the nodes."""
+        """Whether a driver's frames reach the nodes."""
         return self.plugged and not (self.silent or self.deaf or self.off)
 
     @property
     def clients(self) -> int:
-        """How many drivers are connected."""
+        """Number of connected drivers."""
         return len(self.connections)
 
     def pump(self, now_s: float) -> None:
-        """Hand what the nodes have to send now to the drivers."""
+        """Deliver the nodes' present frames to the drivers."""
         if self.silent or self.off:
             return
         for node in self._nodes:
             self._deliver(node.take_turn(), now_s)
 
     def take(self, frame_id: int, data: bytes) -> None:
-        """Hand a driver's frame to the nodes."""
+        """Deliver a driver's frame to the nodes."""
         if self._held is not None:
             self._held.append((frame_id, data))
             return
@@ -183,22 +183,22 @@ class MemoryBus(Cable):
             self._deliver(foreign, now_s)
 
     def hold(self) -> None:
-        """The nodes' process stands still: what drivers send waits."""
+        """Stop the nodes' process; frames of drivers wait."""
         self._held = []
 
     def release(self) -> None:
-        """It works again, and reads what waits."""
+        """Resume the process, which reads the waiting data."""
         held, self._held = self._held or [], None
         for frame_id, data in held:
             self.take(frame_id, data)
 
     def turn_off(self) -> None:
-        """Let the drivers' controller leave the bus."""
+        """Put the drivers' controller into the bus-off state."""
         self.off = True
         self._report_error(BUS_OFF)
 
     def turn_on(self) -> None:
-        """Start it again."""
+        """Restart the drivers' controller."""
         self.off = False
         self._report_error(RESTARTED)
 
@@ -238,12 +238,12 @@ class MemoryCan(can.BusABC):
         bus.connections.append(self)
 
     def recv(self, timeout: float | None = None) -> can.Message | None:
-        """The next frame; raises CanOperationError where the bus is gone."""
+        """Return the next frame, or None; raise CanOperationError if the bus is gone."""
         self._check()
         return self.unread.popleft() if self.unread else None
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
-        """Put a frame on the bus; raises CanOperationError where the bus is gone."""
+        """Put a frame on the bus; raise CanOperationError if the bus is gone."""
         self._check()
         self._bus.take(msg.arbitration_id, bytes(msg.data))
 

@@ -1,6 +1,6 @@
-"""Connects the drivers of sites and simulated devices in memory, on a virtual clock, without threads.
+"""Connect the drivers of sites with simulated devices in memory, on a virtual clock, without threads.
 
-Drivers, framing and simulated devices are those of the product. Their addresses are names here.
+Drivers, framing and simulated devices are those of the product. Addresses serve only as names here.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,11 +19,11 @@ from teletaction.testbed.memory_lines import MemoryBus, MemoryCan, MemoryLine, M
 T = TypeVar("T")
 
 RETRY_S = 0.25
-"""From a failed try to open a device to the next, s."""
+"""Time from a failed attempt to open a device to the next, s."""
 
 
 class ImmediateOpener(Generic[T]):
-    """Opens a device when it is asked for it, and again every RETRY_S of virtual time."""
+    """Opener that opens a device on `take`, and retries every RETRY_S of virtual time."""
 
     def __init__(self, opens: Callable[[], T], now_s: Callable[[], float]) -> None:
         """Open with `opens`."""
@@ -56,15 +56,15 @@ class ImmediateOpener(Generic[T]):
 
 
 class MemoryWiring:
-    """Every line and bus of a test bed: what sites open (`Wiring`), and what simulated devices serve (`Serving`).
+    """Lines and buses of a test bed: sites open them (`Wiring`), and simulated devices serve them (`Serving`).
 
     Attributes:
-        lines: serial lines, by the address that a driver opens.
-        buses: CAN buses, by the port of their address.
+        lines: serial lines by the address that a driver opens.
+        buses: CAN buses by the port of their address.
     """
 
     def __init__(self, now_s: Callable[[], float]) -> None:
-        """Without any line; `now_s` is virtual time, s."""
+        """Start without lines; `now_s` is virtual time, s."""
         self.lines: dict[str, MemoryLine] = {}
         self.buses: dict[int, MemoryBus] = {}
         self.now = now_s
@@ -75,7 +75,7 @@ class MemoryWiring:
         return [*self.lines.values(), *self.buses.values()]
 
     def line(self, device: Device, address: str, what: str) -> SerialServer:
-        """As `Serving.line`. A driver opens `tcp:HOST:PORT` as `socket://HOST:PORT`, and any other name as it is."""
+        """As `Serving.line`. A driver opens `tcp:HOST:PORT` as `socket://HOST:PORT`, and any other name unchanged."""
         opened_as = f"socket://{address.removeprefix('tcp:')}" if address.startswith("tcp:") else address
         if opened_as in self.lines:
             raise ValueError(f"{what}: address {address!r} is taken")
@@ -104,5 +104,5 @@ class MemoryWiring:
         return MemoryCan(self.buses[address.port])
 
     def opener(self, opens: Callable[[], T], discard: Callable[[T], object]) -> Opener[T]:
-        """As `Wiring.opener`; nothing is opened that is not taken at once."""
+        """As `Wiring.opener`; a device opens only when it is taken."""
         return ImmediateOpener(opens, self.now)

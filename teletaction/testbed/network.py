@@ -1,4 +1,4 @@
-"""A network in memory that does on a virtual clock whatever a bad one does, seeded: the link of both sites."""
+"""Simulate the link of both sites in memory: a seeded, impaired network on a virtual clock."""
 
 import random
 from collections import Counter, defaultdict
@@ -12,31 +12,31 @@ TO_REMOTE, TO_OPERATOR = "to remote", "to operator"
 STREAMS = {"motion": (TO_REMOTE,), "touch": (TO_OPERATOR,)} | dict.fromkeys(
     ("heartbeat", "control"), (TO_REMOTE, TO_OPERATOR)
 )
-"""Streams that are carried, with their directions; what is sent to observers goes nowhere."""
+"""Streams of the network, with their directions; packets to observers are dropped."""
 OPERATOR_KEY = "the operator's public key"
 OPERATOR_CONNECTION = 7
 """Connection number of the operator."""
 OBSERVER_KEY = "an observer's public key"
-"""Every other key is one of an operator."""
+"""Key of an observer; every other key is one of an operator."""
 _BURST = 4
-"""Packets that a stream hands over in one tick at most: after a stall the old ones come one after the other."""
+"""Largest number of packets that a stream delivers in one tick; after a stall, the old packets take several ticks."""
 _KEPT = 200
 _KEEP_EVERY = 25
 
 
 @dataclass(slots=True)
 class Conditions:
-    """What happens to a packet; shares are probabilities for each one.
+    """Impairments of packets; shares are probabilities for each packet.
 
     Attributes:
-        delay_s: on the way at least this long.
-        jitter_s: and up to this much longer; order is kept, as TCP keeps it.
-        drop: share that never arrives.
-        duplicate: share that arrives twice.
-        reorder: share that is overtaken by up to `reorder_s` of later ones.
-        replay: share in whose company a packet recorded earlier arrives once more.
-        cut: whether everything that is sent vanishes.
-        stalled: whether nothing arrives; it does later, in a burst.
+        delay_s: smallest delay, s.
+        jitter_s: largest additional delay, s; order is kept, as by TCP.
+        drop: share of packets that never arrive.
+        duplicate: share of packets that arrive twice.
+        reorder: share of packets delayed by up to `reorder_s` more, so that later ones overtake them.
+        replay: share of packets with which an earlier recorded packet arrives once more.
+        cut: whether all packets sent are lost.
+        stalled: whether no packets arrive; they arrive later, in a burst.
     """
 
     delay_s: float = 0.001
@@ -54,11 +54,11 @@ class Way:
     """One direction of one stream.
 
     Attributes:
-        conditions: may be changed at any time.
-        arrived: packets that arrived.
-        recorded: some of what was sent, ever: when, and the packet.
-        arrived_s: when something last arrived.
-        arrived_age_s: how long ago the youngest of that was sent, truly.
+        conditions: present impairments; may be changed at any time.
+        arrived: number of packets that arrived.
+        recorded: random sample of all packets sent: time of sending, s, and packet.
+        arrived_s: time of the last arrival, s.
+        arrived_age_s: true age of the youngest packet at the last arrival, s.
     """
 
     def __init__(self, chance: random.Random) -> None:
@@ -96,7 +96,7 @@ class Way:
             self._add(due_s, *chance.choice(self.recorded))
 
     def receive(self, now_s: float) -> list[bytes]:
-        """What arrives now, in order of arrival."""
+        """Return the packets that arrive now, in order of arrival."""
         found: list[bytes] = []
         waiting = self._under_way
         if self.conditions.stalled:
@@ -112,7 +112,7 @@ class Way:
         return found
 
     def play(self, now_s: float, packet: bytes) -> None:
-        """Somebody puts an old packet on the way."""
+        """Inject an old packet, as an attacker does."""
         self._add(now_s, float("-inf"), packet)
 
     def _add(self, due_s: float, sent_s: float, packet: bytes) -> None:
@@ -125,9 +125,9 @@ class Network:
     """Both directions of every stream.
 
     Attributes:
-        seed: of everything that happens by chance.
-        now_s: virtual time.
-        visitors: others who hold a trusted key.
+        seed: seed of all randomness.
+        now_s: virtual time, s.
+        visitors: other peers with a trusted key.
     """
 
     seed: int
@@ -143,7 +143,7 @@ class Network:
         }
 
     def chosen(self, direction: str | None = None, stream: str | None = None) -> Iterator[Way]:
-        """The ways in a direction and of a stream, or all."""
+        """Yield the ways of a direction and of a stream; None selects all."""
         for (name, towards), way in self.ways.items():
             if direction in (None, towards) and stream in (None, name):
                 yield way
@@ -155,7 +155,7 @@ class Network:
                 setattr(way.conditions, name, value)
 
     def heal(self) -> None:
-        """Good conditions everywhere; what is under way still arrives."""
+        """Restore good conditions everywhere; packets in flight still arrive."""
         for way in self.chosen():
             way.conditions = Conditions()
 
@@ -165,15 +165,15 @@ class Network:
             self.ways[stream, direction].send(self.now_s, packet)
 
     def receive(self, stream: str, direction: str) -> list[bytes]:
-        """What arrives now."""
+        """Return the packets that arrive now."""
         return self.ways[stream, direction].receive(self.now_s)
 
 
 class Visitor:
-    """Somebody else with a trusted key, on connections of its own, without delay or loss.
+    """Another peer with a trusted key, on its own connections, without delay or loss.
 
     Attributes:
-        key: may be the operator's own, whose copy this is.
+        key: its public key, possibly a copy of the operator's.
         who: routing identity.
     """
 
@@ -188,21 +188,21 @@ class Visitor:
         network.visitors.append(self)
 
     def send(self, stream: str, packet: bytes) -> None:
-        """Send to the remote site, which lets no observer connect to `motion`."""
+        """Send to the remote site, which refuses observers on `motion`."""
         admitted = stream != "motion" or self.key != OBSERVER_KEY
         if admitted and self._network.now_s >= self._refused_until_s.get(stream, 0.0):
             self._sent[stream].append(packet)
 
     def receive(self, stream: str) -> list[bytes]:
-        """What came since the last call."""
+        """Return the packets received since the last call."""
         return self._heard.pop(stream, [])
 
     def connection(self, stream: str) -> int:
-        """Number of the present connection to a stream."""
+        """Return the number of the present connection to a stream."""
         return self._first + self._ended[stream]
 
     def arriving(self, stream: str) -> list[Received]:
-        """What was sent since the last call."""
+        """Return the packets sent since the last call."""
         packets = self._sent.pop(stream, [])
         return [Received(self.who, self.key, packet, self.connection(stream)) for packet in packets]
 
@@ -218,7 +218,7 @@ class Visitor:
 
 
 class RemoteEnd:
-    """The remote site's side, see `common.link_sides.RemoteSide`."""
+    """The remote site's side; see `common.link_sides.RemoteSide`."""
 
     def __init__(self, network: Network) -> None:
         self.handshakes: dict[str, int] = {}
@@ -227,7 +227,7 @@ class RemoteEnd:
         self._network = network
 
     def requests(self, stream: str) -> list[Received]:
-        """What the operator asked, and after it the others."""
+        """Return the operator's requests, followed by those of the visitors."""
         packets = self._network.receive(stream, TO_REMOTE)
         found = [Received(b"operator", OPERATOR_KEY, packet, OPERATOR_CONNECTION) for packet in packets]
         for visitor in self._network.visitors:
@@ -235,18 +235,18 @@ class RemoteEnd:
         return found
 
     def motions(self) -> list[Received]:
-        """The newest motion that arrived since the last call, of each connection."""
+        """Return the newest motion of each connection since the last call."""
         return list({received.connection: received for received in self.requests("motion")}.values())
 
     def expel(self, stream: str, received: Received, refuse_s: float = 0.0) -> None:
-        """Remember whose connection was ended."""
+        """End a visitor's connection and record this."""
         self.expelled.append((stream, received.key, refuse_s))
         for visitor in self._network.visitors:
             if visitor.connection(stream) == received.connection:
                 visitor.expel(stream, refuse_s)
 
     def answer(self, stream: str, who: bytes, packet: bytes) -> None:
-        """Answer the operator, or another."""
+        """Send an answer to the operator or to a visitor."""
         for visitor in self._network.visitors:
             if visitor.who == who:
                 visitor.hear(stream, packet)
@@ -254,45 +254,45 @@ class RemoteEnd:
         self._network.send(stream, TO_OPERATOR, packet)
 
     def send_latest(self, stream: str, packet: bytes) -> None:
-        """Send to all who hear this stream."""
+        """Send a packet to all receivers of a stream."""
         self._network.send(stream, TO_OPERATOR, packet)
         for visitor in self._network.visitors:
             if (stream == "observed") == (visitor.key == OBSERVER_KEY):
                 visitor.hear(stream, packet, kept=1)
 
     def forgive(self, key: str) -> None:
-        """No key that says hello is refused for a while here."""
+        """Do nothing; no key is refused here."""
 
     def is_open(self, stream: str, connection: int) -> bool:
-        """The operator's connection is always open, the newest one of each other as well."""
+        """Return True for the operator's connection and for the newest connection of each visitor."""
         return connection in (OPERATOR_CONNECTION, *(each.connection(stream) for each in self._network.visitors))
 
     def may_operate(self, key: str) -> bool:
-        """Whether a key is one of an operator."""
+        """Return whether a key is one of an operator."""
         return key != OBSERVER_KEY
 
     def recheck_keys(self) -> set[str]:
-        """No key is ever revoked here."""
+        """Return an empty set; no key is ever revoked here."""
         return set()
 
 
 class OperatorEnd:
-    """The operator site's side, see `common.link_sides.OperatorSide`."""
+    """The operator site's side; see `common.link_sides.OperatorSide`."""
 
     def __init__(self, network: Network) -> None:
         self._network = network
 
     def send(self, stream: str, packet: bytes) -> bool:
-        """Ask the remote site."""
+        """Send a request to the remote site."""
         self._network.send(stream, TO_REMOTE, packet)
         return True
 
     def receive(self, stream: str) -> list[bytes]:
-        """What the remote site answered."""
+        """Return the answers of the remote site."""
         return self._network.receive(stream, TO_OPERATOR)
 
     def receive_latest(self, stream: str) -> bytes | None:
-        """The newest of what arrived since the last call."""
+        """Return the newest packet since the last call, or None."""
         found = self._network.receive(stream, TO_OPERATOR)
         return found[-1] if found else None
 

@@ -1,4 +1,4 @@
-"""Does to a test bed's network what is asked of the simulated one, in the words of `sim_sensors.network_live`."""
+"""Apply the commands of `sim_sensors.network_live` to a test bed's network."""
 
 from common.streams import Direction
 from sim_sensors.network_conditions import Conditions, PhasedConditions
@@ -8,27 +8,27 @@ from sim_sensors.network_live import LiveNetwork
 from teletaction.testbed.network import TO_OPERATOR, TO_REMOTE, Network
 
 _SHORTEST_S = 0.001
-"""One way of a good network, s."""
+"""One-way delay of a good network, s."""
 _NOT_HERE = ("cut", "half_open")
-"""Faults of TCP connections, of which there are none in memory."""
+"""Faults of TCP connections, which a network in memory does not have."""
 
 
 class NetworkFaults:
-    """Delay, jitter, stalls and partitions; step it in every step of the test bed.
+    """Delay, jitter, stalls and partitions; call `step` in every step of the test bed.
 
-    In a partition TCP sends again until it ends: what is sent meanwhile comes late, as after a stall.
+    During a partition TCP retransmits until its end, so packets arrive late, as after a stall.
     """
 
     def __init__(self, network: Network) -> None:
-        """A good network, until something else is asked for."""
+        """Start with a good network."""
         self._network = network
         self._live = LiveNetwork(Timetable("test bed", PhasedConditions([0.0], [Conditions()])))
 
     def obey(self, command: str) -> str:
-        """Carry out a command, see `LiveNetwork.obey`; returns what it did.
+        """Execute a command of `LiveNetwork.obey`; return a description of its effect.
 
         Raises:
-            ValueError: it is no such command, or one of TCP connections.
+            ValueError: the command is invalid, or affects TCP connections.
         """
         if command.split()[:1] in [[each] for each in _NOT_HERE]:
             raise ValueError(f"{command}: a network in memory has no connections")
@@ -37,7 +37,7 @@ class NetworkFaults:
         return done
 
     def step(self) -> None:
-        """Let the network be as it is asked to be now."""
+        """Apply the present conditions and outages to the network."""
         now_s = self._network.now_s
         self._live.begin_faults(now_s)
         conditions = self._live.conditions(now_s)

@@ -1,6 +1,6 @@
-"""Half a session: simulated remote fingers, identification and pre-heating, without devices, gate or link.
+"""Run half a session: simulated remote fingers, identification and pre-heating, without devices, gate or link.
 
-For studies that need thousands of touches, which would take too long in the whole test bed.
+It serves studies with thousands of touches, which would take too long in the whole test bed.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,7 +26,7 @@ from teletaction.demo_files import calibrated_tables
 from teletaction.testbed.rendered_fingers import SESSION, TICK_S
 
 READ_EVERY = 5
-"""Ticks between two readings of the thermal sensor: 100 Hz."""
+"""Ticks from one reading of the thermal sensor to the next, for 100 Hz."""
 INDEX = FINGERS.index("index")
 
 
@@ -34,13 +34,13 @@ class RemoteFingers:
     """Fingers over a scene: the index finger alone, or several.
 
     Attributes:
-        world: where they are.
-        drive: of each heater (5,), -1..1, as it was commanded last.
+        world: world of the fingers.
+        drive: last commanded drive of each heater (5,), -1..1.
         plate_c: last reading of the index finger's thermal sensor, C; None before the first.
     """
 
     def __init__(self, scene: Scene, seed: int, fingers: Sequence[str] = (FINGERS[INDEX],)) -> None:
-        """Draw a world of the scene; it is identified with the tables calibrated for a scene of its name."""
+        """Draw a world of the scene; identification uses the tables calibrated for a scene of this name."""
         materials, surfaces = calibrated_tables(scene.name)
         self.world = RemoteWorld(scene, seed, tuple(fingers))
         self._used = [FINGERS.index(finger) for finger in fingers]
@@ -52,20 +52,20 @@ class RemoteFingers:
 
     @property
     def touches(self) -> Mapping[int, FingerTouch]:
-        """What each finger feels now, as the remote site has it."""
+        """Touch of each finger now, as identified by the remote site."""
         return self._perception.touches
 
     @property
     def touch(self) -> FingerTouch:
-        """What the index finger feels now, as the remote site has it."""
+        """Touch of the index finger now, as identified by the remote site."""
         return self._perception.touches[INDEX]
 
     def step(self, x_m: float, z_m: float) -> bytes:
-        """Let a tick pass with the hand's set-point at x and the finger's at z, m; returns the touch packet."""
+        """Advance by a tick with the hand's set-point at x and the finger's at z, m; return the touch packet."""
         return self.move(x_m, 0.0, np.full(len(FINGERS), z_m)).encode()
 
     def move(self, x_m: float, y_m: float, z_m: NDArray[np.float64]) -> Touch:
-        """Let a tick pass with set-points (x, y) of the hand and z (5,) of the fingers, m; returns the touch packet."""
+        """Advance by a tick with set-points (x, y) of the hand and z (5,) of the fingers, m; return the touch."""
         self.world.step(TICK_S, x_m, y_m, z_m, self.drive)
         sensed = self._sensed()
         self._perception.step(sensed)
@@ -78,7 +78,7 @@ class RemoteFingers:
         return packet
 
     def _sensed(self) -> Sensed:
-        """This tick's readings; texture comes in chunks of ten samples, which is what 5 ms bring."""
+        """Return this tick's readings; texture comes in chunks of ten samples, one every 5 ms."""
         world = self.world
         plates: list[PlateReading | None] = [None] * len(FINGERS)
         if self._ticks % READ_EVERY == 0:

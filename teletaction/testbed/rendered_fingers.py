@@ -1,4 +1,4 @@
-"""Half a session: rendering and its gate with five simulated fingertip modules, without exoskeleton or link."""
+"""Run half a session: rendering and its gate with five simulated fingertip modules, without exoskeleton or link."""
 
 import math
 from collections import deque
@@ -23,9 +23,9 @@ from sim_sensors.tacttip import TactTip, ntc_counts
 SESSION = 1
 TICK_S = 0.002
 READ_S = 0.010
-"""Between two reports of a module."""
+"""Time between two reports of a module, s."""
 COMMAND_S = 0.004
-"""Between two commands to a module."""
+"""Time between two commands to a module, s."""
 _ROUNDING_S = 1e-9
 
 
@@ -33,8 +33,8 @@ class RenderedFingers:
     """Rendering with its gate, and the plates and motors under the fingers.
 
     Attributes:
-        time_s: virtual time.
-        output: what the gate let through last; None before the first tick.
+        time_s: virtual time, s.
+        output: last output of the gate; None before the first tick.
         plates: plates, with the fingertips on them.
         motors: vibration motors.
     """
@@ -48,14 +48,14 @@ class RenderedFingers:
         noise_k: float = 0.0,
         delay_s: float = 0.0,
     ) -> None:
-        """Fingers from the air on plates as warm as they are.
+        """Start with fingers from free air on plates of the same temperature.
 
         Args:
-            seed: of the noise of the plates' sensors.
-            config: of rendering.
-            tick_s: how often it renders, a multiple of 1 ms.
-            noise_k: standard deviation of a plate's reading, beside that of its own sensor.
-            delay_s: how late a reading is.
+            seed: seed of the noise of the plates' sensors.
+            config: configuration of rendering.
+            tick_s: period of rendering, s, a multiple of 1 ms.
+            noise_k: standard deviation of additional noise on a plate's reading, K.
+            delay_s: delay of a reading, s.
         """
         self._rendering = GatedRendering(config or RenderingConfig(), tick_s, GAP_S)
         self.plates, self.motors = FingerPlates(len(FINGERS), seed), VibrationMotors(len(FINGERS))
@@ -67,15 +67,15 @@ class RenderedFingers:
         self._sensors = [PlateSensor() for _ in FINGERS]
         self._readings: deque[tuple[float, list[int]]] = deque()
         self._plate_c = (math.nan,) * len(FINGERS)
-        self._read_s = self._told_s = -math.inf
+        self._read_s = self._commanded_s = -math.inf
         self._drives = [MotorDrive() for _ in FINGERS]
         self._modules = [TactTip(finger) for finger in range(len(FINGERS))]
 
     def step(self, touch: Touch | None, x_m: float, z_m: float) -> GatedOutput:
-        """Let a tick pass with the newest touch packet, None before the first; the hand is at x, its fingertips at z.
+        """Advance by a tick with the newest touch packet, None before the first; the hand is at x, its fingertips at z.
 
         Raises:
-            RuntimeError: the gate has found a fault, and nothing is rendered any more.
+            RuntimeError: the gate has found a fault, and rendering has stopped.
         """
         self._read()
         output = self._rendering.step(
@@ -98,9 +98,9 @@ class RenderedFingers:
         )
         if output.fault is not None:
             raise RuntimeError(f"the gate stopped the study: {output.fault}")
-        if self.time_s - self._told_s >= COMMAND_S - _ROUNDING_S:
-            self._told_s = self.time_s
-            self._tell(output)
+        if self.time_s - self._commanded_s >= COMMAND_S - _ROUNDING_S:
+            self._commanded_s = self.time_s
+            self._command(output)
         drive, part_s = np.array([module.peltier_drive for module in self._modules]), self._tick_s / self._parts
         for part in range(self._parts):
             now_s = self.time_s + part * part_s
@@ -112,10 +112,10 @@ class RenderedFingers:
 
     @property
     def stiffest_n_m(self) -> float:
-        """Stiffest wall that is shown, N/m."""
+        """Stiffness of the stiffest rendered wall, N/m."""
         return self._rendering.wall.stiffest_n_m
 
-    def _tell(self, output: GatedOutput) -> None:
+    def _command(self, output: GatedOutput) -> None:
         """Command the modules."""
         wanted = zip(self._modules, self._drives, output.motor_rpm, output.peltier_drive, strict=True)
         for module, drive, rpm, heat in wanted:
@@ -124,7 +124,7 @@ class RenderedFingers:
             module.feed(encode_frame(MessageId.TACTTIP_COMMAND, 0, command.encode()), self.time_s)
 
     def _read(self) -> None:
-        """Take what the plates' sensors said some time ago."""
+        """Take the plates' readings, delayed by `delay_s`."""
         if self.time_s - self._read_s < READ_S - _ROUNDING_S:
             return
         self._read_s = self.time_s

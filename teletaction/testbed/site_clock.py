@@ -1,4 +1,4 @@
-"""The clock of one host in a test bed: virtual time with an offset and a drift of its own."""
+"""Clock of one host in a test bed: virtual time with its own offset and drift."""
 
 from dataclasses import dataclass
 
@@ -8,8 +8,8 @@ class SiteClock:
     """A host's own clock.
 
     Attributes:
-        offset_s: what it shows more than virtual time, s.
-        drift: by how much it is fast, s/s.
+        offset_s: lead over virtual time, s.
+        drift: relative rate by which the clock is fast, s/s.
         stopped_s: virtual time at which it stopped; None while it runs.
     """
 
@@ -18,12 +18,12 @@ class SiteClock:
     stopped_s: float | None = None
 
     def now_ns(self, time_s: float) -> int:
-        """What this clock shows at a virtual time, ns."""
+        """Return the reading of this clock at a virtual time, ns."""
         running_s = time_s if self.stopped_s is None else self.stopped_s
         return round((running_s * (1.0 + self.drift) + self.offset_s) * 1e9)
 
     def run_on(self, time_s: float) -> None:
-        """Run again from where it stopped, at a virtual time."""
+        """Resume at a virtual time from the reading at which the clock stopped."""
         if self.stopped_s is not None:
             self.offset_s -= (time_s - self.stopped_s) * (1.0 + self.drift)
             self.stopped_s = None

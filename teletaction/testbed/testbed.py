@@ -1,4 +1,4 @@
-"""A whole session in one process on a virtual clock: both sites, all simulated devices, and the network.
+"""Run a whole session in one process on a virtual clock: both sites, all simulated devices, and the network.
 
 Lines, buses and the link are in memory. Nothing waits and nothing is late: the same seed gives the same session.
 """
@@ -27,15 +27,15 @@ from teletaction.testbed.network import Network, OperatorEnd, RemoteEnd
 from teletaction.testbed.site_clock import SiteClock
 
 COARSE_STEP_S = 0.010
-"""The longest step of the simulated devices."""
+"""Longest step of the simulated devices, s."""
 FINE_S = 1.0
-"""A stopped site: what happens to its outputs has happened by then."""
+"""Time after a site stops by which its outputs no longer change, s."""
 SITES = ("remote", "operator")
 
 
 @dataclass(frozen=True, slots=True)
 class SessionConfigs:
-    """Configurations of what a session has. Addresses are names: nothing of them is opened."""
+    """Configurations of a session. Addresses serve only as names and are not opened."""
 
     sim_remote: SimRemoteConfig
     sim_operator: SimOperatorConfig
@@ -44,7 +44,7 @@ class SessionConfigs:
 
     @classmethod
     def read(cls, files: Mapping[str, Path]) -> Self:
-        """From files by the names of `teletaction.demo_files.prepare`; ports for faults are left out."""
+        """Read files by the names of `teletaction.demo_files.prepare`; fault ports are left out."""
         without = {"fault_port": None}
         return cls(
             load_config(files["sim-remote"], SimRemoteConfig).model_copy(update=without),
@@ -56,15 +56,15 @@ class SessionConfigs:
 
 @dataclass(slots=True)
 class _Turns:
-    """When a process has its turn."""
+    """Schedule of a process's turns."""
 
     every_s: float
     due_s: float = 0.0
     stopped: bool = False
-    """It stands still: it is stopped, or it sleeps in a tick."""
+    """Whether the process stands still: it is stopped, or it sleeps in a tick."""
 
     def due(self, now_s: float) -> bool:
-        """Whether it has its turn now."""
+        """Return whether the process has its turn now."""
         if self.stopped or now_s < self.due_s:
             return False
         self.due_s = now_s + self.every_s - 0.5 * STEP_S
@@ -79,12 +79,12 @@ class _Simulated:
     ends: list[MemoryLine | MemoryBus]
 
     def stop(self) -> None:
-        """Stand still."""
+        """Stop the process."""
         for end in self.ends:
             end.hold()
 
     def resume(self, time_s: float, missed: int) -> None:
-        """Read what waits, and make up for missed steps, as many as a process does."""
+        """Resume: read the waiting data, and make up for as many missed steps as a real process does."""
         for end in self.ends:
             end.release()
         for number in reversed(range(min(missed, MOST_STEPS))):
@@ -93,12 +93,12 @@ class _Simulated:
 
 @dataclass(frozen=True, slots=True)
 class Extras:
-    """What a session has beside its configurations.
+    """Optional parts of a session beside its configurations.
 
     Attributes:
-        remote_clock, operator_clock: of each site's host.
-        recorders: of sites, by name; without one a site records nothing.
-        feed: what consoles see of the operator's site; without, no console sees anything.
+        remote_clock, operator_clock: clocks of the sites' hosts.
+        recorders: recorders of the sites by name; a site without one records nothing.
+        feed: feed of the operator's site to consoles; None: consoles receive nothing.
     """
 
     remote_clock: SiteClock = field(default_factory=SiteClock)
@@ -113,14 +113,14 @@ class Testbed:
     Attributes:
         time_s: virtual time, s; the first step is at 2 ms.
         step_s: length of a step, s.
-        network: the link between the sites, to be impaired at will.
+        network: the link between the sites, which can be impaired.
         wiring: lines and buses.
         remote, operator: the sites.
         sim_remote, sim_operator: their simulated devices.
-        remote_clock, operator_clock: of the sites' hosts.
-        remote_host, operator_host: what the sites make of these clocks.
-        desks: of both sites, by name.
-        beside: called at the end of each step: other processes, such as a console.
+        remote_clock, operator_clock: clocks of the sites' hosts.
+        remote_host, operator_host: these clocks as read by the sites.
+        desks: desks of both sites by name.
+        beside: other processes, such as a console; called at the end of each step.
     """
 
     __test__ = False
@@ -129,12 +129,12 @@ class Testbed:
         """Begin at virtual time 0, with a good network.
 
         Args:
-            configs: of everything.
-            seed: of what the network does by chance.
+            configs: configurations of sites and simulated devices.
+            seed: seed of the network's randomness.
             extras: clocks, recorders and a feed.
 
         Raises:
-            ValueError: a configuration cannot be carried out.
+            ValueError: a configuration is unusable.
         """
         extras = extras or Extras()
         self.time_s = 0.0
@@ -182,14 +182,14 @@ class Testbed:
         self._figures = _Turns(NOTICE_S, stopped=extras.feed is None)
 
     def tick(self) -> None:
-        """Let one step pass: physics and devices, then the sites whose tick is due."""
+        """Advance by one step: physics and devices, then the sites whose tick is due."""
         self.time_s = self.network.now_s = now_s = self.time_s + self.step_s
         turns = self._turns
         if turns["sim-remote"].due(now_s):
             self.sim_remote.step(now_s)
         if turns["sim-operator"].due(now_s):
             self.sim_operator.step(now_s)
-        # A site that is stopped in its tick lets time pass: what follows begins later than this tick did.
+        # Time passes while a site is stopped in its tick, so later calls read their clocks anew.
         if turns["remote"].due(now_s):
             self.remote.tick(self.remote_host.now_ns())
         if turns["operator"].due(now_s):
@@ -201,12 +201,12 @@ class Testbed:
             step()
 
     def run(self, seconds: float) -> None:
-        """Let time pass, s."""
+        """Advance by `seconds`."""
         for _ in range(round(seconds / self.step_s)):
             self.tick()
 
     def run_coarsely(self, seconds: float) -> None:
-        """The same at 100 Hz, five times as fast: for long times in which nothing should happen."""
+        """Advance by `seconds` at 100 Hz, five times as fast, for long times without expected events."""
         self._set_step(COARSE_STEP_S)
         self.run(seconds)
         self._set_step(STEP_S)
@@ -215,10 +215,10 @@ class Testbed:
         self.step_s = self.sim_remote.step_s = self.sim_operator.step_s = step_s
 
     def until(self, reached: Callable[[Self], object], patience_s: float) -> float:
-        """Let time pass until something is reached; returns how long it took, s.
+        """Advance until `reached` is true; return the time that it took, s.
 
         Raises:
-            AssertionError: it was not within `patience_s`.
+            AssertionError: it did not become true within `patience_s`.
         """
         start_s = self.time_s
         while not reached(self):
@@ -233,7 +233,7 @@ class Testbed:
 
         Args:
             process: `remote`, `operator`, `sim-remote` or `sim-operator`.
-            seconds: for how long, s.
+            seconds: duration of the stop, s.
         """
         turns, simulated = self._turns[process], self._simulated.get(process)
         turns.stopped = True
@@ -247,14 +247,14 @@ class Testbed:
             simulated.resume(self.time_s, round(seconds / STEP_S))
 
     def suspend(self, site: str, seconds: float) -> None:
-        """Stop a site and its host's clock between two ticks, as a virtual machine that is paused."""
+        """Stop a site and its host's clock between two ticks, like a paused virtual machine."""
         clock = self._clock(site)
         clock.stopped_s = self.time_s
         self.stop(site, seconds)
         clock.run_on(self.time_s)
 
     def stop_in_tick(self, site: str, seconds: float, *, with_clock: bool = False, before_read: bool = False) -> None:
-        """Stop a site in its next tick, after it has read its devices, or before; its clock too, where asked."""
+        """Stop a site in its next tick, before or after it reads its devices, optionally with its clock."""
 
         def sleep() -> None:
             if with_clock:
@@ -274,7 +274,7 @@ class Testbed:
         return self.remote_clock if site == "remote" else self.operator_clock
 
     def break_device(self, fault: str) -> None:
-        """Begin a fault: `remote: FAULT` or `operator: FAULT`, in the words of `sim_sensors.faults`."""
+        """Begin a fault: `remote: FAULT` or `operator: FAULT`, with a command of `sim_sensors.faults`."""
         side, _, command = fault.partition(": ")
         faults = {"remote": self.sim_remote.faults, "operator": self.sim_operator.faults}
         faults[side].apply(command)
@@ -285,11 +285,11 @@ class Testbed:
             simulation.faults.apply("mend")
 
     def ask_desk(self, site: str, verb: str) -> dict[str, Any]:
-        """Ask at the desk of a site, as a person there would, while time passes; returns its answer.
+        """Send a request at the desk of a site, as a person there would; return the answer when it comes.
 
         Raises:
-            Refused: it will not, and says why.
-            TimeoutError: it does not answer within a second.
+            Refused: the site refuses the request; the text gives the reason.
+            TimeoutError: the site does not answer within a second.
         """
         answer = self.desks[site].ask(verb)
         begun_s = self.time_s
@@ -300,36 +300,36 @@ class Testbed:
         return answer.result()
 
     def ask(self, verb: str) -> None:
-        """The operator asks the remote site for something."""
+        """Send a request of the operator to the remote site."""
         self._client.request(verb, self.operator_host.now_ns(), {})
 
     def emergency_stop(self) -> None:
-        """The operator hits the emergency stop."""
+        """Trigger the operator's emergency stop."""
         self.operator.client.stop(self.operator_host.now_ns(), "emergency stop by the operator")
 
     def clear_faults(self) -> None:
-        """A person clears whatever fault is latched on either site."""
+        """Clear a latched fault on either site, as a person does."""
         client = self.operator.client
         if client.remote_fault or client.session.state is LinkState.FAULT:
             client.clear(self.operator_host.now_ns())
 
     def engage(self) -> None:
-        """The operator wants to work."""
+        """Request engagement as the operator."""
         self.operator.client.want_engaged = True
 
     @property
     def latched(self) -> tuple[bool, bool]:
-        """Whether a fault is latched at the remote site, and at the operator's."""
+        """Whether a fault is latched at the remote site, and at the operator site."""
         sessions = self.remote.server.session, self.operator.client.session
         return sessions[0].state is LinkState.FAULT, sessions[1].state is LinkState.FAULT
 
     @property
     def both_engaged(self) -> bool:
-        """Whether both sites say that outputs may act."""
+        """Whether both sites report that outputs may act."""
         return self.remote.server.both_engaged and self.operator.client.both_engaged
 
     def describe(self) -> str:
-        """Where the session is, for a failed assertion."""
+        """Return a description of the session's state, for a failed assertion."""
         server, client = self.remote.server, self.operator.client
         return (
             f"at {self.time_s:.3f} s; remote {server.session}, refused {dict(server.acceptance.refused)}; "
@@ -337,7 +337,7 @@ class Testbed:
         )
 
     def close(self) -> None:
-        """Close what the sites have open, and finish the recordings of the simulated devices."""
+        """Close the sites' devices, and finish the recordings of the simulated devices."""
         self._remote_devices.close()
         self._operator_devices.close()
         self.sim_remote.close()

@@ -1,4 +1,4 @@
-"""A console beside a session on a virtual clock; its pages are in memory. Needs the extra `console`."""
+"""Run a console beside a session on a virtual clock, with its pages in memory. Needs the extra `console`."""
 
 import asyncio
 from collections import deque
@@ -16,11 +16,11 @@ from teletaction.testbed.testbed import Testbed
 _LOOK_S = 0.008
 """Interval between two steps of the console, s, as in its own process."""
 _TURNS = 10
-"""Turns of the event loop in a step of the session: a message of a page is read, and its answer sent, in fewer."""
+"""Turns of the event loop in a step of the session; reading a page's message and sending its answer needs fewer."""
 
 
 class VirtualLoop(asyncio.SelectorEventLoop):
-    """An event loop whose timers are of a virtual clock."""
+    """An event loop with timers on a virtual clock."""
 
     def __init__(self, now_s: Callable[[], float]) -> None:
         """Take the time from `now_s()`, s."""
@@ -28,30 +28,30 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         super().__init__()
 
     def time(self) -> float:
-        """The virtual time, s."""
+        """Return the virtual time, s."""
         return self._virtual_s()
 
 
 class MemorySocket:
-    """The websocket of one page, which the console serves.
+    """The websocket of one page of the console.
 
     Attributes:
-        sent: what the page has still to take, oldest first: texts, pictures and tiles.
-        closed: code with which the console sent the page away; None while it has not.
+        sent: texts, pictures and tiles that the page has not taken yet, oldest first.
+        closed: code with which the console closed the socket; None while it is open.
     """
 
     def __init__(self) -> None:
-        """Nothing was said."""
+        """Start without messages."""
         self._said: asyncio.Queue[MutableMapping[str, Any]] = asyncio.Queue()
         self.sent: deque[str | bytes] = deque()
         self.closed: int | None = None
 
     def say(self, text: str) -> None:
-        """The page sends a text."""
+        """Send a text from the page."""
         self._said.put_nowait({"type": "websocket.receive", "text": text})
 
     def leave(self) -> None:
-        """The page goes."""
+        """Close the page."""
         self._said.put_nowait({"type": "websocket.disconnect", "code": 1001})
 
     async def receive(self) -> MutableMapping[str, Any]:
@@ -72,9 +72,9 @@ class MemorySocket:
 
 
 class TestbedConsole:
-    """The console's process: it is stepped with the session, on the clock of the operator's host.
+    """The console's process, stepped with the session on the clock of the operator's host.
 
-    Its record is a real file, if it has one. When a finding is saved depends on the disk of this machine.
+    Its record, if any, is a real file. The time at which a finding is saved depends on the disk of this machine.
 
     Attributes:
         shown: the console.
@@ -86,11 +86,11 @@ class TestbedConsole:
         """Begin beside a session that writes to `feed`.
 
         Raises:
-            OSError: the record cannot be made.
+            OSError: the record cannot be created.
         """
         self._bed, self._look = bed, Due(_LOOK_S)
         self._keeping = Keeping(config.record, {})
-        list(feed.receive())  # a console sees nothing of the time before it came
+        list(feed.receive())  # a console receives no data from before its start
         self.shown = LiveConsole(config, feed, bed.desks["operator"], self._keeping, self._now_s)
         self._runner = asyncio.Runner(loop_factory=lambda: VirtualLoop(self._now_s))
         self._serving: set[asyncio.Task[None]] = set()
@@ -100,7 +100,7 @@ class TestbedConsole:
         return self._bed.operator_clock.now_ns(self._bed.time_s) * 1e-9
 
     def enter(self, visitor: Visitor) -> MemorySocket:
-        """A page comes; what it was sent lies in its socket as time passes."""
+        """Open a page; the console's messages collect in its socket."""
         socket = MemorySocket()
         serving = self._runner.get_loop().create_task(self._serve(socket, visitor))
         self._serving.add(serving)
@@ -122,7 +122,7 @@ class TestbedConsole:
             await asyncio.sleep(0.0)
 
     def close(self) -> None:
-        """End the process and finish its record; its pages hear nothing more."""
+        """End the process and finish its record; its pages receive nothing more."""
         self._bed.beside.remove(self._step)
         self._runner.close()
         self._keeping.close()
