@@ -63,7 +63,7 @@ class Fault(Generic[T]):
         for name in self.targets:
             if not name or words == name or words.startswith(f"{name} "):
                 return name, words[len(name) :].strip()
-        raise ValueError(f"there is {', '.join(self.targets)}, not {words!r}")
+        raise ValueError(f"unknown target {words!r}; known: {', '.join(self.targets)}")
 
 
 class Faults:

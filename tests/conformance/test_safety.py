@@ -141,7 +141,7 @@ def test_a_plate_that_can_no_longer_be_read_stops_everything() -> None:
             payload += b"?"
 
     changed_reports(end.module, unreadable)
-    stopped(examined(end), "reports that cannot be read")
+    stopped(examined(end), "unreadable reports")
     assert commands(end)[-1] == TactTipCommand(0, 0)
 
 
@@ -274,7 +274,7 @@ def test_a_host_that_paused_does_not_blame_the_device() -> None:
     results = examined(end)
     obeys = next(tried for tried in results if tried.duty.number == "N7")
     assert obeys.verdict is Verdict.NOT_APPLICABLE
-    assert obeys.came == "this host paused for 210 ms meanwhile: try again"
+    assert obeys.came == "this host paused for 210 ms during the trial: try again"
 
 
 def test_the_other_node_is_left_alone() -> None:

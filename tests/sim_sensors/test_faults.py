@@ -49,9 +49,9 @@ def test_nonsense_is_one_line_of_error_and_changes_nothing(line: str, operator: 
 
 
 def test_an_error_says_what_there_is_to_say(remote: RemoteDevices) -> None:
-    with pytest.raises(ValueError, match=r"say unplug DEVICE, .*thermistor FINGER open\|short\|frozen, .*disobey"):
+    with pytest.raises(ValueError, match=r"use unplug DEVICE, .*thermistor FINGER open\|short\|frozen, .*disobey"):
         remote.faults.apply("help")
-    with pytest.raises(ValueError, match="unplug DEVICE: there is index texture, index thermal, can, not 'index nose'"):
+    with pytest.raises(ValueError, match="unplug DEVICE: unknown target 'index nose'; known: index texture"):
         remote.faults.apply("unplug index nose")
     with pytest.raises(ValueError, match="'wet' is neither saturated, clipped, cut nor loose"):
         remote.faults.apply("piezo index wet")
