@@ -87,12 +87,12 @@ def tell(hosts: TwoNetworks, story: Story) -> Story:
     part(hosts, story)
     for host, service, process in RESTARTED:
         restart(hosts, story, host, service, process)
-    hosts.operator(*steps["One service anew"])
+    hosts.operator(*steps["Restart one service"])
     wait_until_engaged(hosts, time.monotonic())
     rotate_keys(hosts, story, steps["A new key"])
     passed = hosts.impair(DELAY_MS, JITTER_MS, LOSS)
     story.shares = [way.dropped / (way.dropped + way.passed) for way in passed]
-    operator_end, remote_end = steps["The end"]
+    operator_end, remote_end = steps["Stop"]
     hosts.operator(operator_end)
     hosts.remote(remote_end)
     assert {line for made in steps.values() for block in made for line in block.splitlines()} <= {
@@ -123,7 +123,7 @@ def set_up(hosts: TwoNetworks, steps: dict[str, list[str]]) -> None:
     wait_for(lambda: hosts.remote.healthy("remote"), "a healthy remote site", 30.0)
     wait_for(lambda: hosts.operator.healthy("operator"), "a healthy operator site", 30.0)
     wait_for(lambda: hosts.operator.healthy("operator-console"), "a healthy console", 30.0)
-    wait_for(lambda: hosts.operator(*steps["How they are"]) == "", "a healthy site in words", 30.0)
+    wait_for(lambda: hosts.operator(*steps["Health"]) == "", "a healthy site in words", 30.0)
 
 
 def key_printed(said: str) -> str:
