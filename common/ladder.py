@@ -101,7 +101,7 @@ def ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: float | None
             "tick age",
             TICK_AGE_S,
             "site loop",
-            "what a tick decided longer ago is not sent; outputs begin from neutral",
+            "an older decision of a tick is not sent; outputs start from neutral",
             ({"loop": 3}, {"standstill": 1, "report": 1}),
         ),
         Rung(
@@ -122,10 +122,10 @@ def ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: float | None
             "device time-out",
             MODULE_TIMEOUT_S,
             "limits",
-            "no good command: the device switches its own outputs off",
+            "no good command: the device turns its own outputs off",
             ({"loop": 3}, {"command": 3}, {"command": 1, "tick age": 1}),
         ),
-        Rung("age", age_s, "link.max_age_s", "an older packet is refused; the gap goes on", ({"loop": 3},)),
+        Rung("age", age_s, "link.max_age_s", "an older packet is refused; the gap continues", ({"loop": 3},)),
         Rung(
             "force hold",
             FORCE_SAFE_S,
@@ -147,7 +147,7 @@ def ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: float | None
             "Peltier and heater drives are 0",
             ({"gap": 1, "command": 1}, {"device time-out": 1, "report": 1}),
         ),
-        Rung("motor still", MOTOR_STILL_S, "limits", "the motor is below what can be felt", ({"motor hold": 1},)),
+        Rung("motor still", MOTOR_STILL_S, "limits", "the motor is below the perception floor", ({"motor hold": 1},)),
         Rung(
             "retreat", GAP_S + RETREAT_AFTER_S, "patient gate", "stopped remote fingers rise", ({"gap": 1, "loop": 3},)
         ),
@@ -155,7 +155,7 @@ def ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: float | None
             "session silence",
             SESSION_SILENCE_S,
             "session",
-            "no heartbeat: the session ends, the operator says hello again",
+            "no heartbeat: the session ends, the operator sends hello again",
             # After a hello, its answer and the first heartbeat are each one way on their way.
             ({"heartbeat": 5}, {"age": 3}, {"force hold": 1}, {"thermal hold": 1}, {"motor still": 1}, {"retreat": 1}),
         ),
@@ -166,7 +166,7 @@ def ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: float | None
             "the loop made no tick: its process ends with exit code 70",
             ({"loop": 50}, {"session silence": 1}, {"thermal hold": 1}, {"motor still": 1}),
         ),
-        Rung("sign of life", NOTICE_S, "site loop", "status file rewritten, supervisor told", ({"loop": 3},)),
+        Rung("sign of life", NOTICE_S, "site loop", "status file rewritten, supervisor notified", ({"loop": 3},)),
         Rung(
             "supervisor's watchdog",
             SUPERVISOR_WATCHDOG_S,
@@ -178,8 +178,8 @@ def ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: float | None
             "thermal cut-out",
             (PLATE_FAULT_C - WIDE.high_c) / PLATE_HEATING_K_S,
             "limits",
-            f"a plate left heating at the end of its range is at {PLATE_FAULT_C:g} °C: the module cuts its supply off, "
-            "whatever else has failed",
+            f"a plate that keeps heating from the end of its range is at {PLATE_FAULT_C:g} °C: the module cuts its "
+            "supply, independently of all else",
             ({"device time-out": 1},),
         ),
     )

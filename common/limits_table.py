@@ -9,34 +9,36 @@ from common.ladder import Rung, in_ms, ladder
 from common.safe_states import SAFE_STATES, TICK_S
 
 OPERATOR_HZ, REMOTE_HZ = (kind.model_fields["rate_hz"].default for kind in (OperatorConfig, RemoteConfig))
-"""Usual rates of the loops, for the ladder that the page shows."""
+"""Default rates of the loops, Hz, for the example on the page."""
 
 
 def limits_page() -> str:
-    """Limits, watchdog ladder and safe states as Markdown."""
+    """Return limits, watchdog ladder and safe states as Markdown."""
     parts = [
         "# Limits",
         "",
-        "Everything that may reach a finger or a patient stays inside these tables. The numbers are the code's own",
-        "(`common/limits.py`, `common/ladder.py`, `common/safe_states.py`); after a change there:",
+        "Every output to a finger or a patient stays within these tables. `common/limits.py`, `common/ladder.py` and",
+        "`common/safe_states.py` contain the numbers. After a change there, write this page again:",
         "`python -m common.limits_table > docs/limits.md`.",
         "",
         *_table(("what", "limit"), _limits().items()),
         "",
         "## The watchdog ladder",
         "",
-        "Each time after which silence or standstill has a consequence, lowest first, here at the operator's site: "
-        f"its loop of {OPERATOR_HZ:g} Hz, the far loop of {REMOTE_HZ:g} Hz.",
-        "A time acts only after those that it covers have had their turn. A configuration that breaks this is refused",
-        "when it is loaded, and a far side whose rate breaks it at hello.",
+        "This table lists every time after which silence or standstill has a consequence. The example is an operator",
+        f"site with a loop of {OPERATOR_HZ:g} Hz. The far loop has {REMOTE_HZ:g} Hz.",
         "",
-        *_table(("waited for", "time", "set by", "then", "covers"), _rungs()),
+        "A timeout must be at least as long as each sum in its last column. A configuration that breaks this rule is",
+        "refused when it is loaded. A far side whose rate breaks it is refused at hello.",
+        "",
+        *_table(("timeout", "time", "set by", "consequence", "at least"), _rungs()),
         "",
         "## Safe states",
         "",
-        "What each actuator does, and within what time, when the link is silent, its site is dead or hangs, its own",
-        "line is cut, or a fault has latched. Times count from the last accepted packet, the last command that the",
-        f"device heard, or the tick that found the fault; a tick is at most {in_ms(TICK_S)}.",
+        "Each actuator reaches its safe output within these times. The cause is a silent link, a site that is dead or",
+        "hangs, a cut line between site and device, or a latched fault. Times count from the last accepted packet,",
+        "from the last command that the device received, or from the tick that detected the fault. A tick is at most",
+        f"{in_ms(TICK_S)}.",
         "",
         *_table(
             ("site", "actuator", "safe output", "link silent", "site dead", "device alone", "fault"),
@@ -61,26 +63,26 @@ def _limits() -> Mapping[str, str]:
         f"{limits.DOSE_WINDOW_S:g} s stays within {limits.DOSE_LIMIT_K_S:g} K s",
         "finger force": f"{limits.FINGER_FORCE_N:g} N; ramps +{limits.FORCE_RAMP_UP_N_S:g} / "
         f"-{limits.FORCE_RAMP_DOWN_N_S:g} N/s on engaging, disengaging and model updates",
-        "energy at a finger": f"{limits.PRODUCED_J * 1e3:g} mJ more than it put in may come out; force is let go",
-        "a force that swings, both sites": f"by {limits.SWING_N:g} N: a fault after {limits.SWING_CYCLES} cycles "
+        "energy at a finger": f"{limits.PRODUCED_J * 1e3:g} mJ more than the finger put in; then force is released",
+        "oscillation of a force, both sites": f"of {limits.SWING_N:g} N: a fault after {limits.SWING_CYCLES} cycles "
         f"within {limits.SWING_S:g} s, or after {limits.SWING_SLOW_CYCLES} at {limits.SWING_SLOW_HZ:g} Hz or more "
         "in which an energy limit acts",
         "vibration motor": f"0, or {limits.MOTOR_FLOOR_RPM:g}-{limits.MOTOR_MAX_RPM:g} rpm",
         "patient side, sensor plate": f"{limits.SENSOR_PLATE_C:g} °C",
         "patient side, contact force": f"{limits.CONTACT_FORCE_N:g} N by default",
-        "patient side, work left in what is touched": f"{limits.LEFT_J * 1e3:g} mJ at once and "
-        f"{limits.LEFT_W * 1e3:g} mW lastingly at each finger",
-        "patient side, coming to the operator's hand": f"{limits.APPROACH_PLANE_M_S * 1e3:g} mm/s along the bench; "
-        f"then fingers are lowered at {limits.APPROACH_DOWN_M_S * 1e3:g} mm/s, until they have met",
+        "patient side, work left in the object": f"{limits.LEFT_J * 1e3:g} mJ at once and "
+        f"{limits.LEFT_W * 1e3:g} mW continuously at each finger",
+        "patient side, approach to the operator's hand": f"{limits.APPROACH_PLANE_M_S * 1e3:g} mm/s along the bench; "
+        f"then fingers are lowered at {limits.APPROACH_DOWN_M_S * 1e3:g} mm/s, until both hands agree",
         "gap without an accepted packet": f"{limits.GAP_S * 1e3:g} ms, then safe state",
         "age of a packet": f"{limits.AGE_DEFAULT_S * 1e3:g} ms by default, at most {limits.AGE_MAX_S * 1e3:g} ms",
         "from the last valid input": f"force 0 within {limits.FORCE_SAFE_S * 1e3:g} ms, "
         f"motor drive 0 within {limits.MOTOR_SAFE_S * 1e3:g} ms (below its floor within "
         f"{limits.MOTOR_STILL_S * 1e3:g} ms), Peltier and heater drive 0 within {limits.THERMAL_SAFE_S * 1e3:g} ms",
-        "asked against applied": "every output of both sites is compared with what its device reports: what was not "
-        f"asked for in the last {MEMORY_S * 1e3:g} ms, or a force more than {NEAR_N:g} N away from it, is a latched "
-        f"fault after {PERSIST_S * 1e3:g} ms",
-        "silence at a module": f"it switches its own outputs off after {limits.MODULE_TIMEOUT_S * 1e3:g} ms",
+        "commanded against applied": "every output of both sites is compared with the report of its device: an output "
+        f"not commanded in the last {MEMORY_S * 1e3:g} ms, or a force more than {NEAR_N:g} N from the command, is a "
+        f"latched fault after {PERSIST_S * 1e3:g} ms",
+        "silence at a module": f"it turns its own outputs off after {limits.MODULE_TIMEOUT_S * 1e3:g} ms",
     }
 
 
