@@ -33,7 +33,7 @@ help:
 	@echo "make soak        ten minutes of work with faults at random; ARGUMENTS='--seconds 3000 --seed 7'"
 	@echo "make pages       every command of README and pages; the demo as installed from the source distribution"
 	@echo "make docs        the documentation as a site in $(SITE)/; what is broken in it is an error"
-	@echo "make check       style, types, import arrows"
+	@echo "make check       style, types, import contracts, the word list"
 	@echo "make coverage    both gates must be covered to 100 % of lines and branches"
 	@echo "make picture     docs/session.png from the last demo"
 	@echo "make console-picture  docs/console.png from a demo in a real Chromium (two minutes)"
@@ -126,6 +126,7 @@ check: $(READY)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python -m tests.docs.words
 
 .PHONY: pages
 pages: $(READY)

@@ -38,10 +38,10 @@ RECORD = Path("docs/verification.json")
 PAGE = Path("docs/verification.md")
 WRITTEN = (str(RECORD), str(PAGE), "docs/faults.md", "docs/faults.json")
 """What a run itself changes."""
-HEAD = """# What ran when
+HEAD = """# Verification record
 
-`make test` and `.ci/run` hold for each commit. `make everything` runs what takes longer, in pieces, and writes this
-page: the newest run of each piece. The reference step says how fast the machine was then (0.1 ms is a usual value).
+`make test` and `.ci/run` pass for each commit. `make everything` runs the longer tests in pieces, and writes this page.
+It has the newest run of each piece. The reference step measures the speed of the machine (0.1 ms is a usual value).
 *Not judged* is a real-time test that failed while the machine stood still.
 
 | piece | commit | day | minutes | processors, reference step | passed | skipped | not judged | failed |

@@ -181,7 +181,7 @@ HAZARDS = (
         ),
     ),
     Hazard(
-        "outputs go on although nothing new arrives",
+        "outputs stay live although nothing new arrives",
         ("GAP_S", "FORCE_SAFE_S", "MOTOR_SAFE_S", "MOTOR_STILL_S", "THERMAL_SAFE_S"),
         ("operator_site.gate", "remote_site.patient_gate"),
         (
@@ -319,9 +319,9 @@ HAZARDS = (
 
 HEAD = """# Evidence
 
-From each hazard to the number that limits it, the code that keeps it, the tests that try the code, and the rows of the
-[fault matrix](faults.md) that try it at a whole session. A test fails where a limit, a module of a gate or a fault is
-in no row, or where a row names what is not there. `python -m tests.evidence > docs/evidence.md` writes this page.
+Each row leads from a hazard to its limits, to the code that enforces them, to the tests of that code, and to the rows
+of the [fault matrix](faults.md) that test a whole session. A test fails if a limit, a module of a gate or a fault is in
+no row, or if a row has a wrong name. `python -m tests.evidence > docs/evidence.md` writes this page.
 
 | hazard | limits (`common.limits`) | code | tests | faults |
 |---|---|---|---|---|
