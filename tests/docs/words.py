@@ -12,6 +12,7 @@ SEARCHED = (
     "*.md",
     "deploy/**/*.md",
     "docs/*.md",
+    "docs/decisions/*.md",
     "docs/how-it-works/*.md",
     "docs/howto/*.md",
 )
