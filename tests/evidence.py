@@ -319,9 +319,9 @@ HAZARDS = (
 
 HEAD = """# Evidence
 
-Each row leads from a hazard to its limits, to the code that enforces them, to the tests of that code, and to the rows
-of the [fault matrix](faults.md) that test a whole session. A test fails if a limit, a module of a gate or a fault is in
-no row, or if a row has a wrong name. `python -m tests.evidence > docs/evidence.md` writes this page.
+Each row has a hazard, its limits, the code that enforces them, and the tests of that code. The last column has the rows
+of the [fault matrix](faults.md) that test a whole session. Each limit, each module of a gate and each fault must be in
+a row, and each name must exist; a test checks this. `python -m tests.evidence > docs/evidence.md` writes this page.
 
 | hazard | limits (`common.limits`) | code | tests | faults |
 |---|---|---|---|---|
