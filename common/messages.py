@@ -4,9 +4,12 @@ Floats of all fingers travel as one block. The same checks run when a packet is 
 refuse is sent.
 """
 
+import struct
+from collections.abc import Iterable
 from enum import IntEnum
 from functools import lru_cache
-from typing import NamedTuple
+from itertools import chain
+from typing import Annotated, NamedTuple, get_type_hints
 
 from common.finger_block import FingerBlock
 from common.packets import (
@@ -63,51 +66,111 @@ class EventKind(IntEnum):
 
 
 STIFFNESS_KNOWN_LN_SD = 0.06
-"""A stiffness told with this standard deviation of its logarithm, or a larger one, is not yet known."""
+"""A stiffness with this standard deviation of its logarithm, or a larger one, is not yet known."""
 
-MOTION_BLOCK = FingerBlock({"x_m": (-0.66, 0.66), "y_m": (-0.66, 0.66), "z_m": (-0.0103, 0.0103)})
-MOTION_FIELDS = MOTION_BLOCK.names
 
-TOUCH_RANGES = {
-    "mode": (0, 3),
-    "contact": (0, 1),
-    "contact_force_n": (0, 10.5),
-    "x_m": (-0.66, 0.66),
-    "y_m": (-0.66, 0.66),
-    "surface_z_m": (-0.011, 0.011),
-    "stiffness_n_m": (0, 20_000),
-    "stiffness_ln_sd": (0, 10),
-    "damping_n_s_m": (0, 100),
-    "slope_x": (-1, 1),
-    "slope_y": (-1, 1),
-    "k_tap": (0, 20_000),
-    "b_tap_per_s": (0, 1000),
-    "k_stroke_v": (0, 50_000),
-    "k_stroke_f": (0, 5000),
-    "groove_rad_s": (0, 1100),
-    "b_groove_per_s": (0, 1000),
-    "conductivity_w_mk": (0, 500),
-    "density_kg_m3": (0, 25_000),
-    "specific_heat_j_kgk": (0, 10_000),
-    "effusivity_ln_sd": (0, 10),
-    "object_c": (-50, 150),
-    "object_c_sd": (0, 100),
-    "probability": (0, 1),
-    "thermal_status": (0, len(ThermalStatus) - 1),
-}
-"""Columns of the touch block in order, each with the range that decoding enforces.
+def _codes(kind: type[IntEnum]) -> str:
+    return ", ".join(f"{member} {member.name.lower()}" for member in kind)
 
-The surface is a plane through the height surface_z_m where the remote hand is over (x_m, y_m); slope_x and slope_y are
-its dz/dx and dz/dy, 0 where not known. stiffness_ln_sd is the standard deviation of the logarithm of the stiffness,
-STIFFNESS_KNOWN_LN_SD or more where it is not yet known; damping_n_s_m is the object's at the present force.
-effusivity_ln_sd is the standard deviation of the logarithm of the effusivity that the three thermal constants make.
-k_tap and k_stroke_v in (rad/s)/(m/s), k_stroke_f in (rad/s)/N (Kron & Schmidt 2003, Eq. 1-2); a conductivity of 0 W/mK
-says that the object's thermal constants are not known.
-"""
-TOUCH_FIELDS = tuple(TOUCH_RANGES)
+
+class Column(NamedTuple):
+    """Definition of one number of a finger's row: lowest and highest value, unit, and meaning."""
+
+    low: float
+    high: float
+    unit: str
+    meaning: str
+
+
+class MotionRow(NamedTuple):
+    """Where one fingertip of the operator is: the columns of a `MOTION_BLOCK` in order."""
+
+    x_m: Annotated[float, Column(-0.66, 0.66, "m", "place of the hand")]
+    y_m: Annotated[float, Column(-0.66, 0.66, "m", "likewise")]
+    z_m: Annotated[float, Column(-0.0103, 0.0103, "m", "height of the fingertip")]
+
+
+class TouchRow(NamedTuple):
+    """What one remote finger touches: the columns of a `TOUCH_BLOCK` in order. Decoding enforces their ranges.
+
+    The table in `docs/protocols.md` follows from this definition.
+    """
+
+    mode: Annotated[float, Column(0, 3, "", _codes(ExplorationMode))]
+    contact: Annotated[float, Column(0, 1, "", "1 in contact")]
+    contact_force_n: Annotated[float, Column(0, 10.5, "N", "force on the object")]
+    x_m: Annotated[float, Column(-0.66, 0.66, "m", "where the remote hand was when this was measured")]
+    y_m: Annotated[float, Column(-0.66, 0.66, "m", "likewise")]
+    surface_z_m: Annotated[float, Column(-0.011, 0.011, "m", "height of the surface under the finger there")]
+    stiffness_n_m: Annotated[float, Column(0, 20_000, "N/m", "**0: no surface**")]
+    stiffness_ln_sd: Annotated[
+        float,
+        Column(
+            0,
+            10,
+            "1",
+            f"standard deviation of ln(stiffness); **{STIFFNESS_KNOWN_LN_SD:g} or more: not yet known**; "
+            "until a press was measured, stiffness and surface are too low rather than too high",
+        ),
+    ]
+    damping_n_s_m: Annotated[float, Column(0, 100, "N s/m", "of the object at the present force; 0 where not known")]
+    slope_x: Annotated[float, Column(-1, 1, "1", "dz/dx of the surface along a stroke; 0 where not known")]
+    slope_y: Annotated[float, Column(-1, 1, "1", "dz/dy, likewise")]
+    k_tap: Annotated[
+        float,
+        Column(0, 20_000, "(rad/s)/(m/s)", "amplitude of a tap per approach speed (Kron & Schmidt 2003, Eq. 1)"),
+    ]
+    b_tap_per_s: Annotated[float, Column(0, 1000, "1/s", "its decay")]
+    k_stroke_v: Annotated[float, Column(0, 50_000, "(rad/s)/(m/s)", "vibration per stroke speed (Eq. 2)")]
+    k_stroke_f: Annotated[float, Column(0, 5000, "(rad/s)/N", "vibration per force (Eq. 2)")]
+    groove_rad_s: Annotated[float, Column(0, 1100, "rad/s", "amplitude of a groove's impulse")]
+    b_groove_per_s: Annotated[float, Column(0, 1000, "1/s", "its decay")]
+    conductivity_w_mk: Annotated[float, Column(0, 500, "W/(m K)", "**0: thermal constants not known**")]
+    density_kg_m3: Annotated[float, Column(0, 25_000, "kg/m3", "of the object")]
+    specific_heat_j_kgk: Annotated[float, Column(0, 10_000, "J/(kg K)", "of the object")]
+    effusivity_ln_sd: Annotated[
+        float,
+        Column(
+            0, 10, "1", "standard deviation of ln(effusivity) of these three constants; 10 where they are not known"
+        ),
+    ]
+    object_c: Annotated[float, Column(-50, 150, "C", "temperature of the object")]
+    object_c_sd: Annotated[float, Column(0, 100, "K", "its standard deviation")]
+    probability: Annotated[float, Column(0, 1, "1", "of the likeliest material")]
+    thermal_status: Annotated[float, Column(0, len(ThermalStatus) - 1, "", _codes(ThermalStatus))]
+
+
+NO_TOUCH = TouchRow._make(0.0 for _ in TouchRow._fields)
+"""Row of a finger that is not in use."""
+
+
+def columns(row: type[MotionRow] | type[TouchRow]) -> dict[str, Column]:
+    """The definition of each column of a row, in order."""
+    return {name: hint.__metadata__[0] for name, hint in get_type_hints(row, include_extras=True).items()}
+
+
+def _ranges(row: type[MotionRow] | type[TouchRow]) -> dict[str, tuple[float, float]]:
+    return {name: (column.low, column.high) for name, column in columns(row).items()}
+
+
+MOTION_BLOCK = FingerBlock(_ranges(MotionRow))
+MOTION_FIELDS = MotionRow._fields
+TOUCH_RANGES = _ranges(TouchRow)
+TOUCH_FIELDS = TouchRow._fields
 TOUCH_COLUMN = {name: column for column, name in enumerate(TOUCH_FIELDS)}
 TOUCH_BLOCK = FingerBlock(TOUCH_RANGES, codes=("mode", "contact", "thermal_status"))
 TOUCH_LOW, TOUCH_HIGH = TOUCH_BLOCK.low, TOUCH_BLOCK.high
+_MOTION_ROW, _TOUCH_ROW = (struct.Struct(f"<{len(fields)}f") for fields in (MOTION_FIELDS, TOUCH_FIELDS))
+_TOUCH_ROWS = struct.Struct(f"<{N * len(TOUCH_FIELDS)}f")
+
+
+def pack_rows(rows: Iterable[TouchRow]) -> bytes:
+    """Bytes of a `TOUCH_BLOCK` of five rows, whose values are not checked yet.
+
+    Raises:
+        OverflowError: a value is too large for 32 bits.
+    """
+    return _TOUCH_ROWS.pack(*chain.from_iterable(rows))
 
 
 class Event(NamedTuple):
@@ -149,8 +212,13 @@ class Motion(NamedTuple):
 
     @property
     def block(self) -> Floats:
-        """(5, 3) of `MOTION_FIELDS`, m; read only."""
+        """(5, 3) of `MotionRow`, m; read only."""
         return MOTION_BLOCK.array(self.floats)
+
+    @property
+    def rows(self) -> tuple[MotionRow, ...]:
+        """The row of each finger."""
+        return tuple(map(MotionRow._make, _MOTION_ROW.iter_unpack(self.floats)))
 
 
 class Touch(NamedTuple):
@@ -187,8 +255,13 @@ class Touch(NamedTuple):
 
     @property
     def block(self) -> Floats:
-        """(5, 25) of `TOUCH_FIELDS`; read only."""
+        """(5, columns) of `TouchRow`; read only."""
         return TOUCH_BLOCK.array(self.floats)
+
+    @property
+    def rows(self) -> tuple[TouchRow, ...]:
+        """The row of each finger."""
+        return tuple(map(TouchRow._make, _TOUCH_ROW.iter_unpack(self.floats)))
 
 
 # Names and events stay the same for many packets: what was packed or read once is remembered. Reading them every time

@@ -5,18 +5,15 @@ them and the devices.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from operator import itemgetter
-
-import numpy as np
-from numpy.typing import NDArray
+from operator import attrgetter
 
 from common.config import VibrationScale
 from common.fingers import FINGERS
 from common.limits import COMFORT, GAP_S, PlateRange
 from common.materials import materials
-from common.messages import TOUCH_COLUMN, Event, EventKind
+from common.messages import NO_TOUCH, Event, EventKind, TouchRow
 from operator_site.approach import LEAD_S, ApproachSpeed, contact_c, contact_in_s
 from operator_site.gated_output import SKIN_NEUTRAL_C
 from operator_site.groove_timing import GrooveTiming
@@ -40,22 +37,9 @@ PLANE_REACHES_M = 1e-3
 MOST_STEPS = 10
 """Of skin in one tick, 0.1 s: after a longer standstill outputs have gone to neutral, and time goes on from there."""
 
-_MODE = TOUCH_COLUMN["mode"]
-_CONTACT = TOUCH_COLUMN["contact"]
-_FORCE = TOUCH_COLUMN["contact_force_n"]
-_STIFFNESS = TOUCH_COLUMN["stiffness_n_m"]
-_DAMPING = TOUCH_COLUMN["damping_n_s_m"]
-_OBJECT_C = TOUCH_COLUMN["object_c"]
-
-
-def _columns(*names: str) -> Callable[[Sequence[float]], tuple[float, ...]]:
-    """Takes the columns with these names out of a row."""
-    return itemgetter(*(TOUCH_COLUMN[name] for name in names))
-
-
-_plane = _columns("surface_z_m", "x_m", "y_m", "slope_x", "slope_y")
-_vibration = _columns("k_tap", "b_tap_per_s", "k_stroke_v", "k_stroke_f", "b_groove_per_s")
-_thermal = _columns("conductivity_w_mk", "density_kg_m3", "specific_heat_j_kgk")
+_plane = attrgetter("surface_z_m", "x_m", "y_m", "slope_x", "slope_y")
+_vibration = attrgetter("k_tap", "b_tap_per_s", "k_stroke_v", "k_stroke_f", "b_groove_per_s")
+_thermal = attrgetter("conductivity_w_mk", "density_kg_m3", "specific_heat_j_kgk")
 
 _STIFFNESS_LIMIT = Limit.STIFFNESS.value
 
@@ -110,9 +94,8 @@ class Fingertips:
         self._driven = [False] * n
         self._t_s = math.nan
         self._heat_t_s = math.nan
-        self._block: NDArray[np.float32] | None = None
         self._surface_m = [0.0] * n
-        self._rows: list[list[float]] = [[0.0] * len(TOUCH_COLUMN)] * n
+        self._rows: Sequence[TouchRow] = (NO_TOUCH,) * n
         self._modes = [0] * n
         self._planes: list[tuple[float, ...]] = [(0.0,) * 5] * n
         self._objects: list[Touched | None] = [None] * n
@@ -137,7 +120,7 @@ class Fingertips:
         t_s: float,
         engaged: bool,
         *,
-        touch: NDArray[np.float32],
+        rows: Sequence[TouchRow],
         events: Sequence[Event],
         speed_m_s: float,
         x_m: float,
@@ -152,8 +135,7 @@ class Fingertips:
         Args:
             t_s: time on a steady clock, s.
             engaged: whether outputs act; while not, plate loops rest and events pass unplayed.
-            touch: last accepted block (5, 25) of `common.messages.TOUCH_FIELDS`; hand over the same array until there
-                is a new one, it is unpacked once only.
+            rows: of the last accepted touch; hand over the same object until there is a new one, it is read once only.
             events: events of the last packet, played or not.
             speed_m_s: the hand's own stroke speed along x.
             x_m, y_m: where the hand is.
@@ -165,8 +147,8 @@ class Fingertips:
         dt_s = t_s - self._t_s
         dt_s = dt_s if 0.0 < dt_s <= 0.1 else 0.0
         self._t_s = t_s
-        if touch is not self._block:
-            self._unpack(touch)
+        if rows is not self._rows:
+            self._take(rows)
         fresh: Sequence[Event] = ()
         if events is not self._events:
             self._events, fresh = events, self._played.new(events)
@@ -179,7 +161,7 @@ class Fingertips:
         self.impulses_played = []
         force, rpm = [], []
         for finger, row in enumerate(self._rows):
-            height_m, stiffness_n_m = z_m[finger], row[_STIFFNESS]
+            height_m, stiffness_n_m = z_m[finger], row.stiffness_n_m
             approach_m_s = self._approaches[finger].step(t_s, height_m)
             contact = self._contacts[finger]
             if contact.force_n > pushed_n[finger]:
@@ -187,10 +169,10 @@ class Fingertips:
             if not engaged:
                 contact.rest()
             surface_m = self._surface_m[finger] = _surface_below(self._planes[finger], x_m, y_m)
-            newton = contact.step(t_s, height_m, surface_m, stiffness_n_m, row[_DAMPING], approach_m_s)
+            newton = contact.step(t_s, height_m, surface_m, stiffness_n_m, row.damping_n_s_m, approach_m_s)
             force.append(newton)
             # The finger's own force says how hard it strokes; before a surface is known, the remote finger's.
-            pressed, ahead_s = row[_FORCE], math.inf
+            pressed, ahead_s = row.contact_force_n, math.inf
             if stiffness_n_m > 0.0:
                 pressed, ahead_s = newton, contact_in_s(height_m - surface_m, approach_m_s)
             self._contact_in_s[finger] = ahead_s
@@ -244,18 +226,16 @@ class Fingertips:
                 self._drive[finger] = loop.step(t_s, set_c[finger], fresh_c, load_w_m2[finger])
         return set_c
 
-    def _unpack(self, touch: NDArray[np.float32]) -> None:
-        rows: list[list[float]] = touch.tolist()
+    def _take(self, rows: Sequence[TouchRow]) -> None:
         for finger, row in enumerate(rows):
             before = self._rows[finger]
             if (vibration := _vibration(row)) != _vibration(before):
                 self._surfaces[finger] = Surface(*vibration)
             if (thermal := _thermal(row)) != _thermal(before):
                 self._objects[finger] = touched_object(*thermal)
-            self._modes[finger] = int(row[_MODE])
+            self._modes[finger] = int(row.mode)
             self._planes[finger] = _plane(row)
         self._rows = rows
-        self._block = touch
 
     def _heat_steps(self, t_s: float) -> int:
         """How many steps of skin are due; those that a standstill has cost are caught up with, the latest of them."""
@@ -270,12 +250,12 @@ class Fingertips:
     def _heat(self, z_m: Sequence[float], steps: int) -> None:
         """Some steps of 10 ms of all fingers' skin in the scene."""
         for finger, row in enumerate(self._rows):
-            near = row[_STIFFNESS] > 0.0 and z_m[finger] < self._surface_m[finger] + NEAR_SURFACE_M
+            near = row.stiffness_n_m > 0.0 and z_m[finger] < self._surface_m[finger] + NEAR_SURFACE_M
             touched = None
-            if near or row[_CONTACT] > 0.0:
+            if near or row.contact > 0.0:
                 touched = self._objects[finger]
             self._touching[finger] = touched is not None
-            self._skin.touch(finger, touched, row[_OBJECT_C])
+            self._skin.touch(finger, touched, row.object_c)
         for _ in range(steps):
             self.skin = self._skin.step()
         self._display.aim(self.skin, self._touching, self._ahead_c())
@@ -288,7 +268,7 @@ class Fingertips:
                 continue
             touched = self._objects[finger]
             if touched is not None:
-                goal_c = contact_c(float(self.skin.surface_c[finger]), touched, self._rows[finger][_OBJECT_C])
+                goal_c = contact_c(float(self.skin.surface_c[finger]), touched, self._rows[finger].object_c)
                 if contact_s <= self._display.needs_s(finger, goal_c):
                     found[finger] = goal_c
         return found

@@ -15,7 +15,7 @@ from common.fingers import FINGERS
 from common.keys import Role, load_keys
 from common.link import OperatorLink
 from common.loop import PeriodicLoop
-from common.messages import TOUCH_COLUMN, ExplorationMode, ThermalStatus, Touch
+from common.messages import ExplorationMode, ThermalStatus, Touch
 from common.shown_state import DISCONNECTED, SILENT, Source, shown_state
 from operator_site.remote_key import remote_public_key
 from operator_site.session_client import SessionClient
@@ -25,8 +25,6 @@ log = logging.getLogger(__name__)
 RATE_HZ = 50.0
 SILENT_S = 0.5
 """Maximum age of the newest touch that is still an opinion, s."""
-_MODE, _CONTACT, _STATUS = (TOUCH_COLUMN[name] for name in ("mode", "contact", "thermal_status"))
-_FORCE, _OBJECT_C, _PROBABILITY = (TOUCH_COLUMN[name] for name in ("contact_force_n", "object_c", "probability"))
 
 _SAY = partial(print, flush=True)
 """Whoever reads along reads each line at once."""
@@ -35,11 +33,11 @@ _SAY = partial(print, flush=True)
 def opinion(touch: Touch) -> dict[str, Any]:
     """What a touch packet says of each finger, in words; numbers that change all the time are not in it."""
     fingers = {}
-    for name, row, material in zip(FINGERS, touch.block.tolist(), touch.materials, strict=True):
-        status = ThermalStatus(int(row[_STATUS]))
+    for name, row, material in zip(FINGERS, touch.rows, touch.materials, strict=True):
+        status = ThermalStatus(int(row.thermal_status))
         fingers[name] = {
-            "mode": ExplorationMode(int(row[_MODE])).name.lower(),
-            "contact": bool(row[_CONTACT]),
+            "mode": ExplorationMode(int(row.mode)).name.lower(),
+            "contact": bool(row.contact),
             "status": status.name.lower(),
             "material": material if status is ThermalStatus.IDENTIFIED else None,
         }
@@ -50,12 +48,12 @@ def measured(touch: Touch) -> dict[str, Any]:
     """The numbers of each finger in contact at the moment of a packet."""
     return {
         name: {
-            "force_n": round(row[_FORCE], 2),
-            "object_c": round(row[_OBJECT_C], 1),
-            "probability": round(row[_PROBABILITY], 3),
+            "force_n": round(row.contact_force_n, 2),
+            "object_c": round(row.object_c, 1),
+            "probability": round(row.probability, 3),
         }
-        for name, row in zip(FINGERS, touch.block.tolist(), strict=True)
-        if row[_CONTACT]
+        for name, row in zip(FINGERS, touch.rows, strict=True)
+        if row.contact
     }
 
 

@@ -3,14 +3,11 @@
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from common.config import RenderingConfig
 from common.containment import Containment
 from common.fingers import FINGERS
 from common.limits import PLATE_PROFILES
-from common.messages import TOUCH_FIELDS, Touch
-from common.packets import Floats
+from common.messages import NO_TOUCH, Touch, TouchRow
 from operator_site.fingertips import Fingertips, Requested
 from operator_site.held_force import HeldForce
 from operator_site.rendering_input import RenderingInput
@@ -18,7 +15,7 @@ from operator_site.sampled_wall import SampledWall
 from operator_site.stroke_speed import StrokeSpeed
 from operator_site.tissue import Body
 
-_NEUTRAL: Floats = np.zeros((len(FINGERS), len(TOUCH_FIELDS)), dtype=np.float32)
+_NEUTRAL: tuple[TouchRow, ...] = (NO_TOUCH,) * len(FINGERS)
 """Touching nothing: what is rendered while there is no fresh touch."""
 
 
@@ -48,7 +45,7 @@ class Rendering:
         self._session = 0
         self._time_s = -math.inf
         self._touch: Touch | None = None
-        self._block = _NEUTRAL
+        self._rows = _NEUTRAL
         self._begin_anew()
 
     def _begin_anew(self) -> None:
@@ -97,14 +94,14 @@ class Rendering:
         fresh = now.gap_ns is not None and now.gap_ns <= self._gap_ns
         touch = now.touch if fresh else None
         if touch is not self._touch:
-            self._touch, self._block = touch, _NEUTRAL if touch is None else touch.block
+            self._touch, self._rows = touch, _NEUTRAL if touch is None else touch.rows
         plate_age_s: Sequence[float] = now.plate_age_s
         if True in in_test:
             plate_age_s = [math.inf if test else age_s for test, age_s in zip(in_test, plate_age_s, strict=True)]
         return self.fingertips.step(
             now.time_s,
             now.engaged and fresh and now.located,
-            touch=self._block,
+            rows=self._rows,
             events=() if touch is None else touch.events,
             speed_m_s=self._speed.step(now.pose_s, now.x_m, now.y_m) if now.located else 0.0,
             x_m=now.x_m,

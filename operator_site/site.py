@@ -21,7 +21,7 @@ from common.ladder import TICK_AGE_S
 from common.limits import FINGER_FORCE_N, MOTOR_FLOOR_RPM, MOTOR_MAX_RPM, PLATE_PROFILES
 from common.link import OperatorLink
 from common.link_sides import OperatorSide
-from common.messages import MOTION_FIELDS
+from common.messages import MotionRow
 from common.packets import Floats, LinkState
 from common.recording import Recorder
 from common.site_loop import run_site_loop
@@ -47,7 +47,7 @@ log = logging.getLogger(__name__)
 
 _HAND_AGE_S = 0.020
 """An older pose of the hand is not sent: the remote site notices the gap and stops."""
-_NOWHERE: Floats = np.zeros((len(FINGERS), len(MOTION_FIELDS)), dtype=np.float32)
+_NOWHERE: Floats = np.array([MotionRow(0.0, 0.0, 0.0)] * len(FINGERS), dtype=np.float32)
 _GATE_RESTS_S = 2.0 * TICK_AGE_S
 """A gate that raised is not stepped for this long, s: after more than TICK_AGE_S it begins from neutral."""
 
@@ -233,8 +233,7 @@ class OperatorSite:
     def _send_motion(self, now_ns: int, now_s: float, hand: Hand) -> bytes | None:
         if now_s - hand.oldest_s > _HAND_AGE_S:
             return None
-        block: Floats = np.empty(_NOWHERE.shape, dtype=np.float32)
-        block[:, 0], block[:, 1], block[:, 2] = hand.x_m, hand.y_m, hand.z_m
+        block: Floats = np.array([MotionRow(hand.x_m, hand.y_m, z_m) for z_m in hand.z_m], dtype=np.float32)
         packet = self.client.send_motion(now_ns, block)
         self.motions_sent += packet is not None
         return packet

@@ -17,21 +17,21 @@ from common.fingers import FINGER_Y_M, FINGERS
 from common.hand_motion import HandMotion
 from common.messages import (
     MAX_EVENTS,
-    TOUCH_BLOCK,
-    TOUCH_FIELDS,
+    NO_TOUCH,
     TOUCH_RANGES,
     Event,
     EventKind,
     ExplorationMode,
     ThermalStatus,
     Touch,
+    TouchRow,
+    pack_rows,
 )
 from common.packets import LinkState
 from common.scene import Scene, SceneObject
 from common.surfaces import surface_kind
 from common.told import NOTHING, Told
 
-_NOTHING = (0.0,) * len(TOUCH_FIELDS)
 _MOST_N = TOUCH_RANGES["contact_force_n"][1]
 _Happening = tuple[EventKind, float, float]
 """Kind, time in s, and value of an event."""
@@ -39,14 +39,13 @@ _Happening = tuple[EventKind, float, float]
 
 @dataclass(frozen=True, slots=True)
 class _Piece:
-    """One object with what was drawn for it: where its grooves are, m, and what it has of a touch block's columns."""
+    """One object with what was drawn for it: where its grooves are, m, and what its touch row holds."""
 
     thing: SceneObject
     stiffness_n_m: float
     grooves_x_m: tuple[float, ...]
-    groove_rad_s: float
-    columns: tuple[float, ...]
-    """From `surface_z_m` on; known for certain."""
+    row: TouchRow
+    """Known for certain: standard deviations are 0."""
     told: Told
     """Its material; how rough it is to a sensor that is not there cannot be said."""
 
@@ -58,7 +57,7 @@ class _Finger:
     exploration: Exploration
     time_s: float = 0.0
     x_m: float = math.nan
-    row: tuple[float, ...] = _NOTHING
+    row: TouchRow = NO_TOUCH
     material: str = ""
     told: Told = NOTHING
 
@@ -112,10 +111,10 @@ class VirtualEnvironment:
     def packet(self, session: int, sequence: int, time_ns: int, state: LinkState) -> Touch:
         """The last step as a touch packet; each event is told once, as none can be lost."""
         fingers = [self._fingers.get(number) for number in range(len(FINGERS))]
-        block = np.array([_NOTHING if finger is None else finger.row for finger in fingers], dtype=np.float32)
+        rows = [NO_TOUCH if finger is None else finger.row for finger in fingers]
         names = tuple("" if finger is None else finger.material for finger in fingers)
         told = tuple(NOTHING if finger is None else finger.told for finger in fingers)
-        return Touch(session, sequence, time_ns, state, TOUCH_BLOCK.to_bytes(block), names, self._events, told)
+        return Touch(session, sequence, time_ns, state, pack_rows(rows), names, self._events, told)
 
     def _below(self, x_m: float, y_m: float) -> _Piece | None:
         for piece in self._pieces:
@@ -134,16 +133,17 @@ def _move(
     from_s, from_x_m = finger.time_s, finger.x_m
     finger.time_s, finger.x_m = time_s, x_m
     if piece is None:
-        finger.row, finger.material, finger.told = _NOTHING, "", NOTHING
+        finger.row, finger.material, finger.told = NO_TOUCH, "", NOTHING
         return
-    finger.row = (float(mode), float(exploration.contact), min(force_n, _MOST_N), x_m, y_m, *piece.columns)
+    pressed_n = min(force_n, _MOST_N)
+    finger.row = piece.row._replace(mode=mode, contact=exploration.contact, contact_force_n=pressed_n, x_m=x_m, y_m=y_m)
     finger.material, finger.told = piece.thing.material, piece.told
     if exploration.began:
         yield EventKind.TAP, time_s, exploration.approach_m_s
     if mode is ExplorationMode.STROKING:
         for groove_x_m in _crossed(piece.grooves_x_m, from_x_m, x_m):
             share = (groove_x_m - from_x_m) / (x_m - from_x_m)
-            yield EventKind.GROOVE, from_s + share * (time_s - from_s), piece.groove_rad_s
+            yield EventKind.GROOVE, from_s + share * (time_s - from_s), piece.row.groove_rad_s
 
 
 def _crossed(grooves_x_m: tuple[float, ...], from_x_m: float, to_x_m: float) -> tuple[float, ...]:
@@ -163,30 +163,23 @@ def _piece(scene: Scene, thing: SceneObject, offsets_c: dict[str, float], rng: n
     stiffness_n_m = scene.virtual_stiffness_n_m or thing.stiffness
     offset_c = offsets_c.setdefault(thing.body or thing.name, rng.uniform(*thing.offset_c))
     grooves = surface.grooves
-    touch = {
-        "surface_z_m": thing.height_m,
-        "stiffness_n_m": stiffness_n_m,
-        "stiffness_ln_sd": 0.0,
-        "damping_n_s_m": 0.0,
-        "slope_x": 0.0,
-        "slope_y": 0.0,
-        "k_tap": surface.k_tap,
-        "b_tap_per_s": surface.b_tap_per_s,
-        "k_stroke_v": surface.k_stroke_v,
-        "k_stroke_f": surface.k_stroke_f,
-        "groove_rad_s": grooves.impulse_rad_s if grooves else 0.0,
-        "b_groove_per_s": grooves.decay_per_s if grooves else 0.0,
-        "conductivity_w_mk": material.conductivity_w_mk,
-        "density_kg_m3": material.density_kg_m3,
-        "specific_heat_j_kgk": material.specific_heat_j_kgk,
-        "effusivity_ln_sd": 0.0,
-        "object_c": scene.ambient_c + offset_c if thing.absolute_c is None else thing.absolute_c,
-        "object_c_sd": 0.0,
-        "probability": 1.0,
-        "thermal_status": float(ThermalStatus.IDENTIFIED),
-    }
-    assert tuple(touch) == TOUCH_FIELDS[5:]
+    row = NO_TOUCH._replace(
+        surface_z_m=thing.height_m,
+        stiffness_n_m=stiffness_n_m,
+        k_tap=surface.k_tap,
+        b_tap_per_s=surface.b_tap_per_s,
+        k_stroke_v=surface.k_stroke_v,
+        k_stroke_f=surface.k_stroke_f,
+        groove_rad_s=grooves.impulse_rad_s if grooves else 0.0,
+        b_groove_per_s=grooves.decay_per_s if grooves else 0.0,
+        conductivity_w_mk=material.conductivity_w_mk,
+        density_kg_m3=material.density_kg_m3,
+        specific_heat_j_kgk=material.specific_heat_j_kgk,
+        object_c=scene.ambient_c + offset_c if thing.absolute_c is None else thing.absolute_c,
+        probability=1.0,
+        thermal_status=ThermalStatus.IDENTIFIED,
+    )
     places = grooves.draw(thing.length_m, rng) if grooves else []
     grooves_x_m = tuple(thing.x_m + place for place in places)
     told = Told(((thing.material, 1.0),))
-    return _Piece(thing, stiffness_n_m, grooves_x_m, touch["groove_rad_s"], tuple(touch.values()), told)
+    return _Piece(thing, stiffness_n_m, grooves_x_m, row, told)

@@ -19,7 +19,7 @@ from common.keys import TrustedKeys, fingerprint, load_keys
 from common.ladder import TICK_AGE_S
 from common.link import RemoteLink
 from common.link_sides import RemoteSide
-from common.messages import Motion, Touch
+from common.messages import Motion, MotionRow, Touch
 from common.packets import LinkState
 from common.perceptible import touch_felt
 from common.recording import Recorder
@@ -42,7 +42,7 @@ from remote_site.site_recording import SiteRecording, open_recorder
 
 log = logging.getLogger(__name__)
 
-Place = list[list[float]]
+Place = list[MotionRow]
 """Of five fingertips, x, y and z, m."""
 HAND = FINGERS.index("middle")
 """The finger whose place is the hand's."""
@@ -216,8 +216,8 @@ class RemoteSite:
         if motion is None or not self.server.both_engaged:
             return None
         if motion is not self._hand_of:
-            x_m, y_m, _ = motion.block[HAND].tolist()
-            self._hand_of, self._hand = motion, HandPlace(motion.time_ns, x_m, y_m)
+            hand = motion.rows[HAND]
+            self._hand_of, self._hand = motion, HandPlace(motion.time_ns, hand.x_m, hand.y_m)
         return self._hand
 
     def _place(self, now_ns: int) -> tuple[float, Place] | None:
@@ -226,7 +226,7 @@ class RemoteSite:
         gap_ns = server.acceptance.gap_ns(now_ns) if server.both_engaged else None
         if gap_ns is None or gap_ns > self._gap_ns or (place_m := server.place_m(now_ns)) is None:
             return None
-        return gap_ns * 1e-9, place_m.tolist()
+        return gap_ns * 1e-9, [MotionRow(*row) for row in place_m.tolist()]
 
     def _gated(self, now: Sensed, followed: tuple[float, Place] | None, heater_drive: list[float]) -> GatedCommand:
         devices = self._devices
@@ -235,14 +235,14 @@ class RemoteSite:
             in_contact[finger] = bool(touch.contact)
         measured = devices.telemanipulator.measured
         age_s, wanted = followed or (1e9, [])
-        hand_x, hand_y = (wanted[HAND][0], wanted[HAND][1]) if wanted else (now.x_m, now.y_m)
+        hand_x, hand_y = (wanted[HAND].x_m, wanted[HAND].y_m) if wanted else (now.x_m, now.y_m)
         return self.gate.step(
             now.time_s,
             self.server.both_engaged and followed is not None,
             age_s,
             wanted_x_m=hand_x,
             wanted_y_m=hand_y,
-            wanted_z_m=[row[2] for row in wanted] or now.z_m,
+            wanted_z_m=[row.z_m for row in wanted] or now.z_m,
             measured_x_m=now.x_m,
             measured_y_m=now.y_m,
             measured_z_m=now.z_m,

@@ -7,15 +7,15 @@ import numpy as np
 from common.messages import (
     MAX_EVENTS,
     MOTION_BLOCK,
-    TOUCH_BLOCK,
-    TOUCH_COLUMN,
-    TOUCH_FIELDS,
+    NO_TOUCH,
     Event,
     EventKind,
     ExplorationMode,
     Motion,
     ThermalStatus,
     Touch,
+    TouchRow,
+    pack_rows,
 )
 from common.packets import LinkState, N
 from common.told import NOTHING, Told
@@ -26,33 +26,33 @@ USUAL_EVENTS = 4
 """Taps and grooves in one touch packet; a session on grooved blocks has this many in half a second."""
 _FIRST_NS = 10**15
 _MATERIALS = ("pine", "aluminium", "pvc", "ceramic_tile", "skin_dermis")
-_IN_CONTACT = {
-    "mode": ExplorationMode.STROKING,
-    "contact": 1,
-    "contact_force_n": 1.23,
-    "x_m": -0.0504,
-    "y_m": 0.0012,
-    "surface_z_m": -0.002,
-    "stiffness_n_m": 1234.5,
-    "stiffness_ln_sd": 0.03,
-    "damping_n_s_m": 1.8,
-    "slope_x": -0.02,
-    "slope_y": 0.01,
-    "k_tap": 800.0,
-    "b_tap_per_s": 90.0,
-    "k_stroke_v": 6300.0,
-    "k_stroke_f": 210.0,
-    "groove_rad_s": 310.0,
-    "b_groove_per_s": 80.0,
-    "conductivity_w_mk": 0.12,
-    "density_kg_m3": 510.0,
-    "specific_heat_j_kgk": 1380.0,
-    "effusivity_ln_sd": 0.08,
-    "object_c": 23.1,
-    "object_c_sd": 0.4,
-    "probability": 0.97,
-    "thermal_status": ThermalStatus.IDENTIFIED,
-}
+_IN_CONTACT = TouchRow(
+    mode=ExplorationMode.STROKING,
+    contact=1,
+    contact_force_n=1.23,
+    x_m=-0.0504,
+    y_m=0.0012,
+    surface_z_m=-0.002,
+    stiffness_n_m=1234.5,
+    stiffness_ln_sd=0.03,
+    damping_n_s_m=1.8,
+    slope_x=-0.02,
+    slope_y=0.01,
+    k_tap=800.0,
+    b_tap_per_s=90.0,
+    k_stroke_v=6300.0,
+    k_stroke_f=210.0,
+    groove_rad_s=310.0,
+    b_groove_per_s=80.0,
+    conductivity_w_mk=0.12,
+    density_kg_m3=510.0,
+    specific_heat_j_kgk=1380.0,
+    effusivity_ln_sd=0.08,
+    object_c=23.1,
+    object_c_sd=0.4,
+    probability=0.97,
+    thermal_status=ThermalStatus.IDENTIFIED,
+)
 
 # A message within CurveZMQ (RFC 26) within ZMTP: flags and length, "\x07MESSAGE", a short nonce, the box's
 # authenticator, and inside the box the message's own flags.
@@ -73,16 +73,14 @@ def touch_parts(touching: int = N, events: int | None = None) -> Touch:
         events = USUAL_EVENTS if touching else 0
     if not 0 <= touching <= N or not 0 <= events <= MAX_EVENTS:
         raise ValueError(f"{touching} fingers and {events} events: expected 0..{N} and 0..{MAX_EVENTS}")
-    block = np.zeros((N, len(TOUCH_FIELDS)), dtype=np.float32)
-    for name, value in _IN_CONTACT.items():
-        block[:touching, TOUCH_COLUMN[name]] = value
+    rows = [_IN_CONTACT if finger < touching else NO_TOUCH for finger in range(N)]
     names = tuple(name if finger < touching else "" for finger, name in enumerate(_MATERIALS))
     happened = tuple(
         Event(10_000 + n, EventKind.GROOVE, n % max(1, touching), _FIRST_NS + n, _FIRST_NS + n, 310.0)
         for n in range(events)
     )
     told = tuple(Told(((name, 0.97),), 0.021, 0.002, 4.1e-3, 0.1e-3) if name else NOTHING for name in names)
-    return Touch(SESSION, 0, _FIRST_NS, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), names, happened, told)
+    return Touch(SESSION, 0, _FIRST_NS, LinkState.ENGAGED, pack_rows(rows), names, happened, told)
 
 
 def next_touch(like: Touch, sequence: int, time_ns: int) -> Touch:

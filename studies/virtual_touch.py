@@ -2,11 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from common.fingers import FINGERS
 from common.materials import material
-from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, TOUCH_FIELDS, Event, ExplorationMode, Touch
+from common.messages import NO_TOUCH, Event, ExplorationMode, Touch, pack_rows
 from common.packets import LinkState
 from teletaction.testbed.rendered_fingers import SESSION
 
@@ -15,11 +13,8 @@ _NO_NAMES = ("",) * len(FINGERS)
 
 def touch_packet(sequence: int, fingers: Mapping[int, Mapping[str, float]], events: Sequence[Event] = ()) -> Touch:
     """Return a packet with these columns of these fingers; the other fingers touch nothing."""
-    block = np.zeros((len(FINGERS), len(TOUCH_FIELDS)), dtype=np.float32)
-    for finger, columns in fingers.items():
-        for name, value in columns.items():
-            block[finger, TOUCH_COLUMN[name]] = value
-    sent = Touch(SESSION, sequence, 1, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), _NO_NAMES, tuple(events))
+    rows = [NO_TOUCH._replace(**fingers.get(finger, {})) for finger in range(len(FINGERS))]
+    sent = Touch(SESSION, sequence, 1, LinkState.ENGAGED, pack_rows(rows), _NO_NAMES, tuple(events))
     return Touch.decode(sent.encode())
 
 

@@ -6,7 +6,7 @@ import msgpack
 
 from common.config import RenderingConfig
 from common.fingers import FINGERS
-from common.messages import TOUCH_FIELDS, Touch
+from common.messages import Touch
 from common.recorded_fields import read_row
 from operator_site.gated_output import GatedOutput
 from operator_site.gated_rendering import GatedRendering
@@ -146,8 +146,8 @@ def touch_fields(packet: bytes) -> Fields:
     """What identification has put into a touch packet, by name."""
     touch = Touch.decode(packet)
     fields: dict[str, object] = {}
-    for finger, row, material in zip(FINGERS, touch.block.tolist(), touch.materials, strict=True):
-        fields |= {f"{finger}.{name}": value for name, value in zip(TOUCH_FIELDS, row, strict=True)}
+    for finger, row, material in zip(FINGERS, touch.rows, touch.materials, strict=True):
+        fields |= {f"{finger}.{name}": value for name, value in row._asdict().items()}
         fields[f"{finger}.material"] = material
     fields |= {
         f"{finger}.told": [list(map(list, told[0])), *told[1:]]

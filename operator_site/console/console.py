@@ -99,10 +99,10 @@ class Console:
                     self.begin_anew()
 
     def _touch(self, t_s: float, touch: Touch) -> None:
-        rows: list[list[float]] = touch.block.tolist()
+        rows = touch.rows
         self.fingers.take_touch(t_s, touch, rows)
         self.site.link.take_touch(t_s, touch)
-        self.signals.take(t_s, "contact_n", [[row[2] for row in rows]])
+        self.signals.take(t_s, "contact_n", [[row.contact_force_n for row in rows]])
         self.felt.felt(t_s, rows, touch.told)
 
     def _rendered(self, t_s: float, row: list[Any]) -> None:

@@ -13,7 +13,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from common.fingers import FINGER_Y_M
-from common.messages import STIFFNESS_KNOWN_LN_SD, TOUCH_COLUMN, ExplorationMode, ThermalStatus
+from common.messages import STIFFNESS_KNOWN_LN_SD, ExplorationMode, ThermalStatus, TouchRow
 from common.told import Told
 
 STILL_M = 3e-3
@@ -34,9 +34,6 @@ STROKE_SHARE = math.sqrt(2.0 * math.pi)
 step."""
 _PATH_STEP_M = 0.5e-3
 _TEMPERATURE_KNOWN = frozenset(float(status) for status in ThermalStatus if status > ThermalStatus.NO_CONTACT)
-_COLUMNS = ("mode", "contact", "x_m", "y_m", "stiffness_n_m", "stiffness_ln_sd", "object_c", "object_c_sd")
-_MODE, _CONTACT, _X, _Y, _STIFFNESS, _STIFFNESS_SD, _OBJECT, _OBJECT_SD = (TOUCH_COLUMN[name] for name in _COLUMNS)
-_STATUS, _PROBABILITY = TOUCH_COLUMN["thermal_status"], TOUCH_COLUMN["probability"]
 
 
 class Sample(NamedTuple):
@@ -104,27 +101,27 @@ class FingerSamples:
         """So many touches at least were counted before the next one."""
         self._touch = max(self._touch, touch)
 
-    def step(self, t_s: float, row: Sequence[float], told: Told) -> list[Sample]:
+    def step(self, t_s: float, row: TouchRow, told: Told) -> list[Sample]:
         """Take one packet.
 
         Args:
             t_s: time, s.
-            row: the finger's `TOUCH_FIELDS`.
+            row: the finger's.
             told: what is told of it slowly.
         """
-        if row[_CONTACT] == 0.0:
+        if row.contact == 0.0:
             ended = self._paint(t_s, self._path[-1][0] - LATE_M) if self._path else []
             self._path.clear()
             self._contact = False
             return ended
-        x_m, y_m = row[_X], row[_Y] + FINGER_Y_M[self._finger]
+        x_m, y_m = row.x_m, row.y_m + FINGER_Y_M[self._finger]
         if not self._contact:
             self._contact, self._still = True, True
             self._touch += 1
             self._from_m = x_m, y_m
             self._touched_s = self._sampled_s = t_s  # what is told in the first moment is of the contact before
             self._begin_stroke(told)
-        if row[_MODE] == ExplorationMode.STROKING:
+        if row.mode == ExplorationMode.STROKING:
             self._still = False
             return self._stroke(t_s, x_m, y_m, told)
         if self._path:
@@ -137,16 +134,16 @@ class FingerSamples:
         self._sampled_s = t_s
         return self._rest(t_s, row, told)
 
-    def _rest(self, t_s: float, row: Sequence[float], told: Told) -> list[Sample]:
+    def _rest(self, t_s: float, row: TouchRow, told: Told) -> list[Sample]:
         """What a finger that has not moved since it came down knows of the place."""
         samples = []
         dwelt = t_s - self._touched_s >= DWELL_S
-        if dwelt and row[_STATUS] in _TEMPERATURE_KNOWN and row[_OBJECT_SD] <= USEFUL_SD_K:
-            samples.append(self._sample("temperature", t_s, *self._from_m, row[_OBJECT], row[_OBJECT_SD] ** 2))
-        if row[_STIFFNESS] > 0.0 and row[_STIFFNESS_SD] < STIFFNESS_KNOWN_LN_SD:
-            stiffness = math.log(row[_STIFFNESS])
-            samples.append(self._sample("stiffness", t_s, *self._from_m, stiffness, row[_STIFFNESS_SD] ** 2))
-        if row[_STATUS] == ThermalStatus.IDENTIFIED and told.candidates:
+        if dwelt and row.thermal_status in _TEMPERATURE_KNOWN and row.object_c_sd <= USEFUL_SD_K:
+            samples.append(self._sample("temperature", t_s, *self._from_m, row.object_c, row.object_c_sd**2))
+        if row.stiffness_n_m > 0.0 and row.stiffness_ln_sd < STIFFNESS_KNOWN_LN_SD:
+            stiffness = math.log(row.stiffness_n_m)
+            samples.append(self._sample("stiffness", t_s, *self._from_m, stiffness, row.stiffness_ln_sd**2))
+        if row.thermal_status == ThermalStatus.IDENTIFIED and told.candidates:
             name, probability = told.candidates[0]
             samples.append(self._sample("material", t_s, *self._from_m, probability, 1.0)._replace(name=name))
         return samples

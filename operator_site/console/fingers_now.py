@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Sequence
+from operator import attrgetter
 
 from common.fingers import FINGER_Y_M, FINGERS
-from common.messages import TOUCH_COLUMN, Touch
+from common.messages import NO_TOUCH, Touch, TouchRow
 from common.told import NOTHING, Told
 from operator_site.limit_flags import Limit
 
@@ -45,7 +46,7 @@ _LIMITS = {
 }
 """Plain numbers: an enumeration's take as long to compare as all the rest of a message takes to be shown."""
 _AGE = FIELDS.index("age_s")
-_COLUMNS = [TOUCH_COLUMN[name] for name in ("x_m", "y_m", "surface_z_m", "contact_force_n", "mode", "stiffness_n_m")]
+_shown = attrgetter("x_m", "y_m", "surface_z_m", "contact_force_n", "mode", "stiffness_n_m")
 
 
 class FingersNow:
@@ -61,18 +62,18 @@ class FingersNow:
         self.touch: Touch | None = None
         self.told: tuple[Told, ...] = (NOTHING,) * len(FINGERS)
         self.contact_since_s: list[float | None] = [None] * len(FINGERS)
-        self.rows: list[list[float]] = [[]] * len(FINGERS)
-        """`TOUCH_FIELDS` of each finger in the newest touch."""
+        self.rows: Sequence[TouchRow] = (NO_TOUCH,) * len(FINGERS)
+        """Of each finger in the newest touch."""
         self._touch_s = self._rendered_s = self._skin_s = -math.inf
         self._force_n = self._motor_hz = self._plate_c = self._plate_set_c = self._skin_c = [_NAN] * len(FINGERS)
         self._limited = [0] * len(FINGERS)
         self._acted: list[dict[int, float]] = [{} for _ in FINGERS]
 
-    def take_touch(self, t_s: float, touch: Touch, rows: list[list[float]]) -> None:
+    def take_touch(self, t_s: float, touch: Touch, rows: Sequence[TouchRow]) -> None:
         """A touch was accepted; `rows` are its block's."""
         self.touch, self.told, self._touch_s, self.rows = touch, touch.told, t_s, rows
         for finger, row in enumerate(rows):
-            if not row[TOUCH_COLUMN["contact"]]:
+            if not row.contact:
                 self.contact_since_s[finger] = None
             elif self.contact_since_s[finger] is None:
                 self.contact_since_s[finger] = t_s
@@ -111,7 +112,7 @@ class FingersNow:
         age_s = self.age_s(now_s)
         found = []
         for finger, row in enumerate(self.rows):
-            x_m, y_m, surface_m, contact_n, mode, stiffness = [row[c] for c in _COLUMNS] if touched else [_NAN] * 6
+            x_m, y_m, surface_m, contact_n, mode, stiffness = _shown(row) if touched else [_NAN] * 6
             surfaced = touched and stiffness > 0.0
             unread = bool(self._limited[finger] & Limit.PLATE_UNKNOWN) or not rendered
             found.append(

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from common.fingers import FINGERS
-from common.messages import STIFFNESS_KNOWN_LN_SD, TOUCH_COLUMN, ThermalStatus
+from common.messages import NO_TOUCH, STIFFNESS_KNOWN_LN_SD, ThermalStatus
 from common.packets import LinkState
 from operator_site.console import words
 from operator_site.console.alarm_rules import unconfirmed
@@ -102,16 +102,16 @@ def finger_state(console: Console, finger: int, now_s: float) -> dict[str, Any]:
     """What is known of one finger and of what it touches; None is not known, and nothing old is shown as new."""
     fingers, name = console.fingers, FINGERS[finger]
     age_s = console.age_s(now_s)
-    fresh = age_s is not None and age_s <= GONE_S and bool(fingers.rows[finger])
-    row = dict(zip(TOUCH_COLUMN, fingers.rows[finger], strict=True)) if fresh else {}
+    fresh = age_s is not None and age_s <= GONE_S
+    row = fingers.rows[finger] if fresh else NO_TOUCH
     since_s = fingers.contact_since_s[finger] if fresh else None
     touching = since_s is not None
     told = fingers.told[finger]
-    status = ThermalStatus(int(row.get("thermal_status", 0))) if touching else ThermalStatus.NO_CONTACT
+    status = ThermalStatus(int(row.thermal_status)) if touching else ThermalStatus.NO_CONTACT
     material = fingers.touch.materials[finger] if fingers.touch is not None and touching else ""
-    word, line = words.decision(status, material, told, row.get("probability", 0.0))
-    known_c = touching and row["object_c_sd"] < 10.0 and status > ThermalStatus.NO_CONTACT
-    stiffness = row.get("stiffness_n_m", 0.0) if touching else 0.0
+    word, line = words.decision(status, material, told, row.probability)
+    known_c = touching and row.object_c_sd < 10.0 and status > ThermalStatus.NO_CONTACT
+    stiffness = row.stiffness_n_m if touching else 0.0
     ready = console.site.ready
     module = "absent" if name not in ready else "ready" if ready[name] else "fault"
     return {
@@ -122,11 +122,11 @@ def finger_state(console: Console, finger: int, now_s: float) -> dict[str, Any]:
         "decision": word,
         "line": line,
         "candidates": [[words.named(name), round(p, 4)] for name, p in told.candidates] if touching else [],
-        "object_c": round(row["object_c"], 2) if known_c else None,
-        "object_c_sd": round(row["object_c_sd"], 3) if known_c else None,
+        "object_c": round(row.object_c, 2) if known_c else None,
+        "object_c_sd": round(row.object_c_sd, 3) if known_c else None,
         "stiffness_n_m": round(stiffness, 1) if stiffness > 0.0 else None,
-        "stiffness_sd_n_m": round(stiffness * row["stiffness_ln_sd"], 1) if stiffness > 0.0 else None,
-        "stiffness_known": bool(stiffness > 0.0 and row["stiffness_ln_sd"] < STIFFNESS_KNOWN_LN_SD),
+        "stiffness_sd_n_m": round(stiffness * row.stiffness_ln_sd, 1) if stiffness > 0.0 else None,
+        "stiffness_known": bool(stiffness > 0.0 and row.stiffness_ln_sd < STIFFNESS_KNOWN_LN_SD),
         "roughness_v": _rounded(told.roughness_v, 5) if touching else None,
         "roughness_sd_v": _rounded(told.roughness_sd_v, 5) if touching else None,
         "groove_mm": _mm(told.groove_m) if touching else None,

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.fingers import FINGER_Y_M, FINGERS
-from common.messages import TOUCH_COLUMN
+from common.messages import TouchRow
 from common.told import Told
 from operator_site.console.finger_samples import FingerSamples, Sample, slant
 from operator_site.console.map_layer import CELL_M, KERNEL_M, REACH_M, TILE, Layer, tile_of
@@ -35,8 +35,6 @@ BESIDE_M, AROUND_M = 0.010, 0.030
 """The surroundings of a place lie so far from it."""
 STEEP_SLOPE = 0.999
 """Rise over run from which a surface is steep: 45 degrees, the steepest that the link tells along either axis."""
-_CONTACT, _OBJECT, _OBJECT_SD = (TOUCH_COLUMN[name] for name in ("contact", "object_c", "object_c_sd"))
-_X, _Y, _SLOPE_X, _SLOPE_Y = (TOUCH_COLUMN[name] for name in ("x_m", "y_m", "slope_x", "slope_y"))
 _FRAME_TILES = COLUMNS // TILE
 
 
@@ -101,18 +99,18 @@ class TactileMap:
         """Revision at which the frame was moved last."""
         return self._framed
 
-    def felt(self, t_s: float, rows: Sequence[Sequence[float]], told: Sequence[Told]) -> None:
+    def felt(self, t_s: float, rows: Sequence[TouchRow], told: Sequence[Told]) -> None:
         """Take one accepted touch packet.
 
         Args:
             t_s: time, s.
-            rows: `TOUCH_FIELDS` of each finger.
+            rows: of each finger.
             told: what is told slowly of each.
         """
         for finger, samples in enumerate(self._fingers):
             row = rows[finger]
-            if row[_CONTACT] and math.hypot(row[_SLOPE_X], row[_SLOPE_Y]) >= STEEP_SLOPE:
-                self.take(slant(t_s, finger, row[_X], row[_Y] + FINGER_Y_M[finger]))
+            if row.contact and math.hypot(row.slope_x, row.slope_y) >= STEEP_SLOPE:
+                self.take(slant(t_s, finger, row.x_m, row.y_m + FINGER_Y_M[finger]))
             for sample in samples.step(t_s, row, told[finger]):
                 shared = sample.quantity == "temperature" and _is_shared(rows, finger)
                 self.take(sample._replace(variance=sample.variance + SHARED_SD_K**2) if shared else sample)
@@ -211,11 +209,11 @@ class TactileMap:
             self._centre_c = round(2.0 * float(np.median([value for _, value in self._centred_by]))) / 2.0
 
 
-def _is_shared(rows: Sequence[Sequence[float]], finger: int) -> bool:
+def _is_shared(rows: Sequence[TouchRow], finger: int) -> bool:
     """Whether another finger in contact is told the very same temperature."""
     mine = rows[finger]
     return any(
-        other[_CONTACT] and other[_OBJECT] == mine[_OBJECT] and other[_OBJECT_SD] == mine[_OBJECT_SD]
+        other.contact and other.object_c == mine.object_c and other.object_c_sd == mine.object_c_sd
         for number, other in enumerate(rows)
         if number != finger
     )

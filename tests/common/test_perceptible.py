@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, TOUCH_FIELDS, TOUCH_RANGES, Event, EventKind, Touch
+from common.messages import NO_TOUCH, TOUCH_FIELDS, TOUCH_RANGES, Event, EventKind, Touch, pack_rows
 from common.packets import LinkState
 from common.perceptible import HEIGHT_M, PLANE_M, TOUCH_STEPS, motion_felt, touch_felt
 
@@ -20,10 +20,8 @@ def touch(
     **values: float,
 ) -> Touch:
     """A touch of the index finger."""
-    block = np.zeros((5, len(TOUCH_FIELDS)), np.float32)
-    for name, value in values.items():
-        block[INDEX, TOUCH_COLUMN[name]] = value
-    return Touch(1, 1, 1, state, TOUCH_BLOCK.to_bytes(block), materials, events)
+    rows = [NO_TOUCH._replace(**values) if finger == INDEX else NO_TOUCH for finger in range(5)]
+    return Touch(1, 1, 1, state, pack_rows(rows), materials, events)
 
 
 def test_the_same_again_is_no_news_and_old_events_that_end_are_none() -> None:

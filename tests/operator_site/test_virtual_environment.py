@@ -5,7 +5,7 @@ import pytest
 
 from common.contact import CONTACT_ON_N
 from common.fingers import FINGER_Y_M, FINGERS
-from common.messages import MAX_EVENTS, TOUCH_COLUMN, Event, EventKind, ExplorationMode, ThermalStatus, Touch
+from common.messages import MAX_EVENTS, Event, EventKind, ExplorationMode, ThermalStatus, Touch
 from common.packets import LinkState
 from common.scene import Scene, load_scene, scene_names
 from common.surfaces import surface_kind
@@ -42,8 +42,7 @@ class Hand:
         return self.environment.packet(1, 1, round(self.time_s * 1e9), LinkState.ENGAGED)
 
     def row(self, finger: int = INDEX) -> dict[str, float]:
-        values = self.packet().block[finger].tolist()
-        return {name: values[column] for name, column in TOUCH_COLUMN.items()}
+        return self.packet().rows[finger]._asdict()
 
     def count(self, kind: EventKind) -> int:
         return sum(event.kind is kind and event.finger == INDEX for event in self.events)
@@ -97,7 +96,7 @@ def test_contact_is_the_force_of_a_finger_so_deep(surface: str, stiffness_n_m: f
     hand = Hand(scene(surface))
     hand.go(0.1, x_m=0.05)
     depth_m = CONTACT_ON_N / stiffness_n_m
-    assert hand.go(0.1, z_m=-0.9 * depth_m).block[INDEX, TOUCH_COLUMN["contact"]] == 0.0
+    assert hand.go(0.1, z_m=-0.9 * depth_m).rows[INDEX].contact == 0.0
     hand.go(0.1, z_m=-1.1 * depth_m)
     row = hand.row()
     assert row["contact"] == 1.0

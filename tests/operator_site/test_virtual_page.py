@@ -7,7 +7,6 @@ import pytest
 
 from common.config import OperatorConfig, SimOperatorConfig, load_config
 from common.fingers import FINGERS
-from common.messages import TOUCH_COLUMN
 from common.packets import LinkState
 from common.scene import SceneObject, load_scene, scene_names
 from operator_site.virtual_environment import VirtualEnvironment
@@ -36,13 +35,12 @@ def test_the_configurations_fit_together(tmp_path: Path) -> None:
 def test_the_scene_loads_and_feels_as_it_says(tmp_path: Path) -> None:
     environment = VirtualEnvironment(load_scene(str(example("scene", tmp_path))), FINGERS, 0)
     environment.step(1.0, 0.04, 0.0, (0.005,) * len(FINGERS))
-    block = environment.packet(1, 1, 1, LinkState.ENGAGED).block
+    rows = environment.packet(1, 1, 1, LinkState.ENGAGED).rows
     middle = FINGERS.index("middle")
-    assert [finger for finger, row in enumerate(block) if row.any()] == [middle]
-    felt = {name: float(block[middle, column]) for name, column in TOUCH_COLUMN.items()}
-    assert felt["object_c"] == 12.0
-    assert felt["conductivity_w_mk"] == pytest.approx(0.05)
-    assert felt["stiffness_n_m"] == 1500.0
+    assert [finger for finger, row in enumerate(rows) if any(row)] == [middle]
+    assert rows[middle].object_c == 12.0
+    assert rows[middle].conductivity_w_mk == pytest.approx(0.05)
+    assert rows[middle].stiffness_n_m == 1500.0
 
 
 def test_every_scene_and_every_field_of_an_object_is_named() -> None:

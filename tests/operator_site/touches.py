@@ -4,10 +4,8 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from common.fingers import FINGERS
-from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, TOUCH_FIELDS, Event, Touch
+from common.messages import NO_TOUCH, Event, Touch, TouchRow, pack_rows
 from common.packets import LinkState, N
 from operator_site.rendering_input import RenderingInput
 
@@ -16,18 +14,14 @@ ALL = range(N)
 UNNAMED = ("",) * N
 
 
-def block(fingers: Iterable[int] = ALL, **values: float) -> np.ndarray:
+def rows(fingers: Iterable[int] = ALL, **values: float) -> list[TouchRow]:
     """Fields of these fingers; everything else is 0."""
-    made = np.zeros((N, len(TOUCH_FIELDS)), np.float32)
-    for name, value in values.items():
-        made[list(fingers), TOUCH_COLUMN[name]] = value
-    return made
+    return [NO_TOUCH._replace(**values) if finger in fingers else NO_TOUCH for finger in ALL]
 
 
 def touch(*events: Event, sequence: int = 1, materials: tuple[str, ...] = UNNAMED, **values: float) -> Touch:
     """A packet of the index finger alone."""
-    floats = TOUCH_BLOCK.to_bytes(block([INDEX], **values))
-    return Touch(7, sequence, 1, LinkState.ENGAGED, floats, materials, events)
+    return Touch(7, sequence, 1, LinkState.ENGAGED, pack_rows(rows([INDEX], **values)), materials, events)
 
 
 NEUTRAL = RenderingInput(

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from common.messages import STIFFNESS_KNOWN_LN_SD, TOUCH_COLUMN, ThermalStatus
+from common.messages import STIFFNESS_KNOWN_LN_SD, ThermalStatus, TouchRow
 from common.packets import Floats, LinkState
 from common.told import NOTHING, TOLD_EVERY_S, Told
 from remote_site.sensed import Sensed
@@ -23,7 +23,7 @@ class Tick(NamedTuple):
 
     time_s: float
     contact: bool
-    line: Floats
+    line: TouchRow
     told: tuple[Told, ...]
 
 
@@ -36,14 +36,12 @@ def ticks() -> list[Tick]:
             identified.step(sensed)
             identified.work()
             packet = identified.packet(1, number, number, LinkState.ENGAGED)
-            found.append(
-                Tick(sensed.time_s, identified.touches[INDEX].contact, np.array(packet.block[INDEX]), packet.told)
-            )
+            found.append(Tick(sensed.time_s, identified.touches[INDEX].contact, packet.rows[INDEX], packet.told))
     return found
 
 
 def column(ticks: list[Tick], name: str) -> Floats:
-    return np.array([tick.line[TOUCH_COLUMN[name]] for tick in ticks])
+    return np.array([getattr(tick.line, name) for tick in ticks])
 
 
 def test_the_objects_constants_come_with_how_well_they_are_known(ticks: list[Tick]) -> None:

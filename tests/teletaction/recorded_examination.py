@@ -4,10 +4,9 @@ from pathlib import Path
 from typing import Any
 
 import msgpack
-import numpy as np
 
 from common.fingers import FINGERS
-from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, ThermalStatus, Touch
+from common.messages import NO_TOUCH, ThermalStatus, Touch, pack_rows
 from common.packets import LinkState
 from common.recording import Recorder
 from common.told import NOTHING, Told
@@ -44,7 +43,6 @@ def record(out: Path, *, console: bool = True) -> Path:
 
 
 def _touch(sequence: int, now_ns: int, x_m: float, y_m: float, *, contact: bool, warm: bool) -> Touch:
-    block = np.zeros((len(FINGERS), len(TOUCH_COLUMN)), dtype=np.float32)
     known = {
         "contact": 1.0,
         "mode": 2.0,
@@ -54,13 +52,11 @@ def _touch(sequence: int, now_ns: int, x_m: float, y_m: float, *, contact: bool,
         "object_c_sd": 0.2,
         "thermal_status": float(ThermalStatus.IDENTIFIED),
     }
-    block[INDEX, [TOUCH_COLUMN["x_m"], TOUCH_COLUMN["y_m"]]] = x_m, y_m + 0.02
-    for name, value in known.items() if contact else ():
-        block[INDEX, TOUCH_COLUMN[name]] = value
+    rows = [NO_TOUCH] * len(FINGERS)
+    rows[INDEX] = NO_TOUCH._replace(x_m=x_m, y_m=y_m + 0.02, **(known if contact else {}))
     told = [NOTHING] * len(FINGERS)
     told[INDEX] = Told((("<i>skin</i>", 0.99),)) if contact else NOTHING
-    floats = TOUCH_BLOCK.to_bytes(block)
-    return Touch(1, sequence, now_ns, LinkState.ENGAGED, floats, ("",) * len(FINGERS), (), tuple(told))
+    return Touch(1, sequence, now_ns, LinkState.ENGAGED, pack_rows(rows), ("",) * len(FINGERS), (), tuple(told))
 
 
 def _at_the_console() -> list[tuple[str, dict[str, Any]]]:

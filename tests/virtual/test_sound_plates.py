@@ -9,7 +9,7 @@ import pytest
 from common.config import RenderingConfig
 from common.limits import GAP_S
 from common.materials import materials
-from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, TOUCH_FIELDS, ExplorationMode, Touch
+from common.messages import NO_TOUCH, ExplorationMode, Touch, pack_rows
 from common.packets import LinkState, N
 from operator_site.gated_rendering import GatedRendering
 from operator_site.ntc import PlateSensor
@@ -30,19 +30,16 @@ OBJECTS_C = {"copper": (-10.0, 36.0, 40.0, 60.0, 90.0), "aluminium": (-10.0, 5.0
 def touch(material: str, *, pressed: bool) -> Touch:
     """All fingers on, or free of, objects of one material, each of another temperature."""
     known = materials()[material]
-    block = np.zeros((N, len(TOUCH_FIELDS)), dtype=np.float32)
-    values = {
-        "mode": ExplorationMode.TAPPING,
-        "contact": pressed,
-        "stiffness_n_m": 300.0 * pressed,
-        "conductivity_w_mk": known.conductivity_w_mk,
-        "density_kg_m3": known.density_kg_m3,
-        "specific_heat_j_kgk": known.specific_heat_j_kgk,
-    }
-    for name, value in values.items():
-        block[:, TOUCH_COLUMN[name]] = value
-    block[:, TOUCH_COLUMN["object_c"]] = OBJECTS_C[material]
-    return Touch(7, 1 + pressed, 1, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), ("",) * N, ())
+    row = NO_TOUCH._replace(
+        mode=ExplorationMode.TAPPING,
+        contact=pressed,
+        stiffness_n_m=300.0 * pressed,
+        conductivity_w_mk=known.conductivity_w_mk,
+        density_kg_m3=known.density_kg_m3,
+        specific_heat_j_kgk=known.specific_heat_j_kgk,
+    )
+    floats = pack_rows(row._replace(object_c=object_c) for object_c in OBJECTS_C[material])
+    return Touch(7, 1 + pressed, 1, LinkState.ENGAGED, floats, ("",) * N, ())
 
 
 @pytest.mark.parametrize("material", list(OBJECTS_C))

@@ -3,10 +3,9 @@
 from typing import Any
 
 import msgpack
-import numpy as np
 
 from common.fingers import FINGERS
-from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, TOUCH_FIELDS, ThermalStatus, Touch
+from common.messages import NO_TOUCH, ThermalStatus, Touch, pack_rows
 from common.packets import LinkState
 from common.session import Happening
 from common.told import NOTHING, Told
@@ -32,12 +31,9 @@ TOUCHING = {
 
 def touch(sequence: int, time_ns: int, told: Told = TOLD, **values: float) -> bytes:
     """A touch packet of the index finger."""
-    block = np.zeros((len(FINGERS), len(TOUCH_FIELDS)), np.float32)
-    for name, value in (TOUCHING | values).items():
-        block[INDEX, TOUCH_COLUMN[name]] = value
+    rows = [NO_TOUCH._replace(**TOUCHING | values) if finger == INDEX else NO_TOUCH for finger in range(len(FINGERS))]
     names, tolds = ("", "pvc", "", "", ""), (NOTHING, told, NOTHING, NOTHING, NOTHING)
-    floats = TOUCH_BLOCK.to_bytes(block)
-    return Touch(7, sequence, time_ns, LinkState.ENGAGED, floats, names, (), tolds).encode()
+    return Touch(7, sequence, time_ns, LinkState.ENGAGED, pack_rows(rows), names, (), tolds).encode()
 
 
 def rendered(engaged: bool = True, gap_s: float | None = 0.004, limited: int = 0, **each: float) -> bytes:

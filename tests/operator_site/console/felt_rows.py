@@ -1,14 +1,13 @@
 """Touch rows and samples for tests of the map."""
 
 from common.fingers import FINGER_Y_M, FINGERS
-from common.messages import TOUCH_COLUMN, TOUCH_FIELDS, ExplorationMode, ThermalStatus
+from common.messages import NO_TOUCH, ExplorationMode, ThermalStatus, TouchRow
 from operator_site.console.finger_samples import Sample
 
-FREE = (0.0,) * len(TOUCH_FIELDS)
 INDEX = FINGERS.index("index")
 
 
-def row(finger: int, x_m: float, y_m: float, **fields: float) -> tuple[float, ...]:
+def row(finger: int, x_m: float, y_m: float, **fields: float) -> TouchRow:
     """A finger in contact at a place of the bench, resting, with nothing known of the object but what is given."""
     known = {
         "mode": float(ExplorationMode.QUIESCENT),
@@ -19,15 +18,12 @@ def row(finger: int, x_m: float, y_m: float, **fields: float) -> tuple[float, ..
         "object_c_sd": 50.0,
         "thermal_status": float(ThermalStatus.DECIDING),
     } | fields
-    values = list(FREE)
-    for name, value in known.items():
-        values[TOUCH_COLUMN[name]] = value
-    return tuple(values)
+    return NO_TOUCH._replace(**known)
 
 
-def hand(**rows: tuple[float, ...]) -> list[tuple[float, ...]]:
+def hand(**rows: TouchRow) -> list[TouchRow]:
     """All five rows; fingers that are not named are free."""
-    return [rows.get(finger, FREE) for finger in FINGERS]
+    return [rows.get(finger, NO_TOUCH) for finger in FINGERS]
 
 
 def sample(quantity: str, number: int, x_m: float, y_m: float, value: float, variance: float, name: str = "") -> Sample:

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from common.messages import ExplorationMode, ThermalStatus
+from common.messages import NO_TOUCH, ExplorationMode, ThermalStatus
 from common.told import NOTHING, Told
 from operator_site.console.finger_samples import (
     DWELL_EVERY_S,
@@ -17,7 +17,7 @@ from operator_site.console.finger_samples import (
     FingerSamples,
     Sample,
 )
-from tests.operator_site.console.felt_rows import FREE, INDEX, row
+from tests.operator_site.console.felt_rows import INDEX, row
 
 STROKING = float(ExplorationMode.STROKING)
 
@@ -58,7 +58,7 @@ def test_a_rest_gives_one_temperature_that_is_replaced_while_it_lasts() -> None:
 def test_another_contact_is_another_touch() -> None:
     samples = FingerSamples(INDEX)
     first = rest(samples, 1.8, object_c=36.4, object_c_sd=0.2)
-    assert samples.step(2.0, FREE, NOTHING) == []
+    assert samples.step(2.0, NO_TOUCH, NOTHING) == []
     second = rest(samples, 1.8, object_c=36.4, object_c_sd=0.2)
     assert first[0].key != second[0].key
 

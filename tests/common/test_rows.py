@@ -1,0 +1,46 @@
+"""Rows of fingers in packets: one definition gives names, ranges and bytes of columns, and tables of the document."""
+
+import numpy as np
+import pytest
+
+from common.fingers import FINGERS
+from common.messages import (
+    MOTION_BLOCK,
+    NO_TOUCH,
+    TOUCH_BLOCK,
+    Motion,
+    MotionRow,
+    Touch,
+    TouchRow,
+    columns,
+    pack_rows,
+)
+from common.packets import LinkState
+from tests.conftest import PROTOCOLS
+
+N = len(FINGERS)
+
+
+@pytest.mark.parametrize("row", [MotionRow, TouchRow])
+def test_the_documents_table_is_the_definition(row: type[MotionRow] | type[TouchRow]) -> None:
+    lines = ["| column | field | range | unit | meaning |", "|---|---|---|---|---|"]
+    for number, (name, column) in enumerate(columns(row).items()):
+        lines.append(f"| {number} | {name} | {column.low:g}..{column.high:g} | {column.unit} | {column.meaning} |")
+    assert "\n\n" + "\n".join(lines) + "\n\n" in PROTOCOLS.read_text("utf-8")
+
+
+def test_the_rows_of_a_touch_come_back_by_name() -> None:
+    rows = tuple(NO_TOUCH._replace(object_c=20.0 + finger, contact=1.0) for finger in range(N))
+    touch = Touch(1, 1, 1, LinkState.ENGAGED, pack_rows(rows), ("",) * N, ())
+    assert Touch.decode(touch.encode()).rows == rows
+    assert np.array_equal(touch.block, np.array(rows, np.float32))
+
+
+def test_the_rows_of_a_motion_come_back_by_name() -> None:
+    rows = tuple(MotionRow(0.25, -0.5, 2.0**-finger * 1e-2) for finger in range(N))
+    motion = Motion(1, 1, 1, LinkState.ENGAGED, MOTION_BLOCK.to_bytes(np.array(rows, np.float32)))
+    assert np.array_equal(Motion.decode(motion.encode()).rows, np.array(rows, np.float32))
+
+
+def test_a_finger_that_is_not_in_use_is_zeros() -> None:
+    assert TOUCH_BLOCK.check(pack_rows([NO_TOUCH] * N)) == bytes(4 * N * len(NO_TOUCH))
