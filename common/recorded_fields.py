@@ -27,11 +27,6 @@ def whole(value: Any) -> bool:
     return type(value) is int and -_LARGEST_WHOLE <= value < _LARGEST_WHOLE
 
 
-def finger(value: Any) -> bool:
-    """The number of a finger."""
-    return type(value) is int and 0 <= value < len(FINGERS)
-
-
 def flag(value: Any) -> bool:
     """True or false."""
     return type(value) is bool
@@ -40,11 +35,6 @@ def flag(value: Any) -> bool:
 def text(value: Any) -> bool:
     """A text."""
     return type(value) is str
-
-
-def samples(value: Any) -> bool:
-    """Bytes of 16-bit numbers."""
-    return type(value) is bytes and len(value) % 2 == 0
 
 
 def maybe(fits: Fits) -> Fits:
@@ -57,39 +47,12 @@ def five(fits: Fits) -> Fits:
     return lambda value: type(value) is list and len(value) == len(FINGERS) and all(map(fits, value))
 
 
-def texts(value: Any) -> bool:
-    """A list of texts."""
-    return type(value) is list and all(map(text, value))
-
-
-def row(*parts: Fits) -> Fits:
-    """A list of parts that fit one by one."""
-    return lambda value: (
-        type(value) is list
-        and len(value) == len(parts)
-        and all(fits(part) for fits, part in zip(parts, value, strict=True))
-    )
-
-
 def unpack(payload: bytes) -> Any:
     """The value of a MessagePack payload; raises ValueError where it is none."""
     try:
         return msgpack.unpackb(payload)
     except Exception as error:  # what the library raises has no common base
         raise ValueError(f"no MessagePack ({str(error) or type(error).__name__})") from None
-
-
-def read_row(payload: bytes, fields: Mapping[str, Fits]) -> list[Any]:
-    """A list with these fields in this order.
-
-    Raises:
-        ValueError: it is something else; the message names the first field that does not fit.
-    """
-    found = unpack(payload)
-    if type(found) is not list or len(found) != len(fields):
-        raise ValueError(f"not a list of {len(fields)} fields")
-    _check(dict(zip(fields, found, strict=True)), fields)
-    return found
 
 
 def read_map(payload: bytes, fields: Mapping[str, Fits]) -> dict[str, Any]:

@@ -42,11 +42,6 @@ PACKET_SCHEMA: dict[str, object] = {
     "type": "array",
     "description": "a packet of the link as it stands on the wire, see docs/protocols.md",
 }
-SESSION_SCHEMA: dict[str, object] = {
-    "type": "array",
-    "description": "[what, session, text]: what became known while recording, as the session's number (0 for none), "
-    "the far side's capabilities, or a fault",
-}
 
 
 class Recorder:

@@ -4,10 +4,9 @@ import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import msgpack
-
 from common.packets import LinkState
 from common.printable import printable, printable_lines
+from common.recorded_row import Row, Whole
 
 log = logging.getLogger(__name__)
 
@@ -35,20 +34,14 @@ def note_text(details: Mapping[str, object]) -> str:
     return printable_lines(text)
 
 
-@dataclass(frozen=True, slots=True)
-class Happening:
-    """Something that a session's report has to name."""
+class Happening(Row):
+    """What became known of a session: its number (0 for none), and the far side's capabilities, or a fault."""
 
     what: str
     """connected, left, disconnected, engaged, disengaged, fault, cleared, estop, silent, heard, missing, complete;
     where no remote site takes notes, note."""
-    session: int
-    text: str = ""
-
-    def pack(self) -> bytes:
-        """Bytes for the recording."""
-        packed: bytes = msgpack.packb([self.what, self.session, self.text])
-        return packed
+    session: Whole
+    text: str
 
 
 @dataclass(slots=True)

@@ -9,33 +9,27 @@ from collections.abc import Iterable, Mapping
 import msgpack
 
 from common.messages import Touch
-from common.recording import PACKET_SCHEMA, SESSION_SCHEMA, Recorder
+from common.recording import PACKET_SCHEMA, Recorder
 from common.session import Happening
 from common.streams import STREAMS
-from operator_site import rendering_input
 from operator_site.feed import ConsoleFeed
 from operator_site.fingertips import Fingertips
 from operator_site.gated_output import GatedOutput
 from operator_site.operator_session import OperatorSession
-from operator_site.rendering_input import RenderingInput
+from operator_site.recorded_rows import Clock, Played, Rendered, Skin
+from operator_site.rendering_input import RecordedInput, RenderingInput
 
 SCHEMAS: dict[str, dict[str, object]] = {
-    "operator/session": SESSION_SCHEMA,
+    "operator/session": Happening.schema(),
     "operator/motion": PACKET_SCHEMA,
     "operator/touch": PACKET_SCHEMA,
-    "operator/input": rendering_input.SCHEMA,
-    "operator/rendered": {
-        "type": "array",
-        "description": "[engaged, touch age_s, force_n x 5, motor_rpm x 5, plate_set_c x 5, peltier x 5, limits x 5, "
-        "fault or null, x_m, y_m, z_m x 5, plate_c x 5, touch sequence, written_s]: what left for the devices when, "
-        "and its input",
-    },
-    "operator/skin": {"type": "array", "description": "[felt_c x 5, surface_c x 5, flux_w_m2 x 5] of the skin model"},
-    "operator/played": {"type": "array", "description": "[event id, kind, finger]: impulse begun"},
+    "operator/input": RecordedInput.schema(),
+    "operator/rendered": Rendered.schema(),
+    "operator/skin": Skin.schema(),
+    "operator/played": Played.schema(),
     "operator/figures": {"type": "object", "description": "what the status file tells, once a second"},
-    "operator/clock": {"type": "array", "description": "[offset_ns, uncertainty_ns, round_trip_ns] to the remote site"},
+    "operator/clock": Clock.schema(),
 }
-_pack = msgpack.Packer().pack
 _MOTION_RECORDED = STREAMS["motion"].recorded
 _SLOW_EVERY = 25
 """Ticks between two records of what changes slowly: 20 Hz."""
@@ -58,7 +52,7 @@ class SiteRecording:
 
     def figures(self, now_ns: int, figures: Mapping[str, object]) -> None:
         """Write what the status file tells."""
-        self._write("operator/figures", now_ns, _pack(figures))
+        self._write("operator/figures", now_ns, msgpack.packb(figures))
 
     def tick(
         self,
@@ -87,7 +81,7 @@ class SiteRecording:
             self._recorder.write("operator/input", now_ns, given.pack())
             if motion is not None and _MOTION_RECORDED:
                 self._recorder.write("operator/motion", now_ns, motion)
-        rendered = [
+        rendered = Rendered(
             client.both_engaged,
             None if gap_ns is None else gap_ns * 1e-9,
             output.force_n,
@@ -102,17 +96,16 @@ class SiteRecording:
             given.plate_c,
             None if touch is None else touch.sequence,
             time.monotonic(),
-        ]
-        self._write("operator/rendered", now_ns, _pack(rendered))
+        )
+        self._write("operator/rendered", now_ns, rendered.pack())
         for event in fingertips.impulses_played:
-            self._write("operator/played", now_ns, _pack([event.ident, int(event.kind), event.finger]))
+            self._write("operator/played", now_ns, Played(event.ident, event.kind, event.finger).pack())
         if self._ticks % _SLOW_EVERY == 0:
             skin = fingertips.skin
-            slow = [skin.epidermis_c.tolist(), skin.surface_c.tolist(), skin.flux_w_m2.tolist()]
-            self._write("operator/skin", now_ns, _pack(slow))
-            clock = client.clock
-            compared = [clock.offset_ns, clock.uncertainty_ns, clock.round_trip_ns]
-            self._write("operator/clock", now_ns, _pack(compared))
+            slow = Skin(skin.epidermis_c.tolist(), skin.surface_c.tolist(), skin.flux_w_m2.tolist())
+            self._write("operator/skin", now_ns, slow.pack())
+            clock = Clock(client.clock.offset_ns, client.clock.uncertainty_ns, client.clock.round_trip_ns)
+            self._write("operator/clock", now_ns, clock.pack())
         self._ticks += 1
 
     def _write(self, stream: str, now_ns: int, payload: bytes) -> None:

@@ -9,6 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from common.recorded_row import Whole
+
 Floats = NDArray[np.float64]
 
 KEPT_S = 0.6
@@ -22,7 +24,7 @@ NEAR_M = 0.5e-3
 class HandPlace(NamedTuple):
     """What a motion packet says of the hand: its source time on the operator's clock, and the place, m."""
 
-    time_ns: int
+    time_ns: Whole
     x_m: float
     y_m: float
 

@@ -92,7 +92,7 @@ class RemoteSite:
         self.server.recording_stopped = partial(recording_stopped, recorder, self.contain)
         self.perception = Perception(config.fingers, materials, surfaces, self.contain, 1.0 / config.rate_hz)
         self.heating = Heating(config.fingers)
-        self._sensed = Sensed(-math.inf, 0.0, 0.0, _ZEROS, _ZEROS, _NOTHING_NEW, _NOTHING_NEW)
+        self._sensed = Sensed(-math.inf, 0.0, 0.0, _ZEROS, _ZEROS, _NOTHING_NEW, _NOTHING_NEW, None)
         self._command = GatedCommand(False, True, 0.0, 0.0, [*_ZEROS], [*_ZEROS], [0] * len(FINGERS), None)
         self._gate_raised_s = -math.inf
         self._hand_of: Motion | None = None

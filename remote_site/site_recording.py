@@ -6,33 +6,25 @@ import msgpack
 
 from common.config import RemoteConfig
 from common.messages import STIFFNESS_KNOWN_LN_SD, Event, Motion
-from common.recording import PACKET_SCHEMA, SESSION_SCHEMA, Recorder
+from common.recording import PACKET_SCHEMA, Recorder
 from common.session import Happening
 from common.streams import STREAMS
-from remote_site import sensed
 from remote_site.calibrated_tables import load_tables
 from remote_site.finger_touch import FingerTouch
 from remote_site.gated_command import GatedCommand
+from remote_site.recorded_rows import Gate, SentEvent, Thermal
 from remote_site.sensed import Sensed
 
 SCHEMAS: dict[str, dict[str, object]] = {
-    "remote/session": SESSION_SCHEMA,
+    "remote/session": Happening.schema(),
     "remote/motion": PACKET_SCHEMA,
     "remote/touch": PACKET_SCHEMA,
-    "remote/sensed": sensed.SCHEMA,
-    "remote/gate": {
-        "type": "array",
-        "description": "[x_m, y_m, z_m x 5, heater drive x 5, limits x 5, fault or null]: what left for the devices",
-    },
+    "remote/sensed": Sensed.schema(),
+    "remote/gate": Gate.schema(),
     "remote/note": {"type": "string", "description": "what the operator noted"},
-    "remote/event": {"type": "array", "description": "[id, kind, finger, time_ns, value, name]"},
-    "remote/thermal": {
-        "type": "array",
-        "description": "[finger, status, best, probability, object_c, object_c_sd, rate_per_s, exponential_object_c, "
-        "exponential_material, reason, roughness_v, stiffness_n_m or null while it is not yet known]",
-    },
+    "remote/event": SentEvent.schema(),
+    "remote/thermal": Thermal.schema(),
 }
-_pack = msgpack.Packer().pack
 _THERMAL_EVERY = 25
 """Ticks between two records of each finger's identification: 10 a second at the usual rate."""
 
@@ -73,7 +65,7 @@ class SiteRecording:
         for happening in happenings:
             self._recorder.write("remote/session", now_ns, happening.pack())
         for note in notes:
-            self._recorder.write("remote/note", now_ns, _pack(note))
+            self._recorder.write("remote/note", now_ns, msgpack.packb(note))
 
     def tick(
         self,
@@ -104,20 +96,21 @@ class SiteRecording:
         if packet is not None and STREAMS["touch"].recorded:
             recorder.write("remote/touch", now_ns, packet)
         for event in happened:
-            fields = [event.ident, int(event.kind), event.finger, event.time_ns, event.value, event.name]
-            recorder.write("remote/event", event.time_ns, _pack(fields))
-        gated = [command.x_m, command.y_m, command.z_m, command.heater_drive, command.limited, command.fault]
-        recorder.write("remote/gate", now_ns, _pack(gated))
+            sent = SentEvent(event.ident, event.kind, event.finger, event.time_ns, event.value, event.name)
+            recorder.write("remote/event", event.time_ns, sent.pack())
+        gate = Gate(command.x_m, command.y_m, command.z_m, command.heater_drive, command.limited, command.fault)
+        recorder.write("remote/gate", now_ns, gate.pack())
         if self._ticks % _THERMAL_EVERY == 0:
             for finger, touch in touches.items():
-                recorder.write("remote/thermal", now_ns, _pack([finger, *_thermal(touch)]))
+                recorder.write("remote/thermal", now_ns, _thermal(finger, touch).pack())
         self._ticks += 1
 
 
-def _thermal(touch: FingerTouch) -> list[object]:
+def _thermal(finger: int, touch: FingerTouch) -> Thermal:
     answer = touch.thermal
-    return [
-        int(answer.status),
+    return Thermal(
+        finger,
+        answer.status,
         answer.best,
         answer.probability,
         answer.object_c,
@@ -128,4 +121,4 @@ def _thermal(touch: FingerTouch) -> list[object]:
         answer.reason,
         touch.roughness_v,
         touch.stiffness_n_m if touch.stiffness_ln_sd < STIFFNESS_KNOWN_LN_SD else None,
-    ]
+    )

@@ -1,9 +1,9 @@
 """Driver of one finger's thermal sensor: plate and ambient readings in, heater drive out."""
 
 import math
-from dataclasses import dataclass
 
 from common.drive_obeys import DriveObeys
+from common.recorded_row import Row, Whole
 from common.serial_line import SerialLine
 from common.serial_messages import (
     DRIVE_FULL,
@@ -26,8 +26,7 @@ _BYTES_PER_S = 100 * 17
 """Of a sensor's readings on its line."""
 
 
-@dataclass(slots=True)
-class PlateReading:
+class PlateReading(Row):
     """One reading of a thermal sensor.
 
     Attributes:
@@ -41,8 +40,8 @@ class PlateReading:
     sensor_c: float
     ambient_c: float
     fault: str
-    device_us: int
-    heater_permille: int
+    device_us: Whole
+    heater_permille: Whole
 
 
 class ThermalSensor:

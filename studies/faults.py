@@ -13,6 +13,7 @@ from mcap.records import Channel, Message
 
 from common.cut_recording import CutRecording
 from common.fingers import FINGERS
+from common.session import Happening
 from studies.fault_judge import Done, Finding, Floats, Truth, judge
 from studies.fault_session import FaultSession
 from studies.fault_table import (
@@ -205,7 +206,7 @@ def read_truth(out: Path) -> Truth:
         sensor_plate_c=five(patient, "plate_c"),
         hand_x_m=np.array([entry["x_m"] for _, entry in patient]),
         hand_z_m=five(patient, "z_m"),
-        faults=sorted((t, entry[2]) for t, entry in sessions if entry[0] == "fault"),
+        faults=sorted((t, happening.text) for t, happening in sessions if happening.what == "fault"),
         ticks_s={process: np.array([t for t, _ in streams.get(stream, [])]) for process, stream in _EACH_TICK.items()},
     )
 
@@ -229,5 +230,10 @@ def _collect(path: Path, streams: dict[str, list[tuple[float, Any]]]) -> None:
                 topics[record.id] = record.topic
             elif isinstance(record, Message) and topics[record.channel_id] in wanted:
                 topic = topics[record.channel_id]
-                entry = None if topic in _ONLY_TIMES else msgpack.unpackb(record.data)
-                streams.setdefault(topic, []).append((record.log_time * 1e-9, entry))
+                streams.setdefault(topic, []).append((record.log_time * 1e-9, _entry(topic, record.data)))
+
+
+def _entry(topic: str, data: bytes) -> Any:
+    if topic in _ONLY_TIMES:
+        return None
+    return Happening.unpack(data) if topic.endswith("/session") else msgpack.unpackb(data)

@@ -8,6 +8,7 @@ import msgpack
 from mcap.records import Channel, Message
 
 from common.cut_recording import CutRecording
+from common.session import Happening
 from studies.soak_judge import LIMITS, Extreme
 from teletaction.conclude import recordings_of
 from teletaction.demo_files import PROCESSES
@@ -74,9 +75,9 @@ def _read(path: Path, end_s: float, records: Records) -> None:
 def _take(topic: str, message: Message, records: Records) -> None:
     time_s = message.log_time * 1e-9
     if topic in _SESSIONS:
-        what, _, text = msgpack.unpackb(message.data)
-        if what == "fault":
-            records.faults.append((time_s, text))
+        happening = Happening.unpack(message.data)
+        if happening.what == "fault":
+            records.faults.append((time_s, happening.text))
     elif topic in ("truth_fingertips", "truth_contact"):
         entry = msgpack.unpackb(message.data)
         for (stream, field_name), (name, _) in LIMITS.items():

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from common.messages import Touch
-from common.recorded_fields import Fits, flag, maybe, number, read_map, read_row, text, whole
+from common.recorded_fields import Fits, flag, maybe, number, read_map, text, whole
 from common.recording_reader import RecordingReader
 from operator_site.console.tactile_map import TactileMap
+from operator_site.recorded_rows import Clock
 
-_CLOCK: dict[str, Fits] = {"offset_ns": maybe(whole), "uncertainty_ns": maybe(whole), "round_trip_ns": maybe(whole)}
 _MAPS: dict[str, dict[str, Fits]] = {
     "operator/figures": {},
     "console/session": {
@@ -115,10 +115,9 @@ class Examination:
             return
         self.console = self.console or stream.startswith("console/")
         if stream == "operator/clock":
-            clock = read_row(payload, _CLOCK)
-            if None not in clock:
-                offset_s, uncertainty_s, round_trip_s = (1e-9 * value for value in clock)
-                self.clock.append((offset_s, uncertainty_s, round_trip_s))
+            clock = Clock.unpack(payload)
+            if clock.uncertainty_ns is not None:
+                self.clock.append((1e-9 * clock.offset_ns, 1e-9 * clock.uncertainty_ns, 1e-9 * clock.round_trip_ns))
             return
         entry = read_map(payload, _MAPS[stream])
         match stream:

@@ -2,28 +2,25 @@
 
 from collections.abc import Sequence
 
-import msgpack
+from msgspec.structs import replace
 
 from common.config import RenderingConfig
 from common.fingers import FINGERS
 from common.messages import Touch
-from common.recorded_fields import read_row
 from operator_site.gated_output import GatedOutput
 from operator_site.gated_rendering import GatedRendering
+from operator_site.recorded_rows import Rendered
 from operator_site.rendering_input import RenderingInput
 from remote_site.material_table import MaterialTable
 from remote_site.perception import Perception
 from remote_site.sensed import Sensed
 from remote_site.surface_class import SurfaceTable
 from remote_site.thermal_answer import ThermalAnswer
-from teletaction.recorded_rows import RENDERED as RENDERED_FIELDS
 from teletaction.replay_comparison import Comparison, Fields
 from teletaction.replay_named import NamedTouches
 
 Line = dict[str, object]
-RENDERED = ("force_n", "motor_rpm", "plate_set_c", "peltier_drive", "limits")
-_RENDERED_FROM, _RENDERED_UNTIL = 2, 8
-"""Where these and the fault stand in a row of operator/rendered."""
+_RENDERED = ("force_n", "motor_rpm", "plate_set_c", "peltier", "limits")
 
 
 class RemoteReplay:
@@ -109,17 +106,16 @@ class OperatorReplay:
         output = self._output
         if output is None:
             return recorded  # its input is not in the recording: nothing to compare
-        row = read_row(recorded, RENDERED_FIELDS)
         # The rest of the row is input, and the wall time of writing it.
-        row[_RENDERED_FROM:_RENDERED_UNTIL] = [
-            output.force_n,
-            output.motor_rpm,
-            output.plate_set_c,
-            output.peltier_drive,
-            output.limited,
-            output.fault,
-        ]
-        replayed: bytes = msgpack.packb(row)
+        replayed = replace(
+            Rendered.unpack(recorded),
+            force_n=output.force_n,
+            motor_rpm=output.motor_rpm,
+            plate_set_c=output.plate_set_c,
+            peltier=output.peltier_drive,
+            limits=output.limited,
+            fault=output.fault,
+        ).pack()
         self.rows.add(self.ticks - 1, time_s, recorded, replayed)
         return replayed
 
@@ -160,8 +156,8 @@ def touch_fields(packet: bytes) -> Fields:
 
 def rendered_fields(row: bytes) -> Fields:
     """What left for the devices by a row of operator/rendered, by name."""
-    *columns, fault = read_row(row, RENDERED_FIELDS)[_RENDERED_FROM:_RENDERED_UNTIL]
+    rendered = Rendered.unpack(row)
     fields: dict[str, object] = {}
-    for name, values in zip(RENDERED, columns, strict=True):
-        fields |= {f"{finger}.{name}": value for finger, value in zip(FINGERS, values, strict=True)}
-    return {**fields, "fault": fault}
+    for name in _RENDERED:
+        fields |= {f"{finger}.{name}": value for finger, value in zip(FINGERS, getattr(rendered, name), strict=True)}
+    return {**fields, "fault": rendered.fault}

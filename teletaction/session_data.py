@@ -6,11 +6,15 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
+from msgspec.structs import asdict
 from numpy.typing import NDArray
 
 from common.messages import TOUCH_COLUMN, Touch
 from common.packets import N
+from common.recorded_row import Row
 from common.recording_reader import RecordingReader
+from operator_site.recorded_rows import Rendered, Skin
+from remote_site.recorded_rows import Gate
 from teletaction.recorded_rows import STREAMS, read
 
 Floats = NDArray[np.float64]
@@ -83,69 +87,35 @@ class SessionData:
         counts = {stream: count for stream, count in reader.counts.items() if count}
         thermal: dict[int, list[dict[str, Any]]] = defaultdict(list)
         for time_s, row in zip(times["remote/thermal"], entries["remote/thermal"], strict=True):
-            thermal[row[0]].append({"time_s": time_s, **dict(zip(_THERMAL, row[1:], strict=True))})
+            thermal[row.finger].append({"time_s": time_s, **asdict(row)})
         return cls(
             touch=_touches(times["remote/touch"], entries["remote/touch"]),
-            rendered=_rows(times["operator/rendered"], entries["operator/rendered"], _RENDERED),
-            gate=_rows(times["remote/gate"], entries["remote/gate"], _GATE),
+            rendered=_rows(times["operator/rendered"], entries["operator/rendered"], Rendered),
+            gate=_rows(times["remote/gate"], entries["remote/gate"], Gate),
             fingertips=_maps(times["truth_fingertips"], entries["truth_fingertips"]),
             contact=_maps(times["truth_contact"], entries["truth_contact"]),
-            skin=_rows(times["operator/skin"], entries["operator/skin"], _SKIN),
+            skin=_rows(times["operator/skin"], entries["operator/skin"], Skin),
             thermal=dict(thermal),
             truth_events=_timed(times["truth_event"], entries["truth_event"]),
-            sent_events=[dict(zip(_EVENT, row, strict=True)) for row in entries["remote/event"]],
-            played=_timed(
-                times["operator/played"],
-                [dict(zip(("ident", "kind", "finger"), row, strict=True)) for row in entries["operator/played"]],
-            ),
+            sent_events=[asdict(row) for row in entries["remote/event"]],
+            played=_timed(times["operator/played"], [asdict(row) for row in entries["operator/played"]]),
             motor_switches=_timed(times["truth_motor"], entries["truth_motor"]),
             happenings=[
-                {"time_s": t, "site": site, "what": what, "text": text}
+                {"time_s": t, "site": site, "what": happening.what, "text": happening.text}
                 for site in ("remote", "operator")
-                for t, (what, _, text) in zip(times[f"{site}/session"], entries[f"{site}/session"], strict=True)
+                for t, happening in zip(times[f"{site}/session"], entries[f"{site}/session"], strict=True)
             ],
             counts=counts,
         )
-
-
-_THERMAL = (
-    "status",
-    "best",
-    "probability",
-    "object_c",
-    "object_c_sd",
-    "rate_per_s",
-    "exponential_object_c",
-    "exponential_material",
-    "reason",
-    "roughness_v",
-    "stiffness_n_m",
-)
-_EVENT = ("ident", "kind", "finger", "time_ns", "value", "name")
-_RENDERED = {
-    "engaged": 0,
-    "age_s": 1,
-    "force_n": 2,
-    "motor_rpm": 3,
-    "plate_set_c": 4,
-    "peltier": 5,
-    "limits": 6,
-    "x_m": 8,
-    "z_m": 10,
-    "plate_c": 11,
-    "sequence": 12,
-    "written_s": 13,
-}
-_GATE = {"x_m": 0, "z_m": 2, "heater": 3, "limits": 4}
-_SKIN = {"felt_c": 0, "surface_c": 1, "flux_w_m2": 2}
 
 
 def _array(values: list[Any]) -> Floats:
     return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
 
 
-def _rows(time_s: list[float], rows: list[Any], columns: dict[str, int]) -> Series:
-    return Series(np.array(time_s), {name: _array([row[i] for row in rows]) for name, i in columns.items()})
+def _rows(time_s: list[float], rows: list[Any], kind: type[Row]) -> Series:
+    names = [name for name in kind.__struct_fields__ if name != "fault"]
+    return Series(np.array(time_s), {name: _array([getattr(row, name) for row in rows]) for name in names})
 
 
 def _maps(time_s: list[float], maps: list[dict[str, Any]]) -> Series:

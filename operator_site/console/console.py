@@ -12,6 +12,7 @@ import numpy as np
 from common.fingers import FINGERS
 from common.messages import Touch
 from common.packets import BadPacket, LinkState
+from common.session import Happening
 from common.shown_state import CONNECTED, ENGAGED, ENGAGING, FAULT, PAUSED, STOPPED
 from operator_site.console.alarm_rules import Surroundings, causes
 from operator_site.console.alarms import Alarms
@@ -22,6 +23,7 @@ from operator_site.console.session_book import SessionBook
 from operator_site.console.signals import BINS, SPAN_S, Signals
 from operator_site.console.site_now import SiteNow
 from operator_site.console.tactile_map import TactileMap
+from operator_site.recorded_rows import Clock, Rendered, Skin
 
 log = logging.getLogger(__name__)
 
@@ -80,16 +82,16 @@ class Console:
             case "operator/touch":
                 self._touch(t_s, Touch.decode(payload))
             case "operator/rendered":
-                self._rendered(t_s, msgpack.unpackb(payload))
+                self._rendered(t_s, Rendered.unpack(payload))
             case "operator/skin":
-                skin_c, *_ = msgpack.unpackb(payload)
+                skin_c = Skin.unpack(payload).felt_c
                 self.fingers.take_skin(t_s, skin_c)
                 self.signals.take(t_s, "skin_c", [skin_c])
             case "operator/clock":
-                offset_ns, uncertainty_ns, _ = msgpack.unpackb(payload)
-                self.site.link.take_clock(offset_ns, uncertainty_ns)
+                clock = Clock.unpack(payload)
+                self.site.link.take_clock(clock.offset_ns, clock.uncertainty_ns)
             case "operator/session":
-                self.site.take_happening(t_s, *msgpack.unpackb(payload))
+                self.site.take_happening(t_s, Happening.unpack(payload))
             case "operator/figures":
                 self.site.take_figures(t_s, msgpack.unpackb(payload))
             case "console/finding" | "console/session":
@@ -105,12 +107,11 @@ class Console:
         self.signals.take(t_s, "contact_n", [[row.contact_force_n for row in rows]])
         self.felt.felt(t_s, rows, touch.told)
 
-    def _rendered(self, t_s: float, row: list[Any]) -> None:
-        both, gap_s, force_n, motor_rpm, plate_set_c, _, limited, _, _, _, _, plate_c, *_ = row
-        motor_hz = [rpm * _HZ_PER_RPM for rpm in motor_rpm]
-        self.site.take_rendered(t_s, both, gap_s)
-        self.fingers.take_rendered(t_s, force_n, motor_hz, plate_c, plate_set_c, limited)
-        self.signals.take(t_s, "force_n", [force_n])
+    def _rendered(self, t_s: float, row: Rendered) -> None:
+        motor_hz = [rpm * _HZ_PER_RPM for rpm in row.motor_rpm]
+        self.site.take_rendered(t_s, row.engaged, row.age_s)
+        self.fingers.take_rendered(t_s, row.force_n, motor_hz, row.plate_c, row.plate_set_c, row.limits)
+        self.signals.take(t_s, "force_n", [row.force_n])
         self.signals.take(t_s, "motor_hz", [motor_hz, self.fingers.plates_c(t_s)])
 
     def desk(self, now_s: float, told: Mapping[str, Any]) -> None:

@@ -11,8 +11,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
-from common.recorded_fields import Fits, maybe, number, read_map, read_row, text, whole
+from common.recorded_fields import Fits, maybe, number, read_map, text, whole
 from common.recording_reader import RecordingReader
+from common.session import Happening
 
 STREAMS = (
     "operator/touch",
@@ -103,8 +104,8 @@ class Recording:
                         marks["finding", entry["id"]] = Mark(felt_s, "finding", entry["text"])
                     case "console/alarm":
                         marks.setdefault(("alarm", entry["id"], entry["since_s"]), Mark(at_s, "alarm", entry["text"]))
-                    case _ if entry[0] == "fault":
-                        marks["fault", time_ns] = Mark(at_s, "fault", entry[2])
+                    case _ if entry.what == "fault":
+                        marks["fault", time_ns] = Mark(at_s, "fault", entry.text)
         return sorted(marks.values())
 
     def examinations(self) -> Iterator[tuple[int, dict[str, Any]]]:
@@ -128,7 +129,7 @@ class Recording:
 _MARKED: dict[str, Callable[[bytes], Any]] = {
     "console/finding": lambda payload: read_map(payload, {"id": whole, "at_s": number, "text": text}),
     "console/alarm": lambda payload: read_map(payload, {"id": text, "since_s": number, "text": text}),
-    "operator/session": lambda payload: read_row(payload, {"what": text, "session": whole, "text": text}),
+    "operator/session": Happening.unpack,
 }
 _EXAMINATION: dict[str, Fits] = {"what": text, "pseudonym": maybe(text), "wall_clock": maybe(text)}
 

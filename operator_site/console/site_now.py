@@ -10,6 +10,7 @@ from common.ladder import REFRESH_S
 from common.limits import GAP_S
 from common.messages import Touch
 from common.packets import LinkState
+from common.session import Happening
 from common.shown_state import (
     CONNECTED,
     DISCONNECTED,
@@ -181,10 +182,11 @@ class SiteNow:
             return ENGAGING
         return PAUSED if self.paused and pauses else CONNECTED
 
-    def take_happening(self, t_s: float, what: str, session: int, text: str) -> None:
+    def take_happening(self, t_s: float, happening: Happening) -> None:
         """Something happened to the session."""
         self._told_s = max(self._told_s, t_s)
-        match what:
+        session, text = happening.session, happening.text
+        match happening.what:
             case "connected":
                 self.state, self.session, self.lost_engaged = self._unless_fault(LinkState.CONNECTED), session, False
             case "engaged":

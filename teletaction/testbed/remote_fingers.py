@@ -103,4 +103,5 @@ class RemoteFingers:
             tuple(world.measured_force_n.tolist()),
             tuple(texture),
             tuple(plates),
+            None,
         )

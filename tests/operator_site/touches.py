@@ -1,8 +1,9 @@
 """Touch packets, and the input of a tick of the rendering, made of what a test names."""
 
 from collections.abc import Iterable
-from dataclasses import replace
 from typing import Any
+
+from msgspec.structs import replace
 
 from common.fingers import FINGERS
 from common.messages import NO_TOUCH, Event, Touch, TouchRow, pack_rows

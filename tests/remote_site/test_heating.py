@@ -25,7 +25,7 @@ def cool(under_k: float = 1.0, fault: str = "") -> tuple[PlateReading, ...]:
 
 
 def sensed(t_s: float, plates: tuple[PlateReading | None, ...]) -> Sensed:
-    return Sensed(t_s, 0.0, 0.0, REST, REST, NONE, plates)
+    return Sensed(t_s, 0.0, 0.0, REST, REST, NONE, plates, None)
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from remote_site.site_recording import SCHEMAS, SiteRecording
 from tests.remote_site.shipped_tables import perception
 
 FIVE = (0.0,) * len(FINGERS)
-SENSED = Sensed(1.0, 0.0, 0.0, FIVE, FIVE, (None,) * len(FINGERS), (None,) * len(FINGERS))
+SENSED = Sensed(1.0, 0.0, 0.0, FIVE, FIVE, (None,) * len(FINGERS), (None,) * len(FINGERS), None)
 
 COMMAND = GatedCommand(True, False, 0.0, 0.0, list(FIVE), list(FIVE), [0] * len(FINGERS), None)
 

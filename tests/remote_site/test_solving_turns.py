@@ -31,7 +31,7 @@ def five_plates(tick: int, contact: int) -> Sensed:
             sensor_c = AMBIENT_C + (OFFSETS_K[0] + stagger_k) * (0.6 + 0.4 * math.exp(-after_s))
             plates[finger] = PlateReading(sensor_c, AMBIENT_C, "", 2000 * tick, 0)
     forces_n = (1.2 if tick >= contact else 0.0,) * FIVE
-    return Sensed(5.0 + PERIOD_S * tick, 0.0, 0.0, (0.0,) * FIVE, forces_n, (None,) * FIVE, tuple(plates))
+    return Sensed(5.0 + PERIOD_S * tick, 0.0, 0.0, (0.0,) * FIVE, forces_n, (None,) * FIVE, tuple(plates), None)
 
 
 class Waiting:
