@@ -9,24 +9,12 @@ from collections.abc import Iterable
 from enum import IntEnum
 from functools import lru_cache
 from itertools import chain
-from typing import Annotated, NamedTuple, get_type_hints
+from typing import Annotated, Any, NamedTuple, Self, get_type_hints
+
+from msgspec import Meta, Struct
 
 from common.finger_block import FingerBlock
-from common.packets import (
-    SCHEMA_VERSION,
-    BadPacket,
-    Floats,
-    LinkState,
-    N,
-    pack,
-    read_enum,
-    read_integer,
-    read_state,
-    read_text,
-    read_texts,
-    unpack,
-    unpack_list,
-)
+from common.packets import BadPacket, Floats, Integer, LinkState, N, Name, Packet, pack, unpack
 from common.told import NOTHING_TOLD, Told, pack_told, read_told
 
 EVENT_MAX = 2000.0
@@ -181,34 +169,32 @@ class Event(NamedTuple):
     following then, 0 where it followed none.
     """
 
-    ident: int
+    ident: Integer
     kind: EventKind
-    finger: int
-    time_ns: int
-    hand_ns: int
-    value: float
-    name: str = ""
+    finger: Annotated[int, Meta(ge=0, le=N - 1)]
+    time_ns: Integer
+    hand_ns: Integer
+    value: Annotated[float, Meta(ge=0.0, le=EVENT_MAX)]
+    name: Name = ""
 
 
-class Motion(NamedTuple):
+class Motion(Packet, frozen=True):
     """Where the operator's fingertips are, m; `floats` are the bytes of a `MOTION_BLOCK`."""
 
-    session: int
-    sequence: int
-    time_ns: int
     state: LinkState
     floats: bytes
 
     def encode(self) -> bytes:
         """Packet bytes; raises BadPacket on a value out of range."""
-        floats = MOTION_BLOCK.check(self.floats)
-        return pack([SCHEMA_VERSION, self.session, self.sequence, self.time_ns, self.state, floats])
+        MOTION_BLOCK.check(self.floats)
+        return super().encode()
 
     @classmethod
-    def decode(cls, packet: bytes) -> "Motion":
+    def decode(cls, packet: bytes) -> Self:
         """Check and unpack; raises BadPacket."""
-        _, session, sequence, time_ns, state, floats = unpack(packet, 6)
-        return cls(session, sequence, time_ns, read_state(state), MOTION_BLOCK.check(floats))
+        motion = super().decode(packet)
+        MOTION_BLOCK.check(motion.floats)
+        return motion
 
     @property
     def block(self) -> Floats:
@@ -238,20 +224,17 @@ class Touch(NamedTuple):
 
     def encode(self) -> bytes:
         """Packet bytes; raises BadPacket on a value out of range."""
-        floats = TOUCH_BLOCK.check(self.floats)
-        header = (SCHEMA_VERSION, self.session, self.sequence, self.time_ns, self.state)
-        return pack([*header, floats, _pack_news(self.materials, self.events), pack_told(self.told)])
+        floats, news = TOUCH_BLOCK.check(self.floats), _pack_news(self.materials, self.events)
+        header = self.session, self.sequence, self.time_ns, self.state
+        return _TouchPacket(*header, floats, news, pack_told(self.told)).encode()
 
     @classmethod
     def decode(cls, packet: bytes) -> "Touch":
         """Check and unpack; raises BadPacket."""
-        _, session, sequence, time_ns, state, floats, news, told = unpack(packet, 8)
-        if type(news) is not bytes or type(told) is not bytes:
-            raise BadPacket("news or told: not bytes")
-        checked = TOUCH_BLOCK.check(floats)
-        # As `cls(...)` does, without another function that would have to be fetched into the caches.
-        told_now = read_told(told)
-        return tuple.__new__(cls, (session, sequence, time_ns, read_state(state), checked, *_read_news(news), told_now))
+        sent = _TouchPacket.decode(packet)
+        floats, news, told = TOUCH_BLOCK.check(sent.floats), _read_news(sent.news), read_told(sent.told)
+        header = sent.session, sent.sequence, sent.time_ns, sent.state
+        return cls(*header, floats, news.materials, news.events, told)
 
     @property
     def block(self) -> Floats:
@@ -264,39 +247,37 @@ class Touch(NamedTuple):
         return tuple(map(TouchRow._make, _TOUCH_ROW.iter_unpack(self.floats)))
 
 
+class _TouchPacket(Packet, frozen=True):
+    """A touch on the wire: names and events, and what changes slowly, are packed within it."""
+
+    state: LinkState
+    floats: bytes
+    news: bytes
+    told: bytes
+
+
+class _News(Struct, array_like=True, forbid_unknown_fields=True, frozen=True):
+    """What a touch names and what happened."""
+
+    materials: Annotated[tuple[Name, ...], Meta(min_length=N, max_length=N)]
+    events: Annotated[tuple[Event, ...], Meta(max_length=MAX_EVENTS)]
+
+
+_VALUE = Event._fields.index("value")
+
+
 # Names and events stay the same for many packets: what was packed or read once is remembered. Reading them every time
 # would cost as much as all the rest of a packet.
 @lru_cache(maxsize=64)
 def _pack_news(materials: tuple[str, ...], events: tuple[Event, ...]) -> bytes:
-    return pack([materials, events])
+    return pack(_News(materials, events))
 
 
 @lru_cache(maxsize=64)
-def _read_news(news: bytes) -> tuple[tuple[str, ...], tuple[Event, ...]]:
-    fields = unpack_list(news)
-    if len(fields) != 2:
-        raise BadPacket(f"news: {len(fields)} fields, expected 2")
-    materials, events = fields
-    if type(events) is not list or len(events) > MAX_EVENTS:
-        raise BadPacket(f"events: expected a list of at most {MAX_EVENTS}")
-    try:
-        happened = tuple([_event(*event) for event in events])
-    except TypeError:
-        raise BadPacket("events: expected lists of 7 plain values") from None
-    return read_texts(materials, "materials", N), happened
-
-
-def _event(
-    ident: object, kind: object, finger: object, time_ns: object, hand_ns: object, value: object, name: object
-) -> Event:
-    if type(value) is not float or not 0.0 <= value <= EVENT_MAX:
-        raise BadPacket(f"event: value is not a number in 0..{EVENT_MAX:g}")
-    return Event(
-        read_integer(ident, "event"),
-        read_enum(EventKind, kind),
-        read_integer(finger, "event finger", 0, N - 1),
-        read_integer(time_ns, "event time"),
-        read_integer(hand_ns, "event hand time"),
-        value,
-        read_text(name, "event name"),
-    )
+def _read_news(packed: bytes) -> _News:
+    news = unpack(packed, _News, "news")
+    # The decoder takes integers for floats, and a list that ends early for one with default values.
+    for fields in unpack(packed, tuple[Any, list[list[Any]]], "news")[1]:
+        if len(fields) != len(Event._fields) or type(fields[_VALUE]) is not float:
+            raise BadPacket(f"news: not {len(Event._fields)} fields of an event, with a value that is a float")
+    return news

@@ -1,6 +1,5 @@
 """Rows of a recording: one definition of each row's fields serves its writer, its readers, and the stream's schema."""
 
-import re
 import sys
 from typing import Annotated, Self, TypeVar
 
@@ -8,6 +7,7 @@ import msgspec
 from msgspec import Meta, Struct, inspect
 
 from common.fingers import FINGERS
+from common.misfit import misfit
 
 T = TypeVar("T")
 Finite = Annotated[float, Meta(ge=-sys.float_info.max, le=sys.float_info.max)]
@@ -20,7 +20,6 @@ Five = Annotated[list[T], _EACH]
 FixedFive = Annotated[tuple[T, ...], _EACH]
 """The same where nobody changes it."""
 _pack = msgspec.msgpack.Encoder().encode
-_PLACE = re.compile(r"at `\$\[(\d+)\]")
 
 
 class Row(Struct, array_like=True, forbid_unknown_fields=True):
@@ -40,19 +39,12 @@ class Row(Struct, array_like=True, forbid_unknown_fields=True):
         try:
             return msgspec.msgpack.decode(payload, type=cls)
         except Exception as error:  # what damaged bytes raise has no common base
-            raise ValueError(_misfit(cls, str(error))) from None
+            raise ValueError(misfit(cls.__struct_fields__, str(error))) from None
 
     @classmethod
     def schema(cls) -> dict[str, object]:
         """The schema of a stream of these rows: the names of their fields, and what they are."""
         return {"type": "array", "description": f"{_layout(inspect.type_info(cls))}: {cls.__doc__}"}
-
-
-def _misfit(kind: type[Row], error: str) -> str:
-    """Why a payload is none of these rows, with the name of the field that does not fit."""
-    found = _PLACE.search(error)
-    name = kind.__struct_fields__[int(found[1])] if found else ""
-    return f"field {name}: {error}" if found else f"not a list of {len(kind.__struct_fields__)} fields: {error}"
 
 
 def _layout(kind: inspect.Type) -> str:

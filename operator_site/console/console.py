@@ -11,7 +11,7 @@ import numpy as np
 
 from common.fingers import FINGERS
 from common.messages import Touch
-from common.packets import BadPacket, LinkState
+from common.packets import LinkState
 from common.session import Happening
 from common.shown_state import CONNECTED, ENGAGED, ENGAGING, FAULT, PAUSED, STOPPED
 from operator_site.console.alarm_rules import Surroundings, causes
@@ -70,7 +70,7 @@ class Console:
             self._take(stream, time_ns * 1e-9, payload)
         except Exception as error:  # whatever is wrong with one message, the others are still to be shown
             if not self.damaged:
-                log.warning("%s: %s", stream, error, exc_info=not isinstance(error, BadPacket))
+                log.warning("%s: %s", stream, error, exc_info=not isinstance(error, ValueError))
             self.damaged += 1
         # What a recording shows at a moment must not depend on how one came there: its own time makes its alarms.
         if not self.live and not 0.0 <= time_ns * 1e-9 - self._stepped_s < ALARMS_EVERY_S:

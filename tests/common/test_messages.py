@@ -108,7 +108,7 @@ def test_each_headers_field_is_checked(golden: dict[str, bytes], name: str) -> N
 def test_a_state_that_is_none_is_refused(golden: dict[str, bytes], name: str) -> None:
     fields = msgpack.unpackb(golden[name])
     for bad in (4, -1, 1.0, "engaged", None, True):
-        with pytest.raises(BadPacket, match="LinkState"):
+        with pytest.raises(BadPacket, match="field state"):
             KINDS[name].decode(msgpack.packb([*fields[:4], bad, *fields[5:]]))
 
 
@@ -161,7 +161,7 @@ def _put(fields: list[Any], index: int, value: float) -> None:
 
 @pytest.mark.parametrize("block", [b"", bytes(499), bytes(501), "text", None, [0.0] * 125])
 def test_a_block_of_another_size_is_refused(golden: dict[str, bytes], block: object) -> None:
-    with pytest.raises(BadPacket, match="expected 500 bytes"):
+    with pytest.raises(BadPacket, match=r"expected 500 bytes|field floats"):
         Touch.decode(touch_with(golden, 5, block))
 
 
@@ -268,7 +268,7 @@ def test_too_long_a_packet_is_neither_sent_nor_taken_and_a_refusal_has_its_longe
 
 @pytest.mark.parametrize("verb", ["", "Engage", "reboot", None, 3, ["engage"], b"engage"])
 def test_an_unknown_verb_is_refused(verb: object) -> None:
-    with pytest.raises(BadPacket, match="unknown request"):
+    with pytest.raises(BadPacket, match=r"unknown request|field verb"):
         Request.decode(msgpack.packb([SCHEMA_VERSION, 1, 1, 1, verb, {}]))
 
 

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 from cantools.database.can import Message
+from msgspec import Struct
+from msgspec.structs import astuple
 
 from common.can_frames import FrameReceiver, FrameSender
 from common.framing import Frame, FrameReader, encode_frame
@@ -75,6 +77,8 @@ def assert_finite(value: Any) -> None:
     elif is_dataclass(value):
         for field in fields(value):
             assert_finite(getattr(value, field.name))
+    elif isinstance(value, Struct):
+        assert_finite(astuple(value))
     elif isinstance(value, dict):
         for item in value.values():
             assert_finite(item)
