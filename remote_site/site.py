@@ -8,6 +8,8 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from msgspec import structs
+
 from common.capabilities import capabilities
 from common.clock import ReadClock
 from common.config import RemoteConfig, to_toml
@@ -142,7 +144,7 @@ class RemoteSite:
         with self.contain.step("read"):
             return self._devices.read(now_s, self._followed())
         now_s += self._devices.tick.stood_still_ns * 1e-9
-        return replace(self._sensed, time_s=now_s, texture_counts=_NOTHING_NEW, plates=_NOTHING_NEW, hand=None)
+        return structs.replace(self._sensed, time_s=now_s, texture_counts=_NOTHING_NEW, plates=_NOTHING_NEW, hand=None)
 
     def _serve(self, now_ns: int) -> None:
         """Take what the person at the desk and the operator sent, and go on with the session."""

@@ -1,11 +1,11 @@
 """A far side that lies, within what decoders accept: limits and hold times hold, and no site contains an exception."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from common.messages import EVENT_MAX, TOUCH_BLOCK, TOUCH_HIGH, TOUCH_LOW, Event, EventKind, Touch
 from common.packets import MAX_INTEGER, MAX_TEXT, LinkState

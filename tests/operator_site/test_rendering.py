@@ -1,9 +1,9 @@
 """Rendering and its gate in one step: what they do with a session, a fault, and input that is missing."""
 
 import math
-from dataclasses import replace
 
 import pytest
+from msgspec.structs import replace
 
 from common.config import RenderingConfig
 from common.limits import FORCE_SAFE_S, MOTOR_FLOOR_RPM, PRODUCED_J

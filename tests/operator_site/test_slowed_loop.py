@@ -5,10 +5,10 @@ The finger is 0.1 kg on a spring of 400 N/m, in an exoskeleton of 2 Ns/m whose f
 
 import math
 from collections import deque
-from dataclasses import replace
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from common.config import RenderingConfig
 from common.packets import N
