@@ -16,7 +16,7 @@ from studies.felt_surface import STEPS, TICK_S, Felt, Floats, sense
 from studies.pieces import HERE, Piece, Work, one_thread, part_of, rows_of
 from studies.running import Tell
 from studies.surface_identification_figure import plot
-from studies.surface_scenes import HAND_STEP_M, STROKE_FROM_S, Told, pressed, rested, stroked, tell
+from studies.surface_scenes import HAND_STEP_M, STROKE_FROM_S, Identified, identify, pressed, rested, stroked
 
 __all__ = ["plot", "run", "tables"]
 
@@ -101,13 +101,13 @@ def _pressed(
         yield [kind | row for row in _by_force(judged, force_n)], [kind | _known(judged)]
 
 
-def _identified(felt: Felt, rng: np.random.Generator, steps: str = "12 bits") -> list[Told]:
+def _identified(felt: Felt, rng: np.random.Generator, steps: str = "12 bits") -> list[Identified]:
     force_n, z_m = sense(felt, rng, STEPS[steps])
     x_m = np.round(felt.x_m / HAND_STEP_M) * HAND_STEP_M
-    return [tell(*columns) for columns in zip(force_n.T, z_m.T, x_m.T, strict=True)]
+    return [identify(*columns) for columns in zip(force_n.T, z_m.T, x_m.T, strict=True)]
 
 
-def _judge(felt: Felt, finger: int, identified: Told) -> dict[str, Any]:
+def _judge(felt: Felt, finger: int, identified: Identified) -> dict[str, Any]:
     """Judge one press: error at the end, correctness and time of the known stiffness, and excess force until then."""
     force_n, z_m = felt.force_n[:, finger], felt.z_m[:, finger]
     error = identified.stiffness_n_m / felt.stiffness_n_m[:, finger] - 1.0
@@ -186,7 +186,7 @@ def _jitter(seed: int) -> Iterator[dict[str, Any]]:
     force_n, z_m = sense(felt, rng, STEPS["12 bits"])
     raw_m = (z_m + force_n / stiffness_n_m)[late].std(axis=0)
     for finger, wall_n_m in enumerate(RESTED_N_M):
-        identified_m = tell(force_n[:, finger], z_m[:, finger], felt.x_m[:, finger]).surface_m[late]
+        identified_m = identify(force_n[:, finger], z_m[:, finger], felt.x_m[:, finger]).surface_m[late]
         yield {
             "stiffness_n_m": wall_n_m,
             "raw_mm": 1e3 * float(raw_m[finger]),

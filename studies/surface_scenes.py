@@ -26,7 +26,7 @@ HAND_STEP_M = 2e-5
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class Identified:
     """Identified surface of one finger, (ticks,) each; 0 without contact."""
 
     stiffness_n_m: Floats
@@ -37,7 +37,7 @@ class Told:
     known: NDArray[np.bool_]
 
 
-def tell(force_n: Floats, z_m: Floats, x_m: Floats) -> Told:
+def identify(force_n: Floats, z_m: Floats, x_m: Floats) -> Identified:
     """Identify one finger's surface from sensed force and position, (ticks,) each."""
     surface, rows = TouchedSurface(), []
     for tick, (newton, z, x) in enumerate(zip(force_n.tolist(), z_m.tolist(), x_m.tolist(), strict=True)):
@@ -53,7 +53,7 @@ def tell(force_n: Floats, z_m: Floats, x_m: Floats) -> Told:
             )
         )
     stiffness, ln_sd, surface_m, damping, slope, known = np.array(rows).T
-    return Told(stiffness, ln_sd, surface_m, damping, slope, known.astype(bool))
+    return Identified(stiffness, ln_sd, surface_m, damping, slope, known.astype(bool))
 
 
 def pressed(

@@ -11,16 +11,16 @@ from hypothesis import strategies as st
 from common.messages import STIFFNESS_KNOWN_LN_SD
 from remote_site.touched_surface import UNKNOWN_LN_SD, TouchedSurface
 from studies.felt_surface import STEPS, TICK_S, Felt, sense
-from studies.surface_scenes import HAND_STEP_M, STROKE_M_S, Told, pressed, rested, stroked, tell
+from studies.surface_scenes import HAND_STEP_M, STROKE_M_S, Identified, identify, pressed, rested, stroked
 
 SEEDS = {100.0: 81_101, 200.0: 81_102, 500.0: 81_103, 1000.0: 81_104, 2000.0: 81_105, 3000.0: 81_106}
 PRESSES = 8
 
 
-def told(felt: Felt, seed: int, steps: str = "12 bits") -> list[Told]:
+def identified(felt: Felt, seed: int, steps: str = "12 bits") -> list[Identified]:
     force_n, z_m = sense(felt, np.random.default_rng(seed), STEPS[steps])
     x_m = np.round(felt.x_m / HAND_STEP_M) * HAND_STEP_M
-    return [tell(*columns) for columns in zip(force_n.T, z_m.T, x_m.T, strict=True)]
+    return [identify(*columns) for columns in zip(force_n.T, z_m.T, x_m.T, strict=True)]
 
 
 @cache
@@ -32,7 +32,7 @@ def presses(stiffness_n_m: float) -> Felt:
 @pytest.mark.parametrize("stiffness_n_m", SEEDS)
 def test_one_press_tells_the_stiffness_and_only_when_it_is_known(stiffness_n_m: float, steps: str) -> None:
     felt = presses(stiffness_n_m)
-    for finger, each in enumerate(told(felt, 1, steps)):
+    for finger, each in enumerate(identified(felt, 1, steps)):
         pressing = felt.force_n[:, finger] > 1.0
         last = np.flatnonzero(pressing)[-1]
         assert each.known[last], "it is known before the finger leaves"
@@ -44,7 +44,7 @@ def test_one_press_tells_the_stiffness_and_only_when_it_is_known(stiffness_n_m: 
 @pytest.mark.parametrize("stiffness_n_m", SEEDS)
 def test_before_it_is_known_no_place_is_pressed_harder_than_by_the_object(stiffness_n_m: float) -> None:
     felt = presses(stiffness_n_m)
-    for finger, each in enumerate(told(felt, 2)):
+    for finger, each in enumerate(identified(felt, 2)):
         until = np.argmax(each.known)
         for below_m in (0.0, 0.5e-3, 2e-3, 10e-3):
             z_m = felt.z_m[:until, finger] - below_m
@@ -57,11 +57,11 @@ def test_damping_is_told_where_a_press_was_fast_enough() -> None:
     shares = []
     for stiffness_n_m in (200.0, 500.0):
         felt = presses(stiffness_n_m)
-        for finger, each in enumerate(told(felt, 3)):
+        for finger, each in enumerate(identified(felt, 3)):
             tells = each.damping_n_s_m > 0.0
             shares += (each.damping_n_s_m / np.maximum(0.1, felt.force_n[:, finger]))[tells].tolist()
     assert np.median(shares) == pytest.approx(1.5, rel=0.2), "Hunt and Crossley's constant"
-    assert not any(each.damping_n_s_m.any() for each in told(rested(np.array([3000.0]), 0.5, 1.0), 3))
+    assert not any(each.damping_n_s_m.any() for each in identified(rested(np.array([3000.0]), 0.5, 1.0), 3))
 
 
 @pytest.mark.parametrize("stiffness_n_m", [50.0, 200.0, 1000.0, 3000.0])
@@ -70,7 +70,7 @@ def test_the_told_surface_does_not_shake(stiffness_n_m: float) -> None:
     force_n, z_m = sense(felt, np.random.default_rng(4), STEPS["12 bits"])
     late = felt.time_s > 1.5
     raw_m = (z_m + force_n / stiffness_n_m)[late, 0]
-    (each,) = told(felt, 4)
+    (each,) = identified(felt, 4)
     surface_m = each.surface_m[late]
     assert each.known[late].all()
     assert surface_m.std() < 0.03e-3
@@ -85,7 +85,7 @@ def test_a_moving_surface_is_followed(
     stiffness_n_m: float, late_s: float, amplitude_m: float, frequency_hz: float
 ) -> None:
     felt = rested(np.array([stiffness_n_m]), 4.0, 6.0, amplitude_m=amplitude_m, frequency_hz=frequency_hz)
-    (each,) = told(felt, 5)
+    (each,) = identified(felt, 5)
     late = felt.time_s > 1.5
     shown_n = each.stiffness_n_m * (each.surface_m - felt.z_m[:, 0])
     fastest_m_s = 2.0 * math.pi * frequency_hz * amplitude_m
@@ -96,7 +96,7 @@ def test_a_moving_surface_is_followed(
 
 def test_a_surface_that_comes_up_to_a_finger_tells_no_stiffness() -> None:
     felt = rested(np.array([1000.0]), 0.0, 4.0, amplitude_m=-2e-3, frequency_hz=0.5)
-    (each,) = told(felt, 6)
+    (each,) = identified(felt, 6)
     assert felt.force_n.max() > 0.5
     assert not each.known.any()
     assert np.all(each.stiffness_n_m * np.maximum(0.0, each.surface_m - felt.z_m[:, 0]) <= felt.force_n[:, 0] + 0.03)
@@ -108,7 +108,7 @@ def test_a_stroke_onto_a_nodule_finds_it_stiffer_and_not_higher(edge_m: float) -
         return 150.0 + 450.0 * np.clip((x_m - 0.03) / edge_m, 0.0, 1.0)
 
     felt = stroked(tissue_n_m, np.array([150.0]), 1.0, 3.0)
-    (each,) = told(felt, 7)
+    (each,) = identified(felt, 7)
     ln_error = np.log(each.stiffness_n_m[500:] / felt.stiffness_n_m[500:, 0])
     upon = felt.x_m[500:, 0] > 0.03 + edge_m + 0.05 * STROKE_M_S
     before = felt.x_m[500:, 0] < 0.03 - 0.001
@@ -122,7 +122,7 @@ def test_a_stroke_onto_a_nodule_finds_it_stiffer_and_not_higher(edge_m: float) -
 def test_a_stroke_tells_the_slope_and_rest_does_not(stiffness_n_m: float) -> None:
     wall = np.array([stiffness_n_m])
     felt = stroked(lambda _: wall, wall, 4.0, 2.0, slope=-0.08)
-    (each,) = told(felt, 8)
+    (each,) = identified(felt, 8)
     assert not each.slope[felt.time_s < 1.0].any()
     assert each.slope[felt.time_s > 1.5] == pytest.approx(-0.08, abs=0.04)
     assert each.surface_m[felt.time_s > 1.5] == pytest.approx(
