@@ -141,11 +141,11 @@ docs: $(READY)
 	@echo "the site is $(SITE)/docs/index.html"
 
 # What stands before every device: the two gates and the parts they are made of.
-OPERATOR_GATE := operator_site.gate operator_site.force_limits operator_site.plate_follow common.port_energy \
-	common.oscillation common.repeated_fault common.skin_dose
+OPERATOR_GATE := operator_site.gate operator_site.force_limits operator_site.plate_follow operator_site.safety.passivity_controller \
+	common.safety.oscillation_detector common.safety.repeated_fault common.safety.thermal_dose
 PATIENT_GATE := remote_site.patient_gate remote_site.finger_height remote_site.approach remote_site.left_work \
-	remote_site.telemanipulator_follow remote_site.lately remote_site.heater_limits common.oscillation \
-	common.repeated_fault common.skin_dose
+	remote_site.telemanipulator_follow remote_site.lately remote_site.heater_limits common.safety.oscillation_detector \
+	common.safety.repeated_fault common.safety.thermal_dose
 
 .PHONY: coverage
 coverage: $(READY)

@@ -9,13 +9,13 @@ from typing import Annotated, Literal, TypeVar
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from common import limits
-from common.can_line import CanAddress
+from common.buses.can_port import CanAddress
+from common.files.printable import printable
+from common.files.read_files import NotToml, read_toml
 from common.fingers import FINGERS
-from common.keys import KEY_LENGTH
-from common.ladder import FASTEST_RATE_HZ, SLOWEST_RATE_HZ, check_ladder
+from common.link.keys import KEY_LENGTH
 from common.logs import LogForm
-from common.printable import printable
-from common.read_files import NotToml, read_toml
+from common.timing.timeouts import FASTEST_RATE_HZ, SLOWEST_RATE_HZ, check_ladder
 
 FingerName = Literal["thumb", "index", "middle", "ring", "little"]
 

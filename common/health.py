@@ -11,10 +11,10 @@ import time
 from pathlib import Path
 from typing import Any
 
-from common.ladder import SUPERVISOR_WATCHDOG_S
-from common.printable import printable
-from common.read_files import read_json
-from common.shown_state import ENDED, SILENT, seconds_old
+from common.files.printable import printable
+from common.files.read_files import read_json
+from common.link.session_display import ENDED, SILENT, seconds_old
+from common.timing.timeouts import SUPERVISOR_WATCHDOG_S
 
 OLDEST_S = SUPERVISOR_WATCHDOG_S
 _ILLS = ("fault", "missing", "stale", "keys")

@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Mapping
 
 from common import limits
+from common.buses.drive_monitor import MEMORY_S, NEAR_N, PERSIST_S
 from common.config import OperatorConfig, RemoteConfig
-from common.drive_obeys import MEMORY_S, NEAR_N, PERSIST_S
-from common.ladder import Rung, in_ms, ladder
-from common.safe_states import SAFE_STATES, TICK_S
+from common.timing.safe_states import SAFE_STATES, TICK_S
+from common.timing.timeouts import Rung, in_ms, ladder
 
 OPERATOR_HZ, REMOTE_HZ = (kind.model_fields["rate_hz"].default for kind in (OperatorConfig, RemoteConfig))
 """Default rates of the loops, Hz, for the example on the page."""
@@ -17,8 +17,9 @@ def limits_page() -> str:
     parts = [
         "# Limits",
         "",
-        "Every output to a finger or a patient stays within these tables. `common/limits.py`, `common/ladder.py` and",
-        "`common/safe_states.py` contain the numbers. After a change there, write this page again:",
+        "Every output to a finger or a patient stays within these tables. `common/limits.py`,",
+        "`common/timing/timeouts.py` and `common/timing/safe_states.py` contain the numbers.",
+        "After a change there, write this page again:",
         "`python -m common.limits_table > docs/limits.md`.",
         "",
         *_table(("what", "limit"), _limits().items()),

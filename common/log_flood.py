@@ -6,7 +6,7 @@ import time
 from collections import Counter
 from collections.abc import Callable
 
-from common.rate_limiter import RateLimiters
+from common.link.rate_limiter import RateLimiters
 
 AT_ONCE = 60
 """Lines that one place may log at once."""

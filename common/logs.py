@@ -9,8 +9,8 @@ import time
 from datetime import UTC, datetime
 from typing import Literal
 
+from common.files.printable import LONGEST, printable, printable_lines
 from common.log_flood import FloodFilter
-from common.printable import LONGEST, printable, printable_lines
 
 LogForm = Literal["text", "json"]
 

@@ -12,8 +12,8 @@ from typing import Any, TypeVar
 from pydantic import BaseModel
 
 from common.config import load_config
+from common.files.printable import printable
 from common.logs import LogForm, log_to_stderr
-from common.printable import printable
 
 log = logging.getLogger(__name__)
 

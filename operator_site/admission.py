@@ -2,8 +2,8 @@
 
 import logging
 
-from common.curve_sockets import LinkProblem
-from common.link import OperatorLink
+from common.link.curve import LinkProblem
+from common.link.link import OperatorLink
 from operator_site.session_client import SessionClient
 
 log = logging.getLogger(__name__)

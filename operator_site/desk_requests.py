@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from common.packets import LinkState
-from common.session import Refused, note_text
-from common.site_report import desk_answer
+from common.link.session_state import Refused, note_text
+from common.site_status import desk_answer
+from common.wire.packets import LinkState
 from operator_site.attendance import Attendance
 from operator_site.operator_session import OperatorSession
 

@@ -2,14 +2,14 @@
 
 import math
 
+from common.buses.ready_lines import ReadyLines
+from common.buses.serial_device import SerialLine
+from common.buses.wiring import SYSTEM, Wiring
 from common.config import OperatorConfig
 from common.fingers import FINGERS
 from common.limits import GAP_S
-from common.ready_lines import ReadyLines
-from common.serial_line import SerialLine
-from common.standstill import HostClock
-from common.tick_age import TickAge
-from common.wiring import SYSTEM, Wiring
+from common.timing.standstill import HostClock
+from common.timing.tick_age import TickAge
 from operator_site.exoskeleton import Exoskeleton, Hand
 from operator_site.gated_output import GatedOutput
 from operator_site.tacttip import TactTip

@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from common.can_frames import FrameReceiver, FrameSender
-from common.can_line import CanAddress, CanLine
-from common.drive_obeys import DriveObeys, ForcesObey, StateComes
+from common.buses.can_frames import FrameReceiver, FrameSender
+from common.buses.can_port import CanAddress, CanLine
+from common.buses.drive_monitor import DriveObeys, ForcesObey, StateComes
+from common.buses.wiring import SYSTEM, Wiring
 from common.fingers import FINGERS
-from common.ladder import FRAME_S
 from common.limits import GAP_S
-from common.standstill import HostClock, Witness
-from common.wiring import SYSTEM, Wiring
+from common.timing.standstill import HostClock, Witness
+from common.timing.timeouts import FRAME_S
 from operator_site.hand_encoders import HandEncoders
 
 _MM = 1000.0

@@ -11,11 +11,11 @@ from typing import NamedTuple, Protocol
 import msgpack
 import zmq
 
-from common.curve_sockets import LinkProblem, prepare_publisher, prepare_socket, serve_curve, use_curve
-from common.desk import HOST
-from common.doorkeeper import Doorkeeper
-from common.keys import KeyPair
-from common.subscribers import Subscribers
+from common.link.authenticator import Doorkeeper
+from common.link.curve import LinkProblem, prepare_publisher, prepare_socket, serve_curve, use_curve
+from common.link.keys import KeyPair
+from common.link.local_control import HOST
+from common.link.subscriptions import Subscribers
 
 STREAMS = frozenset(
     f"operator/{stream}" for stream in ("touch", "rendered", "skin", "clock", "session", "played", "figures")

@@ -12,8 +12,8 @@ from operator import attrgetter
 from common.config import VibrationScale
 from common.fingers import FINGERS
 from common.limits import COMFORT, GAP_S, PlateRange
-from common.materials import materials
-from common.messages import NO_TOUCH, Event, EventKind, TouchRow
+from common.scenes.materials import materials
+from common.wire.messages import NO_TOUCH, Event, EventKind, TouchRow
 from operator_site.approach import LEAD_S, ApproachSpeed, contact_c, contact_in_s
 from operator_site.gated_output import SKIN_NEUTRAL_C
 from operator_site.groove_timing import GrooveTiming

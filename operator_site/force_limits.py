@@ -3,8 +3,8 @@
 import math
 
 from common.limits import ACCOUNT_J, FINGER_FORCE_N, FORCE_RAMP_DOWN_N_S, FORCE_RAMP_UP_N_S, FORCE_SAFE_S, GAP_S
-from common.oscillation import Oscillation
-from common.port_energy import PortEnergy
+from common.safety.oscillation_detector import Oscillation
+from operator_site.safety.passivity_controller import PortEnergy
 from operator_site.sampled_wall import SampledWall
 
 FORCE_MARGIN_S = 0.010

@@ -9,7 +9,6 @@ import math
 from collections.abc import Sequence
 
 from common.fingers import FINGERS
-from common.ladder import TICK_AGE_S
 from common.limits import (
     GAP_S,
     MOTOR_FLOOR_RPM,
@@ -20,8 +19,9 @@ from common.limits import (
     WIDE,
     PlateRange,
 )
-from common.repeated_fault import STAYS_OFF, RepeatedFault
-from common.skin_dose import SkinDose
+from common.safety.repeated_fault import STAYS_OFF, RepeatedFault
+from common.safety.thermal_dose import SkinDose
+from common.timing.timeouts import TICK_AGE_S
 from operator_site.force_limits import ForceLimits
 from operator_site.gated_output import SKIN_NEUTRAL_C, GatedOutput
 from operator_site.limit_flags import RATE_ROUNDING_K, Limit

@@ -1,9 +1,9 @@
 """Renderer and gate of the operator site in one step: from a tick's input to what may reach the devices."""
 
 from common.config import RenderingConfig
-from common.containment import Containment
 from common.fingers import FINGERS, named_finger
 from common.limits import PLATE_PROFILES
+from common.runtime.containment import Containment
 from operator_site.fingertips import Fingertips
 from operator_site.gate import OperatorGate
 from operator_site.gated_output import GatedOutput

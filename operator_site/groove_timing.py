@@ -9,7 +9,7 @@ import math
 from collections import deque
 from collections.abc import Iterable
 
-from common.messages import Event, EventKind
+from common.wire.messages import Event, EventKind
 
 LONGEST_WAIT_S = 0.040
 """Later than that a texture feels like another one (Okamoto et al. 2009): what comes later still is not waited for."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from common.encoder_jumps import FINGER_M_S, HAND_M_S, EncoderJumps
+from common.buses.encoder_glitches import FINGER_M_S, HAND_M_S, EncoderJumps
 from common.fingers import FINGERS
 from operator_site.still_finger import StillFingers
 

@@ -7,7 +7,7 @@ seconds, since only water can hold its temperature.
 
 import math
 
-from common.thermometry import ntc_c
+from common.buses.thermometry import ntc_c
 from operator_site.ntc import ntc_fault
 
 WARMEST_C = 30.0

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
+from common.buses.serial_messages import MOTOR_MAX_MV, MOTOR_PULSE_MAX_US
 from common.limits import MODULE_TIMEOUT_S, MOTOR_MAX_RPM
-from common.serial_messages import MOTOR_MAX_MV, MOTOR_PULSE_MAX_US
 
 RPM_TO_RAD_S = math.pi / 30.0
 CLOSE = 0.04

@@ -4,7 +4,7 @@ import math
 from collections import deque
 from typing import NamedTuple
 
-from common.thermometry import ntc_c
+from common.buses.thermometry import ntc_c
 
 SHORT_BELOW = 100
 OPEN_ABOVE = 3995

@@ -8,15 +8,15 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from common.capabilities import OBSERVER, capabilities
 from common.config import ObserverConfig
-from common.curve_sockets import LinkProblem
 from common.fingers import FINGERS
-from common.keys import Role, load_keys
-from common.link import OperatorLink
-from common.loop import PeriodicLoop
-from common.messages import ExplorationMode, ThermalStatus, Touch
-from common.shown_state import DISCONNECTED, SILENT, Source, shown_state
+from common.link.capabilities import OBSERVER, capabilities
+from common.link.curve import LinkProblem
+from common.link.keys import Role, load_keys
+from common.link.link import OperatorLink
+from common.link.session_display import DISCONNECTED, SILENT, Source, shown_state
+from common.runtime.periodic_loop import PeriodicLoop
+from common.wire.messages import ExplorationMode, ThermalStatus, Touch
 from operator_site.remote_key import remote_public_key
 from operator_site.session_client import SessionClient
 

@@ -2,11 +2,11 @@
 
 from typing import Protocol
 
-from common.clock import ClockOffset
-from common.emergency_stop import Unconfirmed
-from common.messages import Touch
-from common.packets import Floats
-from common.site_report import SessionEnd
+from common.link.clock_offset import ClockOffset
+from common.link.emergency_stop import Unconfirmed
+from common.site_status import SessionEnd
+from common.wire.messages import Touch
+from common.wire.packets import Floats
 
 
 class OperatorSession(SessionEnd, Protocol):

@@ -1,6 +1,6 @@
 """Rows that the operator site records and consoles read."""
 
-from common.recorded_row import FingerNumber, Finite, Five, FixedFive, Row, Whole
+from common.recording.recorded_row import FingerNumber, Finite, Five, FixedFive, Row, Whole
 
 
 class Rendered(Row):

@@ -1,7 +1,7 @@
 """Which public key the remote site must have."""
 
 from common.config import OperatorLinkConfig
-from common.keys import KeyProblem, TrustedKeys, check_public_key
+from common.link.keys import KeyProblem, TrustedKeys, check_public_key
 
 NAME = "remote"
 

@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 
-from common.packets import BadPacket
-from common.printable import one_line
-from common.session_messages import LONGEST_REFUSAL
+from common.files.printable import one_line
+from common.wire.packets import BadPacket
+from common.wire.session_messages import LONGEST_REFUSAL
 
 
 def recording_stopped(details: Mapping[str, object]) -> str:

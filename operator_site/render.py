@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from common.limits import COMFORT, PlateRange
-from common.messages import Event
+from common.wire.messages import Event
 from operator_site.model_choice import choose
 from operator_site.plate_display import PlateDisplay
 from operator_site.scene_skin import SceneSkin

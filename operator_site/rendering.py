@@ -4,10 +4,10 @@ import math
 from collections.abc import Sequence
 
 from common.config import RenderingConfig
-from common.containment import Containment
 from common.fingers import FINGERS
 from common.limits import PLATE_PROFILES
-from common.messages import NO_TOUCH, Touch, TouchRow
+from common.runtime.containment import Containment
+from common.wire.messages import NO_TOUCH, Touch, TouchRow
 from operator_site.fingertips import Fingertips, Requested
 from operator_site.held_force import HeldForce
 from operator_site.rendering_input import RenderingInput

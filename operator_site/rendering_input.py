@@ -7,8 +7,8 @@ from msgspec import Struct
 from msgspec.structs import asdict
 
 from common.limits import GAP_S
-from common.messages import Touch
-from common.recorded_row import Finite, FixedFive, Row, Whole
+from common.recording.recorded_row import Finite, FixedFive, Row, Whole
+from common.wire.messages import Touch
 
 _T = TypeVar("_T")
 

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from common.fingers import FINGERS
-from common.materials import Material, contact_resistance_m2k_w
+from common.scenes.materials import Material, contact_resistance_m2k_w
 from operator_site.model_choice import LONGEST_S, RUNGS, choose, rung_table
 from operator_site.skin import OUTPUTS, SkinModel, SkinStep, Touched, refined, skin_step
 from operator_site.tissue import Body, Floats, rest

@@ -5,22 +5,22 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any
 
-from common.acceptance import Acceptance
-from common.capabilities import OBSERVER, OPERATOR, disagreement, misreading
-from common.clock import ClockOffset, ReadClock
-from common.deadband import Deadband
-from common.emergency_stop import Unconfirmed
-from common.ladder import SESSION_SILENCE_S
 from common.limits import AGE_MAX_S, GAP_S
-from common.link_sides import OperatorSide
-from common.messages import MOTION_BLOCK, Motion, Touch
-from common.motion_prediction import MotionPrediction
-from common.packets import BadPacket, Floats, LinkState, WrongVersion
-from common.perceptible import motion_felt
-from common.rate_limiter import RateLimiters
-from common.session import Session
-from common.session_messages import LONGEST_REFUSAL, Answer, Heartbeat, Request
-from common.streams import STREAMS
+from common.link.capabilities import OBSERVER, OPERATOR, disagreement, misreading
+from common.link.clock_offset import ClockOffset, ReadClock
+from common.link.dead_reckoning import MotionPrediction
+from common.link.deadband import Deadband
+from common.link.emergency_stop import Unconfirmed
+from common.link.link_sides import OperatorSide
+from common.link.packet_filter import Acceptance
+from common.link.perception_thresholds import motion_felt
+from common.link.rate_limiter import RateLimiters
+from common.link.session_state import Session
+from common.timing.timeouts import SESSION_SILENCE_S
+from common.wire.messages import MOTION_BLOCK, Motion, Touch
+from common.wire.packets import BadPacket, Floats, LinkState, WrongVersion
+from common.wire.session_messages import LONGEST_REFUSAL, Answer, Heartbeat, Request
+from common.wire.streams import STREAMS
 from operator_site.remote_status import recording_stopped
 from operator_site.session_stop import SessionStop
 

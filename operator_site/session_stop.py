@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass, field
 
-from common.emergency_stop import PATIENCE_NS, EmergencyStop, Unconfirmed
 from common.limits import AGE_MAX_S
-from common.packets import LinkState
-from common.session import Session
-from common.session_messages import LONGEST_REFUSAL, Answer
+from common.link.emergency_stop import PATIENCE_NS, EmergencyStop, Unconfirmed
+from common.link.session_state import Session
+from common.wire.packets import LinkState
+from common.wire.session_messages import LONGEST_REFUSAL, Answer
 
 REMOTE = "remote hand"
 """All that the remote site moves and heats, as one device."""

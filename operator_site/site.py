@@ -9,25 +9,25 @@ from typing import Any
 
 import numpy as np
 
-from common.capabilities import capabilities
-from common.clock import ReadClock
+from common.buses.device_startup import wait_for_devices
 from common.config import OperatorConfig, to_toml
-from common.containment import Containment, MakeContainment
-from common.deadband import Deadband
-from common.desk import Desk, LocalControl
 from common.fingers import FINGERS
-from common.keys import KeyPair, fingerprint, load_keys
-from common.ladder import TICK_AGE_S
 from common.limits import FINGER_FORCE_N, MOTOR_FLOOR_RPM, MOTOR_MAX_RPM, PLATE_PROFILES
-from common.link import OperatorLink
-from common.link_sides import OperatorSide
-from common.messages import MotionRow
-from common.packets import Floats, LinkState
-from common.recording import Recorder
-from common.site_loop import run_site_loop
-from common.site_report import site_figures, staleness
-from common.standstill import HostClock
-from common.startup import wait_for_devices
+from common.link.capabilities import capabilities
+from common.link.clock_offset import ReadClock
+from common.link.deadband import Deadband
+from common.link.keys import KeyPair, fingerprint, load_keys
+from common.link.link import OperatorLink
+from common.link.link_sides import OperatorSide
+from common.link.local_control import Desk, LocalControl
+from common.recording.recorder import Recorder
+from common.runtime.containment import Containment, MakeContainment
+from common.runtime.site_loop import run_site_loop
+from common.site_status import site_figures, staleness
+from common.timing.standstill import HostClock
+from common.timing.timeouts import TICK_AGE_S
+from common.wire.messages import MotionRow
+from common.wire.packets import Floats, LinkState
 from operator_site.admission import Admission
 from operator_site.attendance import Attendance
 from operator_site.desk_requests import answer_desk

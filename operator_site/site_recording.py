@@ -8,10 +8,10 @@ from collections.abc import Iterable, Mapping
 
 import msgpack
 
-from common.messages import Touch
-from common.recording import PACKET_SCHEMA, Recorder
-from common.session import Happening
-from common.streams import STREAMS
+from common.link.session_state import Happening
+from common.recording.recorder import PACKET_SCHEMA, Recorder
+from common.wire.messages import Touch
+from common.wire.streams import STREAMS
 from operator_site.feed import ConsoleFeed
 from operator_site.fingertips import Fingertips
 from operator_site.gated_output import GatedOutput

@@ -13,7 +13,7 @@ from functools import cache, lru_cache
 import numpy as np
 from scipy.linalg import expm
 
-from common.materials import contact_resistance_m2k_w, material
+from common.scenes.materials import contact_resistance_m2k_w, material
 from operator_site.tissue import Cells, Floats, cells
 
 STEP_S = 0.01

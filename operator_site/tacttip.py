@@ -2,10 +2,10 @@
 
 import math
 
-from common.drive_obeys import DriveObeys
-from common.ladder import COMMAND_REFRESH_S
-from common.serial_line import SerialLine
-from common.serial_messages import (
+from common.buses.device_clock import SerialWitness
+from common.buses.drive_monitor import DriveObeys
+from common.buses.serial_device import SerialLine
+from common.buses.serial_messages import (
     DRIVE_FULL,
     BadPayload,
     DeviceFlag,
@@ -14,9 +14,9 @@ from common.serial_messages import (
     TactTipCommand,
     TactTipState,
 )
-from common.serial_witness import SerialWitness
-from common.standstill import HostClock
-from common.wiring import SYSTEM, Wiring
+from common.buses.wiring import SYSTEM, Wiring
+from common.timing.standstill import HostClock
+from common.timing.timeouts import COMMAND_REFRESH_S
 from operator_site.hot_side import HotSide
 from operator_site.motor_drive import OFF, MotorDrive
 from operator_site.ntc import PlateSensor

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from common.config import VibrationScale
 from common.limits import MOTOR_FLOOR_RPM
-from common.messages import Event, EventKind, ExplorationMode
+from common.wire.messages import Event, EventKind, ExplorationMode
 from operator_site.felt_speed import FeltSpeed
 from operator_site.grooves import Grooves
 from operator_site.motor_drive import MOTOR, RPM_TO_RAD_S

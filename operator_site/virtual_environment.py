@@ -12,10 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from common.exploration import Exploration
+from common.exploration.exploration_mode import Exploration
+from common.exploration.hand_motion import HandMotion
 from common.fingers import FINGER_Y_M, FINGERS
-from common.hand_motion import HandMotion
-from common.messages import (
+from common.scenes.scene import Scene, SceneObject
+from common.scenes.surfaces import surface_kind
+from common.wire.messages import (
     MAX_EVENTS,
     NO_TOUCH,
     TOUCH_RANGES,
@@ -27,10 +29,8 @@ from common.messages import (
     TouchRow,
     pack_rows,
 )
-from common.packets import LinkState
-from common.scene import Scene, SceneObject
-from common.surfaces import surface_kind
-from common.told import NOTHING, Told
+from common.wire.packets import LinkState
+from common.wire.touch_summary import NOTHING, Told
 
 _MOST_N = TOUCH_RANGES["contact_force_n"][1]
 _Happening = tuple[EventKind, float, float]

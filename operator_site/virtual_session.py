@@ -3,13 +3,13 @@
 from collections import Counter
 from dataclasses import dataclass, field
 
-from common.acceptance import Acceptance
-from common.clock import ClockOffset
-from common.emergency_stop import EmergencyStop, Unconfirmed
 from common.limits import GAP_S
-from common.messages import MOTION_BLOCK, Motion, Touch
-from common.packets import Floats, LinkState
-from common.session import Session
+from common.link.clock_offset import ClockOffset
+from common.link.emergency_stop import EmergencyStop, Unconfirmed
+from common.link.packet_filter import Acceptance
+from common.link.session_state import Session
+from common.wire.messages import MOTION_BLOCK, Motion, Touch
+from common.wire.packets import Floats, LinkState
 from operator_site.virtual_environment import VirtualEnvironment
 
 _IDENT = 1

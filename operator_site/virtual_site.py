@@ -5,8 +5,8 @@ from collections.abc import Callable
 from contextlib import ExitStack
 
 from common.config import OperatorConfig
-from common.keys import load_keys
-from common.scene import Scene
+from common.link.keys import load_keys
+from common.scenes.scene import Scene
 from operator_site.scene_skin import prepare
 from operator_site.site import run_operator_site
 from operator_site.virtual_environment import VirtualEnvironment

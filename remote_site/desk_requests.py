@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from common.session import Refused
-from common.site_report import desk_answer
+from common.link.session_state import Refused
+from common.site_status import desk_answer
 from remote_site.session_server import SessionServer
 
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from common.exploration import Exploration
-from common.hand_motion import HandMotion
-from common.messages import ExplorationMode
+from common.exploration.exploration_mode import Exploration
+from common.exploration.hand_motion import HandMotion
+from common.wire.messages import ExplorationMode
 from remote_site.surface_class import SurfaceTable
 from remote_site.texture_identification import BLOCK, TextureIdentification, TextureReading
 from remote_site.texture_law import NOMINAL_FORCE_N, NOMINAL_SPEED_M_S

@@ -5,9 +5,9 @@ Thermal readings come at their own rate, None in between.
 
 from collections import deque
 
-from common.contact import TAP_S
-from common.exploration import Exploration
-from common.messages import ExplorationMode
+from common.exploration.contact_detector import TAP_S
+from common.exploration.exploration_mode import Exploration
+from common.wire.messages import ExplorationMode
 from remote_site.finger_sample import FingerSample
 from remote_site.peltier_back import PeltierBack
 from remote_site.reading_clock import ReadingClock

@@ -3,7 +3,7 @@
 import math
 
 from common.limits import APPROACH_DOWN_M_S
-from common.oscillation import Oscillation
+from common.safety.oscillation_detector import Oscillation
 from remote_site.approach import Approach
 from remote_site.left_work import LeftWork
 from remote_site.patient_limit import APPROACH, ENERGY, FORCE, HEIGHT_RANGE, HEIGHT_SPEED

@@ -3,10 +3,10 @@
 Joins the parts; numbers and a time in, numbers out. Texture comes at its own rate, None in between.
 """
 
-from common.exploration import Exploration
-from common.hand_motion import HandMotion
+from common.exploration.exploration_mode import Exploration
+from common.exploration.hand_motion import HandMotion
 from common.limits import GAP_S
-from common.messages import ExplorationMode
+from common.wire.messages import ExplorationMode
 from remote_site.finger_heat import FingerHeat
 from remote_site.finger_sample import FingerSample
 from remote_site.finger_touch import FingerTouch, TouchEvent

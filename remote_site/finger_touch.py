@@ -5,7 +5,7 @@ It is made for each finger in each tick. It is not frozen: a frozen one takes ei
 
 from dataclasses import dataclass
 
-from common.messages import ExplorationMode
+from common.wire.messages import ExplorationMode
 from remote_site.thermal_answer import ThermalAnswer
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from common.recorded_row import Whole
+from common.recording.recorded_row import Whole
 
 Floats = NDArray[np.float64]
 

@@ -3,8 +3,8 @@
 import math
 
 from common.limits import GAP_S, SENSOR_PLATE_C
-from common.repeated_fault import RepeatedFault
-from common.skin_dose import SkinDose
+from common.safety.repeated_fault import RepeatedFault
+from common.safety.thermal_dose import SkinDose
 
 SENSOR_LOW_C = -5.0
 SENSOR_HIGH_C = 60.0

@@ -6,8 +6,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from common.in_parallel import Progress, in_order, unseen
-from common.read_files import read_json
+from common.files.read_files import read_json
+from common.runtime.parallel_map import Progress, in_order, unseen
 from remote_site.felt_stroke import FAST_HZ
 from remote_site.spectrum_table import Recognised, SpectrumTable
 from remote_site.stroke_segment import Segment

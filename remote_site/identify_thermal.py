@@ -7,8 +7,8 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
-from common.in_parallel import Progress, in_order, unseen
-from common.messages import ThermalStatus
+from common.runtime.parallel_map import Progress, in_order, unseen
+from common.wire.messages import ThermalStatus
 from remote_site.material_table import MaterialTable
 from remote_site.thermal_answer import NO_CONTACT, ThermalAnswer
 from remote_site.thermal_identification import ThermalIdentification, ThermalKnowledge

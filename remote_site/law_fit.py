@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from common.messages import ExplorationMode
+from common.wire.messages import ExplorationMode
 from remote_site.felt_stroke import EvenStroke, felt
 from remote_site.surface_class import Surface, SurfaceTable
 from remote_site.texture_law import NOMINAL_FORCE_N, NOMINAL_SPEED_M_S, TextureLaw, ln_roughness

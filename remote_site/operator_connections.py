@@ -10,9 +10,9 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from common.curve_sockets import Received
 from common.limits import GAP_S
-from common.streams import STREAMS
+from common.link.curve import Received
+from common.wire.streams import STREAMS
 
 SILENT_S: Mapping[str, float] = {"motion": GAP_S, "heartbeat": 5.0 / STREAMS["heartbeat"].rate_hz, "control": math.inf}
 """Silence after which another connection of the operator's key takes a stream over, s; requests may pause for ever."""

@@ -10,9 +10,9 @@ import math
 from collections.abc import Sequence
 
 from common.fingers import FINGERS
-from common.ladder import TICK_AGE_S
 from common.limits import APPROACH_PLANE_M_S, CONTACT_FORCE_N, GAP_S, SENSOR_PLATE_C
-from common.repeated_fault import STAYS_OFF
+from common.safety.repeated_fault import STAYS_OFF
+from common.timing.timeouts import TICK_AGE_S
 from remote_site.approach import Approach
 from remote_site.finger_height import ROUNDING_M, TOUCHING_N, FingerHeight
 from remote_site.gated_command import GatedCommand

@@ -6,13 +6,13 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from common.containment import Containment
+from common.buses.serial_messages import DRIVE_FULL
+from common.exploration.hand_motion import HandMotion
+from common.exploration.sample_window import RecentSamples
 from common.fingers import FINGERS
-from common.hand_motion import HandMotion
-from common.messages import EVENT_MAX, MAX_EVENTS, Event, EventKind, Touch
-from common.packets import LinkState
-from common.recent_samples import RecentSamples
-from common.serial_messages import DRIVE_FULL
+from common.runtime.containment import Containment
+from common.wire.messages import EVENT_MAX, MAX_EVENTS, Event, EventKind, Touch
+from common.wire.packets import LinkState
 from remote_site.finger_identification import FingerIdentification
 from remote_site.finger_sample import FingerSample
 from remote_site.finger_touch import FingerTouch, TouchEvent

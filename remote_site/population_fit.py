@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from common.in_parallel import Map, Progress, unseen
+from common.runtime.parallel_map import Map, Progress, unseen
 from remote_site.calibration_touches import UNKNOWN_OBJECT_SD_K, CalibrationReadings, CalibrationTouch
 from remote_site.population_prior import (
     BACK_SHARE,

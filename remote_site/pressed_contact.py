@@ -2,7 +2,7 @@
 
 import math
 
-from common.contact import CONTACT_OFF_N
+from common.exploration.contact_detector import CONTACT_OFF_N
 from remote_site.touch_model import SensorConstants
 
 RESTS_S = 0.4

@@ -1,6 +1,6 @@
 """Rows that the remote site records."""
 
-from common.recorded_row import FingerNumber, Finite, Five, Row, Whole
+from common.recording.recorded_row import FingerNumber, Finite, Five, Row, Whole
 
 
 class Gate(Row):

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from common.materials import ALIASES, Material, materials
-from common.messages import ThermalStatus
+from common.scenes.materials import ALIASES, Material, materials
+from common.wire.messages import ThermalStatus
 from remote_site.thermal_answer import ThermalAnswer
 
 VAGUE_LN_SD = 0.7

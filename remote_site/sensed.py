@@ -2,7 +2,7 @@
 
 from typing import Self
 
-from common.recorded_row import Finite, FixedFive, Row
+from common.recording.recorded_row import Finite, FixedFive, Row
 from remote_site.followed_hand import HandPlace
 from remote_site.thermal_sensor import PlateReading
 

@@ -10,22 +10,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from common.acceptance import FUTURE_TOLERANCE_NS, Acceptance
-from common.capabilities import OBSERVER, disagreement
-from common.clock import ReadClock
-from common.containment import Containment
-from common.curve_sockets import Received, may_stop
-from common.emergency_stop import EmergencyStop, Unconfirmed
-from common.keys import fingerprint
-from common.ladder import SESSION_SILENCE_S
 from common.limits import AGE_MAX_S, GAP_S
-from common.link_sides import RemoteSide
-from common.messages import Motion
-from common.motion_prediction import MotionPrediction
-from common.packets import SCHEMA_VERSION, BadPacket, LinkState, WrongVersion
-from common.rate_limiter import RateLimiters
-from common.session import Refused, Session, note_text
-from common.session_messages import LONGEST_REFUSAL, Answer, Heartbeat, Request
+from common.link.capabilities import OBSERVER, disagreement
+from common.link.clock_offset import ReadClock
+from common.link.curve import Received, may_stop
+from common.link.dead_reckoning import MotionPrediction
+from common.link.emergency_stop import EmergencyStop, Unconfirmed
+from common.link.keys import fingerprint
+from common.link.link_sides import RemoteSide
+from common.link.packet_filter import FUTURE_TOLERANCE_NS, Acceptance
+from common.link.rate_limiter import RateLimiters
+from common.link.session_state import Refused, Session, note_text
+from common.runtime.containment import Containment
+from common.timing.timeouts import SESSION_SILENCE_S
+from common.wire.messages import Motion
+from common.wire.packets import SCHEMA_VERSION, BadPacket, LinkState, WrongVersion
+from common.wire.session_messages import LONGEST_REFUSAL, Answer, Heartbeat, Request
 from remote_site.operator_connections import OperatorConnections
 
 log = logging.getLogger(__name__)

@@ -5,7 +5,7 @@ Each finger's own evidence stays its own; only where one object explains all of 
 
 from collections.abc import Mapping
 
-from common.messages import ThermalStatus
+from common.wire.messages import ThermalStatus
 from remote_site.pressed_contact import NEARLY_S
 from remote_site.solving_turns import NOTHING_DUE, POSTPONED_S
 from remote_site.thermal_answer import ThermalAnswer, ThermalConclusion

@@ -10,25 +10,25 @@ from typing import Any
 
 from msgspec import structs
 
-from common.capabilities import capabilities
-from common.clock import ReadClock
+from common.buses.device_startup import wait_for_devices
 from common.config import RemoteConfig, to_toml
-from common.containment import Containment, MakeContainment
-from common.deadband import Deadband
-from common.desk import Desk, LocalControl
 from common.fingers import FINGERS, named_finger
-from common.keys import TrustedKeys, fingerprint, load_keys
-from common.ladder import TICK_AGE_S
-from common.link import RemoteLink
-from common.link_sides import RemoteSide
-from common.messages import Motion, MotionRow, Touch
-from common.packets import LinkState
-from common.perceptible import touch_felt
-from common.recording import Recorder
-from common.site_loop import run_site_loop
-from common.site_report import recording_stopped, site_figures, staleness
-from common.standstill import HostClock
-from common.startup import wait_for_devices
+from common.link.capabilities import capabilities
+from common.link.clock_offset import ReadClock
+from common.link.deadband import Deadband
+from common.link.keys import TrustedKeys, fingerprint, load_keys
+from common.link.link import RemoteLink
+from common.link.link_sides import RemoteSide
+from common.link.local_control import Desk, LocalControl
+from common.link.perception_thresholds import touch_felt
+from common.recording.recorder import Recorder
+from common.runtime.containment import Containment, MakeContainment
+from common.runtime.site_loop import run_site_loop
+from common.site_status import recording_stopped, site_figures, staleness
+from common.timing.standstill import HostClock
+from common.timing.timeouts import TICK_AGE_S
+from common.wire.messages import Motion, MotionRow, Touch
+from common.wire.packets import LinkState
 from remote_site.calibrated_tables import load_tables
 from remote_site.desk_requests import answer_desk
 from remote_site.devices import RemoteDevices

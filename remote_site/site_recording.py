@@ -5,10 +5,10 @@ from collections.abc import Iterable, Mapping
 import msgpack
 
 from common.config import RemoteConfig
-from common.messages import STIFFNESS_KNOWN_LN_SD, Event, Motion
-from common.recording import PACKET_SCHEMA, Recorder
-from common.session import Happening
-from common.streams import STREAMS
+from common.link.session_state import Happening
+from common.recording.recorder import PACKET_SCHEMA, Recorder
+from common.wire.messages import STIFFNESS_KNOWN_LN_SD, Event, Motion
+from common.wire.streams import STREAMS
 from remote_site.calibrated_tables import load_tables
 from remote_site.finger_touch import FingerTouch
 from remote_site.gated_command import GatedCommand

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from common.messages import ExplorationMode
+from common.wire.messages import ExplorationMode
 from remote_site.spatial_period import spatial_period
 from remote_site.stroke_path import travelled
 from remote_site.stroke_segment import Segment

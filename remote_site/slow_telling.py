@@ -4,7 +4,15 @@ import math
 from collections.abc import Mapping
 
 from common.fingers import FINGERS
-from common.told import GROOVE_MAX_M, MAX_CANDIDATES, NOTHING, NOTHING_TOLD, ROUGHNESS_MAX_V, TOLD_EVERY_S, Told
+from common.wire.touch_summary import (
+    GROOVE_MAX_M,
+    MAX_CANDIDATES,
+    NOTHING,
+    NOTHING_TOLD,
+    ROUGHNESS_MAX_V,
+    TOLD_EVERY_S,
+    Told,
+)
 from remote_site.finger_identification import FingerIdentification
 
 UNLIKELY = 0.01

@@ -1,6 +1,6 @@
 """Whether a reading of the spreading-resistance sensor can be true."""
 
-from common.thermometry import COUNT_MAX, ssr_c
+from common.buses.thermometry import COUNT_MAX, ssr_c
 
 FROZEN_S = 1.0
 """A plate being heated that repeats one count for this long is not being measured, s."""

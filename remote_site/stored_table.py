@@ -7,7 +7,7 @@ from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from common.read_files import read_json
+from common.files.read_files import read_json
 
 
 class StoredTable(BaseModel):

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from common.messages import ExplorationMode
+from common.wire.messages import ExplorationMode
 from remote_site.groove_period import Period
 
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from common.messages import ExplorationMode
+from common.wire.messages import ExplorationMode
 from remote_site.felt_stroke import FAST_HZ, EvenStroke, FeltBlock, even_stroke, felt
 from remote_site.groove_period import GroovePeriod
 from remote_site.slow_stroke import slow_stroke

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from common.surfaces import surface_kind
+from common.scenes.surfaces import surface_kind
 from remote_site.stored_table import StoredTable
 from remote_site.texture_law import TextureLaw
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from common.messages import ExplorationMode
+from common.wire.messages import ExplorationMode
 from remote_site.felt_stroke import FAST_HZ, EvenStroke, even_stroke
 from remote_site.law_fit import LabelledStroke, LawFit, anything, fit_law
 from remote_site.stroke_segment import Segment

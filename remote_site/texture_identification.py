@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from common.messages import ExplorationMode
+from common.wire.messages import ExplorationMode
 from remote_site.curvature_noise import CurvatureNoise
 from remote_site.impulses import Impulse, Impulses
 from remote_site.roughness import Felt, Roughness

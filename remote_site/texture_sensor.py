@@ -4,12 +4,12 @@ import math
 import struct
 from collections import deque
 
+from common.buses.device_clock import SerialWitness
+from common.buses.serial_device import SerialLine
+from common.buses.serial_messages import BadPayload, DeviceKind, MessageId, TextureSamples
+from common.buses.wiring import SYSTEM, Wiring
 from common.limits import GAP_S
-from common.serial_line import SerialLine
-from common.serial_messages import BadPayload, DeviceKind, MessageId, TextureSamples
-from common.serial_witness import SerialWitness
-from common.standstill import HostClock
-from common.wiring import SYSTEM, Wiring
+from common.timing.standstill import HostClock
 
 VOLTS_PER_COUNT = 10.0 / 2048.0
 _SAMPLES = int(MessageId.TEXTURE_SAMPLES)

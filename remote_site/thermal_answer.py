@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from common.messages import ThermalStatus
+from common.wire.messages import ThermalStatus
 from remote_site.material_posterior import Posterior
 
 CAUTION = 25.0

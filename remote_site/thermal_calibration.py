@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from common.in_parallel import Map, Progress, kept_processes, unseen
+from common.runtime.parallel_map import Map, Progress, kept_processes, unseen
 from remote_site.calibration_touches import KNOWN_OBJECT_SD_K, UNKNOWN_OBJECT_SD_K, CalibrationTouch
 from remote_site.exponential_response import TAU_GRID_S, ExponentialResponse
 from remote_site.material_table import RATE_TIMES_S, MaterialEntry, MaterialTable

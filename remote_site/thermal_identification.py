@@ -10,8 +10,8 @@ from typing import Self
 
 import numpy as np
 
-from common.contact import CONTACT_OFF_N
-from common.messages import ThermalStatus
+from common.exploration.contact_detector import CONTACT_OFF_N
+from common.wire.messages import ThermalStatus
 from remote_site.exponential_response import ExponentialFit, ExponentialResponse
 from remote_site.material_posterior import MaterialPosterior
 from remote_site.material_table import MaterialTable

@@ -2,10 +2,10 @@
 
 import math
 
-from common.drive_obeys import DriveObeys
-from common.recorded_row import Row, Whole
-from common.serial_line import SerialLine
-from common.serial_messages import (
+from common.buses.device_clock import SerialWitness
+from common.buses.drive_monitor import DriveObeys
+from common.buses.serial_device import SerialLine
+from common.buses.serial_messages import (
     DRIVE_FULL,
     BadPayload,
     DeviceFlag,
@@ -14,10 +14,10 @@ from common.serial_messages import (
     MessageId,
     ThermalReading,
 )
-from common.serial_witness import SerialWitness
-from common.standstill import HostClock
-from common.thermometry import ssr_c
-from common.wiring import SYSTEM, Wiring
+from common.buses.thermometry import ssr_c
+from common.buses.wiring import SYSTEM, Wiring
+from common.recording.recorded_row import Row, Whole
+from common.timing.standstill import HostClock
 from remote_site.ssr_plausibility import SsrPlausibility
 
 _READING = int(MessageId.THERMAL_READING)

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from common.fingers import FINGERS
-from common.messages import NO_TOUCH, TOUCH_BLOCK, TOUCH_HIGH, TOUCH_LOW, TouchRow, pack_rows
-from common.packets import BadPacket, Floats
+from common.wire.messages import NO_TOUCH, TOUCH_BLOCK, TOUCH_HIGH, TOUCH_LOW, TouchRow, pack_rows
+from common.wire.packets import BadPacket, Floats
 from remote_site.finger_touch import FingerTouch
 from remote_site.surface_class import GROOVE_DECAY_PER_S, GROOVE_RAD_S, TAP_DECAY_PER_S, TAP_SPEED_PER_M_S
 

@@ -9,7 +9,7 @@ than the remote finger is pressed at the same place.
 import math
 from collections import deque
 
-from common.messages import STIFFNESS_KNOWN_LN_SD, TOUCH_RANGES
+from common.wire.messages import STIFFNESS_KNOWN_LN_SD, TOUCH_RANGES
 from remote_site.press_fit import SOFTEST_N_M, PressFit
 from remote_site.surface_height import SurfaceHeight
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from common.contact import CONTACT_ON_N
+from common.exploration.contact_detector import CONTACT_ON_N
 
 Array = NDArray[np.float64]
 

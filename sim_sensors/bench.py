@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.fingers import FINGERS
-from common.materials import Material
-from common.scene import Scene, SceneObject
+from common.scenes.materials import Material
+from common.scenes.scene import Scene, SceneObject
 from sim_sensors.object_column import ObjectColumn, object_column
 from sim_sensors.surface import GROOVE_DEPTH_M, make_profile, relief_of
 from sim_sensors.texture_touch import RELIEF_PER_M, compliance_share

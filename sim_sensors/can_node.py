@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 
 import can
 
-from common.can_frames import BadFrame, FrameReceiver, FrameSender, SentFrame
+from common.buses.can_frames import BadFrame, FrameReceiver, FrameSender, SentFrame
 from common.limits import MODULE_TIMEOUT_S
 from sim_sensors.faulty_parts import Transmitter
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from common.can_frames import FrameReceiver, FrameSender, SentFrame, by_finger
+from common.buses.can_frames import FrameReceiver, FrameSender, SentFrame, by_finger
 from common.fingers import FINGERS
 from common.limits import MODULE_TIMEOUT_S
 from sim_sensors.can_node import CanNode

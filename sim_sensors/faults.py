@@ -15,9 +15,9 @@ from typing import Any, Generic, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from common.buses.serial_messages import DRIVE_FULL, MOTOR_MAX_MV
+from common.buses.serial_port import BAUD
 from common.fingers import FINGERS
-from common.serial_messages import DRIVE_FULL, MOTOR_MAX_MV
-from common.serial_port import BAUD
 from sim_sensors.faulty_parts import DRIFT_M_S, Babble, Hang, Piezo, Servos, Thermistor
 from sim_sensors.finger_plate import FingerPlates
 from sim_sensors.serial_server import SerialServer

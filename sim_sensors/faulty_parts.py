@@ -7,8 +7,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from common.can_frames import SentFrame, database
-from common.thermometry import COUNT_MAX
+from common.buses.can_frames import SentFrame, database
+from common.buses.thermometry import COUNT_MAX
 
 ThermistorFault = Literal["open", "short", "frozen"]
 PiezoFault = Literal["saturated", "clipped", "cut", "loose"]

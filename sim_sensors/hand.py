@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from common.fingers import FINGERS
-from common.scene import Scene
+from common.scenes.scene import Scene
 from sim_sensors.hand_plan import FREE, HOVER_M, LIFT_S, HandPlan, Segment, Wanted, minimum_jerk
 
 MASS_KG = 0.1

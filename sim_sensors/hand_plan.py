@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.fingers import FINGERS
-from common.scene import Scene
-from common.script import Hold, Lift, Move, Presses, Step, Stroke, Strokes, Tap, Touch, Wait
+from common.scenes.scene import Scene
+from common.scenes.script import Hold, Lift, Move, Presses, Step, Stroke, Strokes, Tap, Touch, Wait
 
 HOVER_M = 0.006
 DEPTH_M = 0.004

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import can
 
-from common.can_frames import frame_crc, packing
+from common.buses.can_frames import frame_crc, packing
 
 AHEAD = 8
 """Offset of the intruder's frame counter from the site's; with it, no node refuses its frames as repeated."""

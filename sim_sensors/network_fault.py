@@ -4,7 +4,7 @@ from typing import Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from common.streams import Direction
+from common.wire.streams import Direction
 
 Way = Literal[Direction.TO_REMOTE, Direction.TO_OPERATOR]
 WAYS: tuple[Way, Way] = (Direction.TO_REMOTE, Direction.TO_OPERATOR)

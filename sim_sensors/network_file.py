@@ -11,8 +11,8 @@ from typing import Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from common.config import load_config
-from common.printable import printable
-from common.whole_file import read_whole
+from common.files.printable import printable
+from common.files.whole_file import read_whole
 from sim_sensors.network_conditions import Conditions, ConditionsOverTime, PhasedConditions, RecordedConditions
 from sim_sensors.network_fault import Fault
 

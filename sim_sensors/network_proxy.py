@@ -11,10 +11,10 @@ from contextlib import ExitStack
 from random import Random
 
 from common.config import SimNetworkConfig
-from common.loop import PeriodicLoop
-from common.scheduling import become_timely
-from common.status_file import StatusFile
-from common.streams import STREAMS, Stream
+from common.runtime.periodic_loop import PeriodicLoop
+from common.runtime.scheduling import become_timely
+from common.runtime.status_file import StatusFile
+from common.wire.streams import STREAMS, Stream
 from sim_sensors.fault_port import FaultPort
 from sim_sensors.network_connection import BUFFER_BYTES, Connection
 from sim_sensors.network_fault import WAYS, Fault, Way

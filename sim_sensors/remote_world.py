@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.fingers import FINGER_Y_M, FINGERS
-from common.scene import BENCH_M, Scene
+from common.scenes.scene import BENCH_M, Scene
 from sim_sensors.bench import Bench, BenchObject
 from sim_sensors.fingertip import HIGH_Z_M, Fingertip
 from sim_sensors.fresh_ground import FreshGround

@@ -7,9 +7,9 @@ for the host. The simulated world connects its measurements and its drives.
 import math
 from abc import ABC, abstractmethod
 
-from common.framing import Frame, FrameReader, encode_frame
+from common.buses.serial_framing import Frame, FrameReader, encode_frame
+from common.buses.serial_messages import BadPayload, Identity, MessageId
 from common.limits import MODULE_TIMEOUT_S
-from common.serial_messages import BadPayload, Identity, MessageId
 
 _EARLY_S = 1e-9
 """Tolerance of a report's time, s; times are sums of steps and carry rounding errors."""

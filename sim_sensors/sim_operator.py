@@ -5,10 +5,10 @@ from contextlib import ExitStack
 
 import numpy as np
 
+from common.buses.serial_messages import DRIVE_FULL
 from common.config import SimOperatorConfig, to_toml
 from common.fingers import FINGERS
-from common.scene import load_scene
-from common.serial_messages import DRIVE_FULL
+from common.scenes.scene import load_scene
 from sim_sensors.announce import announce
 from sim_sensors.can_faults import encoder_faults, exoskeleton_faults, intruder_faults, transmitter_faults
 from sim_sensors.exoskeleton import Exoskeleton

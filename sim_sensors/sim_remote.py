@@ -7,7 +7,7 @@ import numpy as np
 
 from common.config import SimRemoteConfig, to_toml
 from common.fingers import FINGERS
-from common.scene import load_scene
+from common.scenes.scene import load_scene
 from sim_sensors.announce import announce
 from sim_sensors.can_faults import (
     encoder_faults,

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from common.fingers import FINGERS
 from common.limits import CONTACT_FORCE_N
-from common.scene import Scene, SceneObject
-from common.surfaces import surface_kind
+from common.scenes.scene import Scene, SceneObject
+from common.scenes.surfaces import surface_kind
 from sim_sensors.fingertip import pressing_depth_m
 from sim_sensors.remote_world import HOVER_M, RemoteWorld
 from sim_sensors.simulated_touch import FORCE_SPREAD, LOWER_S, TICK_S, check_range

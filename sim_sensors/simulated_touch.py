@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.limits import CONTACT_FORCE_N, SENSOR_PLATE_C
-from common.materials import material
-from common.surfaces import surface_kind
+from common.scenes.materials import material
+from common.scenes.surfaces import surface_kind
 from sim_sensors.bench import Specimen
 from sim_sensors.fingertip import Fingertip, pressing_depth_m
 from sim_sensors.object_column import ObjectColumn, object_column

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from common.held_rate import HeldRate, spent
-from common.loop import PeriodicLoop
-from common.scheduling import become_timely
-from common.status_file import StatusFile
+from common.runtime.periodic_loop import PeriodicLoop
+from common.runtime.rate_monitor import HeldRate, spent
+from common.runtime.scheduling import become_timely
+from common.runtime.status_file import StatusFile
 from sim_sensors.select_loop import SelectLoop
 
 STEP_S = 0.002

@@ -17,8 +17,8 @@ from typing import Protocol
 
 import can
 
-from common.can_controller import BUS_OFF, RESTARTED
-from common.can_frames import SentFrame
+from common.buses.can_controller import BUS_OFF, RESTARTED
+from common.buses.can_frames import SentFrame
 from sim_sensors.backlog import Backlog
 from sim_sensors.intruder import Intruder
 from sim_sensors.listener import receive_tcp

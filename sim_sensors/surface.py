@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, grey_dilation
 
 from common.fingers import FINGERS
-from common.surfaces import Grooves, surface_kind
+from common.scenes.surfaces import Grooves, surface_kind
 
 GRID_M = 10e-6
 """Spacing of the profile's samples, m."""
@@ -53,7 +53,7 @@ ROUGHNESS_M = {
     "lesion": (35e-6, 0.25e-3),
     "nodule": (4e-6, 0.5e-3),
 }
-"""Rms height and correlation length of every surface in `common.surfaces`, m."""
+"""Rms height and correlation length of every surface in `common.scenes.surfaces`, m."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,9 +2,8 @@
 
 import math
 
-from common.framing import Frame
-from common.limits import PLATE_FAULT_C
-from common.serial_messages import (
+from common.buses.serial_framing import Frame
+from common.buses.serial_messages import (
     DRIVE_FULL,
     BadPayload,
     DeviceFlag,
@@ -14,7 +13,8 @@ from common.serial_messages import (
     TactTipCommand,
     TactTipState,
 )
-from common.thermometry import COUNT_MAX, NTC_B_K, NTC_R25_OHM, NTC_SERIES_OHM, ntc_c
+from common.buses.thermometry import COUNT_MAX, NTC_B_K, NTC_R25_OHM, NTC_SERIES_OHM, ntc_c
+from common.limits import PLATE_FAULT_C
 from sim_sensors.serial_module import CommandWatchdog, CutOut, ReportClock, SerialModule
 
 RATE_HZ = 100

@@ -1,8 +1,7 @@
 """Emulate the remote thermal sensor's module, which reads plate and ambient temperature and drives the Peltier."""
 
-from common.framing import Frame
-from common.limits import SENSOR_PLATE_C
-from common.serial_messages import (
+from common.buses.serial_framing import Frame
+from common.buses.serial_messages import (
     DRIVE_FULL,
     BadPayload,
     DeviceFlag,
@@ -12,7 +11,8 @@ from common.serial_messages import (
     MessageId,
     ThermalReading,
 )
-from common.thermometry import ssr_c
+from common.buses.thermometry import ssr_c
+from common.limits import SENSOR_PLATE_C
 from sim_sensors.serial_module import CommandWatchdog, CutOut, ReportClock, SerialModule
 
 RATE_HZ = 100

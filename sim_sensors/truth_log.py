@@ -5,7 +5,7 @@ from pathlib import Path
 
 import msgpack
 
-from common.recording import Recorder
+from common.recording.recorder import Recorder
 
 _NUMBER = {"type": "number"}
 _WHOLE = {"type": "integer"}

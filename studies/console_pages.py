@@ -15,7 +15,7 @@ from collections import Counter
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.typing import Origin
 
-from common.scheduling import give_way
+from common.runtime.scheduling import give_way
 from operator_site.console.picture import HEADER, Kind
 
 _ALIVE_S = 0.5

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from common.scheduling import policy, stand_in_line
+from common.runtime.scheduling import policy, stand_in_line
 from studies.compared import Compared
 from studies.consoles_figure import plot
 from studies.fault_session import read_figures

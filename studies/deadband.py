@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from common.deadband import REPEATS
-from common.ladder import REFRESH_S
 from common.limits import GAP_S
-from common.perceptible import HEIGHT_M
+from common.link.deadband import REPEATS
+from common.link.perception_thresholds import HEIGHT_M
+from common.timing.timeouts import REFRESH_S
 from studies.compared import Compared
 from studies.deadband_channel import RECKONINGS, error_m, sent
 from studies.deadband_courses import RECORDED_HZ, Course, recorded, recorded_forces_n, scripted

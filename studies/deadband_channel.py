@@ -6,8 +6,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from common.deadband import REPEATS, Deadband
-from common.motion_prediction import MotionPrediction
+from common.link.dead_reckoning import MotionPrediction
+from common.link.deadband import REPEATS, Deadband
 from studies.deadband_courses import Course
 
 Floats = NDArray[np.float64]

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from common.scene import load_scene
+from common.scenes.scene import load_scene
 from sim_sensors.hand import ScriptedHand
 from studies.stability_recorded import LEVER_M, folder
 from studies.teleoperation import SCENE

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from common.perceptible import FORCE_WEBER, HEIGHT_M
+from common.link.perception_thresholds import FORCE_WEBER, HEIGHT_M
 from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, RED, STYLE, absent, plain_ticks
 
 Data = Mapping[str, Any]

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from common.ladder import REFRESH_S
-from common.perceptible import HEIGHT_M
+from common.link.perception_thresholds import HEIGHT_M
+from common.timing.timeouts import REFRESH_S
 from studies.deadband_channel import Floats, Ticks, error_m, kept, sent
 from studies.deadband_courses import Course
 

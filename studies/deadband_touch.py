@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from common.deadband import Deadband
 from common.fingers import FINGERS
-from common.perceptible import TOUCH_STEPS, touch_felt
-from common.scene import load_scene
+from common.link.deadband import Deadband
+from common.link.perception_thresholds import TOUCH_STEPS, touch_felt
+from common.scenes.scene import load_scene
 from sim_sensors.hand import ScriptedHand
 from studies.teleoperation import SCENE
 from teletaction.testbed.remote_fingers import RemoteFingers

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from common.exploration import Exploration
-from common.hand_motion import HandMotion
-from common.messages import ExplorationMode
+from common.exploration.exploration_mode import Exploration
+from common.exploration.hand_motion import HandMotion
+from common.wire.messages import ExplorationMode
 from sim_sensors.simulated_exploration import Explored, sense
 from sim_sensors.told_hand import TICK_S
 from studies.compared import Compared

@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from common.config import SimNetworkConfig, SimOperatorConfig, SimRemoteConfig, load_config, load_site
-from common.desk import ask_desk
-from common.earlier_file import set_aside
-from common.keys import load_keys
+from common.files.unique_path import set_aside
+from common.link.keys import load_keys
+from common.link.local_control import ask_desk
 from studies.faulted_session import FaultedSession, NotWorking
 from studies.stroking_scene import write_stroking_scene
 from teletaction.demo_files import HOST, NETWORK, DemoOptions, prepare

@@ -3,8 +3,8 @@
 from abc import ABC, abstractmethod
 from typing import Any
 
-from common.curve_sockets import LinkProblem
-from common.session import Refused
+from common.link.curve import LinkProblem
+from common.link.session_state import Refused
 
 _WORKING_S = 30.0
 _COOL_S = 20.0

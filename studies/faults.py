@@ -11,9 +11,9 @@ import msgpack
 import numpy as np
 from mcap.records import Channel, Message
 
-from common.cut_recording import CutRecording
 from common.fingers import FINGERS
-from common.session import Happening
+from common.link.session_state import Happening
+from common.recording.truncated_mcap import CutRecording
 from studies.fault_judge import Done, Finding, Floats, Truth, judge
 from studies.fault_session import FaultSession
 from studies.fault_table import (

@@ -16,7 +16,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from common.messages import Event, EventKind
+from common.wire.messages import Event, EventKind
 from operator_site.groove_timing import GrooveTiming
 from operator_site.vibration import PlayedEvents
 from remote_site.followed_hand import FollowedHand, HandPlace

@@ -20,8 +20,8 @@ from typing import Protocol
 import can
 import numpy as np
 
-from common.can_frames import database
-from common.can_line import CanAddress
+from common.buses.can_frames import database
+from common.buses.can_port import CanAddress
 from common.config import SimOperatorConfig, to_toml
 from sim_sensors.exoskeleton import Exoskeleton
 from teletaction.demo_files import HOST, free_port_block

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from common.loop import PeriodicLoop
-from common.scheduling import become_timely
+from common.runtime.periodic_loop import PeriodicLoop
+from common.runtime.scheduling import become_timely
 from studies.compared import Compared
 from studies.kinesthetic_ends import DeviceEnd, gateway_end, virtual_end
 from studies.kinesthetic_figure import plot

@@ -11,8 +11,8 @@ from typing import cast
 
 import can
 
-from common.can_frames import FrameReceiver, FrameSender, database
-from common.can_line import CanAddress
+from common.buses.can_frames import FrameReceiver, FrameSender, database
+from common.buses.can_port import CanAddress
 from common.config import RenderingConfig
 from common.fingers import FINGERS
 from common.limits import FINGER_FORCE_N

@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from common.acceptance import Acceptance
-from common.clock import ClockOffset
 from common.limits import AGE_DEFAULT_S, AGE_MAX_S, GAP_S
-from common.streams import STREAMS
+from common.link.clock_offset import ClockOffset
+from common.link.packet_filter import Acceptance
+from common.wire.streams import STREAMS
 from sim_sensors.network_conditions import Conditions
 from sim_sensors.network_path import NetworkPath
 from sim_sensors.network_stream import TcpStream

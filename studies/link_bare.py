@@ -5,8 +5,8 @@ import struct
 
 import zmq
 
-from common.curve_sockets import use_curve
-from common.keys import KeyPair
+from common.link.curve import use_curve
+from common.link.keys import KeyPair
 
 _NUMBER = struct.Struct("<q")
 _LENGTH = struct.Struct(">I")

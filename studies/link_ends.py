@@ -10,9 +10,9 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
-from common.keys import Role, TrustedKeys, create_keys
-from common.scheduling import become_timely
-from common.streams import STREAMS
+from common.link.keys import Role, TrustedKeys, create_keys
+from common.runtime.scheduling import become_timely
+from common.wire.streams import STREAMS
 from teletaction.demo_files import HOST, free_port_block
 from teletaction.processes import die_with_parent
 

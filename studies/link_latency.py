@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 import zmq
 
-from common.keys import load_keys
-from common.loop import PeriodicLoop
-from common.streams import STREAMS
+from common.link.keys import load_keys
+from common.runtime.periodic_loop import PeriodicLoop
+from common.wire.streams import STREAMS
 from studies.link_bare import BareCurve, PlainTcp
 from studies.link_ends import EndLost, Place, ends, pipe
 from studies.link_packets import USUAL_EVENTS, next_touch, touch_parts

@@ -15,12 +15,12 @@ from typing import Any, Protocol
 
 import zmq
 
-from common.acceptance import Acceptance
-from common.keys import Role, TrustedKeys, load_keys
 from common.limits import AGE_MAX_S
-from common.link import OperatorLink, RemoteLink
-from common.loop import PeriodicLoop
-from common.messages import Motion, Touch
+from common.link.keys import Role, TrustedKeys, load_keys
+from common.link.link import OperatorLink, RemoteLink
+from common.link.packet_filter import Acceptance
+from common.runtime.periodic_loop import PeriodicLoop
+from common.wire.messages import Motion, Touch
 from operator_site.observer import RATE_HZ as OBSERVER_HZ
 from studies.link_bare import BareCurve
 from studies.link_ends import EndLost, Place, cpu_s, ends

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from common.messages import (
+from common.wire.messages import (
     MAX_EVENTS,
     MOTION_BLOCK,
     NO_TOUCH,
@@ -17,8 +17,8 @@ from common.messages import (
     TouchRow,
     pack_rows,
 )
-from common.packets import LinkState, N
-from common.told import NOTHING, Told
+from common.wire.packets import LinkState, N
+from common.wire.touch_summary import NOTHING, Told
 
 SESSION = 0x1F2E_3D4C_5B6A_7988
 """Session number of every packet here; as long on the wire as the random number of a real session."""

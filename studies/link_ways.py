@@ -3,11 +3,11 @@
 import time
 from typing import Protocol
 
-from common.acceptance import Acceptance
-from common.keys import TrustedKeys, load_keys
 from common.limits import AGE_MAX_S
-from common.link import OperatorLink, RemoteLink
-from common.messages import Touch
+from common.link.keys import TrustedKeys, load_keys
+from common.link.link import OperatorLink, RemoteLink
+from common.link.packet_filter import Acceptance
+from common.wire.messages import Touch
 from studies.link_bare import BareCurve, PlainTcp, numbered, read_number
 from studies.link_ends import EndLost, Place
 from studies.link_packets import SESSION, next_touch

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from common.messages import ExplorationMode
+from common.wire.messages import ExplorationMode
 from sim_sensors.simulated_exploration import Explored, Modes, Sensed
 from sim_sensors.told_hand import TICK_S
 

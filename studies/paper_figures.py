@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from common.materials import material
-from common.messages import ExplorationMode
+from common.scenes.materials import material
+from common.wire.messages import ExplorationMode
 from sim_sensors.motor import RPM_PER_RAD_S
 from sim_sensors.surface import make_profile, relief_of
 from studies.compared import Compared

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from common.messages import ExplorationMode
+from common.wire.messages import ExplorationMode
 from remote_site.felt_stroke import EvenStroke
 
 Array = NDArray[np.float64]

@@ -7,9 +7,9 @@ difference of two positions 16 ms apart. The approach speed is the mean over the
 import math
 from collections import deque
 
-from common.contact import CONTACT_OFF_N, CONTACT_ON_N, TAP_S
-from common.exploration import REST_S, STROKE_DISTANCE_M, STROKE_OFF_M_S, STROKE_ON_M_S
-from common.messages import ExplorationMode
+from common.exploration.contact_detector import CONTACT_OFF_N, CONTACT_ON_N, TAP_S
+from common.exploration.exploration_mode import REST_S, STROKE_DISTANCE_M, STROKE_OFF_M_S, STROKE_ON_M_S
+from common.wire.messages import ExplorationMode
 
 WINDOW_S = 0.0161
 LONGEST_S = 0.1

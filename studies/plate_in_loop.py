@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from common.fingers import FINGERS
-from common.materials import materials
+from common.scenes.materials import materials
 from studies.felt_error import felt_error, tolerance_k
 from studies.ideal_plate import ideal_plate_touch
 from studies.pieces import Piece

@@ -14,8 +14,8 @@ from statistics import median
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from common.in_parallel import processors
-from common.reference_step import reference_step_s
+from common.runtime.parallel_map import processors
+from common.runtime.reference_step import reference_step_s
 from studies.compared import Compared
 from studies.rates_figure import plot
 from studies.running import Tell

@@ -1,7 +1,7 @@
 """A fingertip that strokes a remote surface, through texture sensor, identification and link to the simulated motor."""
 
-from common.scene import SceneObject
-from common.surfaces import surface_kind
+from common.scenes.scene import SceneObject
+from common.scenes.surfaces import surface_kind
 from sim_sensors.fingertip import pressing_depth_m
 from studies.lowering import height_m
 from studies.rendered_stroke import DEPTH_M, FingertipCourse, tick_of

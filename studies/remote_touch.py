@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from common.materials import material
+from common.scenes.materials import material
 from sim_sensors.fingertip import pressing_depth_m
 from studies.lowering import height_m
 from studies.rendered_touch import DEPTH_M, EVERY, REST_S

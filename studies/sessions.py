@@ -14,9 +14,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from common.held_rate import HELD
-from common.in_parallel import processors
-from common.machine import ProcessorTime
+from common.runtime.machine import ProcessorTime
+from common.runtime.parallel_map import processors
+from common.runtime.rate_monitor import HELD
 from studies.compared import Compared
 from studies.running import Tell
 from studies.sessions_figure import plot

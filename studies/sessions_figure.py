@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from common.held_rate import HELD
 from common.limits import GAP_S
+from common.runtime.rate_monitor import HELD
 from teletaction.demo_files import PROCESSES
 from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PURPLE, RED, STYLE, plain_ticks
 

@@ -9,9 +9,9 @@ import numpy as np
 from mcap.records import Channel, Message
 from numpy.typing import NDArray
 
-from common.cut_recording import CutRecording
 from common.limits import GAP_S
-from common.messages import Motion, Touch
+from common.recording.truncated_mcap import CutRecording
+from common.wire.messages import Motion, Touch
 
 Times = NDArray[np.float64]
 TICKS = {"remote": "remote/gate", "operator": "operator/input"}

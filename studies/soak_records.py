@@ -7,8 +7,8 @@ from pathlib import Path
 import msgpack
 from mcap.records import Channel, Message
 
-from common.cut_recording import CutRecording
-from common.session import Happening
+from common.link.session_state import Happening
+from common.recording.truncated_mcap import CutRecording
 from studies.soak_judge import LIMITS, Extreme
 from teletaction.conclude import recordings_of
 from teletaction.demo_files import PROCESSES

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from common.fingers import FINGER_Y_M, FINGERS
-from common.scene import Scene, SceneObject, load_scene
-from common.script import Finger, Presses, Step, Strokes
+from common.scenes.scene import Scene, SceneObject, load_scene
+from common.scenes.script import Finger, Presses, Step, Strokes
 from operator_site.console.map_tiles import CONFIDENT_SD, picture
 from operator_site.console.tactile_map import TactileMap
 from sim_sensors.hand import ScriptedHand

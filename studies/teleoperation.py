@@ -2,8 +2,8 @@
 
 from collections import deque
 
-from common.messages import Touch
-from common.scene import Scene, SceneObject, load_scene
+from common.scenes.scene import Scene, SceneObject, load_scene
+from common.wire.messages import Touch
 from teletaction.testbed.remote_fingers import RemoteFingers
 from teletaction.testbed.rendered_fingers import TICK_S, RenderedFingers
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from common.surfaces import surface_kind
+from common.scenes.surfaces import surface_kind
 from sim_sensors.surface import SurfaceProfile, make_profile, relief_of
 from studies.paper_tables import MATCHED, MATCHING_OF, beside
 from studies.remote_stroke import remote_stroke

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from common.messages import ExplorationMode
+from common.wire.messages import ExplorationMode
 from remote_site.felt_stroke import EvenStroke, FeltBlock, felt
 from remote_site.surface_class import SurfaceTable
 from sim_sensors.simulated_stroke import StrokeTrace, simulate_stroke

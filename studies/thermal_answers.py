@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import NamedTuple
 
-from common.messages import ThermalStatus
+from common.wire.messages import ThermalStatus
 from remote_site.material_table import MaterialTable
 from remote_site.shared_object import ONE_OBJECT, SharedObject
 from remote_site.solving_turns import Solver, SolvingTurns

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from common.materials import material
+from common.scenes.materials import material
 from sim_sensors.object_column import object_column
 from sim_sensors.simulated_touch import BLOCK_M, PREHEAT_PER_K, REACH_S_K, WARM_S
 from sim_sensors.ssr_converter import FULL_COUNTS, HIGH_OHM, LINEAR_PER_K, LOW_OHM, NOISE_C, R25_OHM

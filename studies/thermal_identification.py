@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from common.materials import materials
+from common.scenes.materials import materials
 from remote_site.material_table import MaterialTable
 from remote_site.touch_guesses import FOREIGN
 from sim_sensors.ssr_converter import NOISE_C

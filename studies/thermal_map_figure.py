@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
 
-from common.messages import ThermalStatus
+from common.wire.messages import ThermalStatus
 from teletaction.figure_style import BLACK, GREEN, GREY, ORANGE, PALE, RED, STATUS_COLOURS
 
 Rows = Sequence[Mapping[str, Any]]

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from common.materials import material, materials
+from common.scenes.materials import material, materials
 from sim_sensors.ssr_converter import NOISE_C
 from studies.pieces import Piece
 from studies.thermal_answers import Answered

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from common.framing import encode_frame
+from common.buses.serial_framing import encode_frame
+from common.buses.serial_messages import MessageId, TactTipCommand
 from common.limits import MOTOR_MAX_RPM
-from common.messages import Event, EventKind, ExplorationMode
-from common.serial_messages import MessageId, TactTipCommand
+from common.wire.messages import Event, EventKind, ExplorationMode
 from operator_site.felt_speed import SHOWN, FeltSpeed
 from operator_site.motor_drive import FULL_V, MOTOR, RPM_TO_RAD_S, MotorDrive, MotorVoltage, motor_mv
 from operator_site.vibration import FingerVibration, Surface

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from common.config import to_toml
-from common.recording import Recorder
+from common.recording.recorder import Recorder
 from operator_site.site_recording import SCHEMAS
 from remote_site.site_recording import open_recorder
 from studies.fault_session import prepare_session

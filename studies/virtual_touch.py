@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 
 from common.fingers import FINGERS
-from common.materials import material
-from common.messages import NO_TOUCH, Event, ExplorationMode, Touch, pack_rows
-from common.packets import LinkState
+from common.scenes.materials import material
+from common.wire.messages import NO_TOUCH, Event, ExplorationMode, Touch, pack_rows
+from common.wire.packets import LinkState
 from teletaction.testbed.rendered_fingers import SESSION
 
 _NO_NAMES = ("",) * len(FINGERS)

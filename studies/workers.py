@@ -8,7 +8,7 @@ from importlib import import_module
 from multiprocessing import active_children, get_context
 from typing import Any
 
-from common.in_parallel import processors
+from common.runtime.parallel_map import processors
 from studies.pieces import OtherCode, Workers, code_version, do, here
 from teletaction.processes import die_with_parent
 

@@ -2,7 +2,7 @@
 
 import typer
 
-from common.printable import printable
+from common.files.printable import printable
 from teletaction.commands import (
     calibrate,
     conformance,

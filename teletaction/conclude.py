@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from common.scene import load_scene
+from common.scenes.scene import load_scene
 from teletaction.demo_files import CONSOLE, NETWORK, PROCESSES, DemoOptions
 from teletaction.examination import Examination
 from teletaction.found_targets import found_targets

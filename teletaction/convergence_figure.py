@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from common.fingers import FINGERS
-from common.messages import ThermalStatus
+from common.wire.messages import ThermalStatus
 from teletaction.figure_layout import WIDTH_IN, Margins
 from teletaction.figure_style import BLACK, FINGER_COLOURS, FINGER_DASHES, finger_keys, shown_name
 from teletaction.finger_panels import ANSWERING

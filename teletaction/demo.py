@@ -10,9 +10,9 @@ from pathlib import Path
 
 from common.config import SimNetworkConfig, load_config
 from common.health import NoStatus, read_status, young
+from common.link.session_display import SILENT, seconds_old
 from common.process import StopSignal
-from common.scene import load_scene
-from common.shown_state import SILENT, seconds_old
+from common.scenes.scene import load_scene
 from teletaction.demo_files import CONSOLE, HOST, NETWORK, PROCESSES, DemoOptions, prepare
 from teletaction.ping import BarePing
 from teletaction.processes import KILLED_S, SessionProcesses

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from common.can_line import CanAddress
+from common.buses.can_port import CanAddress
 from common.config import (
     CalibrationConfig,
     ConsoleConfig,
@@ -24,9 +24,9 @@ from common.config import (
     to_toml,
 )
 from common.fingers import chosen_fingers
-from common.keys import TrustedKeys, create_keys
-from common.scene import load_scene
-from common.streams import STREAMS
+from common.link.keys import TrustedKeys, create_keys
+from common.scenes.scene import load_scene
+from common.wire.streams import STREAMS
 from sim_sensors.network_file import is_file, load_network
 from teletaction.session_rates import DEFAULT, Rates
 

@@ -6,16 +6,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from common.can_frames import FrameReceiver
-from common.can_line import CanAddress, CanLine
+from common.buses.can_frames import FrameReceiver
+from common.buses.can_port import CanAddress, CanLine
+from common.buses.serial_device import open_line
+from common.buses.serial_messages import DeviceKind
 from common.config import OperatorConfig, RemoteConfig, load_site
 from common.fingers import FINGERS
-from common.keys import TrustedKeys, fingerprint, load_keys
-from common.ladder import FASTEST_RATE_HZ
-from common.reference_step import reference_step_s
-from common.scheduling import come_first, has_real_time, stand_in_line
-from common.serial_line import open_line
-from common.serial_messages import DeviceKind
+from common.link.keys import TrustedKeys, fingerprint, load_keys
+from common.runtime.reference_step import reference_step_s
+from common.runtime.scheduling import come_first, has_real_time, stand_in_line
+from common.timing.timeouts import FASTEST_RATE_HZ
 from operator_site.remote_key import remote_public_key
 from remote_site.calibrated_tables import load_tables
 from teletaction.conformance.checklist import How, Verdict

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from common.messages import Touch
-from common.recorded_fields import Fits, flag, maybe, number, read_map, text, whole
-from common.recording_reader import RecordingReader
+from common.recording.reader import RecordingReader
+from common.recording.recorded_fields import Fits, flag, maybe, number, read_map, text, whole
+from common.wire.messages import Touch
 from operator_site.console.tactile_map import TactileMap
 from operator_site.recorded_rows import Clock
 

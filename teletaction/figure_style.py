@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from common.messages import ExplorationMode, ThermalStatus
+from common.wire.messages import ExplorationMode, ThermalStatus
 
 BLACK, BLUE, SKY, GREEN, ORANGE, RED, PURPLE, GREY = (
     "#000000",

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from common.can_line import CanAddress
+from common.buses.can_port import CanAddress
+from common.buses.serial_device import open_line
+from common.buses.serial_messages import Identity
+from common.buses.serial_port import DeviceAbsent
 from common.fingers import FINGERS
-from common.serial_line import open_line
-from common.serial_messages import Identity
-from common.serial_port import DeviceAbsent
 from teletaction.conformance.node_talk import BusEnd, name_of
 
 PORTS = Path("/dev/serial/by-id")

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from common.limits import COMFORT, MOTOR_FLOOR_RPM
-from common.messages import ThermalStatus
+from common.wire.messages import ThermalStatus
 from teletaction.figure_style import (
     BLACK,
     BLUE,

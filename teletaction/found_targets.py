@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import binary_dilation, label
 
-from common.scene import Scene, SceneObject
+from common.scenes.scene import Scene, SceneObject
 from operator_site.console.map_layer import CELL_M
 from operator_site.console.map_tiles import picture
 from operator_site.console.tactile_map import LOGARITHMIC, Felt, TactileMap

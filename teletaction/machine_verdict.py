@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from common.held_rate import HELD, WINDOW_S
+from common.runtime.rate_monitor import HELD, WINDOW_S
 
 NEGLIGIBLE_S = 1.0
 """A process that was behind for no longer than this has hardly changed what was felt, s."""

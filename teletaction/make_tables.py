@@ -3,8 +3,8 @@
 import tempfile
 from pathlib import Path
 
-from common.scene import load_scene
-from common.surfaces import surface_kind
+from common.scenes.scene import load_scene
+from common.scenes.surfaces import surface_kind
 from remote_site.texture_calibration import calibrate_texture
 from remote_site.thermal_calibration import calibrate_thermal
 from sim_sensors.simulate import simulate_stroke_set, simulate_thermal, simulate_thermal_set, write_thermal_csv

@@ -12,9 +12,9 @@ from typing import IO
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import CompressionType, Writer
 
-from common.cut_recording import CutRecording, has_end
-from common.private_file import create_private
-from common.recording_reader import RecordingReader
+from common.files.private_file import create_private
+from common.recording.reader import RecordingReader
+from common.recording.truncated_mcap import CutRecording, has_end
 
 log = logging.getLogger(__name__)
 

@@ -13,7 +13,7 @@ from prometheus_client import Metric
 from prometheus_client.registry import Collector
 
 from common.health import NoStatus, read_status, young
-from common.shown_state import CONNECTED, DISCONNECTED, ENDED, ENGAGED, ENGAGING, FAULT, LOST, shown_state
+from common.link.session_display import CONNECTED, DISCONNECTED, ENDED, ENGAGED, ENGAGING, FAULT, LOST, shown_state
 
 Sample = tuple[str, Mapping[str, str], float]
 """Name of a metric without its prefix, labels, value."""

@@ -8,8 +8,8 @@ from types import TracebackType
 
 import zmq
 
-from common.messages import TOUCH_FIELDS
-from common.packets import N
+from common.wire.messages import TOUCH_FIELDS
+from common.wire.packets import N
 from teletaction.processes import die_with_parent
 
 PACKET_BYTES = 4 * N * len(TOUCH_FIELDS) + 16

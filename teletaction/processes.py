@@ -9,8 +9,8 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from common.files.printable import printable
 from common.logs import spoken
-from common.printable import printable
 
 KILLED_S = 10.0
 """A process that has not ended by itself this long after it was asked to is killed, s. On a machine with time for it,

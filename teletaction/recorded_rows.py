@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from typing import Any
 
-from common.messages import Touch
-from common.recorded_fields import Fits, five, read_map, real, text, whole
-from common.recorded_row import Row
-from common.session import Happening
+from common.link.session_state import Happening
+from common.recording.recorded_fields import Fits, five, read_map, real, text, whole
+from common.recording.recorded_row import Row
+from common.wire.messages import Touch
 from operator_site.recorded_rows import Played, Rendered, Skin
 from remote_site.recorded_rows import Gate, SentEvent, Thermal
 from sim_sensors.truth_log import OPERATOR_STREAMS, REMOTE_STREAMS

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import IO, Any, TypeVar
 
-from common.read_files import NotToml, parse_toml
-from common.recording_reader import RecordingReader
+from common.files.read_files import NotToml, parse_toml
+from common.recording.reader import RecordingReader
 from remote_site.stored_table import StoredTable
 from teletaction.merge import ORIGIN
 

@@ -8,10 +8,10 @@ from typing import IO
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import CompressionType, Writer
 
-from common.cut_recording import CutRecording
-from common.mcap_records import MAGIC
-from common.private_file import create_private
-from common.recording_reader import RecordingReader
+from common.files.private_file import create_private
+from common.recording.mcap_records import MAGIC
+from common.recording.reader import RecordingReader
+from common.recording.truncated_mcap import CutRecording
 
 
 @dataclass(frozen=True, slots=True)

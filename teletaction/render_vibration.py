@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from common.messages import Event, EventKind, ExplorationMode
+from common.wire.messages import Event, EventKind, ExplorationMode
 from operator_site.render import StrokeSample, render_vibration
 from operator_site.vibration import Surface
 from remote_site.felt_stroke import even_stroke, felt

@@ -15,8 +15,8 @@ from pydantic import BaseModel, Field, ValidationError
 
 from common.config import OperatorConfig, RenderingConfig
 from common.fingers import FINGERS
-from common.in_parallel import Progress, unseen
 from common.limits import GAP_S
+from common.runtime.parallel_map import Progress, unseen
 from operator_site.gated_output import GatedOutput
 from remote_site.material_table import MaterialTable
 from remote_site.surface_class import SurfaceTable

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from common.in_parallel import Progress, in_order, unseen
+from common.runtime.parallel_map import Progress, in_order, unseen
 from teletaction.replay import replay
 
 

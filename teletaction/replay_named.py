@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from common.fingers import FINGERS
-from common.messages import Event, EventKind
+from common.wire.messages import Event, EventKind
 
 
 @dataclass(slots=True)

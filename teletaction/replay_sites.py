@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from common.config import RenderingConfig
 from common.fingers import FINGERS
-from common.messages import Touch
+from common.wire.messages import Touch
 from operator_site.gated_output import GatedOutput
 from operator_site.gated_rendering import GatedRendering
 from operator_site.recorded_rows import Rendered

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from common.fingers import FINGERS
-from common.scene import Scene
+from common.scenes.scene import Scene
 from operator_site.model_choice import LONGEST_S, TOLERANCE_K, TOLERANCE_SHARE, choose
 from operator_site.model_error import FINE, TIMES_S, felt_per_k
 from operator_site.scene_skin import SceneSkin, touched_object

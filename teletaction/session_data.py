@@ -9,10 +9,10 @@ import numpy as np
 from msgspec.structs import asdict
 from numpy.typing import NDArray
 
-from common.messages import TOUCH_COLUMN, Touch
-from common.packets import N
-from common.recorded_row import Row
-from common.recording_reader import RecordingReader
+from common.recording.reader import RecordingReader
+from common.recording.recorded_row import Row
+from common.wire.messages import TOUCH_COLUMN, Touch
+from common.wire.packets import N
 from operator_site.recorded_rows import Rendered, Skin
 from remote_site.recorded_rows import Gate
 from teletaction.recorded_rows import STREAMS, read

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from common.config import OperatorConfig, RemoteConfig
-from common.ladder import FASTEST_RATE_HZ, SLOWEST_RATE_HZ
-from common.machine import Machine
+from common.runtime.machine import Machine
+from common.timing.timeouts import FASTEST_RATE_HZ, SLOWEST_RATE_HZ
 
 LARGEST = 0.7
 """Share of one processor that a process may take at most: a loop that works more gives its priority up."""

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from common.contact import BOUNCE_S
+from common.exploration.contact_detector import BOUNCE_S
 from common.fingers import FINGERS, chosen_fingers
 from common.limits import MOTOR_STILL_S
-from common.messages import EventKind, ExplorationMode, ThermalStatus
+from common.wire.messages import EventKind, ExplorationMode, ThermalStatus
 from teletaction.incidents import faults, incomplete_recordings, interruptions
 from teletaction.session_data import Floats, SessionData
 from teletaction.true_touches import SHORTEST_TOUCH_S, Touch, true_touches

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from common.containment import NAMED_IN
-from common.keys import TrustedKeys, create_keys
+from common.link.keys import TrustedKeys, create_keys
+from common.runtime.containment import NAMED_IN
 from tests.not_judged import NotJudged
 
 settings.register_profile("suite", deadline=None, derandomize=True, print_blob=True)

@@ -16,8 +16,8 @@ from datetime import date
 from pathlib import Path
 from typing import NamedTuple
 
-from common.in_parallel import processors
-from common.machine import Machine
+from common.runtime.machine import Machine
+from common.runtime.parallel_map import processors
 
 PIECES: dict[str, tuple[str, ...]] = {
     "breaks": ("breaks",),

@@ -35,7 +35,7 @@ HAZARDS = (
     Hazard(
         "an operator's plate is too hot or too cold",
         ("WIDE", "COMFORT", "PLATE_FAULT_C", "PLATE_PEAK_C", "PLATE_HEATING_K_S", "PLATE_COOLING_K_S"),
-        ("operator_site.gate", "operator_site.plate_follow", "common.repeated_fault"),
+        ("operator_site.gate", "operator_site.plate_follow", "common.safety.repeated_fault"),
         (
             f"{_GATE}::test_plate_set_point_range_and_rate",
             f"{_GATE}::test_hot_plate_is_a_fault_that_latches_for_all",
@@ -57,7 +57,7 @@ HAZARDS = (
     Hazard(
         "skin is warm for too long",
         ("DOSE_ABOVE_C", "DOSE_LIMIT_K_S", "DOSE_WINDOW_S"),
-        ("common.skin_dose", "operator_site.gate", "remote_site.heater_limits"),
+        ("common.safety.thermal_dose", "operator_site.gate", "remote_site.heater_limits"),
         (
             "tests/common/test_skin_dose.py",
             f"{_GATE}::test_dose_is_spent_before_it_is_exceeded_and_comes_back",
@@ -91,7 +91,11 @@ HAZARDS = (
             "SWING_SLOW_HZ",
             "SWING_SLOW_CYCLES",
         ),
-        ("common.port_energy", "common.oscillation", "operator_site.force_limits"),
+        (
+            "operator_site.safety.passivity_controller",
+            "common.safety.oscillation_detector",
+            "operator_site.force_limits",
+        ),
         (
             f"{_GATE}::test_whatever_the_renderer_asks_for_no_more_comes_out_than_went_in",
             f"{_GATE}::test_a_force_that_swings_is_a_fault_until_it_is_cleared",
@@ -110,7 +114,7 @@ HAZARDS = (
     Hazard(
         "a sensor's heated plate burns the patient",
         ("SENSOR_PLATE_C",),
-        ("remote_site.patient_gate", "remote_site.heater_limits", "common.repeated_fault"),
+        ("remote_site.patient_gate", "remote_site.heater_limits", "common.safety.repeated_fault"),
         (
             f"{_PATIENT_GATE}::test_hot_sensor_plate_is_a_fault",
             f"{_PATIENT_GATE}::test_heater_is_off_on_contact",
@@ -142,7 +146,7 @@ HAZARDS = (
     Hazard(
         "a remote finger shakes, or works on the patient without end",
         ("LEFT_J", "LEFT_W"),
-        ("remote_site.left_work", "common.oscillation"),
+        ("remote_site.left_work", "common.safety.oscillation_detector"),
         (
             f"{_PATIENT_GATE}::test_work_left_in_the_object_slows_the_finger_and_three_such_cycles_are_a_fault",
             f"{_PATIENT_GATE}::test_a_force_that_swings_faster_than_a_hand_is_a_fault_in_half_a_second",
@@ -211,7 +215,7 @@ HAZARDS = (
     Hazard(
         "what is acted on is old, or of another session",
         ("AGE_DEFAULT_S", "AGE_MAX_S"),
-        ("common.acceptance", "common.clock", "common.standstill"),
+        ("common.link.packet_filter", "common.link.clock_offset", "common.timing.standstill"),
         (
             "tests/common/test_acceptance.py",
             "tests/common/test_clock.py",
@@ -256,7 +260,7 @@ HAZARDS = (
     Hazard(
         "a device does what nobody asked of it",
         (),
-        ("common.drive_obeys",),
+        ("common.buses.drive_monitor",),
         ("tests/common/test_drive_obeys.py", "tests/virtual/test_unasked_outputs.py"),
         (
             "sim-operator-stuck-middle-1000",
@@ -268,7 +272,7 @@ HAZARDS = (
     Hazard(
         "damaged frames are believed",
         (),
-        ("common.can_frames", "common.framing", "common.encoder_jumps"),
+        ("common.buses.can_frames", "common.buses.serial_framing", "common.buses.encoder_glitches"),
         (
             "tests/common/test_can_frames.py",
             "tests/common/test_framing.py",
@@ -297,21 +301,21 @@ HAZARDS = (
     Hazard(
         "a fault ends by itself, or a stop does not hold",
         (),
-        ("common.session", "operator_site.session_stop"),
+        ("common.link.session_state", "operator_site.session_stop"),
         ("tests/virtual/test_emergency_stop.py", "tests/virtual/test_latched_faults.py"),
         (),
     ),
     Hazard(
         "somebody acts who may not",
         (),
-        ("common.keys", "common.doorkeeper"),
+        ("common.link.keys", "common.link.authenticator"),
         ("tests/common/test_keys.py", "tests/common/test_doorkeeper.py", "tests/adversary/test_trusted_keys.py"),
         (),
     ),
     Hazard(
         "a recording that fails takes the session with it",
         (),
-        ("common.recording",),
+        ("common.recording.recorder",),
         ("tests/common/test_recording.py", "tests/virtual/test_contained_step.py"),
         ("disk-full",),
     ),

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from common.machine import ProcessorTime
+from common.runtime.machine import ProcessorTime
 
 STOOD_STILL_S = 0.040
 """The watching process is never so late by the work of a session, nor by four busy loops beside it."""

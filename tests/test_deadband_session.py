@@ -7,15 +7,15 @@ from typing import cast
 import numpy as np
 import pytest
 
-from common.capabilities import capabilities
-from common.deadband import Deadband
-from common.ladder import REFRESH_S
 from common.limits import GAP_S
-from common.link import OperatorLink, RemoteLink
-from common.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch
-from common.motion_prediction import ONWARDS_S
-from common.packets import Floats, LinkState
-from common.perceptible import HEIGHT_M, PLANE_M
+from common.link.capabilities import capabilities
+from common.link.dead_reckoning import ONWARDS_S
+from common.link.deadband import Deadband
+from common.link.link import OperatorLink, RemoteLink
+from common.link.perception_thresholds import HEIGHT_M, PLANE_M
+from common.timing.timeouts import REFRESH_S
+from common.wire.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch
+from common.wire.packets import Floats, LinkState
 from operator_site.session_client import SessionClient
 from remote_site.session_server import SessionServer
 from teletaction.testbed.network import TO_REMOTE, Network, OperatorEnd, RemoteEnd

@@ -9,13 +9,13 @@ import msgpack
 import numpy as np
 import pytest
 
-from common.acceptance import FUTURE_TOLERANCE_NS
-from common.capabilities import OBSERVER, capabilities
-from common.keys import Role, TrustedKeys, load_keys
-from common.link import OperatorLink, RemoteLink
-from common.messages import TOUCH_BLOCK, TOUCH_FIELDS, Motion, Touch
-from common.packets import SCHEMA_VERSION, LinkState
-from common.session_messages import Answer, Request
+from common.link.capabilities import OBSERVER, capabilities
+from common.link.keys import Role, TrustedKeys, load_keys
+from common.link.link import OperatorLink, RemoteLink
+from common.link.packet_filter import FUTURE_TOLERANCE_NS
+from common.wire.messages import TOUCH_BLOCK, TOUCH_FIELDS, Motion, Touch
+from common.wire.packets import SCHEMA_VERSION, LinkState
+from common.wire.session_messages import Answer, Request
 from operator_site.session_client import SessionClient
 from remote_site.session_server import SILENCE_NS, SessionServer
 

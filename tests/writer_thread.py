@@ -7,8 +7,8 @@ from typing import IO
 
 import pytest
 
-from common import recording
-from common.recording_writer import write_recording
+from common.recording import recorder
+from common.recording.writer_process import write_recording
 
 
 class WriterThread:
@@ -39,4 +39,4 @@ def start_thread(file: IO[bytes]) -> tuple[socket.socket, WriterThread]:
 
 def write_in_a_thread(patch: pytest.MonkeyPatch) -> None:
     """From now on, recorders have a thread instead of a process."""
-    patch.setattr(recording, "_start_writer", start_thread)
+    patch.setattr(recorder, "_start_writer", start_thread)

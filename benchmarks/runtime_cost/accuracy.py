@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.runtime_cost.measure import timed
-from common.reference_step import reference_step
+from common.runtime.reference_step import reference_step
 from remote_site.material_table import MaterialTable
 from remote_site.perception import AT_ONCE, FOREIGN_SHARE, TRUST_S
 from remote_site.solving_turns import POSTPONED_S

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.runtime_cost.stages import StageClock
-from common.reference_step import reference_step
+from common.runtime.reference_step import reference_step
 from sim_sensors.sim_operator import OperatorDevices
 from sim_sensors.sim_remote import RemoteDevices
 from teletaction.demo_files import DemoOptions, prepare

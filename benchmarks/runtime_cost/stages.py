@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from types import TracebackType
 
-from common.containment import Containment, Step
+from common.runtime.containment import Containment, Step
 
 
 class StageClock(Containment):

@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import Any, Protocol
 
-from common.containment import Containment
-from common.packets import LinkState
-from common.printable import one_line
-from common.rate_limiter import RateLimiters
-from common.session import Refused
+from common.files.printable import one_line
+from common.link.rate_limiter import RateLimiters
+from common.link.session_state import Refused
+from common.runtime.containment import Containment
+from common.wire.packets import LinkState
 from operator_site.console import words
 from operator_site.console.clients import Client
 from operator_site.console.console import Console

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from common.fingers import FINGERS
 from common.limits import PLATE_FAULT_C, PLATE_PROFILES
-from common.packets import LinkState
+from common.wire.packets import LinkState
 from operator_site.console import words
 from operator_site.console.alarms import Cause
 from operator_site.console.fingers_now import FingersNow

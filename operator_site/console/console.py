@@ -10,10 +10,10 @@ import msgpack
 import numpy as np
 
 from common.fingers import FINGERS
-from common.messages import Touch
-from common.packets import LinkState
-from common.session import Happening
-from common.shown_state import CONNECTED, ENGAGED, ENGAGING, FAULT, PAUSED, STOPPED
+from common.link.session_display import CONNECTED, ENGAGED, ENGAGING, FAULT, PAUSED, STOPPED
+from common.link.session_state import Happening
+from common.wire.messages import Touch
+from common.wire.packets import LinkState
 from operator_site.console.alarm_rules import Surroundings, causes
 from operator_site.console.alarms import Alarms
 from operator_site.console.fingers_now import FingersNow

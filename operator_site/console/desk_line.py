@@ -12,13 +12,13 @@ from typing import Any
 
 import zmq
 
-from common.containment import Containment
-from common.curve_sockets import prepare_socket, use_curve
-from common.desk import HOST
-from common.keys import KeyPair
-from common.packets import BadPacket
-from common.session import Refused
-from common.session_messages import Answer, Request
+from common.link.curve import prepare_socket, use_curve
+from common.link.keys import KeyPair
+from common.link.local_control import HOST
+from common.link.session_state import Refused
+from common.runtime.containment import Containment
+from common.wire.packets import BadPacket
+from common.wire.session_messages import Answer, Request
 
 log = logging.getLogger(__name__)
 

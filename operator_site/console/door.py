@@ -15,7 +15,7 @@ from starlette.websockets import WebSocketDisconnect
 from uvicorn import Server
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from common.containment import Containment
+from common.runtime.containment import Containment
 from operator_site.console.connections import IDLE_S, Connections, Stage
 
 log = logging.getLogger(__name__)

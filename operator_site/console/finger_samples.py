@@ -13,8 +13,8 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from common.fingers import FINGER_Y_M
-from common.messages import STIFFNESS_KNOWN_LN_SD, ExplorationMode, ThermalStatus, TouchRow
-from common.told import Told
+from common.wire.messages import STIFFNESS_KNOWN_LN_SD, ExplorationMode, ThermalStatus, TouchRow
+from common.wire.touch_summary import Told
 
 STILL_M = 3e-3
 """A finger that has not been farther than this from where it came down rests, m."""

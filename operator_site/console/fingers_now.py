@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from operator import attrgetter
 
 from common.fingers import FINGER_Y_M, FINGERS
-from common.messages import NO_TOUCH, Touch, TouchRow
-from common.told import NOTHING, Told
+from common.wire.messages import NO_TOUCH, Touch, TouchRow
+from common.wire.touch_summary import NOTHING, Told
 from operator_site.limit_flags import Limit
 
 FIELDS = (

@@ -13,8 +13,8 @@ from typing import Any
 
 import msgpack
 
-from common.earlier_file import free_name
-from common.recording import Recorder
+from common.files.unique_path import free_name
+from common.recording.recorder import Recorder
 from operator_site.console.kept_before import KeptBefore, boot, kept_before
 
 log = logging.getLogger(__name__)

@@ -10,7 +10,7 @@ from typing import Any
 import msgpack
 from mcap.records import Channel, Message, Metadata
 
-from common.cut_recording import CutRecording
+from common.recording.truncated_mcap import CutRecording
 
 log = logging.getLogger(__name__)
 

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 from starlette.websockets import WebSocketDisconnect
 
-from common.rate_limiter import RateLimiters
+from common.link.rate_limiter import RateLimiters
 from operator_site.console.access import Visitor
 from operator_site.console.acts import FAILED_INSIDE, Acts, Answer
 from operator_site.console.clients import Client

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.fingers import FINGERS
-from common.packets import LinkState
+from common.wire.packets import LinkState
 from operator_site.console.fingers_now import FIELDS
 from operator_site.console.signals import BINS, SIGNALS, SPAN_S
 

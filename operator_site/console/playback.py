@@ -11,9 +11,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
-from common.recorded_fields import Fits, maybe, number, read_map, text, whole
-from common.recording_reader import RecordingReader
-from common.session import Happening
+from common.link.session_state import Happening
+from common.recording.reader import RecordingReader
+from common.recording.recorded_fields import Fits, maybe, number, read_map, text, whole
 
 STREAMS = (
     "operator/touch",

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from itertools import chain
 from pathlib import Path
 
-from common.earlier_file import free_name
+from common.files.unique_path import free_name
 
 log = logging.getLogger(__name__)
 

@@ -15,10 +15,10 @@ import uvicorn
 from starlette.applications import Starlette
 
 from common.config import ConsoleConfig, to_toml
-from common.containment import Containment
-from common.keys import fingerprint, load_keys
-from common.notify import Supervisor
-from common.status_file import StatusFile
+from common.link.keys import fingerprint, load_keys
+from common.runtime.containment import Containment
+from common.runtime.status_file import StatusFile
+from common.runtime.systemd_notify import Supervisor
 from operator_site.console.access import Access
 from operator_site.console.connections import IDLE_S, Connections, most_connections, raise_descriptor_limit
 from operator_site.console.desk_line import DeskLine

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from common.fingers import FINGERS
-from common.session import Refused
+from common.link.session_state import Refused
 from operator_site.console import words
 from operator_site.console.findings import KINDS, compare, describe, likely_kind
 from operator_site.console.tactile_map import TactileMap

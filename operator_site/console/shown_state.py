@@ -5,8 +5,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from common.fingers import FINGERS
-from common.messages import NO_TOUCH, STIFFNESS_KNOWN_LN_SD, ThermalStatus
-from common.packets import LinkState
+from common.wire.messages import NO_TOUCH, STIFFNESS_KNOWN_LN_SD, ThermalStatus
+from common.wire.packets import LinkState
 from operator_site.console import words
 from operator_site.console.alarm_rules import unconfirmed
 from operator_site.console.alarms import Alarm

@@ -6,12 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from common.fingers import FINGERS
-from common.ladder import REFRESH_S
 from common.limits import GAP_S
-from common.messages import Touch
-from common.packets import LinkState
-from common.session import Happening
-from common.shown_state import (
+from common.link.session_display import (
     CONNECTED,
     DISCONNECTED,
     ENGAGED,
@@ -22,6 +18,10 @@ from common.shown_state import (
     Source,
     shown_state,
 )
+from common.link.session_state import Happening
+from common.timing.timeouts import REFRESH_S
+from common.wire.messages import Touch
+from common.wire.packets import LinkState
 from operator_site.console.bus_now import BusNow
 from operator_site.session_stop import REMOTE
 

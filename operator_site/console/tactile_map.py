@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.fingers import FINGER_Y_M, FINGERS
-from common.messages import TouchRow
-from common.told import Told
+from common.wire.messages import TouchRow
+from common.wire.touch_summary import Told
 from operator_site.console.finger_samples import FingerSamples, Sample, slant
 from operator_site.console.map_layer import CELL_M, KERNEL_M, REACH_M, TILE, Layer, tile_of
 

@@ -4,8 +4,8 @@ import re
 from collections.abc import Sequence
 
 from common.limits import PLATE_FAULT_C
-from common.messages import ThermalStatus
-from common.told import Told
+from common.wire.messages import ThermalStatus
+from common.wire.touch_summary import Told
 
 LONGEST_ALARM = 60
 _PLATE_OVER = re.compile(r"(\w+): plate at ([\d.]+) C, above")

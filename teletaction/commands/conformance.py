@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from common.files.printable import printable
 from common.fingers import FINGERS
-from common.printable import printable
 from teletaction.commands.failed import Failed
 
 if TYPE_CHECKING:
@@ -50,8 +50,8 @@ def conformance(
     as_json: Json = False,
 ) -> None:
     """Test one serial module or CAN node against docs/protocols.md, duty by duty; exit 1 if it fails in one."""
+    from common.buses.serial_messages import DeviceKind
     from common.logs import quiet_libraries
-    from common.serial_messages import DeviceKind
     from teletaction.conformance.checklist import How, Verdict
     from teletaction.conformance.examination import opened
     from teletaction.conformance.node_talk import NodeName

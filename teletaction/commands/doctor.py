@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from common.printable import printable
+from common.files.printable import printable
 from teletaction.commands.failed import Failed
 
 app = typer.Typer()

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from common.in_parallel import processors
+from common.runtime.parallel_map import processors
 from teletaction.commands.progress import Processes, progress_line
 
 app = typer.Typer(name="identify", help="Identification of recorded traces, as JSON lines.", no_args_is_help=True)

@@ -13,7 +13,7 @@ KeyFolder = Annotated[Path, typer.Option("--keys", help="Key folder of the site.
 @app.command("init")
 def keys_init(keys: KeyFolder) -> None:
     """Make a key pair; prints the public key."""
-    from common.keys import create_keys
+    from common.link.keys import create_keys
 
     typer.echo(create_keys(keys))
 
@@ -21,7 +21,7 @@ def keys_init(keys: KeyFolder) -> None:
 @app.command("show")
 def keys_show(keys: KeyFolder) -> None:
     """Print the site's public key, its fingerprint, and whom it trusts."""
-    from common.keys import TrustedKeys, fingerprint, load_keys
+    from common.link.keys import TrustedKeys, fingerprint, load_keys
 
     own = load_keys(keys)
     typer.echo(f"own {fingerprint(own.public)} {own.public}")
@@ -37,7 +37,7 @@ def keys_trust(
     observer: Annotated[bool, typer.Option("--observer", help="The owner may look on, and change nothing.")] = False,
 ) -> None:
     """Allow a public key under a name."""
-    from common.keys import Role, TrustedKeys
+    from common.link.keys import Role, TrustedKeys
 
     TrustedKeys(keys).trust(name, public_key, Role.OBSERVER if observer else Role.PARTNER)
 
@@ -45,7 +45,7 @@ def keys_trust(
 @app.command("revoke")
 def keys_revoke(name: str, keys: KeyFolder) -> None:
     """Allow the keys of a name no longer; a running site cuts their connections within about a second."""
-    from common.keys import TrustedKeys
+    from common.link.keys import TrustedKeys
 
     count = TrustedKeys(keys).revoke(name)
     typer.echo(f"revoked {count} key{'s' if count != 1 else ''} of {name}", err=True)

@@ -41,7 +41,7 @@ def virtual(
 
     from common.config import OperatorConfig
     from common.process import run_process
-    from common.scene import load_scene
+    from common.scenes.scene import load_scene
     from operator_site.virtual_site import run_virtual
 
     run_process("virtual", config, OperatorConfig, partial(run_virtual, scene=load_scene(scene), seed=seed))

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from common.in_parallel import processors
+from common.runtime.parallel_map import processors
 from teletaction.commands.progress import Processes, progress_line
 
 app = typer.Typer()

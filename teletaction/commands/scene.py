@@ -20,7 +20,7 @@ def check_command(
     dwell: Annotated[float, typer.Option(help="How long each object is touched, s.", min=0.1, max=10.0)] = 10.0,
 ) -> None:
     """The skin model chosen for each object, its predicted error and its cost, as CSV."""
-    from common.scene import load_scene
+    from common.scenes.scene import load_scene
     from teletaction.scene_check import COLUMNS, check_scene
 
     rows = csv.writer(sys.stdout, lineterminator="\n")

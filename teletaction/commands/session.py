@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from common.printable import printable
+from common.files.printable import printable
 from teletaction.commands.config_file import ConfigFile
 from teletaction.commands.failed import Failed
 
 if TYPE_CHECKING:
-    from common.keys import KeyPair
+    from common.link.keys import KeyPair
 
 app = typer.Typer(name="session", help="What a person at a running site asks of it.", no_args_is_help=True)
 
@@ -37,7 +37,7 @@ def session_disengage(config: ConfigFile) -> None:
 @app.command("estop")
 def session_estop(config: ConfigFile) -> None:
     """Emergency stop; waits for the devices to confirm and prints what they said."""
-    from common.desk import stop_from_desk
+    from common.link.local_control import stop_from_desk
 
     outcome = stop_from_desk(*_desk(config))
     typer.echo(printable(outcome))
@@ -48,8 +48,8 @@ def session_estop(config: ConfigFile) -> None:
 @app.command("clear")
 def session_clear(config: ConfigFile) -> None:
     """Clear a latched fault, at both sites where that may be done from here; nothing moves until engaged again."""
-    from common.desk import clear_from_desk
-    from common.session import Refused
+    from common.link.local_control import clear_from_desk
+    from common.link.session_state import Refused
 
     try:
         clear_from_desk(*_desk(config))
@@ -65,15 +65,15 @@ def session_note(text: str, config: ConfigFile) -> None:
 
 def _desk(config: Path) -> "tuple[int, KeyPair]":
     from common.config import load_site
-    from common.keys import load_keys
+    from common.link.keys import load_keys
 
     site = load_site(config)
     return site.desk_port, load_keys(site.link.keys)
 
 
 def _ask_desk(config: Path, verb: str, details: dict[str, object] | None = None) -> dict[str, object]:
-    from common.desk import ask_desk
-    from common.session import Refused
+    from common.link.local_control import ask_desk
+    from common.link.session_state import Refused
 
     try:
         return ask_desk(*_desk(config), verb, details)

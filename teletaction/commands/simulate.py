@@ -23,7 +23,7 @@ def simulate_thermal_command(
     block: Annotated[bool, typer.Option(help="Touch one block each time, not a new piece of the material.")] = False,
 ) -> None:
     """Touches of the simulated thermal sensor."""
-    from common.materials import material as look_up
+    from common.scenes.materials import material as look_up
     from sim_sensors.simulate import simulate_thermal_set
 
     if material != "air":

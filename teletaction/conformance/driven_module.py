@@ -1,8 +1,8 @@
 """Duties of every module with drives: its behaviour with commands and without them."""
 
+from common.buses.serial_messages import DeviceFlag, MessageId
+from common.buses.thermometry import COUNT_MAX
 from common.limits import MODULE_TIMEOUT_S
-from common.serial_messages import DeviceFlag, MessageId
-from common.thermometry import COUNT_MAX
 from teletaction.conformance.checklist import (
     HALF_A_REPORT_S,
     PAUSE_S,

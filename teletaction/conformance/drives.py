@@ -4,9 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from common.framing import Frame
-from common.limits import PLATE_PEAK_C
-from common.serial_messages import (
+from common.buses.serial_framing import Frame
+from common.buses.serial_messages import (
     BadPayload,
     DeviceFlag,
     DeviceKind,
@@ -16,7 +15,8 @@ from common.serial_messages import (
     TactTipState,
     ThermalReading,
 )
-from common.thermometry import COUNT_MAX, ntc_c, ssr_c
+from common.buses.thermometry import COUNT_MAX, ntc_c, ssr_c
+from common.limits import PLATE_PEAK_C
 from teletaction.conformance.checklist import NotApplicable, Unsafe
 from teletaction.conformance.every_module import device_times_s
 from teletaction.conformance.module_talk import REPORTS, ModuleTalk, Span

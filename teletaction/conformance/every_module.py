@@ -3,8 +3,7 @@
 from collections.abc import Callable
 from itertools import pairwise
 
-from common.fingers import FINGERS
-from common.serial_messages import (
+from common.buses.serial_messages import (
     BadPayload,
     DeviceKind,
     Identity,
@@ -13,6 +12,7 @@ from common.serial_messages import (
     TextureSamples,
     ThermalReading,
 )
+from common.fingers import FINGERS
 from teletaction.conformance.checklist import RATE_SHARE, Came, Checklist, NotApplicable, Unsafe
 from teletaction.conformance.module_talk import ANSWER_S, REPORTS, Heard, ModuleTalk
 

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import can
 
-from common.can_frames import database, frame_crc, packing
+from common.buses.can_frames import database, frame_crc, packing
 from common.limits import MODULE_TIMEOUT_S
 from teletaction.conformance.checklist import (
     HALF_A_REPORT_S,

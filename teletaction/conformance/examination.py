@@ -5,9 +5,9 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
-from common.can_line import can_address
-from common.serial_messages import DeviceKind
-from common.serial_port import DeviceAbsent
+from common.buses.can_port import can_address
+from common.buses.serial_messages import DeviceKind
+from common.buses.serial_port import DeviceAbsent
 from teletaction.conformance.checklist import Checklist, Driven, How, Trial, Tried, Unsafe, Verdict
 from teletaction.conformance.cut_out import CUT_OUT, Heating
 from teletaction.conformance.disturbed_module import DISTURBED

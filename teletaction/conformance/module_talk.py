@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
-from common.framing import Frame, FrameReader, encode_frame
-from common.serial_messages import BadPayload, DeviceKind, Identity, MessageId
-from common.serial_port import BAUD, DeviceAbsent, open_port
+from common.buses.serial_framing import Frame, FrameReader, encode_frame
+from common.buses.serial_messages import BadPayload, DeviceKind, Identity, MessageId
+from common.buses.serial_port import BAUD, DeviceAbsent, open_port
 
 ANSWER_S = 0.1
 """Time within which a module must answer IDENTIFY, s."""

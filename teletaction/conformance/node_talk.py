@@ -9,9 +9,9 @@ from typing import Protocol
 
 import can
 
-from common.can_frames import FrameSender, frame_crc, packing
-from common.can_line import CanAddress
-from common.serial_port import DeviceAbsent
+from common.buses.can_frames import FrameSender, frame_crc, packing
+from common.buses.can_port import CanAddress
+from common.buses.serial_port import DeviceAbsent
 from teletaction.conformance.checklist import NotApplicable
 
 Values = dict[str, float]

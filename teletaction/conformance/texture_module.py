@@ -1,6 +1,6 @@
 """Duties of the texture sensor's module."""
 
-from common.serial_messages import BadPayload, TextureSamples
+from common.buses.serial_messages import BadPayload, TextureSamples
 from teletaction.conformance.checklist import Came, Checklist, NotApplicable
 from teletaction.conformance.every_module import device_times_s
 from teletaction.conformance.module_talk import ModuleTalk

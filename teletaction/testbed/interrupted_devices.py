@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from common.config import OperatorConfig, RemoteConfig
-from common.standstill import HostClock
+from common.timing.standstill import HostClock
 from operator_site.devices import OperatorDevices
 from operator_site.exoskeleton import Hand
 from remote_site.devices import RemoteDevices

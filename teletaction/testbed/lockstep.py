@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Protocol
 
 from common.config import OperatorConfig, RemoteConfig, load_config, to_toml
-from common.containment import Containment, MakeContainment
-from common.desk import Desk
-from common.keys import TrustedKeys, load_keys
-from common.link import OperatorLink, RemoteLink
-from common.recording import Recorder
-from common.standstill import HostClock
+from common.link.keys import TrustedKeys, load_keys
+from common.link.link import OperatorLink, RemoteLink
+from common.link.local_control import Desk
+from common.recording.recorder import Recorder
+from common.runtime.containment import Containment, MakeContainment
+from common.timing.standstill import HostClock
 from operator_site.devices import OperatorDevices
 from operator_site.remote_key import remote_public_key
 from operator_site.site import OperatorSite, session_with

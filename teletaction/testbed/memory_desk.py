@@ -4,9 +4,9 @@ from collections import deque
 from concurrent.futures import Future
 from typing import Any
 
-from common.desk import Do
-from common.packets import BadPacket
-from common.session import Refused
+from common.link.local_control import Do
+from common.link.session_state import Refused
+from common.wire.packets import BadPacket
 
 
 class MemoryDesk:
@@ -17,7 +17,7 @@ class MemoryDesk:
         self._asked: deque[tuple[str, dict[str, Any], Future[dict[str, Any]]]] = deque()
 
     def serve(self, now_ns: int, do: Do) -> None:
-        """As `common.desk.LocalControl.serve`."""
+        """As `common.link.local_control.LocalControl.serve`."""
         while self._asked:
             verb, details, answer = self._asked.popleft()
             if not answer.set_running_or_notify_cancel():

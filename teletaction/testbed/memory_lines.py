@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 import can
 import serial
 
-from common.can_controller import BUS_OFF, RESTARTED
-from common.can_frames import SentFrame
-from common.serial_port import CHUNK, DeviceAbsent
+from common.buses.can_controller import BUS_OFF, RESTARTED
+from common.buses.can_frames import SentFrame
+from common.buses.serial_port import CHUNK, DeviceAbsent
 from sim_sensors.intruder import Intruder
 from sim_sensors.serial_server import Device, SerialServer
 from sim_sensors.socketcand import Node
@@ -84,7 +84,7 @@ class MemoryLine(Cable, SerialServer):
 
 
 class MemoryPort:
-    """A driver's end of a serial line; see `common.serial_port.Port`."""
+    """A driver's end of a serial line; see `common.buses.serial_port.Port`."""
 
     descriptor: int | None = None
 

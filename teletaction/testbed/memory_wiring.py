@@ -8,9 +8,9 @@ from typing import Generic, TypeVar
 
 import can
 
-from common.can_line import CanAddress
-from common.serial_port import DeviceAbsent, Port
-from common.wiring import Opener
+from common.buses.can_port import CanAddress
+from common.buses.serial_port import DeviceAbsent, Port
+from common.buses.wiring import Opener
 from sim_sensors.serial_server import Device, SerialServer
 from sim_sensors.serving import Bus
 from sim_sensors.socketcand import Node

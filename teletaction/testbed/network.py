@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from heapq import heappop, heappush
 
-from common.curve_sockets import Received
+from common.link.curve import Received
 
 TO_REMOTE, TO_OPERATOR = "to remote", "to operator"
 STREAMS = {"motion": (TO_REMOTE,), "touch": (TO_OPERATOR,)} | dict.fromkeys(
@@ -218,7 +218,7 @@ class Visitor:
 
 
 class RemoteEnd:
-    """The remote site's side; see `common.link_sides.RemoteSide`."""
+    """The remote site's side; see `common.link.link_sides.RemoteSide`."""
 
     def __init__(self, network: Network) -> None:
         self.handshakes: dict[str, int] = {}
@@ -277,7 +277,7 @@ class RemoteEnd:
 
 
 class OperatorEnd:
-    """The operator site's side; see `common.link_sides.OperatorSide`."""
+    """The operator site's side; see `common.link.link_sides.OperatorSide`."""
 
     def __init__(self, network: Network) -> None:
         self._network = network

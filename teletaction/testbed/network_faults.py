@@ -1,6 +1,6 @@
 """Apply the commands of `sim_sensors.network_live` to a test bed's network."""
 
-from common.streams import Direction
+from common.wire.streams import Direction
 from sim_sensors.network_conditions import Conditions, PhasedConditions
 from sim_sensors.network_fault import WAYS
 from sim_sensors.network_file import Network as Timetable

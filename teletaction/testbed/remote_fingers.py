@@ -8,11 +8,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from common.buses.serial_messages import DRIVE_FULL
 from common.fingers import FINGERS
-from common.messages import Touch
-from common.packets import LinkState
-from common.scene import Scene
-from common.serial_messages import DRIVE_FULL
+from common.scenes.scene import Scene
+from common.wire.messages import Touch
+from common.wire.packets import LinkState
 from remote_site.finger_touch import FingerTouch
 from remote_site.heating import Heating
 from remote_site.material_table import MaterialTable

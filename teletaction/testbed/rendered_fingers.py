@@ -5,12 +5,12 @@ from collections import deque
 
 import numpy as np
 
+from common.buses.serial_framing import encode_frame
+from common.buses.serial_messages import DRIVE_FULL, MessageId, TactTipCommand
 from common.config import RenderingConfig
 from common.fingers import FINGERS
-from common.framing import encode_frame
 from common.limits import GAP_S
-from common.messages import Touch
-from common.serial_messages import DRIVE_FULL, MessageId, TactTipCommand
+from common.wire.messages import Touch
 from operator_site.gated_output import GatedOutput
 from operator_site.gated_rendering import GatedRendering
 from operator_site.motor_drive import MotorDrive

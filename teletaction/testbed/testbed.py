@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any, Self
 
 from common.config import OperatorConfig, RemoteConfig, SimOperatorConfig, SimRemoteConfig, load_config
-from common.ladder import NOTICE_S
-from common.packets import LinkState
-from common.recording import Recorder
-from common.standstill import HostClock
+from common.recording.recorder import Recorder
+from common.timing.standstill import HostClock
+from common.timing.timeouts import NOTICE_S
+from common.wire.packets import LinkState
 from operator_site.feed import ConsoleFeed
 from operator_site.site import OperatorSite, session_with
 from remote_site.site import RemoteSite

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from common.config import OperatorConfig, RemoteConfig, load_config
-from common.desk import stop_from_desk
-from common.keys import Role, TrustedKeys, create_keys, load_keys
 from common.limits import FINGER_FORCE_N, FORCE_SAFE_S
+from common.link.keys import Role, TrustedKeys, create_keys, load_keys
+from common.link.local_control import stop_from_desk
 from studies.fault_session import FaultSession
 from studies.faults import read_truth
 from studies.stroking_scene import write_stroking_scene

@@ -6,10 +6,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from common.capabilities import capabilities
-from common.messages import MOTION_BLOCK, Motion, Touch
-from common.packets import MAX_PACKET, BadPacket, LinkState
-from common.session_messages import Answer, Heartbeat, Request
+from common.link.capabilities import capabilities
+from common.wire.messages import MOTION_BLOCK, Motion, Touch
+from common.wire.packets import MAX_PACKET, BadPacket, LinkState
+from common.wire.session_messages import Answer, Heartbeat, Request
 
 MS = 1_000_000
 FAR_M = 0.5

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from common.keys import Role, TrustedKeys, create_keys, load_keys
-from common.streams import STREAMS
+from common.link.keys import Role, TrustedKeys, create_keys, load_keys
+from common.wire.streams import STREAMS
 from teletaction.processes import die_with_parent
 
 STRANGER, OBSERVER, SECOND, COPY = "stranger", "observer", "second", "copy"

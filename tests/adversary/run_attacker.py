@@ -8,10 +8,10 @@ from pathlib import Path
 
 import zmq
 
-from common.curve_sockets import prepare_socket, use_curve
-from common.keys import KeyPair, create_keys, load_keys
-from common.scheduling import give_way
-from common.streams import STREAMS
+from common.link.curve import prepare_socket, use_curve
+from common.link.keys import KeyPair, create_keys, load_keys
+from common.runtime.scheduling import give_way
+from common.wire.streams import STREAMS
 from tests.adversary.attacker import Attacker, attack
 
 STEP_S = 0.01

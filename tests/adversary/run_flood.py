@@ -18,11 +18,11 @@ from random import Random
 import numpy as np
 import zmq
 
-from common.curve_sockets import prepare_socket, use_curve
-from common.keys import load_keys
-from common.messages import MOTION_BLOCK, Motion, Touch
-from common.packets import MAX_PACKET, BadPacket, LinkState
-from common.session_messages import Heartbeat, Request
+from common.link.curve import prepare_socket, use_curve
+from common.link.keys import load_keys
+from common.wire.messages import MOTION_BLOCK, Motion, Touch
+from common.wire.packets import MAX_PACKET, BadPacket, LinkState
+from common.wire.session_messages import Heartbeat, Request
 from tests.adversary.parties import COPY
 
 AWAY_M = -0.15

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from common.messages import EVENT_MAX, TOUCH_BLOCK, TOUCH_HIGH, TOUCH_LOW, Event, EventKind, Touch
-from common.packets import MAX_INTEGER, MAX_TEXT, LinkState
-from common.session_messages import Answer, Heartbeat
+from common.wire.messages import EVENT_MAX, TOUCH_BLOCK, TOUCH_HIGH, TOUCH_LOW, Event, EventKind, Touch
+from common.wire.packets import MAX_INTEGER, MAX_TEXT, LinkState
+from common.wire.session_messages import Answer, Heartbeat
 from tests.virtual.session import VirtualSession
 
 pytestmark = pytest.mark.long

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from common.packets import LinkState
+from common.wire.packets import LinkState
 from teletaction.testbed.network import OBSERVER_KEY, OPERATOR_KEY
 from tests.adversary.attacker import Attacker, attack
 from tests.adversary.conftest import attacker_of, judged_session
@@ -103,7 +103,7 @@ def test_a_stop_with_a_copied_key_counts_and_the_operator_works_on_after_it(work
 def test_a_session_whose_motion_is_refused_ends_with_the_reason_at_both_sites(
     working: VirtualSession, caplog: pytest.LogCaptureFixture
 ) -> None:
-    caplog.set_level(logging.INFO, "common.session")
+    caplog.set_level(logging.INFO, "common.link.session_state")
     link: Any = working.operator.client.link
     send, first = link.send_latest, []
 

@@ -12,10 +12,10 @@ from pathlib import Path
 from threading import Event, Thread
 from typing import Any
 
-from common.desk import Desk
-from common.keys import load_keys
-from common.loop import PeriodicLoop
-from common.packets import LinkState
+from common.link.keys import load_keys
+from common.link.local_control import Desk
+from common.runtime.periodic_loop import PeriodicLoop
+from common.wire.packets import LinkState
 from operator_site.feed import Feed
 from tests.hardening.own_memory import own_resident_bytes
 from tests.hardening.served import Served

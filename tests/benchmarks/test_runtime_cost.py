@@ -9,7 +9,7 @@ from benchmarks.runtime_cost.budget import budget_text, exceeded, load_budget
 from benchmarks.runtime_cost.finger_cost import finger_costs
 from benchmarks.runtime_cost.measure import DOING, TICK, measure
 from benchmarks.runtime_cost.stages import StageClock
-from common.reference_step import reference_step, reference_step_s
+from common.runtime.reference_step import reference_step, reference_step_s
 from teletaction.demo_files import PROCESSES
 from tests.conftest import Contained
 

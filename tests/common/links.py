@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from common.keys import Role, TrustedKeys, load_keys
-from common.link import OperatorLink, RemoteLink
+from common.link.keys import Role, TrustedKeys, load_keys
+from common.link.link import OperatorLink, RemoteLink
 from tests.conftest import Keys
 from tests.waiting import wait_until
 

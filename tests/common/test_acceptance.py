@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.acceptance import FUTURE_TOLERANCE_NS, MOST_AHEAD, Acceptance
+from common.link.packet_filter import FUTURE_TOLERANCE_NS, MOST_AHEAD, Acceptance
 
 MS = 1_000_000
 MAX_AGE = 150 * MS

@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from common.background import STEADY_S, BackgroundOpener
+from common.buses.background_opener import STEADY_S, BackgroundOpener
 from tests.waiting import wait_until
 
 

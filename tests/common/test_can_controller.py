@@ -2,7 +2,7 @@
 
 import pytest
 
-from common.can_controller import BUS_OFF, CONTROLLER, NO_ACKNOWLEDGE, RESTARTED, CanController
+from common.buses.can_controller import BUS_OFF, CONTROLLER, NO_ACKNOWLEDGE, RESTARTED, CanController
 
 
 def detail(bits: int) -> bytes:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.can_frames import BadFrame, FrameReceiver, FrameSender, database
+from common.buses.can_frames import BadFrame, FrameReceiver, FrameSender, database
 from common.fingers import FINGERS
 
 FRAMES = [message.name for message in database().messages]

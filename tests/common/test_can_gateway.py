@@ -10,12 +10,12 @@ from contextlib import ExitStack, suppress
 import can
 import pytest
 
-import common.can_gateway
-from common.can_frames import FrameReceiver, FrameSender
-from common.can_gateway import GatewayBus, TakenFrame
-from common.can_line import CanAddress, CanLine
-from common.device_socket import DEAD_S
-from common.serial_port import DeviceAbsent
+import common.buses.socketcand_bus
+from common.buses.can_frames import FrameReceiver, FrameSender
+from common.buses.can_port import CanAddress, CanLine
+from common.buses.serial_port import DeviceAbsent
+from common.buses.socketcand_bus import GatewayBus, TakenFrame
+from common.buses.tcp_options import DEAD_S
 from tests.waiting import wait_until
 
 HELLO = (b"< hi >", b"< ok >", b"< ok >")
@@ -204,7 +204,7 @@ def test_a_line_counts_what_a_stalled_gateway_did_not_take_and_goes_on(there: Ga
 def test_a_gateway_that_stops_answering_is_not_waited_for(
     words: tuple[bytes, ...], stage: ExitStack, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(common.can_gateway, "ANSWER_S", 0.05)
+    monkeypatch.setattr(common.buses.socketcand_bus, "ANSWER_S", 0.05)
     there = gateway(stage, *words)
     with pytest.raises((can.CanTimeoutError, TimeoutError)):
         GatewayBus("can0", "127.0.0.1", there.port)

@@ -11,10 +11,10 @@ import can
 import pytest
 from can.interfaces.socketcan import SocketcanBus
 
-from common.can_frames import FrameReceiver, FrameSender
-from common.can_line import CanAddress, CanLine
+from common.buses.can_frames import FrameReceiver, FrameSender
+from common.buses.can_port import CanAddress, CanLine
+from common.buses.frame_error_rate import MOST
 from common.fingers import FINGERS
-from common.frame_damage import MOST
 from tests.waiting import wait_until
 
 names = count()
@@ -194,7 +194,7 @@ def test_a_full_transmit_queue_is_no_lost_bus_and_its_log_is_bounded(
         assert (line.connected, line.times_lost, line.unsent) == (True, 0, n + 1)
     assert line.figures()["unsent"] == 2500
     assert caplog.record_tuples == [
-        ("common.can_line", logging.WARNING, f"CAN {line.address}: transmit queue full, 1 frames not sent")
+        ("common.buses.can_port", logging.WARNING, f"CAN {line.address}: transmit queue full, 1 frames not sent")
     ]
 
 

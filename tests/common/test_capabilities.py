@@ -1,6 +1,6 @@
 import pytest
 
-from common.capabilities import capabilities, disagreement
+from common.link.capabilities import capabilities, disagreement
 
 OURS = capabilities(("index", "middle"), 500.0, calibration="abc")
 

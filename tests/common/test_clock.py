@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.clock import DRIFT, WINDOW, ClockOffset
+from common.link.clock_offset import DRIFT, WINDOW, ClockOffset
 
 delay = st.integers(0, 300_000_000)
 trips = st.lists(st.tuples(st.integers(1, 60_000_000_000), delay, delay, delay), min_size=1, max_size=100)

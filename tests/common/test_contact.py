@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.contact import AGREES_N, BOUNCE_S, CONTACT_OFF_N, CONTACT_ON_N, Contact
+from common.exploration.contact_detector import AGREES_N, BOUNCE_S, CONTACT_OFF_N, CONTACT_ON_N, Contact
 
 TICK_S = 0.002
 NOISE_N = 0.03

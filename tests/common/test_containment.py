@@ -4,9 +4,9 @@ import logging
 
 import pytest
 
-from common.containment import LONGEST_NAME, MOST_PLACES, OTHERS, Containment
-from common.packets import BadPacket
-from common.session import Refused
+from common.link.session_state import Refused
+from common.runtime.containment import LONGEST_NAME, MOST_PLACES, OTHERS, Containment
+from common.wire.packets import BadPacket
 from tests.conftest import Contained
 
 

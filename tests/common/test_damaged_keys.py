@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from common.keys import KeyProblem, Role, TrustedKeys, create_keys, load_keys
+from common.link.keys import KeyProblem, Role, TrustedKeys, create_keys, load_keys
 from tests.common.links import ask, operator_link, remote_link
 from tests.conftest import Keys
 from tests.waiting import wait_until

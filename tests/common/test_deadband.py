@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.deadband import REPEATS, Deadband
-from common.ladder import FASTEST_RATE_HZ, REFRESH_S, SLOWEST_RATE_HZ
 from common.limits import GAP_S
+from common.link.deadband import REPEATS, Deadband
+from common.timing.timeouts import FASTEST_RATE_HZ, REFRESH_S, SLOWEST_RATE_HZ
 
 RATES = st.sampled_from((SLOWEST_RATE_HZ, 250.0, 300.0, 500.0, 700.0, FASTEST_RATE_HZ))
 FELT = st.lists(st.booleans(), min_size=1, max_size=400)

@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from common.curve_sockets import LinkProblem
-from common.desk import Desk, ask_desk, stop_from_desk
-from common.keys import load_keys
-from common.session import Refused
+from common.link.curve import LinkProblem
+from common.link.keys import load_keys
+from common.link.local_control import Desk, ask_desk, stop_from_desk
+from common.link.session_state import Refused
 from tests.conftest import Keys
 
 

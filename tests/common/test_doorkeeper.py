@@ -5,7 +5,7 @@ import pytest
 import zmq
 import zmq.utils.z85
 
-from common.doorkeeper import KNOCKS_AT_ONCE, KNOCKS_PER_S, Doorkeeper
+from common.link.authenticator import KNOCKS_AT_ONCE, KNOCKS_PER_S, Doorkeeper
 
 GOOD, OTHER = b"g" * 32, b"o" * 32
 GOOD_TEXT = zmq.utils.z85.encode(GOOD).decode()

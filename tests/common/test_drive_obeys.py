@@ -4,7 +4,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from common.drive_obeys import (
+from common.buses.drive_monitor import (
     LONGEST_S,
     MEMORY_S,
     NEAR_N,

@@ -1,7 +1,7 @@
 from pathlib import Path
 
-from common.earlier_file import free_name, set_aside
-from common.recording import Recorder
+from common.files.unique_path import free_name, set_aside
+from common.recording.recorder import Recorder
 
 
 def test_the_newest_has_the_name_and_the_earlier_ones_are_numbered(tmp_path: Path) -> None:

@@ -1,7 +1,7 @@
 import pytest
 
-from common.emergency_stop import PATIENCE_NS, Confirmation, EmergencyStop
 from common.limits import FORCE_SAFE_S, MOTOR_SAFE_S, THERMAL_SAFE_S
+from common.link.emergency_stop import PATIENCE_NS, Confirmation, EmergencyStop
 
 MS = 1_000_000
 T0 = 5_000_000 * MS

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.encoder_jumps import FINGER_M_S, GLITCHES, RETURN_S, UNSEEN_S, WINDOW_S, EncoderJumps
-from common.ladder import FRAME_S
+from common.buses.encoder_glitches import FINGER_M_S, GLITCHES, RETURN_S, UNSEEN_S, WINDOW_S, EncoderJumps
+from common.timing.timeouts import FRAME_S
 
 COUNT_M = 5e-6
 JUMP_M = 2.0 * FINGER_M_S * FRAME_S

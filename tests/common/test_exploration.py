@@ -7,11 +7,11 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.contact import CONTACT_OFF_N, TAP_S
-from common.exploration import DWELL_S, REST_S, STROKE_DISTANCE_M, STROKE_ON_M_S, Exploration
-from common.hand_motion import HandMotion
-from common.messages import ExplorationMode
-from common.motion_estimate import WINDOW_S
+from common.exploration.contact_detector import CONTACT_OFF_N, TAP_S
+from common.exploration.exploration_mode import DWELL_S, REST_S, STROKE_DISTANCE_M, STROKE_ON_M_S, Exploration
+from common.exploration.hand_motion import HandMotion
+from common.exploration.stroke_speed import WINDOW_S
+from common.wire.messages import ExplorationMode
 
 FREE, TAPPING, QUIESCENT, STROKING = ExplorationMode
 TICK_S = 0.002

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from common.descent import Descent
-from common.motion_estimate import MotionEstimate
-from common.whereabouts import EVERY_S, LATELY_S, Whereabouts
+from common.exploration.approach_speed import Descent
+from common.exploration.position_spread import EVERY_S, LATELY_S, Whereabouts
+from common.exploration.stroke_speed import MotionEstimate
 
 TICK_S = 0.002
 

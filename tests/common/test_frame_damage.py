@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.frame_damage import MOST, WINDOW, FrameDamage
+from common.buses.frame_error_rate import MOST, WINDOW, FrameDamage
 from common.limits import GAP_S
 
 FRAME_S = 0.002

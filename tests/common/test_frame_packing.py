@@ -6,8 +6,8 @@ from cantools.database.can import Database
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.can_frames import database
-from common.frame_packing import FramePacking
+from common.buses.can_frames import database
+from common.buses.can_signals import FramePacking
 
 MESSAGES = {message.name: message for message in database().messages}
 PACKINGS = {name: FramePacking(message) for name, message in MESSAGES.items()}

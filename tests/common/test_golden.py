@@ -7,13 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from common.can_frames import FrameReceiver, FrameSender, by_finger
-from common.capabilities import LAYOUT
-from common.fingers import FINGERS
-from common.framing import Frame, FrameReader, encode_frame
-from common.messages import TOUCH_FIELDS, Event, EventKind, Motion, ThermalStatus, Touch
-from common.packets import SCHEMA_VERSION, LinkState
-from common.serial_messages import (
+from common.buses.can_frames import FrameReceiver, FrameSender, by_finger
+from common.buses.serial_framing import Frame, FrameReader, encode_frame
+from common.buses.serial_messages import (
     DeviceFlag,
     DeviceKind,
     HeaterCommand,
@@ -24,9 +20,13 @@ from common.serial_messages import (
     TextureSamples,
     ThermalReading,
 )
-from common.session_messages import Answer, Heartbeat, Request
-from common.thermometry import ntc_c, ssr_c
-from common.told import NOTHING, Told
+from common.buses.thermometry import ntc_c, ssr_c
+from common.fingers import FINGERS
+from common.link.capabilities import LAYOUT
+from common.wire.messages import TOUCH_FIELDS, Event, EventKind, Motion, ThermalStatus, Touch
+from common.wire.packets import SCHEMA_VERSION, LinkState
+from common.wire.session_messages import Answer, Heartbeat, Request
+from common.wire.touch_summary import NOTHING, Told
 
 SESSION = 0x0123456789ABCDEF
 T = 1_000_000_000_000

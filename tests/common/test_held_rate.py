@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.held_rate import HELD, HELD_AGAIN, WINDOW_S, HeldRate, Spent, spent
-from common.loop import PeriodicLoop
+from common.runtime.periodic_loop import PeriodicLoop
+from common.runtime.rate_monitor import HELD, HELD_AGAIN, WINDOW_S, HeldRate, Spent, spent
 
 RATE_HZ = 500.0
 LOOP = PeriodicLoop(1.0 / RATE_HZ)

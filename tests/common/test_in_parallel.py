@@ -5,7 +5,7 @@ from itertools import islice
 
 import pytest
 
-from common.in_parallel import FEWEST, in_order, kept_processes, processors
+from common.runtime.parallel_map import FEWEST, in_order, kept_processes, processors
 
 ITEMS = list(range(2 * FEWEST))
 

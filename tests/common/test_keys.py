@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from common.keys import (
+from common.link.keys import (
     KEY_LENGTH,
     KeyProblem,
     Role,

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common import ladder as table
 from common import limits
-from common.ladder import REFRESH_S, BrokenLadder, check_ladder, in_ms, ladder
-from common.streams import STREAMS
+from common.timing import timeouts as table
+from common.timing.timeouts import REFRESH_S, BrokenLadder, check_ladder, in_ms, ladder
+from common.wire.streams import STREAMS
 from operator_site import session_client
 from remote_site import finger_height, session_server
 from sim_sensors import exoskeleton

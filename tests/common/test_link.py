@@ -6,7 +6,7 @@ from typing import Any, cast
 import pytest
 import zmq
 
-from common.curve_sockets import (
+from common.link.curve import (
     WAITING,
     Inbox,
     LinkProblem,
@@ -17,9 +17,9 @@ from common.curve_sockets import (
     subscriptions,
     use_curve,
 )
-from common.keys import Role, TrustedKeys, load_keys
-from common.link import OperatorLink, RemoteLink
-from common.streams import STREAMS, Stream
+from common.link.keys import Role, TrustedKeys, load_keys
+from common.link.link import OperatorLink, RemoteLink
+from common.wire.streams import STREAMS, Stream
 from tests.common.links import ask, operator_link, remote_link, touched
 from tests.conftest import Keys
 from tests.waiting import wait_until

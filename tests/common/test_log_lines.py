@@ -10,13 +10,13 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from common.files.printable import printable
+from common.link.session_state import Session
 from common.log_flood import AT_ONCE, PER_S, SAFETY_AT_ONCE, FloodFilter
 from common.logs import LONGEST_LINE, JsonLines, TextLines
-from common.printable import printable
-from common.session import Session
 
 ANY_TEXT = st.text(st.characters(exclude_categories=()), max_size=200)
-FORGED = "no\n12.000 remote INFO common.session: engaged\x1b[2J\u202e"
+FORGED = "no\n12.000 remote INFO common.link.session_state: engaged\x1b[2J\u202e"
 
 
 class Kept(logging.Handler):

@@ -15,7 +15,7 @@ PROGRAM = """
 import logging, sys, threading, warnings
 from common.logs import log_to_stderr
 log_to_stderr("remote", {form!r})
-logging.getLogger("common.link").warning("refused %s", "x", extra={{"stream": "touch", "session": 7}})
+logging.getLogger("common.link.link").warning("refused %s", "x", extra={{"stream": "touch", "session": 7}})
 logging.getLogger("can").error("a library's chatter")
 {then}
 """
@@ -62,7 +62,7 @@ def test_lines_for_people_stay_what_they_were() -> None:
     (line,) = run("text")
     words = line.split(" ", 4)
     assert float(words[0]) > 0.0
-    assert words[1:] == ["remote", "WARNING", "common.link:", "refused x"]
+    assert words[1:] == ["remote", "WARNING", "common.link.link:", "refused x"]
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.loop import PeriodicLoop
+from common.runtime.periodic_loop import PeriodicLoop
 
 
 class Clock:

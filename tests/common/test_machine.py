@@ -1,6 +1,6 @@
 """What a machine has left for a session."""
 
-from common.machine import ProcessorTime
+from common.runtime.machine import ProcessorTime
 
 
 def test_shares_of_the_processors_are_what_passed_between_two_looks() -> None:

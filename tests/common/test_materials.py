@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from common.materials import ALIASES, contact_resistance_m2k_w, material, materials, read_materials
+from common.scenes.materials import ALIASES, contact_resistance_m2k_w, material, materials, read_materials
 
 
 def test_there_are_at_least_24_plausible_materials_known_by_name_and_alias() -> None:

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.messages import MAX_EVENTS, TOUCH_BLOCK, TOUCH_FIELDS, TOUCH_RANGES, Event, EventKind, Motion, Touch
-from common.packets import MAX_PACKET, SCHEMA_VERSION, BadPacket, LinkState, WrongVersion
-from common.session_messages import REQUESTS, Answer, Heartbeat, Request
-from common.told import MAX_CANDIDATES, NOTHING, Told
+from common.wire.messages import MAX_EVENTS, TOUCH_BLOCK, TOUCH_FIELDS, TOUCH_RANGES, Event, EventKind, Motion, Touch
+from common.wire.packets import MAX_PACKET, SCHEMA_VERSION, BadPacket, LinkState, WrongVersion
+from common.wire.session_messages import REQUESTS, Answer, Heartbeat, Request
+from common.wire.touch_summary import MAX_CANDIDATES, NOTHING, Told
 
 KINDS: dict[str, Any] = {
     "motion": Motion,

@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from common.deadband import Deadband
-from common.ladder import REFRESH_S
-from common.motion_prediction import ONWARDS_S, TOGETHER_S, MotionPrediction
-from common.perceptible import HEIGHT_M, PLANE_M, motion_felt
+from common.link.dead_reckoning import ONWARDS_S, TOGETHER_S, MotionPrediction
+from common.link.deadband import Deadband
+from common.link.perception_thresholds import HEIGHT_M, PLANE_M, motion_felt
+from common.timing.timeouts import REFRESH_S
 
 TICK_S = 0.002
 HALF_RANGE_M = np.array([0.66, 0.66, 0.0103])

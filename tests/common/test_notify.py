@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from common.notify import Supervisor
+from common.runtime.systemd_notify import Supervisor
 
 
 @pytest.fixture(params=["path", "abstract"])

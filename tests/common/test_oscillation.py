@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.limits import FORGIVEN_W, PRODUCED_J, SWING_CYCLES, SWING_N, SWING_S, SWING_SLOW_CYCLES, SWING_SLOW_HZ
-from common.oscillation import Oscillation
-from common.port_energy import PortEnergy
+from common.safety.oscillation_detector import Oscillation
+from operator_site.safety.passivity_controller import PortEnergy
 
 T = 0.002
 

@@ -1,6 +1,6 @@
 """A second sender of one's own frames is found, and what an earlier connection left on its way is not one."""
 
-from common.own_frames import CLEAR_AFTER, SETTLING, OwnFrames
+from common.buses.duplicate_sender import CLEAR_AFTER, SETTLING, OwnFrames
 
 OWN, OTHER = 0x110, 0x100
 """Identifiers of FingerForces, and of HandPose."""

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.messages import NO_TOUCH, TOUCH_FIELDS, TOUCH_RANGES, Event, EventKind, Touch, pack_rows
-from common.packets import LinkState
-from common.perceptible import HEIGHT_M, PLANE_M, TOUCH_STEPS, motion_felt, touch_felt
+from common.link.perception_thresholds import HEIGHT_M, PLANE_M, TOUCH_STEPS, motion_felt, touch_felt
+from common.wire.messages import NO_TOUCH, TOUCH_FIELDS, TOUCH_RANGES, Event, EventKind, Touch, pack_rows
+from common.wire.packets import LinkState
 
 INDEX = 1
 TAP = Event(7, EventKind.TAP, INDEX, 10, 5, 0.1)

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.limits import FORGIVEN_W, PRODUCED_J
-from common.port_energy import FADE_S, FASTEST_M_S, LONGEST_STEP_S, MOST_FORCES, PortEnergy
+from operator_site.safety.passivity_controller import FADE_S, FASTEST_M_S, LONGEST_STEP_S, MOST_FORCES, PortEnergy
 
 T = 0.001
 STIFFEST_N_M = 1000.0

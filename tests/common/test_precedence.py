@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.precedence import MOST_WORK, Precedence
-from common.scheduling import policy
+from common.runtime.realtime_priority import MOST_WORK, Precedence
+from common.runtime.scheduling import policy
 
 BUSY, EASY = MOST_WORK + 0.01, MOST_WORK
 
@@ -80,7 +80,7 @@ def test_a_thread_that_was_given_another_policy_by_somebody_else_keeps_it() -> N
 def test_real_time_priority_that_somebody_else_gave_is_told_and_never_taken() -> None:
     code = f"""
 import os, sys
-from common.precedence import Precedence
+from common.runtime.realtime_priority import Precedence
 try:
     os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
 except PermissionError:

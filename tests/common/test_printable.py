@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.printable import LONGEST, printable, printable_lines
+from common.files.printable import LONGEST, printable, printable_lines
 
 ANY_TEXT = st.text(st.characters(exclude_categories=()), max_size=300) | st.text(
     st.characters(categories=("L", "N", "P", "S")), max_size=100

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from common.private_file import create_private
-from common.recording import Recorder
-from common.status_file import StatusFile
+from common.files.private_file import create_private
+from common.recording.recorder import Recorder
+from common.runtime.status_file import StatusFile
 
 
 def mode(path: Path) -> int:

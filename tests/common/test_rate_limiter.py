@@ -1,7 +1,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.rate_limiter import MOST_SOURCES, RateLimiter, RateLimiters
+from common.link.rate_limiter import MOST_SOURCES, RateLimiter, RateLimiters
 
 PER_S, AT_ONCE = 20.0, 40
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from common.ready_lines import ReadyLines
+from common.buses.ready_lines import ReadyLines
 
 
 @dataclass

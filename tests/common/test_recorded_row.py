@@ -6,8 +6,8 @@ from typing import Any
 import msgpack
 import pytest
 
-from common.recorded_row import Row
-from common.session import Happening
+from common.link.session_state import Happening
+from common.recording.recorded_row import Row
 from operator_site.recorded_rows import Clock, Played, Rendered, Skin
 from operator_site.rendering_input import RecordedInput
 from remote_site.recorded_rows import Gate, SentEvent, Thermal

@@ -19,9 +19,10 @@ from mcap.reader import make_reader
 from mcap.records import Message
 from mcap.stream_reader import StreamReader
 
-from common import recording, recording_writer
-from common.recording import Recorder, recording_figures
-from common.software_version import software_version
+from common.recording import recorder as recording
+from common.recording import writer_process
+from common.recording.recorder import Recorder, recording_figures
+from common.version import software_version
 from tests.waiting import wait_until
 from tests.writer_thread import write_in_a_thread
 
@@ -93,7 +94,7 @@ def readable(path: Path) -> list[bytes]:
 
 def test_a_file_cut_anywhere_still_yields_its_closed_chunks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write_in_a_thread(monkeypatch)
-    monkeypatch.setattr(recording_writer, "CHUNK_BYTES", 16 * 1024)
+    monkeypatch.setattr(writer_process, "CHUNK_BYTES", 16 * 1024)
     record(tmp_path / "s.mcap", 2000)
     whole = (tmp_path / "s.mcap").read_bytes()
     for share in (0.3, 0.5, 0.77):
@@ -102,7 +103,7 @@ def test_a_file_cut_anywhere_still_yields_its_closed_chunks(tmp_path: Path, monk
         numbers = [int.from_bytes(data[:4], "little") for data in readable(cut) if data != b"event"]
         assert numbers == list(range(len(numbers)))
         # At most the chunk under way is lost; chunk and index take some bytes more than the messages.
-        chunk_messages = recording_writer.CHUNK_BYTES / 131
+        chunk_messages = writer_process.CHUNK_BYTES / 131
         assert len(numbers) >= 2000 * share * 0.95 - 2 * chunk_messages
 
 
@@ -258,12 +259,12 @@ def test_what_was_handed_over_outlasts_its_owner(tmp_path: Path) -> None:
 
 def test_an_owner_that_never_listens_does_not_stop_the_writer(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """What it tells does not fit into the socket after a while, and stands in the next that does."""
-    monkeypatch.setattr(recording_writer, "FLUSH_S", 0.0)
+    monkeypatch.setattr(writer_process, "FLUSH_S", 0.0)
     ours, theirs = socket.socketpair()
     theirs.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
     head = {"metadata": {}, "schemas": {"touch": b"{}"}, "attachments": {}, "durable": False}
     with ours, theirs, (tmp_path / "s.mcap").open("wb") as file:
-        writer = threading.Thread(target=recording_writer.write_recording, args=(theirs, file))
+        writer = threading.Thread(target=writer_process.write_recording, args=(theirs, file))
         writer.start()
         ours.sendall(msgpack.packb(head))
         for n in range(2000):
@@ -311,7 +312,7 @@ def test_closing_twice_is_no_error_and_what_comes_after_the_end_is_lost_and_coun
 def test_a_durable_recording_calls_written_only_what_the_disk_has_and_does_not_wait_for_the_next_flush(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(recording_writer, "FLUSH_S", 60.0)
+    monkeypatch.setattr(writer_process, "FLUSH_S", 60.0)
     write_in_a_thread(monkeypatch)
     synced: list[int] = []
     asked, moving = threading.Event(), threading.Event()

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from common.repeated_fault import (
+from common.safety.repeated_fault import (
     CALM_SHARE,
     PULSE_S,
     REPEATED_S,

@@ -7,13 +7,13 @@ from typing import Any
 
 import pytest
 
-from common import resolve
-from common.bind_address import check_bind
-from common.can_line import CanAddress, can_address
-from common.curve_sockets import LinkProblem
-from common.keys import TrustedKeys
-from common.resolve import Resolver, bare_host, tcp_endpoint
-from common.serial_port import open_port
+from common.buses.can_port import CanAddress, can_address
+from common.buses.serial_port import open_port
+from common.link import host_name
+from common.link.bind_address import check_bind
+from common.link.curve import LinkProblem
+from common.link.host_name import Resolver, bare_host, tcp_endpoint
+from common.link.keys import TrustedKeys
 from tests.common.links import ask, operator_link, remote_link
 from tests.conftest import Keys
 from tests.waiting import wait_until
@@ -53,8 +53,8 @@ class Names:
 @pytest.fixture
 def names(monkeypatch: pytest.MonkeyPatch) -> Iterator[Names]:
     names = Names()
-    monkeypatch.setattr(resolve, "look_up", names)
-    monkeypatch.setattr(resolve, "AGAIN_S", 0.01)
+    monkeypatch.setattr(host_name, "look_up", names)
+    monkeypatch.setattr(host_name, "AGAIN_S", 0.01)
     yield names
     names.answers.set()
 

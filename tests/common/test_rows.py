@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from common.fingers import FINGERS
-from common.messages import (
+from common.wire.messages import (
     MOTION_BLOCK,
     NO_TOUCH,
     TOUCH_BLOCK,
@@ -15,7 +15,7 @@ from common.messages import (
     columns,
     pack_rows,
 )
-from common.packets import LinkState
+from common.wire.packets import LinkState
 from tests.conftest import PROTOCOLS
 
 N = len(FINGERS)

@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
-from common.can_frames import FrameSender
+from common.buses.can_frames import FrameSender
+from common.buses.serial_framing import encode_frame
+from common.buses.serial_messages import HeaterCommand, MessageId, TactTipCommand
 from common.fingers import FINGERS
-from common.framing import encode_frame
 from common.limits import COMFORT
-from common.safe_states import SAFE_STATES, TICK_S, SafeState
-from common.serial_messages import HeaterCommand, MessageId, TactTipCommand
+from common.timing.safe_states import SAFE_STATES, TICK_S, SafeState
 from operator_site.gate import OperatorGate
 from operator_site.sampled_wall import SampledWall
 from remote_site.patient_gate import PatientGate

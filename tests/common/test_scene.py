@@ -2,10 +2,10 @@ from itertools import pairwise
 
 import pytest
 
-from common.materials import material
-from common.scene import load_scene, scene_names
-from common.script import Hold, Stroke, Tap
-from common.surfaces import surface_kind
+from common.scenes.materials import material
+from common.scenes.scene import load_scene, scene_names
+from common.scenes.script import Hold, Stroke, Tap
+from common.scenes.surfaces import surface_kind
 
 SHIPPED = ("materials", "paper_iron_wood", "paper_materials", "paper_textures", "phantom", "phantom_sweep")
 GROOVED = {f"{how}_grooved_pvc" for how in ("closely", "arbitrarily", "widely")}

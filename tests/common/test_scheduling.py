@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from common.scheduling import _SLICE_NS, _SWITCH_S
+from common.runtime.scheduling import _SLICE_NS, _SWITCH_S
 
 LOOK = """
 import os
@@ -20,8 +20,8 @@ print(os.getpriority(os.PRIO_PROCESS, 0), os.sched_getscheduler(0) & ~os.SCHED_R
 print(words[-1] if words else "none")
 print(next((line.split()[-1] for line in open("/proc/self/sched") if line.startswith("se.slice")), 0))
 """
-SHORT = "from common.scheduling import become_timely; become_timely()"
-GIVES_WAY = "from common.scheduling import give_way; give_way(7)"
+SHORT = "from common.runtime.scheduling import become_timely; become_timely()"
+GIVES_WAY = "from common.runtime.scheduling import give_way; give_way(7)"
 KNOWS_SLICES = tuple(int(part) for part in re.findall(r"\d+", platform.release())[:2]) >= (6, 12)
 KNOWS_GROUPS = Path("/proc/self/autogroup").exists()
 TICK_S = 0.002
@@ -61,10 +61,10 @@ def test_a_real_time_policy_stays() -> None:
     assert told(f"import os; {real_time}\n{SHORT}")[1] == plain[1] == str(os.SCHED_RR)
 
 
-FIRST = "from common.scheduling import come_first; print(come_first())"
+FIRST = "from common.runtime.scheduling import come_first; print(come_first())"
 POLICIES = """
 import os, subprocess, sys, threading
-from common.scheduling import policy
+from common.runtime.scheduling import policy
 ask = "import os; print(os.sched_getscheduler(0))"
 inside = []
 thread = threading.Thread(target=lambda: inside.append(os.sched_getscheduler(0)))
@@ -81,7 +81,7 @@ def test_a_loop_comes_first_where_it_may_and_what_it_starts_does_not() -> None:
 
 
 def test_a_loop_that_came_first_stands_in_line_again_with_its_nice_and_short_slices() -> None:
-    both = "from common.scheduling import come_first, stand_in_line; first = come_first(); stand_in_line()"
+    both = "from common.runtime.scheduling import come_first, stand_in_line; first = come_first(); stand_in_line()"
     assert told(f"import os; os.nice(2)\n{SHORT}\n{both}") == told(f"import os; os.nice(2)\n{SHORT}")
 
 
@@ -89,7 +89,7 @@ def test_a_loop_that_came_first_stands_in_line_again_with_its_nice_and_short_sli
 def test_an_ordinary_user_may_stand_in_line_and_come_first_only_by_the_limit_of_priorities() -> None:
     first, *then = said(f"""
 import os, resource
-from common.scheduling import come_first, policy, stand_in_line
+from common.runtime.scheduling import come_first, policy, stand_in_line
 {SHORT}
 print(come_first())
 resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))
@@ -113,7 +113,7 @@ def test_who_gives_way_lowers_itself_and_the_session_that_it_leads() -> None:
 
 STARVED = """
 import hashlib, os, subprocess, sys, threading, time
-from common.scheduling import Starved
+from common.runtime.scheduling import Starved
 processor = min(os.sched_getaffinity(0))
 started = threading.Event()
 def work():

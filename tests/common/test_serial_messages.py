@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.serial_messages import (
+from common.buses.serial_messages import (
     BadPayload,
     DeviceKind,
     HeaterCommand,

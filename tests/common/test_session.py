@@ -5,8 +5,8 @@ import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
-from common.packets import LinkState
-from common.session import Happening, Refused, Session
+from common.link.session_state import Happening, Refused, Session
+from common.wire.packets import LinkState
 
 
 class Sessions(RuleBasedStateMachine):

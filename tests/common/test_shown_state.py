@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.shown_state import (
+from common.link.session_display import (
     ACTING,
     CONNECTED,
     DISCONNECTED,

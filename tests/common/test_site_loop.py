@@ -10,12 +10,12 @@ from typing import Any
 
 import pytest
 
-from common.containment import Containment
-from common.curve_sockets import LinkProblem
-from common.notify import Supervisor
-from common.precedence import Precedence
-from common.site_loop import in_words, run_site_loop
-from common.watchdog import LoopWatchdog
+from common.link.curve import LinkProblem
+from common.runtime.containment import Containment
+from common.runtime.realtime_priority import Precedence
+from common.runtime.site_loop import in_words, run_site_loop
+from common.runtime.systemd_notify import Supervisor
+from common.runtime.watchdog import LoopWatchdog
 from tests.conftest import Contained
 
 MS = 1_000_000

@@ -5,10 +5,10 @@ from typing import Any
 
 import pytest
 
-from common.acceptance import Acceptance
 from common.limits import GAP_S
-from common.session import Session
-from common.site_report import in_brief, staleness
+from common.link.packet_filter import Acceptance
+from common.link.session_state import Session
+from common.site_status import in_brief, staleness
 
 NOW_NS = 1_000_000_000_000
 

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.limits import DOSE_ABOVE_C, DOSE_LIMIT_K_S, DOSE_WINDOW_S
-from common.skin_dose import BIN_S, COAST_S, RESUME_SHARE, SkinDose
+from common.safety.thermal_dose import BIN_S, COAST_S, RESUME_SHARE, SkinDose
 
 WARM_C, MILD_C, COLD_C = DOSE_ABOVE_C + 2.0, DOSE_ABOVE_C + 0.25, DOSE_ABOVE_C - 10.0
 SPENT_S = (DOSE_LIMIT_K_S - 2.0 * COAST_S) / 2.0

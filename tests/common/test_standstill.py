@@ -5,8 +5,8 @@ import time
 
 import pytest
 
-from common.ladder import STANDSTILL_S
-from common.standstill import BEHIND_S, BELIEVED_S, DRIFT, HostClock, Witness, _ahead_ns, since_boot_ns
+from common.timing.standstill import BEHIND_S, BELIEVED_S, DRIFT, HostClock, Witness, _ahead_ns, since_boot_ns
+from common.timing.timeouts import STANDSTILL_S
 
 REPORT_S = 0.010
 WAITING = 20

@@ -1,8 +1,8 @@
 import pytest
 
-from common.serial_line import WrongDevice
-from common.serial_port import DeviceAbsent
-from common.startup import DevicesMissing, wait_for_devices
+from common.buses.device_startup import DevicesMissing, wait_for_devices
+from common.buses.serial_device import WrongDevice
+from common.buses.serial_port import DeviceAbsent
 
 
 class Rig:

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from common.config import ConsoleConfig, OperatorConfig, RemoteConfig, SimNetworkConfig, load_config, load_site
 from common.health import NoStatus, ill, read_status
-from common.materials import read_materials
-from common.scene import load_scene
-from common.surfaces import read_surfaces
+from common.scenes.materials import read_materials
+from common.scenes.scene import load_scene
+from common.scenes.surfaces import read_surfaces
 from remote_site.identify_texture import load_surfaces
 from remote_site.material_table import MaterialTable
 from sim_sensors.network_file import load_network
@@ -30,8 +30,8 @@ TOML_READERS: dict[str, tuple[Reader, str]] = {
     "network process": (lambda path: load_config(path, SimNetworkConfig), 'network = "lan"\nbase_port = 1\n'),
     "scene": (lambda path: load_scene(str(path)), SCENE),
     "network": (lambda path: load_network(str(path)), "[[phase]]\nfrom_s = 0\ndelay_ms = 10\n"),
-    "surfaces": (read_surfaces, (COMMON / "surfaces.toml").read_text("utf-8")),
-    "materials": (read_materials, (COMMON / "materials.toml").read_text("utf-8")),
+    "surfaces": (read_surfaces, (COMMON / "scenes" / "constants" / "surfaces.toml").read_text("utf-8")),
+    "materials": (read_materials, (COMMON / "scenes" / "constants" / "materials.toml").read_text("utf-8")),
 }
 JSON_READERS: dict[str, Reader] = {
     "materials": MaterialTable.load,

@@ -1,7 +1,7 @@
 import pytest
 
 from common.limits import GAP_S
-from common.streams import STREAMS, Direction, Stream
+from common.wire.streams import STREAMS, Direction, Stream
 
 
 def test_each_stream_has_its_own_name_and_port() -> None:

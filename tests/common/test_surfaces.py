@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from common.surfaces import read_surfaces, surface_kind, surfaces
+from common.scenes.surfaces import read_surfaces, surface_kind, surfaces
 
 VELVET = """
 [velvet]

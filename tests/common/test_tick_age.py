@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from common.ladder import TICK_AGE_S
-from common.standstill import HostClock
-from common.tick_age import TickAge
+from common.timing.standstill import HostClock
+from common.timing.tick_age import TickAge
+from common.timing.timeouts import TICK_AGE_S
 
 
 class Host:

@@ -11,14 +11,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.ladder import SITE_WATCHDOG_S
-from common.watchdog import EXIT_CODE, WAKE_UP_S, LoopWatchdog, Standstill
+from common.runtime.watchdog import EXIT_CODE, WAKE_UP_S, LoopWatchdog, Standstill
+from common.timing.timeouts import SITE_WATCHDOG_S
 
 MOST = round(SITE_WATCHDOG_S / WAKE_UP_S)
 PROGRAM = """
 import logging, os, signal, sys, threading, time
 from common.logs import log_to_stderr
-from common.watchdog import LoopWatchdog
+from common.runtime.watchdog import LoopWatchdog
 log_to_stderr("remote")
 ticks = 0
 def a_tick_that_hangs():

@@ -7,8 +7,8 @@ from typing import Any
 
 from cobs import cobs
 
-from common.framing import Frame, FrameReader
-from common.serial_messages import MessageId
+from common.buses.serial_framing import Frame, FrameReader
+from common.buses.serial_messages import MessageId
 from sim_sensors.serial_module import SerialModule
 from tests.conformance.virtual_ends import VirtualModule
 

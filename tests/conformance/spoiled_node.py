@@ -6,7 +6,7 @@ from typing import Any
 
 import can
 
-from common.can_frames import frame_crc, packing
+from common.buses.can_frames import frame_crc, packing
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.telemanipulator import Telemanipulator
 from tests.conformance.spoiled_module import over

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from common.can_line import can_address
+from common.buses.can_port import can_address
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.tacttip import TactTip
 from sim_sensors.telemanipulator import Telemanipulator

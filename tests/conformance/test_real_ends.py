@@ -11,13 +11,13 @@ from pathlib import Path
 
 import pytest
 
-from common.can_frames import FrameReceiver
-from common.can_line import CanAddress
+from common.buses.can_frames import FrameReceiver
+from common.buses.can_port import CanAddress
+from common.buses.serial_device import open_line
+from common.buses.serial_framing import encode_frame
+from common.buses.serial_messages import DeviceKind
+from common.buses.serial_port import DeviceAbsent
 from common.fingers import FINGERS
-from common.framing import encode_frame
-from common.serial_line import open_line
-from common.serial_messages import DeviceKind
-from common.serial_port import DeviceAbsent
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.thermal_sensor import ThermalSensor
 from teletaction.conformance.module_talk import ModuleTalk, PortEnd

@@ -7,11 +7,11 @@ from typing import Any
 import can
 import pytest
 
-from common.can_frames import packing
+from common.buses.can_frames import packing
+from common.buses.serial_framing import FrameReader
+from common.buses.serial_messages import HeaterCommand, MessageId, TactTipCommand
+from common.buses.serial_port import DeviceAbsent
 from common.fingers import FINGERS
-from common.framing import FrameReader
-from common.serial_messages import HeaterCommand, MessageId, TactTipCommand
-from common.serial_port import DeviceAbsent
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.tacttip import TactTip
 from sim_sensors.telemanipulator import Telemanipulator

@@ -6,9 +6,9 @@ from typing import Any
 import can
 import numpy as np
 
-from common.can_frames import packing
+from common.buses.can_frames import packing
+from common.buses.thermometry import COUNT_MAX, ssr_c
 from common.fingers import FINGERS
-from common.thermometry import COUNT_MAX, ssr_c
 from sim_sensors.backlog import Backlog
 from sim_sensors.can_node import CanNode
 from sim_sensors.exoskeleton import Exoskeleton

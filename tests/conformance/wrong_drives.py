@@ -5,8 +5,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from common.framing import Frame
-from common.serial_messages import DeviceFlag, MessageId, TactTipCommand
+from common.buses.serial_framing import Frame
+from common.buses.serial_messages import DeviceFlag, MessageId, TactTipCommand
 from sim_sensors.serial_module import CutOut
 from sim_sensors.tacttip import TactTip
 from sim_sensors.thermal_sensor import ThermalSensor

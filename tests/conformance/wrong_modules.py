@@ -5,8 +5,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from common.framing import Frame
-from common.serial_messages import DeviceFlag, MessageId, TextureSamples
+from common.buses.serial_framing import Frame
+from common.buses.serial_messages import DeviceFlag, MessageId, TextureSamples
 from sim_sensors.serial_module import ReportClock
 from sim_sensors.texture_sensor import TextureSensor
 from sim_sensors.thermal_sensor import ThermalSensor

@@ -6,7 +6,7 @@ from typing import Any
 import can
 import numpy as np
 
-from common.can_frames import frame_crc
+from common.buses.can_frames import frame_crc
 from common.fingers import FINGERS
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.telemanipulator import Telemanipulator

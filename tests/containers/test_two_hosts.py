@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from common import limits
-from common.messages import Touch
+from common.wire.messages import Touch
 from studies.faults import read_truth
 from tests.containers.checkout import Checkout, run, wait_for
 from tests.containers.console_page import assert_closed_to_strangers, read_tokens
@@ -38,7 +38,7 @@ RESTARTED = (
 """Host, service and process."""
 NOTICED_S = {"sim-remote": 0.150, "revoked": 1.0}
 """Dead devices of the far side are noticed from what its site then says; the list of keys is read once a second."""
-COME_FIRST = "from common.scheduling import come_first; print(come_first())"
+COME_FIRST = "from common.runtime.scheduling import come_first; print(come_first())"
 SESSION = "docker-compose exec -T operator python -m teletaction session {} --config /config/operator.toml"
 HEALTH = "docker-compose exec -T {} python -m common.health /session/{}.json --state engaged"
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from common.can_line import CanAddress
+from common.buses.can_port import CanAddress
 from sim_sensors.can_node import CanNode
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.select_loop import SelectLoop

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import sim_sensors.can_node
-from common.can_line import CanAddress
+from common.buses.can_port import CanAddress
+from common.buses.serial_port import DeviceAbsent
 from common.fingers import FINGERS
-from common.serial_port import DeviceAbsent
 from operator_site.exoskeleton import Exoskeleton as ExoskeletonDriver
 from remote_site.telemanipulator import Telemanipulator as TelemanipulatorDriver
 from sim_sensors.can_node import CanNode

@@ -7,13 +7,13 @@ import can
 import numpy as np
 import pytest
 
-from common.can_frames import FrameSender
-from common.can_line import CanAddress
+from common.buses.can_frames import FrameSender
+from common.buses.can_port import CanAddress
+from common.buses.serial_framing import encode_frame
+from common.buses.serial_messages import DeviceFlag, MessageId, TactTipCommand
+from common.buses.thermometry import ntc_c
 from common.fingers import FINGERS
-from common.framing import encode_frame
 from common.limits import MODULE_TIMEOUT_S
-from common.serial_messages import DeviceFlag, MessageId, TactTipCommand
-from common.thermometry import ntc_c
 from operator_site.exoskeleton import Exoskeleton as ExoskeletonDriver
 from operator_site.tacttip import TactTip as TactTipDriver
 from remote_site.telemanipulator import Following

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from serial.urlhandler import protocol_socket
 
+from common.buses.serial_device import WrongDevice, open_line
+from common.buses.serial_framing import encode_frame
+from common.buses.serial_messages import DeviceKind, MessageId
+from common.buses.serial_port import DeviceAbsent
 from common.fingers import FINGERS
-from common.framing import encode_frame
-from common.serial_line import WrongDevice, open_line
-from common.serial_messages import DeviceKind, MessageId
-from common.serial_port import DeviceAbsent
 from operator_site.tacttip import TactTip as TactTipDriver
 from remote_site.texture_sensor import TextureSensor as TextureDriver
 from remote_site.texture_sensor import texture_v

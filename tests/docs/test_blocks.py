@@ -12,7 +12,7 @@ import pytest
 from pydantic import BaseModel, ValidationError
 
 from common.config import ConsoleConfig, OperatorConfig, RemoteConfig, SimOperatorConfig, SimRemoteConfig, load_config
-from common.scene import load_scene
+from common.scenes.scene import load_scene
 from tests.docs.pages import LASTING, NAMES, NOT_RUN, PRINTED, ROOT, RUN_BY, Block, blocks
 
 BLOCKS = [block for name in NAMES for block in blocks(name)]

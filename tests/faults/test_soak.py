@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.limits import CONTACT_FORCE_N
-from common.recording import Recorder
+from common.recording.recorder import Recorder
 from studies import soak
 from studies.fault_table import Fault, Outcome
 from studies.soak_growth import GROWTH_MIB_H, MORE_FILES, Life, lives

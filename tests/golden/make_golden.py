@@ -19,7 +19,7 @@ from mcap.reader import make_reader
 from mcap.records import Channel, Schema
 from mcap.writer import CompressionType, Writer
 
-from common.messages import TOUCH_COLUMN, Touch
+from common.wire.messages import TOUCH_COLUMN, Touch
 from teletaction.demo import run_demo
 from teletaction.demo_files import SURFACES, DemoOptions
 from teletaction.recorded_session import RecordedSession

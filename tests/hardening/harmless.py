@@ -9,11 +9,11 @@ from cantools.database.can import Message
 from msgspec import Struct
 from msgspec.structs import astuple
 
-from common.can_frames import FrameReceiver, FrameSender
-from common.framing import Frame, FrameReader, encode_frame
-from common.messages import TOUCH_FIELDS, TOUCH_RANGES, Motion, Touch
-from common.packets import MAX_PACKET
-from common.serial_messages import Identity
+from common.buses.can_frames import FrameReceiver, FrameSender
+from common.buses.serial_framing import Frame, FrameReader, encode_frame
+from common.buses.serial_messages import Identity
+from common.wire.messages import TOUCH_FIELDS, TOUCH_RANGES, Motion, Touch
+from common.wire.packets import MAX_PACKET
 from tests.hardening.specimens import values_of
 
 RANGES = {

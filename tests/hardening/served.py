@@ -7,11 +7,11 @@ from typing import Protocol
 
 import numpy as np
 
-from common.capabilities import capabilities
-from common.keys import TrustedKeys, load_keys
-from common.link import OperatorLink, RemoteLink
-from common.loop import PeriodicLoop
-from common.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch
+from common.link.capabilities import capabilities
+from common.link.keys import TrustedKeys, load_keys
+from common.link.link import OperatorLink, RemoteLink
+from common.runtime.periodic_loop import PeriodicLoop
+from common.wire.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch
 from operator_site.session_client import SessionClient
 from remote_site.session_server import SessionServer
 

@@ -6,11 +6,12 @@ from typing import Any
 
 from cantools.database.can import Message
 
-from common import messages, serial_messages, session_messages
-from common.can_frames import FrameSender, database
-from common.framing import Frame, FrameReader
-from common.packets import BadPacket
-from common.serial_messages import BadPayload
+from common.buses import serial_messages
+from common.buses.can_frames import FrameSender, database
+from common.buses.serial_framing import Frame, FrameReader
+from common.buses.serial_messages import BadPayload
+from common.wire import messages, session_messages
+from common.wire.packets import BadPacket
 
 
 def _decoded_in(*modules: ModuleType) -> list[Any]:

@@ -7,12 +7,12 @@ import numpy as np
 from hypothesis import settings
 from hypothesis import strategies as st
 
-from common.capabilities import capabilities
-from common.finger_block import FingerBlock
-from common.messages import EVENT_MAX, MAX_EVENTS, MOTION_BLOCK, TOUCH_BLOCK, Event, EventKind
-from common.packets import MAX_INTEGER, MAX_TEXT, LinkState, N
-from common.session_messages import REQUESTS
-from common.told import NOTHING_TOLD, Told
+from common.link.capabilities import capabilities
+from common.wire.finger_block import FingerBlock
+from common.wire.messages import EVENT_MAX, MAX_EVENTS, MOTION_BLOCK, TOUCH_BLOCK, Event, EventKind
+from common.wire.packets import MAX_INTEGER, MAX_TEXT, LinkState, N
+from common.wire.session_messages import REQUESTS
+from common.wire.touch_summary import NOTHING_TOLD, Told
 
 MS = 1_000_000
 SEQUENCES = int(os.environ.get("SEQUENCES", "500"))

@@ -5,7 +5,7 @@ import binascii
 import pytest
 from cantools.database.can import Message
 
-from common.can_frames import BadFrame, FrameReceiver
+from common.buses.can_frames import BadFrame, FrameReceiver
 from tests.hardening.broken import Breaker
 from tests.hardening.harmless import HarmlessValues
 from tests.hardening.specimens import CAN_FRAMES, good_can_frames, has_crc

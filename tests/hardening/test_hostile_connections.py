@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from common.loop import PeriodicLoop
+from common.runtime.periodic_loop import PeriodicLoop
 from tests.hardening.own_memory import own_resident_bytes
 from tests.hardening.served import Keys, Served
 

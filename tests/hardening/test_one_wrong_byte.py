@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 from cantools.database.can import Message
 
-from common.can_frames import BadFrame, FrameReceiver
-from common.curve_sockets import Received
-from common.packets import BadPacket
-from common.serial_messages import BadPayload
+from common.buses.can_frames import BadFrame, FrameReceiver
+from common.buses.serial_messages import BadPayload
+from common.link.curve import Received
+from common.wire.packets import BadPacket
 from operator_site.session_client import SessionClient
 from remote_site.session_server import SessionServer
 from tests.hardening.harmless import HarmlessValues, harmless_packet, harmless_payload

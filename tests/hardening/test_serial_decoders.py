@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from common.framing import MAX_FRAME, Frame, FrameReader, encode_frame
-from common.serial_messages import BadPayload
+from common.buses.serial_framing import MAX_FRAME, Frame, FrameReader, encode_frame
+from common.buses.serial_messages import BadPayload
 from tests.hardening.broken import Breaker
 from tests.hardening.harmless import harmless_frames, harmless_payload
 from tests.hardening.specimens import PAYLOADS, good_payloads, serial_frames

@@ -11,17 +11,17 @@ import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from common.can_line import CanAddress
+from common.buses.can_port import CanAddress
 from common.config import OperatorConfig, OperatorLinkConfig
 from common.fingers import FINGERS
 from common.limits import FINGER_FORCE_N, MOTOR_MAX_RPM
-from common.link import OperatorLink
-from common.messages import TOUCH_COLUMN, Event, EventKind, ExplorationMode, Touch
-from common.packets import BadPacket, LinkState
-from common.recording import Recorder
-from common.session import Refused
-from common.session_messages import Answer, Heartbeat, Request
-from common.tick_age import TickAge
+from common.link.link import OperatorLink
+from common.link.session_state import Refused
+from common.recording.recorder import Recorder
+from common.timing.tick_age import TickAge
+from common.wire.messages import TOUCH_COLUMN, Event, EventKind, ExplorationMode, Touch
+from common.wire.packets import BadPacket, LinkState
+from common.wire.session_messages import Answer, Heartbeat, Request
 from operator_site.desk_requests import answer_desk
 from operator_site.devices import OperatorDevices
 from operator_site.exoskeleton import Hand

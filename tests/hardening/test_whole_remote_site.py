@@ -12,17 +12,17 @@ import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from common.can_line import CanAddress
+from common.buses.can_port import CanAddress
 from common.config import CalibrationConfig, RemoteConfig, RemoteLinkConfig
-from common.curve_sockets import Received
 from common.fingers import FINGERS
-from common.link import RemoteLink
-from common.messages import MOTION_BLOCK, Motion, Touch
-from common.packets import BadPacket, LinkState
-from common.recording import Recorder
-from common.session import Refused
-from common.session_messages import Answer, Heartbeat, Request
-from common.tick_age import TickAge
+from common.link.curve import Received
+from common.link.link import RemoteLink
+from common.link.session_state import Refused
+from common.recording.recorder import Recorder
+from common.timing.tick_age import TickAge
+from common.wire.messages import MOTION_BLOCK, Motion, Touch
+from common.wire.packets import BadPacket, LinkState
+from common.wire.session_messages import Answer, Heartbeat, Request
 from remote_site.desk_requests import answer_desk
 from remote_site.devices import RemoteDevices
 from remote_site.followed_hand import HandPlace

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from common.packets import BadPacket
+from common.wire.packets import BadPacket
 from tests.hardening.broken import Breaker, swap_values_of
 from tests.hardening.harmless import harmless_packet
 from tests.hardening.specimens import PACKETS, good_packets

@@ -14,17 +14,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from common.acceptance import Acceptance
-from common.clock import ClockOffset
-from common.keys import load_keys
 from common.limits import AGE_DEFAULT_S
-from common.link import OperatorLink
-from common.loop import PeriodicLoop
-from common.messages import Touch
-from common.packets import LinkState
-from common.scheduling import become_timely
-from common.session_messages import Heartbeat
-from common.streams import STREAMS
+from common.link.clock_offset import ClockOffset
+from common.link.keys import load_keys
+from common.link.link import OperatorLink
+from common.link.packet_filter import Acceptance
+from common.runtime.periodic_loop import PeriodicLoop
+from common.runtime.scheduling import become_timely
+from common.wire.messages import Touch
+from common.wire.packets import LinkState
+from common.wire.session_messages import Heartbeat
+from common.wire.streams import STREAMS
 
 SESSION = 1
 EVERY = 100

@@ -13,14 +13,14 @@ from pathlib import Path
 
 import numpy as np
 
-from common.keys import TrustedKeys, load_keys
-from common.link import RemoteLink
-from common.loop import PeriodicLoop
-from common.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch
-from common.packets import LinkState
-from common.scheduling import become_timely
-from common.session_messages import Heartbeat
-from common.streams import STREAMS
+from common.link.keys import TrustedKeys, load_keys
+from common.link.link import RemoteLink
+from common.runtime.periodic_loop import PeriodicLoop
+from common.runtime.scheduling import become_timely
+from common.wire.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch
+from common.wire.packets import LinkState
+from common.wire.session_messages import Heartbeat
+from common.wire.streams import STREAMS
 
 SESSION = 1
 CLOCK_APART_NS = 7_200_000_000_123

@@ -14,9 +14,9 @@ from typing import Any, Protocol
 import numpy as np
 import pytest
 
-from common.acceptance import FUTURE_TOLERANCE_NS
-from common.keys import load_keys
 from common.limits import GAP_S
+from common.link.keys import load_keys
+from common.link.packet_filter import FUTURE_TOLERANCE_NS
 from tests.network.operator_end import EVERY
 from tests.network.remote_end import CLOCK_APART_NS
 from tests.network.two_hosts import REMOTE, Program, TwoHosts, namespace_of, two_hosts, why_not

@@ -5,11 +5,11 @@ from typing import Any, cast
 
 import numpy as np
 
-from common.capabilities import capabilities
-from common.link import OperatorLink
-from common.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch
-from common.packets import LinkState
-from common.session_messages import Answer, Heartbeat, Request
+from common.link.capabilities import capabilities
+from common.link.link import OperatorLink
+from common.wire.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch
+from common.wire.packets import LinkState
+from common.wire.session_messages import Answer, Heartbeat, Request
 from operator_site.session_client import SessionClient
 
 MS = 1_000_000

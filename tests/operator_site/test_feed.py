@@ -6,8 +6,8 @@ import msgpack
 import pytest
 import zmq
 
-from common.curve_sockets import LinkProblem
-from common.keys import load_keys
+from common.link.curve import LinkProblem
+from common.link.keys import load_keys
 from operator_site.feed import BATCH_S, STREAMS, Fed, Feed, FeedReader
 from operator_site.site_recording import SCHEMAS
 from tests.conftest import Keys

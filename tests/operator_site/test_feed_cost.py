@@ -8,8 +8,8 @@ import sys
 import time
 from pathlib import Path
 
-from common.keys import load_keys
-from common.recording import Recorder
+from common.link.keys import load_keys
+from common.recording.recorder import Recorder
 from operator_site.feed import Feed
 from operator_site.site_recording import SCHEMAS
 from tests.conftest import Keys
@@ -21,7 +21,7 @@ MOST = 1.15
 READER = """
 import sys
 from pathlib import Path
-from common.keys import load_keys
+from common.link.keys import load_keys
 from operator_site.feed import FeedReader
 reader = FeedReader(int(sys.argv[1]), load_keys(Path(sys.argv[2])))
 while True:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from common.limits import COMFORT
-from common.materials import material
-from common.messages import Event, EventKind, ExplorationMode, TouchRow
+from common.scenes.materials import material
+from common.wire.messages import Event, EventKind, ExplorationMode, TouchRow
 from operator_site.fingertips import Fingertips, Requested
 from operator_site.gate import OperatorGate
 from operator_site.limit_flags import Limit

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from common.ladder import TICK_AGE_S
 from common.limits import (
     COMFORT,
     DOSE_ABOVE_C,
@@ -30,7 +29,8 @@ from common.limits import (
     WIDE,
     PlateRange,
 )
-from common.repeated_fault import REPEATED_S, ROUND_S, STAYS_OFF, TEST_EVERY_S
+from common.safety.repeated_fault import REPEATED_S, ROUND_S, STAYS_OFF, TEST_EVERY_S
+from common.timing.timeouts import TICK_AGE_S
 from operator_site.force_limits import FORCE_FALL_N_S, FORCE_MARGIN_S, ForceLimits
 from operator_site.gate import TEST_DRIVE, OperatorGate
 from operator_site.limit_flags import Limit, limit_names

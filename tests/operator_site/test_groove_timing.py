@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.messages import Event, EventKind
+from common.wire.messages import Event, EventKind
 from operator_site.groove_timing import LONGEST_WAIT_S, MEMORY_S, GrooveTiming
 from operator_site.vibration import PlayedEvents
 

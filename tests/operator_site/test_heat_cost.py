@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from common.limits import COMFORT
-from common.materials import materials
+from common.scenes.materials import materials
 from operator_site.plate_display import PlateDisplay
 from operator_site.scene_skin import SceneSkin
 from operator_site.skin import STEP_S, SkinModel, Touched, skin_rates, skin_step

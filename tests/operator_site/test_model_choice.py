@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from common.materials import materials
+from common.scenes.materials import materials
 from operator_site.model_choice import LONGEST_S, RUNGS, TOLERANCE_K, TOLERANCE_SHARE, choose, rung_table
 from operator_site.scene_skin import AT_REST_K, SceneSkin
 from operator_site.skin import STEP_S, SkinModel, Touched

@@ -10,9 +10,9 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.signal import find_peaks
 
-from common.framing import encode_frame
+from common.buses.serial_framing import encode_frame
+from common.buses.serial_messages import MOTOR_MAX_MV, MessageId, TactTipCommand
 from common.limits import MOTOR_FLOOR_RPM, MOTOR_MAX_RPM
-from common.serial_messages import MOTOR_MAX_MV, MessageId, TactTipCommand
 from operator_site.motor_drive import MOTOR, RPM_TO_RAD_S, Motor, MotorDrive, MotorVoltage, motor_mv
 from sim_sensors.motor import VibrationMotors
 from sim_sensors.tacttip import TactTip

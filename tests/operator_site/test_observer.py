@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from common.capabilities import OBSERVER, capabilities
 from common.config import ObserverConfig, OperatorLinkConfig
-from common.curve_sockets import LinkProblem
 from common.fingers import FINGERS
-from common.keys import KeyProblem, Role, TrustedKeys, load_keys
-from common.link import OperatorLink, RemoteLink
-from common.messages import ExplorationMode, ThermalStatus, Touch
+from common.link.capabilities import OBSERVER, capabilities
+from common.link.curve import LinkProblem
+from common.link.keys import KeyProblem, Role, TrustedKeys, load_keys
+from common.link.link import OperatorLink, RemoteLink
+from common.wire.messages import ExplorationMode, ThermalStatus, Touch
 from operator_site.observer import measured, opinion, run_observer
 from operator_site.session_client import SessionClient
 from remote_site.session_server import SessionServer

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from common.messages import EventKind
-from common.scene import load_scene
+from common.scenes.scene import load_scene
+from common.wire.messages import EventKind
 from tests.operator_site.virtual_touch import INDEX, Working
 
 

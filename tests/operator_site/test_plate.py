@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from common.buses.thermometry import ntc_c
 from common.limits import COMFORT, WIDE
-from common.thermometry import ntc_c
 from operator_site.limit_flags import Limit
 from operator_site.ntc import PlateSensor
 from operator_site.plate_display import PLATE_CONTACT_M2K_W, PlateDisplay

@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from common.packets import LinkState
-from common.session_messages import LONGEST_REFUSAL
+from common.wire.packets import LinkState
+from common.wire.session_messages import LONGEST_REFUSAL
 from tests.operator_site.session_pair import Pair
 
 STOPPED = "the process that writes it has ended"

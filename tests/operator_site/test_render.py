@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 
 from common.limits import COMFORT
-from common.messages import Event, EventKind, ExplorationMode
+from common.wire.messages import Event, EventKind, ExplorationMode
 from operator_site.render import (
     THERMAL_COLUMNS,
     StrokeSample,

@@ -7,8 +7,8 @@ from msgspec.structs import replace
 
 from common.config import RenderingConfig
 from common.limits import FORCE_SAFE_S, MOTOR_FLOOR_RPM, PRODUCED_J
-from common.messages import Event, EventKind, ExplorationMode, Touch
-from common.packets import N
+from common.wire.messages import Event, EventKind, ExplorationMode, Touch
+from common.wire.packets import N
 from operator_site.gated_output import GatedOutput
 from operator_site.gated_rendering import GatedRendering
 from operator_site.limit_flags import Limit

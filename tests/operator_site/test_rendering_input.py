@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.messages import Touch
-from common.packets import N
+from common.wire.messages import Touch
+from common.wire.packets import N
 from operator_site.rendering_input import RenderingInput
 from tests.operator_site.touches import tick_input, touch
 

@@ -4,11 +4,11 @@ from typing import Any
 
 import pytest
 
-from common.emergency_stop import PATIENCE_NS
 from common.limits import AGE_MAX_S
-from common.packets import LinkState
-from common.session import Refused
-from common.session_messages import Answer
+from common.link.emergency_stop import PATIENCE_NS
+from common.link.session_state import Refused
+from common.wire.packets import LinkState
+from common.wire.session_messages import Answer
 from operator_site.session_client import SILENCE_NS
 from tests.operator_site.session_pair import ABLE, IDENT, MS, Pair
 

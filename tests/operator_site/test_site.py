@@ -9,10 +9,10 @@ import numpy as np
 
 from common.config import to_toml
 from common.fingers import FINGERS
-from common.link import OperatorLink
-from common.messages import Event, EventKind, Touch
-from common.packets import LinkState
-from common.recording import Recorder
+from common.link.link import OperatorLink
+from common.recording.recorder import Recorder
+from common.wire.messages import Event, EventKind, Touch
+from common.wire.packets import LinkState
 from operator_site.devices import OperatorDevices
 from operator_site.session_client import SessionClient
 from operator_site.site import OperatorSite, session_with

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.special import erfcx
 
-from common.materials import contact_resistance_m2k_w, material
+from common.scenes.materials import contact_resistance_m2k_w, material
 from operator_site.scene_skin import SceneSkin, touched_object
 from operator_site.skin import SkinModel, Touched, ladder_m, skin_step
 from operator_site.tissue import Body

@@ -11,7 +11,7 @@ import pytest
 from msgspec.structs import replace
 
 from common.config import RenderingConfig
-from common.packets import N
+from common.wire.packets import N
 from operator_site.gated_rendering import GatedRendering
 from operator_site.limit_flags import Limit
 from tests.operator_site.touches import INDEX, tick_input, touch

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.fingers import FINGERS
-from common.scene import SCENES, load_scene
+from common.scenes.scene import SCENES, load_scene
 from operator_site.hand_encoders import HandEncoders
 from operator_site.still_finger import LIVELY_S, PUSHED_N, STILL_S, STOP_M, StillFingers
 from sim_sensors.hand import ScriptedHand

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.limits import MOTOR_FLOOR_RPM, MOTOR_MAX_RPM
-from common.messages import Event, EventKind, ExplorationMode
+from common.wire.messages import Event, EventKind, ExplorationMode
 from operator_site.motor_drive import MOTOR, RPM_TO_RAD_S
 from operator_site.vibration import TAP_HOLD_S, TAP_S, FingerVibration, PlayedEvents, Surface
 

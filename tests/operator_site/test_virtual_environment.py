@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from common.contact import CONTACT_ON_N
+from common.exploration.contact_detector import CONTACT_ON_N
 from common.fingers import FINGER_Y_M, FINGERS
-from common.messages import MAX_EVENTS, Event, EventKind, ExplorationMode, ThermalStatus, Touch
-from common.packets import LinkState
-from common.scene import Scene, load_scene, scene_names
-from common.surfaces import surface_kind
+from common.scenes.scene import Scene, load_scene, scene_names
+from common.scenes.surfaces import surface_kind
+from common.wire.messages import MAX_EVENTS, Event, EventKind, ExplorationMode, ThermalStatus, Touch
+from common.wire.packets import LinkState
 from operator_site.virtual_environment import VirtualEnvironment
 
 TICK_S = 0.002

@@ -7,8 +7,8 @@ import pytest
 
 from common.config import OperatorConfig, SimOperatorConfig, load_config
 from common.fingers import FINGERS
-from common.packets import LinkState
-from common.scene import SceneObject, load_scene, scene_names
+from common.scenes.scene import SceneObject, load_scene, scene_names
+from common.wire.packets import LinkState
 from operator_site.virtual_environment import VirtualEnvironment
 
 PAGE = (Path(__file__).parents[2] / "docs" / "howto" / "virtual.md").read_text("utf-8")

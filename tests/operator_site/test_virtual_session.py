@@ -5,8 +5,8 @@ import math
 import pytest
 
 from common.limits import FORCE_SAFE_S
-from common.packets import LinkState
-from common.session import Refused
+from common.link.session_state import Refused
+from common.wire.packets import LinkState
 from operator_site.gated_output import GatedOutput
 from operator_site.passive_update import LENT_J, RESTED_J
 from tests.operator_site.virtual_touch import INDEX, Working

@@ -6,8 +6,8 @@ from typing import Any
 from msgspec.structs import replace
 
 from common.fingers import FINGERS
-from common.messages import NO_TOUCH, Event, Touch, TouchRow, pack_rows
-from common.packets import LinkState, N
+from common.wire.messages import NO_TOUCH, Event, Touch, TouchRow, pack_rows
+from common.wire.packets import LinkState, N
 from operator_site.rendering_input import RenderingInput
 
 INDEX = FINGERS.index("index")

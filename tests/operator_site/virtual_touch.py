@@ -5,13 +5,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
-from common.can_line import CanAddress
+from common.buses.can_port import CanAddress
 from common.config import OperatorConfig, OperatorLinkConfig
 from common.fingers import FINGERS
-from common.packets import LinkState
-from common.recording import Recorder
-from common.scene import load_scene
-from common.tick_age import TickAge
+from common.recording.recorder import Recorder
+from common.scenes.scene import load_scene
+from common.timing.tick_age import TickAge
+from common.wire.packets import LinkState
 from operator_site.desk_requests import answer_desk
 from operator_site.devices import OperatorDevices
 from operator_site.exoskeleton import Hand

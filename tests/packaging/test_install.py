@@ -115,5 +115,5 @@ def test_installed_alone_the_demo_runs_from_an_empty_folder(built: Built, tmp_pa
     assert summary["faults"] == []
     assert "<html" in (empty / "out" / "report.html").read_text("utf-8")
     assert "foam" in run(teletaction, "scene", "check", "paper_textures", folder=empty)
-    told = run(python, "-c", "from common.software_version import *; print(software_version())", folder=empty)
+    told = run(python, "-c", "from common.version import *; print(software_version())", folder=empty)
     assert told.strip() == VERSION

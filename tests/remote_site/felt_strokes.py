@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from common.exploration import Exploration
-from common.hand_motion import HandMotion
-from common.messages import ExplorationMode
+from common.exploration.exploration_mode import Exploration
+from common.exploration.hand_motion import HandMotion
+from common.wire.messages import ExplorationMode
 from remote_site.felt_stroke import EvenStroke, FeltBlock, felt
 from sim_sensors.simulated_stroke import StrokeTrace, simulate_stroke
 from tests.remote_site.shipped_tables import SURFACES

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from common.fingers import FINGERS
-from common.scene import load_scene
+from common.scenes.scene import load_scene
 from remote_site.finger_touch import FingerTouch
 from teletaction.testbed.remote_fingers import RemoteFingers
 from teletaction.testbed.rendered_fingers import TICK_S

@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from common.hand_motion import HandMotion
-from common.messages import ExplorationMode, ThermalStatus
+from common.exploration.hand_motion import HandMotion
+from common.wire.messages import ExplorationMode, ThermalStatus
 from remote_site.finger_identification import FingerIdentification
 from remote_site.finger_sample import FingerSample
 from remote_site.finger_touch import FingerTouch

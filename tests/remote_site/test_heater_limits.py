@@ -5,7 +5,7 @@ import math
 import pytest
 
 from common.limits import GAP_S, SENSOR_PLATE_C
-from common.repeated_fault import REPEATED_S
+from common.safety.repeated_fault import REPEATED_S
 from remote_site.heater_limits import (
     HOLDING_DRIVE,
     LOOK_AHEAD_S,

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from common.ladder import TICK_AGE_S
 from common.limits import (
     APPROACH_DOWN_M_S,
     APPROACH_PLANE_M_S,
@@ -23,7 +22,8 @@ from common.limits import (
     SWING_N,
     SWING_S,
 )
-from common.repeated_fault import REPEATED_S, ROUND_S, STAYS_OFF, TEST_EVERY_S, WINDOW_S
+from common.safety.repeated_fault import REPEATED_S, ROUND_S, STAYS_OFF, TEST_EVERY_S, WINDOW_S
+from common.timing.timeouts import TICK_AGE_S
 from remote_site.approach import WIDEN_M_S2
 from remote_site.finger_height import (
     BRAKE_SHARE,

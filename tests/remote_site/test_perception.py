@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from common.messages import STIFFNESS_KNOWN_LN_SD, ThermalStatus, TouchRow
-from common.packets import Floats, LinkState
-from common.told import NOTHING, TOLD_EVERY_S, Told
+from common.wire.messages import STIFFNESS_KNOWN_LN_SD, ThermalStatus, TouchRow
+from common.wire.packets import Floats, LinkState
+from common.wire.touch_summary import NOTHING, TOLD_EVERY_S, Told
 from remote_site.sensed import Sensed
 from teletaction.recorded_session import RecordedSession
 from tests.remote_site.shipped_tables import perception

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from common.messages import ExplorationMode
+from common.wire.messages import ExplorationMode
 from remote_site.surface_class import SurfaceTable
 from remote_site.texture_fault import CLIPPED, DISCONNECTED, NOISE_ONLY, SATURATED
 from remote_site.texture_identification import TextureIdentification, TextureReading

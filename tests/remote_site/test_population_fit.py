@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from common.in_parallel import Map, Progress, kept_processes, unseen
+from common.runtime.parallel_map import Map, Progress, kept_processes, unseen
 from remote_site.calibration_touches import CalibrationTouch
 from remote_site.population_fit import Population, PopulationFit
 from tests.remote_site.made_touches import (

@@ -7,13 +7,13 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from common.capabilities import capabilities
-from common.curve_sockets import Received
 from common.limits import GAP_S
-from common.link import RemoteLink
-from common.messages import MOTION_BLOCK, Motion
-from common.packets import LinkState
-from common.session_messages import Answer, Heartbeat, Request
+from common.link.capabilities import capabilities
+from common.link.curve import Received
+from common.link.link import RemoteLink
+from common.wire.messages import MOTION_BLOCK, Motion
+from common.wire.packets import LinkState
+from common.wire.session_messages import Answer, Heartbeat, Request
 from remote_site.session_server import EXPELLED_S, PACKETS_AT_ONCE, SILENCE_NS, SessionServer
 
 MS = 1_000_000

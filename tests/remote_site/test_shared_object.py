@@ -2,7 +2,7 @@
 
 import pytest
 
-from common.messages import ThermalStatus
+from common.wire.messages import ThermalStatus
 from remote_site.shared_object import SharedObject
 from remote_site.thermal_answer import ThermalAnswer
 from remote_site.thermal_identification import ThermalKnowledge

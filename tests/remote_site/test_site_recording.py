@@ -6,7 +6,7 @@ import msgpack
 import pytest
 
 from common.fingers import FINGERS
-from common.messages import STIFFNESS_KNOWN_LN_SD
+from common.wire.messages import STIFFNESS_KNOWN_LN_SD
 from remote_site.gated_command import GatedCommand
 from remote_site.sensed import Sensed
 from remote_site.site_recording import SCHEMAS, SiteRecording

@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from common.can_frames import FrameSender
+from common.buses.can_frames import FrameSender
 from common.fingers import FINGERS
 from common.limits import LEFT_J
-from common.scene import load_scene
+from common.scenes.scene import load_scene
 from remote_site.gated_command import GatedCommand
 from remote_site.patient_gate import PatientGate
 from remote_site.patient_limit import Limit

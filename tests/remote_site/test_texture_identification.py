@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from common.messages import ExplorationMode
+from common.wire.messages import ExplorationMode
 from remote_site.felt_stroke import Array, felt
 from remote_site.groove_period import GroovePeriod
 from remote_site.impulses import Impulse

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.messages import ThermalStatus
+from common.wire.messages import ThermalStatus
 from remote_site.material_posterior import Posterior
 from remote_site.thermal_answer import (
     CAUTION,

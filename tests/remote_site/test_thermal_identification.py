@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from common.messages import ThermalStatus
+from common.wire.messages import ThermalStatus
 from remote_site.material_table import MaterialTable
 from remote_site.thermal_answer import EARLIEST_S, NO_CONTACT, ThermalAnswer
 from remote_site.thermal_identification import LASTS_S, ThermalIdentification, ThermalKnowledge

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, TOUCH_HIGH, TOUCH_LOW, ExplorationMode, ThermalStatus
-from common.packets import BadPacket, Floats
+from common.wire.messages import TOUCH_BLOCK, TOUCH_COLUMN, TOUCH_HIGH, TOUCH_LOW, ExplorationMode, ThermalStatus
+from common.wire.packets import BadPacket, Floats
 from remote_site.finger_touch import FingerTouch
 from remote_site.thermal_answer import ThermalAnswer
 from remote_site.touch_block import touch_block

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from common.messages import ThermalStatus
+from common.wire.messages import ThermalStatus
 from remote_site.thermal_answer import NO_DIFFERENCE, NO_FIT, ThermalAnswer
 from remote_site.thermal_identification import ThermalKnowledge
 from tests.remote_site.made_touches import (

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.fingers import FINGERS
-from common.messages import ThermalStatus
+from common.wire.messages import ThermalStatus
 from remote_site.thermal_identification import FELT_BEFORE, STILL_WARM
 from remote_site.warmed_spot import LONGEST_S, SPOT_M, TRACES, WARM, WarmedSpot
 from tests.remote_site.landings import Felt, Landing, land, named

@@ -7,7 +7,7 @@ import msgpack
 import numpy as np
 import pytest
 
-from common.recording import Recorder
+from common.recording.recorder import Recorder
 from operator_site.console.fingers_now import FIELDS
 from operator_site.console.keeping import SCHEMAS as KEPT
 from operator_site.console.picture import Kind

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from common.held_rate import HELD
+from common.runtime.rate_monitor import HELD
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(120)]
 

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from mcap.records import Channel, Message
 
-from common.acceptance import Acceptance
 from common.config import OperatorConfig, RemoteConfig, load_config
-from common.cut_recording import CutRecording
-from common.keys import fingerprint, load_keys
 from common.limits import FORCE_SAFE_S, MOTOR_SAFE_S, THERMAL_SAFE_S
-from common.link import OperatorLink
-from common.messages import Motion, Touch
+from common.link.keys import fingerprint, load_keys
+from common.link.link import OperatorLink
+from common.link.packet_filter import Acceptance
+from common.recording.truncated_mcap import CutRecording
+from common.wire.messages import Motion, Touch
 from studies.fault_session import FaultSession
 from tests.commands import Told, command
 from tests.session.truth import FELT_N, HEATS, LATE_S, STROKES, Truth, between, read_truth

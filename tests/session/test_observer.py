@@ -16,12 +16,12 @@ import msgpack
 import pytest
 from mcap.reader import make_reader
 
-from common.capabilities import OBSERVER, capabilities
 from common.config import ObserverConfig, OperatorConfig, OperatorLinkConfig, RemoteConfig, load_config, to_toml
-from common.keys import Role, TrustedKeys, create_keys, load_keys
 from common.limits import GAP_S
-from common.link import OperatorLink
-from common.session_messages import REQUESTS, Answer
+from common.link.capabilities import OBSERVER, capabilities
+from common.link.keys import Role, TrustedKeys, create_keys, load_keys
+from common.link.link import OperatorLink
+from common.wire.session_messages import REQUESTS, Answer
 from operator_site.session_client import SessionClient
 from studies.fault_session import FaultSession
 from studies.fault_table import STROKING

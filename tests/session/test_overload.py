@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from common import limits
-from common.held_rate import HELD
-from common.machine import Machine
+from common.runtime.machine import Machine
+from common.runtime.rate_monitor import HELD
 from studies.fault_session import read_figures
 from teletaction.recorded_session import RecordedSession
 from teletaction.session_rates import DEFAULT, FITS, session_takes

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from common.keys import TrustedKeys
+from common.link.keys import TrustedKeys
 from teletaction.demo_files import DemoOptions, prepare
 from teletaction.processes import SessionProcesses
 

@@ -17,11 +17,11 @@ from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import CompressionType, Writer
 
 from common.config import ObserverConfig, OperatorLinkConfig, RemoteConfig, load_config, to_toml
-from common.curve_sockets import LinkProblem
-from common.cut_recording import CutRecording
-from common.desk import ask_desk
-from common.keys import Role, TrustedKeys, create_keys, fingerprint, load_keys
-from common.link import OperatorLink
+from common.link.curve import LinkProblem
+from common.link.keys import Role, TrustedKeys, create_keys, fingerprint, load_keys
+from common.link.link import OperatorLink
+from common.link.local_control import ask_desk
+from common.recording.truncated_mcap import CutRecording
 from studies.fault_session import FaultSession
 from tests.commands import command
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import can
 
-from common.can_frames import FrameSender
+from common.buses.can_frames import FrameSender
 from common.fingers import FINGERS
 from sim_sensors.can_node import CanNode
 from sim_sensors.select_loop import SelectLoop

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from common.can_frames import BadFrame, FrameReceiver, FrameSender
+from common.buses.can_frames import BadFrame, FrameReceiver, FrameSender
 from common.fingers import FINGERS
 from sim_sensors.faulty_parts import Encoder, ForceSensor, Transmitter
 from sim_sensors.sim_operator import OperatorDevices

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from common.framing import encode_frame
-from common.serial_messages import HeaterCommand, MessageId, TactTipCommand
+from common.buses.serial_framing import encode_frame
+from common.buses.serial_messages import HeaterCommand, MessageId, TactTipCommand
 from sim_sensors.backlog import Backlog
 from sim_sensors.tacttip import TactTip
 from sim_sensors.thermal_sensor import ThermalSensor

@@ -8,11 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.can_frames import FrameReceiver, FrameSender
-from common.fingers import FINGERS
-from common.framing import Frame, FrameReader, encode_frame
-from common.limits import PLATE_FAULT_C, SENSOR_PLATE_C
-from common.serial_messages import (
+from common.buses.can_frames import FrameReceiver, FrameSender
+from common.buses.serial_framing import Frame, FrameReader, encode_frame
+from common.buses.serial_messages import (
     DeviceFlag,
     HeaterCommand,
     MessageId,
@@ -21,7 +19,9 @@ from common.serial_messages import (
     TextureSamples,
     ThermalReading,
 )
-from common.thermometry import ntc_c, ssr_c
+from common.buses.thermometry import ntc_c, ssr_c
+from common.fingers import FINGERS
+from common.limits import PLATE_FAULT_C, SENSOR_PLATE_C
 from sim_sensors.exoskeleton import DRIVEN_S, Exoskeleton
 from sim_sensors.serial_module import SerialModule
 from sim_sensors.tacttip import TactTip, ntc_counts

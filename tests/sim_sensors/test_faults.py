@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from common.buses.serial_framing import encode_frame
+from common.buses.serial_messages import MessageId, TactTipCommand
+from common.buses.thermometry import COUNT_MAX
 from common.config import SimOperatorConfig
 from common.fingers import FINGERS
-from common.framing import encode_frame
 from common.limits import MODULE_TIMEOUT_S
-from common.serial_messages import MessageId, TactTipCommand
-from common.thermometry import COUNT_MAX
 from sim_sensors.faults import Fault, Faults
 from sim_sensors.finger_plate import WATER_C
 from sim_sensors.select_loop import SelectLoop

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from common.fingers import FINGERS
-from common.scene import Scene, load_scene
+from common.scenes.scene import Scene, load_scene
 from sim_sensors.hand import ScriptedHand
 from sim_sensors.hand_plan import FREE, HOVER_M, QUIESCENT, STROKING, TAPPING
 

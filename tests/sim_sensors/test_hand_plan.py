@@ -5,7 +5,7 @@ import pytest
 from pydantic import ValidationError
 
 from common.fingers import FINGERS
-from common.scene import Scene
+from common.scenes.scene import Scene
 from sim_sensors.hand_plan import HOVER_M, HandPlan, Segment
 
 TISSUE = {"name": "tissue", "material": "skin_dermis", "surface": "skin", "x_m": -0.05, "length_m": 0.05}

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from common.streams import Direction
+from common.wire.streams import Direction
 from sim_sensors.network_fault import WAYS, Way
 from sim_sensors.network_file import load_network
 from sim_sensors.network_live import LiveNetwork

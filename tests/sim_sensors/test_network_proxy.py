@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from common.config import SimNetworkConfig
-from common.streams import STREAMS
+from common.wire.streams import STREAMS
 from sim_sensors.network_proxy import NetworkProxy, run_sim_network
 from sim_sensors.select_loop import SelectLoop
 from tests.sim_sensors.stepped import free_port

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from common.fingers import FINGERS
-from common.materials import material
-from common.scene import Scene, load_scene
+from common.scenes.materials import material
+from common.scenes.scene import Scene, load_scene
 from sim_sensors.remote_world import RemoteWorld
 from sim_sensors.true_mode import FREE, QUIESCENT, STROKING
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 import serial
 
-from common.framing import FrameReader, encode_frame
-from common.serial_messages import MessageId, TactTipCommand, TactTipState
+from common.buses.serial_framing import FrameReader, encode_frame
+from common.buses.serial_messages import MessageId, TactTipCommand, TactTipState
 from sim_sensors.faulty_parts import Babble
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.serial_server import SerialServer, serve_serial

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-from common.can_frames import FrameSender
+from common.buses.can_frames import FrameSender
+from common.buses.serial_framing import encode_frame
+from common.buses.serial_messages import HeaterCommand, MessageId, TactTipCommand
 from common.config import SimOperatorConfig, SimRemoteConfig
-from common.framing import encode_frame
-from common.serial_messages import HeaterCommand, MessageId, TactTipCommand
 from sim_sensors.exoskeleton import DRIVEN_S
 from sim_sensors.hand_plan import HOVER_M
 from sim_sensors.select_loop import SelectLoop

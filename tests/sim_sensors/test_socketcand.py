@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import can
 import pytest
 
-from common.can_frames import SentFrame
+from common.buses.can_frames import SentFrame
 from sim_sensors.intruder import AHEAD, Intruder
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.socketcand import QUIET_S, SocketcandBus

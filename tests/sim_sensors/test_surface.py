@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from common.surfaces import surfaces
+from common.scenes.surfaces import surfaces
 from sim_sensors import surface
 from sim_sensors.surface import GRID_M, ROUGHNESS_M, make_profile, relief_of
 

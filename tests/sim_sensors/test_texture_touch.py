@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from common.surfaces import surface_kind
+from common.scenes.surfaces import surface_kind
 from sim_sensors.surface import make_profile, relief_of
 from sim_sensors.texture_touch import (
     NOISE_V,

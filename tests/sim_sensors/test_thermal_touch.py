@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.special import wofz
 
-from common.materials import material
+from common.scenes.materials import material
 from sim_sensors import thermal_touch as tt
 from sim_sensors.object_column import object_column
 from sim_sensors.thermal_touch import STAGE_S, STEP_S, SensorSpread, ThermalTouch, force_share

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from common.deadband import REPEATS
-from common.ladder import REFRESH_S
+from common.link.deadband import REPEATS
+from common.timing.timeouts import REFRESH_S
 from studies import deadband, deadband_courses
 from studies.deadband import plot, run, tables
 from studies.deadband_channel import error_m, kept, sent

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from common.can_frames import FrameReceiver, FrameSender
+from common.buses.can_frames import FrameReceiver, FrameSender
 from common.fingers import FINGERS
 from studies.kinesthetic_loop import measure, plot, tables
 from studies.kinesthetic_step import STIFFNESS_N_M, bare_springs

@@ -7,9 +7,9 @@ from typing import Protocol
 
 import pytest
 
-from common.keys import TrustedKeys, load_keys
-from common.link import OperatorLink, RemoteLink
-from common.streams import STREAMS
+from common.link.keys import TrustedKeys, load_keys
+from common.link.link import OperatorLink, RemoteLink
+from common.wire.streams import STREAMS
 from studies.link_packets import framed_bytes
 from teletaction.demo_files import free_port_block
 

@@ -8,10 +8,10 @@ from random import Random
 import numpy as np
 import pytest
 
-from common.acceptance import Acceptance
-from common.clock import ClockOffset
 from common.limits import AGE_DEFAULT_S, AGE_MAX_S, GAP_S
-from common.messages import MAX_EVENTS, Motion, Touch
+from common.link.clock_offset import ClockOffset
+from common.link.packet_filter import Acceptance
+from common.wire.messages import MAX_EVENTS, Motion, Touch
 from sim_sensors.network_conditions import Conditions
 from sim_sensors.network_path import NetworkPath
 from sim_sensors.network_stream import SEGMENT_BYTES, TcpStream

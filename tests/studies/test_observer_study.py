@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from common.materials import contact_resistance_m2k_w, material
-from common.surfaces import surface_kind
+from common.scenes.materials import contact_resistance_m2k_w, material
+from common.scenes.surfaces import surface_kind
 from sim_sensors.finger_plate import ROOM_C, FingerPlates
 from sim_sensors.surface import make_profile, relief_of
 from studies.ideal_plate import ideal_plate_touch

@@ -9,7 +9,7 @@ import msgpack
 import pytest
 
 from common.limits import GAP_S
-from common.recording import PACKET_SCHEMA, Recorder
+from common.recording.recorder import PACKET_SCHEMA, Recorder
 from studies.link_packets import next_motion
 from studies.sessions import Stage, does_not_fit, measure, plot, silent, tables
 from studies.sessions_look import Look, look

@@ -6,10 +6,10 @@ from typing import Any
 import msgpack
 
 from common.fingers import FINGERS
-from common.messages import NO_TOUCH, ThermalStatus, Touch, pack_rows
-from common.packets import LinkState
-from common.recording import Recorder
-from common.told import NOTHING, Told
+from common.recording.recorder import Recorder
+from common.wire.messages import NO_TOUCH, ThermalStatus, Touch, pack_rows
+from common.wire.packets import LinkState
+from common.wire.touch_summary import NOTHING, Told
 
 HOSTILE = "<script>alert(1)</script><img src=x onerror=alert(1)> & \"quotes\" 'and' \u202eleft \u0000 " + "x" * 10_000
 START_S = 5000.0

@@ -5,7 +5,7 @@ import sys
 import time
 from pathlib import Path
 
-from common.recording import Recorder
+from common.recording.recorder import Recorder
 
 recording, progress, payload = Path(sys.argv[1]), Path(sys.argv[2]), bytes(int(sys.argv[3]))
 progress_file = progress.open("r+b")

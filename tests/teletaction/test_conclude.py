@@ -6,9 +6,9 @@ import msgpack
 import pytest
 from mcap.reader import make_reader
 
-from common import recording_writer
-from common.recording import Recorder
-from common.software_version import software_version
+from common.recording import writer_process
+from common.recording.recorder import Recorder
+from common.version import software_version
 from teletaction.conclude import conclude, recordings_of
 from teletaction.demo_files import PROCESSES, DemoOptions
 from teletaction.merge import ORIGIN, merge_recordings
@@ -21,7 +21,7 @@ COUNT = 3000
 @pytest.fixture(autouse=True)
 def _many_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     write_in_a_thread(monkeypatch)
-    monkeypatch.setattr(recording_writer, "CHUNK_BYTES", 4096)
+    monkeypatch.setattr(writer_process, "CHUNK_BYTES", 4096)
 
 
 def record(path: Path, stream: str, times_ns: range) -> Path:

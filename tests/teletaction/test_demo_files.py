@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from common.config import OperatorConfig, RemoteConfig, load_config
-from common.keys import load_keys
+from common.link.keys import load_keys
 from teletaction.demo_files import DemoOptions, prepare
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from common.config import OperatorConfig, RemoteConfig, SimNetworkConfig, load_config
-from common.streams import STREAMS
+from common.wire.streams import STREAMS
 from sim_sensors.network_file import load_network
 from teletaction.demo_files import NETWORK, PROCESSES, DemoOptions, prepare
 from teletaction.summary import proxy

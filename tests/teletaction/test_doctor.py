@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from common.can_line import CanAddress
-from common.serial_port import DeviceAbsent
+from common.buses.can_port import CanAddress
+from common.buses.serial_port import DeviceAbsent
 from sim_sensors.select_loop import SelectLoop
 from sim_sensors.serial_server import SerialServer, serve_serial
 from sim_sensors.tacttip import TactTip

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from common.recording import Recorder
+from common.recording.recorder import Recorder
 from operator_site.console.map_tiles import MapPicture
 from teletaction.examination import Examination
 from teletaction.map_coverage import coverage

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from common.scene import Scene, SceneObject, load_scene
+from common.scenes.scene import Scene, SceneObject, load_scene
 from operator_site.console.finger_samples import Sample
 from operator_site.console.tactile_map import TactileMap
 from teletaction.found_targets import find_highest, found_targets, value_near

@@ -8,11 +8,11 @@ from typing import Protocol
 import pytest
 import zmq
 
-from common.bind_address import check_bind
 from common.config import ObserverConfig, OperatorLinkConfig, RemoteConfig, load_config, to_toml
-from common.curve_sockets import LinkProblem
-from common.keys import Role, TrustedKeys, create_keys, fingerprint, load_keys
-from common.link import OperatorLink, RemoteLink
+from common.link.bind_address import check_bind
+from common.link.curve import LinkProblem
+from common.link.keys import Role, TrustedKeys, create_keys, fingerprint, load_keys
+from common.link.link import OperatorLink, RemoteLink
 from teletaction.doctor import examine
 from tests.commands import command, one_line
 from tests.waiting import wait_until

@@ -18,8 +18,9 @@ from mcap.reader import make_reader
 from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
 
-from common import recording, recording_writer
-from common.recording import Recorder
+from common.recording import recorder as recording
+from common.recording import writer_process
+from common.recording.recorder import Recorder
 from teletaction.recover import Recovered, recover
 from tests.commands import command, one_line
 from tests.teletaction.recordings import held
@@ -27,7 +28,7 @@ from tests.waiting import wait_until
 from tests.writer_thread import write_in_a_thread
 
 CHILD = Path(__file__).with_name("recording_child.py")
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(recording.__file__).parents[1])}
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(recording.__file__).parents[2])}
 SCHEMAS = {"touch": {"type": "array", "description": "a packet"}, "event": {"type": "object"}}
 COUNT = 2000
 LOST_AT_MOST_NS = 500_000_000
@@ -38,7 +39,7 @@ def _small_chunks() -> Iterator[None]:
     """So that a short recording has many of them."""
     with pytest.MonkeyPatch.context() as patch:
         write_in_a_thread(patch)
-        patch.setattr(recording_writer, "CHUNK_BYTES", 16 * 1024)
+        patch.setattr(writer_process, "CHUNK_BYTES", 16 * 1024)
         yield
 
 
@@ -71,9 +72,9 @@ def test_a_file_cut_anywhere_is_made_whole_with_metadata_and_attachments(
     restored = held(result.out)
     (tmp_path / "whole.mcap").write_bytes(whole)
     assert restored == held(tmp_path / "whole.mcap")[: len(restored)]
-    assert result.messages.total() == len(restored) > COUNT * share - 2 * recording_writer.CHUNK_BYTES / 131
+    assert result.messages.total() == len(restored) > COUNT * share - 2 * writer_process.CHUNK_BYTES / 131
     assert result.seconds == pytest.approx((restored[-1][1] - restored[0][1]) * 1e-9)
-    assert 0 < result.unreadable_bytes < 2 * recording_writer.CHUNK_BYTES
+    assert 0 < result.unreadable_bytes < 2 * writer_process.CHUNK_BYTES
     with result.out.open("rb") as file:
         reader = make_reader(file)
         assert [entry.metadata["configuration"] for entry in reader.iter_metadata()] == ["rate_hz = 500.0\n"]
@@ -110,7 +111,7 @@ def test_a_damaged_chunk_is_left_out_and_the_rest_is_kept(tmp_path: Path, whole:
     numbers = [int.from_bytes(data[:4], "little") for stream, _, data in held(result.out) if stream == "touch"]
     missing = sorted(set(range(COUNT)) - set(numbers))
     assert missing == list(range(missing[0], missing[-1] + 1))
-    assert 50 < len(missing) < 2 * recording_writer.CHUNK_BYTES / 131
+    assert 50 < len(missing) < 2 * writer_process.CHUNK_BYTES / 131
 
 
 def test_whatever_the_damage_all_that_stands_before_it_is_restored(

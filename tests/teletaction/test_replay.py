@@ -11,7 +11,7 @@ import msgpack
 import pytest
 from mcap.writer import CompressionType, Writer
 
-from common.recording import Recorder
+from common.recording.recorder import Recorder
 from teletaction.merge import merge_recordings
 from teletaction.recorded_session import RecordedSession
 from teletaction.recover import recover

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from common.messages import TOUCH_BLOCK, TOUCH_COLUMN, Touch
+from common.wire.messages import TOUCH_BLOCK, TOUCH_COLUMN, Touch
 from teletaction.recorded_session import RecordedSession
 from teletaction.replay import open_operator, open_remote, replay
 from teletaction.replay_sites import rendered_fields, touch_fields

@@ -8,7 +8,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from common.messages import ThermalStatus
+from common.wire.messages import ThermalStatus
 from teletaction.report import write_figure, write_report
 from teletaction.report_words import contacts_table, histogram_table, tally_table
 from teletaction.session_curves import Curve, SessionCurves, held_s, spans

@@ -9,14 +9,14 @@ from typing import Any, cast
 
 import pytest
 
-import common.desk
+import common.link.local_control
 from common.config import ObserverConfig, OperatorConfig, OperatorLinkConfig, load_config, load_site, to_toml
-from common.desk import Desk, ask_desk
-from common.keys import create_keys, load_keys
-from common.link import OperatorLink
-from common.packets import MAX_PACKET
-from common.session import LONGEST_NOTE, Refused
-from common.session_messages import Request
+from common.link.keys import create_keys, load_keys
+from common.link.link import OperatorLink
+from common.link.local_control import Desk, ask_desk
+from common.link.session_state import LONGEST_NOTE, Refused
+from common.wire.packets import MAX_PACKET
+from common.wire.session_messages import Request
 from operator_site.devices import OperatorDevices
 from operator_site.session_client import SessionClient
 from operator_site.site import OperatorSite, session_with
@@ -32,13 +32,13 @@ KNOCKS = 100
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Commands wait a short time for an answer: there will be none."""
-    monkeypatch.setattr(common.desk, "_PATIENCE_S", 0.3)
+    monkeypatch.setattr(common.link.local_control, "_PATIENCE_S", 0.3)
 
 
 @pytest.fixture
 def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
     """Commands wait a short time for what comes of them: nothing will. Their answer may take as long as it takes."""
-    monkeypatch.setattr(common.desk, "_OUTCOME_S", 0.3)
+    monkeypatch.setattr(common.link.local_control, "_OUTCOME_S", 0.3)
 
 
 def ask(verb: str, config: Path) -> Told:

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.machine import Machine
+from common.runtime.machine import Machine
 from teletaction import session_rates
 from teletaction.session_rates import COSTS, DEFAULT, FASTER, FITS, Rates, fitting_here, fitting_rates, session_takes
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from common.scene import load_scene, scene_names
-from common.surfaces import surface_kind
+from common.scenes.scene import load_scene, scene_names
+from common.scenes.surfaces import surface_kind
 from operator_site.session_client import LONGEST_TOLD
 from remote_site.material_table import MaterialTable
 from remote_site.surface_class import SurfaceTable

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from common.config import SiteConfig
-from common.ladder import NOTICE_S, SITE_WATCHDOG_S, SUPERVISOR_WATCHDOG_S
-from common.watchdog import EXIT_CODE
+from common.runtime.watchdog import EXIT_CODE
+from common.timing.timeouts import NOTICE_S, SITE_WATCHDOG_S, SUPERVISOR_WATCHDOG_S
 
 UNIT = Path(__file__).parents[2] / "deploy" / "systemd" / "teletaction@.service"
 

@@ -5,8 +5,8 @@ from typing import Any, cast
 
 import pytest
 
-from common.contact import BOUNCE_S
-from common.messages import EventKind
+from common.exploration.contact_detector import BOUNCE_S
+from common.wire.messages import EventKind
 from teletaction.session_data import SessionData
 from teletaction.summary import taps
 

@@ -6,7 +6,7 @@ from contextlib import ExitStack
 import pytest
 
 from common.limits import AGE_DEFAULT_S
-from common.recording import Recorder
+from common.recording.recorder import Recorder
 from teletaction.testbed.memory_feed import MemoryFeed
 from tests.virtual.judge import DeviceTimeouts, HoldTimes, Latches, check_limits
 from tests.virtual.session import VirtualSession, virtual_session

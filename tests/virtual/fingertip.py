@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 from common.fingers import FINGERS
 from common.limits import AGE_DEFAULT_S, PLATE_FAULT_C, WIDE, PlateRange
-from common.standstill import HostClock
+from common.timing.standstill import HostClock
 from operator_site.devices import OperatorDevices
 from operator_site.gate import OperatorGate
 from operator_site.plate_loop import PlateLoop

@@ -15,7 +15,7 @@ from common.limits import (
     SENSOR_PLATE_C,
     THERMAL_SAFE_S,
 )
-from common.packets import LinkState
+from common.wire.packets import LinkState
 from teletaction.testbed.memory_lines import MemoryBus, MemoryLine
 from teletaction.testbed.network import TO_OPERATOR, TO_REMOTE
 from tests.virtual.configurations import EXOSKELETON, TACTTIP, THERMAL

@@ -7,7 +7,7 @@ import msgpack
 
 
 class KeptRecord:
-    """What a site recorded, with what the site uses of `common.recording.Recorder`.
+    """What a site recorded, with what the site uses of `common.recording.recorder.Recorder`.
 
     Attributes:
         streams: unpacked payloads of each stream, oldest first.

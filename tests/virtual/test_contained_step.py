@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from common.limits import FORCE_SAFE_S, GAP_S, THERMAL_SAFE_S
-from common.packets import LinkState
+from common.wire.packets import LinkState
 from operator_site.site_recording import SiteRecording
 from tests.conftest import Contained
 from tests.virtual.judge import REMOTE_LATE_S, SERVO_S, STILL_M, Latches, check_operator_safe

@@ -5,7 +5,7 @@ import pytest
 
 from common.config import RemoteConfig
 from common.fingers import FINGERS
-from common.ladder import REFRESH_S
+from common.timing.timeouts import REFRESH_S
 from teletaction.testbed.network import TO_OPERATOR, TO_REMOTE
 from tests.virtual.session import TICK_S, VirtualSession
 

@@ -9,7 +9,6 @@ import pytest
 from mcap.reader import make_reader
 from numpy.typing import NDArray
 
-from common.ladder import RETREAT_AFTER_S
 from common.limits import (
     FINGER_FORCE_N,
     FORCE_RAMP_UP_N_S,
@@ -20,7 +19,8 @@ from common.limits import (
     MOTOR_STILL_S,
     THERMAL_SAFE_S,
 )
-from common.session import Refused
+from common.link.session_state import Refused
+from common.timing.timeouts import RETREAT_AFTER_S
 from remote_site.finger_height import CLEAR_HEIGHT_M, HEIGHT_LOW_M, RETREAT_SPEED_M_S
 from studies.fault_judge import HAND_STOP_S
 from studies.fault_table import FREE, STROKING

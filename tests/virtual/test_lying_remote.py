@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from common.messages import Event, EventKind, Touch
-from common.recording import Recorder
+from common.recording.recorder import Recorder
+from common.wire.messages import Event, EventKind, Touch
 from operator_site.site_recording import SiteRecording
 from tests.virtual.kept_record import KeptRecord
 from tests.virtual.session import TICK_S, VirtualSession

@@ -5,7 +5,7 @@ from typing import cast
 import msgpack
 import pytest
 
-from common.recording import Recorder
+from common.recording.recorder import Recorder
 from operator_site.console.console import Console
 from operator_site.console.words import REMOTE_NOT_RECORDED
 from tests.virtual.conftest import MakeSession

@@ -8,8 +8,8 @@ import pytest
 
 from common.fingers import FINGERS, named_finger
 from common.limits import PLATE_PEAK_C, WIDE
-from common.packets import N
-from common.repeated_fault import REPEATED_S, STAYS_OFF, TEST_EVERY_S
+from common.safety.repeated_fault import REPEATED_S, STAYS_OFF, TEST_EVERY_S
+from common.wire.packets import N
 from operator_site.gate import TEST_DRIVE, OperatorGate
 from operator_site.limit_flags import Limit
 from operator_site.ntc import PlateSensor

@@ -6,11 +6,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from common.buses.thermometry import ssr_c
 from common.fingers import FINGERS
 from common.limits import SENSOR_PLATE_C
-from common.packets import N
-from common.repeated_fault import TEST_EVERY_S
-from common.thermometry import ssr_c
+from common.safety.repeated_fault import TEST_EVERY_S
+from common.wire.packets import N
 from remote_site.heater_control import HeaterControl
 from remote_site.heater_limits import TEST_DRIVE
 from remote_site.patient_gate import PatientGate

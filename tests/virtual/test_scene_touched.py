@@ -8,8 +8,8 @@ import pytest
 
 from common.fingers import FINGERS
 from common.limits import MOTOR_FLOOR_RPM
-from common.scene import load_scene
-from common.standstill import HostClock
+from common.scenes.scene import load_scene
+from common.timing.standstill import HostClock
 from operator_site.devices import OperatorDevices
 from operator_site.site import OperatorSite
 from operator_site.virtual_environment import VirtualEnvironment

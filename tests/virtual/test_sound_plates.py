@@ -8,9 +8,9 @@ import pytest
 
 from common.config import RenderingConfig
 from common.limits import GAP_S
-from common.materials import materials
-from common.messages import NO_TOUCH, ExplorationMode, Touch, pack_rows
-from common.packets import LinkState, N
+from common.scenes.materials import materials
+from common.wire.messages import NO_TOUCH, ExplorationMode, Touch, pack_rows
+from common.wire.packets import LinkState, N
 from operator_site.gated_rendering import GatedRendering
 from operator_site.ntc import PlateSensor
 from operator_site.rendering_input import RenderingInput

@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import pytest
 
-from common.ladder import SESSION_SILENCE_S
 from common.limits import APPROACH_PLANE_M_S, FORCE_RAMP_UP_N_S
+from common.timing.timeouts import SESSION_SILENCE_S
 from teletaction.testbed.network import TO_OPERATOR, TO_REMOTE
 from tests.virtual.session import TICK_S, Truth, VirtualSession
 

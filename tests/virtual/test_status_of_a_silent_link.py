@@ -3,7 +3,7 @@
 import pytest
 
 from common.limits import GAP_S
-from common.site_loop import in_words
+from common.runtime.site_loop import in_words
 from operator_site.desk_requests import answer_desk
 from operator_site.session_client import SILENCE_NS
 from tests.virtual.session import TICK_S, VirtualSession

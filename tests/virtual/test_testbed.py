@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from common.session import Refused
+from common.link.session_state import Refused
 from teletaction.testbed.network_faults import NetworkFaults
 from tests.virtual.session import VirtualSession
 

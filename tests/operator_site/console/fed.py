@@ -5,10 +5,10 @@ from typing import Any
 import msgpack
 
 from common.fingers import FINGERS
-from common.messages import NO_TOUCH, ThermalStatus, Touch, pack_rows
-from common.packets import LinkState
-from common.session import Happening
-from common.told import NOTHING, Told
+from common.link.session_state import Happening
+from common.wire.messages import NO_TOUCH, ThermalStatus, Touch, pack_rows
+from common.wire.packets import LinkState
+from common.wire.touch_summary import NOTHING, Told
 from operator_site.console.console import Console
 
 S = 1_000_000_000

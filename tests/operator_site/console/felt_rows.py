@@ -1,7 +1,7 @@
 """Touch rows and samples for tests of the map."""
 
 from common.fingers import FINGER_Y_M, FINGERS
-from common.messages import NO_TOUCH, ExplorationMode, ThermalStatus, TouchRow
+from common.wire.messages import NO_TOUCH, ExplorationMode, ThermalStatus, TouchRow
 from operator_site.console.finger_samples import Sample
 
 INDEX = FINGERS.index("index")

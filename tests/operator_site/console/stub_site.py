@@ -4,9 +4,9 @@ import threading
 import time
 from typing import Any
 
-from common.desk import Desk
-from common.keys import load_keys
-from common.session import Refused
+from common.link.keys import load_keys
+from common.link.local_control import Desk
+from common.link.session_state import Refused
 from tests.conftest import Keys
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import msgpack
 import pytest
 
-from common.session import Refused
+from common.link.session_state import Refused
 from operator_site.console.access import Visitor
 from operator_site.console.acts import NOT_RECORDED, STOP_NOT_SENT, Acts, Answer
 from operator_site.console.clients import Client

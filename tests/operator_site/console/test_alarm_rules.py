@@ -7,7 +7,7 @@ from typing import Any
 import msgpack
 import pytest
 
-from common.recording import Recorder, recording_figures
+from common.recording.recorder import Recorder, recording_figures
 from operator_site.console.alarm_rules import Surroundings
 from operator_site.console.console import Console
 from operator_site.console.picture import Priority

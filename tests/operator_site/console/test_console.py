@@ -8,7 +8,7 @@ import msgpack
 import numpy as np
 import pytest
 
-from common.packets import LinkState
+from common.wire.packets import LinkState
 from operator_site.console.console import Console
 from operator_site.console.fingers_now import FIELDS, GONE_S
 from operator_site.console.picture import Kind, Picture, Priority

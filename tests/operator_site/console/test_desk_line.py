@@ -6,8 +6,8 @@ from contextlib import suppress
 
 import pytest
 
-from common.keys import load_keys
-from common.session import Refused
+from common.link.keys import load_keys
+from common.link.session_state import Refused
 from operator_site.console.desk_line import PATIENCE_S, DeskLine, DeskSilent
 from tests.conftest import Keys
 from tests.operator_site.console.stub_site import Site

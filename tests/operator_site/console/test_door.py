@@ -13,7 +13,7 @@ import pytest
 import uvicorn
 from starlette.types import Receive, Scope, Send
 
-from common.containment import Containment
+from common.runtime.containment import Containment
 from operator_site.console import connections as rule
 from operator_site.console.connections import Connections
 from operator_site.console.door import Accepted, Door, Stages

@@ -5,8 +5,8 @@ from itertools import pairwise
 
 import pytest
 
-from common.messages import NO_TOUCH, ExplorationMode, ThermalStatus
-from common.told import NOTHING, Told
+from common.wire.messages import NO_TOUCH, ExplorationMode, ThermalStatus
+from common.wire.touch_summary import NOTHING, Told
 from operator_site.console.finger_samples import (
     DWELL_EVERY_S,
     DWELL_S,

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from common.told import NOTHING
+from common.wire.touch_summary import NOTHING
 from operator_site.console.map_layer import TILE
 from operator_site.console.map_tiles import (
     BYTES,

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from common.packets import LinkState
+from common.wire.packets import LinkState
 from operator_site.console.fingers_now import FIELDS
 from operator_site.console.picture import BadPicture, Flags, Kind, Picture, Priority
 from operator_site.console.signals import BINS, SIGNALS

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from common.recording import Recorder
+from common.recording.recorder import Recorder
 from operator_site.console import playback
 from operator_site.console.playback import Playback, Recording
 

@@ -8,7 +8,7 @@ from typing import cast
 import msgpack
 import pytest
 
-from common.recording import Recorder
+from common.recording.recorder import Recorder
 from operator_site.console.playback import CHECKPOINT_S, Recording
 from operator_site.console.playing import Player
 from operator_site.console.reading_ahead import ReadingAhead

@@ -8,7 +8,7 @@ from typing import cast
 from starlette.applications import Starlette
 
 from common.config import ConsoleConfig
-from common.containment import Containment
+from common.runtime.containment import Containment
 from operator_site.console.live_console import LiveConsole
 from operator_site.console.run import _run
 from tests.conftest import Contained

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.limits import GAP_S
-from common.packets import LinkState
+from common.wire.packets import LinkState
 from operator_site.console.console import Console
 from operator_site.console.picture import Picture
 from operator_site.console.shown_state import shown_state

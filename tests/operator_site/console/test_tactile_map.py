@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from common.fingers import FINGERS
-from common.messages import ThermalStatus
-from common.told import NOTHING
+from common.wire.messages import ThermalStatus
+from common.wire.touch_summary import NOTHING
 from operator_site.console import map_tiles
 from operator_site.console.finger_samples import Sample, samples_of
 from operator_site.console.map_layer import CELL_M, REACH_M, TILE

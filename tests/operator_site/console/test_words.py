@@ -3,8 +3,8 @@
 import pytest
 
 from common.fingers import FINGERS
-from common.messages import ThermalStatus
-from common.told import Told
+from common.wire.messages import ThermalStatus
+from common.wire.touch_summary import Told
 from operator_site.console import words
 from operator_site.console.site_now import DEVICES
 

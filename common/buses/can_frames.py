@@ -1,0 +1,153 @@
+"""CAN frames described by `haptics.dbc`, with the rolling counter and CRC that cantools leaves open.
+
+A value beyond its signal's range is clipped to the range on encode: the gates have limited it
+before, so only the sensor side's own range ends are met here. On decode the counter, the CRC and
+each value's range are checked.
+"""
+
+import binascii
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from importlib import resources
+
+import can
+import cantools
+from cantools.database.can import Database
+
+from common.buses.can_signals import BYTES, FramePacking
+from common.fingers import FINGERS
+
+SentFrame = tuple[int, bytes]
+"""A frame to send: its 11 bit identifier, and its bytes."""
+
+
+class BadFrame(ValueError):
+    """A CAN frame that must not be acted on: unknown, damaged, or repeated."""
+
+
+@cache
+def database() -> Database:
+    """The CAN description shipped with the package."""
+    text = resources.files("common.buses").joinpath("haptics.dbc").read_text("utf-8")
+    loaded = cantools.database.load_string(text, "dbc")
+    assert isinstance(loaded, Database)
+    return loaded
+
+
+def frame_crc(frame_id: int, data: bytes) -> int:
+    """Low byte of CRC-16/CCITT-FALSE over the identifier and all bytes before the CRC's own."""
+    return binascii.crc_hqx(data[:7], _crc_begun(frame_id)) & 0xFF
+
+
+def _crc_begun(frame_id: int) -> int:
+    """The CRC over the identifier alone, with which that over the bytes begins."""
+    return binascii.crc_hqx(frame_id.to_bytes(2, "big"), 0xFFFF)
+
+
+def packing(name: str) -> FramePacking:
+    """Where the values of a frame are."""
+    return FramePacking(database().get_message_by_name(name))
+
+
+@dataclass(slots=True)
+class FrameSender:
+    """Encodes one kind of frame, counting."""
+
+    name: str
+    _packing: FramePacking = field(init=False)
+    _crc_begun: int = field(init=False)
+    _counter: int = 0
+
+    def __post_init__(self) -> None:
+        self._packing = packing(self.name)
+        self._crc_begun = _crc_begun(self._packing.frame_id)
+
+    def encode(self, values: Mapping[str, float]) -> can.Message:
+        """Pack physical values (mm, N) by name into a message of python-can; raises as `next_frame`."""
+        frame_id, data = self.named_frame(values)
+        return can.Message(arbitration_id=frame_id, data=data, is_extended_id=False)
+
+    def named_frame(self, values: Mapping[str, float]) -> SentFrame:
+        """Pack physical values (mm, N) by name into the next frame; raises as `next_frame`."""
+        return self.next_frame([values.get(name, math.nan) for name in self._packing.names])
+
+    def next_frame(self, values: Sequence[float]) -> SentFrame:
+        """Pack physical values (mm, N), in the order of their bits, into the next frame.
+
+        Raises:
+            ValueError: a value is missing or not a finite number.
+        """
+        layout = self._packing
+        try:
+            data = layout.pack_in_order(values, self._counter)
+        except ValueError as error:
+            raise ValueError(f"{self.name}.{error}") from None
+        if layout.has_crc:
+            data = data[:7] + bytes((binascii.crc_hqx(data[:7], self._crc_begun) & 0xFF,))
+        self._counter = (self._counter + 1) & 0xF
+        return layout.frame_id, data
+
+
+@dataclass(slots=True)
+class FrameReceiver:
+    """Decodes and checks one kind of frame; counts what it refused.
+
+    Attributes:
+        taken: good frames.
+        refused: frames that were damaged or repeated.
+        skipped: frames that were sent, by the counters of the good ones around them, and not taken: lost on the way
+            or refused; of sixteen lost in a row it knows nothing.
+    """
+
+    name: str
+    taken: int = 0
+    refused: int = 0
+    skipped: int = 0
+    frame_id: int = field(init=False)
+    _packing: FramePacking = field(init=False)
+    _crc_begun: int = field(init=False)
+    _counter: int | None = None
+
+    def __post_init__(self) -> None:
+        self._packing = packing(self.name)
+        self.frame_id = self._packing.frame_id
+        self._crc_begun = _crc_begun(self.frame_id)
+
+    def begin(self) -> None:
+        """A new connection: its first frame may have any counter."""
+        self._counter = None
+
+    def decode(self, data: bytes) -> dict[str, float]:
+        """Check one frame's bytes and return its physical values (mm, N) by name; raises as `values`."""
+        return dict(zip(self._packing.names, self.values(data), strict=True))
+
+    def values(self, data: bytes) -> tuple[float, ...]:
+        """Check one frame's bytes and return its physical values (mm, N), in the order of their bits.
+
+        Raises:
+            BadFrame: wrong length or CRC, or the counter stands still (a frame repeated by a hung sender).
+        """
+        layout = self._packing
+        if len(data) != BYTES:
+            raise self._refuse(f"{len(data)} bytes, expected {BYTES}")
+        if layout.has_crc and data[7] != binascii.crc_hqx(data[:7], self._crc_begun) & 0xFF:
+            raise self._refuse("wrong CRC")
+        values, counter = layout.unpack_in_order(data)
+        if counter == self._counter:
+            raise self._refuse("rolling counter stands still")
+        if self._counter is not None:
+            self.skipped += (counter - self._counter - 1) & 0xF
+        self._counter = counter
+        self.taken += 1
+        return values
+
+    def _refuse(self, why: str) -> BadFrame:
+        self.refused += 1
+        return BadFrame(f"{self.name}: {why}")
+
+
+def by_finger(values: dict[str, float]) -> tuple[float, ...]:
+    """The five fingers' values of a decoded frame, in the order of `FINGERS`."""
+    return tuple(values[finger] for finger in FINGERS)

@@ -1,0 +1,311 @@
+"""The CAN bus of one site: frames in and out without blocking, re-opened when the gateway was away."""
+
+import errno
+import logging
+import re
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import can
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+
+from common.buses.can_controller import CanController
+from common.buses.can_frames import BadFrame, FrameReceiver, SentFrame
+from common.buses.duplicate_sender import OwnFrames
+from common.buses.frame_error_rate import FrameDamage
+from common.buses.serial_port import DeviceAbsent
+from common.buses.socketcand_bus import GatewayBus, TakenFrame, taken_frame
+from common.buses.wiring import SYSTEM, Opener, Wiring
+from common.link.host_name import is_ipv6
+from common.link.rate_limiter import RateLimiters
+
+log = logging.getLogger(__name__)
+
+_LINES_PER_S = 0.1
+"""Lines of log about one kind of error."""
+_MOST_FRAMES = 200
+"""Frames read in one poll: a babbling bus must not hold the loop."""
+_FULL_CODES = (errno.ENOBUFS, errno.EAGAIN)
+_FULL_WORDS = "Transmit buffer full"
+"""What python-can raises without a code for a socket that takes nothing at the moment."""
+
+_GATEWAY = re.compile(r"socketcand://(?P<host>\[[^\]]*\]|[^:/]+):(?P<port>\d{1,5})/(?P<channel>\w+)")
+_LOCAL = re.compile(r"\w+:(?P<channel>[\w ]+)")
+
+
+class CanAddress(BaseModel):
+    """Where a CAN bus is: `socketcan` for hardware, `socketcand` for a gateway, `virtual` within one process."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    interface: Literal["socketcan", "socketcand", "virtual"]
+    channel: str = "can0"
+    host: str = "127.0.0.1"
+    port: int = Field(default=29536, ge=1, le=65535)
+
+    @field_validator("host")
+    @classmethod
+    def _not_ipv6(cls, host: str) -> str:
+        if is_ipv6(host):
+            raise ValueError("a CAN gateway needs a name or an IPv4 address: python-can has no IPv6")
+        return host
+
+    def __str__(self) -> str:
+        return (
+            f"{self.interface}://{self.host}:{self.port}/{self.channel}"
+            if self.interface == "socketcand"
+            else (f"{self.interface}:{self.channel}")
+        )
+
+    def open(self) -> can.BusABC:
+        """Open the bus; may block for a moment.
+
+        Raises:
+            DeviceAbsent: it cannot be opened.
+        """
+        try:
+            if self.interface == "socketcand":
+                return GatewayBus(self.channel, self.host, self.port)
+            return can.Bus(interface=self.interface, channel=self.channel)
+        except (can.CanError, OSError, TimeoutError) as error:
+            raise DeviceAbsent(f"CAN {self}: {error}") from None
+
+
+def can_address(text: str) -> CanAddress | None:
+    """The CAN address that a text is, written as `str(CanAddress)` writes it; None where it is none.
+
+    Raises:
+        ValueError: it begins as one, and is not.
+    """
+    interface = next((each for each in ("socketcand", "socketcan", "virtual") if text.startswith(f"{each}:")), None)
+    if interface is None:
+        return None
+    found = _GATEWAY.fullmatch(text) if interface == "socketcand" else _LOCAL.fullmatch(text)
+    if found is None:
+        raise ValueError(f"{text}: a CAN bus is socketcan:CHANNEL or socketcand://HOST:PORT/CHANNEL")
+    return CanAddress.model_validate({"interface": interface, **found.groupdict()})
+
+
+@dataclass(slots=True)
+class CanLine:
+    """One bus and the frames that are read from it."""
+
+    address: CanAddress
+    receivers: tuple[FrameReceiver, ...]
+    sends: tuple[str, ...] = ()
+    """Names of the frames that this host alone may send."""
+    wiring: Wiring = SYSTEM
+    times_lost: int = 0
+    unknown: int = 0
+    unsent: int = 0
+    """Frames dropped because the gateway or the transmit queue took none."""
+    controller: CanController = field(default_factory=CanController)
+    came: dict[str, list[tuple[float, tuple[float, ...]]]] = field(default_factory=dict)
+    """Good frames of the last poll by name, oldest first: when each was on the bus, by the bus's clock, s, and its
+    values in the order of their bits."""
+    readable: bool | None = None
+    """See `ReadyLines`."""
+    descriptor: int | None = None
+    drained: bool = True
+    """Whether the last poll has read all that waited."""
+    _bus: can.BusABC | None = None
+    _unread: list[TakenFrame] = field(default_factory=list)
+    """Frames that were taken from the bus, and are to be read by the next poll."""
+    _opener: Opener[can.BusABC] = field(init=False)
+    _by_id: dict[int, tuple[FrameReceiver, FrameDamage]] = field(init=False)
+    _own: OwnFrames = field(init=False)
+    _lost: DeviceAbsent | None = None
+    _lines: RateLimiters[str] = field(default_factory=lambda: RateLimiters(_LINES_PER_S, 1))
+
+    def __post_init__(self) -> None:
+        self._own = OwnFrames(self.sends)
+        self._forget()
+        self._opener = self.wiring.opener(lambda: self.wiring.open_bus(self.address), _shut_down)
+        self._opener.start()
+
+    @property
+    def connected(self) -> bool:
+        """Whether the bus is open."""
+        return self._bus is not None
+
+    @property
+    def problem(self) -> Exception | None:
+        """Why the bus is not open; None while it is, or while it is being tried for the first time."""
+        return None if self.connected else self._opener.problem or self._lost
+
+    @property
+    def fault(self) -> str:
+        """What is wrong on the open bus; empty when nothing is."""
+        if self._bus is None:
+            return ""
+        if self.controller.off:
+            return f"CAN bus is off: the controller of {self.address} has left it after too many errors"
+        if self._own.fault:
+            return self._own.fault
+        for _, damage in self._by_id.values():
+            if damage.fault:
+                return damage.fault
+        return ""
+
+    def figures(self) -> dict[str, object]:
+        """What the status file tells of this bus."""
+        return {
+            "connected": self.connected,
+            "times_lost": self.times_lost,
+            "off": self.controller.off,
+            "controller": self.controller.state,
+            "controller_errors": dict(self.controller.counts),
+            "foreign": self._own.heard,
+            "refused": {receiver.name: receiver.refused for receiver in self.receivers},
+            "skipped": {receiver.name: receiver.skipped for receiver in self.receivers},
+            "unknown": self.unknown,
+            "errors": self.controller.errors,
+            "unsent": self.unsent,
+        }
+
+    def poll(self) -> dict[str, list[tuple[float, tuple[float, ...]]]]:
+        """Read what has come since the last call; returns `came`."""
+        self.came = {}
+        if self._bus is None:
+            self._bus = self._opener.take()
+            if self._bus is None:
+                return self.came
+            self.descriptor, self.readable = _descriptor(self._bus), None
+            self._forget()
+        self.drained = True
+        if self.readable is False and not self._unread:
+            return self.came
+        try:
+            all_taken = self._gather(self._bus)
+            frames, self._unread = self._unread[:_MOST_FRAMES], self._unread[_MOST_FRAMES:]
+            self._take(frames)
+            self.drained = all_taken and not self._unread
+        except (can.CanError, OSError) as error:
+            self._lose(error)
+        return self.came
+
+    def unread(self, name: str) -> int:
+        """How many frames of this name have come since the last poll, as far as the next one will read them."""
+        if self._bus is None or (self.readable is False and not self._unread):
+            return 0
+        try:
+            self._gather(self._bus)
+        except (can.CanError, OSError) as error:
+            self._lose(error)
+        frame_id = next(receiver.frame_id for receiver in self.receivers if receiver.name == name)
+        return sum(frame[1] == frame_id for frame in self._unread)
+
+    def _gather(self, bus: can.BusABC) -> bool:
+        """Take frames from the bus, about as many as one poll reads; returns whether the bus has no more."""
+        unread = self._unread
+        while len(unread) < _MOST_FRAMES:
+            if isinstance(bus, GatewayBus):
+                found, more = bus.take_some()
+                unread.extend(found)
+            else:
+                message = bus.recv(0)
+                more = message is not None
+                if message is not None:
+                    unread.append(taken_frame(message))
+            if not more:
+                return True
+        return False
+
+    def send(self, *frames: SentFrame) -> None:
+        """Send frames; with no bus there, nothing happens."""
+        bus, sent = self._bus, 0
+        if bus is None:
+            return
+        try:
+            if isinstance(bus, GatewayBus):
+                bus.send_all(frames)
+            else:
+                for frame_id, data in frames:
+                    bus.send(can.Message(arbitration_id=frame_id, data=data, is_extended_id=False))
+                    sent += 1
+        except (can.CanError, OSError) as error:
+            if not _queue_is_full(error):
+                self._lose(error)
+                return
+            self.unsent += len(frames) - sent
+            if self._lines.allows("full", time.monotonic()):
+                log.warning("CAN %s: transmit queue full, %d frames not sent", self.address, self.unsent)
+
+    def close(self) -> None:
+        """Close the bus and stop looking for it."""
+        self._opener.stop()
+        if self._bus is not None:
+            _shut_down(self._bus)
+            self._bus = self.descriptor = None
+
+    def _take(self, frames: Sequence[TakenFrame]) -> None:
+        """Check frames, and put the good ones into `came`."""
+        by_id, own, controller, came = self._by_id, self._own, self.controller, self.came
+        for sent_s, frame_id, data, _, is_error in frames:
+            if is_error:
+                self._report(frame_id, data)
+            elif own.step(frame_id):
+                continue
+            elif (watched := by_id.get(frame_id)) is None:
+                self.unknown += 1
+            else:
+                receiver, damage = watched
+                try:
+                    values = receiver.values(data)
+                except BadFrame as error:
+                    log.debug("%s", error)
+                    damage.step(sent_s, damaged=True)
+                    continue
+                damage.step(sent_s, damaged=False)
+                if controller.off:
+                    controller.alive()
+                came.setdefault(receiver.name, []).append((sent_s, values))
+
+    def _report(self, error: int, data: bytes) -> None:
+        """Take an error frame's class and bytes."""
+        for name in self.controller.report(error, data):
+            if self._lines.allows(name, time.monotonic()):
+                log.warning("CAN %s: controller: %s", self.address, name)
+
+    def _forget(self) -> None:
+        """A new connection: counters and damage begin anew. A bus that was off is so until it is heard."""
+        self._unread.clear()
+        self._own.begin()
+        for receiver in self.receivers:
+            receiver.begin()
+        self._by_id = {receiver.frame_id: (receiver, FrameDamage(receiver.name)) for receiver in self.receivers}
+
+    def _lose(self, error: Exception) -> None:
+        log.warning("CAN %s lost: %s", self.address, error)
+        self._lost = DeviceAbsent(f"CAN {self.address} lost: {error}")
+        assert self._bus is not None
+        _shut_down(self._bus)
+        self._bus = self.descriptor = None
+        self.times_lost += 1
+        self._opener.start()
+
+
+def _queue_is_full(error: Exception) -> bool:
+    """Whether a frame was not sent because there was no room for it, on a bus that is there."""
+    if isinstance(error, can.CanTimeoutError):
+        return True
+    if isinstance(error, can.CanError):
+        return error.error_code in _FULL_CODES or str(error) == _FULL_WORDS
+    return getattr(error, "errno", None) in _FULL_CODES
+
+
+def _descriptor(bus: can.BusABC) -> int | None:
+    """What the system can be asked about; a bus within one process has none."""
+    try:
+        return bus.fileno()
+    except NotImplementedError:
+        return None
+
+
+def _shut_down(bus: can.BusABC) -> None:
+    try:
+        bus.shutdown()
+    except (can.CanError, OSError) as error:
+        log.debug("the bus did not shut down cleanly: %s", error)

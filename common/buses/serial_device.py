@@ -1,0 +1,183 @@
+"""One serial device on a tty or a `socket://` address: opened, asked who it is, read in chunks, re-opened."""
+
+import logging
+import threading
+import time
+from dataclasses import dataclass, field
+
+from common.buses.serial_framing import Frame, FrameReader, encode_frame
+from common.buses.serial_messages import DeviceKind, Identity, MessageId
+from common.buses.serial_port import BAUD, CHUNK, DeviceAbsent, Port
+from common.buses.wiring import SYSTEM, Opener, Wiring
+from common.fingers import FINGERS
+
+log = logging.getLogger(__name__)
+
+_IDENTIFY_S = 1.0
+_PATIENCE_S = 0.05
+
+
+class WrongDevice(ValueError):
+    """The device at an address is not the one that the configuration names."""
+
+
+@dataclass(frozen=True, slots=True)
+class OpenLine:
+    """An open port whose device said who it is."""
+
+    port: Port
+    identity: Identity
+
+
+def open_line(address: str, baud: int = BAUD, wiring: Wiring = SYSTEM) -> OpenLine:
+    """Open an address and ask the device for its identity; blocks up to about a second.
+
+    Raises:
+        DeviceAbsent: nothing there, or it does not answer.
+    """
+    port = wiring.open_port(address, baud)
+    reader = FrameReader()
+    try:
+        deadline = time.monotonic() + _IDENTIFY_S
+        port.write(encode_frame(MessageId.IDENTIFY, 0))
+        while time.monotonic() < deadline:
+            if not port.wait(_PATIENCE_S):
+                continue
+            for frame in reader.feed(port.read()):
+                if frame.message_id == MessageId.IDENTITY:
+                    return OpenLine(port, Identity.decode(frame.payload))
+    except (OSError, ValueError) as error:
+        port.close()
+        raise DeviceAbsent(f"{address}: {error}") from None
+    port.close()
+    garbage = f"; what comes is no frame: is it at {baud} baud?" if reader.damaged else ""
+    raise DeviceAbsent(f"{address}: a port, but no device answers IDENTIFY within {_IDENTIFY_S:g} s{garbage}")
+
+
+def _discard(opened: OpenLine) -> None:
+    _hang_up(opened.port)
+
+
+def _hang_up(port: Port) -> None:
+    """Close beside the loop: the library sleeps 0.3 s after closing a socket, and a tty may wait for its output."""
+    threading.Thread(target=port.close, daemon=True, name="closer").start()
+
+
+@dataclass(slots=True)
+class SerialLine:
+    """The line to one finger's device of one kind. Reading and writing never block."""
+
+    address: str
+    kind: DeviceKind
+    finger: str
+    wiring: Wiring = SYSTEM
+    baud: int = BAUD
+    identity: Identity | None = None
+    """Who answered; None while no device is there."""
+    reader: FrameReader = field(default_factory=FrameReader)
+    times_lost: int = 0
+    unsent: int = 0
+    """Messages dropped because the line was full."""
+    readable: bool | None = None
+    """See `ReadyLines`."""
+    descriptor: int | None = None
+    drained: bool = True
+    """Whether the last poll has read all that waited."""
+    _port: Port | None = None
+    _sequence: int = 0
+    _opener: Opener[OpenLine] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._opener = self.wiring.opener(self._open_checked, _discard)
+        self._opener.start()
+
+    @property
+    def connected(self) -> bool:
+        """Whether the right device is there."""
+        return self._port is not None
+
+    @property
+    def silent(self) -> bool:
+        """Whether the device is there and nothing of it waits to be read: then `poll` has nothing to do."""
+        return self.readable is False and self._port is not None
+
+    @property
+    def problem(self) -> Exception | None:
+        """Why there is no device: DeviceAbsent or WrongDevice; None while it is there or still being asked."""
+        return None if self.connected else self._opener.problem
+
+    def figures(self) -> dict[str, object]:
+        """What the status file tells of this line."""
+        return {
+            "serial": self.identity.serial if self.identity is not None else None,
+            "times_lost": self.times_lost,
+            "damaged": self.reader.damaged,
+            "missed": self.reader.lost,
+            "unsent": self.unsent,
+        }
+
+    def poll(self) -> list[Frame]:
+        """Frames that came since the last call; takes a device up that has appeared."""
+        if self._port is None:
+            opened = self._opener.take()
+            if opened is None:
+                return []
+            self._port, self.identity = opened.port, opened.identity
+            self.descriptor, self.readable = opened.port.descriptor, None
+            self.reader = FrameReader()
+            log.info("%s %s: serial number %s", self.finger, self.kind.name.lower(), opened.identity.serial)
+        try:
+            waits = self._port.wait(0.0) if self.readable is None else self.readable
+            chunk = self._port.read() if waits else b""
+        except OSError as error:
+            self._lose(error)
+            return []
+        self.drained = len(chunk) < CHUNK
+        return self.reader.feed(chunk) if chunk else []
+
+    def unread_bytes(self) -> int:
+        """How many bytes wait to be read; 0 with no device there."""
+        if self._port is None or self.readable is False:
+            return 0
+        try:
+            return self._port.unread()
+        except OSError:
+            return 0  # the next poll finds out
+
+    def send(self, message_id: MessageId, payload: bytes) -> None:
+        """Send one message; with no device there, or one that takes nothing any more, it is dropped."""
+        if self._port is None:
+            return
+        self._sequence = (self._sequence + 1) & 0xFF
+        try:
+            frame = encode_frame(message_id, self._sequence, payload)
+            if self._port.write(frame) < len(frame):
+                self.unsent += 1
+        except OSError as error:
+            self._lose(error)
+
+    def close(self) -> None:
+        """Close the port and stop looking for the device."""
+        self._opener.stop()
+        if self._port is not None:
+            _hang_up(self._port)
+            self._port = self.descriptor = None
+
+    def _open_checked(self) -> OpenLine:
+        opened = open_line(self.address, self.baud, self.wiring)
+        found = opened.identity
+        if found.kind is not self.kind or FINGERS[found.finger] != self.finger:
+            opened.port.close()
+            raise WrongDevice(
+                f"{self.address}: is the {FINGERS[found.finger]}'s {found.kind.name.lower()} {found.serial}, "
+                f"the configuration says {self.finger}'s {self.kind.name.lower()}"
+            )
+        return opened
+
+    def _lose(self, error: Exception) -> None:
+        log.warning("%s %s at %s lost: %s", self.finger, self.kind.name.lower(), self.address, error)
+        assert self._port is not None
+        _hang_up(self._port)
+        self._port = self.descriptor = self.identity = None
+        self.times_lost += 1
+        self._opener.start()

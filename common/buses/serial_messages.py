@@ -1,0 +1,278 @@
+"""What the serial devices say: payloads of the frames of `common.buses.serial_framing`, little endian.
+
+Written down for firmware in docs/protocols.md, whose golden bytes test this file.
+"""
+
+import math
+import struct
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any, ClassVar
+
+from common.fingers import FINGERS
+
+
+class MessageId(IntEnum):
+    """First byte of every frame."""
+
+    IDENTIFY = 0x01
+    IDENTITY = 0x02
+    TEXTURE_SAMPLES = 0x10
+    THERMAL_READING = 0x20
+    HEATER_COMMAND = 0x21
+    TACTTIP_COMMAND = 0x30
+    TACTTIP_STATE = 0x31
+
+
+class DeviceKind(IntEnum):
+    """What a serial device answers it is."""
+
+    TEXTURE_SENSOR = 1
+    THERMAL_SENSOR = 2
+    TACTTIP = 3
+
+
+class DeviceFlag(IntEnum):
+    """Bits of a device's status byte."""
+
+    COMMAND_TIMEOUT = 0x01
+    """No valid command for 100 ms: the device has switched its own drives off."""
+    THERMAL_CUT_OUT = 0x02
+    """The device's own temperature limit has switched its drive off."""
+    SATURATED = 0x04
+    """At least one sample since the last message was clipped."""
+
+
+class BadPayload(ValueError):
+    """A frame with a good CRC whose content is not what its id promises."""
+
+
+def _unpack(layout: struct.Struct, payload: bytes, what: str) -> tuple[Any, ...]:
+    if len(payload) != layout.size:
+        raise BadPayload(f"{what}: {len(payload)} bytes, expected {layout.size}")
+    return layout.unpack(payload)
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """A device's answer to IDENTIFY."""
+
+    kind: DeviceKind
+    finger: int
+    serial: str
+    firmware: int
+    rate_hz: int
+    range_low: float
+    range_high: float
+    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<BB8sHHff")
+
+    def encode(self) -> bytes:
+        """Payload bytes; the serial number is ASCII, at most 8 characters."""
+        serial = self.serial.encode("ascii").ljust(8, b" ")
+        return self.LAYOUT.pack(
+            self.kind, self.finger, serial, self.firmware, self.rate_hz, self.range_low, self.range_high
+        )
+
+    @classmethod
+    def decode(cls, payload: bytes) -> "Identity":
+        """Check and unpack.
+
+        Raises:
+            BadPayload: wrong length, unknown kind, no such finger, a serial number that is not ASCII, or a range that
+                is not finite.
+        """
+        kind, finger, serial, firmware, rate_hz, low, high = _unpack(cls.LAYOUT, payload, "identity")
+        assert isinstance(serial, bytes)
+        try:
+            kind, name = DeviceKind(int(kind)), serial.decode("ascii").strip()
+        except ValueError as error:
+            raise BadPayload(f"identity: {error}") from None
+        if int(finger) >= len(FINGERS):
+            raise BadPayload(f"identity: no finger {finger!r}")
+        if not (math.isfinite(float(low)) and math.isfinite(float(high))):
+            raise BadPayload(f"identity: range {low!r} to {high!r}")
+        return cls(kind, int(finger), name, int(firmware), int(rate_hz), float(low), float(high))
+
+
+@dataclass(slots=True)
+class TextureSamples:
+    """A chunk of the piezo signal: signed 12 bit counts at the sensor's rate, oldest first."""
+
+    device_time_us: int
+    counts: bytes
+    """int16 little endian, -2048..2047 for -10..+10 V."""
+    HEAD: ClassVar[struct.Struct] = struct.Struct("<IB")
+    HIGH_BYTES: ClassVar[bytes] = bytes(range(0x08)) + bytes(range(0xF8, 0x100))
+    """The second byte of a count within 12 bits, sign extended."""
+
+    def encode(self) -> bytes:
+        """Payload bytes."""
+        return self.HEAD.pack(self.device_time_us & 0xFFFFFFFF, len(self.counts) // 2) + self.counts
+
+    @classmethod
+    def decode(cls, payload: bytes) -> "TextureSamples":
+        """Check and unpack.
+
+        Raises:
+            BadPayload: the length does not fit the count of samples, or one is beyond 12 bits.
+        """
+        if len(payload) < cls.HEAD.size:
+            raise BadPayload(f"texture samples: {len(payload)} bytes are too few")
+        time_us, count = cls.HEAD.unpack_from(payload)
+        counts = payload[cls.HEAD.size :]
+        if len(counts) != 2 * count:
+            raise BadPayload(f"texture samples: {count} samples announced, {len(counts)} bytes follow")
+        if counts[1::2].translate(None, cls.HIGH_BYTES):
+            raise BadPayload("texture samples: beyond 12 bits")
+        return cls(time_us, counts)
+
+
+@dataclass(slots=True)
+class ThermalReading:
+    """One reading of the remote thermal sensor: 12 bit counts (`common.buses.thermometry`), and its heater's drive."""
+
+    device_time_us: int
+    plate_counts: int
+    ambient_counts: int
+    flags: int
+    heater_permille: int
+    """What the heater gets at this moment, behind every limit of the device itself."""
+    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<IHHBh")
+
+    def encode(self) -> bytes:
+        """Payload bytes."""
+        return self.LAYOUT.pack(
+            self.device_time_us & 0xFFFFFFFF, self.plate_counts, self.ambient_counts, self.flags, self.heater_permille
+        )
+
+    @classmethod
+    def decode(cls, payload: bytes) -> "ThermalReading":
+        """Check and unpack.
+
+        Raises:
+            BadPayload: wrong length, counts beyond 12 bits, or a drive beyond full.
+        """
+        time_us, plate, ambient, flags, heater = _unpack(cls.LAYOUT, payload, "thermal reading")
+        if plate > 4095 or ambient > 4095:
+            raise BadPayload(f"thermal reading: counts {plate}, {ambient} are beyond 12 bits")
+        _check_drive(heater, BadPayload)
+        return cls(time_us, plate, ambient, flags, heater)
+
+
+DRIVE_FULL = 1000
+"""A Peltier or heater drive is signed thousandths of full drive; positive heats the finger's side."""
+
+
+@dataclass(slots=True)
+class HeaterCommand:
+    """Drive of the thermal sensor's Peltier element, -1000..1000 thousandths."""
+
+    drive_permille: int
+    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<h")
+
+    def encode(self) -> bytes:
+        """Payload bytes.
+
+        Raises:
+            ValueError: the drive is beyond full.
+        """
+        _check_drive(self.drive_permille)
+        return self.LAYOUT.pack(self.drive_permille)
+
+    @classmethod
+    def decode(cls, payload: bytes) -> "HeaterCommand":
+        """Check and unpack; raises BadPayload on a wrong length or a drive beyond full."""
+        (drive,) = _unpack(cls.LAYOUT, payload, "heater command")
+        _check_drive(drive, BadPayload)
+        return cls(drive)
+
+
+MOTOR_MAX_MV = 3000
+MOTOR_PULSE_MAX_US = 50_000
+
+
+@dataclass(slots=True)
+class TactTipCommand:
+    """Drives of one fingertip module: motor voltage 0..3000 mV, Peltier -1000..1000 thousandths.
+
+    `pulse_mv`, 0..3000 mV, is at the motor for `pulse_us`, 0..50 000 us, before `motor_mv` is. The module times it from
+    the first command with this `pulse_number` (0..255) on: a host whose next command comes late neither prolongs nor
+    repeats it. A command without a pulse (0 us) ends it.
+    """
+
+    motor_mv: int
+    peltier_permille: int
+    pulse_mv: int = 0
+    pulse_us: int = 0
+    pulse_number: int = 0
+    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<HhHHB")
+
+    def encode(self) -> bytes:
+        """Payload bytes.
+
+        Raises:
+            ValueError: a drive is out of its range.
+        """
+        self._check(ValueError)
+        return self.LAYOUT.pack(
+            self.motor_mv, self.peltier_permille, self.pulse_mv, self.pulse_us, self.pulse_number & 0xFF
+        )
+
+    @classmethod
+    def decode(cls, payload: bytes) -> "TactTipCommand":
+        """Check and unpack; raises BadPayload on a wrong length or a drive out of range."""
+        command = cls(*_unpack(cls.LAYOUT, payload, "TactTip command"))
+        command._check(BadPayload)
+        return command
+
+    def _check(self, error: type[ValueError]) -> None:
+        _check_motor(self.motor_mv, error)
+        _check_drive(self.peltier_permille, error)
+        _check_motor(self.pulse_mv, error)
+        if not 0 <= self.pulse_us <= MOTOR_PULSE_MAX_US:
+            raise error(f"motor pulse of {self.pulse_us} us is outside 0..{MOTOR_PULSE_MAX_US}")
+
+
+@dataclass(slots=True)
+class TactTipState:
+    """Measurements of a fingertip module: NTC counts (`common.buses.thermometry.ntc_c`), and the drives it applies."""
+
+    device_time_us: int
+    plate_counts: int
+    hot_side_counts: int
+    flags: int
+    motor_mv: int
+    peltier_permille: int
+    """What motor and Peltiers get at this moment, behind every limit of the device itself."""
+    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<IHHBHh")
+
+    def encode(self) -> bytes:
+        """Payload bytes."""
+        return self.LAYOUT.pack(
+            self.device_time_us & 0xFFFFFFFF,
+            self.plate_counts,
+            self.hot_side_counts,
+            self.flags,
+            self.motor_mv,
+            self.peltier_permille,
+        )
+
+    @classmethod
+    def decode(cls, payload: bytes) -> "TactTipState":
+        """Check and unpack; raises BadPayload on a wrong length, counts beyond 12 bits or a drive out of range."""
+        time_us, plate, hot, flags, motor, peltier = _unpack(cls.LAYOUT, payload, "TactTip state")
+        if plate > 4095 or hot > 4095:
+            raise BadPayload(f"TactTip state: counts {plate}, {hot} are beyond 12 bits")
+        _check_motor(motor, BadPayload)
+        _check_drive(peltier, BadPayload)
+        return cls(time_us, plate, hot, flags, motor, peltier)
+
+
+def _check_drive(permille: int, error: type[ValueError] = ValueError) -> None:
+    if not -DRIVE_FULL <= permille <= DRIVE_FULL:
+        raise error(f"Peltier drive {permille} is outside -{DRIVE_FULL}..{DRIVE_FULL} thousandths")
+
+
+def _check_motor(motor_mv: int, error: type[ValueError] = ValueError) -> None:
+    if not 0 <= motor_mv <= MOTOR_MAX_MV:
+        raise error(f"motor voltage {motor_mv} mV is outside 0..{MOTOR_MAX_MV}")

@@ -1,0 +1,194 @@
+"""The connection to a socketcand gateway: python-can's own handshake, then frames without waiting.
+
+The library's client does not notice the gateway's end, waits without end for one that reads no more, and takes 80 us
+for the frames of a tick.
+"""
+
+import re
+import select
+import socket
+from collections import deque
+from collections.abc import Iterable
+from functools import cached_property
+
+import can
+from can.interfaces.socketcand import SocketCanDaemonBus
+from can.interfaces.socketcand.socketcand import convert_ascii_message_to_can_message
+
+from common.buses import tcp_options
+from common.buses.can_frames import SentFrame
+
+ANSWER_S = 1.0
+"""A gateway that says nothing for this long is not there."""
+_CHUNK = 4096
+_LONGEST_TEXT = 200
+"""Characters of one frame; more of them without an end are no frame."""
+_SOCKET = "_SocketCanDaemonBus__socket"
+"""The library offers no way to its socket."""
+_QUICKACK = getattr(socket, "TCP_QUICKACK", None)
+"""Acknowledge at once: a gateway with Nagle's algorithm waits for it before it sends more. What is sent carries an
+acknowledgement along, so this is only needed where nothing is."""
+
+
+_FRAME = re.compile(r"< frame ([0-9A-Fa-f]{3}|[0-9A-Fa-f]{8}) ([0-9]+\.[0-9]+) ([0-9A-Fa-f]+) >")
+"""Identifier, time, s, and data of a frame as gateways write it."""
+
+TakenFrame = tuple[float, int, bytes, bool, bool]
+"""What a line reads of a frame: when it was on the bus, by the bus's clock, s; identifier; data; whether the identifier
+has 29 bits; whether it is an error frame. The library's own messages take far longer to make."""
+
+
+class GatewayBus(SocketCanDaemonBus):
+    """One connection to a gateway; once it is open, sending and receiving with no timeout do not block."""
+
+    def __init__(self, channel: str, host: str, port: int) -> None:
+        """Connect; blocks until the gateway has answered, a few seconds at most.
+
+        Raises:
+            can.CanError, OSError: the gateway is not there, or has no such channel.
+        """
+        self._frames: deque[TakenFrame] = deque()
+        """For the library's `recv`, which gives them one by one."""
+        self._text = ""
+        """Of a frame that has not come to its end."""
+        self._answered = False
+        """Whether anything was sent since frames were last taken."""
+        self._unsent = b""
+        """The rest of a frame that the system has taken in part."""
+        _ask(host, port)
+        try:
+            super().__init__(channel, host, port, tcp_tune=True)
+        except (can.CanError, OSError):
+            if hasattr(self, _SOCKET):
+                self._connection.close()
+            raise
+        tcp_options.tune(self._connection)
+
+    @cached_property
+    def _connection(self) -> socket.socket:
+        connection: socket.socket = getattr(self, _SOCKET)
+        return connection
+
+    def fileno(self) -> int:
+        """Descriptor of the connection."""
+        return self._connection.fileno()
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        """Send a frame; nothing is waited for, whatever `timeout` says.
+
+        Raises:
+            can.CanTimeoutError: the gateway takes nothing at the moment; the frame is not sent.
+            OSError: the connection has ended.
+        """
+        width = 8 if msg.is_extended_id else 3
+        self._write(f"< send {msg.arbitration_id:0{width}X} {msg.dlc:X} {msg.data.hex(' ')} >")
+
+    def send_all(self, frames: Iterable[SentFrame]) -> None:
+        """Send frames in one go; raises as `send`, and then none of them is sent."""
+        self._write("".join([f"< send {frame_id:03X} {len(data):X} {data.hex(' ')} >" for frame_id, data in frames]))
+
+    def _write(self, text: str) -> None:
+        if self._unsent:
+            self._unsent = self._rest_of(self._unsent)
+        if not self._unsent:
+            data = text.encode("ascii")
+            rest = self._rest_of(data)
+            if len(rest) < len(data):
+                self._unsent, self._answered = rest, True
+                return
+        raise can.CanTimeoutError("the gateway takes nothing")
+
+    def _rest_of(self, data: bytes) -> bytes:
+        """What of these bytes the system does not take now."""
+        try:
+            return data[self._connection.send(data, socket.MSG_DONTWAIT) :]
+        except BlockingIOError:
+            return data
+
+    def take_some(self) -> tuple[list[TakenFrame], bool]:
+        """Frames that have come, at most _CHUNK bytes of them, and whether there may be more.
+
+        Raises:
+            can.CanError: the gateway has hung up, or what it says is no frame.
+        """
+        connection = self._connection
+        try:
+            chunk = connection.recv(_CHUNK, socket.MSG_DONTWAIT)
+        except BlockingIOError:
+            return [], False
+        if not chunk:
+            raise can.CanOperationError("the gateway has hung up")
+        if _QUICKACK is not None and not self._answered:
+            connection.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
+        self._answered = False
+        try:
+            frames = self._read(self._text + chunk.decode("ascii"))
+        except ValueError as error:
+            raise can.CanError(f"the gateway says what is no frame: {error}") from None
+        if len(self._text) > _LONGEST_TEXT:
+            self._text = ""
+        return frames, len(chunk) == _CHUNK
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        if not self._frames and (timeout == 0 or select.select((self._connection,), (), (), timeout)[0]):
+            self._frames.extend(self.take_some()[0])
+        return (_message(self._frames.popleft()) if self._frames else None), False
+
+    def _read(self, text: str) -> list[TakenFrame]:
+        """Frames in a text, of which `_text` becomes the part that has not come to its end.
+
+        Raises:
+            ValueError: identifier, time or bytes of a frame cannot be read.
+        """
+        parts = _FRAME.split(text)
+        if ">" not in parts[-1] and not any(parts[:-1:4]):  # there are frames and nothing else
+            self._text = parts[-1]
+            return [
+                (float(sent_s), int(identifier, 16), bytes.fromhex(data), len(identifier) != 3, False)
+                for identifier, sent_s, data in zip(parts[1::4], parts[2::4], parts[3::4], strict=True)
+            ]
+        *texts, self._text = text.split(">")
+        return [frame for each in texts if (frame := _frame(each)) is not None]
+
+    def _expect_msg(self, msg: str) -> None:
+        if not select.select((self._connection,), (), (), ANSWER_S)[0]:
+            raise can.CanTimeoutError(f"the gateway does not answer with {msg!r}")
+        super()._expect_msg(msg)
+
+
+def _message(frame: TakenFrame) -> can.Message:
+    timestamp, arbitration_id, data, extended, is_error = frame
+    return can.Message(timestamp, arbitration_id, extended, is_error_frame=is_error, data=data)
+
+
+def taken_frame(message: can.Message) -> TakenFrame:
+    """What a line reads of one of the library's messages."""
+    return (
+        message.timestamp,
+        message.arbitration_id,
+        bytes(message.data),
+        message.is_extended_id,
+        message.is_error_frame,
+    )
+
+
+def _frame(text: str) -> TakenFrame | None:
+    """The frame, or error frame, that a gateway wrote before `>`; None where it is something else.
+
+    Raises:
+        ValueError: identifier, time or bytes of a frame cannot be read.
+    """
+    start = text.find("<")
+    words = text[start:].split()
+    if words[:2] != ["<", "frame"] or len(words) != 5:
+        found: can.Message | None = convert_ascii_message_to_can_message(f"{text[start:]}>")
+        return None if found is None else taken_frame(found)
+    _, _, identifier, sent_s, data = words
+    return float(sent_s), int(identifier, 16), bytes.fromhex(data), len(identifier) != 3, False
+
+
+def _ask(host: str, port: int) -> None:
+    """Where nobody listens the library tries for 10 s without a pause, at a whole core's cost: so ask first."""
+    with socket.create_connection((host, port), timeout=ANSWER_S) as connection:
+        if not connection.recv(16).startswith(b"< hi"):
+            raise can.CanInitializationError("what answers there is no socketcand gateway")

@@ -1,0 +1,135 @@
+"""What the exploring finger is doing: free, tapping, quiescent or stroking (Kron & Schmidt 2003, section 4.1).
+
+The paper names the modes and what separates them (contact force, distance from the tap point, stroke speed) and gives
+no values. The machine, with those that it has here:
+
+    from                 to          when
+    any                  FREE        the contact ends
+    FREE                 TAPPING     a contact begins, and for TAP_S after
+    TAPPING, QUIESCENT   STROKING    faster than STROKE_ON_M_S, beyond STROKE_DISTANCE_M from where it came down, and
+                                     away from where it has been lately
+    TAPPING              QUIESCENT   TAP_S are over and it does not stroke
+    STROKING             QUIESCENT   slower than STROKE_OFF_M_S for REST_S, or nowhere else for a quarter of a second
+
+QUIESCENT, once begun, lasts DWELL_S at least while there is contact; STROKING does by what ends it.
+Why so, and what it cannot tell: docs/decisions/0017-modes.md.
+"""
+
+import math
+
+from common.exploration.approach_speed import Descent
+from common.exploration.contact_detector import FREE_N, TAP_S, Contact
+from common.exploration.hand_motion import HandMotion
+from common.exploration.position_spread import LATELY_S
+from common.exploration.stroke_speed import WINDOW_S
+from common.wire.messages import ExplorationMode
+
+STROKE_DISTANCE_M = 2e-3
+STROKE_ON_M_S = 10e-3
+STROKE_OFF_M_S = 7e-3
+REST_S = 0.100
+"""Where a stroke turns it is slow for less than this."""
+DWELL_S = 0.050
+PLACE_M = 0.5 * STROKE_OFF_M_S * LATELY_S
+"""As far as the slowest stroke gets from the middle of its last quarter of a second, m: within it is nowhere else."""
+
+
+class Exploration:
+    """Mode machine of one finger.
+
+    Attributes:
+        mode: mode after the last step.
+        approach_m_s: how fast it came down at the present (or last) contact, m/s, >= 0 (v_n of Eq. 1); measured while
+            there was no force yet.
+        contact: whether the finger touches.
+        began: whether the last step began a contact; a bounce within a tap begins none.
+        ended: whether the last step ended one.
+    """
+
+    __slots__ = (
+        "_contact",
+        "_descent",
+        "_fall_m_s",
+        "_hand",
+        "_mode_s",
+        "_since_s",
+        "_slow_s",
+        "_tap_m",
+        "approach_m_s",
+        "began",
+        "contact",
+        "ended",
+        "mode",
+    )
+
+    def __init__(self, hand: HandMotion) -> None:
+        """A finger of `hand`, which is stepped before it."""
+        self.mode = ExplorationMode.FREE
+        self.approach_m_s = 0.0
+        self.contact = self.began = self.ended = False
+        self._contact = Contact()
+        self._descent = Descent()
+        self._hand = hand
+        self._fall_m_s = 0.0
+        self._tap_m = (0.0, 0.0)
+        self._mode_s = 0.0
+        self._slow_s = 0.0
+        """Since when it is slow."""
+        self._since_s = -math.inf
+        """Where the hand has been before counts no longer."""
+
+    @property
+    def speed_m_s(self) -> float:
+        """Tangential speed, m/s, >= 0."""
+        return self._hand.speed_m_s
+
+    def step(self, t_s: float, force_n: float, z_m: float) -> ExplorationMode:
+        """Advance to `t_s` and return the mode.
+
+        Args:
+            t_s: time, s, not decreasing.
+            force_n: contact force, N; not finite counts as none.
+            z_m: height of the fingertip, m.
+        """
+        contact, hand = self._contact, self._hand
+        was_free = contact.force_n < FREE_N
+        contact.step(t_s, force_n)
+        if was_free and contact.force_n >= FREE_N:
+            self._fall_m_s = self._descent.speed_m_s  # of the last moment without a force
+        self._descent.step(t_s, z_m)
+        self.contact, self.began, self.ended = contact.touching, contact.began, contact.ended
+        if contact.began:
+            self.approach_m_s = max(self._fall_m_s, 0.0)
+            self._tap_m = (hand.x_m, hand.y_m)
+        if hand.speed_m_s >= STROKE_OFF_M_S:
+            self._slow_s = t_s - 0.5 * WINDOW_S  # the speed is that of half a window ago
+        if t_s < self._since_s:
+            self._since_s = -math.inf
+        mode = self._next(t_s) if contact.touching else ExplorationMode.FREE
+        if mode is not self.mode:
+            self.mode, self._mode_s = mode, t_s
+        return mode
+
+    def _next(self, t_s: float) -> ExplorationMode:
+        """The mode of a finger that touches after the present one, which may be the same."""
+        if t_s - self._contact.began_s < TAP_S:
+            return ExplorationMode.TAPPING
+        if self.mode is ExplorationMode.STROKING:
+            return ExplorationMode.QUIESCENT if self._rests(t_s) else self.mode
+        if self.mode is ExplorationMode.QUIESCENT and t_s - self._mode_s < DWELL_S:
+            return self.mode
+        return ExplorationMode.STROKING if self._strokes() else ExplorationMode.QUIESCENT
+
+    def _strokes(self) -> bool:
+        hand = self._hand
+        return (
+            hand.speed_m_s > STROKE_ON_M_S
+            and math.hypot(hand.x_m - self._tap_m[0], hand.y_m - self._tap_m[1]) > STROKE_DISTANCE_M
+            and hand.whereabouts.away_m(hand.x_m, hand.y_m, self._since_s) > PLACE_M
+        )
+
+    def _rests(self, t_s: float) -> bool:
+        if t_s - self._slow_s >= REST_S:
+            self._since_s = self._slow_s
+            return True
+        return t_s - self._mode_s > LATELY_S and self._hand.whereabouts.reach_m(self._since_s) < PLACE_M

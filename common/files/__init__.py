@@ -1,0 +1,4 @@
+"""Reading and writing of small files, and printable text.
+
+Each module stands alone.
+"""

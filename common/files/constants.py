@@ -1,0 +1,48 @@
+"""Tables of constants that people write: a wrong or missing one is named in one line."""
+
+from collections.abc import Mapping
+
+from common.files.printable import printable
+
+Range = tuple[float, float]
+
+
+def read_constants(given: object, ranges: Mapping[str, Range], where: str, *, beside: str = "") -> dict[str, float]:
+    """The constants of one thing.
+
+    Args:
+        given: table of a TOML file.
+        ranges: smallest and largest value of each constant.
+        where: file and thing, for the message.
+        beside: one more key that the table may have; it is not looked at.
+
+    Raises:
+        ValueError: it is no table, or a constant is missing, unknown, no number, or out of range; the message names
+            where, and the constant.
+    """
+    if not isinstance(given, dict):
+        raise ValueError(f"{where} must be a table with {', '.join(ranges)}")
+    found = {}
+    for constant, (low, high) in ranges.items():
+        if constant not in given:
+            raise ValueError(f"{where}: {constant} is missing")
+        value = given[constant]
+        if not within(value, low, high):
+            raise ValueError(f"{where}: {constant} must be a number from {low:g} to {high:g}, not {_shown(value)}")
+        found[constant] = float(value)
+    known = [*ranges, beside] if beside else [*ranges]
+    if unknown := sorted(set(given) - set(known)):
+        raise ValueError(f"{where}: {unknown[0]} is no constant; there are {', '.join(known)}")
+    return found
+
+
+def within(value: object, low: float, high: float) -> bool:
+    """Whether it is a finite number of a range."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and low <= value <= high
+
+
+def _shown(value: object) -> str:
+    try:
+        return printable(repr(value), 60)
+    except (ValueError, RecursionError):  # too many digits, nested too deeply
+        return "what stands there"

@@ -1,0 +1,151 @@
+"""Who may connect: answers the link's sockets for each handshake, in a thread of its own (ZeroMQ RFC 27, ZAP).
+
+Each socket has a domain, and each domain says which role a key needs. What is admitted is remembered, so that a key
+that is revoked later can be found and cut. A key that knocks too often is sent away for a while.
+"""
+
+import logging
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable
+
+import zmq
+import zmq.utils.z85
+
+from common.link.keys import fingerprint
+from common.link.rate_limiter import RateLimiters
+
+log = logging.getLogger(__name__)
+
+Admits = Callable[[str, str], bool]
+"""Whether a domain is open to a public key."""
+
+KNOCKS_PER_S = 20.0
+KNOCKS_AT_ONCE = 40
+"""Handshakes of one key: a site opens all its streams at once and tries again twice a second at most."""
+_QUIET_S = 10.0
+"""Refusals are counted each and logged this often: a flood must not fill a disk."""
+_ADDRESS = "inproc://zeromq.zap.01"
+_END = b"end"
+
+
+class Doorkeeper:
+    """Serves one ZeroMQ context; the only one to do so."""
+
+    def __init__(
+        self,
+        context: "zmq.Context[zmq.Socket[bytes]]",
+        admits: Admits,
+        now_s: Callable[[], float] = time.monotonic,
+        *,
+        limited: bool = True,
+    ):
+        """Start answering; must exist before the first socket is bound.
+
+        Args:
+            context: whose sockets ask.
+            admits: says who may connect to what.
+            now_s: a steady clock, s.
+            limited: whether a key that knocks too often is sent away for a while.
+        """
+        self.answers: Counter[str] = Counter()
+        """How many handshakes were `admitted`, `refused` (key not trusted for this), `too_many`, `expelled`,
+        or `failed` (judging it raised)."""
+        self._context = context
+        self._admits = admits
+        self._now_s = now_s
+        self._knocks: RateLimiters[str] | None = RateLimiters(KNOCKS_PER_S, KNOCKS_AT_ONCE) if limited else None
+        self._inside: dict[str, set[str]] = {}
+        self._refused_until_s: dict[tuple[str, str], float] = {}
+        self._lock = threading.Lock()
+        self._said_s = -_QUIET_S
+        socket = context.socket(zmq.REP)
+        socket.setsockopt(zmq.LINGER, 0)
+        socket.bind(_ADDRESS)
+        self._thread = threading.Thread(target=self._serve, args=(socket,), name="doorkeeper", daemon=True)
+        self._thread.start()
+
+    def revoked(self) -> dict[str, set[str]]:
+        """Keys that were admitted to each domain and no longer may be; they are forgotten by this."""
+        with self._lock:
+            inside = {domain: set(keys) for domain, keys in self._inside.items()}
+        out = {domain: {key for key in keys if not self._admits(domain, key)} for domain, keys in inside.items()}
+        with self._lock:
+            for domain, keys in out.items():
+                self._inside[domain] -= keys
+        return {domain: keys for domain, keys in out.items() if keys}
+
+    def refuse(self, domain: str, key: str, refuse_s: float) -> None:
+        """Answer handshakes of `key` at `domain` with status 300 for `refuse_s` seconds."""
+        now_s = self._now_s()
+        with self._lock:
+            still = {whom: until_s for whom, until_s in self._refused_until_s.items() if until_s > now_s}
+            self._refused_until_s = {**still, (domain, key): now_s + refuse_s}
+
+    def forgive(self, key: str) -> None:
+        """Answer handshakes of `key` as if it had never been refused for a while."""
+        with self._lock:
+            kept = {whom: until_s for whom, until_s in self._refused_until_s.items() if whom[1] != key}
+            self._refused_until_s = kept
+
+    def close(self) -> None:
+        """End the thread; before the context is destroyed."""
+        end = self._context.socket(zmq.REQ)
+        end.setsockopt(zmq.LINGER, 0)
+        end.connect(_ADDRESS)
+        end.send(_END)
+        self._thread.join(timeout=2.0)
+        end.close()
+
+    def _serve(self, socket: "zmq.Socket[bytes]") -> None:
+        while (question := socket.recv_multipart()) != [_END]:
+            socket.send_multipart(self._answer(question))
+        socket.close()
+
+    def _answer(self, question: list[bytes]) -> list[bytes]:
+        """Answer one handshake; what raises refuses it, and the thread continues."""
+        try:
+            return self._judged(question)
+        except Exception as error:
+            self.answers["failed"] += 1
+            if self._may_say():
+                log.exception("refused a connection that could not be judged: %s", type(error).__name__)
+            version, request = (*question[:2], b"", b"")[:2]
+            return [version, request, b"400", b"not trusted", b"", b""]
+
+    def _judged(self, question: list[bytes]) -> list[bytes]:
+        version, request, domain_bytes, address, _, mechanism, *credentials = question
+        status, reason, user = b"400", b"not trusted", b""
+        if mechanism == b"CURVE" and len(credentials) == 1:
+            key = zmq.utils.z85.encode(credentials[0]).decode()
+            domain = domain_bytes.decode("utf-8", errors="replace")
+            if not self._admits(domain, key):
+                self.answers["refused"] += 1
+                self._say("refused a connection to %s from %s: key %s is not trusted", domain, address, key)
+            elif self._refused_until_s.get((domain, key), 0.0) > self._now_s():
+                self.answers["expelled"] += 1
+                self._say("refused a connection to %s from %s: key %s was expelled", domain, address, key)
+                status, reason = b"300", b"expelled for a while"
+            elif self._knocks is not None and not self._knocks.allows(key, self._now_s()):
+                # Not a refusal: the far side's library tries again by itself after a 300.
+                self.answers["too_many"] += 1
+                self._say("too many connections to %s from %s with key %s", domain, address, key)
+                status, reason = b"300", b"too many connections"
+            else:
+                self.answers["admitted"] += 1
+                with self._lock:
+                    self._inside.setdefault(domain, set()).add(key)
+                status, reason, user = b"200", b"OK", key.encode()
+        return [version, request, status, reason, user, b""]
+
+    def _say(self, text: str, domain: str, address: bytes, key: str) -> None:
+        if self._may_say():
+            log.warning(text, domain, address.decode("ascii", errors="replace"), fingerprint(key))
+
+    def _may_say(self) -> bool:
+        now_s = self._now_s()
+        if now_s - self._said_s < _QUIET_S:
+            return False
+        self._said_s = now_s
+        return True

@@ -1,0 +1,58 @@
+"""What each site says of itself at hello, and whether the two can work together."""
+
+import hashlib
+from typing import Any
+
+from common.limits import AGE_DEFAULT_S, GAP_S
+from common.timing.timeouts import BrokenLadder, check_ladder
+from common.wire.messages import TOUCH_RANGES
+from common.wire.packets import SCHEMA_VERSION
+
+LAYOUT = hashlib.sha256(
+    ",".join(f"{name}:{low:g}:{high:g}" for name, (low, high) in TOUCH_RANGES.items()).encode()
+).hexdigest()[:16]
+"""Hash of the touch block's columns and ranges: two sites that differ in it misread each other."""
+
+OPERATOR = "operator"
+OBSERVER = "observer"
+
+
+def capabilities(fingers: tuple[str, ...], rate_hz: float, **more: Any) -> dict[str, Any]:
+    """A site's own, as they travel in a hello and its answer.
+
+    Args:
+        fingers: names of the fingers in use.
+        rate_hz: of the site's loop, and so of what it sends.
+        more: what only one kind of site has, such as its calibration's hash or its output ranges.
+    """
+    return {"schema": SCHEMA_VERSION, "layout": LAYOUT, "fingers": list(fingers), "rate_hz": rate_hz, **more}
+
+
+def misreading(theirs: dict[str, Any]) -> str:
+    """Why this site would misread what the far side sends; empty when it would not.
+
+    Args:
+        theirs: what the far side said of itself.
+    """
+    if theirs.get("layout") != LAYOUT:
+        return "touch is laid out differently on the two sites: install the same version on both"
+    return ""
+
+
+def disagreement(ours: dict[str, Any], theirs: dict[str, Any], gap_s: float = GAP_S) -> str:
+    """Why two sites cannot work together; empty when they can. The far side's word is not believed to be well formed.
+
+    Args:
+        ours: this site's capabilities.
+        theirs: what the far side said.
+        gap_s: without a packet for longer, this site goes to its safe state.
+    """
+    if problem := misreading(theirs):
+        return problem
+    if theirs.get("fingers") != ours["fingers"]:
+        return f"the far side has fingers {theirs.get('fingers')}, this site has {ours['fingers']}: configure the same"
+    try:
+        check_ladder(ours["rate_hz"], gap_s, ours.get("max_age_s", AGE_DEFAULT_S), theirs.get("rate_hz"))
+    except BrokenLadder as broken:
+        return str(broken)
+    return ""

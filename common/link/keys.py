@@ -1,0 +1,260 @@
+"""CurveZMQ keys of a site and the list of those it trusts.
+
+A key folder holds `site.key` (public) and `site.key_secret` (0600, looser refused), as the zmq
+library writes them, and `trusted`: one `NAME PUBLIC_KEY` per line, followed by `observer` where the
+owner of the key may only look on.
+"""
+
+import base64
+import hashlib
+import logging
+import os
+import re
+import struct
+from contextlib import suppress
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+
+import zmq
+import zmq.auth
+import zmq.utils.z85
+
+from common.files.printable import printable
+from common.files.private_file import create_private, refuse_link
+from common.link.key_folder import KeyProblem, check_folder, read_own, shown
+
+__all__ = ["KeyPair", "KeyProblem", "Role", "Trusted", "TrustedKeys"]
+
+log = logging.getLogger(__name__)
+
+KEY_LENGTH = 40
+_NAME = "site"
+_LONGEST_NAME = 64
+_PUBLIC = re.compile(rb"""^\s*public-key\s*=\s*["']([^"']*)["']\s*$""", re.MULTILINE)
+_SECRET = re.compile(rb"""^\s*secret-key\s*=\s*["']([^"']*)["']\s*$""", re.MULTILINE)
+
+
+@dataclass(frozen=True, slots=True)
+class KeyPair:
+    """A site's own keys, Z85 text."""
+
+    public: str
+    secret: bytes
+
+    def __repr__(self) -> str:
+        return f"KeyPair({fingerprint(self.public)})"
+
+
+def fingerprint(public_key: str) -> str:
+    """Short name of a public key for people and logs."""
+    digest = hashlib.sha256(public_key.encode()).digest()
+    return "curve:" + base64.b32encode(digest[:10]).decode().lower()
+
+
+def create_keys(folder: Path) -> str:
+    """Make a new key pair in `folder`; return the public key.
+
+    Raises:
+        KeyProblem: there is a secret key already, which is never overwritten.
+    """
+    secret_file = folder / f"{_NAME}.key_secret"
+    if secret_file.exists():
+        raise KeyProblem(f"{shown(secret_file)}: exists; remove it by hand if this site shall get a new identity")
+    _make_folder(folder)
+    before = os.umask(0o077)
+    try:
+        zmq.auth.create_certificates(folder, _NAME)
+    finally:
+        os.umask(before)
+    secret_file.chmod(0o600)
+    return load_keys(folder).public
+
+
+def load_keys(folder: Path) -> KeyPair:
+    """Read a site's own keys.
+
+    Raises:
+        KeyProblem: no keys there, unreadable, damaged, or others may read or change the secret key's file.
+    """
+    secret_file = folder / f"{_NAME}.key_secret"
+    try:
+        content = read_own(secret_file, secret=True)
+    except FileNotFoundError:
+        name = shown(folder)
+        raise KeyProblem(f"{shown(secret_file)}: no key; make one with `teletaction keys init --keys {name}`") from None
+    public, secret = _PUBLIC.search(content), _SECRET.search(content)
+    if public is None or secret is None:
+        raise KeyProblem(f"{shown(secret_file)}: holds no {'secret' if public else 'public'} key")
+    try:
+        if zmq.curve_public(secret[1]) == public[1]:
+            return KeyPair(public[1].decode("ascii"), secret[1])
+    except (ValueError, TypeError, zmq.ZMQError):
+        pass
+    raise KeyProblem(f"{shown(secret_file)}: is no key pair; copy it again, or make a new one")
+
+
+def _make_folder(folder: Path) -> None:
+    """Make a key folder that is its owner's only; raises KeyProblem where others may change one that is there."""
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, exist_ok=True)
+        check_folder(folder)
+    except OSError as error:
+        raise KeyProblem(f"{shown(folder)}: {error.strerror}") from None
+
+
+def check_public_key(text: str) -> str:
+    """Return `text` when it is a Z85 public key.
+
+    Raises:
+        KeyProblem: it is not.
+    """
+    try:
+        if len(text) == KEY_LENGTH and len(zmq.utils.z85.decode(text)) == 32:
+            return text
+    except (KeyError, ValueError, struct.error):  # struct.error: beyond 32 bits
+        pass
+    raise KeyProblem(f"{printable(text, KEY_LENGTH)!r} is no public key: expected {KEY_LENGTH} Z85 characters")
+
+
+class Role(Enum):
+    """What the owner of a trusted key may do."""
+
+    PARTNER = "partner"
+    """Take part in a session: an operator at a remote site's list, the remote site at an operator's."""
+    OBSERVER = "observer"
+    """Look on, and change nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trusted:
+    """Whose a trusted key is, and what for."""
+
+    name: str
+    role: Role = Role.PARTNER
+
+
+_Stamp = tuple[int, int, int, int, int, int, int]
+_Owners = dict[str, Trusted]
+
+
+@dataclass(slots=True)
+class TrustedKeys:
+    """The allow-list of a key folder; reads the file again when it changed. Threads may share one."""
+
+    folder: Path
+    problem: str = ""
+    """What is wrong with the list, in words; empty while it is sound. As of the last `role`."""
+    _kept: tuple[_Stamp, _Owners] | None = None
+
+    @property
+    def file(self) -> Path:
+        """Where the list stands."""
+        return self.folder / "trusted"
+
+    def owners(self) -> dict[str, Trusted]:
+        """Trusted public keys and the owner of each; empty without a list.
+
+        Raises:
+            KeyProblem: a line is not `NAME PUBLIC_KEY [observer]`, the file cannot be read, or others may change it.
+        """
+        try:
+            # Taken before reading: a change while reading gives another stamp, and is read the next time.
+            stamp = self._stamp()
+            kept = self._kept
+            if kept is None or kept[0] != stamp:
+                content = read_own(self.file)
+                # One assignment: another thread sees this stamp with these owners, or neither.
+                self._kept = kept = (stamp, self._parsed(content))
+        except FileNotFoundError:
+            return {}
+        except KeyProblem:
+            raise
+        except (OSError, ValueError) as error:  # ValueError: a name that no file can have
+            raise KeyProblem(f"{shown(self.file)}: {getattr(error, 'strerror', error)}") from None
+        return kept[1]
+
+    def _stamp(self) -> _Stamp:
+        """Changes with each change of the list, of its owner and mode, and of those of its folder."""
+        own, of_folder = self.file.stat(), self.folder.stat()
+        file = (own.st_ino, own.st_ctime_ns, own.st_mtime_ns, own.st_size)
+        return (*file, of_folder.st_ino, of_folder.st_mode, of_folder.st_uid)
+
+    def role(self, public_key: str) -> Role | None:
+        """What the owner of this key may do now; None for nothing. A damaged list allows nobody anything.
+
+        A new problem is logged once, and once that the list is sound again.
+        """
+        try:
+            owner = self.owners().get(public_key)
+        except KeyProblem as problem:
+            self._notice(str(problem))
+            return None
+        self._notice("")
+        return None if owner is None else owner.role
+
+    def _notice(self, problem: str) -> None:
+        before, self.problem = self.problem, problem
+        if problem and problem != before:
+            log.error("nobody is trusted until this is mended: %s", problem)
+        elif before and not problem:
+            log.warning("%s is sound again", self.file)
+
+    def trust(self, name: str, public_key: str, role: Role = Role.PARTNER) -> None:
+        """Add a key under a name; raises KeyProblem on a bad key or a name with white space."""
+        if not _is_name(name):
+            raise KeyProblem(f"{printable(name, _LONGEST_NAME)!r} is no name for a key: use one word")
+        self._write({**self.owners(), check_public_key(public_key): Trusted(name, role)})
+
+    def revoke(self, name: str) -> int:
+        """Remove all keys of a name; return how many. Raises KeyProblem when there is none."""
+        owners = self.owners()
+        kept = {key: owner for key, owner in owners.items() if owner.name != name}
+        if len(kept) == len(owners):
+            known = ", ".join(sorted({owner.name for owner in owners.values()}))
+            raise KeyProblem(f"{self.file}: trusts no {name!r}; known: {known or 'nobody'}")
+        self._write(kept)
+        return len(owners) - len(kept)
+
+    def _parsed(self, content: bytes) -> _Owners:
+        owners = {}
+        for number, line in enumerate(content.split(b"\n"), start=1):
+            where = f"{shown(self.file)}:{number}"
+            try:
+                words = line.decode("utf-8").split()
+            except UnicodeDecodeError:
+                raise KeyProblem(f"{where}: not UTF-8; remove this line") from None
+            if not words:
+                continue
+            role = Role.OBSERVER if words[2:] == [Role.OBSERVER.value] else Role.PARTNER
+            if len(words) - (role is Role.OBSERVER) != 2 or not _is_name(words[0]):
+                raise KeyProblem(f"{where}: expected NAME PUBLIC_KEY, and `observer` or nothing")
+            try:
+                owners[check_public_key(words[1])] = Trusted(words[0], role)
+            except KeyProblem as problem:
+                raise KeyProblem(f"{where}: {problem}") from None
+        return owners
+
+    def _write(self, owners: _Owners) -> None:
+        _make_folder(self.folder)
+        text = "".join(
+            f"{owner.name} {key}{' observer' if owner.role is Role.OBSERVER else ''}\n" for key, owner in owners.items()
+        )
+        temporary = self.folder / f".trusted.{os.getpid()}"
+        try:
+            refuse_link(self.file)
+            with create_private(temporary, replace=True) as file:
+                file.write(text.encode())
+                file.flush()
+                os.fsync(file.fileno())
+            temporary.replace(self.file)
+        except OSError as error:
+            with suppress(OSError):
+                temporary.unlink(missing_ok=True)
+            raise KeyProblem(f"{shown(self.file)}: {error.strerror}") from None
+
+
+def _is_name(text: str) -> bool:
+    """One printable word of at most 64 characters."""
+    return 0 < len(text) <= _LONGEST_NAME and text.isprintable() and text.split() == [text]

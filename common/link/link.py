@@ -1,0 +1,338 @@
+"""The network link: one CurveZMQ socket for each stream, the remote site bound, operator and observers connected.
+
+Without the doorkeeper a Curve server would serve any key; with it only those of the allow-list, each where its role
+lets it.
+"""
+
+import contextlib
+import itertools
+from types import TracebackType
+from typing import Any
+
+import zmq
+import zmq.utils.monitor
+
+from common.link.authenticator import Doorkeeper
+from common.link.bind_address import check_bind
+from common.link.curve import (
+    MOST_AT_ONCE,
+    Inbox,
+    LinkProblem,
+    Received,
+    end_connection,
+    is_open,
+    prepare_publisher,
+    prepare_socket,
+    receive_newest,
+    receive_requests,
+    send_answer,
+    serve_curve,
+    use_curve,
+)
+from common.link.host_name import Resolver, is_ipv6, tcp_endpoint
+from common.link.keys import KeyPair, Role, TrustedKeys
+from common.link.subscriptions import Subscribers
+from common.wire.streams import STREAMS, Direction, Stream
+
+# Motion and touch have one sender and one reader; only what observers see may have several readers.
+_REMOTE_TYPE = {
+    Direction.TO_REMOTE: zmq.PULL,
+    Direction.TO_OPERATOR: zmq.PUB,
+    Direction.TO_OBSERVERS: zmq.PUB,
+    Direction.BOTH: zmq.ROUTER,
+}
+_CLIENT_TYPE = {
+    Direction.TO_REMOTE: zmq.PUSH,
+    Direction.TO_OPERATOR: zmq.SUB,
+    Direction.TO_OBSERVERS: zmq.SUB,
+    Direction.BOTH: zmq.DEALER,
+}
+_MAY_OBSERVE = (Direction.TO_OBSERVERS, Direction.BOTH)
+"""What an observer's key opens; requests of an observer are judged by the session."""
+_LAST_REQUEST_MS = 100
+_DONTWAIT = int(zmq.DONTWAIT)
+_UNSENT = 8
+"""Requests that wait to be sent; further ones fail."""
+
+
+class _Link:
+    """Sockets of one side. Sending and receiving never block; only `wait_for_latest` does."""
+
+    def __init__(self) -> None:
+        self._context = zmq.Context()
+        self._sockets: dict[str, zmq.Socket[bytes]] = {}
+        self._inboxes: dict[str, Inbox] = {}
+
+    def _socket(self, stream: Stream, kind: int) -> "zmq.Socket[bytes]":
+        socket = self._context.socket(kind)
+        prepare_socket(socket)
+        if stream.latest_only:
+            socket.setsockopt(zmq.CONFLATE, 1)
+        if kind == zmq.SUB:
+            socket.setsockopt(zmq.SUBSCRIBE, b"")
+        return socket
+
+    def close(self) -> None:
+        """Close all sockets at once, dropping what was not sent."""
+        self._context.destroy(linger=0)
+
+    def send_latest(self, stream: str, packet: bytes) -> None:
+        """Send on a latest-only stream; an unsent older packet is replaced. To a far side that refused us: nothing.
+
+        A packet that is written in the very moment in which the one before is read waits for the next one (measured:
+        one burst of 300 in 14 ended so), so what has to arrive is sent again: these streams never pause.
+        """
+        socket = self._sockets.get(stream)
+        if socket is not None:
+            try:
+                socket.send(packet, _DONTWAIT)
+            except zmq.Again:
+                return
+
+    def receive_latest(self, stream: str) -> bytes | None:
+        """The newest unread packet of a latest-only stream."""
+        inbox = self._inboxes.get(stream)
+        frames = None if inbox is None else inbox.take()
+        return frames[0].bytes if frames else None
+
+    def wait_for_latest(self, stream: str, seconds: float) -> bytes | None:
+        """The newest unread packet of a latest-only stream, or the next one that comes within `seconds`.
+
+        For tools that have nothing else to do: it holds the caller up, and a site's loop must never wait.
+        """
+        socket = self._sockets.get(stream)
+        if socket is None:
+            return None
+        self._inboxes[stream].stale()
+        socket.setsockopt(zmq.RCVTIMEO, round(seconds * 1e3))
+        try:
+            return socket.recv()
+        except zmq.Again:
+            return None
+
+
+class RemoteLink(_Link):
+    """The remote site's side: bound, serving trusted keys only."""
+
+    def __init__(self, host: str, base_port: int, keys: KeyPair, trusted: TrustedKeys):
+        """Bind all streams.
+
+        Raises:
+            LinkProblem: a port is in use, the address is not this machine's, or it is open to a network while nobody
+                is trusted.
+            KeyProblem: the list of trusted keys is damaged.
+        """
+        check_bind(host, trusted)
+        super().__init__()
+        self._host, self._base_port, self._keys, self._trusted = host, base_port, keys, trusted
+        self._doorkeeper = Doorkeeper(self._context, self._admits)
+        self.handshakes = self._doorkeeper.answers
+        """Handshakes so far: `admitted`, `refused`, `too_many`, `expelled`."""
+        self._subscribers: dict[str, Subscribers] = {}
+        self._turns = itertools.cycle(STREAMS)
+        for stream in STREAMS.values():
+            try:
+                self._bind(stream)
+            except zmq.ZMQError as error:
+                self.close()
+                raise LinkProblem(f"{self._address(stream)} ({stream.name}): {error.strerror}") from None
+
+    def requests(self, stream: str) -> list[Received]:
+        """What clients sent on a request stream, at most MOST_AT_ONCE; emergency stops first.
+
+        Readers that subscribe again and again are found here, one stream at a call. To look for them after each packet
+        made the library's thread send it 10 to 20 us later.
+        """
+        if len(self._sockets) < len(STREAMS):
+            self._bind_missing()
+        if (subscribers := self._subscribers.get(next(self._turns))) is not None:
+            subscribers.step()
+        inbox = self._inboxes.get(stream)
+        return [] if inbox is None else receive_requests(inbox)
+
+    def motions(self) -> list[Received]:
+        """The newest unread motion of each connection, at most MOST_AT_ONCE."""
+        inbox = self._inboxes.get("motion")
+        return [] if inbox is None else receive_newest(inbox)
+
+    def expel(self, stream: str, received: Received, refuse_s: float = 0.0) -> None:
+        """End the connection that `received` came on, and refuse its key at this stream for a while.
+
+        Args:
+            stream: name of the stream.
+            received: a packet of that connection.
+            refuse_s: handshakes of the key get status 300 for this time, s; the client's library tries again by itself.
+        """
+        if refuse_s > 0.0:
+            self._doorkeeper.refuse(stream, received.key, refuse_s)
+        end_connection(received.connection, self._base_port + STREAMS[stream].port)
+
+    def forgive(self, key: str) -> None:
+        """Serve a key again that was refused for a while."""
+        self._doorkeeper.forgive(key)
+
+    def is_open(self, stream: str, connection: int) -> bool:
+        """Whether the connection that a packet of this stream came on is still open."""
+        return is_open(connection, self._base_port + STREAMS[stream].port)
+
+    def answer(self, stream: str, who: bytes, packet: bytes) -> None:
+        """Answer one client; one that is gone gets nothing."""
+        socket = self._sockets.get(stream)
+        if socket is not None:
+            send_answer(socket, who, packet)
+            self._inboxes[stream].stale()
+
+    def may_operate(self, key: str) -> bool:
+        """Whether the owner of this key may be a session's operator."""
+        return self._trusted.role(key) is Role.PARTNER
+
+    @property
+    def keys_problem(self) -> str:
+        """What is wrong with the list of trusted keys, while it allows nobody; empty while it is sound."""
+        return self._trusted.problem
+
+    def recheck_keys(self) -> set[str]:
+        """Cut every connection of a key that is no longer trusted; returns these keys.
+
+        The library cannot end one connection of many: the sockets that such a key was admitted to are bound anew, and
+        whoever is still trusted is back within a moment. Where the old socket holds its port a little longer, the next
+        `requests` tries again.
+        """
+        revoked = self._doorkeeper.revoked()
+        for name in revoked:
+            self._subscribers.pop(name, None)
+            self._inboxes.pop(name, None)
+            if (socket := self._sockets.pop(name, None)) is not None:
+                socket.close(linger=0)
+        self._bind_missing()
+        return set().union(*revoked.values())
+
+    def _bind_missing(self) -> None:
+        for stream in STREAMS.values():
+            if stream.name not in self._sockets:
+                with contextlib.suppress(zmq.ZMQError):  # the old one still holds the port
+                    self._bind(stream)
+
+    def _bind(self, stream: Stream) -> None:
+        socket = self._socket(stream, _REMOTE_TYPE[stream.direction])
+        if _REMOTE_TYPE[stream.direction] == zmq.PUB:
+            prepare_publisher(socket)
+        serve_curve(socket, self._keys, stream.name)
+        socket.setsockopt(zmq.IPV6, is_ipv6(self._host))
+        try:
+            socket.bind(self._address(stream))
+        except zmq.ZMQError:
+            socket.close(linger=0)
+            raise
+        self._sockets[stream.name], self._inboxes[stream.name] = socket, Inbox(socket)
+        if _REMOTE_TYPE[stream.direction] == zmq.PUB:
+            self._subscribers[stream.name] = Subscribers(socket, self._base_port + stream.port)
+
+    def _address(self, stream: Stream) -> str:
+        return tcp_endpoint(self._host, self._base_port + stream.port)
+
+    def _admits(self, domain: str, key: str) -> bool:
+        role = self._trusted.role(key)
+        return role is Role.PARTNER or (role is Role.OBSERVER and STREAMS[domain].direction in _MAY_OBSERVE)
+
+    def close(self) -> None:
+        """Close all sockets and end the doorkeeper."""
+        self._doorkeeper.close()
+        super().close()
+
+    def __enter__(self) -> "RemoteLink":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class OperatorLink(_Link):
+    """The side that connects, whenever the remote site is there: an operator or an observer."""
+
+    def __init__(self, host: str, base_port: int, keys: KeyPair, remote_public_key: str, role: Role = Role.PARTNER):
+        """Connect this role's streams in the background; raises nothing when the remote site is absent."""
+        super().__init__()
+        self._base_port, self._keys, self._remote_key = base_port, keys, remote_public_key
+        self._resolver = Resolver(host, base_port)
+        self._streams = [
+            stream
+            for stream in STREAMS.values()
+            if (stream.direction in _MAY_OBSERVE if role is Role.OBSERVER else stream.name != "observed")
+        ]
+        self._connect()
+
+    def _connect(self) -> None:
+        self._address = self._resolver.address
+        self._monitors: list[zmq.Socket[bytes]] = []
+        for stream in self._streams:
+            socket = self._socket(stream, _CLIENT_TYPE[stream.direction])
+            use_curve(socket, self._keys, self._remote_key)
+            if stream.direction is Direction.BOTH:
+                # A request to a remote that is not there must fail now, not reach it minutes later.
+                socket.setsockopt(zmq.IMMEDIATE, 1)
+                socket.setsockopt(zmq.SNDHWM, _UNSENT)
+            self._monitors.append(socket.get_monitor_socket(zmq.EVENT_HANDSHAKE_FAILED_AUTH))
+            if self._address is not None:
+                socket.setsockopt(zmq.IPV6, is_ipv6(self._address))
+                socket.connect(tcp_endpoint(self._address, self._base_port + stream.port))
+            self._sockets[stream.name], self._inboxes[stream.name] = socket, Inbox(socket)
+
+    def reconnect(self) -> None:
+        """Try again after a refusal: the library itself never does."""
+        self._disconnect()
+        self._connect()
+
+    def _disconnect(self, linger_ms: int = 0) -> None:
+        for socket in self._sockets.values():
+            socket.disable_monitor()
+        for monitor in self._monitors:
+            monitor.close()
+        for socket in self._sockets.values():
+            socket.close(linger=linger_ms)
+
+    def send(self, stream: str, packet: bytes) -> bool:
+        """Send on a request stream; False when there is nobody to send to."""
+        try:
+            self._sockets[stream].send(packet, zmq.DONTWAIT)
+        except zmq.Again:
+            return False
+        self._inboxes[stream].stale()
+        return True
+
+    def receive(self, stream: str) -> list[bytes]:
+        """Unread packets of a request stream, at most MOST_AT_ONCE."""
+        found: list[bytes] = []
+        if self._address != self._resolver.address:  # the name server has answered
+            self.reconnect()
+        inbox = self._inboxes[stream]
+        while len(found) < MOST_AT_ONCE and (frames := inbox.take()):
+            found.append(frames[0].bytes)
+        return found
+
+    def key_refused(self) -> bool:
+        """Whether the remote site has refused this side's key on any stream since the last call."""
+        refused = False
+        for monitor in self._monitors:
+            while monitor.poll(0):
+                event: dict[str, Any] = dict(zmq.utils.monitor.recv_monitor_message(monitor))
+                # 300 asks for patience and is tried again by the library; 400 is a refusal.
+                final = event["event"] == zmq.EVENT_HANDSHAKE_FAILED_AUTH and event["value"] == 400
+                refused = refused or final
+        return refused
+
+    def close(self) -> None:
+        """Close all sockets, once a last request has left."""
+        self._resolver.close()
+        self._disconnect(_LAST_REQUEST_MS)
+        self._context.term()
+
+    def __enter__(self) -> "OperatorLink":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

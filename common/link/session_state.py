@@ -1,0 +1,185 @@
+"""The session's states, the same on both sites: disconnected, connected, engaged, fault (latched)."""
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from common.files.printable import printable, printable_lines
+from common.recording.recorded_row import Row, Whole
+from common.wire.packets import LinkState
+
+log = logging.getLogger(__name__)
+
+
+_SERIOUS = ("fault", "estop", "silent", "missing")
+
+
+class Refused(ValueError):
+    """A request that the present state does not allow; the message says why and what to do."""
+
+
+LONGEST_NOTE = 1000
+"""Characters of a note for the recording."""
+
+
+def note_text(details: Mapping[str, object]) -> str:
+    """The text of a note, from the details of the request to record it; lines of printable characters.
+
+    Raises:
+        Refused: there is none, or it is too long.
+    """
+    text = details.get("text")
+    if not isinstance(text, str) or not 0 < len(text) <= LONGEST_NOTE:
+        raise Refused(f"a note needs a text of 1 to {LONGEST_NOTE} characters")
+    return printable_lines(text)
+
+
+class Happening(Row):
+    """What became known of a session: its number (0 for none), and the far side's capabilities, or a fault."""
+
+    what: str
+    """connected, left, disconnected, engaged, disengaged, fault, cleared, estop, silent, heard, missing, complete;
+    where no remote site takes notes, note."""
+    session: Whole
+    text: str
+
+
+@dataclass(slots=True)
+class Session:
+    """One site's session state. Outputs are possible in ENGAGED only; a fault latches."""
+
+    state: LinkState = LinkState.DISCONNECTED
+    ident: int = 0
+    """Number of the session, chosen by the remote site at hello; 0 while there is none."""
+    fault: str = ""
+    paused: str = ""
+    """Why it was disengaged; empty where it was not, or has been engaged again."""
+    cleared_here_only: bool = False
+    """The fault was latched by a person at this site, and only one at this site may clear it."""
+    _happened: list[Happening] = field(default_factory=list)
+    _silent: bool = False
+    _missing: str = ""
+
+    @property
+    def engaged(self) -> bool:
+        """Whether outputs may leave neutral."""
+        return self.state is LinkState.ENGAGED
+
+    @property
+    def silent(self) -> bool:
+        """Whether the far side's stream fell silent while engaged, and was not heard since."""
+        return self._silent
+
+    def connect(self, ident: int, text: str = "") -> None:
+        """A far side said hello: a new session begins, not engaged. A latched fault stays.
+
+        Raises:
+            ValueError: the session's number is not positive.
+        """
+        if ident <= 0:
+            raise ValueError(f"session number {ident} is not positive")
+        self.ident = ident
+        if self.state is not LinkState.FAULT:
+            self.state = LinkState.CONNECTED
+        self.paused = ""
+        self.note("connected", text)
+
+    def disconnect(self, why: str = "", *, left: bool = False) -> None:
+        """The far side is gone. A latched fault stays, and somebody may connect anew to clear it.
+
+        Args:
+            why: for people to read.
+            left: it went on purpose.
+        """
+        if self.ident:
+            self.note("left" if left else "disconnected", why)
+        self.ident = 0
+        if self.state is not LinkState.FAULT:
+            self.state = LinkState.DISCONNECTED
+
+    def engage(self, text: str = "") -> None:
+        """Let outputs leave neutral.
+
+        Raises:
+            Refused: there is no far side, or a fault is latched.
+        """
+        if self.state is LinkState.FAULT:
+            raise Refused(f"a fault is latched ({self.fault}): clear it first")
+        if self.state is LinkState.DISCONNECTED:
+            raise Refused("no far side is connected: say hello first")
+        if self.state is not LinkState.ENGAGED:
+            self.note("engaged", text)
+        self.state = LinkState.ENGAGED
+        self.paused = ""
+
+    def disengage(self, why: str = "") -> None:
+        """Bring outputs to neutral; always allowed."""
+        if self.state is LinkState.ENGAGED:
+            self.state = LinkState.CONNECTED
+            self.paused = printable(why)
+            self.note("disengaged", why)
+
+    def latch(self, why: str, *, cleared_here_only: bool = False) -> None:
+        """Latch a fault: neutral until it is deliberately cleared. The first fault's reason is kept.
+
+        Args:
+            why: for people to read.
+            cleared_here_only: a person at this site did it, and the far side must not undo it.
+        """
+        self.cleared_here_only = self.cleared_here_only or cleared_here_only
+        if self.state is not LinkState.FAULT:
+            self.fault = printable(why)
+            self.state = LinkState.FAULT
+            self.note("fault", why)
+
+    def clear(self, *, here: bool = True) -> None:
+        """Clear a latched fault. Nothing moves by it: the session must be engaged again.
+
+        Args:
+            here: whether it is a person at this site who clears.
+
+        Raises:
+            Refused: no fault is latched, or the far side asks for what only this site may do.
+        """
+        if self.state is not LinkState.FAULT:
+            raise Refused("no fault is latched")
+        if self.cleared_here_only and not here:
+            raise Refused(f"{self.fault}: to be cleared where it was latched")
+        self.note("cleared", self.fault)
+        self.fault = ""
+        self.cleared_here_only = False
+        self.state = LinkState.CONNECTED if self.ident else LinkState.DISCONNECTED
+
+    def heard(self, gap_ns: int | None, gap_s: float, stream: str) -> None:
+        """Note when a stream falls silent while engaged, and when it is heard again.
+
+        Args:
+            gap_ns: since its last accepted packet; None before the first.
+            gap_s: silence that means safe state.
+            stream: its name.
+        """
+        silent = gap_ns is None or not 0 <= gap_ns <= gap_s * 1e9
+        if silent and not self._silent and self.engaged and gap_ns is not None:
+            self._silent = True
+            self.note("silent", f"no {stream} for {gap_s * 1e3:.0f} ms")
+        elif self._silent and not silent:
+            self._silent = False
+            self.note("heard", f"{stream} again")
+
+    def equipped(self, missing: str) -> None:
+        """Note when a device is missing in a session, and when all are there again."""
+        if self.ident and missing != self._missing:
+            self.note("missing" if missing else "complete", missing)
+            self._missing = missing
+
+    def note(self, what: str, text: str = "") -> None:
+        """Log a happening, and keep it for the recording, its text as one printable line; a note keeps its lines."""
+        level = logging.WARNING if what in _SERIOUS else logging.INFO
+        said = printable_lines(text) if what == "note" else printable(text)
+        log.log(level, "%s%s", what, f": {said}" if said else "", extra={"happening": what})
+        self._happened.append(Happening(what, self.ident, said))
+
+    def take_happenings(self) -> list[Happening]:
+        """What happened since the last call."""
+        happened, self._happened = self._happened, []
+        return happened

@@ -1,0 +1,169 @@
+"""Reads a whole recording; every checksum is checked before anything of it is believed."""
+
+import zlib
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import IO
+
+from mcap.opcode import Opcode
+from mcap.reader import SeekingReader
+from mcap.records import (
+    Attachment,
+    Channel,
+    Chunk,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    Message,
+    Metadata,
+    Schema,
+    Statistics,
+)
+
+from common.recording.mcap_records import LONGEST_RECORD_BYTES, MAGIC, Entry, Unreadable, check_chunk, entries, parse
+from common.recording.truncated_mcap import has_end
+
+
+class DamagedRecording(ValueError):
+    """A recording that is not as it was written. The message names file, place and remedy in one line."""
+
+    def __init__(self, path: Path, what: str):
+        super().__init__(f"{path}: damaged: {what}; `teletaction recover {path}` keeps what can be read")
+
+
+class RecordingReader:
+    """What is in a recording.
+
+    Attributes:
+        path: where it lies.
+        start_ns, end_ns: times of its first and last message.
+        counts: messages of each stream.
+        metadata, attachments: by name.
+    """
+
+    def __init__(self, path: Path, file: IO[bytes]):
+        """Check all of `file`, found at `path`; it must be able to seek.
+
+        Raises:
+            DamagedRecording: a checksum is wrong, or a part is not where the index has it.
+            ValueError: it is no MCAP file, is cut, or has no statistics.
+        """
+        self.path = path
+        file.seek(0)
+        if file.read(len(MAGIC)) != MAGIC:
+            raise ValueError(f"{path}: not an MCAP file; recordings are what a process writes to its `record`")
+        if not has_end(file):
+            raise ValueError(f"{path}: cut, without its end; `teletaction recover {path}` makes a whole one of it")
+        found = _Checked(path, file)
+        if found.statistics is None:
+            raise ValueError(f"{path}: its index has no statistics: not a recording of this program")
+        self.start_ns: int = found.statistics.message_start_time
+        self.end_ns: int = found.statistics.message_end_time
+        self.counts: dict[str, int] = {}
+        for channel in found.channels.values():
+            count = found.statistics.channel_message_counts.get(channel.id, 0)
+            self.counts[channel.topic] = self.counts.get(channel.topic, 0) + count
+        self.metadata = {entry.name: entry.metadata for entry in found.metadata}
+        self.attachments = {entry.name: entry for entry in found.attachments}
+        file.seek(0)
+        self._reader = SeekingReader(file, validate_crcs=True, record_size_limit=LONGEST_RECORD_BYTES)
+
+    def messages(
+        self, streams: Sequence[str] | None = None, from_ns: int | None = None
+    ) -> Iterator[tuple[Schema | None, Channel, Message]]:
+        """Messages in order of time: of `streams` only, where given, and from `from_ns` on.
+
+        Raises:
+            DamagedRecording: a chunk's content is none, although its checksum is right.
+        """
+        reading = self._reader.iter_messages(topics=streams, starting_at=from_ns)
+        while True:
+            try:
+                item = next(reading, None)
+            except Exception as error:  # what the library raises over damaged bytes has no common base
+                raise DamagedRecording(self.path, f"messages cannot be read ({type(error).__name__})") from None
+            if item is None:
+                return
+            yield item
+
+    def damaged(self, stream: str, time_ns: int, why: object) -> DamagedRecording:
+        """The error of a message whose content is none of its stream."""
+        at_s = (time_ns - self.start_ns) * 1e-9
+        return DamagedRecording(self.path, f"{stream} at {at_s:.3f} s: {' '.join(str(why).split())}")
+
+
+class _Checked:
+    """Goes through all records of a file that has its end.
+
+    Raises:
+        DamagedRecording: the first that is damaged.
+    """
+
+    def __init__(self, path: Path, file: IO[bytes]):
+        self.statistics: Statistics | None = None
+        self.channels: dict[int, Channel] = {}
+        self.metadata: list[Metadata] = []
+        self.attachments: list[Attachment] = []
+        self._path = path
+        self._chunks: dict[int, int] = {}
+        self._indexed: dict[int, int] = {}
+        self._start_ns: int | None = None
+        data_crc, summary_crc = zlib.crc32(MAGIC), 0
+        in_summary = False
+        end = 0
+        try:
+            for entry in entries(file):
+                if in_summary:
+                    # The footer's own checksum covers it up to that checksum.
+                    covered = entry.packed[:-4] if entry.opcode == Opcode.FOOTER else entry.packed
+                    summary_crc = zlib.crc32(covered, summary_crc)
+                if entry.opcode == Opcode.DATA_END:
+                    in_summary = True
+                elif not in_summary:
+                    data_crc = zlib.crc32(entry.packed, data_crc)
+                self._take(entry, data_crc, summary_crc)
+                end = entry.offset + entry.length + len(MAGIC)
+        except Unreadable as error:
+            raise DamagedRecording(path, f"byte {error.offset}: {error}") from None
+        if end != file.seek(0, 2):
+            raise DamagedRecording(path, f"byte {end}: more follows after its end")
+        if self._chunks != self._indexed:
+            raise DamagedRecording(path, "its index names other chunks than there are")
+
+    def _take(self, entry: Entry, data_crc: int, summary_crc: int) -> None:
+        if entry.opcode == Opcode.CHUNK:
+            self._chunk(entry)
+            return
+        record = parse(entry)
+        match record:
+            case DataEnd() if record.data_section_crc not in (0, data_crc):
+                raise DamagedRecording(
+                    self._path, "the checksum of all data is wrong (metadata, or what finds messages)"
+                )
+            case Footer() if record.summary_crc not in (0, summary_crc):
+                raise DamagedRecording(self._path, f"byte {entry.offset}: the checksum of its index is wrong")
+            case Metadata():
+                self.metadata.append(record)
+            case Attachment():
+                self.attachments.append(record)
+            case Statistics():
+                self.statistics = record
+            case Channel():
+                self.channels[record.id] = record
+            case ChunkIndex():
+                self._indexed[record.chunk_start_offset] = record.chunk_length
+
+    def _chunk(self, entry: Entry) -> None:
+        chunk = parse(entry)
+        assert isinstance(chunk, Chunk)
+        if self._start_ns is None:
+            self._start_ns = chunk.message_start_time
+        try:
+            check_chunk(entry)
+        except Unreadable as error:
+            first_s, last_s = (
+                (time_ns - self._start_ns) * 1e-9 for time_ns in (chunk.message_start_time, chunk.message_end_time)
+            )
+            which = f"chunk with the messages of {first_s:.3f} to {last_s:.3f} s"
+            raise Unreadable(entry.offset, f"{which}: {error}") from None
+        self._chunks[entry.offset] = entry.length

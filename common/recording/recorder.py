@@ -1,0 +1,254 @@
+"""Recording to MCAP by a process of its own: at most the last half second is lost when the machine stops.
+
+A full disk, a slow disk or a crash of the writer never reaches the loop: `write` only puts into a bounded queue and
+counts what did not fit. A recording that failed stays stopped, even if the disk has room again; the file is good up to
+there, and `teletaction recover` makes a whole one of it.
+"""
+
+import json
+import logging
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections import Counter, deque
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import IO
+
+import msgpack
+
+from common.files.private_file import create_private
+from common.files.unique_path import set_aside
+from common.version import software_version
+
+log = logging.getLogger(__name__)
+
+_HAND_NS = 33_000_000
+"""Between two handings over of what waits."""
+_BATCH = 256
+"""Messages handed over at once, at most."""
+_QUEUE_LENGTH = 20_000
+_CLOSE_S = 5.0
+_TOLD_BYTES = 1 << 16
+_OWNERS_ENDS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+"""Told to all processes of a service or a terminal at once; the writer's end comes after its owner's."""
+PACKET_SCHEMA: dict[str, object] = {
+    "type": "array",
+    "description": "a packet of the link as it stands on the wire, see docs/protocols.md",
+}
+
+
+class Recorder:
+    """Writes streams to one MCAP file.
+
+    Each payload is MessagePack; the channel's schema (JSON schema text) names its fields.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        schemas: Mapping[str, Mapping[str, object]],
+        metadata: Mapping[str, str],
+        attachments: Mapping[str, bytes] | None = None,
+        *,
+        durable: bool = False,
+    ):
+        """Create `path` and start the writing process.
+
+        Args:
+            path: file to create, with mode 0600; its folder must exist. What an earlier run recorded there is set aside
+                as -1, -2 ...
+            schemas: for each stream that will be written, its JSON schema.
+            metadata: facts about the recording (configuration, own key's fingerprint, hashes of tables), no secret;
+                the program's version is added.
+            attachments: whole files by name, such as calibrated tables, so that a replay needs nothing else.
+            durable: what counts as written is on the disk, and outlasts a machine that loses its power; it is written
+                at once and not with the next flush. For a few records that must not be lost.
+
+        Raises:
+            OSError: the file cannot be created, an earlier one not set aside, or `path` is a symbolic link.
+        """
+        self._failed: str | None = None
+        self._failed_ns: int | None = None
+        self._written: Counter[str] = Counter()
+        self._refused = 0
+        self._slow_said = False
+        self._taken = 0
+        self._closed = False
+        self._mark_left = False
+        """The closing mark is on its way, or there."""
+        self._ended = False
+        """The writer has told its last."""
+        self._durable = durable
+        self._streams = {stream: number for number, stream in enumerate(schemas)}
+        self._waiting: deque[tuple[int, int, bytes]] = deque()
+        self._handed_ns = 0
+        self._leaving = memoryview(
+            msgpack.packb(
+                {
+                    "metadata": {"version": software_version(), **metadata},
+                    "schemas": {stream: json.dumps(schema).encode() for stream, schema in schemas.items()},
+                    "attachments": dict(attachments or {}),
+                    "durable": durable,
+                }
+            )
+        )
+        """The rest of what is being handed over."""
+        self._told = msgpack.Unpacker()
+        set_aside(path)
+        with create_private(path) as file:
+            self._writer, self._process = _start_writer(file)
+        if durable:
+            _sync_folder(path.parent)
+        self._exchange()
+
+    @property
+    def written(self) -> Counter[str]:
+        """Messages of each stream that were handed to the system; with `durable`, that are on the disk."""
+        self._exchange()
+        return self._written
+
+    @property
+    def failed(self) -> str | None:
+        """Why the recording stopped; None while it has not."""
+        self._exchange()
+        return self._failed
+
+    @property
+    def failed_ns(self) -> int | None:
+        """When the recording stopped, ns of the machine's monotonic clock; None while it has not."""
+        return self._failed_ns
+
+    @property
+    def lost(self) -> int:
+        """Messages that did not fit into the queue or came to a recording that had stopped."""
+        abandoned = 0 if self._failed is None else self._taken - self._written.total()
+        return self._refused + abandoned
+
+    def write(self, stream: str, time_ns: int, payload: bytes) -> None:
+        """Queue one message with its source time (ns, monotonic). Never blocks; a full queue loses it, counted.
+
+        Raises:
+            ValueError: the recording has no such stream.
+        """
+        number = self._streams.get(stream)
+        if number is None:
+            raise ValueError(f"stream {stream!r} is not in the recording's schemas: {', '.join(self._streams)}")
+        if self._ended or self._closed or len(self._waiting) >= _QUEUE_LENGTH:
+            self._refused += 1
+        else:
+            self._taken += 1
+            self._waiting.append((number, time_ns, payload))
+        if self._durable or not 0 <= time_ns - self._handed_ns < _HAND_NS:
+            self._handed_ns = time_ns
+            self._exchange()
+
+    def close(self) -> None:
+        """Write what is queued, close the file with its index, end the process."""
+        if self._closed:
+            return
+        self._closed = True
+        end_s = time.monotonic() + _CLOSE_S
+        self._exchange()
+        while not self._ended and (left_s := end_s - time.monotonic()) > 0.0:
+            ready = select.poll()
+            ready.register(self._writer, select.POLLIN | (select.POLLOUT if self._leaving else 0))
+            ready.poll(left_s * 1e3)
+            self._exchange()
+        self._writer.close()
+        if self._ended:
+            self._process.wait()
+        else:  # left alone, it still writes what it has got when the disk moves again
+            self._fail(f"the disk took nothing for {_CLOSE_S:g} s")
+
+    def __enter__(self) -> "Recorder":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _exchange(self) -> None:
+        """Hand over what waits, as far as it is taken, and take what the writer tells; never waits."""
+        if self._ended:
+            return
+        with suppress(BlockingIOError, ConnectionError):  # a writer that is gone has said why
+            while self._leaving or self._pack():
+                self._leaving = self._leaving[self._writer.send(self._leaving) :]
+        with suppress(BlockingIOError):
+            while not self._ended:
+                self._listen()
+        if self._refused and not self._slow_said:
+            self._slow_said = True
+            log.warning("recording: the disk is slower than the data, %d messages lost so far", self._refused)
+
+    def _pack(self) -> bool:
+        """Make ready what is to be handed over next; False if there is nothing."""
+        batch = [self._waiting.popleft() for _ in range(min(len(self._waiting), _BATCH))]
+        if not batch and (self._mark_left or not self._closed):
+            return False
+        self._mark_left = not batch
+        self._leaving = memoryview(msgpack.packb(batch or None))
+        return True
+
+    def _listen(self) -> None:
+        told = b""
+        with suppress(ConnectionError):
+            told = self._writer.recv(_TOLD_BYTES)
+        if not told:
+            self._fail("the process that writes it has ended")
+        self._told.feed(told)
+        for written, why, whole in self._told:
+            self._written = Counter(
+                {stream: count for stream, count in zip(self._streams, written, strict=False) if count}
+            )
+            self._ended = whole
+            if why is not None:
+                self._fail(why)
+
+    def _fail(self, why: str) -> None:
+        self._ended = True
+        self._waiting.clear()
+        if self._failed is None:
+            self._failed, self._failed_ns = why, time.monotonic_ns()
+            log.error("recording stopped: %s", why)
+
+
+def _start_writer(file: IO[bytes]) -> tuple[socket.socket, "subprocess.Popen[bytes]"]:
+    """Start the process that writes to a file; this end of the socket to it, and the process."""
+    ours, theirs = socket.socketpair()
+    ours.setblocking(False)
+    # -P: a folder `common` where the program happens to be started is none of ours.
+    command = [sys.executable, "-P", "-m", "common.recording.writer_process"]
+    with theirs:
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, _OWNERS_ENDS)  # the process inherits and keeps that
+        try:
+            return ours, subprocess.Popen(command, stdin=theirs.fileno(), stdout=file)
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Wait until the disk has a folder's list of files, without which a new file of it is lost."""
+    number = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(number)
+    finally:
+        os.close(number)
+
+
+def recording_figures(recorder: Recorder | None) -> dict[str, object]:
+    """What a site's status tells of its recording; None stands for a site that does not record."""
+    return {
+        "recorded": {} if recorder is None else dict(recorder.written),
+        "recording_lost": 0 if recorder is None else recorder.lost,
+        "recording_failed": "" if recorder is None else recorder.failed or "",
+        "recording_failed_ns": None if recorder is None else recorder.failed_ns,
+    }

@@ -1,0 +1,112 @@
+"""Reads what is left of an MCAP file that was cut or damaged, as a killed process or a bad disk leaves it."""
+
+import mmap
+import re
+import zlib
+from collections.abc import Iterator
+from typing import IO
+
+from mcap.opcode import Opcode
+from mcap.records import DataEnd, McapRecord
+
+from common.recording.mcap_records import MAGIC, Entry, Unreadable, check_chunk, contents, entries, parse
+
+_FOOTER_HEAD = bytes([Opcode.FOOTER]) + (20).to_bytes(8, "little")
+_END_BYTES = len(_FOOTER_HEAD) + 20 + len(MAGIC)
+_CHUNK_HEAD = re.compile(rb"\x06(?=.{4}\x00{4})", re.DOTALL)
+"""A chunk's length is below 4 GiB."""
+_NAMES = (Opcode.SCHEMA, Opcode.CHANNEL)
+_FINDERS = (Opcode.HEADER, Opcode.MESSAGE_INDEX, Opcode.CHUNK_INDEX, Opcode.ATTACHMENT_INDEX, Opcode.METADATA_INDEX)
+"""They hold nothing but where other records are."""
+
+
+def has_end(file: IO[bytes]) -> bool:
+    """Whether a file ends as only a closed recording does."""
+    if file.seek(0, 2) < _END_BYTES:
+        return False
+    file.seek(-_END_BYTES, 2)
+    end = file.read(_END_BYTES)
+    return end.startswith(_FOOTER_HEAD) and end.endswith(MAGIC)
+
+
+class CutRecording:
+    """The readable part of a recording.
+
+    Attributes:
+        unreadable_bytes: in no record; known once `records` has ended.
+        damaged_parts: records whose content or checksum is wrong; they are left out.
+        doubtful: the checksum of all data is wrong although no part is: what has none of its own may be wrong.
+    """
+
+    def __init__(self, file: IO[bytes]):
+        """Read `file`, a file of the system."""
+        self._file = file
+        self._length = file.seek(0, 2)
+        self._data_crc = 0
+        self.unreadable_bytes = self._length
+        self.damaged_parts = 0
+        self.doubtful = False
+
+    def records(self) -> Iterator[McapRecord]:
+        """Schemas, channels, messages, metadata and attachments from the file's beginning, in its own order.
+
+        After a place that cannot be read it continues with the next chunk that is sound.
+        """
+        self._file.seek(0)
+        self.unreadable_bytes = self._length
+        self.damaged_parts = 0
+        if self._file.read(len(MAGIC)) != MAGIC:
+            return
+        self.unreadable_bytes = 0
+        self._data_crc = zlib.crc32(MAGIC)
+        yield from self._named_at_the_end()
+        offset: int | None = len(MAGIC)
+        while offset is not None:
+            try:
+                for entry in entries(self._file, offset):
+                    yield from self._read(entry)
+                return
+            except Unreadable as error:
+                offset = self._sound_chunk(error.offset + 1)
+                self.unreadable_bytes += (self._length if offset is None else offset) - error.offset
+
+    def _named_at_the_end(self) -> list[McapRecord]:
+        """Schemas and channels of the index: the chunk that names them first may be damaged."""
+        if not has_end(self._file):
+            return []
+        self._file.seek(-_END_BYTES + len(_FOOTER_HEAD), 2)
+        start = int.from_bytes(self._file.read(8), "little")
+        try:
+            index = [parse(entry) for entry in entries(self._file, start) if entry.opcode in _NAMES]
+        except (Unreadable, OverflowError, OSError):
+            return []
+        return index
+
+    def _read(self, entry: Entry) -> list[McapRecord]:
+        try:
+            if entry.opcode == Opcode.CHUNK:
+                found = contents(entry)
+            else:
+                found = [] if entry.opcode in _FINDERS else [parse(entry)]
+        except Unreadable:
+            self.damaged_parts += 1
+            found = []
+        match found:
+            case [DataEnd(data_section_crc=checksum)]:
+                sound = not self.damaged_parts and not self.unreadable_bytes
+                self.doubtful = sound and checksum not in (0, self._data_crc)
+        self._data_crc = zlib.crc32(entry.packed, self._data_crc)
+        return found
+
+    def _sound_chunk(self, start: int) -> int | None:
+        """Where the next chunk with the right checksum begins, from `start` on; None where there is none."""
+        if start >= self._length:
+            return None
+        content = mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ)
+        for found in _CHUNK_HEAD.finditer(content, start):
+            try:
+                if check_chunk(next(entries(self._file, found.start()))).uncompressed_crc:
+                    return found.start()
+            except Unreadable:
+                continue
+        return None

@@ -1,0 +1,104 @@
+"""The loop of a site, the same for both: tick on time, and once a second tell how it is."""
+
+import time
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Protocol
+
+from common.link.curve import LinkProblem
+from common.link.session_display import ENDED, shown_state
+from common.runtime.containment import Containment
+from common.runtime.periodic_loop import PeriodicLoop
+from common.runtime.rate_monitor import HeldRate, spent
+from common.runtime.realtime_priority import Precedence
+from common.runtime.scheduling import become_timely
+from common.runtime.status_file import StatusFile
+from common.runtime.systemd_notify import Supervisor
+from common.runtime.watchdog import LoopWatchdog
+from common.timing.timeouts import NOTICE_S
+
+
+class Site(Protocol):
+    """What the loop runs."""
+
+    @property
+    def contain(self) -> Containment:
+        """What the site has contained, and contains."""
+
+    def tick(self, now_ns: int) -> None:
+        """Read, compute, pass the gate, write."""
+
+    def figures(self) -> dict[str, object]:
+        """What the status file tells."""
+
+
+def run_site_loop(
+    site: Site,
+    name: str,
+    rate_hz: float,
+    stop: Callable[[], bool],
+    *,
+    status: Path | None = None,
+    each_second: Callable[[], None] = lambda: None,
+    tell: Callable[[int, dict[str, object]], None] = lambda now_ns, figures: None,
+    clock_ns: Callable[[], int] = time.monotonic_ns,
+    sleep: Callable[[float], None] = time.sleep,
+    watchdog: Callable[[Callable[[], int]], AbstractContextManager[object]] = LoopWatchdog,
+    supervisor: Supervisor | None = None,
+    precedence: Precedence | None = None,
+) -> None:
+    """Run `site` until `stop()`; called when its devices are there.
+
+    Args:
+        site: ticks with the clock's time.
+        name: of the process, for its status file.
+        rate_hz: ticks a second.
+        stop: asked before each tick.
+        status: file that is rewritten once a second and at the end; none without.
+        each_second: called once a second before the figures are taken; a LinkProblem that it raises ends the loop.
+        tell: is given the figures, too, with the time of their tick.
+        clock_ns: monotonic clock, ns.
+        sleep: waits for s on the same clock.
+        watchdog: watches the count of ticks while the loop runs.
+        supervisor: is told when the loop runs, how it is, and when it ends; by default whom the environment names.
+        precedence: gives the loop real-time priority while it may have it; by default the system's.
+    """
+    become_timely()
+    loop = PeriodicLoop(1.0 / rate_hz, now=lambda: clock_ns() * 1e-9, sleep=sleep)
+    held = HeldRate(rate_hz)
+    precedence = precedence or Precedence()
+    status_file = StatusFile(status, name, loop)
+    contain = site.contain
+    due_ns = None
+    with supervisor or Supervisor() as told, watchdog(lambda: loop.ticks):
+        while not stop():
+            loop.wait()
+            now_ns = clock_ns()
+            site.tick(now_ns)
+            if due_ns is None:
+                told.ready()
+            if due_ns is None or now_ns >= due_ns:
+                due_ns = now_ns + round(NOTICE_S * 1e9)
+                with contain.step("each second", latches=False, passes=(LinkProblem,)):
+                    each_second()
+                figures: dict[str, object] = {"contained": dict(contain.places)}
+                with contain.step("figures", latches=False):
+                    figures |= {**site.figures(), **held.look(now_ns * 1e-9, spent(loop))}
+                    figures["real_time"] = precedence.look(not held.behind, held.works)
+                    status_file.write(now_ns * 1e-9, figures)
+                    tell(now_ns, figures)
+                told.alive(in_words(figures))
+        ended_s = clock_ns() * 1e-9
+        with contain.step("figures", latches=False):
+            figures = {**site.figures(), **held.look(ended_s, spent(loop)), "real_time": precedence.first}
+            figures["state"] = ENDED  # nobody keeps this file up to date any more
+            status_file.write(ended_s, figures)
+
+
+def in_words(figures: Mapping[str, object]) -> str:
+    """A site's state in one line, with what is wrong or missing."""
+    told = ("fault", "missing", "refusal", "stale", "behind")
+    why = next((figures[name] for name in told if figures.get(name)), None)
+    state = shown_state(str(figures.get("state", "running")), link_silent=bool(figures.get("stale")))
+    return state + (f": {why}" if why else "")

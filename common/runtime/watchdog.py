@@ -1,0 +1,97 @@
+"""Ends the process when its loop stands still although the process runs, so that a supervisor starts it anew.
+
+A loop that is ready and gets no processor does not stand still: the machine is busy, and a new process would be too
+late as well. The devices' own time-outs have made every output safe long before. What holds the whole interpreter,
+this watchdog included, is left to the supervisor's watchdog, which the loop itself feeds.
+"""
+
+import faulthandler
+import logging
+import os
+import sys
+import threading
+from collections.abc import Callable
+from types import TracebackType
+
+from common.runtime.scheduling import Starved
+from common.timing.timeouts import SITE_WATCHDOG_S
+
+log = logging.getLogger(__name__)
+
+WAKE_UP_S = 0.1
+EXIT_CODE = os.EX_SOFTWARE
+"""70, an internal error."""
+_LAST_WORDS_S = 0.5
+_LONGEST_STACKS = 64 * 1024
+
+
+class Standstill:
+    """Counts its own wake-ups since the loop's last tick, not the time.
+
+    A process that was stopped and continued, or a machine that slept, has woken up no more often than its loop.
+    Wake-ups at which the loop's thread had no processor do not count.
+    """
+
+    def __init__(self, patience_s: float = SITE_WATCHDOG_S) -> None:
+        self._most = round(patience_s / WAKE_UP_S)
+        self._ticks = -1
+        self._wake_ups = 0
+
+    def wake_up(self, ticks: int, starved: bool) -> bool:
+        """Called every WAKE_UP_S; whether the loop has stood still for too long.
+
+        Args:
+            ticks: that the loop has made.
+            starved: whether its thread was ready since the last wake-up, and had no processor.
+        """
+        if ticks != self._ticks:
+            self._ticks, self._wake_ups = ticks, 0
+            return False
+        self._wake_ups += not starved
+        return self._wake_ups >= self._most
+
+
+def end_process() -> None:
+    """Say where every thread stands and end at once: what hangs would hang in an orderly end too."""
+    # Standard error may be what the loop hangs on: whoever waits for it must not hold up the end.
+    teller = threading.Thread(target=_tell, daemon=True, name="last-words")
+    teller.start()
+    teller.join(_LAST_WORDS_S)
+    os._exit(EXIT_CODE)
+
+
+def _tell() -> None:
+    # The dump is taken with the interpreter held, so it goes to memory first: only the write below may block.
+    stacks = os.memfd_create("stacks")
+    faulthandler.dump_traceback(stacks)
+    os.write(sys.stderr.fileno(), os.pread(stacks, _LONGEST_STACKS, 0))
+    log.critical("the loop makes no tick any more: this process ends with exit code %d", EXIT_CODE)
+
+
+class LoopWatchdog:
+    """A thread that watches the loop of the calling thread while the `with` block runs."""
+
+    def __init__(self, ticks: Callable[[], int], end: Callable[[], None] = end_process) -> None:
+        """Watch the loop's count of `ticks`; call `end` once it stands still."""
+        self._ticks = ticks
+        self._end = end
+        self._standstill = Standstill()
+        self._starved = Starved(threading.get_native_id())
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._watch, daemon=True, name="watchdog")
+
+    def __enter__(self) -> "LoopWatchdog":
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._stop.set()
+        self._thread.join()
+
+    def _watch(self) -> None:
+        while not self._stop.wait(WAKE_UP_S):
+            if self._standstill.wake_up(self._ticks(), self._starved.look()):
+                self._end()
+                return

@@ -1,0 +1,85 @@
+"""Thermal constants of materials, read from `materials.toml`."""
+
+import math
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from common.files.constants import read_constants
+from common.files.read_files import read_tables
+
+ALIASES = {
+    "wood": "pine",
+    "ceramic": "ceramic_tile",
+    "steel": "carbon_steel",
+    "foam": "pu_foam",
+    "skin": "skin_dermis",
+}
+"""Everyday names and the specimen each stands for."""
+CONSTANTS = {
+    "conductivity_w_mk": (0.01, 500.0),
+    "density_kg_m3": (1.0, 25_000.0),
+    "specific_heat_j_kgk": (100.0, 10_000.0),
+    "spread": (0.0, 1.0),
+}
+"""Of each material, with the range of what can be told of it over the link and shown to a finger."""
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """One material's thermal constants, SI; `spread` is one standard deviation of ln(effusivity)."""
+
+    name: str
+    conductivity_w_mk: float
+    density_kg_m3: float
+    specific_heat_j_kgk: float
+    spread: float
+
+    @classmethod
+    def read(cls, name: str, given: object, where: str) -> "Material":
+        """Take a table's constants; raises ValueError that says `where`, and names the constant that is wrong."""
+        return cls(name, **read_constants(given, CONSTANTS, where))
+
+    @property
+    def effusivity(self) -> float:
+        """sqrt(k rho c), J/(m2 K s^0.5): what a touch feels in its first seconds."""
+        return math.sqrt(self.conductivity_w_mk * self.density_kg_m3 * self.specific_heat_j_kgk)
+
+
+@cache
+def materials() -> dict[str, Material]:
+    """All known materials by name."""
+    return read_materials(Path(__file__).parent / "constants" / "materials.toml")
+
+
+def read_materials(path: Path) -> dict[str, Material]:
+    """Materials of a file by name.
+
+    Raises:
+        ValueError: a constant is missing, unknown, no number, or out of range; the message names file, material and
+            constant.
+    """
+    tables = read_tables(path)
+    return {name: Material.read(name, given, f"{path}: {name}") for name, given in tables.items()}
+
+
+def material(name: str) -> Material:
+    """Look a material up by name or alias.
+
+    Raises:
+        KeyError: no such material; the message lists those that there are.
+    """
+    known = materials()
+    try:
+        return known[ALIASES.get(name, name)]
+    except KeyError:
+        raise KeyError(f"unknown material {name!r}; known: {', '.join(sorted([*known, *ALIASES]))}") from None
+
+
+def contact_resistance_m2k_w(conductivity_w_mk: float) -> float:
+    """Thermal contact resistance between a bare finger and an object, m2K/W.
+
+    R_c = (0.37 + k)/(1870 k) after Ho & Jones 2008, which is optimistic for hard conductors:
+    held at or above 1e-3, where measured skin temperatures of people lie.
+    """
+    return max(1e-3, (0.37 + conductivity_w_mk) / (1870.0 * conductivity_w_mk))

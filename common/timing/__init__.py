@@ -1,0 +1,4 @@
+"""Timeouts of both sites, standstills of the host, and the safe state of each actuator.
+
+All folders may use `timeouts`. `standstill` and `tick_age` judge the time of one process.
+"""

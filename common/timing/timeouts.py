@@ -1,0 +1,231 @@
+"""The watchdog ladder: each time after which silence or standstill has a consequence, and what it has to cover.
+
+A time further up must never act before those it covers have had their turn: otherwise one late packet is a gap, or a
+process is ended while its devices still wait for it. `check_ladder` holds a configuration against these rules.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from common.limits import (
+    FINGER_FORCE_N,
+    FORCE_RAMP_DOWN_N_S,
+    FORCE_SAFE_S,
+    GAP_S,
+    MODULE_TIMEOUT_S,
+    MOTOR_SAFE_S,
+    MOTOR_STILL_S,
+    PLATE_FAULT_C,
+    PLATE_HEATING_K_S,
+    THERMAL_SAFE_S,
+    WIDE,
+)
+from common.wire.streams import STREAMS
+
+SLOWEST_RATE_HZ, FASTEST_RATE_HZ = 100.0, 1000.0
+"""Rates that a site's loop may be given."""
+REFRESH_S = 0.012
+"""Maximum interval between two packets of a stream, s, while its values do not change."""
+FRAME_S = 0.002
+"""Minimum interval between two encoder readings of a CAN node, s: encoders are read at 500 Hz."""
+REPORT_S = 0.010
+"""Between two reports of a serial module with a thermometer."""
+COMMAND_REFRESH_S = 0.020
+"""An unchanged command of a serial module is repeated when it is this old."""
+TICK_AGE_S = 0.070
+"""What a tick decided longer ago is not sent, and after it a gate begins from neutral: a process that was stopped in a
+tick finishes it on waking, while its devices may have gone to safe by themselves."""
+STANDSTILL_S = 0.050
+"""A device whose clock gains more on the host's shows that the host stood still; less is delay and drift."""
+FORCE_FALL_S = FINGER_FORCE_N / FORCE_RAMP_DOWN_N_S
+"""Full force to none, in the gate and in the exoskeleton itself."""
+RETREAT_AFTER_S = 0.100
+"""A remote finger that was stopped stands so long before it retreats."""
+SESSION_SILENCE_S = 1.5
+"""On the slowest link a hello, its answer and the first heartbeat take as long, one after the other."""
+SITE_WATCHDOG_S = 1.5
+NOTICE_S = 1.0
+"""Between two status files, and two signs of life to the supervisor."""
+SUPERVISOR_WATCHDOG_S = 5.0
+
+_ROUNDING_S = 1e-9
+
+
+class BrokenLadder(ValueError):
+    """A time that acts before one that it has to cover; the message names both, with numbers."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rung:
+    """One time of the ladder.
+
+    Attributes:
+        name: what is waited for.
+        after_s: the time, s.
+        source: the field or table that it stands in.
+        then: what happens when the time is over.
+        covers: sums of rungs further down, `{name: how many times}`, that it must be as long as, each.
+    """
+
+    name: str
+    after_s: float
+    source: str
+    then: str
+    covers: tuple[Mapping[str, float], ...] = ()
+
+
+def ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: float | None = None) -> tuple[Rung, ...]:
+    """The rungs of one site, lowest first.
+
+    Args:
+        rate_hz: this site's loop.
+        gap_s: without an accepted packet for longer, outputs go to safe.
+        age_s: oldest source time acted on.
+        far_rate_hz: the far side's loop, which sends one packet a tick at most; None while it is unknown.
+    """
+    period_s = 1.0 / rate_hz
+    far = () if far_rate_hz is None else (Rung("far loop", 1.0 / far_rate_hz, "far side's rate_hz", "a packet comes"),)
+    return (
+        Rung("loop", period_s, "rate_hz", "read, compute, pass the gate, write, send a packet"),
+        *far,
+        Rung("refresh", REFRESH_S, "deadband", "a far side with no news sends a packet"),
+        Rung("heartbeat", 1.0 / STREAMS["heartbeat"].rate_hz, "streams", "clocks are compared"),
+        Rung("report", REPORT_S, "protocol", "a serial module says what it measures"),
+        Rung("command", COMMAND_REFRESH_S + period_s, "protocol", "an unchanged command is repeated"),
+        Rung("force fall", FORCE_FALL_S, "limits", "full force has gone to 0", ({"loop": 5},)),
+        Rung(
+            "standstill", STANDSTILL_S, "devices", "the site's clock is put forward by a standstill", ({"report": 3},)
+        ),
+        Rung(
+            "tick age",
+            TICK_AGE_S,
+            "site loop",
+            "an older decision of a tick is not sent; outputs start from neutral",
+            ({"loop": 3}, {"standstill": 1, "report": 1}),
+        ),
+        Rung(
+            "gap",
+            gap_s,
+            "link.gap_s",
+            "no accepted packet: the gate brings the outputs to safe",
+            ({"loop": 3}, {"far loop": 3}, {"refresh": 3}),
+        ),
+        Rung(
+            "reading age",
+            GAP_S,
+            "limits",
+            "no reading: that plate's drive is off, that finger retreats",
+            ({"loop": 3}, {"report": 3}),
+        ),
+        Rung(
+            "device time-out",
+            MODULE_TIMEOUT_S,
+            "limits",
+            "no good command: the device turns its own outputs off",
+            ({"loop": 3}, {"command": 3}, {"command": 1, "tick age": 1}),
+        ),
+        Rung("age", age_s, "link.max_age_s", "an older packet is refused; the gap continues", ({"loop": 3},)),
+        Rung(
+            "force hold",
+            FORCE_SAFE_S,
+            "limits",
+            "finger force is 0",
+            ({"gap": 1, "force fall": 1}, {"device time-out": 1, "force fall": 1}),
+        ),
+        Rung(
+            "motor hold",
+            MOTOR_SAFE_S,
+            "limits",
+            "motor drive is 0",
+            ({"gap": 1, "loop": 2}, {"device time-out": 1, "loop": 1}),
+        ),
+        Rung(
+            "thermal hold",
+            THERMAL_SAFE_S,
+            "limits",
+            "Peltier and heater drives are 0",
+            ({"gap": 1, "command": 1}, {"device time-out": 1, "report": 1}),
+        ),
+        Rung("motor still", MOTOR_STILL_S, "limits", "the motor is below the perception floor", ({"motor hold": 1},)),
+        Rung(
+            "retreat", GAP_S + RETREAT_AFTER_S, "patient gate", "stopped remote fingers rise", ({"gap": 1, "loop": 3},)
+        ),
+        Rung(
+            "session silence",
+            SESSION_SILENCE_S,
+            "session",
+            "no heartbeat: the session ends, the operator sends hello again",
+            # After a hello, its answer and the first heartbeat are each one way on their way.
+            ({"heartbeat": 5}, {"age": 3}, {"force hold": 1}, {"thermal hold": 1}, {"motor still": 1}, {"retreat": 1}),
+        ),
+        Rung(
+            "site watchdog",
+            SITE_WATCHDOG_S,
+            "watchdog",
+            "the loop made no tick: its process ends with exit code 70",
+            ({"loop": 50}, {"session silence": 1}, {"thermal hold": 1}, {"motor still": 1}),
+        ),
+        Rung("sign of life", NOTICE_S, "site loop", "status file rewritten, supervisor notified", ({"loop": 3},)),
+        Rung(
+            "supervisor's watchdog",
+            SUPERVISOR_WATCHDOG_S,
+            "deploy/systemd",
+            "no sign of life: unhealthy; the supervisor kills and restarts the process",
+            ({"sign of life": 3}, {"site watchdog": 1, "sign of life": 1}),
+        ),
+        Rung(
+            "thermal cut-out",
+            (PLATE_FAULT_C - WIDE.high_c) / PLATE_HEATING_K_S,
+            "limits",
+            f"a plate that keeps heating from the end of its range is at {PLATE_FAULT_C:g} °C: the module cuts its "
+            "supply, independently of all else",
+            ({"device time-out": 1},),
+        ),
+    )
+
+
+def check_ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: object = None) -> None:
+    """Hold the times of one site against what they have to cover.
+
+    Called when a configuration is loaded, and at hello with the far side's rate, as it came.
+
+    Raises:
+        BrokenLadder: a time acts too early, or the far side's rate is no rate of a loop.
+    """
+    far = None if far_rate_hz is None else _rate(far_rate_hz)
+    rungs = ladder(rate_hz, gap_s, age_s, far)
+    after_s = {rung.name: rung.after_s for rung in rungs}
+    for rung in rungs:
+        for parts in rung.covers:
+            if not parts.keys() <= after_s.keys():
+                continue  # of the far side, which is unknown
+            least_s = sum(times * after_s[name] for name, times in parts.items())
+            if not rung.after_s >= least_s - _ROUNDING_S:
+                raise BrokenLadder(
+                    f"{rung.source}: {rung.name} of {in_ms(rung.after_s)} must cover "
+                    f"{_sum(parts, {each.name: each for each in rungs})} = {in_ms(least_s)}"
+                )
+
+
+def in_ms(time_s: float) -> str:
+    """A time for people: `100 ms`, `5 s`."""
+    return f"{time_s:g} s" if time_s >= 1.0 else f"{time_s * 1e3:.4g} ms"
+
+
+def _rate(told: object) -> float:
+    number = told if isinstance(told, (int, float)) and not isinstance(told, bool) else math.nan
+    if not SLOWEST_RATE_HZ <= number <= FASTEST_RATE_HZ:
+        raise BrokenLadder(
+            f"far side's rate_hz: {str(told)[:40]} is not in {SLOWEST_RATE_HZ:g}..{FASTEST_RATE_HZ:g} Hz: "
+            "correct the far side's configuration"
+        )
+    return number
+
+
+def _sum(parts: Mapping[str, float], rungs: Mapping[str, Rung]) -> str:
+    def part(name: str, times: float) -> str:
+        rung = rungs[name]
+        return f"{f'{times:g} x ' if times != 1 else ''}{name} ({rung.source}) of {in_ms(rung.after_s)}"
+
+    return " + ".join(part(name, times) for name, times in parts.items())

@@ -1,0 +1,283 @@
+"""What the two sites stream to each other: where the operator's fingertips are, and what the remote ones touch.
+
+Floats of all fingers travel as one block. The same checks run when a packet is made: nothing that the far side would
+refuse is sent.
+"""
+
+import struct
+from collections.abc import Iterable
+from enum import IntEnum
+from functools import lru_cache
+from itertools import chain
+from typing import Annotated, Any, NamedTuple, Self, get_type_hints
+
+from msgspec import Meta, Struct
+
+from common.wire.finger_block import FingerBlock
+from common.wire.packets import BadPacket, Floats, Integer, LinkState, N, Name, Packet, pack, unpack
+from common.wire.touch_summary import NOTHING_TOLD, Told, pack_told, read_told
+
+EVENT_MAX = 2000.0
+"""Largest value of an event, in its own unit."""
+MAX_EVENTS = 40
+"""Events in one touch packet, newest last: five fingers cross up to 375 grooves in a second, and a link may be silent
+for 0.1 s."""
+
+
+class ExplorationMode(IntEnum):
+    """What a fingertip is doing (Kron & Schmidt 2003, section 3.1)."""
+
+    FREE = 0
+    TAPPING = 1
+    QUIESCENT = 2
+    STROKING = 3
+
+
+class ThermalStatus(IntEnum):
+    """What can be said about an object's material."""
+
+    NONE = 0
+    NO_CONTACT = 1
+    DECIDING = 2
+    IDENTIFIED = 3
+    AMBIGUOUS = 4
+    UNKNOWN = 5
+    UNIDENTIFIABLE = 6
+
+
+class EventKind(IntEnum):
+    """Happenings that must not be lost with a superseded packet."""
+
+    TAP = 0
+    GROOVE = 1
+    MATERIAL = 2
+
+
+STIFFNESS_KNOWN_LN_SD = 0.06
+"""A stiffness with this standard deviation of its logarithm, or a larger one, is not yet known."""
+
+
+def _codes(kind: type[IntEnum]) -> str:
+    return ", ".join(f"{member} {member.name.lower()}" for member in kind)
+
+
+class Column(NamedTuple):
+    """Definition of one number of a finger's row: lowest and highest value, unit, and meaning."""
+
+    low: float
+    high: float
+    unit: str
+    meaning: str
+
+
+class MotionRow(NamedTuple):
+    """Where one fingertip of the operator is: the columns of a `MOTION_BLOCK` in order."""
+
+    x_m: Annotated[float, Column(-0.66, 0.66, "m", "place of the hand")]
+    y_m: Annotated[float, Column(-0.66, 0.66, "m", "likewise")]
+    z_m: Annotated[float, Column(-0.0103, 0.0103, "m", "height of the fingertip")]
+
+
+class TouchRow(NamedTuple):
+    """What one remote finger touches: the columns of a `TOUCH_BLOCK` in order. Decoding enforces their ranges.
+
+    The table in `docs/protocols.md` follows from this definition.
+    """
+
+    mode: Annotated[float, Column(0, 3, "", _codes(ExplorationMode))]
+    contact: Annotated[float, Column(0, 1, "", "1 in contact")]
+    contact_force_n: Annotated[float, Column(0, 10.5, "N", "force on the object")]
+    x_m: Annotated[float, Column(-0.66, 0.66, "m", "where the remote hand was when this was measured")]
+    y_m: Annotated[float, Column(-0.66, 0.66, "m", "likewise")]
+    surface_z_m: Annotated[float, Column(-0.011, 0.011, "m", "height of the surface under the finger there")]
+    stiffness_n_m: Annotated[float, Column(0, 20_000, "N/m", "**0: no surface**")]
+    stiffness_ln_sd: Annotated[
+        float,
+        Column(
+            0,
+            10,
+            "1",
+            f"standard deviation of ln(stiffness); **{STIFFNESS_KNOWN_LN_SD:g} or more: not yet known**; "
+            "until a press was measured, stiffness and surface are too low rather than too high",
+        ),
+    ]
+    damping_n_s_m: Annotated[float, Column(0, 100, "N s/m", "of the object at the present force; 0 where not known")]
+    slope_x: Annotated[float, Column(-1, 1, "1", "dz/dx of the surface along a stroke; 0 where not known")]
+    slope_y: Annotated[float, Column(-1, 1, "1", "dz/dy, likewise")]
+    k_tap: Annotated[
+        float,
+        Column(0, 20_000, "(rad/s)/(m/s)", "amplitude of a tap per approach speed (Kron & Schmidt 2003, Eq. 1)"),
+    ]
+    b_tap_per_s: Annotated[float, Column(0, 1000, "1/s", "its decay")]
+    k_stroke_v: Annotated[float, Column(0, 50_000, "(rad/s)/(m/s)", "vibration per stroke speed (Eq. 2)")]
+    k_stroke_f: Annotated[float, Column(0, 5000, "(rad/s)/N", "vibration per force (Eq. 2)")]
+    groove_rad_s: Annotated[float, Column(0, 1100, "rad/s", "amplitude of a groove's impulse")]
+    b_groove_per_s: Annotated[float, Column(0, 1000, "1/s", "its decay")]
+    conductivity_w_mk: Annotated[float, Column(0, 500, "W/(m K)", "**0: thermal constants not known**")]
+    density_kg_m3: Annotated[float, Column(0, 25_000, "kg/m3", "of the object")]
+    specific_heat_j_kgk: Annotated[float, Column(0, 10_000, "J/(kg K)", "of the object")]
+    effusivity_ln_sd: Annotated[
+        float,
+        Column(
+            0, 10, "1", "standard deviation of ln(effusivity) of these three constants; 10 where they are not known"
+        ),
+    ]
+    object_c: Annotated[float, Column(-50, 150, "C", "temperature of the object")]
+    object_c_sd: Annotated[float, Column(0, 100, "K", "its standard deviation")]
+    probability: Annotated[float, Column(0, 1, "1", "of the likeliest material")]
+    thermal_status: Annotated[float, Column(0, len(ThermalStatus) - 1, "", _codes(ThermalStatus))]
+
+
+NO_TOUCH = TouchRow._make(0.0 for _ in TouchRow._fields)
+"""Row of a finger that is not in use."""
+
+
+def columns(row: type[MotionRow] | type[TouchRow]) -> dict[str, Column]:
+    """The definition of each column of a row, in order."""
+    return {name: hint.__metadata__[0] for name, hint in get_type_hints(row, include_extras=True).items()}
+
+
+def _ranges(row: type[MotionRow] | type[TouchRow]) -> dict[str, tuple[float, float]]:
+    return {name: (column.low, column.high) for name, column in columns(row).items()}
+
+
+MOTION_BLOCK = FingerBlock(_ranges(MotionRow))
+MOTION_FIELDS = MotionRow._fields
+TOUCH_RANGES = _ranges(TouchRow)
+TOUCH_FIELDS = TouchRow._fields
+TOUCH_COLUMN = {name: column for column, name in enumerate(TOUCH_FIELDS)}
+TOUCH_BLOCK = FingerBlock(TOUCH_RANGES, codes=("mode", "contact", "thermal_status"))
+TOUCH_LOW, TOUCH_HIGH = TOUCH_BLOCK.low, TOUCH_BLOCK.high
+_MOTION_ROW, _TOUCH_ROW = (struct.Struct(f"<{len(fields)}f") for fields in (MOTION_FIELDS, TOUCH_FIELDS))
+_TOUCH_ROWS = struct.Struct(f"<{N * len(TOUCH_FIELDS)}f")
+
+
+def pack_rows(rows: Iterable[TouchRow]) -> bytes:
+    """Bytes of a `TOUCH_BLOCK` of five rows, whose values are not checked yet.
+
+    Raises:
+        OverflowError: a value is too large for 32 bits.
+    """
+    return _TOUCH_ROWS.pack(*chain.from_iterable(rows))
+
+
+class Event(NamedTuple):
+    """One happening at a finger; `ident` is unique in the session, so each is played once.
+
+    `value`: approach speed in m/s of a tap, amplitude in rad/s of a groove, probability of a material. `time_ns` is of
+    the remote site's clock; `hand_ns` of the operator's: the source time of the motion packet that the finger was
+    following then, 0 where it followed none.
+    """
+
+    ident: Integer
+    kind: EventKind
+    finger: Annotated[int, Meta(ge=0, le=N - 1)]
+    time_ns: Integer
+    hand_ns: Integer
+    value: Annotated[float, Meta(ge=0.0, le=EVENT_MAX)]
+    name: Name = ""
+
+
+class Motion(Packet, frozen=True):
+    """Where the operator's fingertips are, m; `floats` are the bytes of a `MOTION_BLOCK`."""
+
+    state: LinkState
+    floats: bytes
+
+    def encode(self) -> bytes:
+        """Packet bytes; raises BadPacket on a value out of range."""
+        MOTION_BLOCK.check(self.floats)
+        return super().encode()
+
+    @classmethod
+    def decode(cls, packet: bytes) -> Self:
+        """Check and unpack; raises BadPacket."""
+        motion = super().decode(packet)
+        MOTION_BLOCK.check(motion.floats)
+        return motion
+
+    @property
+    def block(self) -> Floats:
+        """(5, 3) of `MotionRow`, m; read only."""
+        return MOTION_BLOCK.array(self.floats)
+
+    @property
+    def rows(self) -> tuple[MotionRow, ...]:
+        """The row of each finger."""
+        return tuple(map(MotionRow._make, _MOTION_ROW.iter_unpack(self.floats)))
+
+
+class Touch(NamedTuple):
+    """What the remote fingers touch: bytes of a `TOUCH_BLOCK`, names of the likeliest materials, events.
+
+    `told`, of each finger, is what a person reads of it at a slow pace.
+    """
+
+    session: int
+    sequence: int
+    time_ns: int
+    state: LinkState
+    floats: bytes
+    materials: tuple[str, ...]
+    events: tuple[Event, ...]
+    told: tuple[Told, ...] = NOTHING_TOLD
+
+    def encode(self) -> bytes:
+        """Packet bytes; raises BadPacket on a value out of range."""
+        floats, news = TOUCH_BLOCK.check(self.floats), _pack_news(self.materials, self.events)
+        header = self.session, self.sequence, self.time_ns, self.state
+        return _TouchPacket(*header, floats, news, pack_told(self.told)).encode()
+
+    @classmethod
+    def decode(cls, packet: bytes) -> "Touch":
+        """Check and unpack; raises BadPacket."""
+        sent = _TouchPacket.decode(packet)
+        floats, news, told = TOUCH_BLOCK.check(sent.floats), _read_news(sent.news), read_told(sent.told)
+        header = sent.session, sent.sequence, sent.time_ns, sent.state
+        return cls(*header, floats, news.materials, news.events, told)
+
+    @property
+    def block(self) -> Floats:
+        """(5, columns) of `TouchRow`; read only."""
+        return TOUCH_BLOCK.array(self.floats)
+
+    @property
+    def rows(self) -> tuple[TouchRow, ...]:
+        """The row of each finger."""
+        return tuple(map(TouchRow._make, _TOUCH_ROW.iter_unpack(self.floats)))
+
+
+class _TouchPacket(Packet, frozen=True):
+    """A touch on the wire: names and events, and what changes slowly, are packed within it."""
+
+    state: LinkState
+    floats: bytes
+    news: bytes
+    told: bytes
+
+
+class _News(Struct, array_like=True, forbid_unknown_fields=True, frozen=True):
+    """What a touch names and what happened."""
+
+    materials: Annotated[tuple[Name, ...], Meta(min_length=N, max_length=N)]
+    events: Annotated[tuple[Event, ...], Meta(max_length=MAX_EVENTS)]
+
+
+_VALUE = Event._fields.index("value")
+
+
+# Names and events stay the same for many packets: what was packed or read once is remembered. Reading them every time
+# would cost as much as all the rest of a packet.
+@lru_cache(maxsize=64)
+def _pack_news(materials: tuple[str, ...], events: tuple[Event, ...]) -> bytes:
+    return pack(_News(materials, events))
+
+
+@lru_cache(maxsize=64)
+def _read_news(packed: bytes) -> _News:
+    news = unpack(packed, _News, "news")
+    # The decoder takes integers for floats, and a list that ends early for one with default values.
+    for fields in unpack(packed, tuple[Any, list[list[Any]]], "news")[1]:
+        if len(fields) != len(Event._fields) or type(fields[_VALUE]) is not float:
+            raise BadPacket(f"news: not {len(Event._fields)} fields of an event, with a value that is a float")
+    return news
