@@ -143,8 +143,8 @@ docs: $(READY)
 # What stands before every device: the two gates and the parts they are made of.
 OPERATOR_GATE := operator_site.gate operator_site.force_limits operator_site.plate_follow operator_site.safety.passivity_controller \
 	common.safety.oscillation_detector common.safety.repeated_fault common.safety.thermal_dose
-PATIENT_GATE := remote_site.patient_gate remote_site.finger_height remote_site.approach remote_site.left_work \
-	remote_site.telemanipulator_follow remote_site.lately remote_site.heater_limits common.safety.oscillation_detector \
+PATIENT_GATE := remote_site.safety.patient_gate remote_site.safety.height_setpoint remote_site.safety.approach_limiter remote_site.safety.residual_work \
+	remote_site.safety.following_error remote_site.safety.sliding_extrema remote_site.safety.heater_limits common.safety.oscillation_detector \
 	common.safety.repeated_fault common.safety.thermal_dose
 
 .PHONY: coverage

@@ -1,8 +1,8 @@
 """The calibrated tables of a remote site, as its configuration names them."""
 
 from common.config import RemoteConfig
-from remote_site.material_table import MaterialTable
-from remote_site.surface_class import SurfaceTable
+from remote_site.texture.surface_table import SurfaceTable
+from remote_site.thermal.material_table import MaterialTable
 
 
 def load_tables(config: RemoteConfig) -> tuple[MaterialTable, SurfaceTable]:

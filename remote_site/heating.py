@@ -4,10 +4,10 @@ import math
 from collections.abc import Iterable, Mapping
 
 from common.fingers import FINGERS
-from remote_site.finger_touch import FingerTouch
-from remote_site.heater_control import OFFSETS_K, STAGGER_K, STALE_S, HeaterControl, next_offset_k
-from remote_site.sensed import Sensed
-from remote_site.thermal_sensor import PlateReading
+from remote_site.devices.sensor_frame import Sensed
+from remote_site.devices.thermal_sensor import PlateReading
+from remote_site.identification.finger_touch import FingerTouch
+from remote_site.thermal.heater_control import OFFSETS_K, STAGGER_K, STALE_S, HeaterControl, next_offset_k
 
 
 class Heating:

@@ -30,16 +30,16 @@ from common.timing.timeouts import TICK_AGE_S
 from common.wire.messages import Motion, MotionRow, Touch
 from common.wire.packets import LinkState
 from remote_site.calibrated_tables import load_tables
-from remote_site.desk_requests import answer_desk
-from remote_site.devices import RemoteDevices
-from remote_site.followed_hand import HandPlace
-from remote_site.gated_command import GatedCommand
+from remote_site.devices.devices import RemoteDevices
+from remote_site.devices.hand_path import HandPlace
+from remote_site.devices.sensor_frame import Sensed
 from remote_site.heating import Heating
-from remote_site.patient_gate import PatientGate
-from remote_site.patient_limit import Limit, limit_names
-from remote_site.perception import Perception, nothing_touched
-from remote_site.sensed import Sensed
-from remote_site.session_server import SessionServer
+from remote_site.identification.perception import Perception, nothing_touched
+from remote_site.safety.gated_command import GatedCommand
+from remote_site.safety.limit_flags import Limit, limit_names
+from remote_site.safety.patient_gate import PatientGate
+from remote_site.session.local_control import answer_desk
+from remote_site.session.session_server import SessionServer
 from remote_site.site_recording import SiteRecording, open_recorder
 
 log = logging.getLogger(__name__)

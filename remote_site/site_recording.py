@@ -10,10 +10,10 @@ from common.recording.recorder import PACKET_SCHEMA, Recorder
 from common.wire.messages import STIFFNESS_KNOWN_LN_SD, Event, Motion
 from common.wire.streams import STREAMS
 from remote_site.calibrated_tables import load_tables
-from remote_site.finger_touch import FingerTouch
-from remote_site.gated_command import GatedCommand
+from remote_site.devices.sensor_frame import Sensed
+from remote_site.identification.finger_touch import FingerTouch
 from remote_site.recorded_rows import Gate, SentEvent, Thermal
-from remote_site.sensed import Sensed
+from remote_site.safety.gated_command import GatedCommand
 
 SCHEMAS: dict[str, dict[str, object]] = {
     "remote/session": Happening.schema(),

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from common.wire.messages import Event, EventKind
 from operator_site.groove_timing import GrooveTiming
 from operator_site.vibration import PlayedEvents
-from remote_site.followed_hand import FollowedHand, HandPlace
+from remote_site.devices.hand_path import FollowedHand, HandPlace
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, rows_of
 from studies.running import Tell

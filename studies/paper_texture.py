@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.wire.messages import ExplorationMode
-from remote_site.felt_stroke import EvenStroke
+from remote_site.texture.recorded.stroke_playback import EvenStroke
 
 Array = NDArray[np.float64]
 

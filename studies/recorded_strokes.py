@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from remote_site.spatial_period import spatial_period
-from remote_site.spectrum_calibration import LabelledStroke, calibrate_spectra, learned
-from remote_site.surface_spectrum import MOTIONS, Along, bands, sensor_noise, spectrum, unevenness
-from remote_site.traces import StrokeTrace, read_stroke
+from remote_site.texture.calibration.spectrum_calibration import LabelledStroke, calibrate_spectra, learned
+from remote_site.texture.recorded.spatial_period import spatial_period
+from remote_site.texture.recorded.surface_spectrum import MOTIONS, Along, bands, sensor_noise, spectrum, unevenness
+from remote_site.traces.trace_files import StrokeTrace, read_stroke
 from studies.binomial_interval import clopper_pearson
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work

@@ -27,10 +27,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from remote_site.identify_thermal import identify_thermal
-from remote_site.material_table import MaterialTable
-from remote_site.thermal_calibration import calibrate_thermal
-from remote_site.traces import ThermalTrace, read_thermal
+from remote_site.thermal.calibration.thermal_calibration import calibrate_thermal
+from remote_site.thermal.material_table import MaterialTable
+from remote_site.thermal.recorded.identify_thermal import identify_thermal
+from remote_site.traces.trace_files import ThermalTrace, read_thermal
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work
 from studies.recorded_touches_figure import plot

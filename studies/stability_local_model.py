@@ -8,7 +8,7 @@ import numpy as np
 from operator_site.approach import ApproachSpeed
 from operator_site.passive_update import PassiveContact
 from operator_site.sampled_wall import SampledWall
-from remote_site.touched_surface import TouchedSurface
+from remote_site.stiffness.surface_estimate import TouchedSurface
 from studies.blended_contact import BlendedContact
 from studies.stability_cases import DEVICE_NS_M, Floats
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from remote_site.touched_surface import TouchedSurface
+from remote_site.stiffness.surface_estimate import TouchedSurface
 from studies.compared import Compared
 from studies.felt_surface import STEPS, TICK_S, Felt, Floats, sense
 from studies.pieces import HERE, Piece, Work, one_thread, part_of, rows_of

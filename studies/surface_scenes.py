@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from remote_site.touched_surface import TouchedSurface
+from remote_site.stiffness.surface_estimate import TouchedSurface
 from sim_sensors.fingertip import OBJECT_DAMPING_S_M, SERVO_N_M
 from studies.felt_surface import TICK_S, Felt, Floats, feel, minimum_jerk
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from remote_site.surface_class import SurfaceTable
+from remote_site.texture.surface_table import SurfaceTable
 from sim_sensors.simulated_stroke import simulate_stroke
 from sim_sensors.surface import GROOVE_DEPTH_M
 from sim_sensors.texture_touch import NOISE_V

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from remote_site.felt_stroke import FeltBlock
-from remote_site.law_fit import LabelledStroke, anything
-from remote_site.texture_calibration import TextureFit, fit_surfaces
-from remote_site.texture_law import TextureLaw
+from remote_site.texture.calibration.law_fit import LabelledStroke, anything
+from remote_site.texture.calibration.texture_calibration import TextureFit, fit_surfaces
+from remote_site.texture.recorded.stroke_playback import FeltBlock
+from remote_site.texture.texture_law import TextureLaw
 from studies.paper_texture import PaperClasses, PaperFelt, paper_felt
 from studies.texture_baselines import band_powers, classifiers, moments
 from studies.texture_strokes import Drawn, felt_blocks, stroking

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from common.wire.messages import ExplorationMode
-from remote_site.felt_stroke import EvenStroke, FeltBlock, felt
-from remote_site.surface_class import SurfaceTable
+from remote_site.texture.recorded.stroke_playback import EvenStroke, FeltBlock, felt
+from remote_site.texture.surface_table import SurfaceTable
 from sim_sensors.simulated_stroke import StrokeTrace, simulate_stroke
 from teletaction.make_tables import STROKED
 

@@ -5,13 +5,13 @@ from functools import cache
 from typing import NamedTuple
 
 from common.wire.messages import ThermalStatus
-from remote_site.material_table import MaterialTable
-from remote_site.shared_object import ONE_OBJECT, SharedObject
-from remote_site.solving_turns import Solver, SolvingTurns
-from remote_site.thermal_answer import ThermalAnswer
-from remote_site.thermal_identification import ThermalIdentification, ThermalKnowledge
-from remote_site.thermal_touches import RecordedTouch
-from remote_site.touch_estimate import TouchEstimate
+from remote_site.thermal.material_table import MaterialTable
+from remote_site.thermal.shared_object import ONE_OBJECT, SharedObject
+from remote_site.thermal.solving_turns import Solver, SolvingTurns
+from remote_site.thermal.thermal_identification import ThermalIdentification, ThermalKnowledge
+from remote_site.thermal.thermal_result import ThermalAnswer
+from remote_site.thermal.touch_estimate import TouchEstimate
+from remote_site.thermal.touch_start import RecordedTouch
 from studies.thermal_exponential import RateTable, fits
 from studies.thermal_situations import Hand
 

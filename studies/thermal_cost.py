@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from remote_site.exponential_response import ExponentialResponse
-from remote_site.material_table import MaterialTable
-from remote_site.shared_object import SharedObject
-from remote_site.thermal_identification import ThermalIdentification, ThermalKnowledge
+from remote_site.thermal.exponential_response import ExponentialResponse
+from remote_site.thermal.material_table import MaterialTable
+from remote_site.thermal.shared_object import SharedObject
+from remote_site.thermal.thermal_identification import ThermalIdentification, ThermalKnowledge
 from studies.thermal_exponential import LaggedResponse, Response
 from studies.thermal_network import Network
 from studies.thermal_situations import Hand

@@ -12,9 +12,9 @@ from typing import Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from remote_site.exponential_response import TAU_GRID_S, ExponentialFit, ExponentialResponse
-from remote_site.thermal_identification import LEAST_RATE_SD
-from remote_site.thermal_touches import RecordedTouch
+from remote_site.thermal.exponential_response import TAU_GRID_S, ExponentialFit, ExponentialResponse
+from remote_site.thermal.thermal_identification import LEAST_RATE_SD
+from remote_site.thermal.touch_start import RecordedTouch
 from studies.thermal_situations import Hand
 
 Array = NDArray[np.float64]

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from common.scenes.materials import materials
-from remote_site.material_table import MaterialTable
-from remote_site.touch_guesses import FOREIGN
+from remote_site.thermal.material_table import MaterialTable
+from remote_site.thermal.touch_hypotheses import FOREIGN
 from sim_sensors.ssr_converter import NOISE_C
 from studies import thermal_figure, thermal_maps
 from studies.compared import Compared

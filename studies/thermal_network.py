@@ -12,7 +12,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from remote_site.thermal_touches import RecordedTouch
+from remote_site.thermal.touch_start import RecordedTouch
 from studies.thermal_situations import Hand
 
 Array = NDArray[np.float64]

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from remote_site.heater_control import OFFSETS_K, STAGGER_K
-from remote_site.material_table import MaterialTable
-from remote_site.thermal_calibration import USUAL_LEAK_PER_S, fit_thermal
-from remote_site.thermal_touches import RecordedTouch, find_touch
-from remote_site.traces import ThermalTrace
+from remote_site.thermal.calibration.thermal_calibration import USUAL_LEAK_PER_S, fit_thermal
+from remote_site.thermal.heater_control import OFFSETS_K, STAGGER_K
+from remote_site.thermal.material_table import MaterialTable
+from remote_site.thermal.touch_start import RecordedTouch, find_touch
+from remote_site.traces.trace_files import ThermalTrace
 from sim_sensors.simulated_touch import simulate_hand
 from sim_sensors.ssr_converter import NOISE_C
 from sim_sensors.thermal_touch import TOUCH_SPREAD

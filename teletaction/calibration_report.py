@@ -7,8 +7,8 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from remote_site.material_table import MaterialTable
-from remote_site.thermal_calibration import ThermalFit
+from remote_site.thermal.calibration.thermal_calibration import ThermalFit
+from remote_site.thermal.material_table import MaterialTable
 from teletaction.figure_style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY, STYLE, shown_name
 
 COLOURS = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY, BLACK)

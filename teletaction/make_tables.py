@@ -5,8 +5,8 @@ from pathlib import Path
 
 from common.scenes.scene import load_scene
 from common.scenes.surfaces import surface_kind
-from remote_site.texture_calibration import calibrate_texture
-from remote_site.thermal_calibration import calibrate_thermal
+from remote_site.texture.calibration.texture_calibration import calibrate_texture
+from remote_site.thermal.calibration.thermal_calibration import calibrate_thermal
 from sim_sensors.simulate import simulate_stroke_set, simulate_thermal, simulate_thermal_set, write_thermal_csv
 
 TOUCHES = 40

@@ -7,7 +7,7 @@ from typing import IO, Any, TypeVar
 
 from common.files.read_files import NotToml, parse_toml
 from common.recording.reader import RecordingReader
-from remote_site.stored_table import StoredTable
+from remote_site.tables.table_file import StoredTable
 from teletaction.merge import ORIGIN
 
 Table = TypeVar("Table", bound=StoredTable)

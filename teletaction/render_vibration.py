@@ -6,16 +6,16 @@ from pathlib import Path
 from common.wire.messages import Event, EventKind, ExplorationMode
 from operator_site.render import StrokeSample, render_vibration
 from operator_site.vibration import Surface
-from remote_site.felt_stroke import even_stroke, felt
-from remote_site.surface_class import (
+from remote_site.texture.recorded.stroke_playback import even_stroke, felt
+from remote_site.texture.surface_table import (
     GROOVE_DECAY_PER_S,
     TAP_DECAY_PER_S,
     TAP_SPEED_PER_M_S,
     StrokeLaw,
     SurfaceTable,
 )
-from remote_site.texture_law import ln_roughness
-from remote_site.traces import read_stroke
+from remote_site.texture.texture_law import ln_roughness
+from remote_site.traces.trace_files import read_stroke
 
 APPROACH_M_S = 0.05
 """A stroke's file does not say how fast the finger came down: an ordinary touch."""

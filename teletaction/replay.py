@@ -18,8 +18,8 @@ from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.runtime.parallel_map import Progress, unseen
 from operator_site.gated_output import GatedOutput
-from remote_site.material_table import MaterialTable
-from remote_site.surface_class import SurfaceTable
+from remote_site.texture.surface_table import SurfaceTable
+from remote_site.thermal.material_table import MaterialTable
 from teletaction.recorded_session import RecordedSession
 from teletaction.replay_comparison import Comparison
 from teletaction.replay_sites import OperatorReplay, RemoteReplay

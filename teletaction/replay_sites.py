@@ -11,11 +11,11 @@ from operator_site.gated_output import GatedOutput
 from operator_site.gated_rendering import GatedRendering
 from operator_site.recorded_rows import Rendered
 from operator_site.rendering_input import RenderingInput
-from remote_site.material_table import MaterialTable
-from remote_site.perception import Perception
-from remote_site.sensed import Sensed
-from remote_site.surface_class import SurfaceTable
-from remote_site.thermal_answer import ThermalAnswer
+from remote_site.devices.sensor_frame import Sensed
+from remote_site.identification.perception import Perception
+from remote_site.texture.surface_table import SurfaceTable
+from remote_site.thermal.material_table import MaterialTable
+from remote_site.thermal.thermal_result import ThermalAnswer
 from teletaction.replay_comparison import Comparison, Fields
 from teletaction.replay_named import NamedTouches
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from remote_site.spectrum_calibration import SpectrumFit
+from remote_site.texture.calibration.spectrum_calibration import SpectrumFit
 from teletaction.figure_style import shown_name
 
 ALONG = {"m": "mm", "s": "s", "stroke": "strokes"}

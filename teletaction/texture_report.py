@@ -3,7 +3,7 @@
 from math import exp
 from pathlib import Path
 
-from remote_site.texture_calibration import TextureFit
+from remote_site.texture.calibration.texture_calibration import TextureFit
 
 
 def texture_text(fit: TextureFit) -> str:

@@ -44,7 +44,7 @@ BREAKS = (
     ),
     Break(
         "limit raised by 5 %",
-        "remote_site/patient_gate.py",
+        "remote_site/safety/patient_gate.py",
         "if not 0.0 < contact_force_n <= CONTACT_FORCE_N:",
         "if not 0.0 < contact_force_n <= 1.05 * CONTACT_FORCE_N:",
         "tests/remote_site/test_patient_gate.py",

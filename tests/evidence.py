@@ -57,7 +57,7 @@ HAZARDS = (
     Hazard(
         "skin is warm for too long",
         ("DOSE_ABOVE_C", "DOSE_LIMIT_K_S", "DOSE_WINDOW_S"),
-        ("common.safety.thermal_dose", "operator_site.gate", "remote_site.heater_limits"),
+        ("common.safety.thermal_dose", "operator_site.gate", "remote_site.safety.heater_limits"),
         (
             "tests/common/test_skin_dose.py",
             f"{_GATE}::test_dose_is_spent_before_it_is_exceeded_and_comes_back",
@@ -114,7 +114,7 @@ HAZARDS = (
     Hazard(
         "a sensor's heated plate burns the patient",
         ("SENSOR_PLATE_C",),
-        ("remote_site.patient_gate", "remote_site.heater_limits", "common.safety.repeated_fault"),
+        ("remote_site.safety.patient_gate", "remote_site.safety.heater_limits", "common.safety.repeated_fault"),
         (
             f"{_PATIENT_GATE}::test_hot_sensor_plate_is_a_fault",
             f"{_PATIENT_GATE}::test_heater_is_off_on_contact",
@@ -134,7 +134,11 @@ HAZARDS = (
     Hazard(
         "a remote finger presses the patient too hard",
         ("CONTACT_FORCE_N",),
-        ("remote_site.patient_gate", "remote_site.finger_height", "remote_site.force_sensor_fault"),
+        (
+            "remote_site.safety.patient_gate",
+            "remote_site.safety.height_setpoint",
+            "remote_site.devices.force_sensor_fault",
+        ),
         (
             f"{_PATIENT_GATE}::test_contact_force_stays_below_the_limit_on_an_object",
             f"{_PATIENT_GATE}::test_force_decides_how_fast_a_finger_goes_deeper",
@@ -146,7 +150,7 @@ HAZARDS = (
     Hazard(
         "a remote finger shakes, or works on the patient without end",
         ("LEFT_J", "LEFT_W"),
-        ("remote_site.left_work", "common.safety.oscillation_detector"),
+        ("remote_site.safety.residual_work", "common.safety.oscillation_detector"),
         (
             f"{_PATIENT_GATE}::test_work_left_in_the_object_slows_the_finger_and_three_such_cycles_are_a_fault",
             f"{_PATIENT_GATE}::test_a_force_that_swings_faster_than_a_hand_is_a_fault_in_half_a_second",
@@ -158,7 +162,11 @@ HAZARDS = (
     Hazard(
         "the remote hand jumps to where the operator's hand is",
         ("APPROACH_PLANE_M_S", "APPROACH_DOWN_M_S"),
-        ("remote_site.approach", "remote_site.finger_height", "remote_site.lately"),
+        (
+            "remote_site.safety.approach_limiter",
+            "remote_site.safety.height_setpoint",
+            "remote_site.safety.sliding_extrema",
+        ),
         (
             f"{_PATIENT_GATE}::test_set_points_begin_where_the_hand_is_whenever_it_is_let_go",
             f"{_PATIENT_GATE}::test_a_hand_that_went_elsewhere_meanwhile_is_approached_without_a_jump",
@@ -170,7 +178,7 @@ HAZARDS = (
     Hazard(
         "the telemanipulator does not go where it is sent",
         (),
-        ("remote_site.telemanipulator_follow",),
+        ("remote_site.safety.following_error",),
         (
             f"{_PATIENT_GATE}::test_a_hand_that_does_not_follow_is_a_fault",
             f"{_PATIENT_GATE}::test_a_hand_that_goes_on_after_its_release_is_a_fault_once_it_had_time_to_stop",
@@ -187,7 +195,7 @@ HAZARDS = (
     Hazard(
         "outputs stay live although nothing new arrives",
         ("GAP_S", "FORCE_SAFE_S", "MOTOR_SAFE_S", "MOTOR_STILL_S", "THERMAL_SAFE_S"),
-        ("operator_site.gate", "remote_site.patient_gate"),
+        ("operator_site.gate", "remote_site.safety.patient_gate"),
         (
             f"{_SAFE_STATES}::test_the_operators_gate_is_as_fast_as_the_table_says",
             f"{_SAFE_STATES}::test_the_patients_gate_is_as_fast_as_the_table_says",
@@ -294,7 +302,7 @@ HAZARDS = (
     Hazard(
         "texture is felt that is not there",
         (),
-        ("remote_site.texture_fault",),
+        ("remote_site.texture.sensor_fault",),
         ("tests/remote_site/test_texture_fault.py", "tests/remote_site/test_piezo_faults.py"),
         ("sim-remote-piezo-middle-cut", "sim-remote-piezo-middle-saturated"),
     ),

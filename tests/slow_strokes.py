@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from remote_site.spectrum_calibration import LabelledStroke
-from remote_site.traces import StrokeTrace
+from remote_site.texture.calibration.spectrum_calibration import LabelledStroke
+from remote_site.traces.trace_files import StrokeTrace
 
 RATE_HZ = 35.0
 SURFACES = {"smooth": (0.004, 12.0), "waved": (0.02, 25.0), "fine": (0.02, 8.0)}

@@ -17,7 +17,7 @@ from common.wire.messages import TOUCH_BLOCK, TOUCH_FIELDS, Motion, Touch
 from common.wire.packets import SCHEMA_VERSION, LinkState
 from common.wire.session_messages import Answer, Request
 from operator_site.session_client import SessionClient
-from remote_site.session_server import SILENCE_NS, SessionServer
+from remote_site.session.session_server import SILENCE_NS, SessionServer
 
 SECOND = 1_000_000_000
 CLOCK_APART_NS = 7_200 * SECOND + 123

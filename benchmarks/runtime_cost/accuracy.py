@@ -14,11 +14,11 @@ import numpy as np
 
 from benchmarks.runtime_cost.measure import timed
 from common.runtime.reference_step import reference_step
-from remote_site.material_table import MaterialTable
-from remote_site.perception import AT_ONCE, FOREIGN_SHARE, TRUST_S
-from remote_site.solving_turns import POSTPONED_S
-from remote_site.thermal_identification import ThermalKnowledge
-from remote_site.touch_estimate import SOLVE_EVERY_S, Intervals
+from remote_site.identification.perception import AT_ONCE, FOREIGN_SHARE, TRUST_S
+from remote_site.thermal.material_table import MaterialTable
+from remote_site.thermal.solving_turns import POSTPONED_S
+from remote_site.thermal.thermal_identification import ThermalKnowledge
+from remote_site.thermal.touch_estimate import SOLVE_EVERY_S, Intervals
 from studies.binomial_interval import clopper_pearson
 from studies.pieces import one_thread
 from studies.thermal_answers import READING_S, by_product

@@ -21,7 +21,7 @@ def calibrate_thermal_command(
     processes: Processes = 0,
 ) -> None:
     """Material look-up table from labelled touches."""
-    from remote_site.thermal_calibration import calibrate_thermal
+    from remote_site.thermal.calibration.thermal_calibration import calibrate_thermal
     from teletaction.calibration_report import calibration_text, write_calibration_report
 
     with progress_line("calibrate") as progress:
@@ -48,8 +48,8 @@ def calibrate_texture_command(
     report: Annotated[Path | None, typer.Option(help="Folder for report.txt: how well it tells them apart.")] = None,
 ) -> None:
     """Surface look-up table from labelled strokes."""
-    from remote_site.spectrum_calibration import calibrate_spectra, of_slow_strokes, read_labelled
-    from remote_site.texture_calibration import calibrate_texture
+    from remote_site.texture.calibration.spectrum_calibration import calibrate_spectra, of_slow_strokes, read_labelled
+    from remote_site.texture.calibration.texture_calibration import calibrate_texture
     from teletaction.spectrum_report import spectrum_text, write_spectrum_report
     from teletaction.texture_report import texture_text, write_texture_report
 

@@ -23,8 +23,8 @@ def identify_thermal_command(
     processes: Processes = 0,
 ) -> None:
     """Material and object temperature of recorded touches."""
-    from remote_site.identify_thermal import identify_thermal
-    from remote_site.material_table import MaterialTable
+    from remote_site.thermal.material_table import MaterialTable
+    from remote_site.thermal.recorded.identify_thermal import identify_thermal
 
     if not traces and touches is None:
         raise ValueError("nothing to identify: name trace files, or --touches FILE")
@@ -42,7 +42,7 @@ def identify_texture_command(
     processes: Processes = 0,
 ) -> None:
     """Mode, surface, grooves and rendering constants of recorded strokes."""
-    from remote_site.identify_texture import identify_texture, load_surfaces
+    from remote_site.texture.recorded.identify_texture import identify_texture, load_surfaces
 
     surfaces = None if table is None else load_surfaces(table)
     with progress_line("identify") as progress:

@@ -41,7 +41,7 @@ def render_vibration_command(
 ) -> None:
     """Motor speed that a recorded stroke makes the operator feel."""
     from operator_site.render import VIBRATION_COLUMNS
-    from remote_site.surface_class import SurfaceTable
+    from remote_site.texture.surface_table import SurfaceTable
     from teletaction.demo_files import SURFACES
     from teletaction.render_vibration import render_stroke
 

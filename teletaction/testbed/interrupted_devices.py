@@ -7,9 +7,9 @@ from common.config import OperatorConfig, RemoteConfig
 from common.timing.standstill import HostClock
 from operator_site.devices import OperatorDevices
 from operator_site.exoskeleton import Hand
-from remote_site.devices import RemoteDevices
-from remote_site.followed_hand import HandPlace
-from remote_site.sensed import Sensed
+from remote_site.devices.devices import RemoteDevices
+from remote_site.devices.hand_path import HandPlace
+from remote_site.devices.sensor_frame import Sensed
 from teletaction.testbed.memory_wiring import MemoryWiring
 
 

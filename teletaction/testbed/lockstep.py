@@ -22,7 +22,7 @@ from operator_site.devices import OperatorDevices
 from operator_site.remote_key import remote_public_key
 from operator_site.site import OperatorSite, session_with
 from operator_site.site_recording import SCHEMAS
-from remote_site.devices import RemoteDevices
+from remote_site.devices.devices import RemoteDevices
 from remote_site.site import RemoteSite
 from remote_site.site_recording import open_recorder
 

@@ -8,9 +8,9 @@ import pytest
 
 from benchmarks.runtime_cost import figure
 from benchmarks.runtime_cost.accuracy import SCHEDULES, Found, accuracy
-from remote_site.material_table import MaterialTable
-from remote_site.perception import AT_ONCE, FOREIGN_SHARE, TRUST_S
-from remote_site.thermal_identification import ThermalKnowledge
+from remote_site.identification.perception import AT_ONCE, FOREIGN_SHARE, TRUST_S
+from remote_site.thermal.material_table import MaterialTable
+from remote_site.thermal.thermal_identification import ThermalKnowledge
 from studies.thermal_answers import by_product
 from studies.thermal_situations import FOUR, STAGGERED_K, Situation, touched
 from teletaction.demo_files import TABLES

@@ -10,8 +10,8 @@ from common.link.session_state import Happening
 from common.recording.recorded_row import Row
 from operator_site.recorded_rows import Clock, Played, Rendered, Skin
 from operator_site.rendering_input import RecordedInput
+from remote_site.devices.sensor_frame import Sensed
 from remote_site.recorded_rows import Gate, SentEvent, Thermal
-from remote_site.sensed import Sensed
 from tests.teletaction.recordings import GOLDEN, held
 
 ONES, LIMITS = [1.0] * 5, [1] * 5

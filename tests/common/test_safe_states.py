@@ -15,7 +15,7 @@ from common.limits import COMFORT
 from common.timing.safe_states import SAFE_STATES, TICK_S, SafeState
 from operator_site.gate import OperatorGate
 from operator_site.sampled_wall import SampledWall
-from remote_site.patient_gate import PatientGate
+from remote_site.safety.patient_gate import PatientGate
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.tacttip import TactTip
 from sim_sensors.telemanipulator import Telemanipulator

@@ -13,8 +13,8 @@ from common.health import NoStatus, ill, read_status
 from common.scenes.materials import read_materials
 from common.scenes.scene import load_scene
 from common.scenes.surfaces import read_surfaces
-from remote_site.identify_texture import load_surfaces
-from remote_site.material_table import MaterialTable
+from remote_site.texture.recorded.identify_texture import load_surfaces
+from remote_site.thermal.material_table import MaterialTable
 from sim_sensors.network_file import load_network
 from tests.common.test_config import OPERATOR, REMOTE
 

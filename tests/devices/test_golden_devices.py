@@ -16,11 +16,11 @@ from common.fingers import FINGERS
 from common.limits import MODULE_TIMEOUT_S
 from operator_site.exoskeleton import Exoskeleton as ExoskeletonDriver
 from operator_site.tacttip import TactTip as TactTipDriver
-from remote_site.telemanipulator import Following
-from remote_site.telemanipulator import Telemanipulator as TelemanipulatorDriver
-from remote_site.texture_sensor import TextureSensor as TextureDriver
-from remote_site.texture_sensor import texture_v
-from remote_site.thermal_sensor import ThermalSensor as ThermalDriver
+from remote_site.devices.telemanipulator import Following
+from remote_site.devices.telemanipulator import Telemanipulator as TelemanipulatorDriver
+from remote_site.devices.texture_sensor import TextureSensor as TextureDriver
+from remote_site.devices.texture_sensor import texture_v
+from remote_site.devices.thermal_sensor import ThermalSensor as ThermalDriver
 from sim_sensors.can_node import CanNode
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.tacttip import TactTip

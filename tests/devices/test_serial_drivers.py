@@ -19,9 +19,9 @@ from common.buses.serial_messages import DeviceKind, MessageId
 from common.buses.serial_port import DeviceAbsent
 from common.fingers import FINGERS
 from operator_site.tacttip import TactTip as TactTipDriver
-from remote_site.texture_sensor import TextureSensor as TextureDriver
-from remote_site.texture_sensor import texture_v
-from remote_site.thermal_sensor import ThermalSensor as ThermalDriver
+from remote_site.devices.texture_sensor import TextureSensor as TextureDriver
+from remote_site.devices.texture_sensor import texture_v
+from remote_site.devices.thermal_sensor import ThermalSensor as ThermalDriver
 from sim_sensors.ssr_converter import counts_of
 from sim_sensors.tacttip import TactTip, ntc_counts
 from sim_sensors.texture_sensor import TextureSensor

@@ -13,8 +13,8 @@ from common.config import CalibrationConfig, OperatorConfig, OperatorLinkConfig,
 from common.fingers import FINGERS
 from operator_site.devices import OperatorDevices
 from operator_site.gated_output import GatedOutput
-from remote_site.devices import RemoteDevices
-from remote_site.gated_command import GatedCommand
+from remote_site.devices.devices import RemoteDevices
+from remote_site.safety.gated_command import GatedCommand
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.ssr_converter import counts_of
 from sim_sensors.tacttip import TactTip, ntc_counts

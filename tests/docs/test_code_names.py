@@ -87,7 +87,7 @@ def test_each_page_begins_with_its_title() -> None:
 
 def test_names_that_are_none_are_noticed() -> None:
     assert found("common.limits.GAP_S") == 0.1
-    for wrong in ("common.limits.NOTHING", "common.nothing.at_all", "remote_site.roughness.Roughness.nothing"):
+    for wrong in ("common.limits.NOTHING", "common.nothing.at_all", "remote_site.texture.roughness.Roughness.nothing"):
         with pytest.raises(LookupError):
             found(wrong)
     assert Path(ROOT / "docs" / "index.md").exists()

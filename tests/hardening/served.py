@@ -13,7 +13,7 @@ from common.link.link import OperatorLink, RemoteLink
 from common.runtime.periodic_loop import PeriodicLoop
 from common.wire.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch
 from operator_site.session_client import SessionClient
-from remote_site.session_server import SessionServer
+from remote_site.session.session_server import SessionServer
 
 TOUCH_NOTHING = TOUCH_BLOCK.to_bytes(np.zeros((5, len(TOUCH_FIELDS)), np.float32))
 AT_REST = np.zeros((5, 3), np.float32)

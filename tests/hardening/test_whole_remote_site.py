@@ -23,15 +23,15 @@ from common.timing.tick_age import TickAge
 from common.wire.messages import MOTION_BLOCK, Motion, Touch
 from common.wire.packets import BadPacket, LinkState
 from common.wire.session_messages import Answer, Heartbeat, Request
-from remote_site.desk_requests import answer_desk
-from remote_site.devices import RemoteDevices
-from remote_site.followed_hand import HandPlace
-from remote_site.gated_command import GatedCommand
-from remote_site.patient_gate import PLANE_RANGE_M
-from remote_site.sensed import Sensed
+from remote_site.devices.devices import RemoteDevices
+from remote_site.devices.hand_path import HandPlace
+from remote_site.devices.sensor_frame import Sensed
+from remote_site.devices.telemanipulator import Measured
+from remote_site.devices.thermal_sensor import PlateReading
+from remote_site.safety.gated_command import GatedCommand
+from remote_site.safety.patient_gate import PLANE_RANGE_M
+from remote_site.session.local_control import answer_desk
 from remote_site.site import RemoteSite
-from remote_site.telemanipulator import Measured
-from remote_site.thermal_sensor import PlateReading
 from teletaction.demo_files import SURFACES, TABLES
 from tests.hardening.strange_packets import (
     FUZZ,

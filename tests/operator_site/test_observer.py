@@ -18,7 +18,7 @@ from common.link.link import OperatorLink, RemoteLink
 from common.wire.messages import ExplorationMode, ThermalStatus, Touch
 from operator_site.observer import measured, opinion, run_observer
 from operator_site.session_client import SessionClient
-from remote_site.session_server import SessionServer
+from remote_site.session.session_server import SessionServer
 from tests.conftest import Keys
 from tests.operator_site.touches import touch
 from tests.waiting import PATIENCE_S, wait_until

@@ -7,27 +7,27 @@ SHARED = {
     "operator_site.gated_output",
     "operator_site.limit_flags",
     "operator_site.sampled_wall",
-    "remote_site.gated_command",
-    "remote_site.lately",
-    "remote_site.patient_limit",
-    "remote_site.servo",
+    "remote_site.safety.gated_command",
+    "remote_site.safety.sliding_extrema",
+    "remote_site.safety.limit_flags",
+    "remote_site.safety.servo",
 }
 """Safety modules that others may use: outputs and flags of the gates, constants, and pure arithmetic."""
 GATES = {
     "operator_site.force_limits",
     "operator_site.gate",
     "operator_site.plate_follow",
-    "remote_site.approach",
-    "remote_site.finger_height",
-    "remote_site.heater_limits",
-    "remote_site.left_work",
-    "remote_site.patient_gate",
-    "remote_site.telemanipulator_follow",
+    "remote_site.safety.approach_limiter",
+    "remote_site.safety.height_setpoint",
+    "remote_site.safety.heater_limits",
+    "remote_site.safety.residual_work",
+    "remote_site.safety.patient_gate",
+    "remote_site.safety.following_error",
 }
-HEATERS = {"remote_site.heater_control", "remote_site.heating"}
-DEVICES = {"operator_site.devices", "remote_site.devices"}
+HEATERS = {"remote_site.thermal.heater_control", "remote_site.heating"}
+DEVICES = {"operator_site.devices", "remote_site.devices.devices"}
 """They import all drivers of their site."""
-WITHOUT_A_GATE = DEVICES | {"operator_site.rendering", "remote_site.heating", "remote_site.perception"}
+WITHOUT_A_GATE = DEVICES | {"operator_site.rendering", "remote_site.heating", "remote_site.identification.perception"}
 
 
 @pytest.fixture(scope="module")
@@ -47,11 +47,11 @@ def test_nothing_reaches_a_gate_but_the_site(graph: grimp.ImportGraph, module: s
 
 
 def test_perception_drives_no_heater(graph: grimp.ImportGraph) -> None:
-    assert not graph.find_upstream_modules("remote_site.perception") & HEATERS
+    assert not graph.find_upstream_modules("remote_site.identification.perception") & HEATERS
 
 
 def test_each_driver_is_one_of_the_devices(graph: grimp.ImportGraph) -> None:
     drivers = {"exoskeleton", "hand_encoders", "hot_side", "ntc", "still_finger", "tacttip"}
     assert {f"operator_site.{name}" for name in drivers} <= graph.find_upstream_modules("operator_site.devices")
     drivers = {"measured_hand", "ssr_plausibility", "telemanipulator", "texture_sensor", "thermal_sensor"}
-    assert {f"remote_site.{name}" for name in drivers} <= graph.find_upstream_modules("remote_site.devices")
+    assert {f"remote_site.{name}" for name in drivers} <= graph.find_upstream_modules("remote_site.devices.devices")

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from remote_site.material_table import MaterialTable
-from remote_site.thermal_calibration import calibrate_thermal
-from remote_site.thermal_identification import ThermalKnowledge
+from remote_site.thermal.calibration.thermal_calibration import calibrate_thermal
+from remote_site.thermal.material_table import MaterialTable
+from remote_site.thermal.thermal_identification import ThermalKnowledge
 from tests.remote_site.made_touches import MATERIALS, free_cooling, made_touches, true_table
 
 CALIBRATION_TOUCHES = 16

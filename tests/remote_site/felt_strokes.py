@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from common.exploration.exploration_mode import Exploration
 from common.exploration.hand_motion import HandMotion
 from common.wire.messages import ExplorationMode
-from remote_site.felt_stroke import EvenStroke, FeltBlock, felt
+from remote_site.texture.recorded.stroke_playback import EvenStroke, FeltBlock, felt
 from sim_sensors.simulated_stroke import StrokeTrace, simulate_stroke
 from tests.remote_site.shipped_tables import SURFACES
 

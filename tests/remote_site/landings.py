@@ -7,7 +7,7 @@ import numpy as np
 
 from common.fingers import FINGERS
 from common.scenes.scene import load_scene
-from remote_site.finger_touch import FingerTouch
+from remote_site.identification.finger_touch import FingerTouch
 from teletaction.testbed.remote_fingers import RemoteFingers
 from teletaction.testbed.rendered_fingers import TICK_S
 

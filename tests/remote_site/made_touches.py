@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 from scipy.special import wofz
 
-from remote_site.material_table import MaterialEntry, MaterialTable
+from remote_site.thermal.material_table import MaterialEntry, MaterialTable
 
 Array = NDArray[np.float64]
 Force = Callable[[Array], Array]

@@ -3,10 +3,10 @@
 import math
 from collections.abc import Callable, Iterable
 
-from remote_site.shared_object import SharedObject
-from remote_site.thermal_answer import ThermalAnswer
-from remote_site.thermal_identification import ThermalIdentification, ThermalKnowledge
-from remote_site.touch_estimate import TouchEstimate, TouchEvidence
+from remote_site.thermal.shared_object import SharedObject
+from remote_site.thermal.thermal_identification import ThermalIdentification, ThermalKnowledge
+from remote_site.thermal.thermal_result import ThermalAnswer
+from remote_site.thermal.touch_estimate import TouchEstimate, TouchEvidence
 from tests.remote_site.made_touches import AMBIENT_C, MadeTouch
 
 Change = Callable[[float, float, float], tuple[float, float, float]]

@@ -3,9 +3,9 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from remote_site.material_table import MaterialTable
-from remote_site.perception import Perception
-from remote_site.surface_class import SurfaceTable
+from remote_site.identification.perception import Perception
+from remote_site.texture.surface_table import SurfaceTable
+from remote_site.thermal.material_table import MaterialTable
 
 TABLES = Path(__file__).parents[2] / "remote_site" / "tables"
 SURFACES = SurfaceTable.load(TABLES / "surfaces.json")

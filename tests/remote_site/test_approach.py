@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from remote_site.approach import MET_M, WIDEN_M_S2, Approach
+from remote_site.safety.approach_limiter import MET_M, WIDEN_M_S2, Approach
 
 
 def test_it_stays_slow_until_it_has_met_and_then_reaches_full_speed() -> None:

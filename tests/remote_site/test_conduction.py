@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from remote_site.conduction import DECAYS_PER_S, mode_weights, steady_flux_response
+from remote_site.thermal.conduction import DECAYS_PER_S, mode_weights, steady_flux_response
 
 TIMES_S = np.geomspace(0.002, 30.0, 97)
 """Not those that the modes are fitted at."""

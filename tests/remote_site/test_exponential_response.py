@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from remote_site.exponential_response import ExponentialResponse
-from remote_site.ssr_plausibility import SsrPlausibility
+from remote_site.devices.thermometer_check import SsrPlausibility
+from remote_site.thermal.exponential_response import ExponentialResponse
 
 
 def fit(tau, noise=0.0, seconds=8.0, seed=0):

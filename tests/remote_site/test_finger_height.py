@@ -5,7 +5,7 @@ import math
 import pytest
 
 from common.limits import APPROACH_DOWN_M_S, CONTACT_FORCE_N, LEFT_J
-from remote_site.finger_height import (
+from remote_site.safety.height_setpoint import (
     BRAKE_SHARE,
     CLEAR_HEIGHT_M,
     HEIGHT_HIGH_M,
@@ -18,8 +18,8 @@ from remote_site.finger_height import (
     TOUCHING_N,
     FingerHeight,
 )
-from remote_site.patient_limit import APPROACH, ENERGY, FORCE, HEIGHT_RANGE, HEIGHT_SPEED
-from remote_site.servo import SERVO_N_M
+from remote_site.safety.limit_flags import APPROACH, ENERGY, FORCE, HEIGHT_RANGE, HEIGHT_SPEED
+from remote_site.safety.servo import SERVO_N_M
 
 DT, TOP_M = 0.002, HEIGHT_HIGH_M
 BRAKE_N = BRAKE_SHARE * CONTACT_FORCE_N

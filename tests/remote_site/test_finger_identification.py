@@ -7,13 +7,13 @@ import pytest
 
 from common.exploration.hand_motion import HandMotion
 from common.wire.messages import ExplorationMode, ThermalStatus
-from remote_site.finger_identification import FingerIdentification
 from remote_site.finger_sample import FingerSample
-from remote_site.finger_touch import FingerTouch
-from remote_site.heater_control import OFFSETS_K, STAGGER_K
-from remote_site.perception import FOREIGN_SHARE
-from remote_site.thermal_answer import NO_DIFFERENCE
-from remote_site.thermal_identification import ThermalKnowledge
+from remote_site.identification.finger_identification import FingerIdentification
+from remote_site.identification.finger_touch import FingerTouch
+from remote_site.identification.perception import FOREIGN_SHARE
+from remote_site.thermal.heater_control import OFFSETS_K, STAGGER_K
+from remote_site.thermal.thermal_identification import ThermalKnowledge
+from remote_site.thermal.thermal_result import NO_DIFFERENCE
 from tests.remote_site.made_touches import AMBIENT_C, MATERIALS, made_touches, measured, pressed, true_table
 from tests.remote_site.made_touches import SENSOR as MADE_SENSOR
 from tests.remote_site.shipped_tables import SURFACES

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from remote_site.followed_hand import KEPT_S, MOST, NEAR_M, FollowedHand, HandPlace
+from remote_site.devices.hand_path import KEPT_S, MOST, NEAR_M, FollowedHand, HandPlace
 
 MS = 1_000_000
 START_NS = 5_000_000_000

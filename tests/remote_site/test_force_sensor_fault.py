@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from remote_site.force_sensor_fault import FROZEN_S, HELD_M, LOADED_N, PERSIST_S, ForceSensorFault
-from remote_site.lately import MEMORY_S
+from remote_site.devices.force_sensor_fault import FROZEN_S, HELD_M, LOADED_N, PERSIST_S, ForceSensorFault
+from remote_site.safety.sliding_extrema import MEMORY_S
 from tests.remote_site.servo_finger import HOVER_M, TICK_S, Seen, follow, presses
 
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 import pytest
 
 from common.fingers import FINGERS
-from remote_site.heater_control import OFFSETS_K, STAGGER_K, HeaterControl, next_offset_k
+from remote_site.thermal.heater_control import OFFSETS_K, STAGGER_K, HeaterControl, next_offset_k
 from tests.remote_site.made_touches import AMBIENT_C
 
 PREHEATS_K = [OFFSETS_K[0] + stagger_k for stagger_k in STAGGER_K]

@@ -6,7 +6,7 @@ import pytest
 
 from common.limits import GAP_S, SENSOR_PLATE_C
 from common.safety.repeated_fault import REPEATED_S
-from remote_site.heater_limits import (
+from remote_site.safety.heater_limits import (
     HOLDING_DRIVE,
     LOOK_AHEAD_S,
     RATE_LAG_S,

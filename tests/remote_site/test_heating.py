@@ -7,11 +7,11 @@ import pytest
 
 from common.fingers import FINGERS
 from common.limits import SENSOR_PLATE_C
-from remote_site.finger_touch import FingerTouch
-from remote_site.heater_control import GAIN_PER_K, OFFSETS_K, STAGGER_K, STALE_S, next_offset_k
+from remote_site.devices.sensor_frame import Sensed
+from remote_site.devices.thermal_sensor import PlateReading
 from remote_site.heating import FingerHeating, Heating
-from remote_site.sensed import Sensed
-from remote_site.thermal_sensor import PlateReading
+from remote_site.identification.finger_touch import FingerTouch
+from remote_site.thermal.heater_control import GAIN_PER_K, OFFSETS_K, STAGGER_K, STALE_S, next_offset_k
 from tests.remote_site.made_touches import AMBIENT_C
 from tests.remote_site.shipped_tables import perception
 

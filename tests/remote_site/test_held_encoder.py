@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from remote_site.held_encoder import PERSIST_S, SETTLE_S, HeldEncoder
+from remote_site.devices.stuck_encoder import PERSIST_S, SETTLE_S, HeldEncoder
 from tests.remote_site.servo_finger import HOVER_M, TICK_S, Seen, follow, presses
 
 

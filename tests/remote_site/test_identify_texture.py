@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from remote_site.identify_texture import identify_texture
-from remote_site.surface_class import StrokeLaw, SurfaceTable
-from remote_site.texture_calibration import calibrate_texture
+from remote_site.texture.calibration.texture_calibration import calibrate_texture
+from remote_site.texture.recorded.identify_texture import identify_texture
+from remote_site.texture.surface_table import StrokeLaw, SurfaceTable
 from sim_sensors.simulate import simulate_stroke, simulate_stroke_set, write_stroke_csv
 from teletaction.texture_report import write_texture_report
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from remote_site.identify_thermal import DEFAULT_AT_S, identify_thermal
-from remote_site.material_table import MaterialTable
+from remote_site.thermal.material_table import MaterialTable
+from remote_site.thermal.recorded.identify_thermal import DEFAULT_AT_S, identify_thermal
 from tests.remote_site.made_touches import AMBIENT_C, MadeTouch, made_touches
 
 pytestmark = pytest.mark.long

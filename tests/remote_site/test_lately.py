@@ -5,7 +5,7 @@ import math
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from remote_site.lately import MEMORY_S, Lately
+from remote_site.safety.sliding_extrema import MEMORY_S, Lately
 
 
 @example([(0.0, 1.0), (0.0, -1.0), (MEMORY_S, 0.0)])

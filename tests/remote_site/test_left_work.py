@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.limits import LEFT_J, LEFT_W
-from remote_site.left_work import LeftWork
+from remote_site.safety.residual_work import LeftWork
 
 DT = 0.002
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal, norm
 
-from remote_site.conduction import Array
-from remote_site.material_posterior import (
+from remote_site.thermal.conduction import Array
+from remote_site.thermal.material_posterior import (
     ANYWHERE,
     SAME_OBJECT,
     SMALLEST_DIFFERENCE_K,
@@ -14,9 +14,9 @@ from remote_site.material_posterior import (
     MaterialPosterior,
     Posterior,
 )
-from remote_site.thermal_identification import ThermalKnowledge
-from remote_site.touch_estimate import ANYWHERE_K, TouchEvidence
-from remote_site.touch_guesses import Substances
+from remote_site.thermal.thermal_identification import ThermalKnowledge
+from remote_site.thermal.touch_estimate import ANYWHERE_K, TouchEvidence
+from remote_site.thermal.touch_hypotheses import Substances
 from tests.remote_site.made_touches import AMBIENT_C, MATERIALS, MadeTouch, made_touches, true_table
 from tests.remote_site.played_touches import estimated
 

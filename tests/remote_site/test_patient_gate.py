@@ -24,8 +24,10 @@ from common.limits import (
 )
 from common.safety.repeated_fault import REPEATED_S, ROUND_S, STAYS_OFF, TEST_EVERY_S, WINDOW_S
 from common.timing.timeouts import TICK_AGE_S
-from remote_site.approach import WIDEN_M_S2
-from remote_site.finger_height import (
+from remote_site.safety.approach_limiter import WIDEN_M_S2
+from remote_site.safety.following_error import HEIGHT_MARGIN_M, PERSIST_S, PLANE_MARGIN_M, STOPPING_S
+from remote_site.safety.heater_limits import SENSOR_HIGH_C, TEST_DRIVE
+from remote_site.safety.height_setpoint import (
     BRAKE_SHARE,
     CLEAR_HEIGHT_M,
     HEIGHT_HIGH_M,
@@ -36,12 +38,10 @@ from remote_site.finger_height import (
     STOP_S,
     TOUCHING_N,
 )
-from remote_site.heater_limits import SENSOR_HIGH_C, TEST_DRIVE
-from remote_site.lately import MEMORY_S
-from remote_site.patient_gate import PLANE_RANGE_M, PLANE_SPEED_M_S, PatientGate
-from remote_site.patient_limit import Limit, limit_names
-from remote_site.servo import LONGEST_TICK_S, SERVO_N_M
-from remote_site.telemanipulator_follow import HEIGHT_MARGIN_M, PERSIST_S, PLANE_MARGIN_M, STOPPING_S
+from remote_site.safety.limit_flags import Limit, limit_names
+from remote_site.safety.patient_gate import PLANE_RANGE_M, PLANE_SPEED_M_S, PatientGate
+from remote_site.safety.servo import LONGEST_TICK_S, SERVO_N_M
+from remote_site.safety.sliding_extrema import MEMORY_S
 
 DT = 0.002
 NOT_FINITE = (math.nan, math.inf, -math.inf)

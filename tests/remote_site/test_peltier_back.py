@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from remote_site.peltier_back import LEAST_SD_K, LONGEST_S, PeltierBack
+from remote_site.thermal.peltier_backside import LEAST_SD_K, LONGEST_S, PeltierBack
 from sim_sensors.thermal_touch import CASE_LEAK_W_K, PELTIER_W_K, STEP_S, SensorSpread, ThermalTouch
 
 AMBIENT_C = 23.0

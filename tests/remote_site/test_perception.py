@@ -10,7 +10,7 @@ import pytest
 from common.wire.messages import STIFFNESS_KNOWN_LN_SD, ThermalStatus, TouchRow
 from common.wire.packets import Floats, LinkState
 from common.wire.touch_summary import NOTHING, TOLD_EVERY_S, Told
-from remote_site.sensed import Sensed
+from remote_site.devices.sensor_frame import Sensed
 from teletaction.recorded_session import RecordedSession
 from tests.remote_site.shipped_tables import perception
 

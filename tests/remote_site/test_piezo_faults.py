@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from common.wire.messages import ExplorationMode
-from remote_site.surface_class import SurfaceTable
-from remote_site.texture_fault import CLIPPED, DISCONNECTED, NOISE_ONLY, SATURATED
-from remote_site.texture_identification import TextureIdentification, TextureReading
-from remote_site.texture_sensor import VOLTS_PER_COUNT
+from remote_site.devices.texture_sensor import VOLTS_PER_COUNT
+from remote_site.texture.sensor_fault import CLIPPED, DISCONNECTED, NOISE_ONLY, SATURATED
+from remote_site.texture.surface_table import SurfaceTable
+from remote_site.texture.texture_identification import TextureIdentification, TextureReading
 from sim_sensors.faulty_parts import Piezo, PiezoFault
 from sim_sensors.simulated_stroke import simulate_stroke
 

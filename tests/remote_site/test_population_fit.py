@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from common.runtime.parallel_map import Map, Progress, kept_processes, unseen
-from remote_site.calibration_touches import CalibrationTouch
-from remote_site.population_fit import Population, PopulationFit
+from remote_site.thermal.calibration.calibration_touches import CalibrationTouch
+from remote_site.thermal.calibration.population_fit import Population, PopulationFit
 from tests.remote_site.made_touches import (
     AMBIENT_C,
     MATERIALS,

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from remote_site.reading_clock import LOST_S, STEP_S, ReadingClock
+from remote_site.devices.sensor_clock import LOST_S, STEP_S, ReadingClock
 
 PERIOD_S = 0.01
 WRAPS = 1 << 32

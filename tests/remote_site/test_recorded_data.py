@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from remote_site.identify_texture import identify_texture
-from remote_site.identify_thermal import identify_thermal
-from remote_site.material_table import MaterialTable
-from remote_site.traces import read_thermal
+from remote_site.texture.recorded.identify_texture import identify_texture
+from remote_site.thermal.material_table import MaterialTable
+from remote_site.thermal.recorded.identify_thermal import identify_thermal
+from remote_site.traces.trace_files import read_thermal
 from tests.remote_site.shipped_tables import TABLES
 
 DATA = Path(os.environ.get("TELETACTION_DATA", Path(__file__).parents[3] / "shared" / "data"))

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from remote_site.groove_period import GroovePeriod
-from remote_site.impulses import Impulses
-from remote_site.roughness import Felt, Roughness
-from remote_site.tip_path import CELL_M, Curve
+from remote_site.texture.groove_detector import Impulses
+from remote_site.texture.groove_period import GroovePeriod
+from remote_site.texture.roughness import Felt, Roughness
+from remote_site.texture.tip_path import CELL_M, Curve
 from tests.remote_site.felt_strokes import held_values
 
 

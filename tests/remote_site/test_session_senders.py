@@ -14,7 +14,7 @@ from common.link.link import RemoteLink
 from common.wire.messages import MOTION_BLOCK, Motion
 from common.wire.packets import LinkState
 from common.wire.session_messages import Answer, Heartbeat, Request
-from remote_site.session_server import EXPELLED_S, PACKETS_AT_ONCE, SILENCE_NS, SessionServer
+from remote_site.session.session_server import EXPELLED_S, PACKETS_AT_ONCE, SILENCE_NS, SessionServer
 
 MS = 1_000_000
 TICK_NS = 2 * MS

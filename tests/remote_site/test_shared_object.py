@@ -3,9 +3,9 @@
 import pytest
 
 from common.wire.messages import ThermalStatus
-from remote_site.shared_object import SharedObject
-from remote_site.thermal_answer import ThermalAnswer
-from remote_site.thermal_identification import ThermalKnowledge
+from remote_site.thermal.shared_object import SharedObject
+from remote_site.thermal.thermal_identification import ThermalKnowledge
+from remote_site.thermal.thermal_result import ThermalAnswer
 from tests.remote_site.made_touches import MadeTouch, made_touches
 from tests.remote_site.played_touches import Hand, names
 

@@ -7,8 +7,8 @@ import pytest
 
 from common.fingers import FINGERS
 from common.wire.messages import STIFFNESS_KNOWN_LN_SD
-from remote_site.gated_command import GatedCommand
-from remote_site.sensed import Sensed
+from remote_site.devices.sensor_frame import Sensed
+from remote_site.safety.gated_command import GatedCommand
 from remote_site.site_recording import SCHEMAS, SiteRecording
 from tests.remote_site.shipped_tables import perception
 

@@ -6,14 +6,14 @@ from itertools import pairwise
 import pytest
 
 from common.fingers import FINGERS
-from remote_site.heater_control import OFFSETS_K, STAGGER_K
-from remote_site.sensed import Sensed
-from remote_site.shared_object import SharedObject
-from remote_site.solving_turns import LATE, NOTHING_DUE, POSTPONED_S, SolvingTurns
-from remote_site.thermal_answer import ThermalAnswer
-from remote_site.thermal_identification import ThermalKnowledge
-from remote_site.thermal_sensor import PlateReading
-from remote_site.touch_estimate import TouchEstimate
+from remote_site.devices.sensor_frame import Sensed
+from remote_site.devices.thermal_sensor import PlateReading
+from remote_site.thermal.heater_control import OFFSETS_K, STAGGER_K
+from remote_site.thermal.shared_object import SharedObject
+from remote_site.thermal.solving_turns import LATE, NOTHING_DUE, POSTPONED_S, SolvingTurns
+from remote_site.thermal.thermal_identification import ThermalKnowledge
+from remote_site.thermal.thermal_result import ThermalAnswer
+from remote_site.thermal.touch_estimate import TouchEstimate
 from tests.remote_site.made_touches import AMBIENT_C, MATERIALS, MadeTouch, made_touches
 from tests.remote_site.played_touches import touching
 from tests.remote_site.shipped_tables import perception

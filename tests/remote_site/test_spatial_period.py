@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from remote_site.identify_texture import identify_texture
-from remote_site.spatial_period import spatial_period
+from remote_site.texture.recorded.identify_texture import identify_texture
+from remote_site.texture.recorded.spatial_period import spatial_period
 
 LENGTH_M = 0.150
 

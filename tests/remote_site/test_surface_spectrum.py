@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from remote_site.identify_texture import identify_texture, load_surfaces
-from remote_site.spectrum_calibration import LabelledStroke, calibrate_spectra
-from remote_site.spectrum_table import SpectrumTable
-from remote_site.surface_spectrum import _without_motions, unevenness
+from remote_site.texture.calibration.spectrum_calibration import LabelledStroke, calibrate_spectra
+from remote_site.texture.recorded.identify_texture import identify_texture, load_surfaces
+from remote_site.texture.recorded.spectrum_table import SpectrumTable
+from remote_site.texture.recorded.surface_spectrum import _without_motions, unevenness
 from tests.commands import command
 from tests.slow_strokes import PLACES_MM, SURFACES, folder_of, stroke
 

@@ -11,9 +11,9 @@ from common.buses.can_frames import FrameSender
 from common.fingers import FINGERS
 from common.limits import LEFT_J
 from common.scenes.scene import load_scene
-from remote_site.gated_command import GatedCommand
-from remote_site.patient_gate import PatientGate
-from remote_site.patient_limit import Limit
+from remote_site.safety.gated_command import GatedCommand
+from remote_site.safety.limit_flags import Limit
+from remote_site.safety.patient_gate import PatientGate
 from sim_sensors.remote_world import RemoteWorld
 from sim_sensors.telemanipulator import Telemanipulator
 

@@ -6,9 +6,7 @@ from collections.abc import Sequence
 import pytest
 
 from common.fingers import FINGERS
-from remote_site.lately import MEMORY_S
-from remote_site.servo import LONGEST_TICK_S, SERVO_N_M
-from remote_site.telemanipulator_follow import (
+from remote_site.safety.following_error import (
     FRESH_S,
     HEIGHT_MARGIN_M,
     PERSIST_S,
@@ -16,6 +14,8 @@ from remote_site.telemanipulator_follow import (
     STOPPING_S,
     TelemanipulatorFollow,
 )
+from remote_site.safety.servo import LONGEST_TICK_S, SERVO_N_M
+from remote_site.safety.sliding_extrema import MEMORY_S
 
 DT = 0.95 * LONGEST_TICK_S
 NAMES = ("hand's x", "hand's y", *FINGERS)

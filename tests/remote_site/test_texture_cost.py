@@ -5,7 +5,7 @@ from time import perf_counter
 import numpy as np
 
 from common.wire.messages import ExplorationMode
-from remote_site.texture_identification import BLOCK, TextureIdentification
+from remote_site.texture.texture_identification import BLOCK, TextureIdentification
 from sim_sensors.simulated_stroke import simulate_stroke
 from tests.remote_site.shipped_tables import SURFACES
 

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from remote_site.felt_stroke import Array
-from remote_site.texture_fault import CLIPPED, DISCONNECTED, NOISE_ONLY, SATURATED
-from remote_site.texture_sensor import VOLTS_PER_COUNT
-from remote_site.tip_path import RATE_HZ
+from remote_site.devices.texture_sensor import VOLTS_PER_COUNT
+from remote_site.texture.recorded.stroke_playback import Array
+from remote_site.texture.sensor_fault import CLIPPED, DISCONNECTED, NOISE_ONLY, SATURATED
+from remote_site.texture.tip_path import RATE_HZ
 from sim_sensors.simulated_stroke import simulate_stroke
 from tests.remote_site.felt_strokes import SIX, drawn, played, stroking
 

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.wire.messages import ThermalStatus
-from remote_site.material_posterior import Posterior
-from remote_site.thermal_answer import (
+from remote_site.thermal.material_posterior import Posterior
+from remote_site.thermal.thermal_result import (
     CAUTION,
     EARLIEST_S,
     FOREIGN,

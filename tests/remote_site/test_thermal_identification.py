@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from common.wire.messages import ThermalStatus
-from remote_site.material_table import MaterialTable
-from remote_site.thermal_answer import EARLIEST_S, NO_CONTACT, ThermalAnswer
-from remote_site.thermal_identification import LASTS_S, ThermalIdentification, ThermalKnowledge
+from remote_site.thermal.material_table import MaterialTable
+from remote_site.thermal.thermal_identification import LASTS_S, ThermalIdentification, ThermalKnowledge
+from remote_site.thermal.thermal_result import EARLIEST_S, NO_CONTACT, ThermalAnswer
 from tests.remote_site.made_touches import (
     AMBIENT_C,
     MATERIALS,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from remote_site.thermal_touches import READING_S, SHORT, WARMING, reading_at_contact
+from remote_site.thermal.touch_start import READING_S, SHORT, WARMING, reading_at_contact
 
 NOISE_K = 0.02
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from remote_site.curvature_noise import CurvatureNoise
-from remote_site.tip_path import CELL_M, RATE_HZ, TipPath
+from remote_site.texture.curvature_noise import CurvatureNoise
+from remote_site.texture.tip_path import CELL_M, RATE_HZ, TipPath
 
 
 def curvature(signal, speed_m_s, viscous_s=0.0, leak_hz=0.0):

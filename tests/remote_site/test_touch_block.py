@@ -8,9 +8,9 @@ import pytest
 
 from common.wire.messages import TOUCH_BLOCK, TOUCH_COLUMN, TOUCH_HIGH, TOUCH_LOW, ExplorationMode, ThermalStatus
 from common.wire.packets import BadPacket, Floats
-from remote_site.finger_touch import FingerTouch
-from remote_site.thermal_answer import ThermalAnswer
-from remote_site.touch_block import touch_block
+from remote_site.identification.finger_touch import FingerTouch
+from remote_site.identification.touch_block import touch_block
+from remote_site.thermal.thermal_result import ThermalAnswer
 
 PRESSED = FingerTouch(
     mode=ExplorationMode.QUIESCENT,

@@ -7,12 +7,12 @@ import pytest
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
-from remote_site.conduction import Array
-from remote_site.material_table import MaterialTable
-from remote_site.thermal_identification import ThermalKnowledge
-from remote_site.touch_estimate import ANYWHERE_K, FORGET, TouchEstimate
-from remote_site.touch_guesses import SPACING, Guesses, Substances
-from remote_site.touch_model import Contacts, SensorConstants, TouchModel
+from remote_site.thermal.conduction import Array
+from remote_site.thermal.material_table import MaterialTable
+from remote_site.thermal.thermal_identification import ThermalKnowledge
+from remote_site.thermal.touch_estimate import ANYWHERE_K, FORGET, TouchEstimate
+from remote_site.thermal.touch_hypotheses import SPACING, Guesses, Substances
+from remote_site.thermal.touch_model import Contacts, SensorConstants, TouchModel
 from tests.remote_site.made_touches import (
     AMBIENT_C,
     MATERIALS,
@@ -204,7 +204,7 @@ def test_a_pressure_that_changes_for_good_makes_the_contact_less_certain(
     touch = made_touches("stone", 1, seed=8, seconds=3.0)[0]
     firmer = replace(touch, force_n=np.where(touch.time_s > 1.0, 3.0, touch.force_n))
     doubted = estimated(knowledge, firmer.until(1.3)).covariance[1, 1, 1]
-    monkeypatch.setattr("remote_site.pressed_contact.UNSTEADY", 0.0)
+    monkeypatch.setattr("remote_site.thermal.contact_change.UNSTEADY", 0.0)
     assert doubted > estimated(knowledge, firmer.until(1.3)).covariance[1, 1, 1]
 
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from common.wire.messages import ThermalStatus
-from remote_site.thermal_answer import NO_DIFFERENCE, NO_FIT, ThermalAnswer
-from remote_site.thermal_identification import ThermalKnowledge
+from remote_site.thermal.thermal_identification import ThermalKnowledge
+from remote_site.thermal.thermal_result import NO_DIFFERENCE, NO_FIT, ThermalAnswer
 from tests.remote_site.made_touches import (
     MATERIALS,
     MadeMaterial,

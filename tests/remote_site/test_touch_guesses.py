@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from remote_site.touch_guesses import (
+from remote_site.thermal.touch_hypotheses import (
     FOREIGN,
     FOREIGN_FROM,
     FOREIGN_LN_STEP,

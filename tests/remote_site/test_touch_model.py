@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from remote_site.touch_model import Contacts, SensorConstants, TouchModel
+from remote_site.thermal.touch_model import Contacts, SensorConstants, TouchModel
 from tests.remote_site.made_touches import PLATE_J_M2K, MadeSensor, closed_form, plate_courses
 
 LEAK_PER_S, LAG_S = 0.04, 0.3

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.wire.messages import STIFFNESS_KNOWN_LN_SD
-from remote_site.touched_surface import UNKNOWN_LN_SD, TouchedSurface
+from remote_site.stiffness.surface_estimate import UNKNOWN_LN_SD, TouchedSurface
 from studies.felt_surface import STEPS, TICK_S, Felt, sense
 from studies.surface_scenes import HAND_STEP_M, STROKE_M_S, Identified, identify, pressed, rested, stroked
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from remote_site.traces import read_labels, read_stroke, read_thermal
+from remote_site.traces.trace_files import read_labels, read_stroke, read_thermal
 
 GOOD = "time_s,sensor_c,force_n,note\n0.00,30.0,0.0,a\n0.01,30.0,0.5,b\n0.06,29.9,0.5,c\n"
 

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from common.fingers import FINGERS
 from common.wire.messages import ThermalStatus
-from remote_site.thermal_identification import FELT_BEFORE, STILL_WARM
-from remote_site.warmed_spot import LONGEST_S, SPOT_M, TRACES, WARM, WarmedSpot
+from remote_site.thermal.thermal_identification import FELT_BEFORE, STILL_WARM
+from remote_site.thermal.warmed_spot import LONGEST_S, SPOT_M, TRACES, WARM, WarmedSpot
 from tests.remote_site.landings import Felt, Landing, land, named
 
 TRUE = {"aluminium": "aluminium", "ceramic": "ceramic_tile", "wood": "pine", "pvc_plain": "pvc"}

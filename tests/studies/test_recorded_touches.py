@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from remote_site.traces import ThermalTrace
+from remote_site.traces.trace_files import ThermalTrace
 from studies import recorded_touches
 from studies.recorded_touches import BOTH, HEATED, METAL, TIMES_S, WOOD, accuracy, linear_features, linear_score
 from studies.running import Unavailable

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from remote_site.thermal_identification import ThermalIdentification
+from remote_site.thermal.thermal_identification import ThermalIdentification
 from sim_sensors.ssr_converter import NOISE_C
 from studies import thermal_identification
 from studies.thermal_answers import Answered, by_fingers, by_product, knowledge_of

@@ -11,11 +11,11 @@ from common.fingers import FINGERS
 from common.limits import SENSOR_PLATE_C
 from common.safety.repeated_fault import TEST_EVERY_S
 from common.wire.packets import N
-from remote_site.heater_control import HeaterControl
-from remote_site.heater_limits import TEST_DRIVE
-from remote_site.patient_gate import PatientGate
-from remote_site.patient_limit import Limit
-from remote_site.ssr_plausibility import SsrPlausibility
+from remote_site.devices.thermometer_check import SsrPlausibility
+from remote_site.safety.heater_limits import TEST_DRIVE
+from remote_site.safety.limit_flags import Limit
+from remote_site.safety.patient_gate import PatientGate
+from remote_site.thermal.heater_control import HeaterControl
 from sim_sensors.faulty_parts import Thermistor
 from sim_sensors.thermal_touch import LAG_S, SensorSpread, ThermalTouch
 from tests.virtual.session import COARSE_TICK_S

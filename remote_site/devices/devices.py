@@ -1,0 +1,143 @@
+"""All devices of the remote site behind one read and one write; the gate's output is all that is written."""
+
+import math
+
+from common.buses.ready_lines import ReadyLines
+from common.buses.serial_device import SerialLine
+from common.buses.wiring import SYSTEM, Wiring
+from common.config import RemoteConfig
+from common.fingers import FINGERS
+from common.limits import GAP_S
+from common.timing.standstill import HostClock
+from common.timing.tick_age import TickAge
+from remote_site.devices.hand_path import HandPlace
+from remote_site.devices.sensor_frame import Sensed
+from remote_site.devices.telemanipulator import Telemanipulator
+from remote_site.devices.texture_sensor import TextureSensor
+from remote_site.devices.thermal_sensor import PlateReading, ThermalSensor
+from remote_site.safety.gated_command import GatedCommand
+
+_NEVER = -math.inf
+
+
+class RemoteDevices:
+    """Opens every device in the background; reading and writing never block."""
+
+    def __init__(self, config: RemoteConfig, clock: HostClock | None = None, wiring: Wiring = SYSTEM):
+        """Open them, reached by `wiring`; `clock` is the one that `read` is given times of."""
+        clock = HostClock() if clock is None else clock
+        self.telemanipulator = Telemanipulator(config.telemanipulator, config.fingers, clock, wiring)
+        self.texture = {
+            FINGERS.index(f): TextureSensor(f, address, clock, wiring) for f, address in config.texture.items()
+        }
+        self.thermal = {
+            FINGERS.index(f): ThermalSensor(f, address, clock, wiring) for f, address in config.thermal_sensors.items()
+        }
+        self.sensor_c = [math.nan] * len(FINGERS)
+        self.sensor_s = [_NEVER] * len(FINGERS)
+        """Last reading of each sensor plate (NaN where it was implausible), and when it came."""
+        sensors: list[TextureSensor | ThermalSensor] = [*self.texture.values(), *self.thermal.values()]
+        self._sensors = sensors
+        self._lines = [sensor.line for sensor in sensors]
+        self._ready = ReadyLines([self.telemanipulator.line, *self._lines])
+        self.tick = TickAge(clock, self._unread_s)
+
+    def _unread_s(self) -> float:
+        """How long devices have taken for what waits to be read, s."""
+        if not self._ready.look() and self.telemanipulator.line.drained:
+            return 0.0
+        return max(device.unread_s for device in (self.telemanipulator, *self._sensors))
+
+    def lines(self) -> list[SerialLine]:
+        """Every serial line."""
+        return self._lines
+
+    def missing(self) -> str:
+        """What keeps the site from working; empty when all devices are there."""
+        if not self.telemanipulator.line.connected:
+            return f"telemanipulator: {self.telemanipulator.line.problem or 'opening'}"
+        for line in self._lines:
+            if not line.connected:
+                return f"{line.finger} {line.kind.name.lower()}: {line.problem or 'opening'}"
+        began_s = self.tick.began_s
+        for sensor in self._sensors:
+            if not began_s - sensor.measured_s <= GAP_S:
+                return f"{sensor.line.finger} {sensor.line.kind.name.lower()}: the line is open, but no reports come"
+        if not began_s - self.telemanipulator.measured.oldest_s <= GAP_S:
+            return f"telemanipulator: CAN {self.telemanipulator.line.address} is open, but no measurements come"
+        return ""
+
+    def problems(self) -> list[Exception]:
+        """Why devices are not there, for those that have failed at least once."""
+        lines = [self.telemanipulator.line.problem, *(line.problem for line in self.lines())]
+        return [problem for problem in lines if problem is not None]
+
+    def read(self, t_s: float, hand: HandPlace | None = None) -> Sensed:
+        """Take what all devices said since the last call, while the fingers follow `hand`.
+
+        `tick` counts a standstill of the host that they show; what was sensed is of a time after it.
+        """
+        self.tick.begin(t_s)
+        self._ready.look()
+        texture: list[bytes | None] = [None] * len(FINGERS)
+        plates: list[PlateReading | None] = [None] * len(FINGERS)
+        stood_still_s = 0.0
+        for finger, texture_sensor in self.texture.items():
+            if texture_sensor.waiting or texture_sensor.line.readable is not False:
+                texture[finger] = texture_sensor.read(t_s)
+                stood_still_s = max(stood_still_s, texture_sensor.stood_still_s)
+        for finger, thermal_sensor in self.thermal.items():
+            if thermal_sensor.line.readable is not False:
+                plate = plates[finger] = thermal_sensor.read(t_s)
+                stood_still_s = max(stood_still_s, thermal_sensor.stood_still_s)
+                if plate is not None:
+                    self.sensor_c[finger] = math.nan if plate.fault else plate.sensor_c
+                    self.sensor_s[finger] = thermal_sensor.measured_s
+        measured = self.telemanipulator.read(t_s, stood_still=stood_still_s > 0.0)
+        self.tick.stood_still(max(stood_still_s, self.telemanipulator.stood_still_s))
+        t_s = self.tick.began_s
+        # An old force is no force: without it there is no contact, and nothing of the last one is rendered.
+        known = t_s - measured.oldest_s <= GAP_S
+        force_n = measured.force_n if known else (0.0,) * len(FINGERS)
+        return Sensed(t_s, measured.x_m, measured.y_m, measured.z_m, force_n, tuple(texture), tuple(plates), hand)
+
+    def write(self, command: GatedCommand, sensed: Sensed) -> None:
+        """Send what the gate let through: set-points each tick, heater drives at each sensor's own rate.
+
+        Nothing of it is sent once the tick that has read the devices is too old.
+        """
+        if command.ready and self.tick.in_time():
+            self.telemanipulator.move(sensed.time_s, command.x_m, command.y_m, command.z_m, released=command.released)
+        for finger, sensor in self.thermal.items():
+            if sensed.plates[finger] is not None and self.tick.in_time():
+                sensor.heat(sensed.time_s, command.heater_drive[finger])
+
+    def unconfirmed(self, since_s: float) -> dict[str, str]:
+        """Why each device is not certain to have its outputs off since `since_s`; empty where its report says so."""
+        found = {"telemanipulator": self.telemanipulator.unconfirmed(since_s)}
+        for sensor in self.thermal.values():
+            found[f"{sensor.line.finger} {sensor.line.kind.name.lower()}"] = sensor.unconfirmed(since_s)
+        return found
+
+    def faults(self) -> list[str]:
+        """What devices do that they must not, and what of them is broken; empty when all is well."""
+        found = [f"telemanipulator: {fault}" for fault in self.telemanipulator.faults(self.tick.began_s)]
+        for finger, sensor in self.thermal.items():
+            if not (sensor.cut_out or sensor.disobeys) or self.tick.began_s - sensor.measured_s > GAP_S:
+                continue
+            if sensor.cut_out:
+                found.append(f"{FINGERS[finger]}: the sensor's own temperature limit has switched its heater off")
+            if sensor.disobeys:
+                found.append(f"{FINGERS[finger]} thermal_sensor: {sensor.disobeys}")
+        return found
+
+    def figures(self) -> dict[str, object]:
+        """What the status file tells of each device."""
+        found: dict[str, object] = {f"{line.finger} {line.kind.name.lower()}": line.figures() for line in self.lines()}
+        return {"telemanipulator": self.telemanipulator.line.figures(), **found}
+
+    def close(self) -> None:
+        """Close every device; their own time-outs bring them to rest."""
+        self.telemanipulator.line.close()
+        for line in self.lines():
+            line.close()

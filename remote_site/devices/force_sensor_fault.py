@@ -1,0 +1,85 @@
+"""Is a contact force to be believed? What a fingertip's force sensor says is held against what its servo does.
+
+    frozen    under load not one count of noise for FROZEN_S
+    dead      always the same too, while the finger is held above every place that it was sent to lately
+    biased    it says that the finger is pressed, but the servo is not bent by it
+
+A finger on a servo of known stiffness rests at its set-point and what the force bends the servo. While set-points move
+it is at a mean of the recent ones, so that it is compared with the highest and the lowest of these.
+"""
+
+from remote_site.safety.servo import LONGEST_TICK_S, SERVO_N_M
+from remote_site.safety.sliding_extrema import MEMORY_S, Lately
+
+LOADED_N = 0.15
+"""Below it a sensor may stay at 0: its noise is cut off there."""
+FROZEN_S = 0.25
+"""The sensor's noise is about a count, so that at 500 Hz its reading changes many times in this."""
+HELD_M = 0.0008
+"""So far above its set-points a finger is held by something, with 0.8 N."""
+BIAS_N, BIAS_SHARE = 0.25, 0.25
+"""Force that must not be missing in the servo, and share of it by which the servo's stiffness may be another."""
+PERSIST_S = 0.10
+"""So long the servo must disagree: a finger that comes down hard swings for less."""
+
+
+class ForceSensorFault:
+    """Watches one finger: `step` for what was measured, `told` for each set-point.
+
+    Attributes:
+        fault: what is wrong as of the last reading; empty when nothing is.
+    """
+
+    __slots__ = ("_following_s", "_force_n", "_same_s", "_set_m", "_t_s", "_wrong_s", "fault")
+
+    def __init__(self) -> None:
+        self.fault = ""
+        self._set_m = Lately()
+        self._following_s: float | None = None
+        self._t_s = 0.0
+        self._force_n = -1.0
+        self._same_s = self._wrong_s = 0.0
+
+    def told(self, t_s: float, set_m: float, released: bool) -> None:
+        """A set-point was sent, m; released, the finger goes by itself."""
+        self._t_s = t_s
+        if released:
+            self._following_s = None
+        elif self._following_s is None:
+            self._following_s = t_s
+        self._set_m.add(t_s, set_m)
+
+    def step(self, dt_s: float, force_n: float, height_m: float) -> str:
+        """Take a reading; returns what is wrong, empty when nothing is.
+
+        Args:
+            dt_s: since the reading before, s; not above 0 where that is not known.
+            force_n: contact force, N.
+            height_m: of the finger, m.
+        """
+        passed_s = dt_s if 0.0 <= dt_s <= LONGEST_TICK_S else LONGEST_TICK_S if dt_s > 0.0 else 0.0
+        if force_n == self._force_n:
+            self._same_s += passed_s
+        else:
+            self._force_n, self._same_s = force_n, 0.0
+        frozen = self._same_s >= FROZEN_S
+        wrong = self._servo_disagrees(force_n, height_m, frozen)
+        self._wrong_s = self._wrong_s + passed_s if wrong else 0.0
+        if frozen and force_n >= LOADED_N:
+            self.fault = f"force sensor frozen at {force_n:.2f} N"
+        else:
+            self.fault = wrong if self._wrong_s >= PERSIST_S else ""
+        return self.fault
+
+    def _servo_disagrees(self, force_n: float, height_m: float, frozen: bool) -> str:
+        """Compare with the servo, once all set-points that still act were followed."""
+        if self._following_s is None or self._t_s - self._following_s < MEMORY_S:
+            return ""
+        if frozen and (held_m := height_m - self._set_m.highest) > HELD_M:
+            return (
+                f"force sensor dead: {force_n:.2f} N, but the finger is held {held_m * 1e3:.1f} mm above its set-point"
+            )
+        bent_n = SERVO_N_M * (height_m - self._set_m.lowest)
+        if force_n * (1.0 - BIAS_SHARE) - BIAS_N > bent_n:
+            return f"force sensor biased: {force_n:.2f} N, of which the servo shows {max(0.0, bent_n):.2f} N"
+        return ""

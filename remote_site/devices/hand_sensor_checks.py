@@ -1,0 +1,71 @@
+"""Is what the telemanipulator measures to be believed? Encoders that jump or are stuck, and force sensors that lie."""
+
+from collections.abc import Sequence
+
+from common.buses.encoder_glitches import FINGER_M_S, HAND_M_S, EncoderJumps
+from common.fingers import FINGERS
+from remote_site.devices.force_sensor_fault import ForceSensorFault
+from remote_site.devices.stuck_encoder import HeldEncoder
+
+_POSE = ("telemanipulator's x", "telemanipulator's y")
+
+
+class MeasuredHand:
+    """Takes each frame's readings and each set-point, and gives the places to act on."""
+
+    def __init__(self, fingers: Sequence[str] = FINGERS) -> None:
+        """Watch all encoders for jumps, and the rest of the fingers that take part."""
+        self._pose, self._heights = EncoderJumps(_POSE, HAND_M_S), EncoderJumps(FINGERS, FINGER_M_S)
+        taking_part = [FINGERS.index(finger) for finger in fingers]
+        self._held = [(finger, HeldEncoder()) for finger in taking_part]
+        self._sensors = [(finger, ForceSensorFault()) for finger in taking_part]
+        self._held_faults: list[str] = []
+        self._sensor_faults: list[str] = []
+        self._z_m: Sequence[float] = ()
+        self._force_n: Sequence[float] = (0.0,) * len(FINGERS)
+        self._force_sent_s = self._height_sent_s = 0.0
+        self._set_m: Sequence[float] | None = None
+
+    def pose(self, sent_s: float, x_m: float, y_m: float) -> tuple[float, float]:
+        """The pose to act on, m, for one that was on the bus at `sent_s`, s."""
+        _, (x_m, y_m) = self._pose.step(sent_s, (x_m, y_m))
+        return x_m, y_m
+
+    def heights(self, sent_s: float, z_m: Sequence[float]) -> tuple[float, ...]:
+        """The heights to act on, (5,), m, for those that were on the bus at `sent_s`, s."""
+        _, believed_m = self._heights.step(sent_s, z_m)
+        self._z_m = believed_m
+        return tuple(believed_m)
+
+    def servos(self, sent_s: float, z_m: Sequence[float]) -> None:
+        """Hold the newest heights (5,), m, as they were read, against the set-points and forces that are in effect.
+
+        Heights that waited to be read are left out: they followed other set-points. `sent_s` is when they were on the
+        bus, s.
+        """
+        dt_s, self._height_sent_s = sent_s - self._height_sent_s, sent_s
+        force_n, set_m, found = self._force_n, self._set_m, []
+        for finger, held in self._held:
+            if fault := held.step(dt_s, z_m[finger], force_n[finger], None if set_m is None else set_m[finger]):
+                found.append(f"{FINGERS[finger]}: {fault}")
+        self._held_faults = found
+
+    def forces(self, sent_s: float, force_n: Sequence[float]) -> None:
+        """Contact forces (5,), N, that were on the bus at `sent_s`, s; heights come before them."""
+        dt_s, self._force_sent_s, self._force_n = sent_s - self._force_sent_s, sent_s, force_n
+        z_m, found = self._z_m, []
+        for finger, sensor in self._sensors if z_m else ():
+            if fault := sensor.step(dt_s, force_n[finger], z_m[finger]):
+                found.append(f"{FINGERS[finger]}: {fault}")
+        self._sensor_faults = found
+
+    def told(self, t_s: float, z_m: Sequence[float], released: bool) -> None:
+        """Set-points (5,), m, are sent at `t_s`, s; released, the fingers go by themselves."""
+        self._set_m = None if released else z_m
+        for finger, sensor in self._sensors:
+            sensor.told(t_s, z_m[finger], released)
+
+    @property
+    def faults(self) -> list[str]:
+        """What is wrong with which; empty when all is well."""
+        return self._pose.faults + self._heights.faults + self._held_faults + self._sensor_faults

@@ -1,0 +1,139 @@
+"""Driver of the telemanipulator on CAN: set-points out, positions and contact forces in."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from common.buses.can_frames import FrameReceiver, FrameSender
+from common.buses.can_port import CanAddress, CanLine
+from common.buses.drive_monitor import DriveObeys, StateComes
+from common.buses.wiring import SYSTEM, Wiring
+from common.fingers import FINGERS
+from common.limits import GAP_S
+from common.timing.standstill import HostClock, Witness
+from common.timing.timeouts import FRAME_S
+from remote_site.devices.hand_sensor_checks import MeasuredHand
+
+_MM = 1000.0
+_NEVER = float("-inf")
+
+
+@dataclass(slots=True)
+class Measured:
+    """Where the remote hand is and what its fingers feel; the newest of each frame, SI."""
+
+    x_m: float = 0.0
+    y_m: float = 0.0
+    z_m: tuple[float, ...] = (0.0,) * len(FINGERS)
+    force_n: tuple[float, ...] = (0.0,) * len(FINGERS)
+    pose_s: float = _NEVER
+    heights_s: float = _NEVER
+    force_s: float = _NEVER
+
+    @property
+    def oldest_s(self) -> float:
+        """When the part that was measured longest ago came in, s; -inf until all parts came once."""
+        return min(self.pose_s, self.heights_s, self.force_s)
+
+
+@dataclass(slots=True)
+class Following:
+    """What the telemanipulator reported last that it does."""
+
+    released: bool = False
+    """In its safe state: the hand stays, fingers only rise."""
+    hand_alive: bool = False
+    heights_alive: bool = False
+    """Whether set-points of each kind reach it."""
+    reported_s: float = _NEVER
+
+
+class Telemanipulator:
+    """The remote hand."""
+
+    def __init__(
+        self,
+        address: CanAddress,
+        fingers: Sequence[str] = FINGERS,
+        clock: HostClock | None = None,
+        wiring: Wiring = SYSTEM,
+    ):
+        """Open the bus at `address` in the background; `fingers` take part, `clock` is that of `read`."""
+        frames = ("HandPoseMeasured", "FingerHeightsMeasured", "ContactForces", "TelemanipulatorState")
+        self.receivers = tuple(FrameReceiver(name) for name in frames)
+        self.line = CanLine(address, self.receivers, sends=("HandSetpoint", "HeightSetpoint"), wiring=wiring)
+        self.measured = Measured()
+        self.following = Following()
+        self.stood_still_s = 0.0
+        """For how long the host's clock stood still before the last `read`, as the count of frames shows, s."""
+        self._clock = HostClock() if clock is None else clock
+        self._witness = Witness()
+        self._fingers = fingers
+        self._watched = MeasuredHand(fingers)
+        self._hand = FrameSender("HandSetpoint")
+        self._heights = FrameSender("HeightSetpoint")
+        self._release_obeys = DriveObeys("it", "is not released, although asked for")
+        self._state_comes = StateComes()
+        self._disobeys = ""
+
+    def read(self, t_s: float, *, stood_still: bool = False) -> Measured:
+        """Take what came since the last call, stamped with `t_s`; after a standstill places are judged anew."""
+        came = self.line.poll()
+        self.stood_still_s = self._witness.frames(
+            self._clock.now_s(), self.receivers[0].taken, drained=self.line.drained
+        )
+        if stood_still or self.stood_still_s > 0.0:
+            self._watched = MeasuredHand(self._fingers)
+        measured, watched = self.measured, self._watched
+        # Each frame counts: an encoder that jumps now and again is found by a late site, too.
+        for sent_s, (x_mm, y_mm) in came.get("HandPoseMeasured", ()):
+            measured.x_m, measured.y_m = watched.pose(sent_s, x_mm / _MM, y_mm / _MM)
+            measured.pose_s = t_s
+        z_m: tuple[float, ...] = ()
+        for sent_s, heights_mm in came.get("FingerHeightsMeasured", ()):
+            z_m = tuple([height_mm / _MM for height_mm in heights_mm])
+            measured.z_m = watched.heights(sent_s, z_m)
+            measured.heights_s = t_s
+        if z_m:
+            watched.servos(sent_s, z_m)
+        if forces := came.get("ContactForces"):
+            sent_s, measured.force_n = forces[-1]
+            measured.force_s = t_s
+            watched.forces(sent_s, measured.force_n)
+        self._state_comes.step(self.receivers[0].taken, self.receivers[3].taken)
+        if states := came.get("TelemanipulatorState"):
+            released, hand_alive, heights_alive = states[-1][1]
+            self.following = Following(released > 0.0, hand_alive > 0.0, heights_alive > 0.0, reported_s=t_s)
+            self._disobeys = self._release_obeys.reported(t_s + self.stood_still_s, not self.following.released)
+        return measured
+
+    @property
+    def unread_s(self) -> float:
+        """How long the telemanipulator has taken for the frames that wait to be read, s."""
+        return self.line.unread("HandPoseMeasured") * FRAME_S
+
+    def faults(self, t_s: float) -> list[str]:
+        """What is wrong on its bus and with its sensors, as of `t_s`; empty when all is well, or when it is away."""
+        found = [self.line.fault] if self.line.fault else []
+        here = self.line.connected and t_s - self.measured.oldest_s <= GAP_S
+        if self._disobeys and t_s - self.following.reported_s <= GAP_S:
+            found.append(self._disobeys)
+        if not here:
+            return found
+        unreported = self._state_comes.fault
+        return found + ([unreported] if unreported else []) + self._watched.faults
+
+    def unconfirmed(self, since_s: float) -> str:
+        """Why it is not certain that it is released; empty when the last report, after `since_s`, says so."""
+        if not self.line.connected:
+            return "not connected"
+        if not self.following.reported_s > since_s:
+            return "no report"
+        return "" if self.following.released else "not released"
+
+    def move(self, t_s: float, x_m: float, y_m: float, z_m: list[float], *, released: bool) -> None:
+        """Send set-points of the hand and its five fingertips, m; released, the hand stays and fingers only rise."""
+        hand = self._hand.next_frame((x_m * _MM, y_m * _MM))
+        heights = self._heights.next_frame([*[height_m * _MM for height_m in z_m], float(released)])
+        self._watched.told(t_s, z_m, released)
+        self._release_obeys.told(t_s, not released)
+        self.line.send(hand, heights)

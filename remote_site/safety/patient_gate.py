@@ -1,0 +1,259 @@
+"""The patient-side gate: the last thing before the telemanipulator and the thermal sensors' heaters.
+
+A warm plate and a robot touch a person here. Whatever is asked for, set-points stay in range and in speed, a finger
+that presses too hard is taken back, a silent operator means stop and then retreat, no plate is heated on skin, and a
+telemanipulator that does not obey is a fault. Pure: numbers and a time in, numbers out. A fault latches; only
+`clear_fault` ends it.
+"""
+
+import math
+from collections.abc import Sequence
+
+from common.fingers import FINGERS
+from common.limits import APPROACH_PLANE_M_S, CONTACT_FORCE_N, GAP_S, SENSOR_PLATE_C
+from common.safety.repeated_fault import STAYS_OFF
+from common.timing.timeouts import TICK_AGE_S
+from remote_site.safety.approach_limiter import Approach
+from remote_site.safety.following_error import TelemanipulatorFollow
+from remote_site.safety.gated_command import GatedCommand
+from remote_site.safety.heater_limits import SENSOR_HIGH_C, HeaterLimits
+from remote_site.safety.height_setpoint import ROUNDING_M, TOUCHING_N, FingerHeight
+from remote_site.safety.limit_flags import (
+    APPROACH,
+    DOSE,
+    FORCE_UNKNOWN,
+    HEATER_CONTACT,
+    HEATER_RANGE,
+    HEATER_TEST,
+    PLANE_RANGE,
+    PLANE_SPEED,
+    RELEASED,
+    SENSOR_TEMPERATURE,
+    SENSOR_UNKNOWN,
+)
+from remote_site.safety.servo import LONGEST_TICK_S
+
+PLANE_RANGE_M = 0.655
+"""What the telemanipulator's frames can say."""
+PLANE_SPEED_M_S = 0.30
+_ALL = (True,) * len(FINGERS)
+
+
+class PatientGate:
+    """Keeps set-points, doses and the time of the last good motion."""
+
+    def __init__(self, contact_force_n: float = CONTACT_FORCE_N) -> None:
+        """A gate with its own force limit, at most the table's.
+
+        Raises:
+            ValueError: the limit is not in 0..5 N.
+        """
+        if not 0.0 < contact_force_n <= CONTACT_FORCE_N:
+            raise ValueError(f"contact_force_n must be above 0 and at most {CONTACT_FORCE_N} N, not {contact_force_n}")
+        self._t_s = math.nan
+        self._fault: str | None = None
+        self._ready = False
+        self._live = False
+        self._follow = TelemanipulatorFollow()
+        self._approach = Approach(APPROACH_PLANE_M_S, PLANE_SPEED_M_S)
+        self._plane = (0.0, 0.0)
+        self._fingers = [FingerHeight(contact_force_n) for _ in FINGERS]
+        self._stopped_s = 0.0
+        self._drive = [0.0] * len(FINGERS)
+        self._heaters = [HeaterLimits() for _ in FINGERS]
+        self._named: set[int] = set()
+
+    @property
+    def fault(self) -> str | None:
+        """The latched fault, if any."""
+        return self._fault
+
+    @property
+    def left_mj(self) -> list[float]:
+        """Work that each finger has left in what it touches, beyond what may be left lastingly, mJ."""
+        return [1e3 * finger.left.left_j for finger in self._fingers]
+
+    def trip(self, reason: str, heater: int | None = None) -> None:
+        """Latch a fault; the first reason is kept.
+
+        Args:
+            reason: for people to read.
+            heater: finger whose thermal sensor it names. A second such fault within ten minutes makes a test necessary;
+                until a person clears, further reasons count as the same fault.
+        """
+        if heater is not None and heater not in self._named:
+            self._named.add(heater)
+            if self._heaters[heater].repeated.named(self._t_s):
+                reason = f"{reason}; {STAYS_OFF}"
+        self._fault = self._fault or reason
+
+    def clear_fault(self) -> None:
+        """End a latched fault: a deliberate act of a person. Doses are not forgotten."""
+        self._fault = None
+        self._follow = TelemanipulatorFollow()
+        self._named.clear()
+        for finger in self._fingers:
+            finger.believe_again()
+
+    def step(
+        self,
+        t_s: float,
+        engaged: bool,
+        motion_age_s: float,
+        *,
+        wanted_x_m: float,
+        wanted_y_m: float,
+        wanted_z_m: Sequence[float],
+        measured_x_m: float,
+        measured_y_m: float,
+        measured_z_m: Sequence[float],
+        force_n: Sequence[float],
+        force_age_s: float,
+        heater_drive: Sequence[float],
+        sensor_c: Sequence[float],
+        sensor_age_s: Sequence[float],
+        in_contact: Sequence[bool],
+    ) -> GatedCommand:
+        """Pass wanted motion and heat through every limit.
+
+        Args:
+            t_s: time on a steady clock, s.
+            engaged: whether both sites agree that outputs may act.
+            motion_age_s: since the last accepted motion packet, s.
+            wanted_x_m, wanted_y_m, wanted_z_m: where the operator's hand and five fingertips are.
+            measured_x_m, measured_y_m, measured_z_m: where the telemanipulator is.
+            force_n: contact force of each finger, N.
+            force_age_s: age of the telemanipulator's measurements, s; infinite before the first.
+            heater_drive: wanted drive of each sensor's heater, -1..1, positive heats.
+            sensor_c: last reading of each sensor plate, C; NaN where it is implausible.
+            sensor_age_s: age of each reading, s; infinite: a finger without a sensor, which takes no part.
+            in_contact: whether each finger is known to touch.
+        """
+        dt_s = self._elapsed(t_s)
+        self._inspect_motion(wanted_x_m + wanted_y_m + sum(wanted_z_m) + sum(heater_drive))
+        measured = (measured_x_m, measured_y_m, *measured_z_m)
+        known = self._inspect_measured(dt_s, force_age_s, measured, force_n, sensor_age_s)
+        self._watch_forces(dt_s, known, measured_z_m, force_n)
+        for number, plate_c in enumerate(sensor_c):
+            if SENSOR_PLATE_C < plate_c <= SENSOR_HIGH_C:
+                self.trip(f"{FINGERS[number]}: sensor plate at {plate_c:.1f} C, above {SENSOR_PLATE_C:.1f} C", number)
+        live = engaged and known and 0.0 <= motion_age_s <= GAP_S and self._fault is None
+        limits = (0 if live else RELEASED) | (0 if known else FORCE_UNKNOWN)
+        self._stopped_s = 0.0 if live else self._stopped_s + dt_s
+        if dt_s > TICK_AGE_S:
+            self._live = False  # after a standstill the telemanipulator may have stopped by itself, and risen
+            for heater in self._heaters:
+                heater.repeated.interrupt()
+        if known and (not self._ready or (live and not self._live)):
+            self._start_from(measured)
+        self._live = live
+        tick_s = min(LONGEST_TICK_S, dt_s)
+        if live:
+            limits |= self._move_plane(tick_s, wanted_x_m, wanted_y_m)
+        limited, heights_m, hand_met = [limits] * len(FINGERS), [], self._approach.met
+        for number, finger in enumerate(self._fingers):
+            pressed_n, plate_c = force_n[number] if known else math.nan, sensor_c[number]
+            if live:
+                limited[number] |= finger.follow(tick_s, wanted_z_m[number], measured_z_m[number], pressed_n, hand_met)
+            else:
+                finger.retreat(tick_s, pressed_n, self._stopped_s)
+            heights_m.append(finger.z_m)
+            touching = in_contact[number] or not pressed_n <= TOUCHING_N
+            if touching:
+                limited[number] |= HEATER_CONTACT
+            heater, allowed = self._heaters[number], live and not touching
+            heater.step(self._t_s, dt_s, self._drive[number], plate_c, sensor_age_s[number])
+            self._drive[number], acted = self._heat(heater, allowed, heater_drive[number], plate_c)
+            limited[number] |= acted
+        if known:
+            self._follow.told(self._t_s, (*self._plane, *heights_m), not live)
+        return GatedCommand(self._ready, not live, *self._plane, heights_m, self._drive[:], limited, self._fault)
+
+    def _elapsed(self, t_s: float) -> float:
+        if not math.isfinite(t_s):
+            self.trip("time is not a finite number")
+            return 0.0
+        dt_s = max(0.0, t_s - self._t_s)  # 0 the first time: a comparison with NaN is false
+        self._t_s = t_s
+        return dt_s
+
+    def _inspect_motion(self, total: float) -> None:
+        # One sum is not finite as soon as one part is not; wanted values are far too small to overflow it.
+        if not math.isfinite(total):
+            self.trip("a wanted motion or heater drive is not a finite number")
+
+    def _inspect_measured(
+        self,
+        dt_s: float,
+        age_s: float,
+        measured: tuple[float, ...],
+        force_n: Sequence[float],
+        sensor_age_s: Sequence[float],
+    ) -> bool:
+        """Whether it is known where the telemanipulator is and how hard it presses; and does it obey?"""
+        fresh = 0.0 <= age_s <= GAP_S
+        if fresh and math.isfinite(sum(measured) + sum(force_n)):
+            # A finger without a sensor takes no part.
+            taking_part = [age_s != math.inf for age_s in sensor_age_s] if math.inf in sensor_age_s else _ALL
+            disobeys = self._follow.step(dt_s, age_s, measured, force_n, taking_part)
+            if disobeys:
+                self.trip(disobeys)
+            return True
+        if fresh:
+            self.trip("a measurement of the telemanipulator is not a finite number")
+        self._follow = TelemanipulatorFollow()  # what was out of sight may stand anywhere
+        return False
+
+    def _watch_forces(self, dt_s: float, known: bool, z_m: Sequence[float], force_n: Sequence[float]) -> None:
+        t_s, live = self._t_s, self._live
+        for name, finger, measured_m, pressed_n in zip(FINGERS, self._fingers, z_m, force_n, strict=True):
+            wrong = finger.observe(t_s, dt_s, measured_m if known else math.nan, pressed_n, live)
+            if wrong:
+                self.trip(f"{name}: {wrong}")
+
+    def _start_from(self, measured: tuple[float, ...]) -> None:
+        """Set-points begin where the hand is, not where it was last sent: it may have stopped by itself meanwhile."""
+        self._ready = True
+        x_m, y_m, *heights_m = measured
+        self._plane = (_within(x_m, PLANE_RANGE_M), _within(y_m, PLANE_RANGE_M))
+        self._approach.let_go()
+        for finger, z_m in zip(self._fingers, heights_m, strict=True):
+            finger.let_go(z_m)
+
+    def _move_plane(self, tick_s: float, wanted_x_m: float, wanted_y_m: float) -> int:
+        """Follow the hand along the bench in range and at limited speed; returns `Limit` bits of what acted."""
+        target_x_m, target_y_m = _within(wanted_x_m, PLANE_RANGE_M), _within(wanted_y_m, PLANE_RANGE_M)
+        reach_m = self._approach.limit_m_s * tick_s
+        old_x_m, old_y_m = self._plane
+        x_m, y_m = old_x_m + _within(target_x_m - old_x_m, reach_m), old_y_m + _within(target_y_m - old_y_m, reach_m)
+        self._plane = (x_m, y_m)
+        left_m = max(abs(target_x_m - x_m), abs(target_y_m - y_m))
+        self._approach.step(tick_s, left_m)
+        acted = 0 if self._approach.met else APPROACH
+        if target_x_m != wanted_x_m or target_y_m != wanted_y_m:
+            acted |= PLANE_RANGE
+        return acted | PLANE_SPEED if left_m > ROUNDING_M else acted
+
+    def _heat(self, heater: HeaterLimits, allowed: bool, wanted: float, sensor_c: float) -> tuple[float, int]:
+        """A heater's drive, -1..1, and `Limit` bits of what acted."""
+        acted = 0
+        if heater.repeated.needs_test:
+            acted = HEATER_TEST
+            free = allowed and heater.known and not heater.spent and not heater.too_hot
+            wanted = heater.repeated.step(self._t_s, sensor_c, free)
+        if not heater.known:
+            acted |= SENSOR_UNKNOWN
+        elif heater.spent:
+            acted |= DOSE
+        elif heater.too_hot:
+            acted |= SENSOR_TEMPERATURE
+        elif allowed:
+            drive = _within(wanted, 1.0)
+            return drive, acted if drive == wanted else acted | HEATER_RANGE
+        return 0.0, acted
+
+
+def _within(value: float, reach: float) -> float:
+    if -reach <= value <= reach:
+        return value
+    return reach if value > reach else -reach

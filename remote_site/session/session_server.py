@@ -1,0 +1,398 @@
+"""The remote site's end of the session: requests, heartbeat, observers, and which motion may be acted on."""
+
+import logging
+import secrets
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.limits import AGE_MAX_S, GAP_S
+from common.link.capabilities import OBSERVER, disagreement
+from common.link.clock_offset import ReadClock
+from common.link.curve import Received, may_stop
+from common.link.dead_reckoning import MotionPrediction
+from common.link.emergency_stop import EmergencyStop, Unconfirmed
+from common.link.keys import fingerprint
+from common.link.link_sides import RemoteSide
+from common.link.packet_filter import FUTURE_TOLERANCE_NS, Acceptance
+from common.link.rate_limiter import RateLimiters
+from common.link.session_state import Refused, Session, note_text
+from common.runtime.containment import Containment
+from common.timing.timeouts import SESSION_SILENCE_S
+from common.wire.messages import Motion
+from common.wire.packets import SCHEMA_VERSION, BadPacket, LinkState, WrongVersion
+from common.wire.session_messages import LONGEST_REFUSAL, Answer, Heartbeat, Request
+from remote_site.session.operator_connections import OperatorConnections
+
+log = logging.getLogger(__name__)
+
+SILENCE_NS = round(SESSION_SILENCE_S * 1e9)
+"""No heartbeat for this long ends the session: another operator may come, and this one says hello again."""
+SETTLED_NS = 1_500_000_000
+"""So long the operator's site may say that it is not: it may not have heard of it yet, or be blind for a moment."""
+PACKETS_PER_S = 40.0
+PACKETS_AT_ONCE = 80
+"""Requests, or heartbeats, of one key: a site sends 20 heartbeats and 10 requests a second at most. After a pause of
+the network they come at once."""
+EXPELLED_S = 10.0
+"""After its connection was ended, a key is not let in at that stream for this time, s. The operator's always is."""
+
+
+@dataclass(slots=True)
+class SessionServer:
+    """Serves one operator at a time, and observers beside. Time is an argument, ns of this site's monotonic clock."""
+
+    link: RemoteSide
+    capabilities: dict[str, Any]
+    max_age_s: float
+    gap_s: float = GAP_S
+    stamp_ns: ReadClock | None = None
+    session: Session = field(default_factory=Session)
+    operator: str = ""
+    """Public key of the session's operator, as the link authenticated it; empty without a session."""
+    motion: Motion | None = None
+    """The newest accepted motion of this session."""
+    acceptance: Acceptance = field(init=False)
+    damaged: Counter[str] = field(default_factory=Counter)
+    stopping: EmergencyStop = field(default_factory=EmergencyStop)
+    stopped: str = ""
+    """What came of the last emergency stop; empty while it is under way, or when there was none."""
+    observers: dict[str, int] = field(default_factory=dict)
+    """Keys of those who look on, and when each was last heard."""
+    recording_stopped: Callable[[], str] = str
+    """Why this site's recording stopped; empty while it has not."""
+    contain: Containment = field(default_factory=Containment)
+    """Counts what requests raise."""
+    expelled: Counter[str] = field(default_factory=Counter)
+    """Connections that were ended, by stream."""
+    _connections: OperatorConnections = field(init=False)
+    _rates: RateLimiters[tuple[str, str, bool]] = field(init=False)
+    _ended: RateLimiters[tuple[str, str, int]] = field(default_factory=lambda: RateLimiters(1.0, 1))
+    _lines_of_log: RateLimiters[str] = field(default_factory=lambda: RateLimiters(0.1, 5))
+    _hand: MotionPrediction = field(default_factory=MotionPrediction)
+    _notes: list[str] = field(default_factory=list)
+    _heard_ns: int = 0
+    _asked: int = -1
+    """Sequence of the operator's last request in this session."""
+    _unheard: bool = False
+    """The operator has not beaten in this session yet: it may not have heard of it."""
+    _now_ns: int = 0
+    _agreed_ns: int = 0
+    """When both sites last said that they are engaged, or this one was asked to be."""
+    _offset_ns: int = 0
+    _uncertainty_ns: int | None = None
+    _stop_asked: list[tuple[bytes, int]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.acceptance = Acceptance(max_age_ns=round(self.max_age_s * 1e9))
+        self._connections = OperatorConnections(self.link.is_open)
+        self._rates = RateLimiters(PACKETS_PER_S, PACKETS_AT_ONCE)
+
+    def step(self, now_ns: int, not_ready: str, unconfirmed: Unconfirmed = lambda _: {}) -> None:
+        """Answer what came and take the newest motion.
+
+        Args:
+            now_ns: this site's clock.
+            not_ready: why the site may not engage, such as a missing device; empty when it may.
+            unconfirmed: why a device is not certain to have had its outputs off since a time, s.
+        """
+        if now_ns < self._now_ns:
+            self._heard_ns = min(self._heard_ns, now_ns)  # the clock was set back
+        self._now_ns = now_ns
+        if self.session.ident and now_ns - self._heard_ns > SILENCE_NS:
+            self._end("the operator is silent")
+        if self.observers:
+            self.observers = {key: ns for key, ns in self.observers.items() if now_ns - ns <= SILENCE_NS}
+        for received in self.link.requests("control"):
+            if self._within_rate("control", received, now_ns):
+                self._control(received, now_ns, not_ready)
+        if beats := self.link.requests("heartbeat"):
+            for received in self._connections.own_first("heartbeat", beats):
+                if self._within_rate("heartbeat", received, now_ns):
+                    with self.contain.step("heartbeat", latches=False):
+                        self._heartbeat(received, now_ns)
+        if motions := self.link.motions():
+            for received in self._connections.own_first("motion", motions):
+                self._motion(received, now_ns)
+        self.session.heard(self.acceptance.gap_ns(now_ns), self.gap_s, "motion")
+        if why := self._motion_refused(now_ns):
+            self._answer(self._connections.answers_to, 0, now_ns, why)
+            self._end(why)
+        if self._operator_let_go():
+            self.session.disengage("the operator's site is no longer engaged")
+        self._confirm_stop(now_ns, unconfirmed)
+
+    @property
+    def both_engaged(self) -> bool:
+        """Whether both sites say that outputs may act."""
+        motion = self.motion
+        return motion is not None and self.session.state is motion.state is LinkState.ENGAGED
+
+    def place_m(self, now_ns: int) -> NDArray[np.float64] | None:
+        """Where the operator's fingertips are by the newest motions, (5, 3), m; None before the first of the session.
+
+        Time counts from when the newest arrived: what it was late on the way stays late.
+        """
+        gap_ns = self.acceptance.gap_ns(now_ns)
+        if self.motion is None or gap_ns is None:
+            return None
+        return self._hand.at((self.motion.time_ns + gap_ns) * 1e-9)
+
+    def stop(self, now_ns: int, why: str, *, cleared_here_only: bool = False) -> None:
+        """Emergency stop: latch at once, and wait for the devices to confirm."""
+        self.stopped = ""
+        self.session.latch(why, cleared_here_only=cleared_here_only)
+        self.stopping.ask(now_ns)
+
+    def cut(self, keys: set[str]) -> None:
+        """These keys were revoked: whose they are is part of nothing any more."""
+        if self.operator in keys:
+            self._end("the operator's key was revoked")
+        for key in keys:
+            self.observers.pop(key, None)
+
+    def take_notes(self) -> list[str]:
+        """What the operator noted since the last call."""
+        notes, self._notes = self._notes, []
+        return notes
+
+    def _end(self, why: str, *, left: bool = False) -> None:
+        self.session.disconnect(why, left=left)
+        self.operator = ""
+        self._connections.end()
+
+    def _within_rate(self, stream: str, received: Received, now_ns: int) -> bool:
+        """Whether a key sends no more than it may; otherwise its connection is ended, and a stop still counts."""
+        operators = received.key == self.operator
+        own = operators and self._connections.own(stream, received, now_ns)
+        if self._rates.allows((stream, received.key, own), now_ns * 1e-9):
+            return True
+        self._expel(stream, received, now_ns, f"sends more than {PACKETS_PER_S:g} packets a second")
+        return operators and stream == "control" and may_stop(received) and _is_stop(received)
+
+    def _expel(self, stream: str, received: Received, now_ns: int, why: str) -> None:
+        """End a connection; the operator's key may connect again at once."""
+        if not self._ended.allows((stream, received.key, received.connection), now_ns * 1e-9):
+            return  # what was read of it before it ended
+        self.expelled[stream] += 1
+        self._log(received.key, now_ns, f"ended a connection to {stream}: {why}")
+        self.link.expel(stream, received, 0.0 if received.key == self.operator else EXPELLED_S)
+
+    def _log(self, key: str, now_ns: int, text: str) -> None:
+        """Log what came of a key, unless there was much of it before."""
+        if self._lines_of_log.allows(key, now_ns * 1e-9):
+            log.warning("%s: %s", fingerprint(key), text)
+
+    def _motion(self, received: Received, now_ns: int) -> None:
+        if received.key != self.operator:
+            self.acceptance.refused["key"] += 1
+            if self.operator:
+                self._expel("motion", received, now_ns, "only the session's operator moves the telemanipulator")
+            return
+        try:
+            motion = Motion.decode(received.packet)
+        except BadPacket as error:
+            self._count_damaged("motion", error)
+            return
+        if motion.session == self.session.ident and not self._connections.own("motion", received, now_ns):
+            self.acceptance.refused["connection"] += 1
+            return
+        # What the operator found is (remote - operator); a motion packet's sender is the operator.
+        offset_ns = -self._offset_ns
+        if self.acceptance.accept(motion, self.session.ident, now_ns, offset_ns, self._uncertainty_ns):
+            self.motion = motion
+            self._hand.take(motion.time_ns * 1e-9, motion.block)
+            at_least_ns = motion.time_ns - offset_ns - (self._uncertainty_ns or 0) - FUTURE_TOLERANCE_NS
+            if (second := self._connections.used_twice(at_least_ns)) is not None:
+                self.session.latch("the operator's key is in use at two places at once: revoke it and make a new one")
+                self._expel("motion", second, now_ns, "the operator's key sends motion on another connection already")
+
+    def _motion_refused(self, now_ns: int) -> str:
+        """Why motion is refused for good although the operator is heard; empty when it is accepted."""
+        why = self.acceptance.latest_refusal
+        if not why or not self.session.engaged:
+            return ""
+        since_ns = max(self._agreed_ns, self.acceptance.last_ns or 0)
+        if now_ns - since_ns <= SILENCE_NS:
+            return ""
+        return f"motion has been refused for {SESSION_SILENCE_S:g} s: {why}"
+
+    def _operator_let_go(self) -> bool:
+        """Whether the operator's site has said for a while that it is not engaged although this one is."""
+        motion, heard_ns = self.motion, self.acceptance.last_ns
+        if motion is None or heard_ns is None or not self.session.engaged:
+            return False
+        if motion.state is LinkState.ENGAGED:
+            self._agreed_ns = heard_ns
+        return heard_ns - self._agreed_ns > SETTLED_NS
+
+    def _heartbeat(self, received: Received, now_ns: int) -> None:
+        try:
+            beat = Heartbeat.decode(received.packet)
+        except BadPacket as error:
+            self._count_damaged("heartbeat", error)
+            return
+        if beat.session != self.session.ident or not self.session.ident:
+            return
+        if received.key == self.operator:
+            if not self._connections.own("heartbeat", received, now_ns):
+                return
+            self._heard_ns, self._unheard = now_ns, False
+            self._offset_ns, self._uncertainty_ns = beat.offset_ns, beat.uncertainty_ns or None
+        elif received.key in self.observers:
+            self.observers[received.key] = now_ns
+        arrived_ns = now_ns if self.stamp_ns is None else self.stamp_ns()
+        answer = Heartbeat(
+            beat.session,
+            beat.sequence,
+            arrived_ns,
+            self.session.state,
+            beat.sent_ns,
+            arrived_ns,
+            beat.offset_ns,
+            beat.uncertainty_ns,
+        )
+        self.link.answer("heartbeat", received.who, answer.encode())
+
+    def _control(self, received: Received, now_ns: int, not_ready: str) -> None:
+        try:
+            request = Request.decode(received.packet)
+        except WrongVersion as error:
+            # The far side cannot read this version either, but it reads from it which one this is.
+            self._count_damaged("control", error)
+            self._answer(received.who, 0, now_ns, f"this site speaks schema version {SCHEMA_VERSION}")
+            return
+        except BadPacket as error:
+            self._count_damaged("control", error)
+            return
+        try:
+            with self.contain.request("control"):
+                details = self._do(request, received, now_ns, not_ready)
+        except (Refused, BadPacket) as error:
+            self._log(received.key, now_ns, f"refused {request.verb}: {error}")
+            self._answer(received.who, request.sequence, now_ns, str(error))
+            return
+        if request.verb == "estop":
+            self._stop_asked.append((received.who, request.sequence))  # answered once the devices confirm
+        else:
+            self._answer(received.who, request.sequence, now_ns, "", details)
+
+    def _answer(
+        self, who: bytes, sequence: int, now_ns: int, refused: str, details: dict[str, Any] | None = None
+    ) -> None:
+        answer = Answer(self.session.ident, sequence, now_ns, refused[:LONGEST_REFUSAL], details or {})
+        self.link.answer("control", who, answer.encode())
+
+    def _confirm_stop(self, now_ns: int, unconfirmed: Unconfirmed) -> None:
+        if self.stopping.asked_ns is None:
+            return
+        confirmation = self.stopping.step(now_ns, unconfirmed)
+        if self.session.state is not LinkState.FAULT:
+            self.stopping.forget()
+        if confirmation is None:
+            return
+        self.stopped = str(confirmation)
+        self.session.note("estop", str(confirmation))
+        for who, sequence in self._stop_asked:
+            told = {"after_s": confirmation.after_s, "unconfirmed": confirmation.unconfirmed}
+            self._answer(who, sequence, now_ns, "", told)
+        self._stop_asked.clear()
+
+    def _do(self, request: Request, received: Received, now_ns: int, not_ready: str) -> dict[str, Any]:
+        session = self.session
+        if request.verb == "hello":
+            observes = request.details.get("role") == OBSERVER
+            return self._observe(received.key, now_ns) if observes else self._hello(request, received, now_ns)
+        if request.verb == "status":
+            told = {"state": session.state.name.lower(), "fault": session.fault, "missing": not_ready}
+            return {**told, "recording": self.recording_stopped()[:LONGEST_REFUSAL]}
+        self._check(request, received.key)
+        if request.verb == "estop":  # whatever its sequence and connection
+            self.stop(now_ns, "emergency stop by the operator")
+            return {}
+        if not self._connections.own("control", received, now_ns):
+            raise Refused("the session's operator asks on another connection")
+        if request.sequence <= self._asked:
+            raise Refused("an old request")
+        self._asked = request.sequence
+        details: dict[str, Any] = {}
+        match request.verb:
+            case "engage":
+                if not_ready:
+                    raise Refused(f"not ready: {not_ready}")
+                agreed_s = details["max_age_s"] = self._agree_on_age(request)
+                session.engage(f"packets up to {agreed_s * 1e3:.0f} ms old count")
+                self._agreed_ns = now_ns
+            case "disengage":
+                session.disengage("the operator asked")
+            case "clear_fault":
+                session.clear(here=False)
+            case "annotate":
+                self._notes.append(note_text(request.details))
+            case "goodbye":
+                self._end("the operator said goodbye", left=True)
+        return details
+
+    def _check(self, request: Request, key: str) -> None:
+        """Raise Refused where a request is not one of the session's operator."""
+        if request.session != self.session.ident or not self.session.ident:
+            raise Refused("that is not the present session: say hello first")
+        if key != self.operator:
+            raise Refused("only the session's operator may ask for that: observers look on")
+        if request.verb == "attend":
+            raise Refused("that is for the desk of the operator's own site")
+
+    def _agree_on_age(self, request: Request) -> float:
+        """The stricter of both sites' limits holds for both."""
+        theirs = request.details.get("max_age_s", self.max_age_s)
+        if not isinstance(theirs, float) or not 0.0 < theirs <= AGE_MAX_S:
+            raise Refused(f"max_age_s must be above 0 and at most {AGE_MAX_S:g} s")
+        agreed_s = min(theirs, self.max_age_s)
+        self.acceptance.max_age_ns = round(agreed_s * 1e9)
+        return agreed_s
+
+    def _observe(self, key: str, now_ns: int) -> dict[str, Any]:
+        if not self.session.ident:
+            raise Refused("there is nothing to observe: no operator is connected")
+        if key == self.operator:
+            raise Refused("this key is the operator's: an observer needs one of its own")
+        self.observers[key] = now_ns
+        return {"session": self.session.ident, **self.capabilities}
+
+    def _hello(self, request: Request, received: Received, now_ns: int) -> dict[str, Any]:
+        key = received.key
+        if not self.link.may_operate(key):
+            raise Refused("this key is trusted as an observer's only")
+        if self.session.ident and not (key == self.operator and self._unheard):
+            raise Refused("another operator is connected: one operator per remote site")
+        problem = disagreement(self.capabilities, request.details, self.gap_s)
+        if problem:
+            raise Refused(problem)
+        if self.session.ident:  # asked again before the answer was there: it is the same session
+            return {"session": self.session.ident, **self.capabilities}
+        self.operator, self._unheard, self._asked = key, True, request.sequence
+        self._connections.begin(received, now_ns)
+        self.link.forgive(key)
+        self.session.connect(secrets.randbits(62) + 1, f"operator {fingerprint(key)}")
+        self.motion = None
+        self._hand = MotionPrediction()
+        self.acceptance.restart()
+        self.acceptance.max_age_ns = round(self.max_age_s * 1e9)
+        self._uncertainty_ns = None
+        self._heard_ns = now_ns
+        return {"session": self.session.ident, **self.capabilities}
+
+    def _count_damaged(self, stream: str, error: BadPacket) -> None:
+        self.damaged[stream] += 1
+        log.debug("%s: %s", stream, error)
+
+
+def _is_stop(received: Received) -> bool:
+    try:
+        return Request.decode(received.packet).verb == "estop"
+    except BadPacket:
+        return False

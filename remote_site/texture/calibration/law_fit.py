@@ -1,0 +1,137 @@
+"""What a texture sensor makes of a surface, from labelled strokes: noise, viscosity, and exponents of force and speed.
+
+The right viscosity is the one after which a fast stroke over a surface is as rough as a slow one. So it is sought, with
+no help from the speed's exponent, which has to answer for what is left only: a long lag and a power of the speed
+would make up for each other on one surface, and be wrong on the next. The exponents are a regression.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.wire.messages import ExplorationMode
+from remote_site.texture.recorded.stroke_playback import EvenStroke, felt
+from remote_site.texture.surface_table import Surface, SurfaceTable
+from remote_site.texture.texture_law import NOMINAL_FORCE_N, NOMINAL_SPEED_M_S, TextureLaw, ln_roughness
+from remote_site.texture.tip_path import SLOWEST_M_S
+
+Array = NDArray[np.float64]
+LEAST_SPREAD = 0.2
+"""Exponents are fitted where ln(force), ln(speed) vary by this much within surfaces, standard deviation."""
+VISCOUS_S = (0.0, 0.5e-3, 1e-3, 1.5e-3, 2e-3, 4e-3)
+"""Time constants tried before the best is refined."""
+_STEP = 2
+"""Noise is what a second difference over so many samples leaves at rest: 1 ms, in which nothing else moves."""
+_LEAST_REST = 100
+_ANYTHING = [Surface(name="anything", ln_roughness=-5.0, ln_roughness_sd=1.0, k_stroke_v=1.0, k_stroke_f=1.0)]
+
+
+@dataclass(frozen=True, slots=True)
+class LabelledStroke:
+    """A stroke over a known surface; `file` says where it comes from."""
+
+    file: str
+    surface: str
+    stroke: EvenStroke
+
+
+@dataclass(frozen=True, slots=True)
+class LawFit:
+    """The law, and what of it could be fitted: the rest is usual."""
+
+    law: TextureLaw
+    noise_known: bool
+    force_known: bool
+    speed_known: bool
+    left_ln: float
+    """Standard deviation of ln(roughness) within surfaces, after the law."""
+
+
+def fit_law(strokes: Sequence[LabelledStroke]) -> LawFit:
+    """Fit the law to strokes over two or more surfaces, or over one at several forces and speeds."""
+    noise_v = sensor_noise_v([labelled.stroke for labelled in strokes])
+    usual = TextureLaw() if noise_v is None else TextureLaw(noise_v=noise_v)
+    names = [labelled.surface for labelled in strokes]
+    x = _within(_ways_of_moving(strokes), names)
+    force_known, speed_known = bool(x[:, 0].std() > LEAST_SPREAD), bool(x[:, 1].std() > LEAST_SPREAD)
+
+    def regress(viscous_s: float, speed_free: bool) -> tuple[float, Array]:
+        law = usual.model_copy(update={"viscous_s": viscous_s, "force_exponent": 0.0, "speed_exponent": 0.0})
+        y = _within(np.array([[mean_ln_roughness(labelled.stroke, law)] for labelled in strokes]), names)[:, 0]
+        exponents = np.array([usual.force_exponent, usual.speed_exponent])
+        free = np.array([force_known, speed_known and speed_free])
+        if free.any():
+            rest = y - x[:, ~free] @ exponents[~free]
+            exponents[free] = np.linalg.lstsq(x[:, free], rest, rcond=None)[0]
+        exponents = np.clip(exponents, (0.0, -2.0), 2.0)
+        return float(np.std(y - x @ exponents)), exponents
+
+    viscous_s = usual.viscous_s
+    if speed_known:
+        left = np.array([regress(tau, False)[0] for tau in VISCOUS_S])
+        best = int(left.argmin())
+        viscous_s = VISCOUS_S[best]
+        if 0 < best < len(VISCOUS_S) - 1:
+            square, slope, _ = np.polyfit(VISCOUS_S[best - 1 : best + 2], left[best - 1 : best + 2], 2)
+            viscous_s = float(-0.5 * slope / square)
+    left_ln, (force, speed) = regress(viscous_s, True)
+    law = usual.model_copy(
+        update={"viscous_s": viscous_s, "force_exponent": float(force), "speed_exponent": float(speed)}
+    )
+    return LawFit(law, noise_v is not None, force_known, speed_known, left_ln)
+
+
+def sensor_noise_v(strokes: Sequence[EvenStroke]) -> float | None:
+    """Rms noise of a sample where the finger rests on a surface, V: of the quietest strokes; None without a rest."""
+    found = []
+    for stroke in strokes:
+        resting = np.array([block.mode is ExplorationMode.QUIESCENT for block in felt(stroke, anything(TextureLaw()))])
+        samples = len(stroke.time_s)
+        rest = np.zeros(samples, dtype=bool)
+        rest[: 10 * len(resting)] = np.repeat(resting, 10)
+        rest &= stroke.speed_m_s < SLOWEST_M_S
+        whole = rest[: -2 * _STEP] & rest[_STEP:-_STEP] & rest[2 * _STEP :]
+        v = stroke.signal_v
+        bend_v = (v[: -2 * _STEP] - 2.0 * v[_STEP:-_STEP] + v[2 * _STEP :])[whole]
+        if len(bend_v) >= _LEAST_REST:
+            # the mean magnitude: a median would be one of a converter's few steps
+            found.append(math.sqrt(0.5 * math.pi / 6.0) * float(np.abs(bend_v).mean()))
+    return float(np.quantile(found, 0.25)) if found else None
+
+
+def mean_ln_roughness(stroke: EvenStroke, law: TextureLaw) -> float:
+    """ln of the roughness of a whole stroke, less its first third, without grooves."""
+    stroking = [b.texture for b in felt(stroke, anything(law)) if b.mode is ExplorationMode.STROKING]
+    settled = [texture.roughness_v for texture in stroking[len(stroking) // 3 :] if texture.valid]
+    return ln_roughness(float(np.sqrt(np.mean(np.square(settled)))) if settled else 0.0)
+
+
+def anything(law: TextureLaw) -> SurfaceTable:
+    """A table that knows a sensor and no surface."""
+    return SurfaceTable(law=law, surfaces=_ANYTHING)
+
+
+def _ways_of_moving(strokes: Sequence[LabelledStroke]) -> Array:
+    """ln(force) and ln(speed) of every stroke while it strokes, shape (strokes, 2)."""
+    rows = []
+    for labelled in strokes:
+        stroke = labelled.stroke
+        moving = stroke.speed_m_s > 0.5 * float(np.quantile(stroke.speed_m_s, 0.9))
+        rows.append(
+            (
+                np.log(max(float(stroke.force_n[moving].mean()), 1e-3) / NOMINAL_FORCE_N),
+                np.log(max(float(stroke.speed_m_s[moving].mean()), 1e-4) / NOMINAL_SPEED_M_S),
+            )
+        )
+    return np.array(rows)
+
+
+def _within(values: Array, names: Sequence[str]) -> Array:
+    """Values less their surface's mean, by column."""
+    label = np.array(names)
+    means = {name: values[label == name].mean(axis=0) for name in set(names)}
+    centred: Array = values - np.array([means[name] for name in names])
+    return centred

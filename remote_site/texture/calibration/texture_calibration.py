@@ -1,0 +1,200 @@
+"""Calibrating the surface table from labelled strokes."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+
+import numpy as np
+
+from common.wire.messages import ExplorationMode
+from remote_site.texture.calibration.law_fit import LabelledStroke, LawFit, anything, fit_law
+from remote_site.texture.recorded.stroke_playback import FAST_HZ, EvenStroke, even_stroke
+from remote_site.texture.recorded.stroke_segment import Segment
+from remote_site.texture.recorded.stroke_segments import even_segments
+from remote_site.texture.surface_table import Surface, SurfaceTable
+from remote_site.texture.texture_law import TextureLaw, ln_roughness
+from remote_site.traces.trace_files import read_labels, read_stroke
+
+LEAST_SD = 0.08
+"""Standard deviation of ln(roughness) of a surface, at least."""
+PATTERNED = 0.5
+"""A surface is patterned when more than this part of its strokes shows a period."""
+TOLD_APART = 0.9
+"""Two surfaces are told apart when at least this part of each one's strokes is not taken for the other."""
+SMOOTH, ROUGH = (math.log(0.003), 1500.0, 45.0), (math.log(0.17), 5000.0, 120.0)
+"""ln(roughness), K_v,s and K_F,s of a smooth and a rough surface: the heuristic scale between."""
+
+
+@dataclass(frozen=True, slots=True)
+class TextureFit:
+    """What a calibration found.
+
+    Attributes:
+        table: the calibrated table.
+        law: what of the sensor's law could be fitted.
+        strokes: of each surface.
+        scatter: standard deviation over mean of the roughness of each surface's strokes.
+        taken_for: by the true surface, how many strokes were taken for which, each with a table made without it.
+        warnings: what is wrong or missing, a line each.
+    """
+
+    table: SurfaceTable
+    law: LawFit
+    strokes: dict[str, int]
+    scatter: dict[str, float]
+    taken_for: dict[str, dict[str, int]]
+    warnings: list[str]
+
+
+def calibrate_texture(
+    folder: Path,
+    out: Path,
+    *,
+    constants: dict[str, tuple[float, float]] | None = None,
+    sensor_serial: str = "unknown",
+    made_on: str = "",
+) -> TextureFit:
+    """Make a surface table from FOLDER/labels.csv (`file,surface`) and write it to `out`.
+
+    Args:
+        folder: holds labels.csv and the strokes it names.
+        out: file to write.
+        constants: K_v,s in (rad/s)/(m/s) and K_F,s in (rad/s)/N of surfaces that have values of their
+            own; the others get theirs from a scale of roughness.
+        sensor_serial: the sensor that recorded them.
+        made_on: ISO date.
+
+    Raises:
+        ValueError: a file cannot be used; names file, line and column.
+    """
+    labelled = []
+    for path, label, _ in read_labels(folder, "surface"):
+        trace = read_stroke(path)
+        if trace.rate_hz < FAST_HZ:
+            raise ValueError(f"{path}: recorded at {trace.rate_hz:.0f} Hz; single grooves need {FAST_HZ:.0f} Hz")
+        labelled.append(LabelledStroke(str(path), label, even_stroke(trace)))
+    fit = fit_surfaces(labelled, constants or {})
+    table = fit.table.model_copy(update={"sensor_serial": sensor_serial, "made_on": made_on})
+    table.save(out)
+    return TextureFit(table, fit.law, fit.strokes, fit.scatter, fit.taken_for, fit.warnings)
+
+
+def fit_surfaces(labelled: Sequence[LabelledStroke], constants: dict[str, tuple[float, float]]) -> TextureFit:
+    """Fit law and surfaces to strokes; arguments and errors as `calibrate_texture`."""
+    labelled = sorted(labelled, key=lambda one: one.surface)
+    law = fit_law(labelled)
+    found = [_longest(one, law.law) for one in labelled]
+    own = {
+        name: [segment for _, segment in group]
+        for name, group in groupby(zip(labelled, found, strict=True), key=lambda pair: pair[0].surface)
+    }
+    table = _table(law.law, own, constants)
+    taken_for = _leave_one_out(labelled, law.law, own, constants)
+    return TextureFit(
+        table,
+        law,
+        {name: len(parts) for name, parts in own.items()},
+        {name: _scatter(parts) for name, parts in own.items()},
+        taken_for,
+        [*_missing(law), *_one_stroke(own), *_confused(taken_for)],
+    )
+
+
+def _longest(one: LabelledStroke, law: TextureLaw) -> Segment:
+    """The longest part of a stroke that strokes; a change of surface within it is none, it has one label."""
+    parts = even_segments(one.stroke, anything(law))
+    parts = [p for p in parts if p.mode is ExplorationMode.STROKING and p.roughness_v is not None]
+    if not parts:
+        raise ValueError(f"{one.file}: no stroke in it: column force_n or speed_mm_s never says so for 0.1 s")
+    return max(parts, key=lambda p: p.end_s - p.start_s)
+
+
+def _table(law: TextureLaw, own: dict[str, list[Segment]], constants: dict[str, tuple[float, float]]) -> SurfaceTable:
+    surfaces = [_surface(label, parts, constants.get(label)) for label, parts in own.items()]
+    patterned = [surface.name for surface in surfaces if surface.period_mm is not None]
+    strengths = [strength for name in patterned for part in own[name] for strength in part.strengths_v]
+    return SurfaceTable(law=law, groove_v=float(np.median(strengths)) if strengths else None, surfaces=surfaces)
+
+
+def _surface(label: str, parts: Sequence[Segment], constants: tuple[float, float] | None) -> Surface:
+    """One surface's row of the table."""
+    values = [ln_roughness(part.roughness_v or 0.0) for part in parts]
+    # by ranks: one stroke with a scratch or a crumb must not widen the class
+    centre = float(np.median(values))
+    spread = 1.4826 * float(np.median(np.abs(np.array(values) - centre)))
+    periods = [part.period for part in parts if part.period is not None]
+    patterned = len(periods) > PATTERNED * len(parts)
+    if constants is None:
+        part = float(np.clip((centre - SMOOTH[0]) / (ROUGH[0] - SMOOTH[0]), 0.0, 1.0))
+        constants = (SMOOTH[1] * (ROUGH[1] / SMOOTH[1]) ** part, SMOOTH[2] * (ROUGH[2] / SMOOTH[2]) ** part)
+    return Surface(
+        name=label,
+        ln_roughness=centre,
+        ln_roughness_sd=max(spread, LEAST_SD),
+        period_mm=1000.0 * float(np.median([p.period_m for p in periods])) if patterned else None,
+        irregularity=float(np.median([p.irregularity for p in periods])) if patterned else 0.0,
+        k_stroke_v=constants[0],
+        k_stroke_f=constants[1],
+    )
+
+
+def _scatter(parts: Sequence[Segment]) -> float:
+    values = np.array([part.roughness_v or 0.0 for part in parts])
+    return float(values.std()) / max(float(values.mean()), 1e-9)
+
+
+def _leave_one_out(
+    labelled: Sequence[LabelledStroke],
+    law: TextureLaw,
+    own: dict[str, list[Segment]],
+    constants: dict[str, tuple[float, float]],
+) -> dict[str, dict[str, int]]:
+    """Identify each stroke with a table whose surfaces do not know it; the law does, it is the sensor's."""
+    taken_for: dict[str, dict[str, int]] = {name: {} for name in own}
+    number = dict.fromkeys(own, 0)
+    for one in labelled:
+        name, k = one.surface, number[one.surface]
+        number[name] += 1
+        others = own[name][:k] + own[name][k + 1 :]
+        if others:
+            found = recognised(one.stroke, _table(law, {**own, name: others}, constants))
+            taken_for[name][found] = taken_for[name].get(found, 0) + 1
+    return taken_for
+
+
+def recognised(stroke: EvenStroke, table: SurfaceTable) -> str:
+    """Name of the likeliest surface of the longest part of a stroke."""
+    parts = [p for p in even_segments(stroke, table) if p.surface is not None]
+    return max(parts, key=lambda p: p.end_s - p.start_s).surface or "" if parts else ""
+
+
+def _missing(law: LawFit) -> list[str]:
+    warnings = []
+    if not law.noise_known:
+        warnings.append("no stroke rests in contact before it moves: the sensor's noise is taken as usual")
+    if not law.force_known:
+        warnings.append(
+            "force hardly varies within surfaces: add strokes at half and twice of it; until then the usual law"
+        )
+    if not law.speed_known:
+        warnings.append(
+            "speed hardly varies within surfaces: add strokes at half and twice of it; until then the usual law"
+        )
+    return warnings
+
+
+def _one_stroke(own: dict[str, list[Segment]]) -> list[str]:
+    return [f"{name}: one stroke: its scatter is a guess" for name, parts in own.items() if len(parts) == 1]
+
+
+def _confused(taken_for: dict[str, dict[str, int]]) -> list[str]:
+    """Pairs that strokes themselves do not tell apart."""
+    pairs = {
+        tuple(sorted((true, other)))
+        for true, taken in taken_for.items()
+        for other, times in taken.items()
+        if other != true and times > (1.0 - TOLD_APART) * sum(taken.values())
+    }
+    return [f"{one} and {other} cannot be told apart by this sensor" for one, other in sorted(pairs)]

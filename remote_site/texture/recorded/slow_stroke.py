@@ -1,0 +1,37 @@
+"""A stroke recorded too slowly to show single grooves: roughness and the period of its clearest line."""
+
+import numpy as np
+
+from common.wire.messages import ExplorationMode
+from remote_site.texture.recorded.spatial_period import spatial_period
+from remote_site.texture.recorded.stroke_path import travelled
+from remote_site.texture.recorded.stroke_segment import Segment
+from remote_site.traces.trace_files import StrokeTrace
+
+TREND = 4
+"""Degree of the polynomial that is no roughness: tilt, drift and the arm's slow swing."""
+
+
+def slow_stroke(trace: StrokeTrace, speed_m_s: float | None) -> Segment:
+    """One stroking segment of a recording too slow for the online identification.
+
+    Args:
+        trace: the recording; of several signals the one that shows a line best is used, without a line the liveliest.
+        speed_m_s: speed where the recording has none, m/s.
+    """
+    path = travelled(trace, speed_m_s)
+    found = None if path is None else spatial_period(path[0], trace.signals[path[1]])
+    along = np.linspace(-1.0, 1.0, len(trace.time_s))
+    trend = np.polynomial.legendre.legvander(along, TREND)
+    lively = np.abs(trace.signals - trend @ np.linalg.lstsq(trend, trace.signals, rcond=None)[0]).mean(axis=0)
+    chosen = int(np.argmax(lively)) if found is None else found[1]
+    speed = trace.speed_m_s
+    return Segment(
+        ExplorationMode.STROKING,
+        float(trace.time_s[0]),
+        float(trace.time_s[-1]),
+        roughness_v=float(lively[chosen]),
+        force_n=None if trace.force_n is None else float(trace.force_n.mean()),
+        speed_m_s=speed_m_s if speed is None else float(speed.mean()),
+        period=None if found is None else found[0],
+    )

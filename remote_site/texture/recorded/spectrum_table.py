@@ -1,0 +1,119 @@
+"""Surfaces of slow strokes: a Gaussian of the unevenness at each wavelength, with one covariance for all surfaces."""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+from scipy.stats import chi2
+
+from remote_site.tables.table_file import StoredTable
+from remote_site.texture.recorded.surface_spectrum import Along, spectrum, unevenness
+from remote_site.traces.trace_files import StrokeTrace
+
+Array = NDArray[np.float64]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+STRANGE = 1e-3
+"""A stroke that fewer than this part of a surface's strokes would miss by as much is of no calibrated surface."""
+LEAST_BANDS = 3
+UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, slots=True)
+class Recognised:
+    """What a stroke is of.
+
+    Attributes:
+        surface: label given in calibration, or `unknown` where none fits.
+        probability: of the likeliest label among the calibrated, 0..1.
+    """
+
+    surface: str
+    probability: float
+
+
+class SpectrumModel(BaseModel):
+    """Unevenness of all surfaces along one measure of the path.
+
+    Attributes:
+        along: what the path is measured in.
+        edges: of the bands, 1 over that unit.
+        noise: standard deviation of each signal's own white noise, in its unit.
+        means: ln power of each surface (rows) in each band.
+        between_strokes: covariance of ln power between strokes of one surface over the same place.
+        between_places: covariance between quarters of one stroke.
+        misfit: mean squared distance of strokes left out in calibration, over what the covariances promise; 1 at least.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    along: Along
+    edges: list[Annotated[float, Field(gt=0.0, allow_inf_nan=False)]] = Field(min_length=LEAST_BANDS + 1)
+    noise: list[Annotated[float, Field(ge=0.0, allow_inf_nan=False)]]
+    means: list[list[Finite]] = Field(min_length=1)
+    between_strokes: list[list[Finite]]
+    between_places: list[list[Finite]]
+    misfit: Annotated[float, Field(ge=1.0, allow_inf_nan=False)] = 1.0
+
+    def distances(self, pieces: Array) -> tuple[Array, int] | None:
+        """Squared distance of a stroke to each surface, and of how many bands; None if too few can be seen.
+
+        Args:
+            pieces: ln power, pieces x bands; bands that are nan are left out.
+        """
+        seen = np.isfinite(pieces).all(axis=0)
+        if np.count_nonzero(seen) < LEAST_BANDS:
+            return None
+        off = pieces.mean(axis=0)[seen] - np.array(self.means)[:, seen]
+        covariance = np.array(self.between_strokes) + np.array(self.between_places) / len(pieces)
+        solved = np.linalg.solve(covariance[np.ix_(seen, seen)], off.T)
+        return np.einsum("sb,bs->s", off, solved), int(np.count_nonzero(seen))
+
+
+class SpectrumTable(StoredTable):
+    """Surfaces as slow strokes show them.
+
+    Attributes:
+        surfaces: labels.
+        signals: how many signals were calibrated with; others tell something else.
+        models: one along metres where speeds were known, and one that needs no speed.
+    """
+
+    kind: Literal["surface_spectra"] = "surface_spectra"
+    schema_version: Literal[1] = 1
+    surfaces: list[Annotated[str, Field(min_length=1)]] = Field(min_length=1)
+    signals: int = Field(ge=1)
+    models: list[SpectrumModel] = Field(min_length=1)
+
+    def recognise(self, trace: StrokeTrace, speed_m_s: float | None = None) -> Recognised | None:
+        """The surface of a slow stroke; None where its speed, length or rate do not show enough.
+
+        Raises:
+            ValueError: the stroke has more or fewer signals than were calibrated with.
+        """
+        if trace.signals.shape[1] != self.signals:
+            raise ValueError(
+                f"{trace.name}: {trace.signals.shape[1]} signals, the table was calibrated with {self.signals}; "
+                "name the same --signal as in calibration"
+            )
+        for model in self.models:
+            stroke = unevenness(trace, model.along, speed_m_s)
+            found = (
+                None
+                if stroke is None
+                else model.distances(spectrum(stroke, np.array(model.edges), np.array(model.noise)))
+            )
+            if found is not None:
+                return judged(self.surfaces, found, model.misfit)
+        return None
+
+
+def judged(surfaces: list[str], found: tuple[Array, int], misfit: float) -> Recognised:
+    """The likeliest surface, all as likely beforehand."""
+    distances, bands = found[0] / misfit, found[1]
+    likelihood = np.exp(-0.5 * (distances - distances.min()))
+    nearest = int(np.argmin(distances))
+    fits = float(chi2.sf(distances[nearest], bands)) > STRANGE
+    return Recognised(surfaces[nearest] if fits else UNKNOWN, float(likelihood[nearest] / likelihood.sum()))

@@ -1,0 +1,25 @@
+"""The path of a recorded stroke, from its times and its speed."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from remote_site.traces.trace_files import StrokeTrace
+
+Array = NDArray[np.float64]
+
+REST = 0.1
+"""A finger slower than this part of its highest speed rests."""
+
+
+def travelled(trace: StrokeTrace, speed_m_s: float | None) -> tuple[Array, NDArray[np.bool_]] | None:
+    """Where each sample was taken along the stroke, m, and which samples those are: not the ones at rest.
+
+    None where nothing is known of the speed, or nothing moves.
+    """
+    if trace.speed_m_s is None:
+        return None if speed_m_s is None else (speed_m_s * trace.time_s, np.full(len(trace.time_s), True))
+    speed = np.abs(trace.speed_m_s)
+    moving = speed > REST * speed.max()
+    steps = 0.5 * (speed[1:] + speed[:-1]) * np.diff(trace.time_s)
+    path_m = np.concatenate(([0.0], np.cumsum(np.where(moving[1:], steps, 0.0))))[moving]
+    return (path_m, moving) if len(path_m) > 1 else None

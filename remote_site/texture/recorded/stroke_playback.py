@@ -1,0 +1,82 @@
+"""A recorded stroke of a fast sensor as a session would feel it: mode and texture, block by block."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.exploration.exploration_mode import Exploration
+from common.exploration.hand_motion import HandMotion
+from common.wire.messages import ExplorationMode
+from remote_site.texture.surface_table import SurfaceTable
+from remote_site.texture.texture_identification import BLOCK, TextureIdentification, TextureReading
+from remote_site.texture.texture_law import NOMINAL_FORCE_N, NOMINAL_SPEED_M_S
+from remote_site.texture.tip_path import RATE_HZ
+from remote_site.traces.trace_files import StrokeTrace
+
+Array = NDArray[np.float64]
+FAST_HZ = 1000.0
+"""Recordings from this rate on go through the online identification; slower ones cannot show single grooves."""
+
+
+@dataclass(frozen=True, slots=True)
+class EvenStroke:
+    """A stroke at the sensor's rate: arrays of one length; nominal where the recording says nothing."""
+
+    time_s: Array
+    signal_v: Array
+    force_n: Array
+    speed_m_s: Array
+
+
+@dataclass(frozen=True, slots=True)
+class FeltBlock:
+    """What was felt in one block: begin and end, s; mode; speed, m/s; force, N; whether a contact began; texture."""
+
+    begin_s: float
+    end_s: float
+    mode: ExplorationMode
+    speed_m_s: float
+    force_n: float
+    began: bool
+    texture: TextureReading
+
+
+def even_stroke(trace: StrokeTrace, speed_m_s: float | None = None) -> EvenStroke:
+    """Bring a recording to the sensor's rate; of several signals the liveliest is taken.
+
+    Args:
+        trace: the recording.
+        speed_m_s: speed where the recording has none, m/s.
+    """
+    time_s = np.arange(trace.time_s[0], trace.time_s[-1], 1.0 / RATE_HZ)
+
+    def even(values: Array | None, otherwise: float) -> Array:
+        return np.full(len(time_s), otherwise) if values is None else np.interp(time_s, trace.time_s, values)
+
+    signals = [even(column, 0.0) for column in trace.signals.T]
+    return EvenStroke(
+        time_s,
+        max(signals, key=lambda signal: float(np.abs(signal - np.median(signal)).mean())),
+        even(trace.force_n, NOMINAL_FORCE_N),
+        even(trace.speed_m_s, NOMINAL_SPEED_M_S if speed_m_s is None else speed_m_s),
+    )
+
+
+def felt(stroke: EvenStroke, surfaces: SurfaceTable) -> Iterator[FeltBlock]:
+    """Go through a stroke; one without force counts as in contact throughout, one without speed as stroking."""
+    hand = HandMotion()
+    exploration, identification = Exploration(hand), TextureIdentification(surfaces)
+    x_m = 0.0
+    for first in range(0, len(stroke.time_s) - BLOCK + 1, BLOCK):
+        last = first + BLOCK - 1
+        t_s, speed_m_s, force_n = float(stroke.time_s[last]), float(stroke.speed_m_s[last]), float(stroke.force_n[last])
+        x_m += speed_m_s * BLOCK / RATE_HZ
+        hand.step(t_s, x_m, 0.0)
+        mode = exploration.step(t_s, force_n, 0.0)
+        part = slice(first, last + 1)
+        texture = identification.step(
+            t_s, stroke.signal_v[part], stroke.force_n[part].tolist(), stroke.speed_m_s[part].tolist(), mode
+        )
+        yield FeltBlock(float(stroke.time_s[first]), t_s, mode, speed_m_s, force_n, exploration.began, texture)

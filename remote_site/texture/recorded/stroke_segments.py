@@ -1,0 +1,79 @@
+"""A recorded stroke cut where the mode changes, and where the surface does: each part with what was felt in it."""
+
+from collections import Counter
+from itertools import pairwise
+
+import numpy as np
+
+from common.wire.messages import ExplorationMode
+from remote_site.texture.groove_period import GroovePeriod
+from remote_site.texture.recorded.slow_stroke import slow_stroke
+from remote_site.texture.recorded.stroke_playback import FAST_HZ, EvenStroke, FeltBlock, even_stroke, felt
+from remote_site.texture.recorded.stroke_segment import Segment
+from remote_site.texture.surface_table import SurfaceTable
+from remote_site.traces.trace_files import StrokeTrace
+
+
+def segments(trace: StrokeTrace, surfaces: SurfaceTable, speed_m_s: float | None = None) -> list[Segment]:
+    """Cut a stroke into its segments in contact.
+
+    A recording without force counts as in contact throughout, one without speed as stroking.
+
+    Args:
+        trace: the recording; of several signals the one with the clearest period is used.
+        surfaces: what is known of sensor and surfaces.
+        speed_m_s: speed where the recording has none, m/s.
+    """
+    if trace.rate_hz < FAST_HZ:
+        return [slow_stroke(trace, speed_m_s)]
+    found = even_segments(even_stroke(trace, speed_m_s), surfaces)
+    for segment in found:
+        if trace.force_n is None:
+            segment.force_n = None
+        if trace.speed_m_s is None and speed_m_s is None:
+            segment.speed_m_s = segment.period = None
+    return found
+
+
+def even_segments(stroke: EvenStroke, surfaces: SurfaceTable) -> list[Segment]:
+    """Segments in contact of a stroke at the sensor's rate."""
+    found = [_segment(part) for part in _parts(stroke, surfaces) if part[0].mode is not ExplorationMode.FREE]
+    for segment in found:
+        inside = (stroke.time_s >= segment.start_s) & (stroke.time_s <= segment.end_s)
+        segment.force_n = float(stroke.force_n[inside].mean())
+        segment.speed_m_s = float(stroke.speed_m_s[inside].mean())
+    return found
+
+
+def _parts(stroke: EvenStroke, surfaces: SurfaceTable) -> list[list[FeltBlock]]:
+    """Consecutive blocks of one mode and one surface."""
+    blocks = list(felt(stroke, surfaces))
+    cuts = [0]
+    for number, (before, block) in enumerate(pairwise(blocks), start=1):
+        stroking = block.mode is ExplorationMode.STROKING
+        if block.mode is not before.mode or (stroking and block.texture.changed_s is not None):
+            cuts.append(number)
+    return [blocks[first:last] for first, last in pairwise([*cuts, len(blocks)])]
+
+
+def _segment(part: list[FeltBlock]) -> Segment:
+    """What was felt in consecutive blocks of one mode; the later two thirds have settled."""
+    segment = Segment(part[0].mode, part[0].begin_s, part[-1].end_s)
+    segment.fault = next((block.texture.fault for block in part if block.texture.fault is not None), None)
+    if segment.mode is not ExplorationMode.STROKING:
+        return segment
+    segment.changed = part[0].texture.changed_s is not None
+    impulses = [impulse for block in part for impulse in block.texture.impulses]
+    segment.impulses_s = [round(impulse.time_s, 4) for impulse in impulses]
+    segment.strengths_v = [impulse.strength_v for impulse in impulses]
+    settled = [block.texture for block in part[len(part) // 3 :] if block.texture.valid]
+    if settled and segment.fault is None:
+        segment.roughness_v = float(np.sqrt(np.mean([texture.roughness_v**2 for texture in settled])))
+        ((segment.surface, _),) = Counter(texture.best for texture in settled).most_common(1)
+        likeliest = [texture.probability for texture in settled if texture.best == segment.surface]
+        segment.probability = likeliest[-1]
+    period = GroovePeriod()
+    for impulse in impulses:
+        period.groove(impulse.place_m)
+    segment.period = period.estimate()
+    return segment

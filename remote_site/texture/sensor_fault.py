@@ -1,0 +1,162 @@
+"""What is wrong with a texture sensor, from its signal and the force alone: a fault has a name, and ends by itself.
+
+    saturated       every sample is at one end of the range
+    clipped         now and again samples are: it is pressed or shaken beyond its range
+    disconnected    no sample differs from the next: a sensor that is there has noise
+    noise only      it stays noise when the finger comes down, or lifts: loose
+
+The last needs a change of force by a finger that does not stroke: it is told at the next contact. It ends when the
+signal goes anywhere, or becomes louder than its noise, whatever the finger does: a force sensor that jumps may have
+told of a contact that there was not. Neither units nor delays matter to it: force and texture come from two devices,
+and on a busy host either may come 0.1 s after the other. So it is not asked whether the signal has the shape of the
+force, only whether it has any: in noise a value tells nothing of the next. A sensor that moves with something else than
+its finger is not found out.
+"""
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from itertools import islice
+
+import numpy as np
+
+from remote_site.texture.tip_path import LEAK_HZ, RATE_HZ
+
+SATURATED = "saturated: stuck at the end of its range"
+CLIPPED = "clipped: beyond its range again and again"
+DISCONNECTED = "disconnected: no noise at all"
+NOISE_ONLY = "noise only: does not follow the force"
+RAIL_V = 9.98
+"""The ends of the converter's range are beyond this, V."""
+STILL_V = 1e-3
+"""A signal that stays within this, less than a converter's step, has no noise, V."""
+SATURATED_S, FLAT_S, CLIPPED_S, FOLLOWS_S = 0.05, 0.10, 0.50, 0.40
+"""How long each is watched, s."""
+CLIPPED_PART = 0.01
+"""Part of the samples at the ends of the range that is no accident."""
+_CLIPPED_MOST = CLIPPED_PART * CLIPPED_S * RATE_HZ
+PRESSED_N = 0.25
+"""Force, behind the integrator, that has to change before it is judged whether the signal follows, N."""
+LATE_S = 0.15
+"""Either of force and texture may come this much after the other, s."""
+NOISE_STEP = 0.5
+"""Mean square of the signal's steps, over twice its variance, from which on it is noise. White noise has 1 +- 0.11 in
+80 blocks, hum of 50 Hz has 1; a fingertip that bounces at 25 Hz has 0.3, one that rests or is pressed less."""
+
+WATCH_EVERY = 4
+"""Blocks from one look whether the signal follows the force to the next: 20 ms of FOLLOWS_S."""
+LOUDER = 4.0
+"""Noise does not become so much more by itself, in its mean square; by a stroke over plain plastic it does."""
+
+
+class TextureFault:
+    """Watches one sensor, block by block.
+
+    Attributes:
+        fault: its name; None while the sensor is sound.
+    """
+
+    __slots__ = (
+        "_block_s",
+        "_clipped",
+        "_count",
+        "_force_n",
+        "_keep",
+        "_means_v",
+        "_noise_v2",
+        "_presses_n",
+        "_railed",
+        "_rested",
+        "_samples",
+        "_spans_v",
+        "_stuck",
+        "fault",
+    )
+
+    def __init__(self, samples: int) -> None:
+        """Take how many samples a block has."""
+        self.fault: str | None = None
+        self._samples = samples
+        block_s = self._block_s = samples / RATE_HZ
+        self._keep = math.exp(-2.0 * math.pi * LEAK_HZ * samples / RATE_HZ)
+        self._noise_v2: float | None = None
+        """Mean square of the steps of a signal that is noise only."""
+        self._force_n: float | None = None
+        self._count = 0
+        self._stuck = 0
+        """Blocks until now of which every sample is at an end of the range."""
+        clipped = math.ceil(CLIPPED_S / block_s)
+        self._railed = deque([0] * clipped, maxlen=clipped)
+        """Samples at the ends of the range, of each block of CLIPPED_S, and all together."""
+        self._clipped = 0
+        self._spans_v: deque[tuple[float, float]] = deque(maxlen=round(FLAT_S / block_s))
+        """The lowest and the highest sample, of each block of FLAT_S."""
+        follows = round(FOLLOWS_S / block_s)
+        self._means_v: deque[float] = deque(maxlen=follows)
+        self._presses_n = deque([0.0], maxlen=follows)
+        """The signal's mean and the force behind the integrator, of each block of FOLLOWS_S."""
+        self._rested = 0
+        """Blocks until now in which the finger does not stroke."""
+
+    def step(self, samples_v: Sequence[float], force_n: float, resting: bool) -> str | None:
+        """Take the next block; return the fault there is now.
+
+        Args:
+            samples_v: samples, V.
+            force_n: contact force, N.
+            resting: whether the finger does not stroke: then force is all that can move the signal.
+        """
+        before_n, self._force_n = self._force_n, force_n
+        changed_n = 0.0 if before_n is None else force_n - before_n
+        low_v, high_v = min(samples_v), max(samples_v)
+        railed = 0
+        if high_v >= RAIL_V or low_v <= -RAIL_V:
+            railed = sum(not -RAIL_V < v < RAIL_V for v in samples_v)
+        self._stuck = self._stuck + 1 if railed == self._samples else 0
+        self._clipped += railed - self._railed[0]
+        self._railed.append(railed)
+        self._spans_v.append((low_v, high_v))
+        self._means_v.append(sum(samples_v) / self._samples)
+        self._presses_n.append(self._keep * (self._presses_n[-1] + changed_n))
+        self._rested = self._rested + 1 if resting else 0
+        self._count += 1
+        if self._count % WATCH_EVERY == 0 and (resting or self._noise_v2 is not None):
+            self._watch_signal()
+        span_v = high_v - low_v
+        sound = not railed and self._noise_v2 is None and self._clipped <= _CLIPPED_MOST and span_v >= STILL_V
+        self.fault = None if sound else self._name(span_v)
+        return self.fault
+
+    def _name(self, span_v: float) -> str | None:
+        if self._stuck and self._stuck >= min(round(SATURATED_S / self._block_s), self._count):
+            return SATURATED
+        if self._clipped > _CLIPPED_MOST:
+            return CLIPPED
+        if span_v < STILL_V:
+            lows_v, highs_v = zip(*self._spans_v, strict=True)
+            if max(highs_v) - min(lows_v) < STILL_V:
+                return DISCONNECTED
+        return None if self._noise_v2 is None else NOISE_ONLY
+
+    def _pressed(self) -> bool:
+        """Whether the force changed in FOLLOWS_S, without LATE_S at either end."""
+        late = round(LATE_S / self._block_s)
+        pressed_n = list(islice(self._presses_n, late, len(self._presses_n) - late))
+        return max(pressed_n) - min(pressed_n) >= PRESSED_N
+
+    def _watch_signal(self) -> None:
+        """Whether the signal went anywhere, where the force did; also where that is not known, once it did not."""
+        follows = len(self._means_v)
+        if self._means_v.maxlen != follows:
+            return
+        if self._noise_v2 is None and (self._rested < follows or not self._pressed()):
+            return
+        signal_v = np.array(self._means_v)
+        steps_v, around_v = signal_v[1:] - signal_v[:-1], signal_v - signal_v.sum() / follows
+        steps_v2, variance_v2 = float(steps_v @ steps_v) / (follows - 1), float(around_v @ around_v) / follows
+        if steps_v2 < NOISE_STEP * 2.0 * variance_v2:
+            self._noise_v2 = None
+        elif self._noise_v2 is None:
+            self._noise_v2 = steps_v2
+        elif steps_v2 > LOUDER * self._noise_v2:
+            self._noise_v2 = None

@@ -1,0 +1,148 @@
+"""Which calibrated surface is being stroked: a recursive Bayesian filter along the way.
+
+One mechanism recognises, forgets and sees a change: what is felt multiplies the probabilities, and with every
+millimetre the surface may have become another one. Two things are felt: the power of the curvature, and the gaps
+between grooves, of which a gap that goes on and on is one too.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from remote_site.texture.roughness import FREEDOMS_PER_M
+from remote_site.texture.surface_table import Surface, SurfaceTable
+
+Array = NDArray[np.float64]
+
+CHANGES_PER_M = 2.0
+"""How often a stroke comes to another surface, 1/m."""
+INVENTED_PER_M = 1.0
+"""Impulses on a surface without grooves: edges, scratches, 1/m."""
+OUTLIER = 0.05
+"""Part of the gaps that are no gaps of the pattern: a groove missed, one invented, a worn one."""
+RULED_OUT = 0.01
+"""A surface less probable than this, and its gap too, can only have just begun: anywhere in its pattern."""
+SURE = 0.95
+"""A surface this probable is the surface."""
+_GRID_M = 0.1e-3
+_LONGEST_M = 40e-3
+_LAST = round(_LONGEST_M / _GRID_M)
+
+
+class SurfaceFilter:
+    """Probabilities of the calibrated surfaces.
+
+    Attributes:
+        probabilities: of the table's surfaces, in its order; they add up to one.
+    """
+
+    __slots__ = (
+        "_each",
+        "_gap",
+        "_known",
+        "_log_density",
+        "_log_survival",
+        "_power",
+        "_sd",
+        "_table",
+        "probabilities",
+    )
+
+    def __init__(self, table: SurfaceTable) -> None:
+        self._table = table
+        self._each = np.arange(len(table.surfaces))
+        self._power = np.array([math.exp(2.0 * surface.ln_roughness) for surface in table.surfaces])
+        self._sd = np.array([2.0 * surface.ln_roughness_sd for surface in table.surfaces])
+        laws = [_gaps(surface) for surface in table.surfaces]
+        # [0] from anywhere, [1] from a groove: log density of the next groove, log probability of none so far
+        self._log_density = np.array([[law[known][0] for law in laws] for known in (0, 1)])
+        self._log_survival = np.array([[law[known][1] for law in laws] for known in (0, 1)])
+        self.forget()
+
+    def forget(self) -> None:
+        """Anything may be touched."""
+        count = len(self._table.surfaces)
+        self.probabilities: Array = np.full(count, 1.0 / count)
+        self.interrupt()
+
+    def interrupt(self) -> None:
+        """The way is interrupted: how far the last groove lies behind is not known."""
+        self._gap = np.zeros(len(self.probabilities), dtype=np.intp)
+        self._known = np.zeros(len(self.probabilities), dtype=np.intp)
+
+    @property
+    def best(self) -> Surface:
+        """The likeliest surface."""
+        return self._table.surfaces[int(self.probabilities.argmax())]
+
+    @property
+    def sure(self) -> Surface | None:
+        """The surface, where one is probable enough."""
+        return self.best if float(self.probabilities.max()) >= SURE else None
+
+    def move(self, way_m: float) -> None:
+        """No groove for another `way_m`, m > 0."""
+        count = len(self.probabilities)
+        if count > 1:
+            leaves = 1.0 - math.exp(-CHANGES_PER_M * way_m)
+            self.probabilities += leaves * ((1.0 - self.probabilities) / (count - 1) - self.probabilities)
+        before = self._gap
+        self._gap = _within(before + round(way_m / _GRID_M))
+        survival = self._log_survival
+        self._weigh(survival[self._known, self._each, self._gap] - survival[self._known, self._each, before])
+        out = self.probabilities < RULED_OUT
+        out &= survival[self._known, self._each, self._gap] < math.log(RULED_OUT)
+        self._gap[out] = self._known[out] = 0
+
+    def groove(self, beyond_m: float = 0.0) -> None:
+        """A groove, `beyond_m` further than was moved; negative when it lies behind."""
+        beyond = round(beyond_m / _GRID_M)
+        density = self._log_density[self._known, self._each, _within(self._gap + beyond)]
+        self._weigh(density - self._log_survival[self._known, self._each, self._gap])
+        self._gap = np.full_like(self._gap, max(-beyond, 0))
+        self._known = np.ones_like(self._known)
+
+    def roughness(self, power: float, noise: float, way_m: float) -> None:
+        """The surface's curvature over `way_m` had this mean power for one newton, noise and all, V^2."""
+        expected = self._power + noise
+        # the logarithm of a mean of squares lies below that of its expectation
+        freedoms = FREEDOMS_PER_M * way_m
+        variance = (self._sd * self._power / expected) ** 2 + 2.0 / freedoms
+        miss = math.log(max(power, 1e-14)) + 1.0 / freedoms - np.log(expected)
+        self._weigh(-0.5 * (miss * miss / variance + np.log(variance)))
+
+    def _weigh(self, log_likelihood: Array) -> None:
+        weighed = self.probabilities * np.exp(log_likelihood - log_likelihood.max())
+        self.probabilities = np.maximum(weighed / weighed.sum(), 1e-9)
+
+
+def _within(gaps: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Gaps held to the grid."""
+    return np.minimum(np.maximum(gaps, 0), _LAST)
+
+
+def _gaps(surface: Surface) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Log density and log survival of the way to the next groove, from anywhere and from a groove, on the grid."""
+    way: Array = _GRID_M * np.arange(_LAST + 1, dtype=np.float64)
+    if surface.period_mm is None:
+        rare: tuple[Array, Array] = (np.full_like(way, math.log(INVENTED_PER_M)), -INVENTED_PER_M * way)
+        return rare, rare
+    period = 1e-3 * surface.period_mm
+    sd = math.hypot(surface.irregularity * period, 0.04 * period, 0.1e-3)
+    pattern = np.exp(-0.5 * ((way - period) / sd) ** 2)
+    pattern /= pattern.sum() * _GRID_M
+    other = np.exp(-way / (2.0 * period))
+    other /= other.sum() * _GRID_M
+    density = (1.0 - OUTLIER) * pattern + OUTLIER * other
+    survival = _beyond(density)
+    anywhere = survival / (survival.sum() * _GRID_M)
+    groove: tuple[Array, Array] = (np.log(density), np.log(survival))
+    other_place: tuple[Array, Array] = (np.log(anywhere), np.log(_beyond(anywhere)))
+    return other_place, groove
+
+
+def _beyond(density: Array) -> Array:
+    """Probability of a way as long or longer."""
+    beyond: Array = np.cumsum(density[::-1])[::-1] * _GRID_M
+    return beyond

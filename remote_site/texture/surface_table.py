@@ -1,0 +1,130 @@
+"""The calibrated surfaces, and what vibration rendering needs of them (Kron & Schmidt 2003, section 4.1).
+
+The paper puts hard intervals on the mean rectified signal. Here roughness is what the surface has, not what force and
+speed make of it, and the constants are interpolated between calibrated surfaces, so that nothing jumps at a border.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from common.scenes.surfaces import surface_kind
+from remote_site.tables.table_file import StoredTable
+from remote_site.texture.texture_law import TextureLaw
+
+ONE_ROUGHNESS = 0.25
+"""Surfaces within this distance in ln(roughness) are equally rough: a quarter is below what a finger tells apart."""
+_ORDINARY = surface_kind("plain_pvc")
+TAP_SPEED_PER_M_S, TAP_DECAY_PER_S = _ORDINARY.k_tap, _ORDINARY.b_tap_per_s
+"""k_tap and b_tap of Eq. 1: a tap is too short to identify anything, the paper holds them constant."""
+_GROOVED = surface_kind("closely_grooved_pvc").grooves
+assert _GROOVED is not None
+GROOVE_RAD_S, GROOVE_DECAY_PER_S = _GROOVED.impulse_rad_s, _GROOVED.decay_per_s
+"""Amplitude and decay of one damped impulse J(t) of a groove as deep as the calibrated ones."""
+FAINTEST, STRONGEST = 0.25, 1.5
+"""An impulse's amplitude follows the groove's strength between these parts of GROOVE_RAD_S."""
+
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+
+
+class Surface(BaseModel):
+    """One calibrated surface.
+
+    Attributes:
+        name: label given in calibration.
+        ln_roughness: mean of ln(roughness in V); roughness is the rms curvature for one newton.
+        ln_roughness_sd: its standard deviation.
+        period_mm: mean distance of grooves; None for a surface without.
+        irregularity: standard deviation of that distance over its mean.
+        k_stroke_v: constant K_v,s of Eq. 2, (rad/s)/(m/s).
+        k_stroke_f: constant K_F,s of Eq. 2, (rad/s)/N.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: str = Field(min_length=1)
+    ln_roughness: Annotated[float, Field(allow_inf_nan=False)]
+    ln_roughness_sd: Positive
+    period_mm: Positive | None = None
+    irregularity: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] = 0.0
+    k_stroke_v: Positive
+    k_stroke_f: Positive
+
+
+class SurfaceTable(StoredTable):
+    """Calibrated surfaces of one texture sensor.
+
+    Attributes:
+        law: what the sensor makes of a surface.
+        groove_v: curvature for one newton of the calibrated grooves, V; None when none was calibrated.
+        surfaces: the surfaces.
+    """
+
+    kind: Literal["texture_surfaces"] = "texture_surfaces"
+    schema_version: Literal[2] = 2
+    law: TextureLaw = TextureLaw()
+    groove_v: Positive | None = None
+    surfaces: list[Surface] = Field(min_length=1)
+
+    def groove_rad_s(self, strength_v: float) -> float:
+        """Amplitude of a groove's impulse, rad/s, from its curvature for one newton, V."""
+        part = 1.0 if self.groove_v is None else strength_v / self.groove_v
+        return GROOVE_RAD_S * min(max(part, FAINTEST), STRONGEST)
+
+
+@dataclass(frozen=True, slots=True)
+class StrokeConstants:
+    """Constants of Eq. 2, (rad/s)/(m/s) and (rad/s)/N."""
+
+    k_stroke_v: float
+    k_stroke_f: float
+
+
+SMOOTH = StrokeConstants(0.0, 0.0)
+"""Nothing to be felt."""
+
+
+class StrokeLaw:
+    """ln K_v,s and ln K_F,s, interpolated between the calibrated surfaces, linearly in ln(roughness).
+
+    Surfaces nearer to each other than ONE_ROUGHNESS count as one, with the mean of their constants;
+    beyond the smoothest and the roughest their constants are held.
+    """
+
+    __slots__ = ("_centres",)
+
+    def __init__(self, table: SurfaceTable) -> None:
+        """Take the surfaces of a table."""
+        groups: list[list[Surface]] = []
+        for surface in sorted(table.surfaces, key=lambda surface: surface.ln_roughness):
+            if groups and surface.ln_roughness - groups[-1][0].ln_roughness < ONE_ROUGHNESS:
+                groups[-1].append(surface)
+            else:
+                groups.append([surface])
+        self._centres = [_centre(group) for group in groups]
+
+    def at(self, ln_roughness: float) -> StrokeConstants:
+        """The constants of a surface with this roughness."""
+        low = high = self._centres[0]
+        for centre in self._centres:
+            low, high = high, centre
+            if high[0] >= ln_roughness:
+                break
+        else:
+            low = high
+        part = (ln_roughness - low[0]) / (high[0] - low[0]) if high[0] > low[0] else 0.0
+        part = min(max(part, 0.0), 1.0)
+        k_v, k_f = low[1] + part * (high[1] - low[1]), low[2] + part * (high[2] - low[2])
+        return StrokeConstants(math.exp(k_v), math.exp(k_f))
+
+
+def _centre(group: list[Surface]) -> tuple[float, float, float]:
+    """Means of ln(roughness), ln K_v,s and ln K_F,s."""
+    n = len(group)
+    return (
+        sum(surface.ln_roughness for surface in group) / n,
+        sum(math.log(surface.k_stroke_v) for surface in group) / n,
+        sum(math.log(surface.k_stroke_f) for surface in group) / n,
+    )

@@ -1,0 +1,297 @@
+"""One finger's texture: roughness, grooves and the surface, from samples, force, speed and mode.
+
+Joins the parts. However the samples arrive, one by one or many at once, they are worked off in blocks of BLOCK, so
+that the answer does not depend on it.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from common.wire.messages import ExplorationMode
+from remote_site.texture.curvature_noise import CurvatureNoise
+from remote_site.texture.groove_detector import Impulse, Impulses
+from remote_site.texture.roughness import Felt, Roughness
+from remote_site.texture.sensor_fault import TextureFault
+from remote_site.texture.surface_filter import SurfaceFilter
+from remote_site.texture.surface_table import FAINTEST, Surface, SurfaceTable
+from remote_site.texture.texture_law import ln_roughness
+from remote_site.texture.tip_path import CELL_M, RATE_HZ, Curve, TipPath
+
+_Value = TypeVar("_Value")
+_Sample = tuple[float, float, float, ExplorationMode]
+"""Signal, V, contact force, N, speed, m/s, and mode."""
+BLOCK = 10
+FAINTEST_GROOVE_V = 0.010
+"""Curvature for one newton below which nothing is a groove, V, where none was calibrated: 1 um of depth."""
+LISTEN_M = 1e-3
+"""The surface is judged anew after this way, m."""
+BEHIND_M = 0.6e-3
+"""A groove is found this far behind at most, m: the way without one is known up to here."""
+SETTLE_M = 15e-3
+"""What leaps and what is recognised on so much way is one change, m; so much is needed to know the first surface."""
+DIFFERENT = 0.25
+"""Roughness of two surfaces without grooves differs by this in ln at least, where one is said to follow the other."""
+CARRY_S = 0.3
+"""A contact lost for no longer goes on: a finger that comes to something softer may lose it for a moment, s."""
+_LISTEN = round(LISTEN_M / CELL_M)
+STROKING_M_S = 10e-3
+"""Slower than this the surface hardly moves the signal, m/s."""
+_GAP_S = 3.0 * BLOCK / RATE_HZ
+"""A block that ends this much later than the last one is another piece of the way."""
+
+
+@dataclass(frozen=True, slots=True)
+class TextureReading:
+    """What the texture signal has told so far, and what happened in the samples just taken.
+
+    Attributes:
+        roughness_v: rms curvature for one newton without grooves and noise, V.
+        valid: whether `roughness_v` describes the surface being touched.
+        surface: name of the surface; None while none is sure.
+        best: name of the likeliest surface.
+        probability: of the likeliest.
+        impulses: grooves and edges found in these samples, oldest first.
+        fault: what is wrong with the sensor, None when nothing is; while there is a fault, nothing else is told.
+        changed_s: when it was seen, in these samples, that the stroke came to another surface, s; None else.
+    """
+
+    roughness_v: float
+    valid: bool
+    surface: str | None
+    best: str
+    probability: float
+    impulses: tuple[Impulse, ...]
+    changed_s: float | None
+    fault: str | None = None
+
+
+class TextureIdentification:
+    """Texture identification of one finger."""
+
+    def __init__(self, surfaces: SurfaceTable) -> None:
+        """Identify with what is known of sensor and surfaces."""
+        self._law = surfaces.law
+        self._noise = CurvatureNoise(self._law.viscous_s)
+        self._path = TipPath(self._law.viscous_s, self._law.leak_hz)
+        faintest_v = FAINTEST_GROOVE_V if surfaces.groove_v is None else 0.2 * FAINTEST * surfaces.groove_v
+        self._impulses = Impulses(faintest_v)
+        self._roughness = Roughness()
+        self._filter = SurfaceFilter(surfaces)
+        self._watch = TextureFault(BLOCK)
+        self._waiting: list[_Sample] = []
+        self._mode = ExplorationMode.FREE
+        self._lost_s = -math.inf
+        self._time_s = -np.inf
+        self._forget()
+
+    def _forget(self) -> None:
+        """Contact was lost: anything may be touched next."""
+        self._path.forget()
+        self._impulses.forget()
+        self._roughness.forget()
+        self._filter.forget()
+        self._surface: Surface | None = None
+        self._felt = 0.0
+        self._changed_m = 0.0
+        self._begin_way()
+
+    def _lose(self, t_s: float) -> None:
+        """Contact was lost: where it is back soon the finger jumped, and may have jumped to another surface."""
+        surface = self._surface
+        self._forget()
+        if surface is not None:
+            self._surface, self._changed_m = surface, -math.inf
+        self._lost_s = t_s
+
+    def _begin_way(self) -> None:
+        """The way was interrupted."""
+        self._path.interrupt()
+        self._impulses.interrupt()
+        self._roughness.interrupt()
+        self._filter.interrupt()
+        self._moved_m: float | None = None
+        self._heard: list[Felt] = []
+
+    @property
+    def fault(self) -> str | None:
+        """What is wrong with the sensor; None when nothing is."""
+        return self._watch.fault
+
+    @property
+    def valid(self) -> bool:
+        """Whether `roughness_v` describes the surface being touched."""
+        return self._roughness.valid and self.fault is None
+
+    @property
+    def roughness_v(self) -> float:
+        """Rms curvature for one newton without grooves and noise, V; 0 while there is a fault."""
+        return self._roughness.roughness_v if self.fault is None else 0.0
+
+    @property
+    def roughness_sd_v(self) -> float:
+        """Standard deviation of the roughness that was told last, V."""
+        return self._roughness.roughness_sd_v
+
+    def step(
+        self,
+        t_s: float,
+        signal_v: ArrayLike,
+        force_n: float | Sequence[float],
+        speed_m_s: float | Sequence[float],
+        mode: ExplorationMode | Sequence[ExplorationMode],
+    ) -> TextureReading:
+        """Take consecutive samples at 2 kHz, the last at `t_s`.
+
+        Args:
+            t_s: time, s.
+            signal_v: samples, V.
+            force_n: contact force, N, at each or one for all; so also
+            speed_m_s: stroke speed, m/s, >= 0, and
+            mode: exploration mode.
+        """
+        samples_v = np.atleast_1d(np.asarray(signal_v, dtype=float)).tolist()
+        count = len(samples_v)
+        columns = samples_v, _each(force_n, count), _each(speed_m_s, count), _each(mode, count)
+        impulses, changed_s = self._gather(t_s, list(zip(*columns, strict=True)))
+        sure = self._filter.sure
+        return TextureReading(
+            self.roughness_v,
+            self.valid,
+            None if sure is None else sure.name,
+            self._filter.best.name,
+            float(self._filter.probabilities.max()),
+            tuple(impulses),
+            changed_s,
+            self.fault,
+        )
+
+    def take(
+        self, t_s: float, samples_v: Sequence[float], force_n: float, speed_m_s: float, mode: ExplorationMode
+    ) -> list[Impulse]:
+        """As `step` with one force, speed and mode for all samples; returns only the impulses in them."""
+        if len(samples_v) == BLOCK and not self._waiting:
+            return self._block(t_s, samples_v, force_n, speed_m_s, mode)[0]
+        return self._gather(t_s, [(sample_v, force_n, speed_m_s, mode) for sample_v in samples_v])[0]
+
+    def _gather(self, t_s: float, samples: list[_Sample]) -> tuple[list[Impulse], float | None]:
+        """Work off each block that these samples complete; the impulses, and when another surface began, s."""
+        impulses: list[Impulse] = []
+        changed_s = None
+        left = len(samples)
+        for sample in samples:
+            left -= 1
+            self._waiting.append(sample)
+            if len(self._waiting) == BLOCK:
+                block_v, block_n, block_m_s, block_modes = zip(*self._waiting, strict=True)
+                self._waiting = []
+                found, changed = self._block(
+                    t_s - left / RATE_HZ, block_v, sum(block_n) / BLOCK, sum(block_m_s) / BLOCK, block_modes[-1]
+                )
+                impulses += found
+                changed_s = self._time_s if changed else changed_s
+        return impulses, changed_s
+
+    def _block(
+        self, end_s: float, samples_v: Sequence[float], force_n: float, speed_m_s: float, mode: ExplorationMode
+    ) -> tuple[list[Impulse], bool]:
+        """Work off a block that ends at `end_s`; return its impulses, and whether the surface changed."""
+        # to 0.1 us, so that the time of a sample does not depend on how many came with it
+        end_s = round(end_s, 7)
+        watch, before = self._watch, self._mode
+        faulty = watch.fault is not None
+        late = end_s - self._time_s > _GAP_S
+        self._mode, self._time_s = mode, end_s
+        resting = mode is not ExplorationMode.STROKING and speed_m_s < STROKING_M_S
+        if watch.step(samples_v, force_n, resting) is not None:
+            if not faulty:
+                self._forget()
+            return [], False
+        if mode is ExplorationMode.FREE:
+            if before is not ExplorationMode.FREE:
+                self._lose(end_s)
+            return [], False
+        if before is ExplorationMode.FREE and end_s - self._lost_s > CARRY_S:
+            self._surface = None
+        if mode is ExplorationMode.TAPPING or late:
+            # the signal of a tap is the tap's: what the surface is like is heard in what follows
+            self._begin_way()
+        moved = 0.0 if mode is ExplorationMode.TAPPING else speed_m_s
+        curves = self._path.step(samples_v, end_s, moved)
+        impulses: list[Impulse] = []
+        changed = False
+        if curves:
+            gain = self._law.gain(force_n, speed_m_s)
+            noise_v2 = (self._law.noise_v / gain) ** 2
+            for curve in curves:
+                impulse, jumped = self._hear(curve, gain, noise_v2)
+                if impulse is not None and mode is ExplorationMode.STROKING:
+                    impulses.append(impulse)
+                changed = changed or jumped
+        return impulses, changed
+
+    def _hear(self, curve: Curve, gain: float, noise_v2: float) -> tuple[Impulse | None, bool]:
+        """Take one curvature, with the power of a sample's noise for one newton."""
+        curvature_v = curve.curvature_v / gain
+        impulse = self._impulses.step(curve, curvature_v)
+        if impulse is not None:
+            self._roughness.groove(impulse.place_m)
+        # before it is known what stands out, what is felt may be a groove
+        if not self._impulses.known:
+            return impulse, False
+        noise = self._noise.power(curve.samples) * noise_v2
+        settled = self._roughness.step(Felt(curve.place_m, curvature_v * curvature_v, noise))
+        told = self._recognise(curve.place_m, settled, impulse)
+        return impulse, (told or self._roughness.changed) and self._change(curve.place_m)
+
+    def _change(self, place_m: float) -> bool:
+        """Whether another surface has begun: the power of the curvature leaped, or the filter is sure of another."""
+        changed = self._roughness.changed
+        sure, before = self._filter.sure, self._surface
+        felt = ln_roughness(self._roughness.roughness_v)
+        if sure is not None and sure is not before:
+            # a surface that was not calibrated lies between two that were: that is no change of it
+            patterned = before is not None and (sure.period_mm or before.period_mm) is not None
+            if before is None or patterned or abs(felt - self._felt) > DIFFERENT:
+                changed = changed or before is not None
+                self._surface = sure
+        if self._roughness.changed:
+            self._surface = None  # whatever it is recognised as is part of the same change
+        if sure is not None and sure is self._surface:
+            self._felt = felt
+        if not changed or place_m - self._changed_m < SETTLE_M:
+            return False
+        self._changed_m = place_m
+        return True
+
+    def _recognise(self, place_m: float, settled: Felt | None, impulse: Impulse | None) -> bool:
+        """Tell the filter what was felt, and the way without grooves every LISTEN_M; whether there was anything."""
+        told = impulse is not None
+        if self._moved_m is None:
+            self._moved_m = place_m
+        if impulse is not None:
+            self._filter.groove(impulse.place_m - self._moved_m)
+            self._moved_m = max(self._moved_m, impulse.place_m)
+        elif place_m - BEHIND_M - self._moved_m >= LISTEN_M:
+            way_m = place_m - BEHIND_M - self._moved_m
+            self._filter.move(way_m)
+            self._moved_m += way_m
+            told = True
+        if settled is not None:
+            self._heard.append(settled)
+            if len(self._heard) == _LISTEN:
+                power = sum(felt.power for felt in self._heard) / _LISTEN
+                noise = sum(felt.noise for felt in self._heard) / _LISTEN
+                self._filter.roughness(power, noise, LISTEN_M)
+                self._heard = []
+                told = True
+        return told
+
+
+def _each(value: _Value | Sequence[_Value], count: int) -> Sequence[_Value]:
+    """A value for each of `count` samples."""
+    return value if isinstance(value, Sequence) else (value,) * count

@@ -1,0 +1,4 @@
+"""Thermal tables from labelled touches.
+
+The command line uses `thermal_calibration`.
+"""

@@ -1,0 +1,104 @@
+"""Labelled touches side by side, as the fit of populations reads them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from remote_site.thermal.touch_start import READING_S
+
+Array = NDArray[np.float64]
+
+EACH_UNTIL = 60
+"""Readings after contact that count one by one; later ones are averaged by BLOCK."""
+BLOCK = 4
+KNOWN_OBJECT_SD_K = 0.03
+"""Of an object's temperature that was measured, K."""
+UNKNOWN_OBJECT_SD_K = 3.0
+"""Where nobody said: a first guess around ambient, K."""
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrationTouch:
+    """One labelled touch, readings at 100 Hz from the first after contact.
+
+    Attributes:
+        material: index of its material.
+        reading_c: (k,) C.
+        force_n: (k,) N.
+        start_c: reading at contact, C.
+        slope_k_s: its slope just before, K/s.
+        ambient_c: ambient temperature, C.
+        object_c: of the object, C.
+        object_sd_k: how well that is known, K.
+    """
+
+    material: int
+    reading_c: Array
+    force_n: Array
+    start_c: float
+    slope_k_s: float
+    ambient_c: float
+    object_c: float
+    object_sd_k: float = KNOWN_OBJECT_SD_K
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrationReadings:
+    """All touches in one array, as long as the shortest; temperatures are above each touch's reading at contact.
+
+    Attributes:
+        count: (k,) readings that were averaged; 1 for each of the first.
+        material: (touches,) index.
+        reading_k: (touches, k) K.
+        force_n: (touches, k) N.
+        slope_k_s: (touches,) of the reading just before contact, K/s.
+        ambient_k: (touches,) K.
+        object_k: (touches,) K.
+        object_sd_k: (touches,) how well that is known, K.
+    """
+
+    count: Array
+    material: NDArray[np.intp]
+    reading_k: Array
+    force_n: Array
+    slope_k_s: Array
+    ambient_k: Array
+    object_k: Array
+    object_sd_k: Array
+
+    @classmethod
+    def of(cls, touches: Sequence[CalibrationTouch]) -> Self:
+        """Of all touches; their common length counts."""
+        length = min(len(touch.reading_c) for touch in touches)
+        edges = _edges(length)
+        start = np.array([touch.start_c for touch in touches])
+        return cls(
+            count=np.diff(edges).astype(np.float64),
+            material=np.array([touch.material for touch in touches]),
+            reading_k=_means(np.stack([touch.reading_c[:length] for touch in touches]), edges) - start[:, None],
+            force_n=_means(np.stack([touch.force_n[:length] for touch in touches]), edges),
+            slope_k_s=np.array([touch.slope_k_s for touch in touches]),
+            ambient_k=np.array([touch.ambient_c for touch in touches]) - start,
+            object_k=np.array([touch.object_c for touch in touches]) - start,
+            object_sd_k=np.array([touch.object_sd_k for touch in touches]),
+        )
+
+    @property
+    def times_s(self) -> Array:
+        """Times after contact: the middles of what was averaged, s."""
+        return np.asarray((np.cumsum(self.count) - 0.5 * (self.count - 1.0)) * READING_S)
+
+
+def _edges(length: int) -> NDArray[np.intp]:
+    """Where the blocks of readings begin, and where the last ends."""
+    late = np.arange(min(EACH_UNTIL, length), length + 1, BLOCK)
+    return np.concatenate((np.arange(min(EACH_UNTIL, length)), late)).astype(np.intp)
+
+
+def _means(values: Array, edges: NDArray[np.intp]) -> Array:
+    """Means of (touches, readings) over blocks."""
+    sums = np.concatenate((np.zeros((len(values), 1)), np.cumsum(values, axis=1)), axis=1)
+    return np.asarray((sums[:, edges[1:]] - sums[:, edges[:-1]]) / np.diff(edges))

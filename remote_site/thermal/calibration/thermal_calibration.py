@@ -1,0 +1,290 @@
+"""Calibrating the thermal look-up table from labelled touches."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.runtime.parallel_map import Map, Progress, kept_processes, unseen
+from remote_site.thermal.calibration.calibration_touches import KNOWN_OBJECT_SD_K, UNKNOWN_OBJECT_SD_K, CalibrationTouch
+from remote_site.thermal.calibration.population_fit import Population, PopulationFit
+from remote_site.thermal.exponential_response import TAU_GRID_S, ExponentialResponse
+from remote_site.thermal.material_table import RATE_TIMES_S, MaterialEntry, MaterialTable
+from remote_site.thermal.touch_model import PLATE_J_M2K
+from remote_site.thermal.touch_start import READING_S, RecordedTouch, find_touch, reference_touch
+from remote_site.traces.trace_files import ThermalTrace, read_labels, read_thermal
+
+Array = NDArray[np.float64]
+
+AIR = "air"
+"""Label of a free cool-down: no material, but the leak."""
+FEWEST = 2
+"""Touches below which a material cannot be calibrated."""
+GOOD = 10
+"""Touches from which its scatter is known."""
+SHORTEST_S = 0.5
+LONGEST_S = 8.0
+"""Readings after contact that are used, s."""
+USUAL_LEAK_PER_S = 0.04
+"""Where no free cool-down was recorded, 1/s."""
+LEAST_OFFSET_SD_K = 1.0
+LEAST_DIFFERENCE_K = 1.0
+"""A calibration touch with less difference between plate and object calibrates nothing, K."""
+MISFIT = 2.0
+"""Residuals this many times the noise's variance mean that the model does not fit the sensor."""
+
+
+@dataclass(frozen=True, slots=True)
+class ThermalFit:
+    """A table and how well its touches fit.
+
+    Attributes:
+        table: the table.
+        names: material of each touch.
+        times_s: (k,) times of the residuals after contact, s.
+        residual_k: (touches, k) what the model leaves; of a mean of readings, as much as one of them would show, K.
+    """
+
+    table: MaterialTable
+    names: list[str]
+    times_s: Array
+    residual_k: Array
+
+    @property
+    def warnings(self) -> list[str]:
+        """What a person should know before relying on the table."""
+        found = [
+            f"{entry.name}: the model does not fit this sensor on it (misfit {entry.misfit:.1f}, 1 is a perfect fit)"
+            for entry in self.table.materials
+            if entry.misfit > MISFIT
+        ]
+        return found + [
+            f"{entry.name}: only {entry.touches} touches; {GOOD} or more tell its scatter"
+            for entry in self.table.materials
+            if entry.touches < GOOD
+        ]
+
+
+def calibrate_thermal(
+    folder: Path,
+    out: Path,
+    *,
+    sensor_serial: str = "unknown",
+    made_on: str = "",
+    processes: int = 1,
+    progress: Progress = unseen,
+) -> ThermalFit:
+    """Make a look-up table from FOLDER/labels.csv (`file,material[,object_c]`) and write it to `out`.
+
+    Args:
+        folder: holds labels.csv and the traces it names; the label `air` is a free cool-down.
+        out: file to write.
+        sensor_serial: the sensor that recorded them.
+        made_on: ISO date.
+        processes: that share the work; the table does not depend on it.
+        progress: is given the share of the longest possible fit that is done.
+
+    Raises:
+        ValueError: a file cannot be used; names file, line and column.
+    """
+    leaks: list[float] = []
+    touches: dict[str, list[tuple[RecordedTouch, float | None]]] = {}
+    for path, label, object_c in read_labels(folder, "material", "object_c"):
+        trace = read_thermal(path)
+        if label == AIR:
+            leaks.append(_leak_per_s(trace, path))
+            continue
+        touch = find_touch(trace)
+        if touch is None:
+            raise ValueError(f"{path}: column force_n: no contact (0.30 N held for 50 ms)")
+        touches.setdefault(label, []).append((touch, object_c))
+    leak_per_s = float(np.mean(leaks)) if leaks else USUAL_LEAK_PER_S
+    with kept_processes(processes) as mapped:
+        fit = fit_thermal(folder / "labels.csv", touches, leak_per_s, mapped, progress)
+    table = fit.table.model_copy(update={"sensor_serial": sensor_serial, "made_on": made_on})
+    table.save(out)
+    return replace(fit, table=table)
+
+
+def _leak_per_s(trace: ThermalTrace, path: Path) -> float:
+    """Rate of a free cool-down to ambient, 1/s."""
+    around = trace.ambient_c if trace.ambient_c is not None else trace.reference_c
+    if around is None:
+        raise ValueError(f"{path}: column ambient_c is missing: a free cool-down needs it")
+    # the plate may be held for a while first; the last three quarters are free
+    free = trace.time_s >= trace.time_s[0] + 0.25 * (trace.time_s[-1] - trace.time_s[0])
+    above = (trace.sensor_c - around)[free]
+    if not above.min() > 0.5:
+        raise ValueError(f"{path}: column sensor_c: a free cool-down stays 0.5 K above ambient, this one does not")
+    slope = float(np.polyfit(trace.time_s[free], np.log(above), 1)[0])
+    return min(max(-slope, 0.001), 0.5)
+
+
+def fit_thermal(
+    where: Path,
+    touches: dict[str, list[tuple[RecordedTouch, float | None]]],
+    leak_per_s: float,
+    mapped: Map = map,
+    progress: Progress = unseen,
+) -> ThermalFit:
+    """The table of labelled touches, and how well they fit.
+
+    Args:
+        where: the file of labels, for messages.
+        touches: per material, each with its object's temperature where that is known, C.
+        leak_per_s: rate of a free cool-down, 1/s.
+        mapped: maps courses of all touches to what they are made with.
+        progress: is given the share of the longest possible fit that is done.
+
+    Raises:
+        ValueError: too few materials or touches, a touch too short, or one without temperature difference.
+    """
+    if len(touches) < 2:
+        raise ValueError(f"{where}: column material: two materials or more are needed, there are {len(touches)}")
+    for label, listed in touches.items():
+        if len(listed) < FEWEST:
+            raise ValueError(f"{where}: column material: {label} has {len(listed)} touch, needs {FEWEST} or more")
+    everyone = [touch for listed in touches.values() for touch, _ in listed]
+    length_s = min(float(touch.trace.time_s[-1]) - touch.contact_s for touch in everyone)
+    if length_s < SHORTEST_S:
+        raise ValueError(f"{where}: the shortest touch lasts {length_s:.2f} s, needs {SHORTEST_S} s or more")
+    if any(touch.trace.reference_c is None for touch in everyone):
+        return _fit(where, touches, leak_per_s, length_s, None, mapped, progress)[0]
+    beside = {
+        label: [(reference_touch(touch), object_c) for touch, object_c in listed] for label, listed in touches.items()
+    }
+    reference, felt = _fit(where, beside, USUAL_LEAK_PER_S, length_s, None, mapped, lambda share: progress(share / 2))
+    # a sensor that starts at ambient shows best how warm the object is
+    fit, _ = _fit(where, touches, leak_per_s, length_s, felt, mapped, lambda share: progress((1 + share) / 2))
+    return replace(fit, table=fit.table.model_copy(update={"reference": reference.table}))
+
+
+def _fit(
+    where: Path,
+    touches: dict[str, list[tuple[RecordedTouch, float | None]]],
+    leak_per_s: float,
+    length_s: float,
+    felt: Population | None,
+    mapped: Map,
+    progress: Progress,
+) -> tuple[ThermalFit, Population]:
+    """The fit of one sensor; `felt` is that of another one beside it, which felt the same objects."""
+    everyone = [touch for listed in touches.values() for touch, _ in listed]
+    ambients = [touch.ambient_c for touch in everyone if touch.ambient_c is not None]
+    if not ambients and any(object_c is None for listed in touches.values() for _, object_c in listed):
+        raise ValueError(f"{where}: column object_c: needed where the traces have no ambient_c")
+    objects = [object_c for listed in touches.values() for _, object_c in listed if object_c is not None]
+    ambient_c = float(np.mean(ambients or objects))
+    readings = round(min(length_s, LONGEST_S) / READING_S)
+    each = [
+        _calibration_touch(number, touch, object_c, ambient_c, readings)
+        for number, listed in enumerate(touches.values())
+        for touch, object_c in listed
+    ]
+    stated = np.array([touch.object_sd_k == KNOWN_OBJECT_SD_K for touch in each])
+    if felt is not None:
+        each = [
+            touch
+            if known
+            else replace(touch, object_c=touch.ambient_c + float(object_k), object_sd_k=float(object_sd_k))
+            for touch, known, object_k, object_sd_k in zip(each, stated, felt.object_k, felt.object_sd_k, strict=True)
+        ]
+    fit = PopulationFit(each, len(touches), leak_per_s, mapped)
+    population = fit.run(progress)
+    times_s = [t for t in RATE_TIMES_S if t <= length_s + 1e-6]
+    material = np.array([touch.material for touch in each])
+    offsets = np.array([touch.object_c - touch.ambient_c for touch in each])
+    offsets = np.where(stated, offsets, population.object_k)
+    table = MaterialTable(
+        ambient_c=ambient_c,
+        plate_j_m2k=PLATE_J_M2K,
+        leak_per_s=population.sensor.leak_per_s,
+        half_force_n=population.sensor.half_force_n,
+        force_power=population.sensor.force_power,
+        early_s=population.sensor.early_s,
+        back_share=population.back_share,
+        back_sd_k=population.back_sd_k,
+        start_sd_k=population.start_sd_k,
+        ln_lag=population.ln_lag,
+        ln_lag_sd=population.ln_lag_sd,
+        noise_k=population.noise_k,
+        times_s=times_s,
+        materials=[
+            _entry(label, number, listed, population, offsets[material == number], times_s)
+            for number, (label, listed) in enumerate(touches.items())
+        ],
+    )
+    names = list(touches)
+    residual_k = population.residual_k * np.sqrt(fit.seen.count)
+    return ThermalFit(table, [names[touch.material] for touch in each], fit.seen.times_s, residual_k), population
+
+
+def _calibration_touch(
+    material: int, touch: RecordedTouch, object_c: float | None, ambient_c: float, readings: int
+) -> CalibrationTouch:
+    """A touch at 100 Hz, whatever the rate of its trace."""
+    around_c = ambient_c if touch.ambient_c is None else touch.ambient_c
+    trace = touch.trace
+    if object_c is not None and abs(touch.start_c - object_c) < LEAST_DIFFERENCE_K:
+        raise ValueError(
+            f"{trace.name}: plate {touch.start_c:.2f} C and object {object_c:.2f} C are too close to calibrate"
+        )
+    time_s = touch.contact_s + READING_S * np.arange(1, readings + 1)
+    return CalibrationTouch(
+        material,
+        np.interp(time_s, trace.time_s, trace.sensor_c),
+        np.interp(time_s, trace.time_s, trace.force_n),
+        touch.start_c,
+        touch.slope_k_s,
+        around_c,
+        around_c if object_c is None else object_c,
+        UNKNOWN_OBJECT_SD_K if object_c is None else KNOWN_OBJECT_SD_K,
+    )
+
+
+def _entry(
+    label: str,
+    number: int,
+    listed: list[tuple[RecordedTouch, float | None]],
+    population: Population,
+    offsets_k: Array,
+    times_s: list[float],
+) -> MaterialEntry:
+    """One material's row of the table."""
+    rates = np.array([_ln_rates(touch, times_s) for touch, _ in listed])
+    known = np.isfinite(rates)
+    ln_rate, ln_rate_sd = [], []
+    for k in range(len(times_s)):
+        values = rates[known[:, k], k]
+        ln_rate.append(float(np.median(values)) if len(values) else -float(np.log(TAU_GRID_S[-1])))
+        ln_rate_sd.append(float(values.std()) if len(values) else 0.0)
+    slab_s = float(population.slab_s[number])
+    return MaterialEntry(
+        name=label,
+        touches=len(listed),
+        ln_effusivity=float(population.mean[number, 0]),
+        ln_conductance=float(population.mean[number, 1]),
+        covariance=population.covariance[number].tolist(),
+        slab_s=slab_s if np.isfinite(slab_s) else None,
+        offset_k=float(offsets_k.mean()),
+        offset_sd_k=max(float(offsets_k.std(ddof=1)), LEAST_OFFSET_SD_K),
+        ln_rate=ln_rate,
+        ln_rate_sd=ln_rate_sd,
+        misfit=float(population.misfit[number]),
+    )
+
+
+def _ln_rates(touch: RecordedTouch, times_s: list[float]) -> list[float]:
+    """Ln(rate of Eq. 11) of the readings up to each time; NaN where there is none."""
+    response = ExponentialResponse(touch.start_c)
+    rates: list[float] = []
+    for since_s, sensor_c, _ in touch.readings():
+        while len(rates) < len(times_s) and since_s > times_s[len(rates)] + 1e-9:
+            fit = response.fit()
+            rates.append(np.nan if fit is None else float(np.log(fit.rate_per_s)))
+        response.add(since_s, sensor_c)
+    while len(rates) < len(times_s):
+        fit = response.fit()
+        rates.append(np.nan if fit is None else float(np.log(fit.rate_per_s)))
+    return rates

@@ -1,0 +1,218 @@
+"""Which material, and how warm: from the evidence of one touch, or of several fingers on one object.
+
+Fingers on one object share its material, its piece and its temperature, but not the quality of their contacts. Each
+finger's evidence is normal in temperature and ln effusivity for each substance, so that they multiply in closed form.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import expit, ndtr
+
+from remote_site.thermal.material_table import MaterialTable
+from remote_site.thermal.touch_estimate import ANYWHERE_K, TouchEvidence
+from remote_site.thermal.touch_hypotheses import Substances
+
+Array = NDArray[np.float64]
+
+ANYWHERE = 0.10
+"""Prior probability that an object has any temperature, beside that it is as warm as those of the calibration."""
+STEPS = np.arange(-2.0, 3.0)
+STEP_SD = 0.6
+"""Temperatures of the calibration's objects count as evenly spread: as a row of narrow normals, in steps."""
+SAME_OBJECT = 0.9
+"""Prior probability that fingers of one hand which touch at the same time touch the same object."""
+SMALLEST_DIFFERENCE_K = 1.0
+"""Below this difference between plate and object there is nothing to see, K."""
+
+
+@dataclass(frozen=True, slots=True)
+class Posterior:
+    """What is known of an object.
+
+    Attributes:
+        probability: of each calibrated material, in the table's order.
+        foreign: probability that it is none of them; with `probability` it sums to 1.
+        object_c: posterior mean of its temperature, C.
+        object_c_sd: standard deviation, K.
+        ln_effusivity: posterior mean, in the table's units.
+        ln_effusivity_sd: its standard deviation.
+        no_difference: probability that no finger's plate differed from it by more than SMALLEST_DIFFERENCE_K.
+        misfit: largest of the touches' misfits.
+        same_object: probability that all fingers touched one object; 1 for one finger.
+    """
+
+    probability: Array
+    foreign: float
+    object_c: float
+    object_c_sd: float
+    ln_effusivity: float
+    ln_effusivity_sd: float
+    no_difference: float
+    misfit: float
+    same_object: float
+
+
+class MaterialPosterior:
+    """Judges evidence against one table; holds no touch."""
+
+    def __init__(self, table: MaterialTable, known: Substances) -> None:
+        self._known = known
+        count = len(known.probability)
+        self._ln_prior = np.log(known.probability)
+        # the prior that each finger's filters began with, in information form
+        self._prior_information = np.zeros((count, 2, 2))
+        self._prior_information[:, 0, 0] = 1.0 / ANYWHERE_K**2
+        self._prior_information[:, 1, 1] = 1.0 / known.effusivity_variance
+        self._prior_vector = np.zeros((count, 2))
+        self._prior_vector[:, 1] = known.ln_effusivity / known.effusivity_variance
+        middle = np.einsum("mij,mj->mi", _inverse(self._prior_information), self._prior_vector)
+        self._prior_integral = _integral(self._prior_information, self._prior_vector, middle)
+        others = count - known.calibrated
+        offsets = np.array([entry.offset_k for entry in table.materials])
+        sds = np.array([entry.offset_sd_k for entry in table.materials])
+        usual_k = np.concatenate((offsets, np.full(others, offsets.mean())))
+        usual_sd_k = np.concatenate((sds, np.full(others, np.hypot(sds.max(), offsets.std()))))
+        step_k = usual_sd_k / np.sqrt(np.mean(STEPS**2) + STEP_SD**2)
+        share = np.append(np.full(len(STEPS), (1.0 - ANYWHERE) / len(STEPS)), ANYWHERE)[:, None]
+        warmer_k = np.vstack((usual_k + STEPS[:, None] * step_k, np.zeros(count)))
+        sd_k = np.vstack((np.tile(STEP_SD * step_k, (len(STEPS), 1)), np.full(count, ANYWHERE_K)))
+        # each case of the prior, instead of the prior that the fingers began with: temperature above ambient (c, m)
+        self._case_information = sd_k**-2 - ANYWHERE_K**-2
+        self._case_vector = warmer_k * sd_k**-2
+        self._case_ln = np.log(share * ANYWHERE_K / sd_k) - 0.5 * (warmer_k / sd_k) ** 2
+
+    def judge(self, touches: Sequence[TouchEvidence], *, compare: bool = True) -> Posterior:
+        """Posterior from one touch or more, taken to be of one object.
+
+        Args:
+            touches: their evidence.
+            compare: whether to find out how likely it is that it is one object.
+        """
+        ln_likelihood, information, vector = self._information(touches)
+        others = len(touches) - 1
+        ln_weight, mean, covariance = self._weigh(
+            ln_likelihood.sum(axis=0) + others * self._prior_integral,
+            information.sum(axis=0) - others * self._prior_information,
+            vector.sum(axis=0) - others * self._prior_vector,
+        )
+        weight = np.exp(ln_weight - ln_weight.max())
+        weight /= weight.sum()
+        middle = np.einsum("cm,cmi->i", weight, mean)
+        away = mean - middle
+        sd = np.sqrt(np.einsum("cm,cmi->i", weight, covariance[..., (0, 1), (0, 1)] + away * away))
+        substance = weight.sum(axis=0)
+        known = self._known.calibrated
+        ambient_c = _ambient_c(touches)
+        same_object = 1.0
+        if compare and others:
+            alone = self._weigh(ln_likelihood, information, vector)[0]
+            same_object = _same_object(_ln_sum(ln_weight) - sum(_ln_sum(each) for each in alone))
+        return Posterior(
+            probability=substance[:known],
+            foreign=float(substance[known:].sum()),
+            object_c=ambient_c + float(middle[0]),
+            object_c_sd=float(sd[0]),
+            ln_effusivity=float(middle[1]),
+            ln_effusivity_sd=float(sd[1]),
+            no_difference=_no_difference(touches, weight, mean[..., 0], covariance[..., 0, 0]),
+            misfit=max(touch.misfit for touch in touches),
+            same_object=same_object,
+        )
+
+    def beside(self, touch: TouchEvidence) -> TouchEvidence:
+        """What a sensor of another kind says of the same object, for `judge`.
+
+        Each sensor has effusivities over its own plate's heat capacity; they share material and temperature only.
+        """
+        covariance = np.zeros_like(touch.covariance)
+        covariance[:, 0, 0] = touch.covariance[:, 0, 0]
+        covariance[:, 1, 1] = self._known.effusivity_variance
+        mean = np.stack((touch.mean[:, 0], self._known.ln_effusivity), axis=1)
+        return replace(touch, mean=mean, covariance=covariance)
+
+    def _weigh(self, ln_likelihood: Array, information: Array, vector: Array) -> tuple[Array, Array, Array]:
+        """Judge what is known of (temperature, ln effusivity), in information form, by the temperatures' prior.
+
+        Args:
+            ln_likelihood: (..., m) of each substance.
+            information: (..., m, 2, 2).
+            vector: (..., m, 2).
+
+        Returns:
+            Ln weights (..., c, m), means (..., c, m, 2) and covariances (..., c, m, 2, 2) for each case of that prior.
+        """
+        shape = (*ln_likelihood.shape[:-1], *self._case_ln.shape)
+        more, push = np.empty((*shape, 2, 2)), np.empty((*shape, 2))
+        more[...], push[...] = information[..., None, :, :, :], vector[..., None, :, :]
+        more[..., 0, 0] += self._case_information
+        push[..., 0] += self._case_vector
+        covariance = _inverse(more)
+        middle = _times(covariance, push)
+        total = (self._ln_prior + ln_likelihood)[..., None, :] + self._case_ln
+        return total + _integral(more, push, middle), middle, covariance
+
+    def _information(self, touches: Sequence[TouchEvidence]) -> tuple[Array, Array, Array]:
+        """Each touch's ln likelihoods (t, m), information (t, m, 2, 2) and vector (t, m, 2) about (temperature, ln e).
+
+        Information is never less than a touch began with: guesses far apart, drawn together, can be wider than the
+        prior; what is said of them is then that prior.
+        """
+        mean = np.array([touch.mean for touch in touches])
+        gained = _inverse(np.array([touch.covariance for touch in touches])) - self._prior_information
+        lost = (_determinant(gained) < 0.0) | (gained[..., 0, 0] < 0.0) | (gained[..., 1, 1] < 0.0)
+        if lost.any():
+            values, axes = np.linalg.eigh(gained[lost])
+            gained[lost] = np.einsum("mij,mj,mkj->mik", axes, np.maximum(values, 0.0), axes)
+        own = self._prior_information + gained
+        along = _times(own, mean)
+        return np.array([touch.ln_likelihood for touch in touches]) - _integral(own, along, mean), own, along
+
+
+def _ambient_c(touches: Sequence[TouchEvidence]) -> float:
+    return sum(touch.ambient_c for touch in touches) / len(touches)
+
+
+def _ln_sum(ln_weight: Array) -> float:
+    top = float(ln_weight.max())
+    return top + float(np.log(np.exp(ln_weight - top).sum()))
+
+
+def _same_object(ln_odds: float) -> float:
+    """Probability of one object, from ln(probability of the readings with one object / with one each)."""
+    odds = np.log(SAME_OBJECT / (1.0 - SAME_OBJECT)) + ln_odds
+    return float(expit(odds))
+
+
+def _no_difference(touches: Sequence[TouchEvidence], weight: Array, mean_k: Array, variance: Array) -> float:
+    """Probability that even the plate farthest from the object is as warm as it is."""
+    ambient_c = _ambient_c(touches)
+    middle_k = float((weight * mean_k).sum())
+    start_k = max((touch.start_c - ambient_c for touch in touches), key=lambda k: abs(k - middle_k))
+    sd = np.sqrt(variance)
+    near = ndtr((start_k + SMALLEST_DIFFERENCE_K - mean_k) / sd) - ndtr((start_k - SMALLEST_DIFFERENCE_K - mean_k) / sd)
+    return float((weight * near).sum())
+
+
+def _integral(information: Array, vector: Array, mean: Array) -> Array:
+    """Ln of the integral of exp(-s' information s / 2 + vector' s), up to a constant that always cancels."""
+    return np.asarray(0.5 * (vector * mean).sum(axis=-1) - 0.5 * np.log(_determinant(information)))
+
+
+def _determinant(matrix: Array) -> Array:
+    return np.asarray(matrix[..., 0, 0] * matrix[..., 1, 1] - matrix[..., 0, 1] * matrix[..., 1, 0])
+
+
+def _inverse(matrix: Array) -> Array:
+    """Of symmetric 2 x 2 matrices (..., 2, 2), several times as fast as the general way."""
+    found = np.empty_like(matrix)
+    found[..., 0, 0], found[..., 1, 1] = matrix[..., 1, 1], matrix[..., 0, 0]
+    found[..., 0, 1] = found[..., 1, 0] = -matrix[..., 0, 1]
+    return np.asarray(found / _determinant(matrix)[..., None, None])
+
+
+def _times(matrix: Array, vector: Array) -> Array:
+    """Matrices (..., 2, 2) times vectors (..., 2)."""
+    return np.asarray(matrix[..., 0] * vector[..., :1] + matrix[..., 1] * vector[..., 1:])

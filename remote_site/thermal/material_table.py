@@ -1,0 +1,127 @@
+"""The thermal look-up table: one kind of sensor, and the materials as it meets them.
+
+Readings show only ratios to the heat capacity of the sensor's plate, so effusivity and conductance stand here as such
+ratios; `plate_j_m2k` turns them into J/(m2 K s^0.5) and W/(m2 K) for people.
+"""
+
+import math
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from remote_site.tables.table_file import StoredTable
+
+RATE_TIMES_S = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0)
+"""Times after contact at which the paper's rate is tabulated, s."""
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+
+
+class MaterialEntry(BaseModel):
+    """One material as this sensor meets it.
+
+    Attributes:
+        name: label given in calibration.
+        touches: calibration touches behind the figures.
+        ln_effusivity: mean of ln(e / C''), e / C'' in 1/sqrt(s).
+        ln_conductance: mean of ln(h / C'') at large force, h / C'' in 1/s.
+        covariance: of both from touch to touch.
+        slab_s: thickness^2 / diffusivity of the pieces, s; None where their back was never felt.
+        offset_k: mean of object minus ambient temperature, K: the prior.
+        offset_sd_k: its standard deviation, K.
+        ln_rate: mean of ln(rate of Eq. 11 in 1/s) at the table's times.
+        ln_rate_sd: its standard deviation over touches.
+        misfit: mean square of what the model leaves over the sensor's noise variance; 1 where it fits.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: str = Field(min_length=1)
+    touches: int = Field(ge=2)
+    ln_effusivity: Finite
+    ln_conductance: Finite
+    covariance: list[list[Finite]]
+    slab_s: Positive | None
+    offset_k: Finite
+    offset_sd_k: Positive
+    ln_rate: list[Finite]
+    ln_rate_sd: list[Finite]
+    misfit: Positive
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        c = np.array(self.covariance)
+        if c.shape != (2, 2) or not np.allclose(c, c.T) or np.linalg.eigvalsh(c)[0] <= 0.0:
+            raise ValueError(f"{self.name}: covariance is no 2 x 2 covariance")
+        return self
+
+
+class MaterialTable(StoredTable):
+    """All calibrated materials of one sensor (or kind of sensor).
+
+    Attributes:
+        ambient_c: mean ambient temperature in calibration, C; stands in where a touch has none.
+        plate_j_m2k: nominal heat capacity of the plate per area, J/(m2 K).
+        leak_per_s: conductance from the plate into the Peltier's back, over the heat capacity, 1/s.
+        half_force_n: force at which a contact conducts half as well as at large force, N.
+        force_power: a light contact conducts like this power of the force.
+        early_s: heat flows so long before the force tells of contact, s; negative where it flows later.
+        back_share: where the back is at contact between ambient (0) and plate (1).
+        back_sd_k: standard deviation around that, K.
+        start_sd_k: standard deviation of the plate at contact around what its reading and slope say, K.
+        ln_lag: mean of ln(lag of the read-out in s).
+        ln_lag_sd: its standard deviation from touch to touch.
+        noise_k: white noise of one reading, as the estimator has to take it, K.
+        times_s: times after contact of the rates, s, ascending.
+        materials: two or more.
+        reference: the unheated sensor beside this one, with the same materials; None where there was none.
+    """
+
+    kind: Literal["thermal_materials"] = "thermal_materials"
+    schema_version: Literal[3] = 3
+    ambient_c: Finite
+    plate_j_m2k: Positive
+    leak_per_s: Annotated[float, Field(ge=0.0, lt=1.0)]
+    half_force_n: Positive
+    force_power: Positive
+    early_s: Annotated[float, Field(gt=-0.2, lt=0.2)]
+    back_share: Finite
+    back_sd_k: Positive
+    start_sd_k: Positive
+    ln_lag: Finite
+    ln_lag_sd: Positive
+    noise_k: Annotated[float, Field(gt=0.0, lt=1.0)]
+    times_s: list[Positive]
+    materials: list[MaterialEntry] = Field(min_length=2)
+    reference: "MaterialTable | None" = None
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        n = len(self.times_s)
+        if n == 0 or any(b <= a for a, b in zip(self.times_s, self.times_s[1:], strict=False)):
+            raise ValueError("times_s must ascend")
+        if len({entry.name for entry in self.materials}) != len(self.materials):
+            raise ValueError("a material is listed twice")
+        for entry in self.materials:
+            if len(entry.ln_rate) != n or len(entry.ln_rate_sd) != n:
+                raise ValueError(f"{entry.name}: every list needs one value per time")
+        return self
+
+    def names(self) -> list[str]:
+        """Labels of the calibrated materials, in the table's order."""
+        return [entry.name for entry in self.materials]
+
+    def told(self) -> str:
+        """What a number of this sensor rests on, for people: when, how often, and how far single touches were apart."""
+        touches = sum(entry.touches for entry in self.materials)
+        apart = math.sqrt(sum(entry.covariance[0][0] * entry.touches for entry in self.materials) / touches)
+        return (
+            f"Calibrated {self.made_on or 'at no known date'} (sensor {self.sensor_serial}), "
+            f"{touches} touches, effusivity ± {100.0 * apart:.0f} %"
+        )
+
+    def effusivity(self, ln_effusivity: float) -> float:
+        """J/(m2 K s^0.5) of an effusivity as the table has it."""
+        return float(np.exp(ln_effusivity)) * self.plate_j_m2k

@@ -1,0 +1,4 @@
+"""Identification of recorded touches, off line.
+
+The command line uses `identify_thermal`.
+"""

@@ -1,0 +1,303 @@
+"""Thermal identification of one finger's touches: material and object temperature, improving with every reading.
+
+Two methods run on the same readings: the paper's (Eq. 7-11: rate of the exponential response, likeliest calibrated
+rate) and the model of the touch (`touch_estimate`), which alone decides the status.
+"""
+
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Self
+
+import numpy as np
+
+from common.exploration.contact_detector import CONTACT_OFF_N
+from common.wire.messages import ThermalStatus
+from remote_site.thermal.exponential_response import ExponentialFit, ExponentialResponse
+from remote_site.thermal.material_posterior import MaterialPosterior
+from remote_site.thermal.material_table import MaterialTable
+from remote_site.thermal.solving_turns import NOTHING_DUE
+from remote_site.thermal.thermal_result import NO_CONTACT, ThermalAnswer, ThermalConclusion, undecided
+from remote_site.thermal.touch_estimate import SOLVE_EVERY_S, Intervals, TouchEstimate, TouchEvidence
+from remote_site.thermal.touch_hypotheses import FOREIGN, Guesses, Substances, guesses, substances
+
+ANSWERED = (ThermalStatus.IDENTIFIED, ThermalStatus.AMBIGUOUS, ThermalStatus.UNKNOWN)
+LEAST_RATE_SD = 0.02
+"""Scatter of ln(rate) between touches of one material, at least."""
+LOST_S = 0.05
+"""Force has to be away for this long before a contact counts as lost, s."""
+LANDING_S, BOUNCE_S = 1.0, 0.5
+"""A finger that lands may bounce: light contact that begins in the first LANDING_S ends a touch after BOUNCE_S, s."""
+GAP_S = 0.15
+"""A longer hole in the readings ends a touch, s."""
+FLAT_S = 0.75
+"""Readings of a plate in contact that do not change at all for this long are no readings, s."""
+AT_REST_K_S = 2.0
+"""A plate that warms faster than this at contact is not in the state that the model starts from, K/s."""
+LASTS_S = 10.0
+"""Later readings say nothing more: the touch is done, s."""
+HALF_READING_S = 0.005
+FIT_EVERY_S = 0.05
+"""Between two fits of Eq. 11, s."""
+CONTACT_LOST = "contact lost"
+STILL_WARM = "the spot is still warm from the last touch: wait, or touch beside it"
+FELT_BEFORE = "felt here just before"
+
+
+@dataclass(frozen=True, slots=True)
+class ThermalKnowledge:
+    """A table made ready for identification; all fingers share one, it holds no touch."""
+
+    table: MaterialTable
+    substances: Substances
+    guesses: Guesses
+    posterior: MaterialPosterior
+    trust_s: float = np.inf
+    at_once: int | None = None
+    solve_every_s: Intervals = SOLVE_EVERY_S
+    """See `TouchEstimate`."""
+    reference: "ThermalKnowledge | None" = None
+    """Of the unheated sensor beside this one."""
+
+    @classmethod
+    def of(
+        cls,
+        table: MaterialTable,
+        trust_s: float = np.inf,
+        at_once: int | None = None,
+        foreign_share: float = FOREIGN,
+    ) -> Self:
+        """Make `table` ready; `foreign_share` is the prior probability of an object of no calibrated material."""
+        known = substances(table, foreign_share)
+        reference = None if table.reference is None else cls.of(table.reference, trust_s, at_once, foreign_share)
+        return cls(table, known, guesses(table), MaterialPosterior(table, known), trust_s, at_once, reference=reference)
+
+    def conclusion(self) -> ThermalConclusion:
+        """For a touch that begins."""
+        return ThermalConclusion(self.table.names(), self.table.plate_j_m2k)
+
+
+class ThermalIdentification:
+    """Identification of one finger, one touch after another.
+
+    Attributes:
+        answer: what is known now.
+        rested: whether the plate was at rest at contact, or near it.
+        warmed: whether the spot still has traces of an earlier touch: then its temperature is not that of others.
+        alone: whether this finger judges by itself; not while a judgement of several fingers speaks for it.
+        since_s: time since contact, s; 0 before the first reading.
+        waited_s: for how long a solution has been due, or a look at earlier readings, s; below 0 while none is.
+        fresh: whether the touch was solved since this was last set to False.
+    """
+
+    def __init__(self, knowledge: ThermalKnowledge) -> None:
+        """Judge with `knowledge`."""
+        self._knowledge = knowledge
+        table = knowledge.table
+        self._names = table.names()
+        self._prior = dict(zip(self._names, knowledge.substances.probability.tolist(), strict=False))
+        self._times_s = np.array(table.times_s)
+        self._ln_rates = np.array([entry.ln_rate for entry in table.materials])
+        self._ln_rate_sds = np.maximum([entry.ln_rate_sd for entry in table.materials], LEAST_RATE_SD)
+        self.answer = NO_CONTACT
+        self.alone = True
+        self.rested = True
+        self.warmed = False
+        self.since_s = 0.0
+        self.waited_s = NOTHING_DUE
+        self.fresh = False
+        self._estimate: TouchEstimate | None = None
+        self._running = False
+
+    @property
+    def touching(self) -> bool:
+        """Whether there is a touch, be it one that takes no readings."""
+        return self.answer is not NO_CONTACT
+
+    @property
+    def running(self) -> bool:
+        """Whether the touch still takes readings."""
+        return self._running
+
+    def evidence(self) -> TouchEvidence | None:
+        """What the readings of this touch say, for a judgement; None while it is too early, or nothing presses."""
+        touching = self._estimate is not None and self._light_since_s is None and self._estimate.settled
+        return self._estimate.evidence() if touching and self._estimate is not None else None
+
+    def start(
+        self,
+        t_s: float,
+        start_c: float,
+        slope_k_s: float,
+        ambient_c: float | None,
+        back_k: tuple[float, float] = (0.0, 0.0),
+    ) -> None:
+        """Begin a touch.
+
+        Args:
+            t_s: time of contact, s.
+            start_c: reading at contact, C (best: mean of the last readings before it).
+            slope_k_s: its slope then, K/s: the plate is ahead of its reading.
+            ambient_c: ambient temperature, C; None where unknown: the calibration's stands in.
+            back_k: how much warmer the sensor's back is than in calibration, and its standard deviation, K.
+        """
+        knowledge = self._knowledge
+        ambient_c = knowledge.table.ambient_c if ambient_c is None else ambient_c
+        self.warmed = False
+        self.rested = abs(slope_k_s) <= AT_REST_K_S
+        self._estimate = None  # made by `work`: the ticks of a contact have enough to do
+        self._unread: list[tuple[float, float, float]] = []
+        """Readings that came before it was made."""
+        self._begin = partial(
+            TouchEstimate,
+            knowledge.table,
+            knowledge.substances,
+            knowledge.guesses,
+            start_c,
+            slope_k_s,
+            ambient_c,
+            back_k,
+            knowledge.trust_s,
+            knowledge.at_once,
+            knowledge.solve_every_s,
+        )
+        self._conclusion = knowledge.conclusion()
+        self._exponential = ExponentialResponse(start_c)
+        self._fit: ExponentialFit | None = None
+        self._fitted_s = 0.0
+        self._contact_s = self._before_s = self._changed_s = t_s
+        self._before_c: float | None = None
+        self._light_since_s: float | None = None
+        self.since_s = 0.0
+        self.alone = self._running = True
+        self.waited_s, self.fresh = NOTHING_DUE, False
+        self.answer = undecided(self._prior)
+
+    def step(self, t_s: float, sensor_c: float, force_n: float) -> ThermalAnswer:
+        """Take one reading during a touch, do what is due, and return what is known; see `take`."""
+        self.take(t_s, sensor_c, force_n)
+        self.work()
+        return self.answer
+
+    def take(self, t_s: float, sensor_c: float, force_n: float) -> None:
+        """Take one reading during a touch; `work` finds what it says.
+
+        Args:
+            t_s: time, s.
+            sensor_c: reading, C.
+            force_n: contact force, N; below the contact threshold the touch ends.
+        """
+        if not self._running:
+            return
+        if not force_n >= CONTACT_OFF_N:
+            if self._light_since_s is None:
+                self._light_since_s = t_s
+            landing = self._light_since_s - self._contact_s < LANDING_S
+            if t_s - self._light_since_s >= (BOUNCE_S if landing else LOST_S):
+                self.stop(CONTACT_LOST)
+            if not landing or not self._running:
+                return
+        else:
+            self._light_since_s = None
+        dt_s = t_s - self._before_s
+        fault = self._fault(t_s, dt_s, sensor_c)
+        if fault:
+            self.stop(f"sensor fault: {fault}")
+        elif dt_s > 0.0:
+            self._before_s, self.since_s = t_s, t_s - self._contact_s
+            self._exponential.add(self.since_s, sensor_c)
+            if (estimate := self._estimate) is None:
+                self._unread.append((dt_s, sensor_c, force_n))
+                self.waited_s = self.since_s
+            else:
+                estimate.take(dt_s, sensor_c, force_n)
+                self._see_what_is_due(estimate)
+
+    def work(self) -> None:
+        """Do what takes its time and is due, if anything: a part of a solution, or of a look at earlier readings."""
+        if self.waited_s < 0.0:
+            return
+        if self._estimate is None:
+            self._estimate = self._begin()
+            for reading in self._unread:
+                self._estimate.take(*reading)
+            self._see_what_is_due(self._estimate)
+            if self.waited_s < 0.0:
+                return
+        self._estimate.work()
+        if self._estimate.news:
+            self.fresh = True
+            if self.alone and (evidence := self.evidence()) is not None:
+                posterior = self._knowledge.posterior.judge([evidence])
+                self.answer = self.with_exponential(self._conclusion.step(posterior, self.since_s))
+        self._see_what_is_due(self._estimate)
+
+    def _see_what_is_due(self, estimate: TouchEstimate) -> None:
+        self.waited_s = estimate.waited_s
+        if self.since_s >= LASTS_S and self.waited_s < 0.0:
+            self._end()
+
+    def _end(self) -> None:
+        """The touch takes no more readings."""
+        self._running = False
+        self.waited_s = NOTHING_DUE
+
+    def _fault(self, t_s: float, dt_s: float, sensor_c: float) -> str:
+        """What makes a reading one that nothing can be learned from; empty when it is fine."""
+        if not 0.0 <= dt_s <= GAP_S:
+            return f"thermal readings missing before {t_s:.3f} s"
+        if not np.isfinite(sensor_c):
+            return f"a reading at {t_s:.3f} s is no number"
+        if sensor_c != self._before_c:
+            self._before_c, self._changed_s = sensor_c, t_s
+        elif t_s - self._changed_s > FLAT_S:
+            return "the reading does not change: saturated or stuck"
+        return ""
+
+    def stop(self, reason: str) -> None:
+        """End the touch; an answer that was reached is kept, otherwise it becomes `unidentifiable`."""
+        if not self._running:
+            return
+        self._end()
+        decided = self.answer.status is not ThermalStatus.DECIDING
+        status = self.answer.status if decided else ThermalStatus.UNIDENTIFIABLE
+        self.answer = replace(self.answer, status=status, reason=self.answer.reason or reason)
+        if not decided:  # half a course says little about the object's temperature
+            self.answer = replace(self.answer, object_c=None, object_c_sd=None, effusivity=None, effusivity_ln_sd=None)
+
+    def again(self, found: ThermalAnswer) -> None:
+        """Touch where the last touch was, which has warmed the spot: what was found holds, nothing new can be found."""
+        self.release()
+        self.warmed, self.since_s = True, 0.0
+        holds = found.status in ANSWERED
+        self.answer = (
+            replace(found, reason=FELT_BEFORE)
+            if holds
+            else ThermalAnswer(ThermalStatus.UNIDENTIFIABLE, reason=STILL_WARM)
+        )
+
+    def release(self) -> None:
+        """Forget the touch: the finger is free."""
+        self._end()
+        self._estimate = None
+        self.answer = NO_CONTACT
+
+    def with_exponential(self, answer: ThermalAnswer) -> ThermalAnswer:
+        """An answer with what the paper's method says of this finger's readings beside it."""
+        if self.since_s >= self._fitted_s + FIT_EVERY_S - HALF_READING_S:
+            self._fitted_s, self._fit = self.since_s, self._exponential.fit()
+        fit = self._fit
+        return replace(
+            answer,
+            rate_per_s=None if fit is None else fit.rate_per_s,
+            exponential_object_c=None if fit is None else fit.object_c,
+            exponential_material=self._likeliest_rate(fit),
+        )
+
+    def _likeliest_rate(self, fit: ExponentialFit | None) -> str | None:
+        """The paper's classification by rate alone: which calibrated rate, with its scatter, explains it best."""
+        if fit is None:
+            return None
+        k = max(int(np.searchsorted(self._times_s, self.since_s + HALF_READING_S)) - 1, 0)
+        sd = self._ln_rate_sds[:, k]
+        misfit = 0.5 * ((self._ln_rates[:, k] - np.log(fit.rate_per_s)) / sd) ** 2 + np.log(sd)
+        return self._names[int(np.argmin(misfit))]

@@ -1,0 +1,407 @@
+"""What one finger's readings say about one touch: every guess solved by itself, reading after reading.
+
+Six numbers are unknown for each guess: the temperatures of object, plate and back at contact, and how far the guess is
+off in the logarithms of effusivity, conductance and lag. A reading is linear in the three temperatures and in the three
+products of an offset with the difference between plate and object, so that sums over the readings hold all that they
+say (a Kalman filter would freeze each reading where the estimate was when it came). Gauss-Newton steps, 50 in a second
+at first and 10 later, keep the six numbers most probable, and Laplace's approximation there weighs the guesses against
+each other. The readings between two steps are summed at once. A few times during a touch all readings are summed again
+around what each guess has come to by then.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from remote_site.thermal.contact_change import NEARLY_S, PressedContact
+from remote_site.thermal.material_table import MaterialTable
+from remote_site.thermal.normal_equations import PLATE, Reading, ReadingSums
+from remote_site.thermal.solving_turns import NOTHING_DUE, POSTPONED_S
+from remote_site.thermal.touch_hypotheses import Guesses, Substances
+from remote_site.thermal.touch_model import BLOCK, Contacts, SensorConstants
+
+Array = NDArray[np.float64]
+
+ANYWHERE_K = 10.0
+"""Object temperatures considered, standard deviation around ambient, K."""
+FORGET = 25.0
+"""A guess this far below the best in ln probability is given up,"""
+PATIENCE = 20
+"""once it has been there in so many comparisons on end: a step too far is taken back by the next ones."""
+FEW = 80
+"""So many guesses never take turns: to solve half of them costs as much."""
+SETTLED_ROUNDS = 4
+"""Of more guesses than are asked for at once: so often has each to be solved before they can be compared."""
+AHEAD = 0.5
+"""How far a plate that is still being heated is ahead of its reading is known to this part of itself."""
+LOOK_AGAIN_S = (0.15, 0.4, 1.0, 2.5)
+"""When the readings are summed again, s after contact: each look is exact nearer to what the touch really is."""
+AGAIN_AT_ONCE = BLOCK
+"""Earlier readings that are summed again when a new one comes that solves nothing."""
+MOST_AGAIN = 300
+"""Guesses that can be looked at again; from more the readings choose first."""
+STRAYED_SD = 2.5
+"""A substance that stands for a stretch of effusivities is not heard so far outside of it: what it says there is less
+exact than what its neighbour says, which stands nearer."""
+LARGEST_STEP = 0.3
+"""Of a logarithm, from one solution to the next."""
+Intervals = tuple[tuple[float, float], ...]
+SOLVE_EVERY_S: Intervals = ((0.5, 0.02), (1.0, 0.04), (math.inf, 0.10))
+"""Ends of periods, s after contact, and the interval between two solutions in each, s. At first guesses still move far.
+Solutions come at multiples of it, so that there is one at each time that tables know (1 s, 2 s, ...)."""
+_ORDER = np.array([1, 2, 4, 5, 0, 3])
+"""Of the six numbers in the equations: those that evidence is of come last."""
+
+
+@dataclass(frozen=True, slots=True)
+class TouchEvidence:
+    """What one touch says about each substance: (m,) and, for (temperature, ln effusivity), (m, 2) and (m, 2, 2).
+
+    Attributes:
+        ln_likelihood: of the readings; FORGET below the best guess where every guess was given up, or has strayed.
+        mean: of the object's temperature relative to ambient, K, and of ln effusivity.
+        covariance: of both.
+        ambient_c: ambient temperature, C.
+        start_c: plate at contact, C.
+        misfit: mean square of what the best guess leaves over the noise's variance; 1 where all is well.
+    """
+
+    ln_likelihood: Array
+    mean: Array
+    covariance: Array
+    ambient_c: float
+    start_c: float
+    misfit: float
+
+
+def solve_interval_s(since_s: float, solve_every_s: Intervals = SOLVE_EVERY_S) -> float:
+    """Time from one solution to the next, s, `since_s` seconds after contact."""
+    return next(every_s for until_s, every_s in solve_every_s if since_s < until_s - NEARLY_S)
+
+
+class TouchEstimate:
+    """The running estimate of one touch; step it at 100 Hz."""
+
+    def __init__(
+        self,
+        table: MaterialTable,
+        substances: Substances,
+        guesses: Guesses,
+        start_c: float,
+        slope_k_s: float,
+        ambient_c: float,
+        back_k: tuple[float, float] = (0.0, 0.0),
+        trust_s: float = np.inf,
+        at_once: int | None = None,
+        solve_every_s: Intervals = SOLVE_EVERY_S,
+    ) -> None:
+        """Begin at contact.
+
+        Args:
+            table: calibrated sensor and materials.
+            substances: of `table`.
+            guesses: of `table`; fingers share them.
+            start_c: reading at contact, C.
+            slope_k_s: its slope just before, K/s.
+            ambient_c: ambient temperature, C.
+            back_k: how much warmer the sensor's back is than in calibration, and its standard deviation, K.
+            trust_s: so long after contact a reading counts half, later ones ever less: what the model leaves out grows.
+            at_once: guesses that are solved with one reading; more, if they are not FEW, take turns. None: all.
+            solve_every_s: intervals between solutions, as SOLVE_EVERY_S; the last period ends at infinity.
+        """
+        self._trust_s, self._solve_every_s = trust_s, solve_every_s
+        count = len(guesses.substance)
+        self._settled_rounds = 1 if at_once is None or count <= at_once else SETTLED_ROUNDS
+        self._at_once = count if at_once is None or count <= FEW else at_once
+        self._substances = substances
+        self._ambient_c, self._start_c = ambient_c, start_c
+        self._noise_square = table.noise_k**2
+        sensor = SensorConstants(table.leak_per_s, table.half_force_n, table.early_s, table.force_power)
+        self._sensor = sensor
+        self._sums = ReadingSums(sensor, guesses.contacts, guesses.contact_of, guesses.ln_lag)
+        self._slope_k_s = slope_k_s
+        self._slab_s = guesses.contacts.slab_s[guesses.contact_of]
+        self._readings: list[Reading] = []
+        self._again: ReadingSums | None = None
+        self._looks = list(LOOK_AGAIN_S)
+        n = len(guesses.substance)
+        ambient_k = ambient_c - start_c
+        self._expected = np.zeros((6, n))
+        self._expected[0] = ambient_k
+        self._expected[1] = slope_k_s * np.exp(guesses.ln_lag)
+        self._expected[2] = (1.0 - table.back_share) * ambient_k + back_k[0]
+        variances = np.empty((3, n))
+        variances[0] = ANYWHERE_K**2
+        variances[1] = table.start_sd_k**2 + (AHEAD * self._expected[1]) ** 2
+        variances[2] = table.back_sd_k**2 + back_k[1] ** 2
+        self._precision = np.zeros((6, 6, n))
+        self._precision[(0, 1, 2), (0, 1, 2)] = 1.0 / variances
+        self._precision[3:, 3:] = np.moveaxis(guesses.precision, 0, 2)
+        self._ln_prior = guesses.ln_weight + 0.5 * (guesses.ln_determinant - np.log(variances).sum(axis=0))
+        self._mean, self._covariance = self._expected.copy(), np.zeros((2, 2, n))
+        """Of the six numbers; of the object's temperature and ln effusivity."""
+        self._ln_weight = guesses.ln_weight.copy()
+        self._misfit = np.zeros(n)
+        self._substance = guesses.substance
+        self._far_below = np.zeros(n, dtype=np.intp)
+        """For how many comparisons each guess has been far below the best."""
+        self._ln_noise = 0.0
+        self._used = (0, 0.0)
+        self._evidence: TouchEvidence | None = None
+        self._next = self._rounds = 0
+        self._solve_from_s = 0.0
+        """When the guesses are solved again, s after contact."""
+        self.news = False
+        """Whether the last work brought all guesses up to date."""
+        self.solved = True
+        """Whether all guesses have been solved from the same readings; many of them take a few turns."""
+        self._since_s = 0.0
+        self._pressed = PressedContact(sensor)
+
+    def step(self, dt_s: float, reading_c: float, force_n: float) -> None:
+        """Take one reading and do what is due; see `take`."""
+        self.take(dt_s, reading_c, force_n)
+        self.work()
+
+    def take(self, dt_s: float, reading_c: float, force_n: float) -> None:
+        """Take one reading, for later work.
+
+        Args:
+            dt_s: since the one before, s.
+            reading_c: C.
+            force_n: mean force since then, N.
+        """
+        self._since_s += dt_s
+        changed = self._pressed.step(dt_s, force_n)
+        variance = self._noise_square * (1.0 + (self._since_s / self._trust_s) ** 4)
+        self._readings.append(Reading(dt_s, reading_c - self._start_c, force_n, variance, changed))
+        self._ln_noise += math.log(variance)
+
+    @property
+    def waited_s(self) -> float:
+        """For how long a solution has been due, or a look at earlier readings, s; below 0 while none is."""
+        return max(self._solution_waited_s, self._look_waited_s)
+
+    @property
+    def _solution_waited_s(self) -> float:
+        return self._since_s - (self._solve_from_s - NEARLY_S)
+
+    @property
+    def _look_waited_s(self) -> float:
+        if not self._looks or self._mean.shape[1] > MOST_AGAIN:
+            return NOTHING_DUE
+        return self._since_s - (self._looks[0] - NEARLY_S)
+
+    def work(self) -> None:
+        """Do one turn's part of what is due: of a solution, or of a look that has waited too long, or of any look."""
+        self.news = False
+        overdue_s = POSTPONED_S if self._look_waited_s >= POSTPONED_S else 0.0
+        if self._solution_waited_s >= overdue_s:
+            self._solve_some()
+            self.news = self.solved
+            if self.news:
+                every_s = solve_interval_s(self._since_s, self._solve_every_s)
+                self._solve_from_s = every_s * (math.floor((self._since_s + NEARLY_S) / every_s) + 1)
+        elif self._look_waited_s >= 0.0:
+            self._look_again()
+
+    def _loosen_plate(self, contact_variance: float) -> None:
+        """What the contact until now did to the plate stays with it: it is as if it had met the object otherwise."""
+        carried = self._sums.carried_variance(contact_variance * self._difference_k**2)
+        grown = 1.0 + carried * self._precision[PLATE, PLATE]
+        self._precision[PLATE, PLATE] /= grown
+        self._ln_prior -= 0.5 * np.log(grown)
+
+    @property
+    def _difference_k(self) -> Array:
+        """Between plate and object at contact, as each guess has it."""
+        return np.asarray(self._mean[1] - self._mean[0])
+
+    def _look_again(self) -> None:
+        """Sum the readings again around what each guess has come to, some at once."""
+        if self._again is None:
+            ln_effusivity, ln_conductance, ln_lag = self._sums.around + self._mean[3:]
+            contacts = Contacts(ln_effusivity, ln_conductance, self._slab_s)
+            self._again = ReadingSums(self._sensor, contacts, np.arange(len(ln_lag)), ln_lag)
+        done = self._again.count
+        self._again.take(self._readings[done : min(done + AGAIN_AT_ONCE, self._sums.count)], self._difference_k)
+        if self._again.count == self._sums.count:
+            moved = self._again.around - self._sums.around
+            self._expected[3:] -= moved
+            self._expected[1] = self._slope_k_s * np.exp(self._again.around[2])
+            self._mean[3:] -= moved
+            self._sums, self._again = self._again, None
+            self._looks.pop(0)
+            self._next = 0
+
+    @property
+    def settled(self) -> bool:
+        """Whether the guesses can be compared."""
+        return self._rounds >= self._settled_rounds
+
+    def settle(self) -> None:
+        """Make use of every reading that came, however long it takes."""
+        self._take_readings()
+        while self._again is not None:
+            self._look_again()
+        self._next = 0
+        self._solve_some()
+        while not self.solved:
+            self._solve_some()
+
+    def _take_readings(self) -> None:
+        """Sum the readings that came since the last solution."""
+        readings, sums = self._readings, self._sums
+        for number in range(sums.count, len(readings)):
+            if (changed := readings[number].contact_variance) > 0.0:
+                sums.take(readings[sums.count : number], self._difference_k)
+                self._loosen_plate(changed)
+        sums.take(readings[sums.count :], self._difference_k)
+
+    def _solve_some(self) -> None:
+        """Solve the next guesses; when all are, each from the readings that there were when the first was, compare."""
+        if self._next == 0:
+            self._take_readings()
+            sums = self._sums
+            self._solved_from = sums.information.copy(), sums.vector.copy(), sums.square.copy()
+            self._used = len(self._readings), self._ln_noise
+            self._unlikely = np.empty_like(self._ln_weight)
+        part = slice(self._next, self._next + self._at_once)
+        self._solve(part)
+        self._next = part.stop
+        self.solved = self._next >= len(self._ln_weight)
+        if self.solved:
+            self._next = 0
+            self._rounds += 1
+            self._evidence = None
+            self._ln_weight = self._ln_prior + self._sums.ln_blurred - 0.5 * self._unlikely
+            self._prune()
+
+    def _solve(self, part: slice) -> None:
+        """One Gauss-Newton step of some guesses, and what they are worth there."""
+        information, vector, square = (sums[..., part] for sums in self._solved_from)
+        precision, expected = self._precision[..., part], self._expected[:, part]
+        mean = self._mean[:, part]
+        system = np.empty((6, 7, mean.shape[1]))
+        system[:, :6] = information
+        system[:, 6] = vector - _times(information, _seen(mean))
+        _by_numbers(system, mean)
+        _by_numbers(system.swapaxes(0, 1), mean)
+        system[:, :6] += precision
+        system[:, 6] += _times(precision, expected - mean)
+        solution, ln_determinant, self._covariance[..., part] = _solved(system[_ORDER[:, None], (*_ORDER, 6)])
+        solution[_ORDER] = solution.copy()
+        solution[3:] = np.minimum(np.maximum(solution[3:], -LARGEST_STEP), LARGEST_STEP)
+        mean += solution
+        seen, off = _seen(mean), mean - expected
+        self._misfit[part] = square + _along(seen, _times(information, seen) - 2.0 * vector)
+        self._unlikely[part] = self._misfit[part] + _along(off, _times(precision, off)) + ln_determinant
+
+    def _prune(self) -> None:
+        self._far_below = np.where(self._ln_weight > self._ln_weight.max() - FORGET, 0, self._far_below + 1)
+        likely = self._far_below < PATIENCE
+        if np.count_nonzero(likely) > 0.9 * len(likely):
+            return
+        self._sums.keep(likely)
+        if self._again is not None:
+            self._again.keep(likely)
+        self._mean, self._covariance = self._mean[:, likely], self._covariance[..., likely]
+        self._expected, self._precision = self._expected[:, likely], self._precision[..., likely]
+        self._misfit, self._far_below = self._misfit[likely], self._far_below[likely]
+        self._ln_weight, self._ln_prior = self._ln_weight[likely], self._ln_prior[likely]
+        self._substance, self._slab_s = self._substance[likely], self._slab_s[likely]
+
+    def evidence(self) -> TouchEvidence:
+        """What all readings that were solved say: the guesses of each substance drawn together."""
+        if self._evidence is None:
+            self._evidence = self._drawn_together()
+        return self._evidence
+
+    def _drawn_together(self) -> TouchEvidence:
+        known = self._substances
+        # Guesses are in the order of their substances; of some of these none may be left.
+        first = np.flatnonzero(np.diff(self._substance, prepend=-1))
+        left = self._substance[first]
+        of = np.repeat(np.arange(len(first)), np.diff(first, append=len(self._substance)))
+        top = np.maximum.reduceat(self._ln_weight, first)
+        weight = np.exp(self._ln_weight - top[of])
+        total = np.add.reduceat(weight, first)
+        weight /= total[of]
+        numbers = np.stack((self._mean[0] + (self._start_c - self._ambient_c), self._sums.around[0] + self._mean[3]))
+        mean = np.add.reduceat(weight * numbers, first, axis=1)
+        away = numbers - mean[:, of]
+        covariance = np.add.reduceat(weight * (self._covariance + away[:, None] * away), first, axis=2)
+        least = self._ln_weight.max() - FORGET
+        usual, variance = known.ln_effusivity[left], known.effusivity_variance[left]
+        strayed = np.abs(mean[1] - usual) > STRAYED_SD * np.sqrt(variance)
+        heard = (top >= least) & ((left < known.calibrated) | ~strayed)
+        # As likely as when it was given up, and as unknown as at first: fingers that gave up different substances
+        # still have to be judged together. One without the other would let fingers agree on what each finds absurd.
+        kept = left[heard]
+        ln_likelihood = np.full(len(known.probability), least)
+        ln_likelihood[kept] = (top + np.log(total))[heard]
+        means = np.stack((np.zeros_like(ln_likelihood), known.ln_effusivity), axis=1)
+        means[kept] = mean.T[heard]
+        covariances = np.zeros((*means.shape, 2))
+        covariances[:, 0, 0], covariances[:, 1, 1] = ANYWHERE_K**2, known.effusivity_variance
+        covariances[kept] = np.moveaxis(covariance, 2, 0)[heard]
+        return TouchEvidence(
+            ln_likelihood - 0.5 * self._used[1],
+            means,
+            covariances,
+            self._ambient_c,
+            self._start_c,
+            float(self._misfit[np.argmax(self._ln_weight)]) / max(self._used[0], 1),
+        )
+
+
+def _seen(mean: Array) -> Array:
+    """What the courses are multiplied with: three temperatures, three offsets times the difference."""
+    seen = mean.copy()
+    seen[3:] *= mean[1] - mean[0]
+    return seen
+
+
+def _by_numbers(rows: Array, mean: Array) -> None:
+    """Turn what is by `_seen`, (6, any, n), into what is by the six numbers, in place."""
+    moved = np.einsum("kjn,kn->jn", rows[3:6], mean[3:])
+    rows[0] -= moved
+    rows[1] += moved
+    rows[3:6] *= mean[1] - mean[0]
+
+
+def _solved(system: Array) -> tuple[Array, Array, Array]:
+    """Solve positive definite equations, by elimination in place.
+
+    Args:
+        system: (6, 7, n), the right side last.
+
+    Returns:
+        The solution (6, n), ln of the determinant (n,), and the last two rows of the inverse, (2, 2, n).
+    """
+    size = len(system)
+    for k in range(size - 1):
+        if k == size - 2:
+            (one, both), (_, other) = system[k:, k:size].copy()
+        rest = system[k, k + 1 :] / system[k, k]
+        system[k + 1 :, k + 1 :] -= system[k + 1 :, k, None] * rest
+        system[k, k + 1 :] = rest
+    covariance = np.array([[other, -both], [-both, one]]) / (one * other - both * both)
+    solution = system[:, size]
+    ln_determinant = np.log(np.diagonal(system[:, :size])).sum(axis=1)
+    solution[-1] /= system[-1, size - 1]
+    for k in range(size - 1, 0, -1):
+        solution[:k] -= system[:k, k] * solution[k]
+    return solution, ln_determinant, covariance
+
+
+def _times(matrix: Array, vector: Array) -> Array:
+    """Matrix times vector of every guess, (i, j, n) and (j, n)."""
+    return np.asarray(np.einsum("ijn,jn->in", matrix, vector))
+
+
+def _along(one: Array, other: Array) -> Array:
+    """Scalar product of every guess, (i, n) each."""
+    return np.asarray(np.einsum("in,in->n", one, other))
