@@ -141,7 +141,7 @@ docs: $(READY)
 	@echo "the site is $(SITE)/docs/index.html"
 
 # What stands before every device: the two gates and the parts they are made of.
-OPERATOR_GATE := operator_site.gate operator_site.force_limits operator_site.plate_follow operator_site.safety.passivity_controller \
+OPERATOR_GATE := operator_site.safety.operator_gate operator_site.safety.force_limits operator_site.safety.plate_following operator_site.safety.passivity_controller \
 	common.safety.oscillation_detector common.safety.repeated_fault common.safety.thermal_dose
 PATIENT_GATE := remote_site.safety.patient_gate remote_site.safety.height_setpoint remote_site.safety.approach_limiter remote_site.safety.residual_work \
 	remote_site.safety.following_error remote_site.safety.sliding_extrema remote_site.safety.heater_limits common.safety.oscillation_detector \
@@ -188,8 +188,8 @@ tables: $(READY)
 
 .PHONY: rungs
 rungs: $(READY)
-	$(BIN)/python -c 'from operator_site.model_choice import TABLE; \
-		from operator_site.model_error import make_rungs; make_rungs(TABLE)'
+	$(BIN)/python -c 'from operator_site.thermal.model_selection import TABLE; \
+		from operator_site.thermal.model_error import make_rungs; make_rungs(TABLE)'
 
 .PHONY: budget
 budget: $(READY)

@@ -14,19 +14,19 @@ from common.fingers import FINGERS
 from common.limits import COMFORT, GAP_S, PlateRange
 from common.scenes.materials import materials
 from common.wire.messages import NO_TOUCH, Event, EventKind, TouchRow
-from operator_site.approach import LEAD_S, ApproachSpeed, contact_c, contact_in_s
-from operator_site.gated_output import SKIN_NEUTRAL_C
-from operator_site.groove_timing import GrooveTiming
-from operator_site.limit_flags import Limit
-from operator_site.model_choice import RUNGS
-from operator_site.passive_update import PassiveContact
-from operator_site.plate_display import PlateDisplay
-from operator_site.plate_loop import PlateLoop
-from operator_site.sampled_wall import SampledWall
-from operator_site.scene_skin import SceneSkin, SkinState, prepare, touched_object
-from operator_site.skin import STEP_S, SkinModel, Touched
-from operator_site.tissue import Body
-from operator_site.vibration import FingerVibration, PlayedEvents, Surface
+from operator_site.force.passive_contact import PassiveContact
+from operator_site.safety.gated_output import SKIN_NEUTRAL_C
+from operator_site.safety.limit_flags import Limit
+from operator_site.safety.sampled_wall import SampledWall
+from operator_site.thermal.contact_prediction import LEAD_S, ApproachSpeed, contact_c, contact_in_s
+from operator_site.thermal.model_selection import RUNGS
+from operator_site.thermal.plate_controller import PlateLoop
+from operator_site.thermal.plate_setpoint import PlateDisplay
+from operator_site.thermal.scene_skin import SceneSkin, SkinState, prepare, touched_object
+from operator_site.thermal.skin_model import STEP_S, SkinModel, Touched
+from operator_site.thermal.tissue import Body
+from operator_site.vibration.groove_timing import GrooveTiming
+from operator_site.vibration.vibration import FingerVibration, PlayedEvents, Surface
 
 NEAR_SURFACE_M = 0.3e-3
 """A finger this close above the remote surface counts as touching for heat: heights of two sites differ a little."""

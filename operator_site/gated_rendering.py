@@ -5,11 +5,11 @@ from common.fingers import FINGERS, named_finger
 from common.limits import PLATE_PROFILES
 from common.runtime.containment import Containment
 from operator_site.fingertips import Fingertips
-from operator_site.gate import OperatorGate
-from operator_site.gated_output import GatedOutput
 from operator_site.rendering import Rendering
 from operator_site.rendering_input import RenderingInput
-from operator_site.sampled_wall import SampledWall
+from operator_site.safety.gated_output import GatedOutput
+from operator_site.safety.operator_gate import OperatorGate
+from operator_site.safety.sampled_wall import SampledWall
 
 _NO_INPUT_S = 1e9
 """Age of an input that never came."""

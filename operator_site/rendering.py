@@ -9,11 +9,11 @@ from common.limits import PLATE_PROFILES
 from common.runtime.containment import Containment
 from common.wire.messages import NO_TOUCH, Touch, TouchRow
 from operator_site.fingertips import Fingertips, Requested
-from operator_site.held_force import HeldForce
+from operator_site.force.loop_stiffness import HeldForce
 from operator_site.rendering_input import RenderingInput
-from operator_site.sampled_wall import SampledWall
-from operator_site.stroke_speed import StrokeSpeed
-from operator_site.tissue import Body
+from operator_site.safety.sampled_wall import SampledWall
+from operator_site.thermal.tissue import Body
+from operator_site.vibration.stroke_speed import StrokeSpeed
 
 _NEUTRAL: tuple[TouchRow, ...] = (NO_TOUCH,) * len(FINGERS)
 """Touching nothing: what is rendered while there is no fresh touch."""

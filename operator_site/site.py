@@ -28,19 +28,19 @@ from common.timing.standstill import HostClock
 from common.timing.timeouts import TICK_AGE_S
 from common.wire.messages import MotionRow
 from common.wire.packets import Floats, LinkState
-from operator_site.admission import Admission
-from operator_site.attendance import Attendance
-from operator_site.desk_requests import answer_desk
-from operator_site.devices import OperatorDevices
-from operator_site.exoskeleton import Hand
-from operator_site.feed import ConsoleFeed, Feed
-from operator_site.gated_output import GatedOutput
+from operator_site.devices.devices import OperatorDevices
+from operator_site.devices.exoskeleton import Hand
 from operator_site.gated_rendering import GatedRendering
-from operator_site.limit_flags import limit_names
-from operator_site.operator_session import OperatorSession
-from operator_site.remote_key import remote_public_key
 from operator_site.rendering_input import RenderingInput
-from operator_site.session_client import SessionClient
+from operator_site.safety.gated_output import GatedOutput
+from operator_site.safety.limit_flags import limit_names
+from operator_site.session.admission import Admission
+from operator_site.session.console_feed import ConsoleFeed, Feed
+from operator_site.session.console_presence import Attendance
+from operator_site.session.local_control import answer_desk
+from operator_site.session.remote_key import remote_public_key
+from operator_site.session.session_client import SessionClient
+from operator_site.session.session_protocol import OperatorSession
 from operator_site.site_recording import SCHEMAS, SiteRecording
 
 log = logging.getLogger(__name__)

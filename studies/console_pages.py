@@ -16,7 +16,7 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.typing import Origin
 
 from common.runtime.scheduling import give_way
-from operator_site.console.picture import HEADER, Kind
+from operator_site.console.state.frame import HEADER, Kind
 
 _ALIVE_S = 0.5
 _LEAST = 19

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from operator_site.model_choice import TOLERANCE_K, TOLERANCE_SHARE
+from operator_site.thermal.model_selection import TOLERANCE_K, TOLERANCE_SHARE
 from studies.simulated_finger import STEP_S, Array
 
 

@@ -17,8 +17,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from common.wire.messages import Event, EventKind
-from operator_site.groove_timing import GrooveTiming
-from operator_site.vibration import PlayedEvents
+from operator_site.vibration.groove_timing import GrooveTiming
+from operator_site.vibration.vibration import PlayedEvents
 from remote_site.devices.hand_path import FollowedHand, HandPlace
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, rows_of

@@ -9,11 +9,11 @@ from dataclasses import replace
 import numpy as np
 
 from common.limits import COMFORT, PLATE_COOLING_K_S, PLATE_HEATING_K_S
-from operator_site.approach import contact_c
-from operator_site.plate_display import PLATE_CONTACT_M2K_W
-from operator_site.scene_skin import SceneSkin
-from operator_site.skin import STEP_S, Touched
-from operator_site.tissue import Body
+from operator_site.thermal.contact_prediction import contact_c
+from operator_site.thermal.plate_setpoint import PLATE_CONTACT_M2K_W
+from operator_site.thermal.scene_skin import SceneSkin
+from operator_site.thermal.skin_model import STEP_S, Touched
+from operator_site.thermal.tissue import Body
 from sim_sensors.finger_plate import DEEP_C, PLATE_FINGER_M2K_W
 from studies.simulated_finger import Array, SimulatedFinger, exact_step
 

@@ -16,10 +16,10 @@ from common.buses.can_port import CanAddress
 from common.config import RenderingConfig
 from common.fingers import FINGERS
 from common.limits import FINGER_FORCE_N
-from operator_site.exoskeleton import Exoskeleton
-from operator_site.force_limits import ForceLimits
-from operator_site.passive_update import PassiveContact
-from operator_site.sampled_wall import SampledWall
+from operator_site.devices.exoskeleton import Exoskeleton
+from operator_site.force.passive_contact import PassiveContact
+from operator_site.safety.force_limits import ForceLimits
+from operator_site.safety.sampled_wall import SampledWall
 
 _SITE = RenderingConfig()
 WALL = SampledWall(_SITE.exoskeleton_damping_n_s_m, 0.001, _SITE.exoskeleton_delay_s)

@@ -21,7 +21,7 @@ from common.link.link import OperatorLink, RemoteLink
 from common.link.packet_filter import Acceptance
 from common.runtime.periodic_loop import PeriodicLoop
 from common.wire.messages import Motion, Touch
-from operator_site.observer import RATE_HZ as OBSERVER_HZ
+from operator_site.session.read_only_client import RATE_HZ as OBSERVER_HZ
 from studies.link_bare import BareCurve
 from studies.link_ends import EndLost, Place, cpu_s, ends
 from studies.link_packets import SESSION, next_motion, next_touch, touch_parts

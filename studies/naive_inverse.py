@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from operator_site.plate_display import PLATE_CONTACT_M2K_W
-from operator_site.scene_skin import SceneSkin
-from operator_site.skin import STEP_S, SkinModel, SkinStep, Touched, skin_step
-from operator_site.tissue import Body, Floats
+from operator_site.thermal.plate_setpoint import PLATE_CONTACT_M2K_W
+from operator_site.thermal.scene_skin import SceneSkin
+from operator_site.thermal.skin_model import STEP_S, SkinModel, SkinStep, Touched, skin_step
+from operator_site.thermal.tissue import Body, Floats
 
 MODELS = (SkinModel(1, 1, 1), SkinModel(2, 1, 1), SkinModel(4, 1, 1), SkinModel(10, 10, 10))
 STEPS_S = (0.01, 0.05, 0.2, 1.0)

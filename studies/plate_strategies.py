@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
-from operator_site.approach import LEAD_S
+from operator_site.thermal.contact_prediction import LEAD_S
 from studies.felt_error import felt_error
 from studies.ideal_plate import ideal_plate_touch
 from studies.real_touch import real_touch

@@ -7,9 +7,9 @@ A finger that is colder inside makes the same shape larger.
 from collections.abc import Iterator
 from typing import Any
 
-from operator_site.scene_skin import SceneSkin
-from operator_site.skin import STEP_S, SkinModel, Touched
-from operator_site.tissue import Body, rest
+from operator_site.thermal.scene_skin import SceneSkin
+from operator_site.thermal.skin_model import STEP_S, SkinModel, Touched
+from operator_site.thermal.tissue import Body, rest
 
 OBJECTS = ("iron", "wood")
 OBJECT_C = 35.0

@@ -5,9 +5,9 @@ from typing import Protocol
 
 import numpy as np
 
-from operator_site.approach import ApproachSpeed
-from operator_site.passive_update import PassiveContact
-from operator_site.sampled_wall import SampledWall
+from operator_site.force.passive_contact import PassiveContact
+from operator_site.safety.sampled_wall import SampledWall
+from operator_site.thermal.contact_prediction import ApproachSpeed
 from remote_site.stiffness.surface_estimate import TouchedSurface
 from studies.blended_contact import BlendedContact
 from studies.stability_cases import DEVICE_NS_M, Floats

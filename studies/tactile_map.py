@@ -14,8 +14,8 @@ import numpy as np
 from common.fingers import FINGER_Y_M, FINGERS
 from common.scenes.scene import Scene, SceneObject, load_scene
 from common.scenes.script import Finger, Presses, Step, Strokes
-from operator_site.console.map_tiles import CONFIDENT_SD, picture
-from operator_site.console.tactile_map import TactileMap
+from operator_site.console.map.map_tiles import CONFIDENT_SD, picture
+from operator_site.console.map.tactile_map import TactileMap
 from sim_sensors.hand import ScriptedHand
 from sim_sensors.hand_plan import Segment
 from studies.compared import Compared

@@ -10,8 +10,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from operator_site.console.map_layer import CELL_M
-from operator_site.console.map_tiles import MapPicture
+from operator_site.console.map.map_layer import CELL_M
+from operator_site.console.map.map_tiles import MapPicture
 from teletaction.figure_style import BLACK, BLUE, GREY, STYLE
 from teletaction.map_figure import draw_cells, draw_scale
 

@@ -14,10 +14,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from common.fingers import FINGERS
-from operator_site.model_choice import RUNGS, TOLERANCE_K, TOLERANCE_SHARE, choose
-from operator_site.scene_skin import SceneSkin
-from operator_site.skin import STEP_S, SkinModel, SkinStep, Touched, skin_rates, skin_step
-from operator_site.tissue import Body, Floats, rest
+from operator_site.thermal.model_selection import RUNGS, TOLERANCE_K, TOLERANCE_SHARE, choose
+from operator_site.thermal.scene_skin import SceneSkin
+from operator_site.thermal.skin_model import STEP_S, SkinModel, SkinStep, Touched, skin_rates, skin_step
+from operator_site.thermal.tissue import Body, Floats, rest
 from studies import plate_in_loop
 from studies.compared import Compared
 from studies.naive_inverse import inverse_rows

@@ -18,9 +18,9 @@ from common.buses.serial_framing import encode_frame
 from common.buses.serial_messages import MessageId, TactTipCommand
 from common.limits import MOTOR_MAX_RPM
 from common.wire.messages import Event, EventKind, ExplorationMode
-from operator_site.felt_speed import SHOWN, FeltSpeed
-from operator_site.motor_drive import FULL_V, MOTOR, RPM_TO_RAD_S, MotorDrive, MotorVoltage, motor_mv
-from operator_site.vibration import FingerVibration, Surface
+from operator_site.vibration.intensity_scale import SHOWN, FeltSpeed
+from operator_site.vibration.motor_drive import FULL_V, MOTOR, RPM_TO_RAD_S, MotorDrive, MotorVoltage, motor_mv
+from operator_site.vibration.vibration import FingerVibration, Surface
 from sim_sensors.motor import VibrationMotors
 from sim_sensors.tacttip import TactTip
 from studies.compared import Compared

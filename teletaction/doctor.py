@@ -16,7 +16,7 @@ from common.link.keys import TrustedKeys, fingerprint, load_keys
 from common.runtime.reference_step import reference_step_s
 from common.runtime.scheduling import come_first, has_real_time, stand_in_line
 from common.timing.timeouts import FASTEST_RATE_HZ
-from operator_site.remote_key import remote_public_key
+from operator_site.session.remote_key import remote_public_key
 from remote_site.calibrated_tables import load_tables
 from teletaction.conformance.checklist import How, Verdict
 from teletaction.conformance.examination import opened

@@ -10,7 +10,7 @@ from typing import Any
 from common.recording.reader import RecordingReader
 from common.recording.recorded_fields import Fits, flag, maybe, number, read_map, text, whole
 from common.wire.messages import Touch
-from operator_site.console.tactile_map import TactileMap
+from operator_site.console.map.tactile_map import TactileMap
 from operator_site.recorded_rows import Clock
 
 _MAPS: dict[str, dict[str, Fits]] = {

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from datetime import datetime
 from typing import Any
 
-from operator_site.console.findings import QUANTITY, value_text
-from operator_site.console.map_tiles import CONFIDENT_SD, picture
-from operator_site.console.tactile_map import LOGARITHMIC, QUANTITIES, Felt, FeltPlace
+from operator_site.console.examination.findings import QUANTITY, value_text
+from operator_site.console.map.map_tiles import CONFIDENT_SD, picture
+from operator_site.console.map.tactile_map import LOGARITHMIC, QUANTITIES, Felt, FeltPlace
 from teletaction.examination import Examination
 from teletaction.finding_figure import AFTER_S, BEFORE_S, signals_figure
 from teletaction.map_coverage import Coverage, coverage

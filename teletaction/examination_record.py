@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from common.version import software_version
-from operator_site.console.tactile_map import QUANTITIES
+from operator_site.console.map.tactile_map import QUANTITIES
 from teletaction.examination import Examination
 from teletaction.examination_page import confidence, covered_by, place_of
 from teletaction.report_parts import section

@@ -11,9 +11,9 @@ import numpy as np
 from scipy.ndimage import binary_dilation, label
 
 from common.scenes.scene import Scene, SceneObject
-from operator_site.console.map_layer import CELL_M
-from operator_site.console.map_tiles import picture
-from operator_site.console.tactile_map import LOGARITHMIC, Felt, TactileMap
+from operator_site.console.map.map_layer import CELL_M
+from operator_site.console.map.map_tiles import picture
+from operator_site.console.map.tactile_map import LOGARITHMIC, Felt, TactileMap
 
 STANDS_OUT = 0.5
 """Cells that differ by this share of what the most different do belong to the target."""

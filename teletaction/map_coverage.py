@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import binary_closing, distance_transform_edt
 
-from operator_site.console.map_layer import CELL_M, REACH_M
-from operator_site.console.map_tiles import MapPicture
+from operator_site.console.map.map_layer import CELL_M, REACH_M
+from operator_site.console.map.map_tiles import MapPicture
 
 OUTLINE_M = 12e-3
 """Gaps narrower than twice this are within what was explored."""

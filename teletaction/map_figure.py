@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from operator_site.console import colours
-from operator_site.console.map_layer import CELL_M
-from operator_site.console.map_tiles import MapPicture, picture
-from operator_site.console.tactile_map import LOGARITHMIC, QUANTITIES, TactileMap
+from operator_site.console.map import colours
+from operator_site.console.map.map_layer import CELL_M
+from operator_site.console.map.map_tiles import MapPicture, picture
+from operator_site.console.map.tactile_map import LOGARITHMIC, QUANTITIES, TactileMap
 
 Floats = NDArray[np.float64]
 Corners = tuple[float, float, float, float]

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from common.wire.messages import Event, EventKind, ExplorationMode
-from operator_site.render import StrokeSample, render_vibration
-from operator_site.vibration import Surface
+from operator_site.offline_rendering import StrokeSample, render_vibration
+from operator_site.vibration.vibration import Surface
 from remote_site.texture.recorded.stroke_playback import even_stroke, felt
 from remote_site.texture.surface_table import (
     GROOVE_DECAY_PER_S,

@@ -17,7 +17,7 @@ from common.config import OperatorConfig, RenderingConfig
 from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.runtime.parallel_map import Progress, unseen
-from operator_site.gated_output import GatedOutput
+from operator_site.safety.gated_output import GatedOutput
 from remote_site.texture.surface_table import SurfaceTable
 from remote_site.thermal.material_table import MaterialTable
 from teletaction.recorded_session import RecordedSession

@@ -7,10 +7,10 @@ from msgspec.structs import replace
 from common.config import RenderingConfig
 from common.fingers import FINGERS
 from common.wire.messages import Touch
-from operator_site.gated_output import GatedOutput
 from operator_site.gated_rendering import GatedRendering
 from operator_site.recorded_rows import Rendered
 from operator_site.rendering_input import RenderingInput
+from operator_site.safety.gated_output import GatedOutput
 from remote_site.devices.sensor_frame import Sensed
 from remote_site.identification.perception import Perception
 from remote_site.texture.surface_table import SurfaceTable

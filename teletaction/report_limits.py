@@ -8,7 +8,7 @@ import numpy as np
 
 from common.fingers import FINGERS
 from common.limits import COMFORT, CONTACT_FORCE_N, FINGER_FORCE_N, MOTOR_FLOOR_RPM, PLATE_FAULT_C, SENSOR_PLATE_C
-from operator_site.limit_flags import Limit as OperatorLimit
+from operator_site.safety.limit_flags import Limit as OperatorLimit
 from remote_site.safety.limit_flags import Limit as PatientLimit
 from teletaction.report_words import shown, table
 from teletaction.session_curves import SessionCurves, held_s

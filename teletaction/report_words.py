@@ -5,7 +5,7 @@ from html import escape
 from itertools import pairwise
 from typing import Any
 
-from operator_site.console.findings import UNIT, signed, with_sd
+from operator_site.console.examination.findings import UNIT, signed, with_sd
 from teletaction.machine_verdict import WHAT_HELD_MEANS
 
 NONE = "none"

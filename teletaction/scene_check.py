@@ -6,11 +6,11 @@ import numpy as np
 
 from common.fingers import FINGERS
 from common.scenes.scene import Scene
-from operator_site.model_choice import LONGEST_S, TOLERANCE_K, TOLERANCE_SHARE, choose
-from operator_site.model_error import FINE, TIMES_S, felt_per_k
-from operator_site.scene_skin import SceneSkin, touched_object
-from operator_site.skin import SkinModel, Touched
-from operator_site.tissue import Body, rest
+from operator_site.thermal.model_error import FINE, TIMES_S, felt_per_k
+from operator_site.thermal.model_selection import LONGEST_S, TOLERANCE_K, TOLERANCE_SHARE, choose
+from operator_site.thermal.scene_skin import SceneSkin, touched_object
+from operator_site.thermal.skin_model import SkinModel, Touched
+from operator_site.thermal.tissue import Body, rest
 from teletaction.step_cost import quickest_s
 
 STEPS = 200

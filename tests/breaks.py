@@ -37,7 +37,7 @@ class Break:
 BREAKS = (
     Break(
         "timeout doubled",
-        "operator_site/gate.py",
+        "operator_site/safety/operator_gate.py",
         "fresh = 0.0 <= last_input_age_s <= GAP_S",
         "fresh = 0.0 <= last_input_age_s <= 2.0 * GAP_S",
         "tests/operator_site/test_gate.py",
@@ -58,7 +58,7 @@ BREAKS = (
     ),
     Break(
         "wrong finger",
-        "operator_site/devices.py",
+        "operator_site/devices/devices.py",
         "module.drive(t_s, output.motor_rpm[finger],",
         "module.drive(t_s, output.motor_rpm[finger - 1],",
         "tests/virtual/test_steady.py",
@@ -72,7 +72,7 @@ BREAKS = (
     ),
     Break(
         "ramp removed",
-        "operator_site/force_limits.py",
+        "operator_site/safety/force_limits.py",
         "self._ceiling_n = min(FINGER_FORCE_N, self._ceiling_n + FORCE_RAMP_UP_N_S * dt_s)",
         "self._ceiling_n = FINGER_FORCE_N",
         "tests/operator_site/test_gate.py",

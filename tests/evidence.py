@@ -35,7 +35,7 @@ HAZARDS = (
     Hazard(
         "an operator's plate is too hot or too cold",
         ("WIDE", "COMFORT", "PLATE_FAULT_C", "PLATE_PEAK_C", "PLATE_HEATING_K_S", "PLATE_COOLING_K_S"),
-        ("operator_site.gate", "operator_site.plate_follow", "common.safety.repeated_fault"),
+        ("operator_site.safety.operator_gate", "operator_site.safety.plate_following", "common.safety.repeated_fault"),
         (
             f"{_GATE}::test_plate_set_point_range_and_rate",
             f"{_GATE}::test_hot_plate_is_a_fault_that_latches_for_all",
@@ -57,7 +57,7 @@ HAZARDS = (
     Hazard(
         "skin is warm for too long",
         ("DOSE_ABOVE_C", "DOSE_LIMIT_K_S", "DOSE_WINDOW_S"),
-        ("common.safety.thermal_dose", "operator_site.gate", "remote_site.safety.heater_limits"),
+        ("common.safety.thermal_dose", "operator_site.safety.operator_gate", "remote_site.safety.heater_limits"),
         (
             "tests/common/test_skin_dose.py",
             f"{_GATE}::test_dose_is_spent_before_it_is_exceeded_and_comes_back",
@@ -70,7 +70,7 @@ HAZARDS = (
     Hazard(
         "a finger is pushed too hard or at once",
         ("FINGER_FORCE_N", "FORCE_RAMP_UP_N_S", "FORCE_RAMP_DOWN_N_S"),
-        ("operator_site.gate", "operator_site.force_limits"),
+        ("operator_site.safety.operator_gate", "operator_site.safety.force_limits"),
         (
             f"{_GATE}::test_force_range",
             f"{_GATE}::test_force_rises_slowly_after_engaging_then_is_free",
@@ -94,7 +94,7 @@ HAZARDS = (
         (
             "operator_site.safety.passivity_controller",
             "common.safety.oscillation_detector",
-            "operator_site.force_limits",
+            "operator_site.safety.force_limits",
         ),
         (
             f"{_GATE}::test_whatever_the_renderer_asks_for_no_more_comes_out_than_went_in",
@@ -107,7 +107,7 @@ HAZARDS = (
     Hazard(
         "vibration is stronger than the motor may be driven",
         ("MOTOR_FLOOR_RPM", "MOTOR_MAX_RPM"),
-        ("operator_site.gate",),
+        ("operator_site.safety.operator_gate",),
         (f"{_GATE}::test_motor_range",),
         ("sim-operator-motor-middle-2999",),
     ),
@@ -195,7 +195,7 @@ HAZARDS = (
     Hazard(
         "outputs stay live although nothing new arrives",
         ("GAP_S", "FORCE_SAFE_S", "MOTOR_SAFE_S", "MOTOR_STILL_S", "THERMAL_SAFE_S"),
-        ("operator_site.gate", "remote_site.safety.patient_gate"),
+        ("operator_site.safety.operator_gate", "remote_site.safety.patient_gate"),
         (
             f"{_SAFE_STATES}::test_the_operators_gate_is_as_fast_as_the_table_says",
             f"{_SAFE_STATES}::test_the_patients_gate_is_as_fast_as_the_table_says",
@@ -309,7 +309,7 @@ HAZARDS = (
     Hazard(
         "a fault ends by itself, or a stop does not hold",
         (),
-        ("common.link.session_state", "operator_site.session_stop"),
+        ("common.link.session_state", "operator_site.session.emergency_stop"),
         ("tests/virtual/test_emergency_stop.py", "tests/virtual/test_latched_faults.py"),
         (),
     ),

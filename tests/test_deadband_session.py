@@ -16,7 +16,7 @@ from common.link.perception_thresholds import HEIGHT_M, PLANE_M
 from common.timing.timeouts import REFRESH_S
 from common.wire.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch
 from common.wire.packets import Floats, LinkState
-from operator_site.session_client import SessionClient
+from operator_site.session.session_client import SessionClient
 from remote_site.session.session_server import SessionServer
 from teletaction.testbed.network import TO_REMOTE, Network, OperatorEnd, RemoteEnd
 

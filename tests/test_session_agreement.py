@@ -16,7 +16,7 @@ from common.link.packet_filter import FUTURE_TOLERANCE_NS
 from common.wire.messages import TOUCH_BLOCK, TOUCH_FIELDS, Motion, Touch
 from common.wire.packets import SCHEMA_VERSION, LinkState
 from common.wire.session_messages import Answer, Request
-from operator_site.session_client import SessionClient
+from operator_site.session.session_client import SessionClient
 from remote_site.session.session_server import SILENCE_NS, SessionServer
 
 SECOND = 1_000_000_000

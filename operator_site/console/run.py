@@ -19,16 +19,16 @@ from common.link.keys import fingerprint, load_keys
 from common.runtime.containment import Containment
 from common.runtime.status_file import StatusFile
 from common.runtime.systemd_notify import Supervisor
-from operator_site.console.access import Access
-from operator_site.console.connections import IDLE_S, Connections, most_connections, raise_descriptor_limit
-from operator_site.console.desk_line import DeskLine
-from operator_site.console.door import Accepted, Door, Stages
-from operator_site.console.due import Due
-from operator_site.console.keeping import Keeping
-from operator_site.console.live_console import LiveConsole
-from operator_site.console.playing import PlayedConsole
-from operator_site.console.server import application
-from operator_site.feed import FeedReader
+from operator_site.console.examination.journal import Keeping
+from operator_site.console.interval import Due
+from operator_site.console.live import LiveConsole
+from operator_site.console.local_control import DeskLine
+from operator_site.console.playback.player import PlayedConsole
+from operator_site.console.web.access import Access
+from operator_site.console.web.connections import IDLE_S, Connections, most_connections, raise_descriptor_limit
+from operator_site.console.web.door import Accepted, Door, Stages
+from operator_site.console.web.server import application
+from operator_site.session.console_feed import FeedReader
 
 log = logging.getLogger(__name__)
 

@@ -42,7 +42,7 @@ def virtual(
     from common.config import OperatorConfig
     from common.process import run_process
     from common.scenes.scene import load_scene
-    from operator_site.virtual_site import run_virtual
+    from operator_site.virtual.virtual_site import run_virtual
 
     run_process("virtual", config, OperatorConfig, partial(run_virtual, scene=load_scene(scene), seed=seed))
 
@@ -77,7 +77,7 @@ def observe(config: ConfigFile) -> None:
     """Look on at a session: what the remote site identifies, as JSON lines whenever it changes."""
     from common.config import ObserverConfig
     from common.process import run_process
-    from operator_site.observer import run_observer
+    from operator_site.session.read_only_client import run_observer
 
     run_process("observer", config, ObserverConfig, run_observer)
 

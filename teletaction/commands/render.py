@@ -24,7 +24,7 @@ def render_thermal_command(
     parameters: Annotated[Path | None, typer.Option(help="Write every constant used, as JSON.")] = None,
 ) -> None:
     """What a fingertip feels in contact with an object, through the skin model."""
-    from operator_site.render import PLATE_COLUMN, THERMAL_COLUMNS, render_thermal, write_parameters
+    from operator_site.offline_rendering import PLATE_COLUMN, THERMAL_COLUMNS, render_thermal, write_parameters
 
     rows = render_thermal(object_name, object_c, air_c, seconds, model=model, plate=plate)
     if parameters is not None:
@@ -40,7 +40,7 @@ def render_vibration_command(
     ] = None,
 ) -> None:
     """Motor speed that a recorded stroke makes the operator feel."""
-    from operator_site.render import VIBRATION_COLUMNS
+    from operator_site.offline_rendering import VIBRATION_COLUMNS
     from remote_site.texture.surface_table import SurfaceTable
     from teletaction.demo_files import SURFACES
     from teletaction.render_vibration import render_stroke

@@ -4,7 +4,7 @@ from statistics import median
 
 from common.buses.serial_messages import MessageId, TactTipCommand
 from common.buses.thermometry import COUNT_MAX, ntc_c
-from operator_site.hot_side import COLDEST_C, MOVED_K, WARMEST_C
+from operator_site.devices.hot_side import COLDEST_C, MOVED_K, WARMEST_C
 from teletaction.conformance.checklist import HALF_A_REPORT_S, TRIALS, Came, Checklist, How, NotApplicable
 from teletaction.conformance.drives import Doing, Drives
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from common.config import OperatorConfig, RemoteConfig
 from common.timing.standstill import HostClock
-from operator_site.devices import OperatorDevices
-from operator_site.exoskeleton import Hand
+from operator_site.devices.devices import OperatorDevices
+from operator_site.devices.exoskeleton import Hand
 from remote_site.devices.devices import RemoteDevices
 from remote_site.devices.hand_path import HandPlace
 from remote_site.devices.sensor_frame import Sensed

@@ -18,8 +18,8 @@ from common.link.local_control import Desk
 from common.recording.recorder import Recorder
 from common.runtime.containment import Containment, MakeContainment
 from common.timing.standstill import HostClock
-from operator_site.devices import OperatorDevices
-from operator_site.remote_key import remote_public_key
+from operator_site.devices.devices import OperatorDevices
+from operator_site.session.remote_key import remote_public_key
 from operator_site.site import OperatorSite, session_with
 from operator_site.site_recording import SCHEMAS
 from remote_site.devices.devices import RemoteDevices

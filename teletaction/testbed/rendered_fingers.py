@@ -11,11 +11,11 @@ from common.config import RenderingConfig
 from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.wire.messages import Touch
-from operator_site.gated_output import GatedOutput
+from operator_site.devices.ntc import PlateSensor
 from operator_site.gated_rendering import GatedRendering
-from operator_site.motor_drive import MotorDrive
-from operator_site.ntc import PlateSensor
 from operator_site.rendering_input import RenderingInput
+from operator_site.safety.gated_output import GatedOutput
+from operator_site.vibration.motor_drive import MotorDrive
 from sim_sensors.finger_plate import FingerPlates
 from sim_sensors.motor import VibrationMotors
 from sim_sensors.tacttip import TactTip, ntc_counts

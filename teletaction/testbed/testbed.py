@@ -13,7 +13,7 @@ from common.recording.recorder import Recorder
 from common.timing.standstill import HostClock
 from common.timing.timeouts import NOTICE_S
 from common.wire.packets import LinkState
-from operator_site.feed import ConsoleFeed
+from operator_site.session.console_feed import ConsoleFeed
 from operator_site.site import OperatorSite, session_with
 from remote_site.site import RemoteSite
 from sim_sensors import sim_operator, sim_remote

@@ -6,10 +6,10 @@ from collections.abc import Callable, MutableMapping
 from typing import Any
 
 from common.config import ConsoleConfig
-from operator_site.console.access import Visitor
-from operator_site.console.due import Due
-from operator_site.console.keeping import Keeping
-from operator_site.console.live_console import LiveConsole
+from operator_site.console.examination.journal import Keeping
+from operator_site.console.interval import Due
+from operator_site.console.live import LiveConsole
+from operator_site.console.web.access import Visitor
 from teletaction.testbed.memory_feed import MemoryFeed
 from teletaction.testbed.testbed import Testbed
 
@@ -55,19 +55,19 @@ class MemorySocket:
         self._said.put_nowait({"type": "websocket.disconnect", "code": 1001})
 
     async def receive(self) -> MutableMapping[str, Any]:
-        """As `operator_site.console.pages.PageSocket.receive`."""
+        """As `operator_site.console.web.pages.PageSocket.receive`."""
         return await self._said.get()
 
     async def send_text(self, data: str) -> None:
-        """As `operator_site.console.pages.PageSocket.send_text`."""
+        """As `operator_site.console.web.pages.PageSocket.send_text`."""
         self.sent.append(data)
 
     async def send_bytes(self, data: bytes) -> None:
-        """As `operator_site.console.pages.PageSocket.send_bytes`."""
+        """As `operator_site.console.web.pages.PageSocket.send_bytes`."""
         self.sent.append(data)
 
     async def close(self, code: int = 1000, reason: str | None = None) -> None:
-        """As `operator_site.console.pages.PageSocket.close`."""
+        """As `operator_site.console.web.pages.PageSocket.close`."""
         self.closed = code
 
 

@@ -16,7 +16,7 @@ from common.link.keys import load_keys
 from common.link.local_control import Desk
 from common.runtime.periodic_loop import PeriodicLoop
 from common.wire.packets import LinkState
-from operator_site.feed import Feed
+from operator_site.session.console_feed import Feed
 from tests.hardening.own_memory import own_resident_bytes
 from tests.hardening.served import Served
 

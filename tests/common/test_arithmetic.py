@@ -10,7 +10,7 @@ ROOTS = (
     "common.process",
     "operator_site.console.run",
     "operator_site.site",
-    "operator_site.virtual_site",
+    "operator_site.virtual.virtual_site",
     "remote_site.site",
     "sim_sensors.network_proxy",
     "sim_sensors.sim_operator",

@@ -12,7 +12,7 @@ from common import limits
 from common.timing import timeouts as table
 from common.timing.timeouts import REFRESH_S, BrokenLadder, check_ladder, in_ms, ladder
 from common.wire.streams import STREAMS
-from operator_site import session_client
+from operator_site.session import session_client
 from remote_site.safety import height_setpoint
 from remote_site.session import session_server
 from sim_sensors import exoskeleton

@@ -13,8 +13,8 @@ from common.buses.serial_messages import HeaterCommand, MessageId, TactTipComman
 from common.fingers import FINGERS
 from common.limits import COMFORT
 from common.timing.safe_states import SAFE_STATES, TICK_S, SafeState
-from operator_site.gate import OperatorGate
-from operator_site.sampled_wall import SampledWall
+from operator_site.safety.operator_gate import OperatorGate
+from operator_site.safety.sampled_wall import SampledWall
 from remote_site.safety.patient_gate import PatientGate
 from sim_sensors.exoskeleton import Exoskeleton
 from sim_sensors.tacttip import TactTip

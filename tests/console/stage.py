@@ -16,7 +16,7 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 import operator_site
-from operator_site.console.words import looks_like_a_name
+from operator_site.console.texts import looks_like_a_name
 from tests.console import synthetic
 from tests.console.synthetic import SCENARIOS, SPAN_S, Scenario
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from common.scenes.scene import load_scene
-from operator_site.console.reporting import LONGEST_S
+from operator_site.console.examination.reporting import LONGEST_S
 from tests.console.live import NEUTRAL, aim, begin, end, engage, hold, opened, told
 from tests.console.running_demo import Demo, running
 from tests.console.test_every_state import LOOK, axe_findings

@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
-from operator_site.console.reporting import LONGEST_S
-from operator_site.console.words import CONSOLE_NOT_RECORDED
+from operator_site.console.examination.reporting import LONGEST_S
+from operator_site.console.texts import CONSOLE_NOT_RECORDED
 from studies.fault_session import let_write
 from tests.console.live import FORCE, at_devices, begin, clear, end, engage, opened
 from tests.console.test_every_state import LOOK, axe_findings

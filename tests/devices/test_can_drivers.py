@@ -10,7 +10,7 @@ import sim_sensors.can_node
 from common.buses.can_port import CanAddress
 from common.buses.serial_port import DeviceAbsent
 from common.fingers import FINGERS
-from operator_site.exoskeleton import Exoskeleton as ExoskeletonDriver
+from operator_site.devices.exoskeleton import Exoskeleton as ExoskeletonDriver
 from remote_site.devices.telemanipulator import Telemanipulator as TelemanipulatorDriver
 from sim_sensors.can_node import CanNode
 from sim_sensors.exoskeleton import Exoskeleton

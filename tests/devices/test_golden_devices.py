@@ -14,8 +14,8 @@ from common.buses.serial_messages import DeviceFlag, MessageId, TactTipCommand
 from common.buses.thermometry import ntc_c
 from common.fingers import FINGERS
 from common.limits import MODULE_TIMEOUT_S
-from operator_site.exoskeleton import Exoskeleton as ExoskeletonDriver
-from operator_site.tacttip import TactTip as TactTipDriver
+from operator_site.devices.exoskeleton import Exoskeleton as ExoskeletonDriver
+from operator_site.devices.tacttip import TactTip as TactTipDriver
 from remote_site.devices.telemanipulator import Following
 from remote_site.devices.telemanipulator import Telemanipulator as TelemanipulatorDriver
 from remote_site.devices.texture_sensor import TextureSensor as TextureDriver

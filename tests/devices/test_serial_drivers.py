@@ -18,7 +18,7 @@ from common.buses.serial_framing import encode_frame
 from common.buses.serial_messages import DeviceKind, MessageId
 from common.buses.serial_port import DeviceAbsent
 from common.fingers import FINGERS
-from operator_site.tacttip import TactTip as TactTipDriver
+from operator_site.devices.tacttip import TactTip as TactTipDriver
 from remote_site.devices.texture_sensor import TextureSensor as TextureDriver
 from remote_site.devices.texture_sensor import texture_v
 from remote_site.devices.thermal_sensor import ThermalSensor as ThermalDriver

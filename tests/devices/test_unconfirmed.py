@@ -11,8 +11,8 @@ import pytest
 
 from common.config import CalibrationConfig, OperatorConfig, OperatorLinkConfig, RemoteConfig, RemoteLinkConfig
 from common.fingers import FINGERS
-from operator_site.devices import OperatorDevices
-from operator_site.gated_output import GatedOutput
+from operator_site.devices.devices import OperatorDevices
+from operator_site.safety.gated_output import GatedOutput
 from remote_site.devices.devices import RemoteDevices
 from remote_site.safety.gated_command import GatedCommand
 from sim_sensors.exoskeleton import Exoskeleton

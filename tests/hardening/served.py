@@ -12,7 +12,7 @@ from common.link.keys import TrustedKeys, load_keys
 from common.link.link import OperatorLink, RemoteLink
 from common.runtime.periodic_loop import PeriodicLoop
 from common.wire.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch
-from operator_site.session_client import SessionClient
+from operator_site.session.session_client import SessionClient
 from remote_site.session.session_server import SessionServer
 
 TOUCH_NOTHING = TOUCH_BLOCK.to_bytes(np.zeros((5, len(TOUCH_FIELDS)), np.float32))

@@ -13,7 +13,7 @@ from common.buses.can_frames import BadFrame, FrameReceiver
 from common.buses.serial_messages import BadPayload
 from common.link.curve import Received
 from common.wire.packets import BadPacket
-from operator_site.session_client import SessionClient
+from operator_site.session.session_client import SessionClient
 from remote_site.session.session_server import SessionServer
 from tests.hardening.harmless import HarmlessValues, harmless_packet, harmless_payload
 from tests.hardening.specimens import CAN_FRAMES, PACKETS, PAYLOADS, good_can_frames, good_packets, good_payloads

@@ -22,10 +22,10 @@ from common.timing.tick_age import TickAge
 from common.wire.messages import TOUCH_COLUMN, Event, EventKind, ExplorationMode, Touch
 from common.wire.packets import BadPacket, LinkState
 from common.wire.session_messages import Answer, Heartbeat, Request
-from operator_site.desk_requests import answer_desk
-from operator_site.devices import OperatorDevices
-from operator_site.exoskeleton import Hand
-from operator_site.gated_output import GatedOutput
+from operator_site.devices.devices import OperatorDevices
+from operator_site.devices.exoskeleton import Hand
+from operator_site.safety.gated_output import GatedOutput
+from operator_site.session.local_control import answer_desk
 from operator_site.site import OperatorSite, session_with
 from tests.hardening.strange_packets import (
     FUZZ,

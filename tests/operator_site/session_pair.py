@@ -10,7 +10,7 @@ from common.link.link import OperatorLink
 from common.wire.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch
 from common.wire.packets import LinkState
 from common.wire.session_messages import Answer, Heartbeat, Request
-from operator_site.session_client import SessionClient
+from operator_site.session.session_client import SessionClient
 
 MS = 1_000_000
 IDENT = 4711

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from operator_site.approach import SPEED_LAG_S, ApproachSpeed, contact_c, contact_in_s
-from operator_site.skin import Touched
+from operator_site.thermal.contact_prediction import SPEED_LAG_S, ApproachSpeed, contact_c, contact_in_s
+from operator_site.thermal.skin_model import Touched
 
 
 def test_speed_downwards_follows_within_its_lag_and_begins_anew_after_a_pause() -> None:

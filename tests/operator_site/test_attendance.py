@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from operator_site.attendance import Attendance
+from operator_site.session.console_presence import Attendance
 
 MS = 1_000_000
 T0 = 5_000_000 * MS

@@ -8,7 +8,7 @@ import zmq
 
 from common.link.curve import LinkProblem
 from common.link.keys import load_keys
-from operator_site.feed import BATCH_S, STREAMS, Fed, Feed, FeedReader
+from operator_site.session.console_feed import BATCH_S, STREAMS, Fed, Feed, FeedReader
 from operator_site.site_recording import SCHEMAS
 from tests.conftest import Keys
 from tests.waiting import wait_until

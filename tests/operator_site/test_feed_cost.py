@@ -10,7 +10,7 @@ from pathlib import Path
 
 from common.link.keys import load_keys
 from common.recording.recorder import Recorder
-from operator_site.feed import Feed
+from operator_site.session.console_feed import Feed
 from operator_site.site_recording import SCHEMAS
 from tests.conftest import Keys
 from tests.operator_site.virtual_touch import MS, Working
@@ -22,7 +22,7 @@ READER = """
 import sys
 from pathlib import Path
 from common.link.keys import load_keys
-from operator_site.feed import FeedReader
+from operator_site.session.console_feed import FeedReader
 reader = FeedReader(int(sys.argv[1]), load_keys(Path(sys.argv[2])))
 while True:
     reader.socket.poll(100)

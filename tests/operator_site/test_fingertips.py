@@ -9,9 +9,9 @@ from common.limits import COMFORT
 from common.scenes.materials import material
 from common.wire.messages import Event, EventKind, ExplorationMode, TouchRow
 from operator_site.fingertips import Fingertips, Requested
-from operator_site.gate import OperatorGate
-from operator_site.limit_flags import Limit
-from operator_site.sampled_wall import SampledWall
+from operator_site.safety.limit_flags import Limit
+from operator_site.safety.operator_gate import OperatorGate
+from operator_site.safety.sampled_wall import SampledWall
 from tests.operator_site.touches import INDEX, rows
 
 DT = 0.002

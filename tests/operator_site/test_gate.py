@@ -31,12 +31,12 @@ from common.limits import (
 )
 from common.safety.repeated_fault import REPEATED_S, ROUND_S, STAYS_OFF, TEST_EVERY_S
 from common.timing.timeouts import TICK_AGE_S
-from operator_site.force_limits import FORCE_FALL_N_S, FORCE_MARGIN_S, ForceLimits
-from operator_site.gate import TEST_DRIVE, OperatorGate
-from operator_site.limit_flags import Limit, limit_names
-from operator_site.plate_follow import CHECK_S
-from operator_site.plate_loop import PlateLoop
-from operator_site.sampled_wall import SampledWall
+from operator_site.safety.force_limits import FORCE_FALL_N_S, FORCE_MARGIN_S, ForceLimits
+from operator_site.safety.limit_flags import Limit, limit_names
+from operator_site.safety.operator_gate import TEST_DRIVE, OperatorGate
+from operator_site.safety.plate_following import CHECK_S
+from operator_site.safety.sampled_wall import SampledWall
+from operator_site.thermal.plate_controller import PlateLoop
 
 DT = 0.002
 NOT_FINITE = (math.nan, math.inf, -math.inf)

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from operator_site.grooves import OVER_S, Grooves
+from operator_site.vibration.grooves import OVER_S, Grooves
 
 TICK_S = 0.002
 DECAY_PER_S = 60.0

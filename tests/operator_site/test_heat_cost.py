@@ -10,10 +10,10 @@ from scipy.linalg import expm
 
 from common.limits import COMFORT
 from common.scenes.materials import materials
-from operator_site.plate_display import PlateDisplay
-from operator_site.scene_skin import SceneSkin
-from operator_site.skin import STEP_S, SkinModel, Touched, skin_rates, skin_step
-from operator_site.tissue import Body, rest
+from operator_site.thermal.plate_setpoint import PlateDisplay
+from operator_site.thermal.scene_skin import SceneSkin
+from operator_site.thermal.skin_model import STEP_S, SkinModel, Touched, skin_rates, skin_step
+from operator_site.thermal.tissue import Body, rest
 from teletaction.step_cost import quickest_s
 
 MODEL = SkinModel(4, 1, 1, 6)

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from operator_site.held_force import LONGEST_S, HeldForce
-from operator_site.sampled_wall import SampledWall
+from operator_site.force.loop_stiffness import LONGEST_S, HeldForce
+from operator_site.safety.sampled_wall import SampledWall
 
 WALL = SampledWall(2.0, 0.002, 0.004)
 """400 N/m."""

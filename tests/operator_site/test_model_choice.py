@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from common.scenes.materials import materials
-from operator_site.model_choice import LONGEST_S, RUNGS, TOLERANCE_K, TOLERANCE_SHARE, choose, rung_table
-from operator_site.scene_skin import AT_REST_K, SceneSkin
-from operator_site.skin import STEP_S, SkinModel, Touched
-from operator_site.tissue import Body, rest
+from operator_site.thermal.model_selection import LONGEST_S, RUNGS, TOLERANCE_K, TOLERANCE_SHARE, choose, rung_table
+from operator_site.thermal.scene_skin import AT_REST_K, SceneSkin
+from operator_site.thermal.skin_model import STEP_S, SkinModel, Touched
+from operator_site.thermal.tissue import Body, rest
 from studies.reference_finger import FeltCourse, felt_course
 
 NAMES = sorted(materials())

@@ -13,7 +13,7 @@ from scipy.signal import find_peaks
 from common.buses.serial_framing import encode_frame
 from common.buses.serial_messages import MOTOR_MAX_MV, MessageId, TactTipCommand
 from common.limits import MOTOR_FLOOR_RPM, MOTOR_MAX_RPM
-from operator_site.motor_drive import MOTOR, RPM_TO_RAD_S, Motor, MotorDrive, MotorVoltage, motor_mv
+from operator_site.vibration.motor_drive import MOTOR, RPM_TO_RAD_S, Motor, MotorDrive, MotorVoltage, motor_mv
 from sim_sensors.motor import VibrationMotors
 from sim_sensors.tacttip import TactTip
 

@@ -16,8 +16,8 @@ from common.link.curve import LinkProblem
 from common.link.keys import KeyProblem, Role, TrustedKeys, load_keys
 from common.link.link import OperatorLink, RemoteLink
 from common.wire.messages import ExplorationMode, ThermalStatus, Touch
-from operator_site.observer import measured, opinion, run_observer
-from operator_site.session_client import SessionClient
+from operator_site.session.read_only_client import measured, opinion, run_observer
+from operator_site.session.session_client import SessionClient
 from remote_site.session.session_server import SessionServer
 from tests.conftest import Keys
 from tests.operator_site.touches import touch

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.limits import ACCOUNT_J, FINGER_FORCE_N, FORCE_RAMP_UP_N_S, FORGIVEN_W
-from operator_site.passive_update import LENT_J, RESTED_J, PassiveContact
-from operator_site.sampled_wall import SampledWall
+from operator_site.force.passive_contact import LENT_J, RESTED_J, PassiveContact
+from operator_site.safety.sampled_wall import SampledWall
 
 T = 0.001
 DEVICE_NS_M = 0.5

@@ -7,13 +7,13 @@ import pytest
 
 from common.buses.thermometry import ntc_c
 from common.limits import COMFORT, WIDE
-from operator_site.limit_flags import Limit
-from operator_site.ntc import PlateSensor
-from operator_site.plate_display import PLATE_CONTACT_M2K_W, PlateDisplay
-from operator_site.plate_loop import PlateLoop
-from operator_site.scene_skin import SkinState
-from operator_site.skin import SkinModel
-from operator_site.tissue import LAYERS
+from operator_site.devices.ntc import PlateSensor
+from operator_site.safety.limit_flags import Limit
+from operator_site.thermal.plate_controller import PlateLoop
+from operator_site.thermal.plate_setpoint import PLATE_CONTACT_M2K_W, PlateDisplay
+from operator_site.thermal.scene_skin import SkinState
+from operator_site.thermal.skin_model import SkinModel
+from operator_site.thermal.tissue import LAYERS
 
 
 def state(surface_c: float, flux: float) -> SkinState:

@@ -5,8 +5,8 @@ from collections.abc import Callable
 import pytest
 
 from common.limits import DOSE_ABOVE_C, PLATE_HEATING_K_S
-from operator_site.gate import LONGEST_CHECK_S
-from operator_site.plate_follow import (
+from operator_site.safety.operator_gate import LONGEST_CHECK_S
+from operator_site.safety.plate_following import (
     AGAINST_K,
     CHECK_S,
     LAG_S,

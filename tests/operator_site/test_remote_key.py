@@ -6,7 +6,7 @@ import pytest
 
 from common.config import OperatorLinkConfig
 from common.link.keys import KeyProblem, TrustedKeys, create_keys
-from operator_site.remote_key import remote_public_key
+from operator_site.session.remote_key import remote_public_key
 
 NOT_THERE = r"no key named `remote`; add it with `teletaction keys trust .* -- remote KEY`"
 

@@ -8,14 +8,14 @@ import pytest
 
 from common.limits import COMFORT
 from common.wire.messages import Event, EventKind, ExplorationMode
-from operator_site.render import (
+from operator_site.offline_rendering import (
     THERMAL_COLUMNS,
     StrokeSample,
     render_thermal,
     render_vibration,
     write_parameters,
 )
-from operator_site.vibration import Surface
+from operator_site.vibration.vibration import Surface
 
 
 def test_thermal_rows():

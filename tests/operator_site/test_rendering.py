@@ -9,9 +9,9 @@ from common.config import RenderingConfig
 from common.limits import FORCE_SAFE_S, MOTOR_FLOOR_RPM, PRODUCED_J
 from common.wire.messages import Event, EventKind, ExplorationMode, Touch
 from common.wire.packets import N
-from operator_site.gated_output import GatedOutput
 from operator_site.gated_rendering import GatedRendering
-from operator_site.limit_flags import Limit
+from operator_site.safety.gated_output import GatedOutput
+from operator_site.safety.limit_flags import Limit
 from tests.operator_site.touches import INDEX, tick_input, touch
 
 TICK_S = 0.002

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from operator_site.sampled_wall import SampledWall
+from operator_site.safety.sampled_wall import SampledWall
 
 
 @pytest.mark.parametrize(

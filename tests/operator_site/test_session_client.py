@@ -9,7 +9,7 @@ from common.link.emergency_stop import PATIENCE_NS
 from common.link.session_state import Refused
 from common.wire.packets import LinkState
 from common.wire.session_messages import Answer
-from operator_site.session_client import SILENCE_NS
+from operator_site.session.session_client import SILENCE_NS
 from tests.operator_site.session_pair import ABLE, IDENT, MS, Pair
 
 HERE = "here: stopped, confirmed by every device after 2 ms"

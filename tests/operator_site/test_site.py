@@ -13,8 +13,8 @@ from common.link.link import OperatorLink
 from common.recording.recorder import Recorder
 from common.wire.messages import Event, EventKind, Touch
 from common.wire.packets import LinkState
-from operator_site.devices import OperatorDevices
-from operator_site.session_client import SessionClient
+from operator_site.devices.devices import OperatorDevices
+from operator_site.session.session_client import SessionClient
 from operator_site.site import OperatorSite, session_with
 from operator_site.site_recording import SCHEMAS
 from teletaction.replay import replay

@@ -8,9 +8,9 @@ import pytest
 from scipy.special import erfcx
 
 from common.scenes.materials import contact_resistance_m2k_w, material
-from operator_site.scene_skin import SceneSkin, touched_object
-from operator_site.skin import SkinModel, Touched, ladder_m, skin_step
-from operator_site.tissue import Body
+from operator_site.thermal.scene_skin import SceneSkin, touched_object
+from operator_site.thermal.skin_model import SkinModel, Touched, ladder_m, skin_step
+from operator_site.thermal.tissue import Body
 
 FINE = SkinModel(60, 60, 70, 100)
 USUAL = SkinModel(4, 1, 1, 6)

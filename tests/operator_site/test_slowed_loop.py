@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from common.config import RenderingConfig
 from common.wire.packets import N
 from operator_site.gated_rendering import GatedRendering
-from operator_site.limit_flags import Limit
+from operator_site.safety.limit_flags import Limit
 from tests.operator_site.touches import INDEX, tick_input, touch
 
 TICK_S = 0.002

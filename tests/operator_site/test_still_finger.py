@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from common.fingers import FINGERS
 from common.scenes.scene import SCENES, load_scene
-from operator_site.hand_encoders import HandEncoders
-from operator_site.still_finger import LIVELY_S, PUSHED_N, STILL_S, STOP_M, StillFingers
+from operator_site.devices.encoder_checks import HandEncoders
+from operator_site.devices.stuck_joint import LIVELY_S, PUSHED_N, STILL_S, STOP_M, StillFingers
 from sim_sensors.hand import ScriptedHand
 
 TICK_S = 0.002

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from common.limits import MOTOR_FLOOR_RPM, MOTOR_MAX_RPM
 from common.wire.messages import Event, EventKind, ExplorationMode
-from operator_site.motor_drive import MOTOR, RPM_TO_RAD_S
-from operator_site.vibration import TAP_HOLD_S, TAP_S, FingerVibration, PlayedEvents, Surface
+from operator_site.vibration.motor_drive import MOTOR, RPM_TO_RAD_S
+from operator_site.vibration.vibration import TAP_HOLD_S, TAP_S, FingerVibration, PlayedEvents, Surface
 
 PVC = Surface(k_tap=4000.0, b_tap_per_s=30.0, k_stroke_v=2000.0, k_stroke_f=60.0, b_groove_per_s=60.0)
 ROUGH = Surface(k_tap=4000.0, b_tap_per_s=30.0, k_stroke_v=5000.0, k_stroke_f=120.0, b_groove_per_s=60.0)

@@ -9,7 +9,7 @@ from common.scenes.scene import Scene, load_scene, scene_names
 from common.scenes.surfaces import surface_kind
 from common.wire.messages import MAX_EVENTS, Event, EventKind, ExplorationMode, ThermalStatus, Touch
 from common.wire.packets import LinkState
-from operator_site.virtual_environment import VirtualEnvironment
+from operator_site.virtual.virtual_environment import VirtualEnvironment
 
 TICK_S = 0.002
 UP_M, DOWN_M = 0.005, -0.001

@@ -9,7 +9,7 @@ from common.config import OperatorConfig, SimOperatorConfig, load_config
 from common.fingers import FINGERS
 from common.scenes.scene import SceneObject, load_scene, scene_names
 from common.wire.packets import LinkState
-from operator_site.virtual_environment import VirtualEnvironment
+from operator_site.virtual.virtual_environment import VirtualEnvironment
 
 PAGE = (Path(__file__).parents[2] / "docs" / "howto" / "virtual.md").read_text("utf-8")
 EXAMPLES = dict(re.findall(r"^```toml (\S+)[^\n]*\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL))

@@ -7,8 +7,8 @@ import pytest
 from common.limits import FORCE_SAFE_S
 from common.link.session_state import Refused
 from common.wire.packets import LinkState
-from operator_site.gated_output import GatedOutput
-from operator_site.passive_update import LENT_J, RESTED_J
+from operator_site.force.passive_contact import LENT_J, RESTED_J
+from operator_site.safety.gated_output import GatedOutput
 from tests.operator_site.virtual_touch import INDEX, Working
 
 ALUMINIUM_M = -0.17

@@ -12,14 +12,14 @@ from common.recording.recorder import Recorder
 from common.scenes.scene import load_scene
 from common.timing.tick_age import TickAge
 from common.wire.packets import LinkState
-from operator_site.desk_requests import answer_desk
-from operator_site.devices import OperatorDevices
-from operator_site.exoskeleton import Hand
-from operator_site.feed import Feed
-from operator_site.gated_output import GatedOutput
+from operator_site.devices.devices import OperatorDevices
+from operator_site.devices.exoskeleton import Hand
+from operator_site.safety.gated_output import GatedOutput
+from operator_site.session.console_feed import Feed
+from operator_site.session.local_control import answer_desk
 from operator_site.site import OperatorSite
-from operator_site.virtual_environment import VirtualEnvironment
-from operator_site.virtual_session import VirtualSession
+from operator_site.virtual.virtual_environment import VirtualEnvironment
+from operator_site.virtual.virtual_session import VirtualSession
 
 MS = 1_000_000
 INDEX = FINGERS.index("index")

@@ -4,9 +4,9 @@ import grimp
 import pytest
 
 SHARED = {
-    "operator_site.gated_output",
-    "operator_site.limit_flags",
-    "operator_site.sampled_wall",
+    "operator_site.safety.gated_output",
+    "operator_site.safety.limit_flags",
+    "operator_site.safety.sampled_wall",
     "remote_site.safety.gated_command",
     "remote_site.safety.sliding_extrema",
     "remote_site.safety.limit_flags",
@@ -14,9 +14,9 @@ SHARED = {
 }
 """Safety modules that others may use: outputs and flags of the gates, constants, and pure arithmetic."""
 GATES = {
-    "operator_site.force_limits",
-    "operator_site.gate",
-    "operator_site.plate_follow",
+    "operator_site.safety.force_limits",
+    "operator_site.safety.operator_gate",
+    "operator_site.safety.plate_following",
     "remote_site.safety.approach_limiter",
     "remote_site.safety.height_setpoint",
     "remote_site.safety.heater_limits",
@@ -25,7 +25,7 @@ GATES = {
     "remote_site.safety.following_error",
 }
 HEATERS = {"remote_site.thermal.heater_control", "remote_site.heating"}
-DEVICES = {"operator_site.devices", "remote_site.devices.devices"}
+DEVICES = {"operator_site.devices.devices", "remote_site.devices.devices"}
 """They import all drivers of their site."""
 WITHOUT_A_GATE = DEVICES | {"operator_site.rendering", "remote_site.heating", "remote_site.identification.perception"}
 
@@ -52,6 +52,6 @@ def test_perception_drives_no_heater(graph: grimp.ImportGraph) -> None:
 
 def test_each_driver_is_one_of_the_devices(graph: grimp.ImportGraph) -> None:
     drivers = {"exoskeleton", "hand_encoders", "hot_side", "ntc", "still_finger", "tacttip"}
-    assert {f"operator_site.{name}" for name in drivers} <= graph.find_upstream_modules("operator_site.devices")
+    assert {f"operator_site.{name}" for name in drivers} <= graph.find_upstream_modules("operator_site.devices.devices")
     drivers = {"measured_hand", "ssr_plausibility", "telemanipulator", "texture_sensor", "thermal_sensor"}
     assert {f"remote_site.{name}" for name in drivers} <= graph.find_upstream_modules("remote_site.devices.devices")

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.typing import Origin
 
-from operator_site.console.map_tiles import MapTile
-from operator_site.console.picture import Kind, Picture
+from operator_site.console.map.map_tiles import MapTile
+from operator_site.console.state.frame import Kind, Picture
 
 PATIENCE_S = 20.0
 _ALIVE_S = 0.5

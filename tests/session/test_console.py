@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-from operator_site.console.fingers_now import FIELDS
-from operator_site.console.map_tiles import NOT_FELT
+from operator_site.console.map.map_tiles import NOT_FELT
+from operator_site.console.state.fingers_now import FIELDS
 from studies.fault_session import read_figures
 from tests.commands import command
 from tests.session.live_console import Session, running

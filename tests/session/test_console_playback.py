@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from common.recording.recorder import Recorder
-from operator_site.console.fingers_now import FIELDS
-from operator_site.console.keeping import SCHEMAS as KEPT
-from operator_site.console.picture import Kind
+from operator_site.console.examination.journal import SCHEMAS as KEPT
+from operator_site.console.state.fingers_now import FIELDS
+from operator_site.console.state.frame import Kind
 from operator_site.site_recording import SCHEMAS
 from tests.operator_site.console.fed import INDEX, S, figures, rendered, touch
 from tests.session.page import Page, opened

@@ -22,7 +22,7 @@ from common.link.capabilities import OBSERVER, capabilities
 from common.link.keys import Role, TrustedKeys, create_keys, load_keys
 from common.link.link import OperatorLink
 from common.wire.session_messages import REQUESTS, Answer
-from operator_site.session_client import SessionClient
+from operator_site.session.session_client import SessionClient
 from studies.fault_session import FaultSession
 from studies.fault_table import STROKING
 from tests.commands import Told, command

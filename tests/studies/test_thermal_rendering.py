@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from operator_site.approach import LEAD_S
-from operator_site.model_choice import RUNGS, TOLERANCE_K
+from operator_site.thermal.contact_prediction import LEAD_S
+from operator_site.thermal.model_selection import RUNGS, TOLERANCE_K
 from studies.thermal_rendering import EXACT, EXPLICIT_EULER, OBJECTS, SOLVERS, plot, run, tables
 from tests.studies.written import draw_figure, write_tables
 

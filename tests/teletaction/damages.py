@@ -11,7 +11,7 @@ import msgpack
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
-from operator_site.console.keeping import SCHEMAS as KEPT
+from operator_site.console.examination.journal import SCHEMAS as KEPT
 from operator_site.site_recording import SCHEMAS as OPERATOR
 from remote_site.site_recording import SCHEMAS as REMOTE
 from sim_sensors.truth_log import OPERATOR_STREAMS, REMOTE_STREAMS

@@ -9,8 +9,8 @@ import msgpack
 import pytest
 from mcap.writer import CompressionType
 
-from operator_site.console.console import Console
-from operator_site.console.playback import Playback, Recording
+from operator_site.console.model import Console
+from operator_site.console.playback.playback import Playback, Recording
 from tests.commands import command
 from tests.teletaction.damages import in_messages, in_the_file, messages, records, write
 from tests.teletaction.recordings import GOLDEN, Message, held

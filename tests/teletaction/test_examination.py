@@ -10,7 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from common.recording.recorder import Recorder
-from operator_site.console.map_tiles import MapPicture
+from operator_site.console.map.map_tiles import MapPicture
 from teletaction.examination import Examination
 from teletaction.map_coverage import coverage
 from teletaction.map_figure import cell_colours, draw_cells, scale_ticks

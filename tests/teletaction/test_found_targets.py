@@ -5,8 +5,8 @@ import math
 import pytest
 
 from common.scenes.scene import Scene, SceneObject, load_scene
-from operator_site.console.finger_samples import Sample
-from operator_site.console.tactile_map import TactileMap
+from operator_site.console.map.finger_samples import Sample
+from operator_site.console.map.tactile_map import TactileMap
 from teletaction.found_targets import find_highest, found_targets, value_near
 from teletaction.report_words import targets_table
 

@@ -17,8 +17,8 @@ from common.link.local_control import Desk, ask_desk
 from common.link.session_state import LONGEST_NOTE, Refused
 from common.wire.packets import MAX_PACKET
 from common.wire.session_messages import Request
-from operator_site.devices import OperatorDevices
-from operator_site.session_client import SessionClient
+from operator_site.devices.devices import OperatorDevices
+from operator_site.session.session_client import SessionClient
 from operator_site.site import OperatorSite, session_with
 from tests.commands import Told, command, one_line
 from tests.operator_site.test_site import SilentLink

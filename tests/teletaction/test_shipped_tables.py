@@ -4,7 +4,7 @@ import pytest
 
 from common.scenes.scene import load_scene, scene_names
 from common.scenes.surfaces import surface_kind
-from operator_site.session_client import LONGEST_TOLD
+from operator_site.session.session_client import LONGEST_TOLD
 from remote_site.texture.surface_table import SurfaceTable
 from remote_site.thermal.material_table import MaterialTable
 from teletaction.demo_files import SURFACES, calibrated_tables

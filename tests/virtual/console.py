@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from common.config import ConsoleConfig
-from operator_site.console.access import Role, Visitor
+from operator_site.console.web.access import Role, Visitor
 from teletaction.testbed.memory_feed import MemoryFeed
 from teletaction.testbed.testbed_console import MemorySocket, TestbedConsole
 from tests.session.page import Page

@@ -6,10 +6,10 @@ from contextlib import contextmanager
 from common.fingers import FINGERS
 from common.limits import AGE_DEFAULT_S, PLATE_FAULT_C, WIDE, PlateRange
 from common.timing.standstill import HostClock
-from operator_site.devices import OperatorDevices
-from operator_site.gate import OperatorGate
-from operator_site.plate_loop import PlateLoop
-from operator_site.sampled_wall import SampledWall
+from operator_site.devices.devices import OperatorDevices
+from operator_site.safety.operator_gate import OperatorGate
+from operator_site.safety.sampled_wall import SampledWall
+from operator_site.thermal.plate_controller import PlateLoop
 from sim_sensors import sim_operator
 from sim_sensors.select_loop import SelectLoop
 from teletaction.testbed.memory_wiring import MemoryWiring

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from common.limits import FORCE_SAFE_S, MOTOR_SAFE_S, MOTOR_STILL_S, THERMAL_SAFE_S
-from operator_site.console.clients import CREDIT
-from operator_site.console.fingers_now import FIELDS
-from operator_site.console.map_tiles import NOT_FELT
-from operator_site.console.picture import Kind
-from operator_site.console.session_book import LONGEST_NOTE
+from operator_site.console.examination.examination import LONGEST_NOTE
+from operator_site.console.map.map_tiles import NOT_FELT
+from operator_site.console.state.fingers_now import FIELDS
+from operator_site.console.state.frame import Kind
+from operator_site.console.web.clients import CREDIT
 from teletaction.demo_files import WATCHED_S
 from teletaction.testbed.memory_feed import MemoryFeed
 from tests.session.page import HOSTILE, Page, engage, newest_tiles, ready

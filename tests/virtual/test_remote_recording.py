@@ -6,8 +6,8 @@ import msgpack
 import pytest
 
 from common.recording.recorder import Recorder
-from operator_site.console.console import Console
-from operator_site.console.words import REMOTE_NOT_RECORDED
+from operator_site.console.model import Console
+from operator_site.console.texts import REMOTE_NOT_RECORDED
 from tests.virtual.conftest import MakeSession
 from tests.virtual.kept_record import KeptRecord
 from tests.virtual.session import VirtualSession

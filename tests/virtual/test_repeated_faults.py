@@ -10,11 +10,11 @@ from common.fingers import FINGERS, named_finger
 from common.limits import PLATE_PEAK_C, WIDE
 from common.safety.repeated_fault import REPEATED_S, STAYS_OFF, TEST_EVERY_S
 from common.wire.packets import N
-from operator_site.gate import TEST_DRIVE, OperatorGate
-from operator_site.limit_flags import Limit
-from operator_site.ntc import PlateSensor
-from operator_site.plate_loop import PlateLoop
-from operator_site.sampled_wall import SampledWall
+from operator_site.devices.ntc import PlateSensor
+from operator_site.safety.limit_flags import Limit
+from operator_site.safety.operator_gate import TEST_DRIVE, OperatorGate
+from operator_site.safety.sampled_wall import SampledWall
+from operator_site.thermal.plate_controller import PlateLoop
 from sim_sensors.faulty_parts import Thermistor
 from sim_sensors.finger_plate import FingerPlates
 from sim_sensors.tacttip import ntc_counts

@@ -10,10 +10,10 @@ from common.fingers import FINGERS
 from common.limits import MOTOR_FLOOR_RPM
 from common.scenes.scene import load_scene
 from common.timing.standstill import HostClock
-from operator_site.devices import OperatorDevices
+from operator_site.devices.devices import OperatorDevices
 from operator_site.site import OperatorSite
-from operator_site.virtual_environment import VirtualEnvironment
-from operator_site.virtual_session import VirtualSession
+from operator_site.virtual.virtual_environment import VirtualEnvironment
+from operator_site.virtual.virtual_session import VirtualSession
 from sim_sensors import sim_operator
 from sim_sensors.select_loop import SelectLoop
 from teletaction.testbed.memory_wiring import MemoryWiring

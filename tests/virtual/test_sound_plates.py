@@ -11,8 +11,8 @@ from common.limits import GAP_S
 from common.scenes.materials import materials
 from common.wire.messages import NO_TOUCH, ExplorationMode, Touch, pack_rows
 from common.wire.packets import LinkState, N
+from operator_site.devices.ntc import PlateSensor
 from operator_site.gated_rendering import GatedRendering
-from operator_site.ntc import PlateSensor
 from operator_site.rendering_input import RenderingInput
 from sim_sensors.finger_plate import FingerPlates
 from sim_sensors.tacttip import ntc_counts

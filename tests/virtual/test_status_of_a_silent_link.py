@@ -4,8 +4,8 @@ import pytest
 
 from common.limits import GAP_S
 from common.runtime.site_loop import in_words
-from operator_site.desk_requests import answer_desk
-from operator_site.session_client import SILENCE_NS
+from operator_site.session.local_control import answer_desk
+from operator_site.session.session_client import SILENCE_NS
 from tests.virtual.session import TICK_S, VirtualSession
 
 pytestmark = pytest.mark.long

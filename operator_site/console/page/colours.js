@@ -1,4 +1,4 @@
-// Colours of the tactile map, made by `python -m operator_site.console.colours` out of that module.
+// Colours of the tactile map, made by `python -m operator_site.console.map.colours` out of that module.
 // vik, batlow, bilbao: copyright 2020 Fabio Crameri, MIT licence, see colours-licence.txt.
 const bytes = text => Uint8Array.from(atob(text), letter => letter.charCodeAt(0));
 // A table is sent as every 5th colour; the others lie between.

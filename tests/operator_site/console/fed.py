@@ -9,7 +9,7 @@ from common.link.session_state import Happening
 from common.wire.messages import NO_TOUCH, ThermalStatus, Touch, pack_rows
 from common.wire.packets import LinkState
 from common.wire.touch_summary import NOTHING, Told
-from operator_site.console.console import Console
+from operator_site.console.model import Console
 
 S = 1_000_000_000
 INDEX = 1

@@ -2,7 +2,7 @@
 
 from common.fingers import FINGER_Y_M, FINGERS
 from common.wire.messages import NO_TOUCH, ExplorationMode, ThermalStatus, TouchRow
-from operator_site.console.finger_samples import Sample
+from operator_site.console.map.finger_samples import Sample
 
 INDEX = FINGERS.index("index")
 

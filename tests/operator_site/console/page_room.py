@@ -7,11 +7,11 @@ from typing import Any
 
 from starlette.websockets import WebSocketDisconnect
 
-from operator_site.console.access import Visitor
-from operator_site.console.acts import Acts, Playing
-from operator_site.console.console import Console
-from operator_site.console.control import Control
-from operator_site.console.pages import Pages
+from operator_site.console.model import Console
+from operator_site.console.web.access import Visitor
+from operator_site.console.web.commands import Acts, Playing
+from operator_site.console.web.control import Control
+from operator_site.console.web.pages import Pages
 from tests.operator_site.console.test_acts import Desk, Keeper
 
 OR_1, STUDENT = Visitor("OR-1", "act"), Visitor("student", "observe")

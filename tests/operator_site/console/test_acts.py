@@ -10,15 +10,15 @@ import msgpack
 import pytest
 
 from common.link.session_state import Refused
-from operator_site.console.access import Visitor
-from operator_site.console.acts import NOT_RECORDED, STOP_NOT_SENT, Acts, Answer
-from operator_site.console.clients import Client
-from operator_site.console.console import Console
-from operator_site.console.control import Control
-from operator_site.console.desk_line import DeskSilent
-from operator_site.console.keeping import Keeping
-from operator_site.console.reporting import Reporting
-from operator_site.console.session_book import LONGEST_NOTE
+from operator_site.console.examination.examination import LONGEST_NOTE
+from operator_site.console.examination.journal import Keeping
+from operator_site.console.examination.reporting import Reporting
+from operator_site.console.local_control import DeskSilent
+from operator_site.console.model import Console
+from operator_site.console.web.access import Visitor
+from operator_site.console.web.clients import Client
+from operator_site.console.web.commands import NOT_RECORDED, STOP_NOT_SENT, Acts, Answer
+from operator_site.console.web.control import Control
 from tests.conftest import Contained
 from tests.operator_site.console.fed import fed, happen
 

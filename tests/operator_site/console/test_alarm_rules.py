@@ -8,10 +8,10 @@ import msgpack
 import pytest
 
 from common.recording.recorder import Recorder, recording_figures
-from operator_site.console.alarm_rules import Surroundings
-from operator_site.console.console import Console
-from operator_site.console.picture import Priority
-from operator_site.limit_flags import Limit
+from operator_site.console.alarms.alarm_rules import Surroundings
+from operator_site.console.model import Console
+from operator_site.console.state.frame import Priority
+from operator_site.safety.limit_flags import Limit
 from tests.operator_site.console.fed import S, fed, figures, happen, rendered, touch
 
 DISK_FULL = (Priority.MEDIUM, "Disk full. Recording stopped, findings are kept.")

@@ -3,8 +3,8 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from operator_site.console.alarms import HELD_S, LONGEST_QUIET_S, Alarms, Cause
-from operator_site.console.picture import Priority
+from operator_site.console.alarms.alarms import HELD_S, LONGEST_QUIET_S, Alarms, Cause
+from operator_site.console.state.frame import Priority
 
 HIGH = Cause(Priority.HIGH, "LINK LOST.", "Link is back.")
 MEDIUM = Cause(Priority.MEDIUM, "Link slow.")

@@ -3,8 +3,8 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from operator_site.console.access import Visitor
-from operator_site.console.clients import AWAKE_S, CREDIT, SEEN_S, STATE_EVERY_S, Client
+from operator_site.console.web.access import Visitor
+from operator_site.console.web.clients import AWAKE_S, CREDIT, SEEN_S, STATE_EVERY_S, Client
 
 
 def client() -> Client:

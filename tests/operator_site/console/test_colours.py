@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from operator_site.console import colours
+from operator_site.console.map import colours
 
 
 def brightness(colour: str) -> float:

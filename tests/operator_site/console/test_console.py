@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from common.wire.packets import LinkState
-from operator_site.console.console import Console
-from operator_site.console.fingers_now import FIELDS, GONE_S
-from operator_site.console.picture import Kind, Picture, Priority
-from operator_site.console.shown_state import shown_state
-from operator_site.console.signals import BINS
-from operator_site.limit_flags import Limit
+from operator_site.console.model import Console
+from operator_site.console.state.fingers_now import FIELDS, GONE_S
+from operator_site.console.state.frame import Kind, Picture, Priority
+from operator_site.console.state.signals import BINS
+from operator_site.console.web.page_state import shown_state
+from operator_site.safety.limit_flags import Limit
 from tests.operator_site.console.fed import INDEX, S, fed, figures, happen, rendered, touch
 
 AGE_S = FIELDS.index("age_s")

@@ -8,7 +8,7 @@ import pytest
 
 from common.link.keys import load_keys
 from common.link.session_state import Refused
-from operator_site.console.desk_line import PATIENCE_S, DeskLine, DeskSilent
+from operator_site.console.local_control import PATIENCE_S, DeskLine, DeskSilent
 from tests.conftest import Keys
 from tests.operator_site.console.stub_site import Site
 from tests.waiting import wait_until

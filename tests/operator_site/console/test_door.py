@@ -14,9 +14,9 @@ import uvicorn
 from starlette.types import Receive, Scope, Send
 
 from common.runtime.containment import Containment
-from operator_site.console import connections as rule
-from operator_site.console.connections import Connections
-from operator_site.console.door import Accepted, Door, Stages
+from operator_site.console.web import connections as rule
+from operator_site.console.web.connections import Connections
+from operator_site.console.web.door import Accepted, Door, Stages
 from tests.conftest import Contained
 
 MOST = 8

@@ -7,7 +7,7 @@ import pytest
 
 from common.wire.messages import NO_TOUCH, ExplorationMode, ThermalStatus
 from common.wire.touch_summary import NOTHING, Told
-from operator_site.console.finger_samples import (
+from operator_site.console.map.finger_samples import (
     DWELL_EVERY_S,
     DWELL_S,
     LATE_M,

@@ -11,7 +11,7 @@ from unittest.mock import Mock
 import msgpack
 import pytest
 
-from operator_site.console.keeping import AGAIN_S, Keeping
+from operator_site.console.examination.journal import AGAIN_S, Keeping
 from tests.session.truth import written
 from tests.waiting import wait_until
 
@@ -76,7 +76,7 @@ def test_a_console_starts_on_a_full_disk_which_is_tried_every_few_seconds(
 ) -> None:
     opening = Mock(side_effect=OSError(errno.ENOSPC, "No space left on device"))
     with monkeypatch.context() as patch:
-        patch.setattr("operator_site.console.keeping.Recorder", opening)
+        patch.setattr("operator_site.console.examination.journal.Recorder", opening)
         keeping = Keeping(tmp_path / "console.mcap", {})
         for tenth in range(100, 200):
             keeping.step(0.1 * tenth)

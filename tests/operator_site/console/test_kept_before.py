@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
-from operator_site.console import keeping as keeping_module
-from operator_site.console.keeping import Keeping
-from operator_site.console.kept_before import KeptBefore, boot, kept_before
+from operator_site.console.examination import journal as keeping_module
+from operator_site.console.examination.journal import Keeping
+from operator_site.console.examination.resume import KeptBefore, boot, kept_before
 
 
 def session(what: str, at_s: float, pseudonym: str = "P-0417") -> dict[str, Any]:

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from common.wire.touch_summary import NOTHING
-from operator_site.console.map_layer import TILE
-from operator_site.console.map_tiles import (
+from operator_site.console.map.map_layer import TILE
+from operator_site.console.map.map_tiles import (
     BYTES,
     CONFIDENT_SD,
     HIGHEST,
@@ -24,7 +24,7 @@ from operator_site.console.map_tiles import (
     picture,
     value_of,
 )
-from operator_site.console.tactile_map import QUANTITIES, TactileMap
+from operator_site.console.map.tactile_map import QUANTITIES, TactileMap
 from tests.operator_site.console.felt_rows import INDEX, hand, row, sample
 
 

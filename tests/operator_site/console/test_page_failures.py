@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from operator_site.console.access import Visitor
-from operator_site.console.clients import AWAKE_S
-from operator_site.console.console import Console
-from operator_site.console.pages import FAILED, FULL, REPLACED
+from operator_site.console.model import Console
+from operator_site.console.web.access import Visitor
+from operator_site.console.web.clients import AWAKE_S
+from operator_site.console.web.pages import FAILED, FULL, REPLACED
 from tests.conftest import Contained
 from tests.operator_site.console.page_room import OR_1, STUDENT, Room, settled
 

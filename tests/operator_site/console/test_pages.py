@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from operator_site.console.access import Visitor
-from operator_site.console.pages import (
+from operator_site.console.web.access import Visitor
+from operator_site.console.web.pages import (
     FULL,
     MESSAGES_AT_ONCE,
     NOT_UNDERSTOOD,

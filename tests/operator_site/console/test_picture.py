@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from common.wire.packets import LinkState
-from operator_site.console.fingers_now import FIELDS
-from operator_site.console.picture import BadPicture, Flags, Kind, Picture, Priority
-from operator_site.console.signals import BINS, SIGNALS
+from operator_site.console.state.fingers_now import FIELDS
+from operator_site.console.state.frame import BadPicture, Flags, Kind, Picture, Priority
+from operator_site.console.state.signals import BINS, SIGNALS
 
 fives = st.tuples(*[st.booleans()] * 5)
 flags = st.builds(

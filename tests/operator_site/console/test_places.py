@@ -3,9 +3,9 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from operator_site.console.access import Visitor
-from operator_site.console.clients import AWAKE_S, Client
-from operator_site.console.places import ACTING_PLACES, OBSERVING_PLACES, Place, place_for
+from operator_site.console.web.access import Visitor
+from operator_site.console.web.clients import AWAKE_S, Client
+from operator_site.console.web.places import ACTING_PLACES, OBSERVING_PLACES, Place, place_for
 
 OPERATOR, COLLEAGUE, STUDENT = Visitor("OR-2", "act"), Visitor("OR-3", "act"), Visitor("student", "observe")
 AWAKE, ASLEEP = 10.0, 10.0 - AWAKE_S - 1.0

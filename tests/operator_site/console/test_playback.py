@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from common.recording.recorder import Recorder
-from operator_site.console import playback
-from operator_site.console.playback import Playback, Recording
+from operator_site.console.playback import playback
+from operator_site.console.playback.playback import Playback, Recording
 
 START_NS = 7_000_000_000
 SECONDS, HZ = 60, 20

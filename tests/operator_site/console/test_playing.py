@@ -9,9 +9,9 @@ import msgpack
 import pytest
 
 from common.recording.recorder import Recorder
-from operator_site.console.playback import CHECKPOINT_S, Recording
-from operator_site.console.playing import Player
-from operator_site.console.reading_ahead import ReadingAhead
+from operator_site.console.playback.checkpoints import ReadingAhead
+from operator_site.console.playback.playback import CHECKPOINT_S, Recording
+from operator_site.console.playback.player import Player
 from operator_site.site_recording import SCHEMAS
 from tests.operator_site.console.fed import S, rendered, touch
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from operator_site.console import reporting
-from operator_site.console.reporting import Reporting
+from operator_site.console.examination import reporting
+from operator_site.console.examination.reporting import Reporting
 
 WRITE = (sys.executable, "-c", "import sys; open(sys.argv[1], 'w').write('<p>')", "{report}")
 

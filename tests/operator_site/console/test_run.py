@@ -9,7 +9,7 @@ from starlette.applications import Starlette
 
 from common.config import ConsoleConfig
 from common.runtime.containment import Containment
-from operator_site.console.live_console import LiveConsole
+from operator_site.console.live import LiveConsole
 from operator_site.console.run import _run
 from tests.conftest import Contained
 

@@ -7,9 +7,9 @@ from typing import Any, cast
 import pytest
 
 from common.config import ConsoleConfig
-from operator_site.console.access import Access
-from operator_site.console.pages import Pages
-from operator_site.console.server import application
+from operator_site.console.web.access import Access
+from operator_site.console.web.pages import Pages
+from operator_site.console.web.server import application
 
 TOKEN = "a" * 40
 

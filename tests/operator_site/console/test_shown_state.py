@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 
 from common.limits import GAP_S
 from common.wire.packets import LinkState
-from operator_site.console.console import Console
-from operator_site.console.picture import Picture
-from operator_site.console.shown_state import shown_state
-from operator_site.console.site_now import SILENT_S
+from operator_site.console.model import Console
+from operator_site.console.state.frame import Picture
+from operator_site.console.state.site_now import SILENT_S
+from operator_site.console.web.page_state import shown_state
 from tests.operator_site.console.fed import S, figures, happen, rendered, touch
 
 AT_S = 102.0

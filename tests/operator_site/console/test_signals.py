@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from operator_site.console.signals import BINS, LATE_S, SIGNALS, SPAN_S, Signals
+from operator_site.console.state.signals import BINS, LATE_S, SIGNALS, SPAN_S, Signals
 
 PLATE = SIGNALS.index("plate_c")
 

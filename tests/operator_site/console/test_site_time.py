@@ -2,9 +2,9 @@
 
 from itertools import count
 
-from operator_site.console.console import Console
-from operator_site.console.site_now import SILENT_S
-from operator_site.console.site_time import SiteTime
+from operator_site.console.model import Console
+from operator_site.console.state.site_now import SILENT_S
+from operator_site.console.state.site_time import SiteTime
 from tests.operator_site.console.fed import S, rendered
 
 BATCH_S = 0.03

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from common.fingers import FINGERS
 from common.wire.messages import ThermalStatus
 from common.wire.touch_summary import NOTHING
-from operator_site.console import map_tiles
-from operator_site.console.finger_samples import Sample, samples_of
-from operator_site.console.map_layer import CELL_M, REACH_M, TILE
-from operator_site.console.tactile_map import SHARED_SD_K, TactileMap
+from operator_site.console.map import map_tiles
+from operator_site.console.map.finger_samples import Sample, samples_of
+from operator_site.console.map.map_layer import CELL_M, REACH_M, TILE
+from operator_site.console.map.tactile_map import SHARED_SD_K, TactileMap
 from tests.operator_site.console.felt_rows import INDEX, hand, row, sample
 
 PLACES = st.floats(-0.040, 0.040)

@@ -5,8 +5,8 @@ import pytest
 from common.fingers import FINGERS
 from common.wire.messages import ThermalStatus
 from common.wire.touch_summary import Told
-from operator_site.console import words
-from operator_site.console.site_now import DEVICES
+from operator_site.console import texts as words
+from operator_site.console.state.site_now import DEVICES
 
 
 def test_alarms_say_where_what_and_what_to_do() -> None:

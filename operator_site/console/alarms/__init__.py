@@ -1,0 +1,4 @@
+"""Alarms, and the rules that raise them.
+
+The console's model uses both.
+"""

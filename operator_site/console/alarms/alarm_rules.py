@@ -1,0 +1,135 @@
+"""What is wrong now: one cause for each thing that a person has to know, with the words that tell it."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from common.fingers import FINGERS
+from common.limits import PLATE_FAULT_C, PLATE_PROFILES
+from common.wire.packets import LinkState
+from operator_site.console import texts
+from operator_site.console.alarms.alarms import Cause
+from operator_site.console.state.fingers_now import FingersNow
+from operator_site.console.state.frame import Priority
+from operator_site.console.state.site_now import SILENT_S, SiteNow
+from operator_site.safety.limit_flags import Limit
+
+STOP_PATIENCE_S = 0.3
+"""Devices have confirmed an emergency stop by then, the remote hand a round trip later."""
+LINK_SLOW_MS = 100.0
+"""From here a hand notices the delay and has to move slowly."""
+DISK_NEARLY_FULL = 0.90
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What the process around the console knows: share of the disk that is used, and whether it records."""
+
+    disk_used: float = 0.0
+    recording_failed: bool = False
+    sound: str = ""
+    """`heard` or `refused`; empty while nobody has said."""
+    skipped_lately: bool = False
+    """The acting page is too slow for its pictures."""
+    gone_on: bool = False
+    """The examination was begun at an earlier run of the console, which is not there any more."""
+
+
+def causes(
+    now_s: float, site: SiteNow, fingers: FingersNow, used: Sequence[bool], around: Surroundings, *, live: bool = True
+) -> dict[str, Cause]:
+    """Everything that is wrong, by what names it.
+
+    Args:
+        now_s: s of the operator site's clock.
+        site: how the site is.
+        fingers: what they feel.
+        used: which fingers are in use.
+        around: what the console's own process knows.
+        live: whether it is now; a recording is not silent and has no page that is slow.
+    """
+    found: dict[str, Cause] = {}
+    old_s = now_s - site.heard_s
+    if live and old_s > SILENT_S and math.isfinite(old_s):
+        found["feed"] = Cause(Priority.HIGH, texts.no_data(old_s), texts.DATA_BACK)
+        if site.silent_s(now_s) > SILENT_S:
+            return found  # whatever else was known is old
+    if (waiting := unconfirmed(now_s, site)) and site.stop_asked_s is not None:
+        found["stop"] = Cause(Priority.HIGH, texts.not_confirmed(waiting), texts.STOP_LATE, silenceable=False)
+    if site.lost_engaged or site.link_silent:
+        found["link"] = Cause(Priority.HIGH, texts.LINK_LOST, texts.LINK_BACK)
+    found |= _plates(now_s, site, fingers, used)
+    if site.fault and not site.stopping and not any(cause.priority is Priority.HIGH for cause in found.values()):
+        found["fault"] = Cause(Priority.HIGH, texts.fault(site.fault), texts.FAULT_OVER)
+    elif site.remote_fault and not site.stopping and not site.fault:
+        found["remote fault"] = Cause(Priority.HIGH, texts.remote_fault(site.remote_fault), texts.FAULT_OVER)
+    for name, ready in site.ready.items():
+        if not ready and name in site.was_ready and "link" not in found and site.state is not LinkState.DISCONNECTED:
+            found[f"device {name}"] = Cause(Priority.MEDIUM, texts.device_lost(name))
+    link = site.link.shown(now_s)
+    delay_ms, sd_ms = link["delay_ms"], link["delay_sd_ms"]
+    if delay_ms is not None and sd_ms is not None and delay_ms > LINK_SLOW_MS and "link" not in found:
+        found["link"] = Cause(Priority.MEDIUM, texts.link_slow(delay_ms, sd_ms))
+    if behind := str(site.figures.get("behind", "")):
+        found["behind"] = Cause(Priority.LOW, texts.site_slow(behind))
+    for name, what in site.bus.trouble(now_s).items():
+        found[f"bus {name}"] = Cause(Priority.LOW, texts.bus_trouble(name, what))
+    return found | _recording(site, around) | _lesser(around, live)
+
+
+def unconfirmed(now_s: float, site: SiteNow) -> list[str]:
+    """Devices that should have confirmed the emergency stop by now, and have not."""
+    if site.stop_asked_s is None:
+        return []
+    waited_s = now_s - site.stop_asked_s
+    round_trip_s = 2e-3 * (site.link.shown(now_s)["delay_ms"] or 0.0)
+    return [
+        name
+        for name, after_s in site.stop_after_s.items()
+        if after_s is None and waited_s > STOP_PATIENCE_S + (round_trip_s if name == "remote hand" else 0.0)
+    ]
+
+
+def _plates(now_s: float, site: SiteNow, fingers: FingersNow, used: Sequence[bool]) -> dict[str, Cause]:
+    found = {}
+    for finger, plate_c in enumerate(fingers.plates_c(now_s)):
+        name = FINGERS[finger]
+        if not used[finger]:
+            continue
+        if plate_c > PLATE_FAULT_C:
+            found[f"plate {name}"] = Cause(
+                Priority.HIGH, texts.plate_over(name, plate_c), f"{texts.finger(name)}: plate is back. Hold C to clear."
+            )
+        elif site.both and fingers.holds(finger, Limit.PLATE_TEMPERATURE) and plate_c > PLATE_PROFILES["comfort"].low_c:
+            found[f"plate {name}"] = Cause(Priority.MEDIUM, texts.plate_held(name, plate_c))
+    return found
+
+
+def _recording(site: SiteNow, around: Surroundings) -> dict[str, Cause]:
+    found = {}
+    failed = str(site.figures.get("recording_failed", ""))
+    if "No space" in failed or (around.recording_failed and around.disk_used >= DISK_NEARLY_FULL):
+        found["recording"] = Cause(Priority.MEDIUM, texts.DISK_FULL)
+    elif failed:
+        found["recording"] = Cause(Priority.MEDIUM, texts.NOT_RECORDED)
+    elif around.recording_failed:
+        found["recording"] = Cause(Priority.MEDIUM, texts.CONSOLE_NOT_RECORDED)
+    if site.figures.get("remote_recording"):
+        found["remote recording"] = Cause(Priority.MEDIUM, texts.REMOTE_NOT_RECORDED)
+    return found
+
+
+def _lesser(around: Surroundings, live: bool) -> dict[str, Cause]:
+    """What one should know."""
+    if not live:
+        return {}
+    found = {}
+    if around.disk_used >= DISK_NEARLY_FULL:
+        found["disk"] = Cause(Priority.LOW, f"Disk {around.disk_used * 100:.0f} % full. Make room soon.")
+    if around.sound == "refused":
+        found["sound"] = Cause(Priority.LOW, "Sound is off. Watch the alarm line.")
+    if around.gone_on:
+        found["gone on"] = Cause(Priority.LOW, texts.GONE_ON)
+    if around.skipped_lately:
+        found["slow"] = Cause(Priority.LOW, "Console slow. Close other programs.")
+    return found

@@ -1,0 +1,181 @@
+"""A running site before the pages: what it feeds is taken, its desk is asked, what people do is kept."""
+
+import asyncio
+import contextlib
+import logging
+import math
+import shutil
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from common.config import ConsoleConfig
+from operator_site.console import texts
+from operator_site.console.examination.journal import Keeping
+from operator_site.console.examination.reporting import Reporting
+from operator_site.console.examination.resume import KeptBefore
+from operator_site.console.interval import Due
+from operator_site.console.map.finger_samples import samples_of
+from operator_site.console.model import Console
+from operator_site.console.state.site_now import SILENT_S
+from operator_site.console.state.site_time import SiteTime
+from operator_site.console.web.commands import Acts, Desk
+from operator_site.console.web.control import Control
+from operator_site.console.web.page_state import shown_state
+from operator_site.console.web.pages import Pages
+from operator_site.session.console_feed import BATCH_S, FeedSource
+
+log = logging.getLogger(__name__)
+
+STATE_S = 0.1
+_ATTEND_S = 0.1
+_STOPPING_S = 0.05
+"""The site is told of the page, and asked how it is, so often; more often while it stops."""
+_KEEP_S = 0.2
+_SLOW_PER_S = 10
+"""A page that skips more pictures in a second is slow."""
+
+
+class LiveConsole:
+    """Shows a running site."""
+
+    def __init__(
+        self,
+        config: ConsoleConfig,
+        feed: FeedSource,
+        desk: Desk,
+        keeping: Keeping,
+        clock_s: Callable[[], float] = time.monotonic,
+    ):
+        """Show the site that feeds `feed`.
+
+        Args:
+            config: of the console.
+            feed: what the site feeds.
+            desk: where the site is asked.
+            keeping: takes what people do and find; an examination that it has from before is taken up.
+            clock_s: this machine's monotonic clock, s.
+        """
+        self._feed, self._desk, self.keeping, self._clock_s = feed, desk, keeping, clock_s
+        self.console = Console()
+        self._time = SiteTime()
+        control = Control()
+        self.acts = Acts(self.console, self._desk, self.keeping, control, None)
+        self.pages = Pages(lambda: self.console, self.acts, control, self._site_s, clock_s)
+        self.acts.reporting = Reporting(config.report_command, config.reports)
+        self._go_on(self.keeping.before)
+        self._operator = "operator.toml" if config.operator is None else str(config.operator)
+        self._folder = config.record.parent if config.record is not None else Path.cwd()
+        self._picture, self._state, self._attend = Due(BATCH_S), Due(STATE_S), Due(_ATTEND_S)
+        self._keep, self._second = Due(_KEEP_S), Due(1.0)
+        self._skipped = 0
+        self._answering = False
+
+    def step(self, here_s: float) -> None:
+        """Take what came, show what is due; `here_s` is of the machine's clock."""
+        fed = list(self._feed.receive())
+        for stream, time_ns, payload in fed:
+            self._time.heard(here_s, time_ns * 1e-9)
+            self.console.take(stream, time_ns, payload)
+        now_s = self._time.now_s(here_s)
+        stopping = self.console.site.stop_asked_s is not None and None in self.console.site.stop_after_s.values()
+        if not self._answering and self._attend(here_s, _STOPPING_S if stopping else None):
+            self._tell_desk()
+        if self._second(here_s):
+            self._look_around()
+            self._keep_felt(now_s)
+        if self._keep(here_s):
+            self.keeping.step(now_s)
+            for alarm in self.console.alarms.take_changes():
+                record = {"id": alarm.ident, "priority": alarm.cause.priority.name.lower(), "text": alarm.text}
+                times = {"since_s": alarm.since_s, "ended_s": alarm.ended_s, "cleared_by": alarm.cleared_by}
+                self.keeping.write("console/alarm", now_s, {**record, **times, "active": alarm.ended_s is None})
+        if self._picture(here_s, 0.5 * BATCH_S if fed else 1.5 * BATCH_S):
+            self.console.step(now_s)
+            self.acts.step(now_s)
+            self.pages.show(self._shown(now_s) if self._state(here_s) else None)
+
+    def _go_on(self, before: KeptBefore) -> None:
+        """Take up the examination that an earlier run has left under way; say so where that cannot be done."""
+        self._gone_on_s: float | None = None
+        self._kept_s = -math.inf
+        if before.cut_off:
+            text = texts.cut_off(before.cut_off, len(before.findings), [path.name for path in before.files])
+            self.acts.saved = {"text": text, "report": None}
+            return
+        for stream, record in before.records:
+            try:
+                if stream == "console/felt":
+                    for sample in samples_of(record):
+                        self.console.felt.take_again(sample)
+                        self._kept_s = max(self._kept_s, sample.t_s)
+                else:
+                    self.console.book.take(stream, record)
+            except (KeyError, TypeError, ValueError, IndexError) as error:
+                log.warning("%s of an earlier run: %r", stream, error)
+        self._gone_on_s = self.console.book.began_s
+
+    def _keep_felt(self, now_s: float) -> None:
+        """What was felt during an examination is kept, so that another run of the console can show it."""
+        if self.console.book.pseudonym is None or not self.keeping.enabled:
+            return
+        if samples := self.console.felt.after(self._kept_s):
+            self._kept_s = samples[-1].t_s
+            self.keeping.write("console/felt", now_s, {"samples": [tuple(sample) for sample in samples]})
+
+    def _site_s(self) -> float:
+        """The time on the site's clock, s."""
+        return self._time.now_s(self._clock_s())
+
+    def figures(self) -> dict[str, object]:
+        """What the status file tells."""
+        silent_s = self.console.site.silent_s(self._site_s())
+        return {
+            "stale": f"no word of the operator site for {silent_s:.1f} s" if silent_s > SILENT_S else "",
+            "clients": len(self.pages.clients),
+            "pictures_skipped": sum(client.skipped for client in self.pages.clients),
+            "damaged": self.console.damaged,
+            "unsaved": self.keeping.unsaved,
+        }
+
+    def _shown(self, now_s: float) -> dict[str, Any]:
+        state = shown_state(self.console, now_s, self.keeping.is_saved, self._operator)
+        state["session"]["saved"] = self.acts.saved
+        return {**state, "wall_clock": f"{datetime.now():%H:%M:%S}"}
+
+    def _tell_desk(self) -> None:
+        """Tell the site whether somebody watches, and hear how it is; one question at a time."""
+        self._answering = True
+        loop = asyncio.get_running_loop()
+        asked = self._desk.ask("attend", {"seen": self.pages.seen})
+
+        def done(answer: "Future[dict[str, Any]]") -> None:
+            with contextlib.suppress(RuntimeError):  # the loop has ended meanwhile
+                loop.call_soon_threadsafe(self._take_answer, answer)
+
+        asked.add_done_callback(done)
+
+    def _take_answer(self, answer: "Future[dict[str, Any]]") -> None:
+        self._answering = False
+        if not answer.cancelled() and answer.exception() is None:
+            self.console.desk(self._site_s(), answer.result())
+
+    def _look_around(self) -> None:
+        holder = self.pages.control.holder
+        skipped = 0 if holder is None else holder.skipped
+        slow, self._skipped = skipped - self._skipped > _SLOW_PER_S, skipped
+        try:
+            disk = shutil.disk_usage(self._folder)
+            used = disk.used / max(1, disk.used + disk.free)
+        except OSError:
+            used = 0.0
+        failed = self.keeping.enabled and self.keeping.failed
+        book = self.console.book
+        gone_on = book.pseudonym is not None and book.began_s == self._gone_on_s
+        self.console.around = replace(
+            self.console.around, disk_used=used, recording_failed=failed, skipped_lately=slow, gone_on=gone_on
+        )

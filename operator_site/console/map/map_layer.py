@@ -1,0 +1,157 @@
+"""One quantity over the bench: samples, and what they come to in each cell of 1 mm, in tiles made where it was felt.
+
+A cell's value is the mean of the samples around it, weighted by a Gaussian of KERNEL_M and by their precision. Where
+samples disagree by more than they claim to be wrong, the standard deviation says so (Birge 1932).
+"""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from operator_site.console.map.finger_samples import Sample
+
+Floats = NDArray[np.float64]
+CELL_M = 1e-3
+TILE = 32
+"""Cells along each side of a tile."""
+KERNEL_M = 1.5e-3
+REACH_M = 3e-3
+"""Farther from every sample than this, nothing was felt."""
+MOST_SAMPLES = 2000
+"""Of one tile; the oldest of more are forgotten as samples, and stay in the cells."""
+LEAST_FREEDOM = 0.25
+"""One sample, or parts of some, cannot disagree with themselves."""
+_MIDDLE = {"temperature": 30.0}
+"""Taken off before squares are summed, so that they keep their digits."""
+
+
+class Tile:
+    """Sums over TILE x TILE cells, row by row from the near edge.
+
+    Attributes:
+        revision: the map's, when this tile was changed last.
+        samples: those whose place lies in this tile.
+    """
+
+    __slots__ = ("_count", "_sums", "revision", "samples")
+
+    def __init__(self) -> None:
+        self.revision = 0
+        self.samples: dict[tuple[int, int, int], Sample] = {}
+        self._count = np.zeros((TILE, TILE), dtype=np.int32)
+        self._sums = np.zeros((4, TILE, TILE))
+        """Of the kernel k, and of k w, k w v and k w v^2 with precisions w and values v."""
+
+    def add(self, at: tuple[slice, slice], kernel: Floats, precision: float, value: float, sign: int) -> None:
+        """Put a sample into the cells `at`, or take it out again with `sign` -1."""
+        weight = precision * kernel
+        self._sums[:, at[0], at[1]] += sign * np.stack((kernel, weight, value * weight, value * value * weight))
+        self._count[at] += sign * (kernel > 0.0)
+        self._sums[:, self._count == 0] = 0.0  # what rounding has left
+
+    @property
+    def felt(self) -> NDArray[np.bool_]:
+        """Cells where something was felt, (TILE, TILE)."""
+        return self._count > 0
+
+    @property
+    def kernel(self) -> Floats:
+        """How much was felt in each cell: 1 for one sample in its middle."""
+        kernel: Floats = self._sums[0]
+        return kernel
+
+    def mean(self) -> tuple[Floats, Floats]:
+        """Value and standard deviation of each cell, (TILE, TILE); NaN where nothing was felt."""
+        kernel, precision, first, second = np.where(self.felt, self._sums, np.nan)
+        value = first / precision
+        disagreement = (second - first * value) / np.maximum(kernel - 1.0, LEAST_FREEDOM)
+        return value, np.sqrt(np.maximum(1.0, disagreement) / precision)
+
+
+class Layer:
+    """One quantity's tiles by their column and row on the bench.
+
+    Attributes:
+        middle: what is taken off the values in the sums.
+    """
+
+    def __init__(self, quantity: str) -> None:
+        """Nothing felt yet."""
+        self.tiles: dict[tuple[int, int], Tile] = {}
+        self.middle = _MIDDLE.get(quantity, 0.0)
+        self._newest: dict[int, Sample] = {}
+
+    def put(self, sample: Sample, revision: int) -> None:
+        """Take a sample; it replaces the newest of its finger where that has the same key."""
+        before = self._newest.get(sample.finger)
+        if before is not None and before.key == sample.key:
+            self._paint(before, -1, revision)
+            self.tiles[tile_of(before.x_m, before.y_m)].samples.pop(before.key, None)
+        self._newest[sample.finger] = sample
+        self._paint(sample, 1, revision)
+        samples = self.tiles[tile_of(sample.x_m, sample.y_m)].samples
+        samples[sample.key] = sample
+        if len(samples) > MOST_SAMPLES:
+            del samples[next(iter(samples))]
+
+    def drop(self, finger: int, key: tuple[int, int, int], revision: int) -> None:
+        """Take the newest sample of a finger out again, where it has this key."""
+        before = self._newest.get(finger)
+        if before is not None and before.key == key:
+            self._paint(before, -1, revision)
+            self.tiles[tile_of(before.x_m, before.y_m)].samples.pop(key, None)
+            del self._newest[finger]
+
+    def after(self, t_s: float) -> Iterator[Sample]:
+        """Samples felt after a moment, s."""
+        for tile in self.tiles.values():
+            for sample in reversed(tile.samples.values()):  # the newest was put last
+                if sample.t_s <= t_s:
+                    break
+                yield sample
+
+    def near(self, x_m: float, y_m: float, radius_m: float) -> Iterator[Sample]:
+        """Samples within a radius."""
+        low, high = tile_of(x_m - radius_m, y_m - radius_m), tile_of(x_m + radius_m, y_m + radius_m)
+        for column in range(low[0], high[0] + 1):
+            for row in range(low[1], high[1] + 1):
+                tile = self.tiles.get((column, row))
+                for sample in () if tile is None else tile.samples.values():
+                    if math.dist((x_m, y_m), (sample.x_m, sample.y_m)) <= radius_m:
+                        yield sample
+
+    def _paint(self, sample: Sample, sign: int, revision: int) -> None:
+        column, across = _kernel(sample.x_m)
+        row, along = _kernel(sample.y_m)
+        kernel = np.outer(along, across)
+        kernel[kernel < math.exp(-0.5 * (REACH_M / KERNEL_M) ** 2)] = 0.0
+        precision, value = 1.0 / sample.variance, sample.value - self.middle
+        for tile_column in range(column // TILE, (column + len(across) - 1) // TILE + 1):
+            for tile_row in range(row // TILE, (row + len(along) - 1) // TILE + 1):
+                x0, x1 = max(column, TILE * tile_column), min(column + len(across), TILE * (tile_column + 1))
+                y0, y1 = max(row, TILE * tile_row), min(row + len(along), TILE * (tile_row + 1))
+                part = kernel[y0 - row : y1 - row, x0 - column : x1 - column]
+                if not part.any():
+                    continue
+                tile = self.tiles.setdefault((tile_column, tile_row), Tile())
+                tile.revision = revision
+                at = (
+                    slice(y0 - TILE * tile_row, y1 - TILE * tile_row),
+                    slice(x0 - TILE * tile_column, x1 - TILE * tile_column),
+                )
+                tile.add(at, part, precision, value, sign)
+        self.tiles.setdefault(tile_of(sample.x_m, sample.y_m), Tile())
+
+
+def tile_of(x_m: float, y_m: float) -> tuple[int, int]:
+    """Column and row of the tile that holds a place of the bench."""
+    return math.floor(x_m / CELL_M) // TILE, math.floor(y_m / CELL_M) // TILE
+
+
+def _kernel(place_m: float) -> tuple[int, Floats]:
+    """First cell along one axis that a sample reaches, and the kernel in the middle of it and the next ones."""
+    first, last = math.floor((place_m - REACH_M) / CELL_M), math.floor((place_m + REACH_M) / CELL_M)
+    away_m = (np.arange(first, last + 1) + 0.5) * CELL_M - place_m
+    return first, np.exp(-0.5 * (away_m / KERNEL_M) ** 2)

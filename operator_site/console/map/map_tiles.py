@@ -1,0 +1,191 @@
+"""Tiles of the map as bytes for a page: for each of 32 x 32 cells a value and how far it can be trusted.
+
+Little endian: u16 magic, u8 version, u8 kind, u8 quantity, u8 column and row in the frame, u8 0, u32 revision, 1024 u16
+values, 1024 u8 spreads, row by row from the near edge. Layout and ranges: docs/protocols.md.
+"""
+
+import math
+import struct
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from operator_site.console.map.map_layer import CELL_M, TILE, Tile
+from operator_site.console.map.tactile_map import COLUMNS, LOGARITHMIC, QUANTITIES, TactileMap
+
+MAGIC, VERSION, KIND = 0x7EA7, 1, 2
+RANGES = {"temperature": (-10.0, 60.0), "roughness": (0.001, 10.0), "stiffness": (50.0, 20_000.0)}
+"""What the smallest and the largest value in a tile stand for, C, V and N/m; the logarithmic ones in logarithmic steps.
+A material's value is its place in the map's list."""
+NOT_FELT = 65535
+HIGHEST = 65534
+CONFIDENT_SD = {"temperature": 0.5, "roughness": 0.15, "stiffness": 0.20}
+"""A standard deviation of half of this is full confidence, of this the second step, of twice this the last: K, and
+shares of the value."""
+WORST = 127
+"""Spread of a cell of which nothing is known."""
+STEEP = 128
+"""Added to the spread of a cell on a slope of 45 degrees or more, which the map shows too narrow."""
+OCTAVE, MIDDLE = 8, 64
+"""A spread of MIDDLE is a standard deviation of CONFIDENT_SD, OCTAVE more is twice that. A material's spread is the
+share of the touches that were named otherwise, in percent."""
+CONFIDENT = (MIDDLE + OCTAVE, MIDDLE, MIDDLE - OCTAVE)
+CONFIDENT_MATERIAL = (50, 10, 2)
+"""Largest spreads of the confidences 1, 2, 3."""
+_HEAD = struct.Struct("<HBBBBBBI")
+_CELLS = TILE * TILE
+BYTES = _HEAD.size + 3 * _CELLS
+_TILES = COLUMNS // TILE
+_ROUNDING = 1e-6
+
+
+class MapTile(NamedTuple):
+    """One tile: `value` (32, 32) u16, `spread` (32, 32) u8 with STEEP in it, `column` and `row` in the frame, 0..7."""
+
+    quantity: str
+    column: int
+    row: int
+    revision: int
+    value: NDArray[np.uint16]
+    spread: NDArray[np.uint8]
+
+    @property
+    def confidence(self) -> NDArray[np.uint8]:
+        """Of each cell, (32, 32), 0..3."""
+        return confidence(self.quantity, self.spread)
+
+    def encode(self) -> bytes:
+        """The whole message."""
+        number = QUANTITIES.index(self.quantity)
+        head = _HEAD.pack(MAGIC, VERSION, KIND, number, self.column, self.row, 0, self.revision & 0xFFFFFFFF)
+        return head + self.value.astype("<u2").tobytes() + self.spread.astype(np.uint8).tobytes()
+
+    @classmethod
+    def decode(cls, message: bytes) -> "MapTile":
+        """Read a message.
+
+        Raises:
+            ValueError: it is not a whole and possible tile.
+        """
+        if len(message) != BYTES:
+            raise ValueError(f"map tile: {len(message)} bytes, expected {BYTES}")
+        magic, version, kind, quantity, column, row, zero, revision = _HEAD.unpack_from(message)
+        if (magic, version, kind, zero) != (MAGIC, VERSION, KIND, 0):
+            raise ValueError("map tile: wrong magic, version or kind")
+        if quantity >= len(QUANTITIES) or column >= _TILES or row >= _TILES:
+            raise ValueError("map tile: quantity, column or row out of range")
+        value = np.frombuffer(message, "<u2", _CELLS, _HEAD.size).reshape(TILE, TILE)
+        spread = np.frombuffer(message, np.uint8, _CELLS, _HEAD.size + 2 * _CELLS).reshape(TILE, TILE)
+        if (spread[value == NOT_FELT] != WORST).any():
+            raise ValueError("map tile: something is known of what was not felt")
+        return cls(QUANTITIES[quantity], column, row, revision, value, spread)
+
+
+def changed(felt: TactileMap, quantity: str, since: int) -> list[MapTile]:
+    """The frame's tiles of a quantity that changed after revision `since`, those that have waited longest first.
+
+    After the frame was moved these are all of it that were ever felt: what was there before is another place.
+
+    Raises:
+        ValueError: no such quantity.
+    """
+    if quantity not in QUANTITIES:
+        raise ValueError(f"no quantity {quantity!r}; there are {', '.join(QUANTITIES)}")
+    left_m, near_m = felt.frame
+    corner = round(left_m / (TILE * CELL_M)), round(near_m / (TILE * CELL_M))
+    moved = felt.framed if felt.framed > since else 0
+    layers = list(felt.named.values()) if quantity == "material" else [felt.layers[quantity]]
+    revisions: dict[tuple[int, int], int] = {}
+    for layer in layers:
+        for place, tile in layer.tiles.items():
+            revision = max(tile.revision, moved, felt.steep_revision(place), revisions.get(place, 0))
+            column, row = place[0] - corner[0], place[1] - corner[1]
+            if revision > since and 0 <= column < _TILES and 0 <= row < _TILES:
+                revisions[place] = revision
+    return [
+        MapTile(quantity, place[0] - corner[0], place[1] - corner[1], revision, *cells(felt, quantity, place))
+        for place, revision in sorted(revisions.items(), key=lambda item: (item[1], item[0]))
+    ]
+
+
+def cells(felt: TactileMap, quantity: str, place: tuple[int, int]) -> tuple[NDArray[np.uint16], NDArray[np.uint8]]:
+    """Values and spreads of the tile at a column and row of the bench."""
+    value, spread = _materials(felt, place) if quantity == "material" else _measured(felt, quantity, place)
+    return value, np.where((value != NOT_FELT) & felt.steep(place), spread | STEEP, spread).astype(np.uint8)
+
+
+def confidence(quantity: str, spread: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Of cells with these spreads, 0..3."""
+    largest = np.array(CONFIDENT_MATERIAL if quantity == "material" else CONFIDENT)
+    found: NDArray[np.uint8] = ((spread & ~np.uint8(STEEP))[..., None] <= largest).sum(axis=-1).astype(np.uint8)
+    return found
+
+
+def _measured(felt: TactileMap, quantity: str, place: tuple[int, int]) -> tuple[NDArray[np.uint16], NDArray[np.uint8]]:
+    layer = felt.layers[quantity]
+    value, sd = layer.tiles[place].mean()
+    known = np.isfinite(value)
+    low, high = (math.log(end) if quantity in LOGARITHMIC else end - layer.middle for end in RANGES[quantity])
+    share = np.clip((np.where(known, value, low) - low) / (high - low), 0.0, 1.0)
+    octaves = np.log2(np.where(known, sd, 1.0) / CONFIDENT_SD[quantity])
+    spread = np.where(known, np.clip(np.ceil(MIDDLE + OCTAVE * octaves), 0, WORST), WORST)
+    return np.where(known, np.round(HIGHEST * share), NOT_FELT).astype(np.uint16), spread.astype(np.uint8)
+
+
+class MapPicture(NamedTuple):
+    """All that was felt of a quantity, (rows, columns) from the near left: `left_m` and `near_m` are that corner, m.
+
+    Values in C, V, N/m or places in the list of materials, NaN where nothing was felt; confidences 0..3; whether the
+    surface is steep there.
+    """
+
+    left_m: float
+    near_m: float
+    value: NDArray[np.float64]
+    confidence: NDArray[np.uint8]
+    steep: NDArray[np.bool_]
+
+
+def picture(felt: TactileMap, quantity: str) -> MapPicture | None:
+    """All tiles of a quantity together; None where nothing of it was felt."""
+    layers = list(felt.named.values()) if quantity == "material" else [felt.layers[quantity]]
+    places = {place for layer in layers for place, tile in layer.tiles.items() if tile.felt.any()}
+    if not places:
+        return None
+    columns, rows = (range(min(numbers), max(numbers) + 1) for numbers in zip(*places, strict=True))
+    value = np.full((TILE * len(rows), TILE * len(columns)), NOT_FELT, dtype=np.uint16)
+    spread = np.full(value.shape, WORST, dtype=np.uint8)
+    for place in places:
+        column, row = TILE * (place[0] - columns[0]), TILE * (place[1] - rows[0])
+        at = slice(row, row + TILE), slice(column, column + TILE)
+        value[at], spread[at] = cells(felt, quantity, place)
+    corner_m = TILE * CELL_M
+    return MapPicture(
+        columns[0] * corner_m,
+        rows[0] * corner_m,
+        value_of(quantity, value),
+        confidence(quantity, spread),
+        spread >= STEEP,
+    )
+
+
+def value_of(quantity: str, value: NDArray[np.uint16]) -> NDArray[np.float64]:
+    """What a tile's values stand for, in C, V, N/m, or places in the list of materials; NaN where nothing was felt."""
+    number = np.where(value == NOT_FELT, np.nan, value.astype(np.float64))
+    if quantity == "material":
+        return number
+    low, high = (math.log(end) if quantity in LOGARITHMIC else end for end in RANGES[quantity])
+    scaled: NDArray[np.float64] = low + number / HIGHEST * (high - low)
+    return np.exp(scaled) if quantity in LOGARITHMIC else scaled
+
+
+def _materials(felt: TactileMap, place: tuple[int, int]) -> tuple[NDArray[np.uint16], NDArray[np.uint8]]:
+    """The material most fingers named in each cell, and how much they disagreed."""
+    tiles = [layer.tiles.get(place) or Tile() for layer in felt.named.values()]
+    votes = np.array([np.nan_to_num(tile.mean()[0]) * tile.kernel for tile in tiles])
+    touched = np.array([tile.kernel for tile in tiles]).sum(axis=0)
+    known = np.any([tile.felt for tile in tiles], axis=0)
+    share = np.where(known, votes.max(axis=0) / np.where(known, touched, 1.0), 0.0)
+    spread = np.where(known, np.clip(np.ceil(100.0 * (1.0 - share) - _ROUNDING), 0, 100), WORST)
+    return np.where(known, votes.argmax(axis=0), NOT_FELT).astype(np.uint16), spread.astype(np.uint8)

@@ -1,0 +1,249 @@
+"""What has been felt, and where: temperature, roughness, stiffness and material over the explored surface.
+
+Pure: touch packets go in, in any tempo; the map grows where something was felt, and nowhere else.
+"""
+
+import math
+from collections.abc import Sequence
+from itertools import takewhile
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.fingers import FINGER_Y_M, FINGERS
+from common.wire.messages import TouchRow
+from common.wire.touch_summary import Told
+from operator_site.console.map.finger_samples import FingerSamples, Sample, slant
+from operator_site.console.map.map_layer import CELL_M, KERNEL_M, REACH_M, TILE, Layer, tile_of
+
+QUANTITIES = ("temperature", "roughness", "stiffness", "material")
+LOGARITHMIC = frozenset(("roughness", "stiffness"))
+"""Samples of these are logarithms."""
+COLUMNS = ROWS = 256
+"""Cells of the frame that a page shows."""
+SHARED_SD_K = 0.9
+"""How far the temperature of one place may be from what several fingers were told together: one warm finger of five is
+outvoted, for seconds."""
+SCALE_K = 3.0
+"""Half the span of the scale of temperature."""
+SCALES = {"roughness": (0.002, 0.2), "stiffness": (200.0, 5000.0)}
+"""Ends of the other scales, V and N/m."""
+CENTRED_BY = 10
+"""The scale of temperature has the median of so many touches in its middle; then it stays."""
+BESIDE_M, AROUND_M = 0.010, 0.030
+"""The surroundings of a place lie so far from it."""
+STEEP_SLOPE = 0.999
+"""Rise over run from which a surface is steep: 45 degrees, the steepest that the link tells along either axis."""
+_FRAME_TILES = COLUMNS // TILE
+
+
+class Felt(NamedTuple):
+    """One quantity at a place: value and standard deviation in C, V or N/m, number of touches, time of the last one."""
+
+    value: float
+    sd: float
+    touches: int
+    last_s: float
+
+
+class FeltPlace(NamedTuple):
+    """What was felt around a place; None where nothing was. `material`: the likeliest, and its share of the touches."""
+
+    x_m: float
+    y_m: float
+    temperature: Felt | None
+    roughness: Felt | None
+    stiffness: Felt | None
+    material: tuple[str, float] | None
+
+
+class TactileMap:
+    """The map of one session.
+
+    Attributes:
+        revision: grows with every change.
+        layers: temperature, roughness and stiffness, by name.
+        named: a layer of probabilities for each material that was identified, in the order of `materials`.
+    """
+
+    def __init__(self) -> None:
+        """Nothing felt yet."""
+        self.revision = 0
+        self.layers = {name: Layer(name) for name in QUANTITIES[:3]}
+        self.named: dict[str, Layer] = {}
+        self._steep: dict[tuple[int, int], tuple[NDArray[np.bool_], int]] = {}
+        """Cells of each tile that are steep, and the revision since when."""
+        self._slants: list[Sample] = []
+        """Those by which a cell was found to be steep."""
+        self._fingers = [FingerSamples(finger) for finger in range(len(FINGERS))]
+        self._corner: tuple[int, int] | None = None
+        """Tile at the frame's left and near edge."""
+        self._framed = 0
+        self._centre_c: float | None = None
+        self._centred_by: list[tuple[tuple[int, int, int], float]] = []
+
+    @property
+    def materials(self) -> list[str]:
+        """Names of the materials, in the order in which they were identified first."""
+        return list(self.named)
+
+    @property
+    def frame(self) -> tuple[float, float]:
+        """Left and near edge of the frame of COLUMNS x ROWS cells, m."""
+        column, row = self._corner or (-_FRAME_TILES // 2, -_FRAME_TILES // 2)
+        return column * TILE * CELL_M, row * TILE * CELL_M
+
+    @property
+    def framed(self) -> int:
+        """Revision at which the frame was moved last."""
+        return self._framed
+
+    def felt(self, t_s: float, rows: Sequence[TouchRow], told: Sequence[Told]) -> None:
+        """Take one accepted touch packet.
+
+        Args:
+            t_s: time, s.
+            rows: of each finger.
+            told: what is told slowly of each.
+        """
+        for finger, samples in enumerate(self._fingers):
+            row = rows[finger]
+            if row.contact and math.hypot(row.slope_x, row.slope_y) >= STEEP_SLOPE:
+                self.take(slant(t_s, finger, row.x_m, row.y_m + FINGER_Y_M[finger]))
+            for sample in samples.step(t_s, row, told[finger]):
+                shared = sample.quantity == "temperature" and _is_shared(rows, finger)
+                self.take(sample._replace(variance=sample.variance + SHARED_SD_K**2) if shared else sample)
+
+    def steep(self, place: tuple[int, int]) -> NDArray[np.bool_]:
+        """Cells of the tile at a column and row of the bench where the surface is steep, (TILE, TILE)."""
+        known = self._steep.get(place)
+        return np.zeros((TILE, TILE), dtype=np.bool_) if known is None else known[0]
+
+    def steep_revision(self, place: tuple[int, int]) -> int:
+        """When a cell of a tile was last found to be steep; 0 where none is."""
+        return self._steep[place][1] if place in self._steep else 0
+
+    def _slant(self, sample: Sample) -> None:
+        """The surface is steep under a finger, and with it as far around as a sample reaches."""
+        x_m, y_m, before = sample.x_m, sample.y_m, self.revision
+        for column in range(math.floor((x_m - KERNEL_M) / CELL_M), math.floor((x_m + KERNEL_M) / CELL_M) + 1):
+            for row in range(math.floor((y_m - KERNEL_M) / CELL_M), math.floor((y_m + KERNEL_M) / CELL_M) + 1):
+                place, cell = (column // TILE, row // TILE), (row % TILE, column % TILE)
+                if not (known := self.steep(place))[cell]:
+                    self.revision += 1
+                    known[cell] = True
+                    self._steep[place] = known, self.revision
+        if self.revision != before:
+            self._slants.append(sample)
+
+    def take(self, sample: Sample) -> None:
+        """Take one sample."""
+        if sample.quantity == "slant":
+            self._slant(sample)
+            return
+        self.revision += 1
+        self._follow(sample.x_m, sample.y_m)
+        if sample.quantity == "material":
+            for name, layer in self.named.items():
+                if name != sample.name:
+                    layer.drop(sample.finger, sample.key, self.revision)
+            self.named.setdefault(sample.name, Layer("material")).put(sample, self.revision)
+            return
+        if sample.quantity == "temperature":
+            self._centre(sample)
+        self.layers[sample.quantity].put(sample, self.revision)
+
+    def after(self, t_s: float) -> list[Sample]:
+        """Samples felt after a moment, s, in order of time: what another map has to take to show the same."""
+        layers = (*self.layers.values(), *self.named.values())
+        felt = [sample for layer in layers for sample in layer.after(t_s)]
+        felt += takewhile(lambda slant: slant.t_s > t_s, reversed(self._slants))
+        return sorted(felt, key=lambda sample: sample.t_s)
+
+    def take_again(self, sample: Sample) -> None:
+        """Take a sample of an earlier map; touches that come now are others than its."""
+        self._fingers[sample.finger].count_from(sample.touch)
+        self.take(sample)
+
+    def legend(self, quantity: str) -> tuple[float, float]:
+        """Ends of a quantity's scale, in its unit; the middle of temperature is 33 C before anything was felt."""
+        if quantity in SCALES:
+            return SCALES[quantity]
+        centre_c = 33.0 if self._centre_c is None else self._centre_c
+        return centre_c - SCALE_K, centre_c + SCALE_K
+
+    def at(self, x_m: float, y_m: float, radius_m: float = REACH_M) -> FeltPlace:
+        """What the samples within `radius_m` of a place say together."""
+        found = {name: _together(layer, name, x_m, y_m, radius_m) for name, layer in self.layers.items()}
+        votes = {name: sum(s.value for s in layer.near(x_m, y_m, radius_m)) for name, layer in self.named.items()}
+        best = max(votes, key=votes.__getitem__, default="")
+        all_votes = sum(votes.values())
+        material = (best, votes[best] / all_votes) if all_votes > 0.0 else None
+        return FeltPlace(x_m, y_m, found["temperature"], found["roughness"], found["stiffness"], material)
+
+    def around(self, x_m: float, y_m: float) -> FeltPlace:
+        """What the surroundings of a place are like: the median of their samples, and how far others are off it."""
+        found = {name: _surroundings(layer, name, x_m, y_m) for name, layer in self.layers.items()}
+        return FeltPlace(x_m, y_m, found["temperature"], found["roughness"], found["stiffness"], None)
+
+    def _follow(self, x_m: float, y_m: float) -> None:
+        """Move the frame by whole tiles, so that a place is well within it."""
+        column, row = tile_of(x_m, y_m)
+        if self._corner is None:
+            corner = column - _FRAME_TILES // 2, row - _FRAME_TILES // 2
+        else:
+            low = column - _FRAME_TILES + 2, row - _FRAME_TILES + 2
+            corner = (
+                min(max(self._corner[0], low[0]), column - 1),
+                min(max(self._corner[1], low[1]), row - 1),
+            )
+        if corner != self._corner:
+            self._corner, self._framed = corner, self.revision
+
+    def _centre(self, sample: Sample) -> None:
+        if self._centred_by and self._centred_by[-1][0] == sample.key:
+            self._centred_by.pop()
+        if len(self._centred_by) < CENTRED_BY:
+            self._centred_by.append((sample.key, sample.value))
+            self._centre_c = round(2.0 * float(np.median([value for _, value in self._centred_by]))) / 2.0
+
+
+def _is_shared(rows: Sequence[TouchRow], finger: int) -> bool:
+    """Whether another finger in contact is told the very same temperature."""
+    mine = rows[finger]
+    return any(
+        other.contact and other.object_c == mine.object_c and other.object_c_sd == mine.object_c_sd
+        for number, other in enumerate(rows)
+        if number != finger
+    )
+
+
+def _together(layer: Layer, name: str, x_m: float, y_m: float, radius_m: float) -> Felt | None:
+    """Mean of the samples by their precision; where they disagree, the standard deviation is what that says."""
+    samples = list(layer.near(x_m, y_m, radius_m))
+    if not samples:
+        return None
+    weights = [1.0 / sample.variance for sample in samples]
+    mean = sum(w * s.value for w, s in zip(weights, samples, strict=True)) / sum(weights)
+    disagreement = sum(w * (s.value - mean) ** 2 for w, s in zip(weights, samples, strict=True))
+    variance = max(1.0, disagreement / max(len(samples) - 1, 1)) / sum(weights)
+    return _felt(name, mean, math.sqrt(variance), samples)
+
+
+def _surroundings(layer: Layer, name: str, x_m: float, y_m: float) -> Felt | None:
+    near = layer.near(x_m, y_m, AROUND_M)
+    samples = [s for s in near if math.dist((x_m, y_m), (s.x_m, s.y_m)) >= BESIDE_M]
+    if not samples:
+        return None
+    values = np.array([sample.value for sample in samples])
+    median = float(np.median(values))
+    spread = 1.4826 * float(np.median(np.abs(values - median)))
+    return _felt(name, median, max(spread, math.sqrt(min(s.variance for s in samples))), samples)
+
+
+def _felt(name: str, value: float, sd: float, samples: Sequence[Sample]) -> Felt:
+    touches, last_s = len({(s.finger, s.touch) for s in samples}), max(s.t_s for s in samples)
+    if name in LOGARITHMIC:
+        return Felt(math.exp(value), sd * math.exp(value), touches, last_s)
+    return Felt(value, sd, touches, last_s)

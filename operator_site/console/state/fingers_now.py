@@ -1,0 +1,167 @@
+"""The newest of each finger, with its age: nothing that is old looks as if it were now."""
+
+import math
+from collections.abc import Sequence
+from operator import attrgetter
+
+from common.fingers import FINGER_Y_M, FINGERS
+from common.wire.messages import NO_TOUCH, Touch, TouchRow
+from common.wire.touch_summary import NOTHING, Told
+from operator_site.safety.limit_flags import Limit
+
+FIELDS = (
+    "x_m",
+    "y_m",
+    "surface_m",
+    "force_n",
+    "contact_n",
+    "motor_hz",
+    "plate_c",
+    "skin_c",
+    "plate_set_c",
+    "mode",
+    "stiffness_n_m",
+    "age_s",
+)
+"""Of one finger in a picture; NaN where not known. `force_n` is on the operator's finger, `contact_n` on the object."""
+GONE_S = 1.0
+"""An older value is not shown any more."""
+HELD_S = 3.0
+"""A limit is shown for so long after it acted."""
+_NAN = math.nan
+_QUIET = int(Limit.RELEASED | Limit.FORCE_RAMP | Limit.PLATE_RATE | Limit.MOTOR_RANGE)
+"""These act whenever something begins or ends: they hold nothing back that a person would miss."""
+_QUIET_IN_AIR = _QUIET | int(Limit.STIFFNESS)
+_RELEASED = int(Limit.RELEASED)
+_LIMITS = {
+    int(Limit.FORCE_RANGE): "force",
+    int(Limit.STIFFNESS): "stiffness",
+    int(Limit.PASSIVITY): "energy",
+    int(Limit.PLATE_RANGE): "plate range",
+    int(Limit.PLATE_TEMPERATURE): "plate",
+    int(Limit.DOSE): "skin dose",
+    int(Limit.PLATE_UNKNOWN): "no plate reading",
+    int(Limit.DRIVE_RANGE): "drive",
+    int(Limit.PLATE_TEST): "plate test",
+}
+"""Plain numbers: an enumeration's take as long to compare as all the rest of a message takes to be shown."""
+_AGE = FIELDS.index("age_s")
+_shown = attrgetter("x_m", "y_m", "surface_z_m", "contact_force_n", "mode", "stiffness_n_m")
+
+
+class FingersNow:
+    """What came last. Pure: time is an argument, s of the operator site's clock.
+
+    Attributes:
+        touch: the newest touch, None before the first.
+        told: of each finger, by the newest touch.
+        contact_since_s: when each finger's contact began; None while it is free.
+    """
+
+    def __init__(self) -> None:
+        self.touch: Touch | None = None
+        self.told: tuple[Told, ...] = (NOTHING,) * len(FINGERS)
+        self.contact_since_s: list[float | None] = [None] * len(FINGERS)
+        self.rows: Sequence[TouchRow] = (NO_TOUCH,) * len(FINGERS)
+        """Of each finger in the newest touch."""
+        self._touch_s = self._rendered_s = self._skin_s = -math.inf
+        self._force_n = self._motor_hz = self._plate_c = self._plate_set_c = self._skin_c = [_NAN] * len(FINGERS)
+        self._limited = [0] * len(FINGERS)
+        self._acted: list[dict[int, float]] = [{} for _ in FINGERS]
+
+    def take_touch(self, t_s: float, touch: Touch, rows: Sequence[TouchRow]) -> None:
+        """A touch was accepted; `rows` are its block's."""
+        self.touch, self.told, self._touch_s, self.rows = touch, touch.told, t_s, rows
+        for finger, row in enumerate(rows):
+            if not row.contact:
+                self.contact_since_s[finger] = None
+            elif self.contact_since_s[finger] is None:
+                self.contact_since_s[finger] = t_s
+
+    def take_rendered(
+        self,
+        t_s: float,
+        force_n: Sequence[float],
+        motor_hz: Sequence[float],
+        plate_c: Sequence[float],
+        plate_set_c: Sequence[float],
+        limited: Sequence[int],
+    ) -> None:
+        """A tick's output left for the devices; a plate without a fresh reading has none."""
+        self._rendered_s = t_s
+        self._force_n, self._motor_hz, self._plate_c = list(force_n), list(motor_hz), list(plate_c)
+        self._plate_set_c, self._limited = list(plate_set_c), list(limited)
+        for finger, bits in enumerate(self._acting(t_s)):
+            if bits:
+                for limit in _LIMITS:
+                    if bits & limit:
+                        self._acted[finger][limit] = t_s
+
+    def take_skin(self, t_s: float, skin_c: Sequence[float]) -> None:
+        """Temperatures of the finger's skin, as the model has them."""
+        self._skin_s, self._skin_c = t_s, list(skin_c)
+
+    def age_s(self, now_s: float) -> float:
+        """Of the older of touch and output, s; infinite before both came."""
+        return now_s - min(self._touch_s, self._rendered_s)
+
+    def shown(self, now_s: float) -> list[list[float]]:
+        """`FIELDS` of each finger."""
+        touched, rendered = now_s - self._touch_s <= GONE_S, now_s - self._rendered_s <= GONE_S
+        skin_c = self._skin_c if now_s - self._skin_s <= GONE_S else [_NAN] * len(FINGERS)
+        age_s = self.age_s(now_s)
+        found = []
+        for finger, row in enumerate(self.rows):
+            x_m, y_m, surface_m, contact_n, mode, stiffness = _shown(row) if touched else [_NAN] * 6
+            surfaced = touched and stiffness > 0.0
+            unread = bool(self._limited[finger] & Limit.PLATE_UNKNOWN) or not rendered
+            found.append(
+                [
+                    x_m,
+                    y_m + FINGER_Y_M[finger],
+                    surface_m if surfaced else _NAN,
+                    self._force_n[finger] if rendered else _NAN,
+                    contact_n,
+                    self._motor_hz[finger] if rendered else _NAN,
+                    _NAN if unread else self._plate_c[finger],
+                    skin_c[finger],
+                    self._plate_set_c[finger] if rendered else _NAN,
+                    mode,
+                    stiffness if surfaced else _NAN,
+                    age_s if math.isfinite(age_s) else _NAN,
+                ]
+            )
+        return found
+
+    def plates_c(self, now_s: float) -> list[float]:
+        """Each plate's temperature, C; NaN where there is no fresh reading."""
+        if now_s - self._rendered_s > GONE_S:
+            return [_NAN] * len(FINGERS)
+        return [
+            _NAN if bits & Limit.PLATE_UNKNOWN else plate_c
+            for plate_c, bits in zip(self._plate_c, self._limited, strict=True)
+        ]
+
+    def in_contact(self, now_s: float) -> list[bool]:
+        """Which fingers touch, by a touch that is not too old to be shown."""
+        fresh = now_s - self._touch_s <= GONE_S
+        return [fresh and since_s is not None for since_s in self.contact_since_s]
+
+    def acting(self, now_s: float) -> list[bool]:
+        """On which fingers a limit holds something back now."""
+        return [bits != 0 for bits in self._acting(now_s)]
+
+    def _acting(self, now_s: float) -> list[int]:
+        """Bits of the limits that do: none on a finger that is released, nor one of a wall that is not touched."""
+        return [
+            0 if bits & _RELEASED else bits & ~(_QUIET if touches else _QUIET_IN_AIR)
+            for bits, touches in zip(self._limited, self.in_contact(now_s), strict=True)
+        ]
+
+    def holds(self, finger: int, limit: Limit) -> bool:
+        """Whether a limit acts on a finger now."""
+        return bool(self._limited[finger] & limit)
+
+    def limits(self, finger: int, now_s: float) -> list[str]:
+        """Names of the limits that acted on a finger in the last HELD_S."""
+        return [_LIMITS[limit] for limit, at_s in self._acted[finger].items() if 0.0 <= now_s - at_s <= HELD_S]

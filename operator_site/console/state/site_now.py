@@ -1,0 +1,250 @@
+"""How the operator site is: its session, link, devices and recording, from what it feeds and what its desk answers."""
+
+import math
+from collections import deque
+from collections.abc import Mapping
+from typing import Any
+
+from common.fingers import FINGERS
+from common.limits import GAP_S
+from common.link.session_display import (
+    CONNECTED,
+    DISCONNECTED,
+    ENGAGED,
+    ENGAGING,
+    FAULT,
+    LOST,
+    PAUSED,
+    Source,
+    shown_state,
+)
+from common.link.session_state import Happening
+from common.timing.timeouts import REFRESH_S
+from common.wire.messages import Touch
+from common.wire.packets import LinkState
+from operator_site.console.state.bus_now import BusNow
+from operator_site.session.emergency_stop import REMOTE
+
+SILENT_S = 0.5
+"""No word of the site for so long: what is shown is not live."""
+LATE_S = 1.5 * REFRESH_S
+"""A packet is due by then; one that a newer one has replaced before is not lost."""
+_OVERTAKEN_S = 2.0
+_ENGAGED_HERE = (ENGAGING, LOST)
+"""Words of a site that is engaged itself, while the far one is not, or is silent."""
+_ROUNDING_S = 1e-3
+_DELAY_WINDOW_S = 1.0
+_LOSS_WINDOW_S = 10.0
+DEVICES = (*FINGERS, "exoskeleton", REMOTE)
+"""Seven devices, as people name them."""
+
+
+def _age_s(now_s: float, at_s: float) -> float:
+    """Of what came at `at_s`, s; a later time within _ROUNDING_S is now."""
+    age_s = now_s - at_s
+    return 0.0 if -_ROUNDING_S < age_s < 0.0 else age_s
+
+
+def device_named(name: str) -> str:
+    """A device of the site's figures by the name that people have for it: `ring tacttip` is `ring`."""
+    return "remote hand" if name == "telemanipulator" else name.removesuffix(" tacttip")
+
+
+class LinkNow:
+    """Delay, its error, age and loss of touch packets. Pure: time is an argument, s."""
+
+    def __init__(self) -> None:
+        self.uncertainty_ms: float | None = None
+        self._offset_ns = 0
+        self._touch_s = -math.inf
+        self._delays: deque[tuple[float, float]] = deque()
+        self._sequence: tuple[int, int] | None = None
+        self._counts: deque[tuple[int, int, int]] = deque()
+
+    def take_clock(self, offset_ns: int, uncertainty_ns: int | None) -> None:
+        """The two clocks were compared."""
+        self._offset_ns = offset_ns
+        self.uncertainty_ms = None if uncertainty_ns is None else uncertainty_ns * 1e-6
+
+    def take_touch(self, t_s: float, touch: Touch) -> None:
+        """A touch was accepted."""
+        late, self._touch_s = t_s - self._touch_s > LATE_S, t_s
+        if self._delays and t_s < self._delays[-1][0]:
+            self._delays.clear()
+            self._counts.clear()
+        self._delays.append((t_s, (t_s * 1e9 - (touch.time_ns - self._offset_ns)) * 1e-6))
+        while t_s - self._delays[0][0] > _DELAY_WINDOW_S:
+            self._delays.popleft()
+        missed = 0
+        if late and self._sequence is not None and self._sequence[0] == touch.session:
+            missed = max(0, touch.sequence - self._sequence[1] - 1)
+        self._sequence = touch.session, touch.sequence
+        second = math.floor(t_s)
+        if self._counts and self._counts[-1][0] == second:
+            _, came, lost = self._counts.pop()
+            self._counts.append((second, came + 1, lost + missed))
+        else:
+            self._counts.append((second, 1, missed))
+        while second - self._counts[0][0] > _LOSS_WINDOW_S:
+            self._counts.popleft()
+
+    def shown(self, now_s: float) -> dict[str, float | None]:
+        """Delay and its error, age, ms; share of packets that did not come in time. None where not known."""
+        fresh = now_s - self._touch_s <= _DELAY_WINDOW_S
+        delays = [delay_ms for _, delay_ms in self._delays]
+        known = fresh and bool(delays) and self.uncertainty_ms is not None
+        mean = sum(delays) / len(delays) if known else 0.0
+        spread = math.sqrt(sum((delay - mean) ** 2 for delay in delays) / len(delays)) if known else 0.0
+        came, lost = (sum(row[column] for row in self._counts) for column in (1, 2))
+        return {
+            "delay_ms": round(mean, 2) if known else None,
+            "delay_sd_ms": round(max(spread, self.uncertainty_ms or 0.0), 2) if known else None,
+            "age_ms": round((now_s - self._touch_s) * 1e3, 1) if fresh else None,
+            "loss": round(lost / (came + lost), 4) if fresh and came else None,
+        }
+
+
+class SiteNow:
+    """What was heard of the site last. Pure: time is an argument, s of its clock.
+
+    Attributes:
+        state: of its session.
+        both: whether both sites are engaged.
+        wanted: it engages as soon as it can.
+        fault, remote_fault, refusal: in its own words; empty where there is none.
+        figures: of its status file.
+        calibrated: what its numbers rest on, for people; empty where that is not known.
+        stop_asked_s: when the latched emergency stop was asked for; None where there is none.
+        stop_after_s: how long after that each device confirmed; None while one has not.
+        lost_engaged: the session ended while it was engaged, and no other has begun.
+        paused: why a session that was engaged was disengaged; empty where it was not.
+    """
+
+    def __init__(self) -> None:
+        self.state = LinkState.DISCONNECTED
+        self.both = self.wanted = self.lost_engaged = False
+        self.fault = self.remote_fault = self.refusal = self.paused = self.calibrated = ""
+        self.session = 0
+        self.gap_s: float | None = None
+        self.figures: dict[str, Any] = {}
+        self.link = LinkNow()
+        self.bus = BusNow()
+        self.stop_asked_s: float | None = None
+        self.stop_after_s: dict[str, float | None] = {}
+        self._told_s = -math.inf
+        """When the newest that is known of the session was so."""
+        self.heard_s = self.desk_s = self.rendered_s = -math.inf
+        """When the site fed something, when its desk answered, and when it said what leaves for the devices, last."""
+        self.ready: dict[str, bool] = {}
+        """For each device whether it is there, and in `was_ready` whether it ever was."""
+        self.was_ready: set[str] = set()
+        self.whys: dict[str, str] = {}
+
+    def silent_s(self, now_s: float) -> float:
+        """For how long nothing was heard; infinite when nothing ever was. What is of a later time is no word of now."""
+        ages_s = [_age_s(now_s, at_s) for at_s in (self.heard_s, self.desk_s)]
+        return min((age_s for age_s in ages_s if age_s >= 0.0), default=math.inf)
+
+    @property
+    def link_silent(self) -> bool:
+        """Whether no touch comes while this site is engaged: its outputs are neutral."""
+        return self.state is LinkState.ENGAGED and self.gap_s is not None and self.gap_s > GAP_S
+
+    @property
+    def stopping(self) -> bool:
+        """Whether an emergency stop of this site is latched."""
+        return self.stop_asked_s is not None or self.fault.startswith("emergency stop")
+
+    def word(self, now_s: float, *, live: bool, pauses: bool) -> str:
+        """The state to show.
+
+        Args:
+            now_s: s of the site's clock.
+            live: whether it is now; a recording is never silent.
+            pauses: whether a session that was disengaged is a pause, as in an examination.
+        """
+        sources = []
+        if live and math.isfinite(max(self.heard_s, self.desk_s)):
+            sources.append(Source(self.silent_s(now_s), SILENT_S))
+            if self.state is LinkState.ENGAGED:
+                sources.append(Source(_age_s(now_s, self.rendered_s), SILENT_S))
+        return shown_state(self._known(pauses), sources, link_silent=self.link_silent, stopping=self.stopping)
+
+    def _known(self, pauses: bool) -> str:
+        """The last known state."""
+        if self.state is LinkState.FAULT or self.remote_fault:
+            return FAULT
+        if self.state is LinkState.ENGAGED:
+            return ENGAGED if self.both else ENGAGING
+        if self.state is LinkState.DISCONNECTED:
+            return DISCONNECTED
+        if self.wanted:
+            return ENGAGING
+        return PAUSED if self.paused and pauses else CONNECTED
+
+    def take_happening(self, t_s: float, happening: Happening) -> None:
+        """Something happened to the session."""
+        self._told_s = max(self._told_s, t_s)
+        session, text = happening.session, happening.text
+        match happening.what:
+            case "connected":
+                self.state, self.session, self.lost_engaged = self._unless_fault(LinkState.CONNECTED), session, False
+            case "engaged":
+                self.state, self.paused = LinkState.ENGAGED, ""
+            case "disengaged":
+                self.state, self.paused = LinkState.CONNECTED, text
+            case "disconnected" | "left":
+                self.lost_engaged = self.lost_engaged or self.state is LinkState.ENGAGED
+                self.state, self.session = self._unless_fault(LinkState.DISCONNECTED), 0
+            case "fault":
+                self.state, self.fault = LinkState.FAULT, text
+            case "cleared":
+                self.state, self.fault = LinkState.CONNECTED if session else LinkState.DISCONNECTED, ""
+                self.stop_asked_s, self.stop_after_s = None, {}
+
+    def take_rendered(self, t_s: float, both: bool, gap_s: float | None) -> None:
+        """Whether outputs may act, and for how long no touch has come."""
+        self.rendered_s, self.both, self.gap_s = t_s, both, gap_s
+
+    def take_figures(self, t_s: float, figures: dict[str, Any]) -> None:
+        """What its status file tells; raises TypeError where that is no map."""
+        if not isinstance(figures, dict):
+            raise TypeError("figures are no map")
+        self.figures = figures
+        self.calibrated = str(figures.get("calibrated", ""))
+        self.take_brief(t_s, figures)
+        for name, line in figures.get("devices", {}).items():
+            self._device(device_named(name), str(line.get("missing", "")))
+            self.bus.take(t_s, device_named(name), line)
+        remote = self.session != 0 and not str(figures.get("remote_fault", ""))
+        self._device(REMOTE, "" if remote else "no remote site is connected")
+
+    def take_brief(self, t_s: float, told: Mapping[str, Any]) -> None:
+        """State, fault, and each device's confirmation of a stop: of its figures, or of its desk's answer.
+
+        Feed and desk are two ways: what was so before something else that is known already is not taken. What is older
+        by more than _OVERTAKEN_S is of a clock that began anew.
+        """
+        if 0.0 < self._told_s - t_s < _OVERTAKEN_S:
+            return
+        self._told_s = t_s
+        state = str(told.get("state", self.state.name))
+        self.state = LinkState.ENGAGED if state in _ENGAGED_HERE else LinkState[state.upper()]
+        self.fault = str(told.get("fault", ""))
+        self.paused = str(told.get("paused", self.paused))
+        self.remote_fault = str(told.get("remote_fault", ""))
+        self.refusal = str(told.get("refusal", ""))
+        self.wanted = bool(told.get("wanted", self.wanted))
+        self.session = int(told.get("session", self.session))
+        asked_ns = told.get("stop_asked_ns")
+        self.stop_asked_s = None if asked_ns is None else asked_ns * 1e-9
+        names = [device_named(name) for name in told.get("stop_devices", ())]
+        self.stop_after_s = dict(zip(names, told.get("stop_after_s", ()), strict=False))
+
+    def _device(self, name: str, why: str) -> None:
+        self.ready[name], self.whys[name] = not why, why
+        if not why:
+            self.was_ready.add(name)
+
+    def _unless_fault(self, state: LinkState) -> LinkState:
+        return LinkState.FAULT if self.state is LinkState.FAULT else state

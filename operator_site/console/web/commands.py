@@ -1,0 +1,426 @@
+"""What a page may ask for: who may, what is done, what is answered, and the record of it."""
+
+import asyncio
+import logging
+import math
+from collections import Counter
+from collections.abc import Awaitable, Callable
+from concurrent.futures import Future
+from dataclasses import dataclass, replace
+from datetime import datetime
+from typing import Any, Protocol
+
+from common.files.printable import one_line
+from common.link.rate_limiter import RateLimiters
+from common.link.session_state import Refused
+from common.runtime.containment import Containment
+from common.wire.packets import LinkState
+from operator_site.console import texts as words
+from operator_site.console.examination.examination import Finding
+from operator_site.console.examination.findings import UNIT, value_text
+from operator_site.console.examination.journal import Keeping
+from operator_site.console.examination.reporting import Reporting
+from operator_site.console.local_control import PATIENCE_S, DeskSilent
+from operator_site.console.model import Console
+from operator_site.console.web.clients import Client
+from operator_site.console.web.control import Control
+from operator_site.console.web.page_state import refusal
+
+log = logging.getLogger(__name__)
+
+CLEARING_S = 2.0
+"""Who clears a fault clears its alarm too, as soon as both sites say that the fault is gone."""
+WRITING_REPORT = "The report is being written."
+SETTLE_S = 0.15
+"""Half of what an answer may take."""
+_LOOK_S = 0.005
+STOP_NOT_SENT = "STOP NOT SENT. Use the hardware switch."
+FAILED_INSIDE = "That failed inside the console; its log says why."
+NOT_RECORDED = "That cannot be recorded. It was not done."
+_OBSERVERS_MAY = frozenset(("place",))
+_WITHOUT_CONTROL = frozenset(("place", "estop", "take_control"))
+"""Whoever may act may stop, whoever is in control."""
+_REFUSALS_PER_S, _REFUSALS_AT_ONCE = 0.2, 10
+"""Refused requests of one visitor that are recorded and logged; of more a part is."""
+_LONGEST_KEPT = 200
+"""Characters of a detail in the record of acts; a note is kept whole with its finding."""
+
+
+class Desk(Protocol):
+    """Where the operator site is asked for something."""
+
+    def ask(self, verb: str, details: dict[str, Any] | None = None) -> "Future[dict[str, Any]]":
+        """Ask for something; the future holds the site's answer, see `DeskLine.ask`."""
+
+
+class Playing(Protocol):
+    """A recording that is played."""
+
+    def play(self, speed: float) -> None:
+        """Go on, so many times as fast as it was."""
+
+    def pause(self) -> None:
+        """Stand still."""
+
+    def seek(self, at_s: float) -> bool:
+        """Go to a time of the recording, s from its beginning; False where it must be read first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What a page is told."""
+
+    ok: bool
+    text: str
+    details: dict[str, Any] | None = None
+
+
+Act = Callable[[Client, dict[str, Any], float], Awaitable[Answer]]
+"""Carries out one verb for a page, with its details, at a time, s."""
+
+
+class Acts:
+    """Does what is asked for. Time is an argument, s of the operator site's clock."""
+
+    def __init__(
+        self, console: Console, desk: Desk | None, keeping: Keeping, control: Control, playing: Playing | None
+    ):
+        """Act on a live site by its desk, or on a recording that is played."""
+        self._console, self._desk, self._keeping = console, desk, keeping
+        self._control, self._playing = control, playing
+        self.saved: dict[str, Any] | None = None
+        """What came of the last examination."""
+        self._clearing = (-math.inf, "")
+        self._stopping: Future[dict[str, Any]] | None = None
+        """The stop that was asked for last; pages that stop at once wait for the same one."""
+        self.contained = Containment()
+        self.reporting = Reporting((), None)
+        self._writing: set[asyncio.Task[None]] = set()
+        self._refusals: RateLimiters[str] = RateLimiters(_REFUSALS_PER_S, _REFUSALS_AT_ONCE)
+        self._unrecorded: Counter[str] = Counter()
+        self._verbs: dict[str, Act] = {
+            "engage": self._engage,
+            "disengage": self._disengage,
+            "estop": self._stop,
+            "clear_fault": self._clear,
+            "begin": self._begin,
+            "end": self._end,
+            "finding": self._find,
+            "note": self._note,
+            "take_control": self._take_control,
+            "sound": self._sound,
+            "quiet": self._quiet,
+            "place": self._place,
+        }
+        if playing is not None:
+            self._verbs = {"place": self._place, "play": self._play, "pause": self._pause, "seek": self._seek}
+
+    @property
+    def plays(self) -> bool:
+        """Whether a recording is shown: a slider that is dragged asks often, and nothing acts."""
+        return self._playing is not None
+
+    def show(self, console: Console) -> None:
+        """Act on another console from now on: a recording was entered at another moment."""
+        self._console = console
+
+    async def ask(self, client: Client, verb: object, details: object, now_s: float) -> Answer:
+        """Carry out one request of a page: record it, do it, record and return the answer.
+
+        Whatever is wrong with it is answered. What cannot be recorded is not done. A stop is done first, then recorded.
+        """
+        given: dict[str, Any] = {}
+        if isinstance(details, dict):
+            given = {str(_whole(str(name))): _whole(value) for name, value in details.items()}
+        record = {
+            "at_s": now_s,
+            "who": client.name,
+            "verb": _shown(verb if isinstance(verb, str) else type(verb).__name__),
+            "details": _recorded(given),
+        }
+        try:
+            act = self._act(client, verb)
+        except Refused as refused:
+            self._refuse(client, record, str(refused))
+            return Answer(False, str(refused))
+        if self._playing is not None or verb == "place":
+            return await self._do(act, client, verb, given, now_s)
+        # A stop waits for no record.
+        if verb != "estop" and not self._record({**record, "ok": None, "answer": ""}):
+            return Answer(False, NOT_RECORDED)
+        answer = await self._do(act, client, verb, given, now_s)
+        self._record({**record, "ok": answer.ok, "answer": answer.text})
+        log.info("%s: %s, %s", client.name, record["verb"], _shown(answer.text, _LONGEST_KEPT))
+        return answer
+
+    def _act(self, client: Client, verb: object) -> Act:
+        """What carries out a verb.
+
+        Raises:
+            Refused: there is no such verb, or not for this page.
+        """
+        act = self._verbs.get(verb) if isinstance(verb, str) else None
+        if act is None:
+            raise Refused("That cannot be asked for here.")
+        if self._playing is not None:
+            return act
+        if not client.acts and verb not in _OBSERVERS_MAY:
+            raise Refused(words.OBSERVER.format(who=self._control.name))
+        if self._control.holder is not client and verb not in _WITHOUT_CONTROL:
+            raise Refused(f"Control is at {self._control.name}. Take control first.")
+        return act
+
+    def _refuse(self, client: Client, record: dict[str, Any], why: str) -> None:
+        """Record a refusal; of many a part, which says how many there were before."""
+        who = client.visitor.name
+        if self._playing is not None:
+            return
+        if not self._refusals.allows(who, record["at_s"]):
+            self._unrecorded[who] += 1
+            return
+        record["details"] = {**record["details"], "refused_before": self._unrecorded.pop(who, 0)}
+        self._record({**record, "ok": False, "answer": why})
+        log.info("%s: %s, %s", client.name, record["verb"], why)
+
+    def _record(self, record: dict[str, Any]) -> bool:
+        """Give one record of an act to the recording; False where that fails."""
+        try:
+            self._keeping.write("console/act", record["at_s"], record)
+        except Exception as error:  # a stop is answered, whatever its record raises
+            self.contained.caught("record of acts", error, latches=False)
+            return False
+        return True
+
+    async def _do(self, act: Act, client: Client, verb: object, details: dict[str, Any], now_s: float) -> Answer:
+        try:
+            return await act(client, details, now_s)
+        except Refused as refused:
+            return Answer(False, str(refused))
+        except (DeskSilent, TimeoutError):
+            return Answer(False, STOP_NOT_SENT if verb == "estop" else "The operator site does not answer.")
+        except Exception as error:
+            self.contained.caught(f"act {_shown(verb)}", error, latches=False)
+            return Answer(False, FAILED_INSIDE)
+
+    async def _desk_told(self, verb: str, now_s: float, details: dict[str, Any] | None = None) -> dict[str, Any]:
+        if self._desk is None:
+            raise Refused("There is no operator site.")
+        return await self._heard(self._desk.ask(verb, details), now_s)
+
+    async def _heard(self, asked: "Future[dict[str, Any]]", now_s: float) -> dict[str, Any]:
+        """What the desk answers to something that was asked.
+
+        Raises:
+            TimeoutError: nothing in time.
+        """
+        waiting = asyncio.wrap_future(asked)
+        told: dict[str, Any] = await asyncio.wait_for(asyncio.shield(waiting), PATIENCE_S + 0.05)
+        self._console.desk(now_s, told)
+        return told
+
+    async def _engage(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        if why := refusal(self._console):
+            raise Refused(why)
+        if self._console.site.state is LinkState.ENGAGED:
+            return Answer(True, "ENGAGED")
+        await self._desk_told("engage", now_s)
+        return Answer(True, "ENGAGING")
+
+    async def _disengage(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        await self._desk_told("disengage", now_s)
+        return Answer(True, "PAUSED. Outputs neutral.")
+
+    async def _stop(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        if self._desk is None:
+            raise Refused("There is no operator site.")
+        if self._stopping is None or self._stopping.done():  # one that waits is asked for again until it is answered
+            self._stopping = self._desk.ask("estop")
+        await self._heard(self._stopping, now_s)
+        return Answer(True, "STOPPING")
+
+    async def _clear(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        site, alarms = self._console.site, self._console.alarms
+        if site.state is LinkState.FAULT or site.remote_fault:
+            told = await self._desk_told("clear_fault", now_s)
+            if told.get("refusal"):
+                raise Refused(f"Not cleared: {told['refusal']}.")
+        elif not any(alarm.waits for alarm in alarms.listed):
+            raise Refused("There is nothing to clear.")
+        self._clearing = now_s, client.name
+        self.step(now_s)
+        return Answer(True, "Cleared. Nothing moves. Engage again.")
+
+    def step(self, now_s: float) -> None:
+        """Clear the alarms whose cause was just cleared; a remote site takes a moment longer."""
+        asked_s, who = self._clearing
+        if 0.0 <= now_s - asked_s <= CLEARING_S:
+            self._console.alarms.clear(now_s, who)
+
+    async def _begin(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        book = self._console.book
+        book.begin(now_s, details.get("pseudonym"), details.get("sides"))
+        self._console.begin_anew()
+        self._keeping.forget()
+        self.saved = None
+        self._write_session("begin", client, str(book.pseudonym), now_s)
+        return Answer(True, f"Session {book.pseudonym}.")
+
+    async def _end(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        book, site = self._console.book, self._console.site
+        if site.state is LinkState.ENGAGED:
+            await self._desk_told("disengage", now_s)
+        await self._settle(now_s)
+        began_s, pseudonym = book.began_s or now_s, book.end(now_s)
+        self._write_session("end", client, pseudonym, now_s)
+        unsaved = [finding for finding in book.findings if not self._keeping.is_saved(finding)]
+        lost = int(site.figures.get("recording_lost", 0))
+        text = words.saved(now_s - began_s, len(book.findings), lost)
+        if unsaved:
+            text = f"{words.count(len(unsaved), 'finding')} not yet on disk."
+        elif not self._console.recording:
+            text = f"Not recorded: {words.duration(now_s - began_s)}, {words.count(len(book.findings), 'finding')}."
+        placeless = sum(finding.x_m is None for finding in book.findings.values())
+        if placeless:
+            text += f" Report has {words.count(placeless, 'finding')} without a place."
+        self.saved = {"text": f"{text} {WRITING_REPORT}", "report": None}
+        writing = asyncio.create_task(self._write_report(self.saved, text, pseudonym))
+        self._writing.add(writing)
+        writing.add_done_callback(self._writing.discard)
+        return Answer(True, text)
+
+    async def _write_report(self, saved: dict[str, Any], text: str, pseudonym: str) -> None:
+        """The report's address appears in what came of the examination when it is written."""
+        try:
+            saved.update(report=await self.reporting.write(pseudonym, self._keeping.files), text=text)
+        except OSError as error:
+            log.warning("report of %s: %s", pseudonym, _shown(error, _LONGEST_KEPT))
+            saved["text"] = f"{text} No report: {_shown(error, _LONGEST_KEPT)}."
+        except Exception as error:
+            saved["text"] = f"{text} No report: {self.contained.caught('report', error, latches=False)}."
+
+    async def _find(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        finding = self._console.book.find(self._console.felt, details, now_s)
+        await self._keep(finding, now_s)
+        saved = self._keeping.is_saved(finding.ident)
+        kept = f"saved: {finding.text}." if saved else "kept here, not yet on disk."
+        return Answer(True, f"Finding {finding.ident} {kept}", {"id": finding.ident, "saved": saved})
+
+    async def _note(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        finding = self._console.book.note(details.get("finding"), details.get("text"))
+        await self._keep(finding, now_s)
+        saved = self._keeping.is_saved(finding.ident)
+        kept = "saved." if saved else "kept here, not yet on disk."
+        return Answer(True, f"Note to finding {finding.ident} {kept}", {"id": finding.ident, "saved": saved})
+
+    async def _keep(self, finding: Finding, now_s: float) -> None:
+        """Write a finding."""
+        self._keeping.write("console/finding", now_s, finding.record())
+        await self._settle(now_s)
+
+    async def _settle(self, now_s: float) -> None:
+        """Wait until the disk has all that was kept, or is too slow; then the state shows it when it has."""
+        clock = asyncio.get_running_loop().time
+        until_s = clock() + SETTLE_S
+        while self._keeping.unsaved and not self._keeping.failed and clock() < until_s:
+            await asyncio.sleep(_LOOK_S)
+            self._keeping.step(now_s)
+
+    async def _take_control(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        if self._control.holder is client:
+            return Answer(True, "You are in control.")
+        if self._console.site.state is LinkState.ENGAGED:
+            raise Refused("Not while engaged. Pause first.")
+        self._control.holder = client
+        return Answer(True, f"{client.name} took control.")
+
+    async def _sound(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        said = details.get("answer")
+        if said not in ("heard", "refused"):
+            raise Refused("Sound is heard or refused.")
+        self._console.around = replace(self._console.around, sound=said)
+        return Answer(True, "Sound works." if said == "heard" else "Sound is off. Watch the alarm line.")
+
+    async def _quiet(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        seconds = details.get("seconds", 60.0)
+        if not isinstance(seconds, (int, float)) or not self._console.alarms.quiet(
+            now_s, str(details.get("alarm", "")), float(seconds)
+        ):
+            raise Refused("This alarm's sound cannot be paused.")
+        return Answer(True, f"Sound paused {min(60, round(float(seconds)))} s.")
+
+    async def _place(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        x_mm, y_mm = details.get("x_mm"), details.get("y_mm")
+        if not isinstance(x_mm, (int, float)) or not isinstance(y_mm, (int, float)):
+            raise Refused("A place has x_mm and y_mm.")
+        here = self._console.felt.at(x_mm / 1000.0, y_mm / 1000.0)
+        felt = {name: found for name in UNIT if (found := getattr(here, name)) is not None}
+        texts: dict[str, Any] = {name: value_text(name, found) for name, found in felt.items()}
+        if here.material is not None:
+            texts["material"] = f"{words.named(here.material[0])} {words.percent(here.material[1])}"
+        shown = felt.get(client.quantity) or next(iter(felt.values()), None)
+        if shown is None:
+            return Answer(True, words.NOTHING_HERE, {"text": words.NOTHING_HERE, **texts})
+        name = next(name for name, found in felt.items() if found is shown)
+        touches = words.count(shown.touches, "touch") if shown.touches == 1 else f"{shown.touches} touches"
+        text = f"{texts[name]}, {touches}, {max(0.0, now_s - shown.last_s):.0f} s ago"
+        return Answer(True, text, {"text": text, **texts})
+
+    async def _play(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        speed = details.get("speed", 1.0)
+        if not isinstance(speed, (int, float)) or not abs(speed) < 1e9:
+            raise Refused("play has a speed.")
+        self._played.play(min(max(float(speed), 0.5), 8.0))
+        return Answer(True, "")
+
+    async def _pause(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        self._played.pause()
+        return Answer(True, "Paused.")
+
+    async def _seek(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        at_s = details.get("at_s")
+        if not isinstance(at_s, (int, float)) or not abs(at_s) < 1e9:
+            raise Refused("seek has a time in s.")
+        return Answer(True, "" if self._played.seek(max(0.0, float(at_s))) else "Reading ahead.")
+
+    @property
+    def _played(self) -> Playing:
+        assert self._playing is not None
+        return self._playing
+
+    def _write_session(self, what: str, client: Client, pseudonym: str, now_s: float) -> None:
+        record = {
+            "what": what,
+            "at_s": now_s,
+            "pseudonym": pseudonym,
+            "wall_clock": datetime.now().astimezone().isoformat(timespec="seconds"),
+            "who": client.name,
+            "sides": self._console.book.sides,
+        }
+        self._keeping.write("console/session", now_s, record)
+
+
+def _whole(value: object) -> object:
+    """A text without halves of characters, which no file and no socket takes; anything else as it is."""
+    return value.encode("utf-16", "surrogatepass").decode("utf-16", "replace") if isinstance(value, str) else value
+
+
+def _shown(text: object, longest: int = 40) -> str:
+    """A verb or another text as record and log have it: one line of printable characters."""
+    return one_line(str(text), longest)
+
+
+def _recorded(details: dict[Any, Any]) -> dict[str, object]:
+    """Details as the record holds them: at most 20, each short."""
+    return {str(name)[:40]: _plain(value) for name, value in list(details.items())[:20]}
+
+
+def _plain(value: object) -> object:
+    """A detail as the record holds it."""
+    if value is None or isinstance(value, (bool, float)) or (isinstance(value, int) and abs(value) < 2**63):
+        return value
+    if isinstance(value, str):
+        return value[:_LONGEST_KEPT]
+    try:
+        return str(_whole(str(value)[:_LONGEST_KEPT]))
+    except (RecursionError, ValueError):  # nested too deep, or an integer of too many digits
+        return f"a {type(value).__name__}"

@@ -1,0 +1,139 @@
+"""Accepts the connections of the console's server, and drops those that keep others out.
+
+uvicorn speaks HTTP on them. Its own listening is not used: it does not bound connections that send nothing, and does
+not know of a connection before its TLS handshake is complete.
+"""
+
+import asyncio
+import itertools
+import logging
+import socket as sockets
+from contextlib import suppress
+
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocketDisconnect
+from uvicorn import Server
+from uvicorn.protocols.http.h11_impl import H11Protocol
+
+from common.runtime.containment import Containment
+from operator_site.console.web.connections import IDLE_S, Connections, Stage
+
+log = logging.getLogger(__name__)
+
+_KEY = "connection"
+"""Name of the connection in the state of a request."""
+_AT_ONCE = 16
+"""Connections accepted in one turn of the server's loop: far fewer than its places, so that a request head is read."""
+_RETRY_S = 0.1
+"""Wait after the operating system refused to accept a connection, s."""
+
+
+class Accepted:
+    """A connection that was accepted."""
+
+    __slots__ = ("_serving", "_socket", "_transport")
+
+    def __init__(self, socket: sockets.socket):
+        self._socket = socket
+        self._transport: asyncio.Transport | None = None
+        self._serving: asyncio.Task[None] | None = None
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it still holds a file descriptor."""
+        return self._socket.fileno() >= 0
+
+    def serve(self, server: Server) -> None:
+        """Let the server speak on it: TLS first, where the server has a certificate."""
+        self._serving = asyncio.create_task(self._serve(server))
+        self._serving.add_done_callback(self._begun)
+
+    def drop(self) -> None:
+        """Close it at once; nothing more is sent."""
+        if self._transport is not None:
+            self._transport.abort()
+        elif self._serving is not None:
+            self._serving.cancel()
+        else:
+            self._socket.close()
+
+    async def _serve(self, server: Server) -> None:
+        loop, tls = asyncio.get_running_loop(), server.config.ssl
+        protocol = H11Protocol(server.config, server.server_state, {_KEY: self}, loop)
+        limit_s = None if tls is None else IDLE_S
+        self._transport, _ = await loop.connect_accepted_socket(
+            lambda: protocol, self._socket, ssl=tls, ssl_handshake_timeout=limit_s
+        )
+
+    def _begun(self, serving: asyncio.Task[None]) -> None:
+        error = None if serving.cancelled() else serving.exception()
+        if serving.cancelled() or error is not None:  # dropped, or no TLS was spoken
+            self._socket.close()
+        if error is not None:
+            serving.get_loop().call_exception_handler({"message": "connection", "exception": error})
+
+
+class Door:
+    """Accepts connections for one server, in that server's own thread."""
+
+    def __init__(self, listening: sockets.socket, server: Server, connections: Connections[Accepted]):
+        """Accept from `listening` for `server`, whose configuration is loaded, within the bounds of `connections`."""
+        self._listening, self._server = listening, server
+        self.connections = connections
+        self._accepting = asyncio.create_task(self._accept())
+
+    def step(self) -> None:
+        """Drop the connections whose time is over."""
+        for connection in self.connections.overdue(asyncio.get_running_loop().time()):
+            connection.drop()
+
+    def close(self) -> None:
+        """Accept no more."""
+        self._accepting.cancel()
+        self._listening.close()
+
+    async def _accept(self) -> None:
+        loop = asyncio.get_running_loop()
+        self._listening.setblocking(False)
+        count = itertools.count(1)
+        while True:
+            try:
+                socket, _ = await loop.sock_accept(self._listening)
+            except OSError as error:
+                log.debug("no connection accepted: %s", error)
+                await asyncio.sleep(_RETRY_S)
+                continue
+            connection = Accepted(socket)
+            dropped = self.connections.arrived(connection, loop.time())
+            if dropped is not None:
+                dropped.drop()
+            if dropped is not connection:
+                connection.serve(self._server)
+            if next(count) % _AT_ONCE == 0:
+                await asyncio.sleep(0.0)  # what else is ready comes between
+
+
+class Stages:
+    """Notes the stage of each request's connection; a page is in when the application sends to it."""
+
+    def __init__(self, app: ASGIApp, connections: Connections[Accepted], contain: Containment):
+        """Serve `app`; `contain` names what a request raises."""
+        self._app, self._connections, self._contain = app, connections, contain
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request."""
+        connection: Accepted = scope["state"][_KEY]
+        clock = asyncio.get_running_loop().time
+
+        async def send_to_page(message: Message) -> None:
+            if message["type"] == "websocket.send":
+                self._connections.reached(connection, Stage.PAGE, clock())
+            await send(message)
+
+        self._connections.reached(connection, Stage.BUSY, clock())
+        gone = suppress(OSError, WebSocketDisconnect)  # the client has left meanwhile
+        with self._contain.step("request", latches=False), gone:
+            try:
+                await self._app(scope, receive, send_to_page if scope["type"] == "websocket" else send)
+            finally:
+                self._connections.reached(connection, Stage.IDLE, clock())

@@ -1,0 +1,248 @@
+"""All that a page shows beside pictures and tiles, whole, as JSON can hold it."""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from common.fingers import FINGERS
+from common.wire.messages import NO_TOUCH, STIFFNESS_KNOWN_LN_SD, ThermalStatus
+from common.wire.packets import LinkState
+from operator_site.console import texts
+from operator_site.console.alarms.alarm_rules import unconfirmed
+from operator_site.console.alarms.alarms import Alarm
+from operator_site.console.examination.examination import Finding
+from operator_site.console.map.map_layer import CELL_M
+from operator_site.console.map.map_tiles import RANGES
+from operator_site.console.map.tactile_map import COLUMNS, ROWS
+from operator_site.console.model import Console
+from operator_site.console.state.fingers_now import GONE_S
+from operator_site.console.state.site_now import DEVICES, SILENT_S
+
+_PRIORITIES = ("none", "low", "medium", "high")
+_MOST_ALARMS = 50
+DECIDE_AT = 0.98
+"""Probability from which the remote site names a material."""
+
+
+def shown_state(
+    console: Console, now_s: float, is_saved: Callable[[int], bool], operator: str, origin_s: float | None = None
+) -> dict[str, Any]:
+    """The state that is the same for every page.
+
+    Args:
+        console: what is known.
+        now_s: s of the operator site's clock.
+        is_saved: whether a finding is on the disk.
+        operator: name of the operator site's configuration file, for advice.
+        origin_s: times of alarms and findings are told from here; by default from the examination's beginning.
+    """
+    site = console.site
+    from_s = (console.book.began_s or now_s) if origin_s is None else origin_s
+    return {
+        "session": _session(console, now_s),
+        "link": site.link.shown(now_s),
+        "alarms": [_alarm(alarm, from_s) for alarm in console.alarms.listed[:_MOST_ALARMS]],
+        "fingers": [finger_state(console, finger, now_s) for finger in range(len(FINGERS))],
+        "devices": [_device(console, name, operator) for name in DEVICES],
+        "checks": checks(console, now_s, operator),
+        "stop": _stop(console, now_s),
+        "engage": {"wanted": site.wanted, "refusal": refusal(console)},
+        "map": _map(console),
+        "findings": [
+            finding_state(finding, is_saved(finding.ident), from_s) for finding in console.book.findings.values()
+        ],
+        "meaning": site.calibrated or None,
+        "decide_at": DECIDE_AT,
+    }
+
+
+def refusal(console: Console) -> str:
+    """Why engaging would be refused now; empty where it would not."""
+    site = console.site
+    absent = [name for name, ready in site.ready.items() if not ready]
+    if site.state is LinkState.FAULT or site.remote_fault:
+        return "Cannot engage: fault not cleared."
+    if absent:
+        return f"Cannot engage: {texts.device_absent(absent[0])}"
+    if site.refusal:
+        return texts.short(f"Cannot engage: {site.refusal}")
+    return "" if console.around.sound else texts.NOT_SOUNDED
+
+
+def _session(console: Console, now_s: float) -> dict[str, Any]:
+    return {
+        "state": console.word(now_s),
+        "why": texts.finger(console.site.paused) if console.site.paused not in ("", "asked for") else "",
+        "clock_s": _rounded(console.clock_s(now_s), 1),
+        "pseudonym": console.book.pseudonym,
+        "recording": console.recording,
+        "saved": None,
+        "playback": None,
+        "sound": console.around.sound or None,
+    }
+
+
+def _alarm(alarm: Alarm, from_s: float) -> dict[str, Any]:
+    over = alarm.waits or alarm.ended_s is not None
+    return {
+        "id": alarm.ident,
+        "priority": _PRIORITIES[alarm.cause.priority],
+        "text": alarm.text,
+        "since_s": round(alarm.since_s - from_s, 2),
+        "active": not over,
+        "waits": alarm.waits,
+        "ended_s": None if alarm.gone_s is None or not over else round(alarm.gone_s - from_s, 2),
+        "cleared_by": alarm.cleared_by,
+        "quiet_until_s": _rounded(alarm.quiet_until_s, 1),
+        "silenceable": alarm.cause.silenceable,
+    }
+
+
+def finger_state(console: Console, finger: int, now_s: float) -> dict[str, Any]:
+    """What is known of one finger and of what it touches; None is not known, and nothing old is shown as new."""
+    fingers, name = console.fingers, FINGERS[finger]
+    age_s = console.age_s(now_s)
+    fresh = age_s is not None and age_s <= GONE_S
+    row = fingers.rows[finger] if fresh else NO_TOUCH
+    since_s = fingers.contact_since_s[finger] if fresh else None
+    touching = since_s is not None
+    told = fingers.told[finger]
+    status = ThermalStatus(int(row.thermal_status)) if touching else ThermalStatus.NO_CONTACT
+    material = fingers.touch.materials[finger] if fingers.touch is not None and touching else ""
+    word, line = texts.decision(status, material, told, row.probability)
+    known_c = touching and row.object_c_sd < 10.0 and status > ThermalStatus.NO_CONTACT
+    stiffness = row.stiffness_n_m if touching else 0.0
+    ready = console.site.ready
+    module = "absent" if name not in ready else "ready" if ready[name] else "fault"
+    return {
+        "name": name,
+        "in_use": console.in_use[finger],
+        "module": module if ready else "ready",
+        "contact_s": round(now_s - since_s, 2) if since_s is not None else None,
+        "decision": word,
+        "line": line,
+        "candidates": [[texts.named(name), round(p, 4)] for name, p in told.candidates] if touching else [],
+        "object_c": round(row.object_c, 2) if known_c else None,
+        "object_c_sd": round(row.object_c_sd, 3) if known_c else None,
+        "stiffness_n_m": round(stiffness, 1) if stiffness > 0.0 else None,
+        "stiffness_sd_n_m": round(stiffness * row.stiffness_ln_sd, 1) if stiffness > 0.0 else None,
+        "stiffness_known": bool(stiffness > 0.0 and row.stiffness_ln_sd < STIFFNESS_KNOWN_LN_SD),
+        "roughness_v": _rounded(told.roughness_v, 5) if touching else None,
+        "roughness_sd_v": _rounded(told.roughness_sd_v, 5) if touching else None,
+        "groove_mm": _mm(told.groove_m) if touching else None,
+        "groove_sd_mm": _mm(told.groove_sd_m) if touching else None,
+        "limits": fingers.limits(finger, now_s) if console.in_use[finger] else [],
+        "age_s": _rounded(age_s, 3),
+    }
+
+
+def _device(console: Console, name: str, operator: str) -> dict[str, Any]:
+    site = console.site
+    if site.ready and name not in site.ready:
+        return {"name": name, "ready": True, "text": "not used", "help": ""}
+    ready = site.ready.get(name, False)
+    why = f" {site.whys[name]}." if name in site.whys else ""
+    return {
+        "name": name,
+        "ready": ready,
+        "text": "" if ready else texts.short(texts.device_absent(name) + why),
+        "help": "" if ready else f"teletaction doctor --config {operator}",
+    }
+
+
+def checks(console: Console, now_s: float, operator: str) -> list[dict[str, Any]]:
+    """What must be there before a session, beside the devices: each ready, or what to do about it."""
+    site, around = console.site, console.around
+    doctor = f"teletaction doctor --config {operator}"
+    answers = site.silent_s(now_s) <= SILENT_S or not console.live
+    connected = answers and site.session != 0
+    link = site.link.shown(now_s)
+    measured = link["delay_ms"] is not None
+    return [
+        _check("operator site", answers, "No answer. Start it.", f"teletaction operator --config {operator}"),
+        _check("key", not site.refusal, texts.short(site.refusal), "teletaction keys show --keys KEYS"),
+        _check(
+            "calibration",
+            connected and bool(site.calibrated),
+            "Not calibrated." if connected else "No remote site is connected.",
+            "teletaction calibrate thermal --traces DIR --out TABLE" if connected else doctor,
+        ),
+        _check("link", measured or connected, "No data from the remote site.", doctor),
+        _check("disk", around.disk_used < 0.9, f"{around.disk_used * 100:.0f} % used.", "df -h"),
+        _check("sound", bool(around.sound), "Not heard yet.", "Play alarm sound, then answer."),
+    ]
+
+
+def _check(what: str, ready: bool, text: str, how: str) -> dict[str, Any]:
+    return {"what": what, "ready": ready, "text": "" if ready else text, "help": "" if ready else how}
+
+
+def _stop(console: Console, now_s: float) -> dict[str, Any] | None:
+    site = console.site
+    if site.stop_asked_s is None:
+        return None
+    after_s = site.stop_after_s
+    return {
+        "asked_s": round(site.stop_asked_s, 3),
+        "devices": {name: _rounded(after_s[name], 3) for name in DEVICES if name in after_s},
+        "confirmed": bool(after_s) and None not in after_s.values(),
+        "late": bool(unconfirmed(now_s, site)),
+        "text": texts.confirmed(len(after_s), max(told_s for told_s in after_s.values() if told_s is not None))
+        if after_s and None not in after_s.values()
+        else "",
+    }
+
+
+def _map(console: Console) -> dict[str, Any]:
+    felt = console.felt
+    left_m, near_m = felt.frame
+    ranges = {quantity: list(ends) for quantity, ends in RANGES.items()}
+    return {
+        "frame": {"x_m": left_m, "y_m": near_m, "cell_m": CELL_M, "columns": COLUMNS, "rows": ROWS},
+        "legend": {quantity: list(felt.legend(quantity)) for quantity in RANGES},
+        "ranges": ranges,
+        "coding": ranges,
+        "number": console.map_number,
+        "materials": [texts.named(name) for name in felt.materials],
+        "sides": console.book.sides,
+    }
+
+
+def finding_state(finding: Finding, is_saved: bool, from_s: float) -> dict[str, Any]:
+    """A finding as a page shows it."""
+    return {
+        "id": finding.ident,
+        "at_s": round(finding.at_s - from_s, 3),
+        "kind": finding.kind,
+        "finger": finding.finger,
+        "x_mm": _mm(finding.x_m),
+        "y_mm": _mm(finding.y_m),
+        "text": finding.text,
+        "compare": finding.compare,
+        "note": finding.note,
+        "saved": is_saved,
+    }
+
+
+def urgent(state: Mapping[str, Any]) -> object:
+    """The part of a state that is told at once when it changes; the rest four times a second is soon enough."""
+    session = state["session"]
+    return (
+        {name: value for name, value in session.items() if name not in ("clock_s", "playback")},
+        [(alarm["id"], alarm["priority"], alarm["active"], alarm["waits"]) for alarm in state["alarms"]],
+        [(finger["decision"], finger["limits"]) for finger in state["fingers"]],
+        state["devices"],
+        state["stop"],
+        state["engage"],
+        state["findings"],
+        state["map"]["frame"],
+        state["map"]["number"],
+    )
+
+
+def _rounded(value: float | None, places: int) -> float | None:
+    return None if value is None or not math.isfinite(value) else round(value, places)
+
+
+def _mm(value_m: float | None) -> float | None:
+    return None if value_m is None else round(value_m * 1e3, 3)

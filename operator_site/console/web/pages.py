@@ -1,0 +1,306 @@
+"""All pages that are open: each is sent what it wants and may have, by a task of its own."""
+
+import asyncio
+import json
+import logging
+import time
+from collections.abc import Callable, Coroutine, MutableMapping
+from contextlib import suppress
+from typing import Any, Protocol
+
+from starlette.websockets import WebSocketDisconnect
+
+from common.link.rate_limiter import RateLimiters
+from operator_site.console.map.tactile_map import QUANTITIES
+from operator_site.console.model import Console
+from operator_site.console.web.access import Visitor
+from operator_site.console.web.clients import Client
+from operator_site.console.web.commands import FAILED_INSIDE, Acts, Answer
+from operator_site.console.web.control import Control
+from operator_site.console.web.page_state import urgent
+from operator_site.console.web.places import place_for
+
+log = logging.getLogger(__name__)
+
+FULL, NOT_UNDERSTOOD, TOO_MUCH, REPLACED, FAILED = 4429, 4400, 4408, 4409, 4500
+"""Codes with which a page is sent away; 4401 is for one that may not come in."""
+_CLOSING_S = 1.0
+"""Longest wait for a page that does not read to take its code, s."""
+MESSAGES_PER_S, MESSAGES_AT_ONCE = 100.0, 300
+"""Messages of one page: it says what it has drawn, 30 times a second, and that it is alive."""
+OPENINGS_PER_S, OPENINGS_AT_ONCE = 1.0, 20
+"""Pages that one observer may open; who may act may always come back."""
+REQUESTS_PER_S, REQUESTS_AT_ONCE = 10.0, 40
+"""Requests of all pages of one visitor, stops of those who may act apart."""
+_STOP = '"estop"'
+_LARGEST = 2**53
+"""Integers below this are exact in every page."""
+
+
+class PageSocket(Protocol):
+    """What is used of a page's websocket, once it is accepted.
+
+    The methods that send raise WebSocketDisconnect or RuntimeError where the page is gone.
+    """
+
+    async def receive(self) -> MutableMapping[str, Any]:
+        """The next message of the page, `websocket.receive` or `websocket.disconnect` as in ASGI."""
+
+    async def send_text(self, data: str) -> None:
+        """Send an answer or a state."""
+
+    async def send_bytes(self, data: bytes) -> None:
+        """Send a picture or a tile."""
+
+    async def close(self, code: int = 1000, reason: str | None = None) -> None:
+        """Send the page away."""
+
+
+class Pages:
+    """Sends to and hears from all pages; only ever used in the server's own thread.
+
+    Attributes:
+        control: which of them acts.
+        clients: all of them, the longest present first.
+        contain: contains what one page or one picture raises, so that the others are served.
+    """
+
+    def __init__(
+        self,
+        console: Callable[[], Console],
+        acts: Acts,
+        control: Control,
+        shown_s: Callable[[], float],
+        clock_s: Callable[[], float] = time.monotonic,
+    ):
+        """Show a console.
+
+        Args:
+            console: what is shown.
+            acts: carries out what pages ask for.
+            control: which of them acts.
+            shown_s: the moment that is shown, s of the operator site's clock.
+            clock_s: this machine's monotonic clock, s.
+        """
+        self._console, self._acts, self._shown_s = console, acts, shown_s
+        self._now_s = clock_s
+        self._sequence = 0
+        self.control = control
+        self.clients: list[Client] = []
+        self.contain = acts.contained
+        self._reading: dict[str, asyncio.Task[bool]] = {}
+        self._ready: dict[str, asyncio.Event] = {}
+        self._state: dict[str, Any] = {}
+        self._urgent: object = None
+        self._version = 0
+        self._pictures: dict[tuple[int | None, int], bytes] = {}
+        """Those of this time, by the newest bin that a page has and the newest there is."""
+        self._count = 0
+        self._messages: RateLimiters[str] = RateLimiters(MESSAGES_PER_S, MESSAGES_AT_ONCE)
+        self._openings: RateLimiters[Visitor] = RateLimiters(OPENINGS_PER_S, OPENINGS_AT_ONCE)
+        self._requests: RateLimiters[Visitor] = RateLimiters(REQUESTS_PER_S, REQUESTS_AT_ONCE)
+
+    def show(self, state: dict[str, Any] | None) -> None:
+        """A new picture may be drawn, and with it a new state where one was made."""
+        self._pictures.clear()
+        self._sequence += 1
+        if state is not None:
+            self._state, self._urgent = state, urgent(state)
+            self._version += 1
+        for ready in self._ready.values():
+            ready.set()
+
+    def begin_anew(self) -> None:
+        """What was sent before is of another time: after a jump in a recording, or with another map."""
+        for client in self.clients:
+            client.begin_anew()
+
+    @property
+    def seen(self) -> bool:
+        """Whether a person can see and use the page in control."""
+        holder = self.control.holder
+        return holder is not None and holder.seen(self._now_s())
+
+    async def serve(self, socket: PageSocket, visitor: Visitor) -> None:
+        """Serve one page of somebody who may open it, until it goes."""
+        self._count += 1
+        client = Client(visitor, f"{visitor.name} {self._count}", self._now_s())
+        if not (client.acts or self._openings.allows(client.visitor, self._now_s())):
+            await socket.close(FULL, "too many pages opened")
+            return
+        place = place_for(client.visitor, self.clients, self.control.holder, self._now_s())
+        if not place.given:
+            log.info("%s was refused: all places are taken", client.name)
+            await socket.close(FULL)
+            return
+        if place.leaves is not None:
+            self._reading[place.leaves.name].cancel()
+            self._leave(place.leaves)
+        ready = self._ready[client.name] = asyncio.Event()
+        self.clients.append(client)
+        self.control.offer(client)
+        log.info("%s came as %s", client.name, client.visitor.role)
+        reading = self._reading[client.name] = asyncio.create_task(self._side("reading", self._read(socket, client)))
+        writing = asyncio.create_task(self._side("writing", self._write(socket, client, ready)))
+        try:
+            await asyncio.wait((reading, writing), return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            replaced = client not in self.clients
+            reading.cancel()
+            writing.cancel()
+            self._leave(client)
+        failed = any(side.done() and not side.cancelled() and side.result() for side in (reading, writing))
+        if replaced or failed:
+            with suppress(WebSocketDisconnect, RuntimeError, TimeoutError):  # it has closed already, or does not read
+                await asyncio.wait_for(socket.close(REPLACED if replaced else FAILED), _CLOSING_S)
+
+    def _leave(self, client: Client) -> None:
+        if client in self.clients:
+            self.clients.remove(client)
+            del self._ready[client.name], self._reading[client.name]
+            self.control.left(client, self.clients)
+            log.info("%s went", client.name)
+
+    async def _side(self, what: str, doing: Coroutine[Any, Any, None]) -> bool:
+        """Run one side of a page until the page goes; whether the side raised, which ends this page and no other."""
+        with self.contain.step(what, latches=False):
+            with suppress(WebSocketDisconnect):
+                await doing
+            return False
+        return True
+
+    async def _read(self, socket: PageSocket, client: Client) -> None:
+        asked: dict[int, asyncio.Task[bool]] = {}
+        while True:
+            text = await _text(socket)
+            now_s = self._now_s()
+            allowed = self._messages.allows(client.name, now_s)
+            if not (allowed or (client.acts and _STOP in text)):
+                await socket.close(TOO_MUCH, "too many messages")
+                return
+            client.heard(now_s)
+            try:
+                said = json.loads(text)
+                kind = said["kind"]
+            except (ValueError, KeyError, TypeError, RecursionError):
+                await socket.close(NOT_UNDERSTOOD)
+                return
+            stops = client.acts and kind == "ask" and said.get("verb") == "estop"
+            if not (allowed or stops):
+                await socket.close(TOO_MUCH, "too many messages")
+                return
+            match kind:
+                case "drawn":
+                    client.drew(now_s, _integer(said.get("sequence")))
+                case "alive":
+                    client.visible = said.get("visible") is True
+                case "show":
+                    if said.get("quantity") in QUANTITIES:
+                        client.show(said["quantity"])
+                case "ask":
+                    ident = _integer(said.get("id"))
+                    if not (stops or self._acts.plays or self._requests.allows(client.visitor, now_s)):
+                        await socket.close(TOO_MUCH, "too many requests")
+                        return
+                    if ident not in asked or asked[ident].done():  # a stop is asked for again while it is under way
+                        asked = {number: task for number, task in asked.items() if not task.done()}
+                        answer = self._side("answering", self._answer(socket, client, ident, said))
+                        asked[ident] = asyncio.create_task(answer)
+            self._ready[client.name].set()
+
+    async def _answer(self, socket: PageSocket, client: Client, ident: int, said: dict[str, Any]) -> None:
+        answer = Answer(False, FAILED_INSIDE)
+        with self.contain.step("request", latches=False):
+            answer = await self._acts.ask(client, said.get("verb"), said.get("details"), self._shown_s())
+        told = {"kind": "answer", "id": ident, "ok": answer.ok, "text": answer.text, "details": answer.details or {}}
+        if not client.answer(told):
+            await socket.close(NOT_UNDERSTOOD)
+        if (ready := self._ready.get(client.name)) is not None:  # the page may have gone meanwhile
+            ready.set()
+
+    async def _write(self, socket: PageSocket, client: Client, ready: asyncio.Event) -> None:
+        try:
+            while True:
+                await ready.wait()
+                ready.clear()
+                await self._send(socket, client)
+        except (WebSocketDisconnect, RuntimeError):  # the latter: it closed while something was sent
+            return
+
+    async def _send(self, socket: PageSocket, client: Client) -> None:
+        """Whatever the page wants and may have now; what it waits for longest is made newest."""
+        while client.answers:
+            await socket.send_text(_json(client.answers.popleft()))
+        now_s = self._now_s()
+        client.shows(self._console().map_number)
+        state, picture, tiles = None, None, list[bytes]()
+        with self.contain.step("state", latches=False):
+            state = self._next_state(client, now_s)
+        if state is not None:
+            await socket.send_text(state)
+        with self.contain.step("picture", latches=False):
+            picture = self._next_picture(client, now_s)
+        if picture is not None:
+            await socket.send_bytes(picture)
+        with self.contain.step("tiles", latches=False):
+            tiles = self._next_tiles(client, now_s)
+        for tile in tiles:
+            await socket.send_bytes(tile)
+
+    def _next_state(self, client: Client, now_s: float) -> str | None:
+        urgency = self._urgent, self.control.name
+        if not self._state or not client.wants_state(now_s, urgency):
+            return None
+        client.sent_state(now_s, urgency)
+        return _json(self._state_for(client))
+
+    def _next_picture(self, client: Client, now_s: float) -> bytes | None:
+        if not client.has_credit(now_s, self._sequence):
+            return None
+        console, shown_s = self._console(), self._shown_s()
+        newest = console.newest_bin(shown_s)
+        if (client.last_bin, newest) not in self._pictures:
+            picture = console.picture(shown_s, self._sequence, client.last_bin)
+            self._pictures[client.last_bin, newest] = picture
+        packed = self._pictures[client.last_bin, newest]
+        client.sent_picture(self._sequence, newest)
+        return packed
+
+    def _next_tiles(self, client: Client, now_s: float) -> list[bytes]:
+        console = self._console()
+        if not client.wants_tiles(now_s, console.felt.revision):
+            return []
+        if not client.tiles:
+            client.tiles.extend(console.tiles(client.quantity, client.tile_revision))
+            client.tile_revision = console.felt.revision
+        return [tile.encode() for tile in client.next_tiles(now_s)]
+
+    def _state_for(self, client: Client) -> dict[str, Any]:
+        you = {
+            "role": client.visitor.role,
+            "name": client.name,
+            "in_control": self.control.holder is client,
+            "control": self.control.name,
+        }
+        about = {"pictures_skipped": client.skipped, "clients": len(self.clients)}
+        return {"kind": "state", "version": self._version, **self._state, "you": you, "console": about}
+
+
+async def _text(socket: PageSocket) -> str:
+    """The next text of a page; an empty one for a binary message, which no page sends.
+
+    Raises:
+        WebSocketDisconnect: the page is gone.
+    """
+    message = await socket.receive()
+    if message["type"] == "websocket.disconnect":
+        raise WebSocketDisconnect(message.get("code", 1006), message.get("reason"))
+    return message.get("text") or ""
+
+
+def _json(told: dict[str, Any]) -> str:
+    return json.dumps(told, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+
+
+def _integer(value: object) -> int:
+    return value if isinstance(value, int) and not isinstance(value, bool) and abs(value) < _LARGEST else -1

@@ -1,0 +1,138 @@
+"""The console as a web page: its files, its reports, its websocket; nothing of it is for others to frame or to read."""
+
+from collections.abc import Awaitable, Callable
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from starlette.applications import Starlette
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, RedirectResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocket
+
+from operator_site.console.web.access import COOKIE, Access, Visitor
+from operator_site.console.web.pages import Pages
+
+PAGE = Path(str(resources.files("operator_site"))) / "console" / "page"
+REFUSED = 4401
+"""Code with which a websocket is closed that may not come in."""
+_HEADERS = {
+    "content-security-policy": "default-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
+    "x-content-type-options": "nosniff",
+    "referrer-policy": "no-referrer",
+    "cross-origin-opener-policy": "same-origin",
+    "cache-control": "no-cache",
+}
+_REPORT_HEADERS = {"content-security-policy": "default-src 'none'; style-src 'unsafe-inline'; img-src data:"}
+"""A report is one file with its style and pictures in it; nothing in it runs."""
+_TYPES = {
+    ".html": "text/html",
+    ".css": "text/css",
+    ".js": "text/javascript",
+    ".svg": "image/svg+xml",
+    ".txt": "text/plain",
+    ".woff2": "font/woff2",
+}
+
+
+def application(access: Access, pages: Pages, reports: Path | None, health: Callable[[], dict[str, Any]]) -> Starlette:
+    """The web application.
+
+    Args:
+        access: who may come in.
+        pages: serves the websockets.
+        reports: folder of finished reports; there are none without.
+        health: what `/health` tells.
+    """
+
+    def visitor(connection: HTTPConnection) -> Visitor | None:
+        if not access.expected(connection.headers.get("host"), connection.headers.get("origin")):
+            return None
+        return access.visitor(connection.cookies.get(COOKIE), connection.query_params.get("role"))
+
+    def guarded(
+        serve: Callable[[Request], Awaitable[Response]],
+    ) -> Callable[[Request], Awaitable[Response]]:
+        async def served(request: Request) -> Response:
+            if visitor(request) is None:
+                return PlainTextResponse("This page needs a token: open it by the address that has one.", 401)
+            return await serve(request)
+
+        return served
+
+    async def index(request: Request) -> Response:
+        token = request.query_params.get("token")
+        if token is not None and access.expected(request.headers.get("host"), request.headers.get("origin")):
+            # The token leaves the address at once: it is not to be seen, stored or passed on with it.
+            response = RedirectResponse("/", 303)
+            if access.visitor(token) is not None:
+                response.set_cookie(COOKIE, token, httponly=True, samesite="strict", secure=access.secure, path="/")
+            return response
+        return await guarded(_index)(request)
+
+    async def _index(request: Request) -> Response:
+        return _file(PAGE / "index.html")
+
+    async def file(request: Request) -> Response:
+        return _file(_inside(PAGE, request.path_params["name"]))
+
+    async def report(request: Request) -> Response:
+        found = None if reports is None else _inside(reports, f"{request.path_params['name']}.html")
+        response = _file(found)
+        response.headers.update(_REPORT_HEADERS)
+        return response
+
+    async def healthy(request: Request) -> Response:
+        return JSONResponse(health())
+
+    async def session(socket: WebSocket) -> None:
+        who = visitor(socket)
+        await socket.accept()
+        if who is None:
+            await socket.close(REFUSED)
+            return
+        await pages.serve(socket, who)
+
+    routes = [
+        Route("/", index),
+        Route("/page/{name}", guarded(file)),
+        Route("/report/{name}.html", guarded(report)),
+        Route("/health", healthy),
+        WebSocketRoute("/session", session),
+    ]
+    app = Starlette(routes=routes)
+    app.add_middleware(_Headers)
+    return app
+
+
+def _inside(folder: Path, name: str) -> Path | None:
+    """A file of a folder, not of one below or beside it."""
+    path = folder / name
+    return path if path.parent == folder and not name.startswith(".") and path.is_file() else None
+
+
+def _file(path: Path | None) -> Response:
+    if path is None or not path.is_file():
+        return PlainTextResponse("There is no such file.", 404)
+    return FileResponse(path, media_type=_TYPES.get(path.suffix, "application/octet-stream"))
+
+
+class _Headers:
+    """Puts the same headers before every answer."""
+
+    def __init__(self, app: ASGIApp):
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request."""
+
+        async def with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                given = {name.lower() for name, _ in message["headers"]}
+                ours = [(k.encode(), v.encode()) for k, v in _HEADERS.items() if k.encode() not in given]
+                message = {**message, "headers": [*message["headers"], *ours]}
+            await send(message)
+
+        await self._app(scope, receive, with_headers if scope["type"] == "http" else send)

@@ -1,0 +1,130 @@
+"""All devices of the operator site behind one read and one write; the gate's output is all that is written."""
+
+import math
+
+from common.buses.ready_lines import ReadyLines
+from common.buses.serial_device import SerialLine
+from common.buses.wiring import SYSTEM, Wiring
+from common.config import OperatorConfig
+from common.fingers import FINGERS
+from common.limits import GAP_S
+from common.timing.standstill import HostClock
+from common.timing.tick_age import TickAge
+from operator_site.devices.exoskeleton import Exoskeleton, Hand
+from operator_site.devices.tacttip import TactTip
+from operator_site.safety.gated_output import GatedOutput
+
+
+class OperatorDevices:
+    """Opens every device in the background; reading and writing never block."""
+
+    def __init__(self, config: OperatorConfig, clock: HostClock | None = None, wiring: Wiring = SYSTEM):
+        """Open them, reached by `wiring`; `clock` is the one that `read` is given times of."""
+        clock = HostClock() if clock is None else clock
+        self.exoskeleton = Exoskeleton(config.exoskeleton, config.fingers, clock, wiring)
+        self.tacttips = {FINGERS.index(f): TactTip(f, address, clock, wiring) for f, address in config.tacttip.items()}
+        witnesses: list[Exoskeleton | TactTip] = [self.exoskeleton, *self.tacttips.values()]
+        self._witnesses = witnesses
+        self._ready = ReadyLines([self.exoskeleton.line, *self.lines()])
+        self.tick = TickAge(clock, self._unread_s)
+
+    def _unread_s(self) -> float:
+        """How long devices have taken for what waits to be read, s."""
+        if not self._ready.look() and self.exoskeleton.line.drained:
+            return 0.0
+        return max(device.unread_s for device in self._witnesses)
+
+    def lines(self) -> list[SerialLine]:
+        """Every serial line."""
+        return [module.line for module in self.tacttips.values()]
+
+    def missing(self) -> str:
+        """What keeps the site from working; empty when all devices are there."""
+        if why := self._no_exoskeleton():
+            return f"exoskeleton: {why}"
+        now_s = self.tick.began_s
+        for module in self.tacttips.values():
+            if not (now_s - module.measured_s <= GAP_S and module.line.connected):
+                return f"{module.name}: {self._no_module(module)}"
+        return ""
+
+    def _no_exoskeleton(self) -> str:
+        """What keeps the exoskeleton from working; empty when nothing does."""
+        line = self.exoskeleton.line
+        if not line.connected:
+            return str(line.problem or "opening")
+        here = self.tick.began_s - self.exoskeleton.hand.oldest_s <= GAP_S
+        return "" if here else f"CAN {line.address} is open, but no positions come"
+
+    def _no_module(self, module: TactTip) -> str:
+        """What keeps a module from working; empty when nothing does."""
+        if not module.line.connected:
+            return str(module.line.problem or "opening")
+        return "" if self.tick.began_s - module.measured_s <= GAP_S else "the line is open, but no reports come"
+
+    def problems(self) -> list[Exception]:
+        """Why devices are not there, for those that have failed at least once."""
+        lines = [self.exoskeleton.line.problem, *(line.problem for line in self.lines())]
+        return [problem for problem in lines if problem is not None]
+
+    def read(self, t_s: float) -> Hand:
+        """Take what all devices said since the last call; `tick` counts a standstill of the host that they show."""
+        self.tick.begin(t_s)
+        self._ready.look()
+        stood_still_s = 0.0
+        for module in self.tacttips.values():
+            module.read(t_s)
+            stood_still_s = max(stood_still_s, module.stood_still_s)
+        hand = self.exoskeleton.read(t_s, stood_still=stood_still_s > 0.0)
+        self.tick.stood_still(max(stood_still_s, self.exoskeleton.stood_still_s))
+        return hand
+
+    def plates(self, t_s: float) -> tuple[list[float], list[float]]:
+        """Each plate's last temperature (C, NaN where it is not to be believed) and its age, s."""
+        plate_c, age_s = [math.nan] * len(FINGERS), [math.inf] * len(FINGERS)
+        for finger, module in self.tacttips.items():
+            plate_c[finger], age_s[finger] = module.plate_c, t_s - module.measured_s
+        return plate_c, age_s
+
+    def write(self, t_s: float, output: GatedOutput, engaged: bool) -> None:
+        """Send what the gate let through, but nothing once the tick that has read the devices is too old."""
+        if self.tick.in_time():
+            self.exoskeleton.push(t_s, output.force_n, engaged)
+        for finger, module in self.tacttips.items():
+            if not module.may_send(t_s, output.motor_rpm[finger]):
+                continue
+            if not self.tick.in_time():
+                return
+            module.drive(t_s, output.motor_rpm[finger], output.peltier_drive[finger])
+
+    def unconfirmed(self, since_s: float) -> dict[str, str]:
+        """Why each device is not certain to have its outputs off since `since_s`; empty where its report says so."""
+        found = {"exoskeleton": self.exoskeleton.unconfirmed(since_s)}
+        for module in self.tacttips.values():
+            found[module.name] = module.unconfirmed(since_s)
+        return found
+
+    def faults(self) -> list[str]:
+        """What devices do that they must not, and what of them is broken; empty when all is well."""
+        now_s = self.tick.began_s
+        found = [f"exoskeleton: {fault}" for fault in self.exoskeleton.faults(now_s)]
+        for module in self.tacttips.values():
+            if module.faults and now_s - module.measured_s <= GAP_S:
+                found += module.faults
+        return found
+
+    def figures(self) -> dict[str, object]:
+        """What the status file tells of each device."""
+        return {
+            "exoskeleton": {**self.exoskeleton.line.figures(), "missing": self._no_exoskeleton()},
+            **{
+                module.name: {**module.line.figures(), "missing": self._no_module(module)}
+                for module in self.tacttips.values()
+            },
+        }
+
+    def close(self) -> None:
+        """Close every device; their own time-outs bring them to rest."""
+        self.exoskeleton.line.close()
+        for line in self.lines():
+            line.close()

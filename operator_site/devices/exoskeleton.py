@@ -1,0 +1,135 @@
+"""Driver of the hand-force exoskeleton on CAN: the hand's pose and fingertips' heights in, finger forces out."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from common.buses.can_frames import FrameReceiver, FrameSender
+from common.buses.can_port import CanAddress, CanLine
+from common.buses.drive_monitor import DriveObeys, ForcesObey, StateComes
+from common.buses.wiring import SYSTEM, Wiring
+from common.fingers import FINGERS
+from common.limits import GAP_S
+from common.timing.standstill import HostClock, Witness
+from common.timing.timeouts import FRAME_S
+from operator_site.devices.encoder_checks import HandEncoders
+
+_MM = 1000.0
+_NEVER = float("-inf")
+
+
+@dataclass(slots=True)
+class Hand:
+    """Where the operator's hand and fingertips are; the newest of each frame, SI."""
+
+    x_m: float = 0.0
+    y_m: float = 0.0
+    z_m: tuple[float, ...] = (0.0,) * len(FINGERS)
+    pose_s: float = _NEVER
+    heights_s: float = _NEVER
+
+    @property
+    def oldest_s(self) -> float:
+        """When the part that was measured longest ago came in, s; -inf until both came once."""
+        return min(self.pose_s, self.heights_s)
+
+
+@dataclass(slots=True)
+class Pushing:
+    """What the exoskeleton reported last that its outputs do."""
+
+    force_n: tuple[float, ...] = (0.0,) * len(FINGERS)
+    enabled: bool = False
+    reported_s: float = _NEVER
+
+
+class Exoskeleton:
+    """The hand-force exoskeleton."""
+
+    def __init__(
+        self,
+        address: CanAddress,
+        fingers: Sequence[str] = FINGERS,
+        clock: HostClock | None = None,
+        wiring: Wiring = SYSTEM,
+    ):
+        """Open the bus at `address` in the background; `fingers` are in the exoskeleton, `clock` is that of `read`."""
+        self.receivers = tuple(FrameReceiver(name) for name in ("HandPose", "FingerHeights", "ExoskeletonState"))
+        self.line = CanLine(address, self.receivers, sends=("FingerForces",), wiring=wiring)
+        self.hand = Hand()
+        self.pushing = Pushing()
+        self.stood_still_s = 0.0
+        """For how long the host's clock stood still before the last `read`, as the count of frames shows, s."""
+        self._clock = HostClock() if clock is None else clock
+        self._witness = Witness()
+        self._taking_part = [finger in fingers for finger in FINGERS]
+        self._encoders = HandEncoders(self._taking_part)
+        self._forces = FrameSender("FingerForces")
+        self._forces_obey = ForcesObey()
+        self._enabled_obeys = DriveObeys("the drives", "are enabled, never asked for")
+        self._state_comes = StateComes()
+        self._disobeys: list[str] = []
+
+    def read(self, t_s: float, *, stood_still: bool = False) -> Hand:
+        """Take what came since the last call, stamped with `t_s`; after a standstill places are judged anew."""
+        came = self.line.poll()
+        self.stood_still_s = self._witness.frames(
+            self._clock.now_s(), self.receivers[0].taken, drained=self.line.drained
+        )
+        if stood_still or self.stood_still_s > 0.0:
+            self._encoders = HandEncoders(self._taking_part)
+        hand, encoders = self.hand, self._encoders
+        # Each frame counts: an encoder that jumps now and again is found by a late site, too.
+        for sent_s, (x_mm, y_mm) in came.get("HandPose", ()):
+            hand.x_m, hand.y_m = encoders.pose(sent_s, x_mm / _MM, y_mm / _MM)
+            hand.pose_s = t_s
+        for sent_s, heights_mm in came.get("FingerHeights", ()):
+            z_m = tuple([height_mm / _MM for height_mm in heights_mm])
+            hand.z_m = encoders.heights(sent_s, z_m, self.pushing.force_n)
+            hand.heights_s = t_s
+        self._state_comes.step(self.receivers[0].taken, self.receivers[2].taken)
+        if states := came.get("ExoskeletonState"):
+            *force_n, enabled = states[-1][1]
+            self._take_state(t_s + self.stood_still_s, tuple(force_n), enabled > 0.0)
+        return hand
+
+    def _take_state(self, t_s: float, force_n: tuple[float, ...], enabled: bool) -> None:
+        """Take what it reports to apply, and compare it with what it was sent."""
+        self.pushing = Pushing(force_n, enabled, t_s)
+        unasked = self._enabled_obeys.reported(t_s, enabled)
+        self._disobeys = self._forces_obey.reported(t_s, force_n)
+        if unasked:
+            self._disobeys.append(unasked)
+
+    @property
+    def unread_s(self) -> float:
+        """How long the exoskeleton has taken for the frames that wait to be read, s."""
+        return self.line.unread("HandPose") * FRAME_S
+
+    def faults(self, t_s: float) -> list[str]:
+        """What is wrong on its bus, with its drives and encoders, at `t_s`; empty when all is well, or it is away."""
+        found = [self.line.fault] if self.line.fault else []
+        here = self.line.connected and t_s - self.hand.oldest_s <= GAP_S
+        if t_s - self.pushing.reported_s <= GAP_S:
+            found += self._disobeys
+        if here:
+            if unreported := self._state_comes.fault:
+                found.append(unreported)
+            found += self._encoders.faults
+        return found
+
+    def unconfirmed(self, since_s: float) -> str:
+        """Why it is not certain that no finger is pushed; empty when the last report, after `since_s`, says so."""
+        if not self.line.connected:
+            return "not connected"
+        pushing = self.pushing
+        if not pushing.reported_s > since_s:
+            return "no report"
+        if any(pushing.force_n):
+            return f"pushes with up to {max(pushing.force_n):.2f} N"
+        return "enabled" if pushing.enabled else ""
+
+    def push(self, t_s: float, force_n: list[float], enabled: bool) -> None:
+        """Send the force on each finger, N, and whether the session is engaged: not, and the drives stay off."""
+        self._forces_obey.told(t_s, force_n if enabled else [0.0] * len(FINGERS))
+        self._enabled_obeys.told(t_s, enabled)
+        self.line.send(self._forces.next_frame([*force_n, float(enabled)]))

@@ -1,0 +1,157 @@
+"""Rendering without devices: what a fingertip would feel in a stated case, as rows for a CSV file."""
+
+import json
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from common.limits import COMFORT, PlateRange
+from common.wire.messages import Event
+from operator_site.thermal.model_selection import choose
+from operator_site.thermal.plate_setpoint import PlateDisplay
+from operator_site.thermal.scene_skin import SceneSkin
+from operator_site.thermal.skin_model import STEP_S, SkinModel, Touched
+from operator_site.thermal.tissue import BLOOD_DENSITY_KG_M3, BLOOD_SPECIFIC_HEAT_J_KGK, LAYERS, Body, rest
+from operator_site.vibration.vibration import FingerVibration, PlayedEvents, Surface
+
+CONTACT_S = 1.0
+LONGEST_S = 3600.0
+THERMAL_COLUMNS = ("time_s", "skin1_c", "skin2_c", "skin3_c", "surface_c", "flux_w_m2")
+PLATE_COLUMN = "plate_c"
+VIBRATION_COLUMNS = ("time_s", "mode", "motor_rpm")
+
+
+def _object(name: str) -> Touched:
+    try:
+        return Touched.of(name)
+    except KeyError as error:
+        raise ValueError(error.args[0]) from None
+
+
+def _temperature(value_c: float, name: str) -> float:
+    if not -50.0 <= value_c <= 150.0:
+        raise ValueError(f"{name} must be a temperature in -50..150 C, not {value_c}")
+    return value_c
+
+
+def _model(name: str | None, touched: Touched, object_c: float, body: Body) -> SkinModel:
+    """The model named, or the smallest that is right enough for the touch."""
+    if name is not None:
+        return SkinModel.parse(name)
+    return choose(touched, object_c - rest(body).surface_c).model
+
+
+def render_thermal(
+    object_name: str,
+    object_c: float,
+    air_c: float,
+    seconds: float,
+    *,
+    model: str | None = None,
+    plate: bool = False,
+    profile: PlateRange = COMFORT,
+) -> Iterator[tuple[float, ...]]:
+    """Rows of `THERMAL_COLUMNS` every 10 ms, with `plate` also the plate's set-point at its own limits.
+
+    Free motion at steady state until CONTACT_S, contact after; flux is positive into the finger.
+
+    Raises:
+        ValueError: unknown object or model, or a number out of range (before the first row).
+    """
+    touched = _object(object_name)
+    _temperature(object_c, "object_c")
+    body = Body(air_c=_temperature(air_c, "air_c"))
+    cells = _model(model, touched, object_c, body)
+    if not 0.0 < seconds <= LONGEST_S:
+        raise ValueError(f"seconds must be above 0 and at most {LONGEST_S:g}, not {seconds}")
+    skin = SceneSkin(cells, body, fingers=1)
+    return _thermal_rows(skin, touched, object_c, round(seconds / STEP_S), profile if plate else None)
+
+
+def _thermal_rows(
+    skin: SceneSkin, touched: Touched, object_c: float, steps: int, profile: PlateRange | None
+) -> Iterator[tuple[float, ...]]:
+    state = skin.state()
+    display = PlateDisplay(profile, state.surface_c) if profile else None
+    contact = round(CONTACT_S / STEP_S)
+    for step in range(steps + 1):
+        if step == contact:
+            skin.touch(0, touched, object_c)
+            state = skin.state()
+        elif step:
+            state = skin.step()
+        columns = (state.epidermis_c, state.dermis_c, state.subcutis_c, state.surface_c, state.flux_w_m2)
+        row = (step / round(1.0 / STEP_S), *(float(column[0]) for column in columns))
+        if display:
+            display.aim(state, [step >= contact])
+            row = (*row, display.step(STEP_S if step else 0.0)[0])
+        yield row
+
+
+def write_parameters(path: Path, object_name: str, object_c: float, air_c: float, *, model: str | None = None) -> None:
+    """Write every constant of the same case as JSON, enough for anybody to compute it again.
+
+    Raises:
+        ValueError: as `render_thermal`.
+    """
+    touched = _object(object_name)
+    body = Body(air_c=_temperature(air_c, "air_c"))
+    parameters = {
+        "skin": [asdict(layer) for layer in LAYERS],
+        "blood": {"density_kg_m3": BLOOD_DENSITY_KG_M3, "specific_heat_j_kgk": BLOOD_SPECIFIC_HEAT_J_KGK},
+        "arterial_c": body.arterial_c,
+        "deep_c": body.deep_c,
+        "air_c": body.air_c,
+        "air_w_m2k": body.air_w_m2k,
+        "object": {
+            "name": object_name,
+            "conductivity_w_mk": touched.conductivity_w_mk,
+            "density_kg_m3": touched.density_kg_m3,
+            "specific_heat_j_kgk": touched.specific_heat_j_kgk,
+            "thickness_m": touched.thickness_m,
+            "start_c": _temperature(object_c, "object_c"),
+        },
+        "contact_resistance_m2k_w": touched.contact_m2k_w,
+        "contact_s": CONTACT_S,
+        "model": str(_model(model, touched, object_c, body)),
+        "step_s": STEP_S,
+    }
+    path.write_text(json.dumps(parameters, indent=2) + "\n", encoding="utf-8")
+
+
+@dataclass(frozen=True, slots=True)
+class StrokeSample:
+    """One moment of one finger: what its identification says and how the hand moves."""
+
+    t_s: float
+    mode: int
+    speed_m_s: float
+    force_n: float
+    surface: Surface
+    events: Sequence[Event] = ()
+
+
+def render_vibration(samples: Iterable[StrokeSample]) -> Iterator[tuple[float, int, float]]:
+    """Rows of `VIBRATION_COLUMNS`, one for each sample; an event is played once however often it is listed.
+
+    Raises:
+        ValueError: a sample's time is not after the one before, or a number of it is not finite.
+    """
+    vibration, played = FingerVibration(), PlayedEvents()
+    last_s = -math.inf
+    for sample in samples:
+        if not math.isfinite(sample.t_s + sample.speed_m_s + sample.force_n):
+            raise ValueError(f"sample at {sample.t_s} s: time, speed and force must be finite numbers")
+        if sample.t_s <= last_s:
+            raise ValueError(f"sample at {sample.t_s} s does not come after {last_s} s")
+        last_s = sample.t_s
+        rpm = vibration.step(
+            sample.t_s,
+            sample.mode,
+            sample.speed_m_s,
+            sample.force_n,
+            surface=sample.surface,
+            events=played.new(sample.events),
+        )
+        yield sample.t_s, sample.mode, rpm

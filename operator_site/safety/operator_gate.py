@@ -1,0 +1,322 @@
+"""The operator-side gate: the last thing before motor, Peltier element and finger force.
+
+Whatever is asked for, what leaves here is inside `common.limits`. Pure: numbers and a time in, numbers out.
+A fault latches and takes all outputs of all fingers to neutral; only `clear_fault` ends it, and outputs
+then start from zero. Missing input means neutral, never the last value.
+"""
+
+import math
+from collections.abc import Sequence
+
+from common.fingers import FINGERS
+from common.limits import (
+    GAP_S,
+    MOTOR_FLOOR_RPM,
+    MOTOR_MAX_RPM,
+    PLATE_COOLING_K_S,
+    PLATE_FAULT_C,
+    PLATE_HEATING_K_S,
+    WIDE,
+    PlateRange,
+)
+from common.safety.repeated_fault import STAYS_OFF, RepeatedFault
+from common.safety.thermal_dose import SkinDose
+from common.timing.timeouts import TICK_AGE_S
+from operator_site.safety.force_limits import ForceLimits
+from operator_site.safety.gated_output import SKIN_NEUTRAL_C, GatedOutput
+from operator_site.safety.limit_flags import RATE_ROUNDING_K, Limit
+from operator_site.safety.plate_following import CHECK_S, PlateFollow
+from operator_site.safety.sampled_wall import SampledWall
+
+PLATE_MARGIN_K = PLATE_FAULT_C - WIDE.high_c
+"""A plate this far outside its profile is driven back only, never further out."""
+LOOK_AHEAD_S = 0.25
+"""Sensor and drive are this far behind the plate: it is judged by where it will be."""
+TEMPERATURE_AGE_S = GAP_S
+"""An older reading is no reading."""
+LONGEST_CHECK_S = 0.05
+"""After a pause of the loop: as long as the follow check may count at once."""
+TEST_DRIVE = 0.2
+TEST_LEAST_K = 0.3
+"""Test pulse after repeated faults: its drive, and half of what a sound plate shows of it, K. It moves it by 0.3 K."""
+_EPSILON = 1e-9
+
+
+_RELEASED, _FORCE_RANGE, _FORCE_RAMP, _PASSIVITY = (
+    limit.value for limit in (Limit.RELEASED, Limit.FORCE_RANGE, Limit.FORCE_RAMP, Limit.PASSIVITY)
+)
+
+
+class OperatorGate:
+    """Keeps the state that the limits need: ramps, doses, and how each plate follows."""
+
+    def __init__(self, profile: PlateRange, wall: SampledWall) -> None:
+        """A gate for plates and an exoskeleton.
+
+        Args:
+            profile: of the plates, within the wide one.
+            wall: what the exoskeleton can show.
+
+        Raises:
+            ValueError: the profile reaches outside the wide one.
+        """
+        if not WIDE.low_c <= profile.low_c < profile.high_c <= WIDE.high_c:
+            raise ValueError(f"plate profile {profile} must lie within {WIDE}")
+        n = len(FINGERS)
+        self._profile = profile
+        self._t_s = math.nan
+        self._fault: str | None = None
+        self._wall = wall
+        self._force = [ForceLimits(wall) for _ in range(n)]
+        self._set_c = [min(profile.high_c, max(profile.low_c, SKIN_NEUTRAL_C))] * n
+        self._drive = [0.0] * n
+        self._driven = [False] * n
+        self._dose = [SkinDose() for _ in range(n)]
+        self._spent = [False] * n
+        self._follow = [PlateFollow() for _ in range(n)]
+        self._repeated = [RepeatedFault(TEST_DRIVE, TEST_LEAST_K) for _ in range(n)]
+        self._named: set[int] = set()
+        self._checked_s = -math.inf
+
+    @property
+    def fault(self) -> str | None:
+        """The latched fault, if any."""
+        return self._fault
+
+    @property
+    def in_test(self) -> list[bool]:
+        """Whether each plate gets no drive but a test pulse, after repeated faults."""
+        return [repeated.needs_test for repeated in self._repeated]
+
+    @property
+    def produced_mj(self) -> list[dict[str, float]]:
+        """Energy that came out at each finger beyond what it put in, mJ: `now`, and the `most` in this session."""
+        energies = (force.energy for force in self._force)
+        return [{"now": 1e3 * energy.produced_j, "most": 1e3 * energy.most_produced_j} for energy in energies]
+
+    def begin_session(self) -> None:
+        """What was produced before is forgotten; neither faults nor doses are."""
+        for force in self._force:
+            force.energy.most_produced_j = 0.0
+
+    def show(self, wall: SampledWall) -> None:
+        """From now on this is what the exoskeleton can show: less while its loop holds forces for longer."""
+        if wall is not self._wall:
+            self._wall = wall
+            for force in self._force:
+                force.show(wall)
+
+    def trip(self, reason: str, plate: int | None = None) -> None:
+        """Latch a fault; the first reason is kept.
+
+        Args:
+            reason: for people to read.
+            plate: finger whose plate or module it names. A second such fault within ten minutes makes a test necessary;
+                until a person clears, further reasons count as the same fault.
+        """
+        if plate is not None and plate not in self._named:
+            self._named.add(plate)
+            if self._repeated[plate].named(self._t_s):
+                reason = f"{reason}; {STAYS_OFF}"
+        self._fault = self._fault or reason
+
+    def clear_fault(self) -> None:
+        """End a latched fault: a deliberate act of a person. Doses are not forgotten."""
+        self._fault = None
+        self._named.clear()
+        self._follow = [PlateFollow() for _ in FINGERS]
+        for force in self._force:
+            force.believe_again()
+
+    def step(
+        self,
+        t_s: float,
+        engaged: bool,
+        last_input_age_s: float,
+        *,
+        force_n: Sequence[float],
+        motor_rpm: Sequence[float],
+        plate_set_c: Sequence[float],
+        peltier_drive: Sequence[float],
+        plate_measured_c: Sequence[float],
+        measurement_age_s: Sequence[float],
+        z_m: Sequence[float],
+        height_age_s: float,
+    ) -> GatedOutput:
+        """Pass requests for all five fingers through every limit.
+
+        Args:
+            t_s: time on a steady clock, s.
+            engaged: whether both sites agree that outputs may act.
+            last_input_age_s: since the last accepted input from which the requests follow, s.
+            force_n: wanted force on each finger, N.
+            motor_rpm: wanted motor speed, rpm.
+            plate_set_c: wanted plate set-point, C.
+            peltier_drive: wanted Peltier drive, -1..1, positive heats.
+            plate_measured_c: last reading of each plate, C; NaN where the sensor is not to be believed.
+            measurement_age_s: age of each reading, s; infinite where there never was one.
+            z_m: last measured height of each finger, m.
+            height_age_s: age of the heights, s.
+        """
+        dt_s = self._elapsed(t_s)
+        self._inspect(force_n, motor_rpm, plate_set_c, peltier_drive, last_input_age_s)
+        known = [0.0 <= age <= TEMPERATURE_AGE_S for age in measurement_age_s]
+        if dt_s < math.inf:
+            self._watch_plates(t_s, known, plate_measured_c)
+        self._watch_forces(t_s, z_m, height_age_s)
+        if dt_s > TICK_AGE_S:
+            self._begin_from_neutral()
+            dt_s = 0.0  # nothing has risen meanwhile
+        fresh = 0.0 <= last_input_age_s <= GAP_S
+        live = engaged and fresh and self._fault is None
+        limited = [0 if live else _RELEASED] * len(FINGERS)
+        pushed_n = self._forces(t_s, dt_s, live, last_input_age_s, force_n, limited)
+        turning_rpm = _motors(live, motor_rpm, limited)
+        for finger in range(len(FINGERS)):
+            measured_c = plate_measured_c[finger] if known[finger] else math.nan
+            self._set_c[finger] = self._plate_set(finger, dt_s, live, plate_set_c[finger], measured_c, limited)
+            self._drive[finger] = self._plate_drive(finger, live, peltier_drive[finger], measured_c, limited)
+        return GatedOutput(pushed_n, turning_rpm, list(self._set_c), list(self._drive), limited, self._fault)
+
+    def _elapsed(self, t_s: float) -> float:
+        if not math.isfinite(t_s):
+            self.trip("time is not a finite number")
+            return math.inf  # whatever falls with time has fallen
+        dt_s = max(0.0, t_s - self._t_s)  # 0 the first time: a comparison with NaN is false
+        self._checked_s = min(self._checked_s, t_s)  # a clock that was set back must not put the checks off
+        self._t_s = t_s
+        return dt_s
+
+    def _begin_from_neutral(self) -> None:
+        """After a standstill: the devices have gone to safe by themselves, or were about to."""
+        for force in self._force:
+            force.begin_from_neutral()
+        for repeated in self._repeated:
+            repeated.interrupt()
+        self._driven = [False] * len(FINGERS)
+
+    def _inspect(
+        self,
+        force_n: Sequence[float],
+        motor_rpm: Sequence[float],
+        plate_set_c: Sequence[float],
+        peltier_drive: Sequence[float],
+        age_s: float,
+    ) -> None:
+        """A request that is no number means that the renderer is broken: nothing of it is believed."""
+        # One sum is not finite as soon as one part is not; requests are far too small to overflow it.
+        total = sum(force_n) + sum(motor_rpm) + sum(plate_set_c) + sum(peltier_drive)
+        if not math.isfinite(total):
+            self.trip("a requested output is not a finite number")
+        if math.isnan(age_s):
+            self.trip("age of the input is not a number")
+
+    def _watch_plates(self, t_s: float, known: list[bool], plate_measured_c: Sequence[float]) -> None:
+        check = t_s - self._checked_s >= CHECK_S - _EPSILON
+        since_s = min(LONGEST_CHECK_S, t_s - self._checked_s)
+        for finger, plate_c in enumerate(plate_measured_c):
+            if not known[finger]:
+                if self._follow[finger].started:
+                    self._follow[finger] = PlateFollow()
+                continue
+            if not math.isfinite(plate_c):
+                self.trip(f"{FINGERS[finger]}: plate temperature is not to be believed", finger)
+                continue
+            if plate_c > PLATE_FAULT_C:
+                self.trip(f"{FINGERS[finger]}: plate at {plate_c:.1f} C, above {PLATE_FAULT_C:.1f} C", finger)
+            self._spent[finger] = self._dose[finger].step(t_s, plate_c)
+            if check:
+                wrong = self._follow[finger].step(since_s, self._drive[finger], plate_c)
+                if wrong and not self._repeated[finger].needs_test:  # else the test decides
+                    self.trip(f"{FINGERS[finger]}: plate {wrong}", finger)
+        if check:
+            self._checked_s = t_s
+
+    def _watch_forces(self, t_s: float, z_m: Sequence[float], age_s: float) -> None:
+        measured_s, known = t_s - age_s, 0.0 <= age_s <= GAP_S
+        for finger, force in enumerate(self._force):
+            wrong = force.observe(t_s, measured_s, z_m[finger] if known else math.nan)
+            if wrong:
+                self.trip(f"{FINGERS[finger]}: {wrong}")
+
+    def _forces(
+        self, t_s: float, dt_s: float, live: bool, age_s: float, wanted_n: Sequence[float], limited: list[int]
+    ) -> list[float]:
+        out = []
+        for finger, force in enumerate(self._force):
+            out.append(force.step(t_s, dt_s, live, age_s, wanted_n[finger]))
+            if live and force.out_of_range:
+                limited[finger] |= _FORCE_RANGE
+            if force.overdrawn:
+                limited[finger] |= _PASSIVITY
+            if force.ramped:
+                limited[finger] |= _FORCE_RAMP
+        return out
+
+    def _plate_set(
+        self, finger: int, dt_s: float, live: bool, wanted_c: float, measured_c: float, limited: list[int]
+    ) -> float:
+        """Set-point inside the profile; it starts from the plate's own temperature and moves at the plate's rates."""
+        low, high = self._profile.low_c, self._profile.high_c
+        may_drive = live and not math.isnan(measured_c) and not self._repeated[finger].needs_test
+        driven, self._driven[finger] = self._driven[finger], may_drive
+        if driven and may_drive:
+            base = self._set_c[finger]
+        else:
+            base = min(high, max(low, SKIN_NEUTRAL_C if math.isnan(measured_c) else measured_c))
+            if not may_drive:
+                return base
+        target = wanted_c
+        if not low <= wanted_c <= high:
+            target = min(high, max(low, wanted_c))
+            limited[finger] |= Limit.PLATE_RANGE.value
+        change = min(PLATE_HEATING_K_S * dt_s, max(-PLATE_COOLING_K_S * dt_s, target - base))
+        if abs(target - base - change) > RATE_ROUNDING_K:
+            limited[finger] |= Limit.PLATE_RATE.value
+        return base + change
+
+    def _plate_drive(self, finger: int, live: bool, wanted: float, measured_c: float, limited: list[int]) -> float:
+        if self._repeated[finger].needs_test:
+            limited[finger] |= Limit.PLATE_TEST.value
+            wanted = self._test(finger, measured_c, live)
+        if math.isnan(measured_c):
+            limited[finger] |= Limit.PLATE_UNKNOWN.value
+            return 0.0
+        if not live:
+            return 0.0
+        if self._spent[finger]:
+            limited[finger] |= Limit.DOSE.value
+            return 0.0
+        drive = wanted
+        if not -1.0 <= wanted <= 1.0:
+            drive = min(1.0, max(-1.0, wanted))
+            limited[finger] |= Limit.DRIVE_RANGE.value
+        if (
+            measured_c + LOOK_AHEAD_S * self._follow[finger].rate_k_s > PLATE_FAULT_C
+            or (drive > 0.0 and measured_c > self._profile.high_c + PLATE_MARGIN_K)
+            or (drive < 0.0 and measured_c < self._profile.low_c - PLATE_MARGIN_K)
+        ):
+            limited[finger] |= Limit.PLATE_TEMPERATURE.value
+            return 0.0
+        return drive
+
+    def _test(self, finger: int, measured_c: float, live: bool) -> float:
+        """Drive of the test of a plate; after it was passed, the plate is watched anew."""
+        repeated = self._repeated[finger]
+        drive = repeated.step(self._t_s, measured_c, live and not self._spent[finger])
+        if not repeated.needs_test:
+            self._follow[finger] = PlateFollow()
+        return drive
+
+
+def _motors(live: bool, motor_rpm: Sequence[float], limited: list[int]) -> list[float]:
+    """Motor speeds: zero, or what can be felt and the motor can do."""
+    if not live:
+        return [0.0] * len(motor_rpm)
+    out = []
+    for finger, rpm in enumerate(motor_rpm):
+        allowed = min(MOTOR_MAX_RPM, rpm) if rpm >= MOTOR_FLOOR_RPM else 0.0
+        if allowed != rpm:
+            limited[finger] |= Limit.MOTOR_RANGE.value
+        out.append(allowed)
+    return out

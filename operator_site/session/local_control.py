@@ -1,0 +1,58 @@
+"""What the person at the operator's desk may ask for."""
+
+from typing import Any
+
+from common.link.session_state import Refused, note_text
+from common.site_status import desk_answer
+from common.wire.packets import LinkState
+from operator_site.session.console_presence import Attendance
+from operator_site.session.session_protocol import OperatorSession
+
+
+def answer_desk(
+    client: OperatorSession, attendance: Attendance, now_ns: int, not_ready: str, verb: str, details: dict[str, Any]
+) -> dict[str, Any]:
+    """Carry out what was asked; returns how the session is then.
+
+    Args:
+        client: this site's end of the session.
+        attendance: is told of consoles.
+        now_ns: this site's clock.
+        not_ready: the gate's fault, or else what is missing; empty when the site may engage.
+        verb: what is asked for.
+        details: what goes with it.
+
+    Raises:
+        Refused: it cannot be done now, or not here.
+    """
+    session = client.session
+    match verb:
+        case "status":
+            pass
+        case "attend":
+            attendance.told(now_ns, details.get("seen") is True)
+        case "engage":
+            if session.state is LinkState.FAULT or client.remote_fault:
+                raise Refused(f"a fault is latched ({session.fault or client.remote_fault}): clear it first")
+            client.want_engaged = True
+        case "disengage":
+            client.disengage(now_ns)
+        case "estop":
+            client.stop(now_ns, "emergency stop by the operator")
+        case "clear_fault":
+            client.clear(now_ns)
+        case "annotate":
+            if not session.ident:
+                raise Refused("there is no session to note anything in")
+            client.annotate(now_ns, note_text(details))
+        case _:
+            raise Refused(f"{verb} is not for the desk to ask")
+    told = desk_answer(verb, client, not_ready)
+    return {
+        **told,
+        "time_ns": now_ns,
+        "remote_fault": client.remote_fault,
+        "refusal": client.refusal,
+        "wanted": client.want_engaged,
+        "session": client.session.ident,
+    }

@@ -1,0 +1,102 @@
+"""Looking on: what the remote site identifies, as JSON lines for a second opinion. Asks and drives nothing."""
+
+import json
+import logging
+import math
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from common.config import ObserverConfig
+from common.fingers import FINGERS
+from common.link.capabilities import OBSERVER, capabilities
+from common.link.curve import LinkProblem
+from common.link.keys import Role, load_keys
+from common.link.link import OperatorLink
+from common.link.session_display import DISCONNECTED, SILENT, Source, shown_state
+from common.runtime.periodic_loop import PeriodicLoop
+from common.wire.messages import ExplorationMode, ThermalStatus, Touch
+from operator_site.session.remote_key import remote_public_key
+from operator_site.session.session_client import SessionClient
+
+log = logging.getLogger(__name__)
+
+RATE_HZ = 50.0
+SILENT_S = 0.5
+"""Maximum age of the newest touch that is still an opinion, s."""
+
+_SAY = partial(print, flush=True)
+"""Whoever reads along reads each line at once."""
+
+
+def opinion(touch: Touch) -> dict[str, Any]:
+    """What a touch packet says of each finger, in words; numbers that change all the time are not in it."""
+    fingers = {}
+    for name, row, material in zip(FINGERS, touch.rows, touch.materials, strict=True):
+        status = ThermalStatus(int(row.thermal_status))
+        fingers[name] = {
+            "mode": ExplorationMode(int(row.mode)).name.lower(),
+            "contact": bool(row.contact),
+            "status": status.name.lower(),
+            "material": material if status is ThermalStatus.IDENTIFIED else None,
+        }
+    return {"state": touch.state.name.lower(), "fingers": fingers}
+
+
+def measured(touch: Touch) -> dict[str, Any]:
+    """The numbers of each finger in contact at the moment of a packet."""
+    return {
+        name: {
+            "force_n": round(row.contact_force_n, 2),
+            "object_c": round(row.object_c, 1),
+            "probability": round(row.probability, 3),
+        }
+        for name, row in zip(FINGERS, touch.rows, strict=True)
+        if row.contact
+    }
+
+
+def known(client: SessionClient, now_ns: int) -> tuple[Touch | None, dict[str, Any]]:
+    """The touch that an opinion rests on, and the opinion; without a session or a young touch, None and no fingers."""
+    touch = client.touch
+    if not client.session.ident or touch is None:
+        return None, {"state": DISCONNECTED, "fingers": {}}
+    gap_ns = client.acceptance.gap_ns(now_ns)
+    age_s = math.inf if gap_ns is None else gap_ns * 1e-9
+    said = opinion(touch)
+    if shown_state(said["state"], (Source(age_s, SILENT_S),)) == SILENT:
+        return None, {"state": SILENT, "fingers": {}}
+    return touch, said
+
+
+def run_observer(config: ObserverConfig, stop: Callable[[], bool], tell: Callable[[str], object] = _SAY) -> None:
+    """Tell a JSON line whenever what is identified changes, or nothing is known any more, until `stop()`.
+
+    Raises:
+        ValueError, OSError: keys cannot be used, or the remote site refuses this one.
+    """
+    keys = load_keys(config.link.keys)
+    remote_key = remote_public_key(config.link)
+    loop = PeriodicLoop(1.0 / RATE_HZ)
+    last = None
+    with OperatorLink(config.link.host, config.link.base_port, keys, remote_key, Role.OBSERVER) as link:
+        client = SessionClient(
+            link, capabilities((), RATE_HZ), config.link.max_age_s, want_engaged=False, role=OBSERVER
+        )
+        while not stop():
+            loop.wait()
+            client.step(time.monotonic_ns(), "")
+            if link.key_refused():
+                raise LinkProblem(
+                    f"{config.link.host}:{config.link.base_port}: the remote site does not trust this key"
+                )
+            touch, now = known(client, time.monotonic_ns())
+            if now == last or (last is None and touch is None):
+                continue
+            last = now
+            if touch is None:
+                tell(json.dumps({"time_s": None, "age_ms": None, **now, "measured": {}}))
+            else:
+                line = {"time_s": touch.time_ns * 1e-9, "age_ms": client.acceptance.age_ns * 1e-6, **now}
+                tell(json.dumps({**line, "measured": measured(touch)}))

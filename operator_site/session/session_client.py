@@ -1,0 +1,406 @@
+"""The operator site's end of the session: hello, clock comparison, engaging, and which touch may be rendered."""
+
+import logging
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import Any
+
+from common.limits import AGE_MAX_S, GAP_S
+from common.link.capabilities import OBSERVER, OPERATOR, disagreement, misreading
+from common.link.clock_offset import ClockOffset, ReadClock
+from common.link.dead_reckoning import MotionPrediction
+from common.link.deadband import Deadband
+from common.link.emergency_stop import Unconfirmed
+from common.link.link_sides import OperatorSide
+from common.link.packet_filter import Acceptance
+from common.link.perception_thresholds import motion_felt
+from common.link.rate_limiter import RateLimiters
+from common.link.session_state import Session
+from common.timing.timeouts import SESSION_SILENCE_S
+from common.wire.messages import MOTION_BLOCK, Motion, Touch
+from common.wire.packets import BadPacket, Floats, LinkState, WrongVersion
+from common.wire.session_messages import LONGEST_REFUSAL, Answer, Heartbeat, Request
+from common.wire.streams import STREAMS
+from operator_site.session.emergency_stop import SessionStop
+from operator_site.session.remote_status import recording_stopped
+
+log = logging.getLogger(__name__)
+
+SILENCE_NS = round(SESSION_SILENCE_S * 1e9)
+"""No answer to heartbeats for this long: the remote site is gone, say hello again."""
+LONGEST_TOLD = 80
+"""Characters of what the remote site says of its calibration."""
+_ASK_NS = 200_000_000
+"""Between two tries of the same request."""
+_STATUS_NS = 1_000_000_000
+"""Between two questions how the remote site is, while it has no fault."""
+_BEAT_NS = round(1e9 / STREAMS["heartbeat"].rate_hz)
+_LONG_AGO_NS = -(10**18)
+_PACKETS_PER_S, _PACKETS_AT_ONCE = 100.0, 200
+"""Answers, or heartbeats, that are read of the remote site: an honest one sends 20 heartbeats a second."""
+
+
+@dataclass(slots=True)
+class SessionClient:
+    """Finds the remote site again whenever it is gone. Time is an argument, ns of this site's monotonic clock.
+
+    With the role of an observer it takes the same touch packets from the observers' stream and never asks for more.
+    """
+
+    link: OperatorSide
+    capabilities: dict[str, Any]
+    max_age_s: float
+    want_engaged: bool
+    """Ask until both sites are engaged. A fault of either one ends the wish: engaging again is a deliberate act."""
+    engages_itself: bool = True
+    """Whether the wish outlives a lost session: where a person engaged, a person engages again."""
+    calibration: str = ""
+    """Hash that the remote site's calibration must have; empty for any."""
+    role: str = OPERATOR
+    gap_s: float = GAP_S
+    stamp_ns: ReadClock | None = None
+    deadband: Deadband | None = None
+    """Spares motion that would not be felt; without, every call sends."""
+    session: Session = field(default_factory=Session)
+    clock: ClockOffset = field(default_factory=ClockOffset)
+    touch: Touch | None = None
+    """The newest accepted touch of this session."""
+    touch_packet: bytes = b""
+    """Its bytes as they came."""
+    remote: dict[str, Any] = field(default_factory=dict)
+    """What the remote site said of itself at hello."""
+    remote_fault: str = ""
+    """The fault that is latched at the remote site; empty when there is none."""
+    remote_recording: str = ""
+    """Why the remote site's recording stopped; empty while it has not, or where that is not known."""
+    acceptance: Acceptance = field(init=False)
+    stopping: SessionStop = field(init=False)
+    damaged: Counter[str] = field(default_factory=Counter)
+    refusal: str = ""
+    """Why the remote site refused the last hello, engage or clear_fault, or ended the last session, or this site will
+    not work with it; empty when nothing of these."""
+    _ended: str = ""
+    """Why the remote site ended the last session; empty once this one is engaged."""
+    _sequence: int = 0
+    """Of requests and heartbeats: it goes on across sessions, so that no old answer is taken for a new one."""
+    _motion_sequence: int = 0
+    _told: MotionPrediction = field(default_factory=MotionPrediction)
+    """Where the remote site takes the hand to be, were nothing lost."""
+    _told_state: LinkState = LinkState.DISCONNECTED
+    _now_ns: int = _LONG_AGO_NS
+    _asked_ns: dict[str, int] = field(default_factory=dict)
+    _asked: dict[int, str] = field(default_factory=dict)
+    _rates: RateLimiters[str] = field(default_factory=lambda: RateLimiters(_PACKETS_PER_S, _PACKETS_AT_ONCE))
+    _beat_ns: int = _LONG_AGO_NS
+    _heard_ns: int = 0
+    _engaged_ns: int = 0
+
+    def __post_init__(self) -> None:
+        self.stopping = SessionStop(self.session)
+        self.acceptance = Acceptance(max_age_ns=round(self.max_age_s * 1e9))
+
+    @property
+    def both_engaged(self) -> bool:
+        """Whether both sites say that outputs may act."""
+        touch = self.touch
+        return touch is not None and self.session.state is touch.state is LinkState.ENGAGED
+
+    @property
+    def stopped(self) -> str:
+        """What came of the last emergency stop, at this site and at the remote one; empty while it is under way."""
+        return self.stopping.outcome
+
+    @property
+    def calibrated(self) -> str:
+        """What the remote site's numbers rest on, in its own words; empty where it does not say."""
+        return str(self.remote.get("calibrated", ""))[:LONGEST_TOLD]
+
+    @property
+    def spared(self) -> int:
+        """Motions that were not sent because nothing of them would have been felt."""
+        return 0 if self.deadband is None else self.deadband.spared
+
+    def step(self, now_ns: int, not_ready: str, unconfirmed: Unconfirmed = lambda _: {}) -> None:
+        """Take what came, ask for what is missing.
+
+        Args:
+            now_ns: this site's clock.
+            not_ready: why the site may not engage, such as a missing device; empty when it may.
+            unconfirmed: why a device is not certain to have had its outputs off since a time, s.
+        """
+        if now_ns < self._now_ns:  # the clock was set back: what was timed by it is timed anew
+            self._asked_ns.clear()
+            self._beat_ns, self._heard_ns = _LONG_AGO_NS, now_ns
+        self._now_ns = now_ns
+        for packet in self._within_rate("control", now_ns):
+            self._answer(packet, now_ns)
+        if self.session.ident and now_ns - self._heard_ns > SILENCE_NS:
+            self._end("the remote site is silent")
+        for packet in self._within_rate("heartbeat", now_ns):
+            self._heartbeat(packet, now_ns)
+        packet_or_none = self.link.receive_latest("touch" if self.role == OPERATOR else "observed")
+        if packet_or_none is not None:
+            self._touch(packet_or_none, now_ns)
+        self.session.heard(self.acceptance.gap_ns(now_ns), self.gap_s, "touch")
+        if self.session.state is LinkState.FAULT:
+            self.want_engaged = False
+        self.stopping.step(now_ns, unconfirmed)
+        if self.session.ident:
+            self._keep_up(now_ns, not_ready)
+        else:
+            self._ask("hello", now_ns, {**self.capabilities, "role": self.role})
+
+    def _keep_up(self, now_ns: int, not_ready: str) -> None:
+        """What a session needs: heartbeats, and the requests that are still to be answered."""
+        if now_ns - self._beat_ns >= _BEAT_NS:
+            self._beat_ns = now_ns
+            self._beat(now_ns)
+        if self.role == OBSERVER:
+            return
+        if self.stopping.ask_remote:
+            self._ask("estop", now_ns, {})
+        remote_state = self.touch.state if self.touch is not None else LinkState.CONNECTED
+        if remote_state is LinkState.FAULT:
+            self.want_engaged = False
+            if not self.remote_fault:
+                self._ask("status", now_ns, {})
+        elif self.remote_fault:
+            self.remote_fault = self.refusal = ""
+        if now_ns - self._asked_ns.get("status", _LONG_AGO_NS) >= _STATUS_NS:
+            self._ask("status", now_ns, {})
+        if self._remote_let_go():
+            self.session.disengage("the remote site is no longer engaged")
+        if self.want_engaged and self.session.state is LinkState.CONNECTED and self._in_time() and not not_ready:
+            self._ask("engage", now_ns, {"max_age_s": self.max_age_s})
+
+    def _in_time(self) -> bool:
+        """Whether the clocks are known well enough to tell young packets from old ones."""
+        uncertainty_ns = self.clock.uncertainty_ns
+        if uncertainty_ns is None:
+            return False
+        slow = uncertainty_ns > self.acceptance.max_age_ns
+        if slow and not self.refusal.startswith("the link is too slow"):
+            self.refusal = (
+                f"the link is too slow: a round trip of {2e-6 * uncertainty_ns:.0f} ms, packets may be "
+                f"{1e-6 * self.acceptance.max_age_ns:.0f} ms old (link.max_age_s on both sites)"
+            )
+            log.warning("%s", self.refusal)
+        elif not slow and self.refusal.startswith("the link is too slow"):
+            self.refusal = ""
+        return not slow
+
+    def send_motion(self, now_ns: int, block: Floats) -> bytes | None:
+        """Send the fingertips' places (5, 3), m; returns the packet, None without a session or where it was spared."""
+        if not self.session.ident:
+            return None
+        state = self.session.state
+        if state is LinkState.ENGAGED and not self._feels(now_ns):
+            state = LinkState.CONNECTED  # who feels nothing must not move anything
+        if self.deadband is not None:
+            now_s, told_m = now_ns * 1e-9, self._told.at(now_ns * 1e-9)
+            felt = state is not self._told_state or told_m is None or motion_felt(told_m, block)
+            if not self.deadband.step(now_s, felt):
+                return None
+            self._told.take(now_s, block)
+            self._told_state = state
+        self._motion_sequence += 1
+        packet = Motion(self.session.ident, self._motion_sequence, now_ns, state, MOTION_BLOCK.to_bytes(block)).encode()
+        self.link.send_latest("motion", packet)
+        return packet
+
+    def _feels(self, now_ns: int) -> bool:
+        """Whether touch comes in: without it the operator's hand is blind."""
+        gap_ns = self.acceptance.gap_ns(now_ns)
+        return gap_ns is not None and 0 <= gap_ns <= self.gap_s * 1e9
+
+    def request(self, verb: str, now_ns: int, details: dict[str, Any]) -> None:
+        """Send a control request; its answer is taken by a later `step`."""
+        self._sequence += 1
+        packet = Request(self.session.ident, self._sequence, now_ns, verb, details).encode()
+        if self.link.send("control", packet):
+            self._asked = {**dict(list(self._asked.items())[-20:]), self._sequence: verb}
+
+    def stop(self, now_ns: int, why: str) -> None:
+        """Emergency stop of both sites: latch here at once, and ask the remote site until it has answered."""
+        self.want_engaged = False
+        self.stopping.begin(now_ns, why)
+
+    def disengage(self, now_ns: int, why: str = "asked for") -> None:
+        """Bring both sites to neutral; engaging again is asked for anew."""
+        self.want_engaged = False
+        self.session.disengage(why)
+        self.request("disengage", now_ns, {})
+
+    def clear(self, now_ns: int) -> None:
+        """Clear the latched fault of this site, and of the remote one where that may be done from here.
+
+        Raises:
+            Refused: neither has a fault.
+        """
+        if self.remote_fault:
+            self.refusal = ""
+            self.request("clear_fault", now_ns, {})
+            if self.session.state is not LinkState.FAULT:
+                return
+        self.session.clear()
+
+    def annotate(self, now_ns: int, text: str) -> None:
+        """Have the remote site note something in its recording."""
+        self.request("annotate", now_ns, {"text": text})
+
+    def goodbye(self, now_ns: int) -> None:
+        """Leave, so that the next operator need not wait for the silence. Of an observer nobody minds."""
+        if self.session.ident and self.role == OPERATOR:
+            self.request("goodbye", now_ns, {})
+
+    def _end(self, why: str) -> None:
+        self.session.disconnect(why)
+        self.want_engaged = self.want_engaged and self.engages_itself
+        self.remote_fault = self.remote_recording = ""
+        self.stopping.remote_gone(why)
+
+    def _ask(self, verb: str, now_ns: int, details: dict[str, Any]) -> None:
+        if now_ns - self._asked_ns.get(verb, _LONG_AGO_NS) >= _ASK_NS:
+            self._asked_ns[verb] = now_ns
+            self.request(verb, now_ns, details)
+
+    def _within_rate(self, stream: str, now_ns: int) -> list[bytes]:
+        """What came on a request stream; of a remote site that sends far too much, a part."""
+        packets = self.link.receive(stream)
+        if not packets:
+            return packets
+        allowed = [packet for packet in packets if self._rates.allows(stream, now_ns * 1e-9)]
+        if len(allowed) < len(packets):
+            self.damaged[f"{stream}: too many"] += len(packets) - len(allowed)
+        return allowed
+
+    def _answer(self, packet: bytes, now_ns: int) -> None:
+        try:
+            answer = Answer.decode(packet)
+        except BadPacket as error:
+            self._count_damaged("control", error)
+            if isinstance(error, WrongVersion):
+                self.refusal = f"the remote site cannot be understood: {error}"
+            return
+        if answer.sequence == 0 and answer.refused and answer.session == self.session.ident != 0:
+            self._end(answer.refused)
+            self._ended = self.refusal = answer.refused
+            return
+        verb = self._asked.pop(answer.sequence, "")
+        if verb == "hello" and self.session.ident:
+            return  # an earlier one was granted: the remote site was slow to answer, and was asked again
+        if verb in ("hello", "engage"):
+            refusal = answer.refused or self._welcomed(verb, answer, now_ns)
+            if refusal and refusal != self.refusal:
+                log.warning("%s refused: %s", verb, refusal)
+            self.refusal = refusal
+        elif verb == "estop":
+            self.stopping.answered(answer)
+        elif verb == "status" and not answer.refused:
+            self._status(answer.details)
+        elif verb == "clear_fault" and answer.refused:
+            self.refusal = answer.refused
+            log.warning("clear_fault refused: %s", answer.refused)
+
+    def _status(self, details: dict[str, Any]) -> None:
+        if self.touch is not None and self.touch.state is LinkState.FAULT:
+            self.remote_fault = str(details.get("fault", ""))[:LONGEST_REFUSAL]
+        try:
+            recording = recording_stopped(details)
+        except BadPacket as error:
+            self._count_damaged("control", error)
+            return
+        if recording and recording != self.remote_recording:
+            log.warning("the remote site's recording stopped: %s", recording)
+        self.remote_recording = recording
+
+    def _welcomed(self, verb: str, answer: Answer, now_ns: int) -> str:
+        """Take a granted hello or engage; returns why this site will not have it, empty when it will."""
+        if verb == "hello":
+            return self._begin(answer, now_ns) or self._ended
+        if answer.session == self.session.ident and self.session.state is LinkState.CONNECTED:
+            agreed_s = answer.details.get("max_age_s")
+            if not isinstance(agreed_s, float) or not 0.0 < agreed_s <= AGE_MAX_S:
+                self.damaged["control"] += 1
+                return ""
+            self.acceptance.max_age_ns = round(agreed_s * 1e9)
+            self.session.engage(f"packets up to {agreed_s * 1e3:.0f} ms old count")
+            self._heard_ns = self._engaged_ns = now_ns
+            self._ended = ""
+        return ""
+
+    def _begin(self, answer: Answer, now_ns: int) -> str:
+        ident = answer.details.get("session")
+        if type(ident) is not int or ident <= 0:
+            self.damaged["control"] += 1
+            return ""
+        self.remote = answer.details
+        objection = self._objection(answer.details)
+        if objection:
+            self.session.ident = ident
+            self.goodbye(now_ns)
+            self.session.ident = 0
+            return objection
+        self.session.connect(ident, f"calibration {self.remote.get('calibration', 'unknown')}")
+        self.clock = ClockOffset()
+        self.touch = None
+        self.remote_fault = self.remote_recording = ""
+        self.acceptance.restart()
+        self.acceptance.max_age_ns = round(self.max_age_s * 1e9)
+        self._motion_sequence = 0
+        self._told = MotionPrediction()
+        self._heard_ns = now_ns
+        return ""
+
+    def _objection(self, remote: dict[str, Any]) -> str:
+        if self.role == OBSERVER:
+            return misreading(remote)  # it drives nothing: fingers and rates do not matter
+        found = remote.get("calibration")
+        if self.calibration and found != self.calibration:
+            return f"the remote site is calibrated with {found}, this site expects {self.calibration}"
+        return disagreement(self.capabilities, remote, self.gap_s)
+
+    def _beat(self, now_ns: int) -> None:
+        self._sequence += 1
+        beat = Heartbeat(
+            self.session.ident,
+            self._sequence,
+            now_ns,
+            self.session.state,
+            now_ns,
+            0,
+            self.clock.offset_ns,
+            self.clock.uncertainty_ns or 0,
+        )
+        self.link.send("heartbeat", beat.encode())
+
+    def _heartbeat(self, packet: bytes, now_ns: int) -> None:
+        try:
+            beat = Heartbeat.decode(packet)
+            if beat.session == self.session.ident:
+                here_ns = now_ns if self.stamp_ns is None else self.stamp_ns()
+                self.clock.add(beat.sent_ns, beat.arrived_ns, beat.time_ns, here_ns)
+                self._heard_ns = now_ns
+        except ValueError as error:
+            self._count_damaged("heartbeat", error)
+
+    def _touch(self, packet: bytes, now_ns: int) -> None:
+        try:
+            touch = Touch.decode(packet)
+        except BadPacket as error:
+            self._count_damaged("touch", error)
+            return
+        clock = self.clock
+        if self.acceptance.accept(touch, self.session.ident, now_ns, clock.offset_ns, clock.uncertainty_ns):
+            self.touch, self.touch_packet = touch, packet
+
+    def _remote_let_go(self) -> bool:
+        """Whether a fresh touch says that the remote site is not engaged although this side is."""
+        heard_ns = self.acceptance.last_ns
+        if not self.session.engaged or self.touch is None or heard_ns is None:
+            return False
+        return heard_ns - self._engaged_ns > _ASK_NS and self.touch.state is not LinkState.ENGAGED
+
+    def _count_damaged(self, stream: str, error: ValueError) -> None:
+        self.damaged[stream] += 1
+        log.debug("%s: %s", stream, error)

@@ -1,0 +1,98 @@
+"""What the plate under each fingertip must show (second stage of Kron & Schmidt 2003, Fig. 5).
+
+The second model of the paper is the same skin on the aluminium plate. Equal flux into an equal skin gives an equal
+felt temperature, so nothing has to be inverted: the plate sits where the scene's flux would cross its own contact.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+from common.limits import PLATE_COOLING_K_S, PLATE_HEATING_K_S, PlateRange
+from operator_site.safety.limit_flags import RATE_ROUNDING_K, Limit
+from operator_site.thermal.scene_skin import SkinState
+from operator_site.thermal.tissue import Floats
+
+PLATE_CONTACT_M2K_W = 5.4e-4
+"""Contact resistance between finger and aluminium plate."""
+_OUTSIDE, _BEHIND = Limit.PLATE_RANGE.value, Limit.PLATE_RATE.value
+NOTHING_AHEAD: Mapping[int, float] = MappingProxyType({})
+
+
+class PlateDisplay:
+    """Set-points of all plates, kept inside what a plate may and can do.
+
+    Attributes:
+        set_c: present set-points (n,), C.
+        limited: `Limit` bits (n,): where the plate cannot show what the model wants.
+    """
+
+    def __init__(self, profile: PlateRange, neutral_c: Floats) -> None:
+        """Start at `neutral_c` (n,), the skin's own surface temperatures."""
+        self._profile = profile
+        self._surface_c: list[float] = neutral_c.tolist()
+        self._flux_w_m2 = [0.0] * len(self._surface_c)
+        self._wanted_c = [self._inside(surface_c) for surface_c in self._surface_c]
+        self._outside = [0] * len(self._wanted_c)
+        self.set_c = list(self._wanted_c)
+        self.limited = list(self._outside)
+        self._settled = False
+        """Whether all set-points are what is wanted."""
+
+    def aim(self, skin: SkinState, touching: Sequence[bool], ahead_c: Mapping[int, float] = NOTHING_AHEAD) -> None:
+        """Take what the plates should show; a finger that touches nothing is shown its own skin, no flux.
+
+        Args:
+            skin: of the scene.
+            touching: which fingers do.
+            ahead_c: by finger that is about to touch, what it will meet: its plate goes there already.
+        """
+        self._settled = False
+        self._surface_c = skin.surface_c.tolist()
+        self._flux_w_m2 = skin.flux_w_m2.tolist()
+        for finger, surface_c in enumerate(self._surface_c):
+            if not touching[finger]:
+                self._flux_w_m2[finger] = 0.0
+            flux_w_m2 = self._flux_w_m2[finger]
+            wanted_c = ahead_c[finger] if finger in ahead_c else surface_c + flux_w_m2 * PLATE_CONTACT_M2K_W
+            self._wanted_c[finger] = possible_c = self._inside(wanted_c)
+            self._outside[finger] = _OUTSIDE if possible_c != wanted_c else 0
+
+    def step(self, dt_s: float) -> list[float]:
+        """Set-points (n,), C, `dt_s` later, at no more than the plates' own rates."""
+        if self._settled:
+            return list(self.set_c)
+        lowest_k, highest_k = -PLATE_COOLING_K_S * dt_s, PLATE_HEATING_K_S * dt_s
+        self.limited = list(self._outside)
+        for finger, wanted_c in enumerate(self._wanted_c):
+            change_k = wanted_c - self.set_c[finger]
+            if not lowest_k <= change_k <= highest_k:
+                slow_k = min(max(change_k, lowest_k), highest_k)  # in this order NaN stays NaN
+                if abs(change_k - slow_k) > RATE_ROUNDING_K:
+                    self.limited[finger] |= _BEHIND
+                change_k = slow_k
+            self.set_c[finger] += change_k
+        self._settled = self.set_c == self._wanted_c
+        return list(self.set_c)
+
+    def load_w_m2(self) -> list[float]:
+        """What fingers take from their plates (n,), W/m2: the scene's flux, as far as the plates' range allows it."""
+        found = []
+        for wanted_c, surface_c, flux_w_m2 in zip(self._wanted_c, self._surface_c, self._flux_w_m2, strict=True):
+            possible_w_m2 = (wanted_c - surface_c) / PLATE_CONTACT_M2K_W
+            found.append(min(max(possible_w_m2, min(flux_w_m2, 0.0)), max(flux_w_m2, 0.0)))
+        return found
+
+    def needs_s(self, finger: int, goal_c: float) -> float:
+        """How long a plate takes to a goal, s."""
+        change = goal_c - self.set_c[finger]
+        return change / PLATE_HEATING_K_S if change > 0.0 else -change / PLATE_COOLING_K_S
+
+    def restart(self, finger: int, plate_c: float) -> None:
+        """Go on from where a plate is; without a reading (NaN) it keeps its set-point."""
+        self._settled = False
+        if math.isfinite(plate_c):
+            self.set_c[finger] = self._inside(plate_c)
+
+    def _inside(self, value_c: float) -> float:
+        return min(max(value_c, self._profile.low_c), self._profile.high_c)

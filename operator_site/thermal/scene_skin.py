@@ -1,0 +1,210 @@
+"""The fingers' temperatures in the explored scene, one batched product for each 10 ms (first stage of Fig. 5).
+
+The finger here touches what the remote finger touches; what the plate must show follows from it. Each finger has the
+smallest model that its touch needs, and none at all once it is back at rest.
+"""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from common.fingers import FINGERS
+from common.scenes.materials import Material, contact_resistance_m2k_w
+from operator_site.thermal.model_selection import LONGEST_S, RUNGS, choose, rung_table
+from operator_site.thermal.skin_model import OUTPUTS, SkinModel, SkinStep, Touched, refined, skin_step
+from operator_site.thermal.tissue import Body, Floats, rest
+
+AT_REST_K = 0.03
+"""A free finger is back at rest when no cell departs further."""
+FLUX = np.array([0.0, 0.0, 0.0, 0.0, 1.0])
+LOOK_EVERY = 10
+"""Steps between two looks at whether a finger is."""
+
+
+@dataclass(frozen=True, slots=True)
+class SkinState:
+    """What each finger feels, (n,) each; `flux_w_m2` is positive into the finger."""
+
+    epidermis_c: Floats
+    """Mean of the epidermis: the felt temperature T1."""
+    dermis_c: Floats
+    subcutis_c: Floats
+    surface_c: Floats
+    flux_w_m2: Floats
+
+
+@lru_cache(maxsize=256)
+def touched_object(conductivity_w_mk: float, density_kg_m3: float, specific_heat_j_kgk: float) -> Touched | None:
+    """The object that these constants describe, rounded to 1 %; None when they describe none.
+
+    Rounding lets a slightly different estimate of the same object reuse its matrices: a difference of
+    1 % in a constant is far below what a finger tells apart.
+    """
+    known = (
+        0.01 <= conductivity_w_mk <= 1000.0
+        and 1.0 <= density_kg_m3 <= 25_000.0
+        and 100.0 <= specific_heat_j_kgk <= 10_000.0
+    )
+    if not known:
+        return None
+    k, rho, c = (
+        math.exp(round(math.log(value) * 100.0) / 100.0)
+        for value in (conductivity_w_mk, density_kg_m3, specific_heat_j_kgk)
+    )
+    return Touched(k, rho, c, contact_resistance_m2k_w(k))
+
+
+def prepare(
+    known: Iterable[Material], models: Iterable[SkinModel] = RUNGS, air_w_m2k: float = Body().air_w_m2k
+) -> None:
+    """Solve the skin on materials beforehand: 0.4 ms each, too long for the tick that first touches one."""
+    rung_table()
+    for kind in known:
+        touched = touched_object(kind.conductivity_w_mk, kind.density_kg_m3, kind.specific_heat_j_kgk)
+        for model in models:
+            skin_step(model, touched, air_w_m2k)
+
+
+class SceneSkin:
+    """Skin of the operator's fingers as the scene would have it."""
+
+    def __init__(
+        self,
+        model: SkinModel | None = None,
+        body: Body | None = None,
+        fingers: int = len(FINGERS),
+        dwell_s: float = LONGEST_S,
+    ) -> None:
+        """Fingers at rest.
+
+        Args:
+            model: of all fingers at all times; None: for each touch the smallest that is right enough.
+            body: what surrounds the fingers.
+            fingers: how many.
+            dwell_s: how long a touch is taken to last, for the choice.
+        """
+        self.body = body or Body()
+        self._fixed, self._dwell_s = model, dwell_s
+        self._rest = rest(self.body)
+        self._rest_row = np.array([*self._rest.layers_c, self._rest.surface_c, self._rest.flux_w_m2])
+        self._touched: list[Touched | None] = [None] * fingers
+        self._object_c = np.full(fingers, self.body.air_c)
+        self.models: list[SkinModel | None] = [model] * fingers
+        """Of each finger now; None at rest."""
+        self._steps = 0
+        self._x = np.zeros((fingers, 0))
+        self._at_rest = SkinState(*np.tile(self._rest_row, (fingers, 1)).T)
+        self._size(model.states if model else 0)
+
+    def touch(self, finger: int, touched: Touched | None, object_c: float) -> None:
+        """Say what a finger is on: nothing (None) or an object of a temperature, C.
+
+        The first contact sets the object's cells to its temperature. While contact lasts, a better estimate of
+        the temperature shifts them, and of the material keeps their departure from it: the cells of two materials
+        lie at the same multiples of the depth that heat has reached, so the picture carries over.
+        """
+        before = self._touched[finger]
+        if touched is None:
+            if before is not None:
+                self._touched[finger] = None
+                self._use(finger)
+            return
+        if (touched is before or touched == before) and object_c == self._object_c[finger]:
+            return
+        self._fit(finger, touched, object_c)
+        model = self.models[finger]
+        assert model is not None
+        ladder = self._x[finger, model.skin_cells : model.states]
+        if before is None:
+            ladder[:] = object_c - self._rest.surface_c
+        else:
+            ladder += object_c - self._object_c[finger]
+        self._touched[finger] = touched
+        self._object_c[finger] = object_c
+        self._use(finger)
+
+    def step(self) -> SkinState:
+        """Advance all fingers by one step of 10 ms."""
+        self._steps += 1
+        states = self._x.shape[1]
+        if not states:
+            return self._at_rest
+        both = np.matmul(self._advance, self._x[:, :, None])[:, :, 0] + self._advance_offset
+        self._x = both[:, :states]
+        if self._fixed is None and self._steps % LOOK_EVERY == 0:
+            self._come_to_rest()
+        return SkinState(*both[:, states:].T)
+
+    def state(self) -> SkinState:
+        """The present state, with the flux that the present contact drives."""
+        return SkinState(*(np.matmul(self._read, self._x[:, :, None])[:, :, 0] + self._offset).T)
+
+    def _fit(self, finger: int, touched: Touched, object_c: float) -> None:
+        """Give a finger the model that a touch needs; one that has a larger one already keeps it."""
+        old = self.models[finger]
+        if self._fixed is not None or old == RUNGS[-1]:
+            return
+        surface = float(self._read[finger, 3] @ self._x[finger] + self._offset[finger, 3])
+        new = choose(touched, object_c - surface, self._dwell_s).model
+        if old is not None and RUNGS.index(new) <= RUNGS.index(old):
+            return
+        if new.states > self._x.shape[1]:
+            self._size(new.states)
+        if old is not None:
+            self._x[finger, : new.states] = refined(self._x[finger, : old.states], old, new)
+            if not old.ladder and new.ladder:
+                self._x[finger, new.skin_cells : new.states] = self._object_c[finger] - self._rest.surface_c
+        self.models[finger] = new
+
+    def _come_to_rest(self) -> None:
+        """Drop the models of free fingers that are back at rest."""
+        away = np.abs(self._x).max(axis=1).tolist()
+        for finger, model in enumerate(self.models):
+            if model is not None and self._touched[finger] is None and away[finger] <= AT_REST_K:
+                self.models[finger] = None
+                self._x[finger] = 0.0
+                self._use(finger)
+        largest = max((model.states for model in self.models if model), default=0)
+        if largest < self._x.shape[1]:
+            self._size(largest)
+
+    def _size(self, states: int) -> None:
+        """Make room for the largest model in use; smaller ones have empty states."""
+        n = len(self._touched)
+        x = np.zeros((n, states))
+        common = min(states, self._x.shape[1])
+        x[:, :common] = self._x[:, :common]
+        self._x = x
+        self._read, self._offset = np.zeros((n, OUTPUTS, states)), np.zeros((n, OUTPUTS))
+        self._advance, self._advance_offset = np.zeros((n, states + OUTPUTS, states)), np.zeros((n, states + OUTPUTS))
+        self._used: list[SkinStep | None] = [None] * n
+        for finger in range(n):
+            self._use(finger)
+
+    def _use(self, finger: int) -> None:
+        """Take over the matrices of what a finger touches now: the next state, and what is read from it, in one."""
+        model, touched = self.models[finger], self._touched[finger]
+        states = self._x.shape[1]
+        advance, read = self._advance[finger], self._read[finger]
+        drift = np.zeros(states)
+        if model is None:
+            advance[:], read[:] = 0.0, 0.0
+            offset = self._offset[finger] = self._rest_row
+            self._used[finger] = None
+        else:
+            step = skin_step(model, touched, self.body.air_w_m2k)
+            n = len(step.a)
+            if self._used[finger] is not step:
+                self._used[finger] = step
+                advance[:], read[:] = 0.0, 0.0
+                advance[:n, :n], read[:, :n] = step.a, step.c
+                advance[states:] = read @ advance[:states]
+            self._x[finger, n:] = 0.0
+            inputs = np.array([self._rest.flux_w_m2, self._object_c[finger] - self._rest.surface_c])
+            drift[:n] = step.b @ inputs
+            # What is read at rest is the rest; the flux at rest is among the inputs.
+            offset = self._offset[finger] = self._rest_row + step.d @ inputs - FLUX * self._rest.flux_w_m2
+        self._advance_offset[finger] = np.concatenate((drift, read @ drift + offset))

@@ -1,0 +1,4 @@
+"""The vibration of a fingertip: taps, strokes and grooves.
+
+Rendering uses `vibration` and `motor_drive`.
+"""
