@@ -4,9 +4,9 @@ import sys
 
 from common.config import SimNetworkConfig, SimOperatorConfig, SimRemoteConfig
 from common.process import room_main
-from sim_sensors.network_proxy import run_sim_network
-from sim_sensors.sim_operator import run_sim_operator
-from sim_sensors.sim_remote import run_sim_remote
+from sim_sensors.network.proxy import run_sim_network
+from sim_sensors.operator_devices import run_sim_operator
+from sim_sensors.remote_devices import run_sim_remote
 
 sys.exit(
     room_main(

@@ -3,10 +3,10 @@
 from collections.abc import Mapping, Sequence
 from typing import Protocol, TypeVar
 
-from sim_sensors.intruder import Intruder
-from sim_sensors.select_loop import SelectLoop
-from sim_sensors.serial_server import Device, SerialServer, serve_serial
-from sim_sensors.socketcand import Node, SocketcandBus
+from sim_sensors.ports.intruder import Intruder
+from sim_sensors.ports.select_loop import SelectLoop
+from sim_sensors.ports.serial_server import Device, SerialServer, serve_serial
+from sim_sensors.ports.socketcand import Node, SocketcandBus
 
 Finger = TypeVar("Finger", bound=str)
 

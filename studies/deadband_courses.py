@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.scenes.scene import load_scene
-from sim_sensors.hand import ScriptedHand
+from sim_sensors.operator_hand.hand import ScriptedHand
 from studies.stability_recorded import LEVER_M, folder
 from studies.teleoperation import SCENE
 

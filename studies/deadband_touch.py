@@ -11,7 +11,7 @@ from common.fingers import FINGERS
 from common.link.deadband import Deadband
 from common.link.perception_thresholds import TOUCH_STEPS, touch_felt
 from common.scenes.scene import load_scene
-from sim_sensors.hand import ScriptedHand
+from sim_sensors.operator_hand.hand import ScriptedHand
 from studies.teleoperation import SCENE
 from teletaction.testbed.remote_fingers import RemoteFingers
 from teletaction.testbed.rendered_fingers import TICK_S

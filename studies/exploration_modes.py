@@ -14,8 +14,8 @@ import numpy as np
 from common.exploration.exploration_mode import Exploration
 from common.exploration.hand_motion import HandMotion
 from common.wire.messages import ExplorationMode
-from sim_sensors.simulated_exploration import Explored, sense
-from sim_sensors.told_hand import TICK_S
+from sim_sensors.traces.commanded_hand import TICK_S
+from sim_sensors.traces.simulated_exploration import Explored, sense
 from studies.compared import Compared
 from studies.exploration_modes_figure import plot
 from studies.exploration_scenes import BARELY, SCENES, scene

@@ -5,9 +5,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sim_sensors.fingertip import SERVO_N_M, pressing_depth_m
-from sim_sensors.simulated_exploration import Explored, explore
-from sim_sensors.told_hand import UP_M, ToldHand
+from sim_sensors.physics.fingertip import SERVO_N_M, pressing_depth_m
+from sim_sensors.traces.commanded_hand import UP_M, ToldHand
+from sim_sensors.traces.simulated_exploration import Explored, explore
 
 STIFFNESS_N_M = (400.0, 6000.0)
 """Range of the object's stiffness, N/m: from foam to stiffer than PVC."""

@@ -2,8 +2,8 @@
 
     m z'' = K (z_set - z) - B z' + F,    F = k(x) d (1 + a d'),    d = s(t, x) - z
 
-The model is that of `sim_sensors/fingertip.py` (after Hunt & Crossley 1975), in steps of 0.1 ms. Sensors read it every
-2 ms.
+The model is that of `sim_sensors/physics/fingertip.py` (after Hunt & Crossley 1975), in steps of 0.1 ms. Sensors read
+it every 2 ms.
 """
 
 from collections.abc import Callable
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_sensors.fingertip import MASS_KG, OBJECT_DAMPING_S_M, SERVO_N_M, SERVO_NS_M
+from sim_sensors.physics.fingertip import MASS_KG, OBJECT_DAMPING_S_M, SERVO_N_M, SERVO_NS_M
 
 Floats = NDArray[np.float64]
 Path = Callable[[float], Floats]

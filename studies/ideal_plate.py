@@ -14,7 +14,7 @@ from operator_site.thermal.plate_setpoint import PLATE_CONTACT_M2K_W
 from operator_site.thermal.scene_skin import SceneSkin
 from operator_site.thermal.skin_model import STEP_S, Touched
 from operator_site.thermal.tissue import Body
-from sim_sensors.finger_plate import DEEP_C, PLATE_FINGER_M2K_W
+from sim_sensors.physics.finger_plate import DEEP_C, PLATE_FINGER_M2K_W
 from studies.simulated_finger import Array, SimulatedFinger, exact_step
 
 

@@ -23,7 +23,7 @@ import numpy as np
 from common.buses.can_frames import database
 from common.buses.can_port import CanAddress
 from common.config import SimOperatorConfig, to_toml
-from sim_sensors.exoskeleton import Exoskeleton
+from sim_sensors.devices.exoskeleton import Exoskeleton
 from teletaction.demo_files import HOST, free_port_block
 
 FORCES = int(database().get_message_by_name("FingerForces").frame_id)

@@ -19,9 +19,9 @@ from common.limits import AGE_DEFAULT_S, AGE_MAX_S, GAP_S
 from common.link.clock_offset import ClockOffset
 from common.link.packet_filter import Acceptance
 from common.wire.streams import STREAMS
-from sim_sensors.network_conditions import Conditions
-from sim_sensors.network_path import NetworkPath
-from sim_sensors.network_stream import TcpStream
+from sim_sensors.network.conditions import Conditions
+from sim_sensors.network.path import NetworkPath
+from sim_sensors.network.stream import TcpStream
 from studies.link_packets import SESSION, framed_bytes, next_touch, touch_parts
 from studies.pieces import Piece
 

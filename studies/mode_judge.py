@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.wire.messages import ExplorationMode
-from sim_sensors.simulated_exploration import Explored, Modes, Sensed
-from sim_sensors.told_hand import TICK_S
+from sim_sensors.traces.commanded_hand import TICK_S
+from sim_sensors.traces.simulated_exploration import Explored, Modes, Sensed
 
 MACHINE, PLAIN = "mode machine", "plain thresholds"
 """The methods that are judged."""

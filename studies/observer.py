@@ -10,7 +10,7 @@ from typing import Any
 
 from common.config import RenderingConfig
 from common.limits import PLATE_COOLING_K_S, PLATE_HEATING_K_S
-from sim_sensors.finger_plate import DEEP_C, ROOM_C
+from sim_sensors.physics.finger_plate import DEEP_C, ROOM_C
 from studies.compared import Compared
 from studies.observer_figure import plot
 from studies.pieces import HERE, Piece, Work, rows_of

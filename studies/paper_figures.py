@@ -11,8 +11,8 @@ import numpy as np
 
 from common.scenes.materials import material
 from common.wire.messages import ExplorationMode
-from sim_sensors.motor import RPM_PER_RAD_S
-from sim_sensors.surface import make_profile, relief_of
+from sim_sensors.physics.motor import RPM_PER_RAD_S
+from sim_sensors.physics.surface import make_profile, relief_of
 from studies.compared import Compared
 from studies.paper_panels import plot
 from studies.pieces import HERE, Piece, Work, rows_of

@@ -3,8 +3,8 @@
 import numpy as np
 
 from common.scenes.materials import contact_resistance_m2k_w, material
-from sim_sensors.finger_plate import DEEP_C
-from sim_sensors.object_column import object_column
+from sim_sensors.physics.finger_plate import DEEP_C
+from sim_sensors.physics.object_column import object_column
 from studies.simulated_finger import STEP_S, Array, SimulatedFinger, chain, exact_step
 
 

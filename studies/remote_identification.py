@@ -6,8 +6,8 @@ takes the final value for the object's temperature, and the rate for the "virtua
 
 from typing import Any
 
-from sim_sensors.fingertip import pressing_depth_m
-from sim_sensors.thermal_touch import AREA_M2
+from sim_sensors.physics.fingertip import pressing_depth_m
+from sim_sensors.physics.thermal_touch import AREA_M2
 from studies.lowering import height_m
 from studies.teleoperation import block_of, scene_of
 from teletaction.testbed.remote_fingers import RemoteFingers

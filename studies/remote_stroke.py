@@ -2,7 +2,7 @@
 
 from common.scenes.scene import SceneObject
 from common.scenes.surfaces import surface_kind
-from sim_sensors.fingertip import pressing_depth_m
+from sim_sensors.physics.fingertip import pressing_depth_m
 from studies.lowering import height_m
 from studies.rendered_stroke import DEPTH_M, FingertipCourse, tick_of
 from studies.stroke_path import FORCE_N, HOVER_S, LENGTH_M, SECONDS, place_m

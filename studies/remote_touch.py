@@ -3,7 +3,7 @@
 import numpy as np
 
 from common.scenes.materials import material
-from sim_sensors.fingertip import pressing_depth_m
+from sim_sensors.physics.fingertip import pressing_depth_m
 from studies.lowering import height_m
 from studies.rendered_touch import DEPTH_M, EVERY, REST_S
 from studies.simulated_finger import STEP_S, Array

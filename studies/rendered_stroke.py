@@ -12,7 +12,7 @@ from common.scenes.surfaces import surface_kind
 from common.wire.messages import Event, EventKind, ExplorationMode
 from operator_site.vibration.motor_drive import motor_mv
 from remote_site.texture.surface_table import GROOVE_DECAY_PER_S, GROOVE_RAD_S, TAP_DECAY_PER_S, TAP_SPEED_PER_M_S
-from sim_sensors.motor import RPM_PER_RAD_S, VibrationMotors
+from sim_sensors.physics.motor import RPM_PER_RAD_S, VibrationMotors
 from studies.lowering import LOWER_S, height_m
 from studies.simulated_finger import Array
 from studies.stroke_path import FORCE_N, HOVER_S, REST_S, SECONDS, SPEED_M_S, place_m

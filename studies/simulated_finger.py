@@ -1,6 +1,7 @@
 """Simulates the simulators' fingertip, with its 40 cells of skin, on other things than a TactTip.
 
-Layers, room and blood are those of `sim_sensors.finger_plate`. All conduction is linear, so a step is exact in time.
+Layers, room and blood are those of `sim_sensors.physics.finger_plate`. All conduction is linear, so a step is exact in
+time.
 """
 
 from dataclasses import dataclass
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from sim_sensors.finger_plate import (
+from sim_sensors.physics.finger_plate import (
     AIR_W_M2K,
     ARTERY_C,
     BLOOD_J_M3K,

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_sensors.fingertip import MASS_KG, SERVO_N_M, SERVO_NS_M
+from sim_sensors.physics.fingertip import MASS_KG, SERVO_N_M, SERVO_NS_M
 from studies.stability_cases import DEVICE_KG, DEVICE_NS_M, WALL_NS_M, Floats, Hand, cases
 from studies.stability_direct import DirectForce
 from studies.stability_measures import FIRM_N, START_M, swing

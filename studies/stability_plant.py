@@ -2,8 +2,8 @@
 
 The model has one degree of freedom. Depth is positive into the wall, and the wall's face is at 0 except for its breath.
 Both sites act every period and hold their outputs until the next. In between, hand, device, servo and wall move in
-steps of 0.1 ms. The remote finger is that of `sim_sensors.fingertip`; its servo gives at most the contact force allowed
-on a patient.
+steps of 0.1 ms. The remote finger is that of `sim_sensors.physics.fingertip`; its servo gives at most the contact
+force allowed on a patient.
 """
 
 import math
@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from common.limits import CONTACT_FORCE_N
-from sim_sensors.fingertip import MASS_KG, SERVO_N_M, SERVO_NS_M
+from sim_sensors.physics.fingertip import MASS_KG, SERVO_N_M, SERVO_NS_M
 from studies.stability_cases import DEVICE_KG, DEVICE_NS_M, WALL_NS_M, Cases, Floats
 from studies.stability_network import Ints
 

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from sim_sensors.fingertip import SERVO_NS_M
+from sim_sensors.physics.fingertip import SERVO_NS_M
 from studies.stability_cases import Floats
 
 WAVE_NS_M = 10.0

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
 from common.limits import MOTOR_FLOOR_RPM
-from sim_sensors.motor import RPM_PER_RAD_S
-from sim_sensors.surface import SurfaceProfile
-from sim_sensors.texture_touch import RELIEF_PER_M, VISCOUS_S, compliance_share
+from sim_sensors.physics.motor import RPM_PER_RAD_S
+from sim_sensors.physics.surface import SurfaceProfile
+from sim_sensors.physics.texture_touch import RELIEF_PER_M, VISCOUS_S, compliance_share
 from studies.stroke_path import FORCE_N, SPEED_M_S
 from studies.texture_observer import PATTERN, Features
 

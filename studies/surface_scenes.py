@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from remote_site.stiffness.surface_estimate import TouchedSurface
-from sim_sensors.fingertip import OBJECT_DAMPING_S_M, SERVO_N_M
+from sim_sensors.physics.fingertip import OBJECT_DAMPING_S_M, SERVO_N_M
 from studies.felt_surface import TICK_S, Felt, Floats, feel, minimum_jerk
 
 DEEPEST_M = 0.020

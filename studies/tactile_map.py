@@ -16,8 +16,8 @@ from common.scenes.scene import Scene, SceneObject, load_scene
 from common.scenes.script import Finger, Presses, Step, Strokes
 from operator_site.console.map.map_tiles import CONFIDENT_SD, picture
 from operator_site.console.map.tactile_map import TactileMap
-from sim_sensors.hand import ScriptedHand
-from sim_sensors.hand_plan import Segment
+from sim_sensors.operator_hand.hand import ScriptedHand
+from sim_sensors.operator_hand.hand_plan import Segment
 from studies.compared import Compared
 from studies.pieces import HERE, Work
 from studies.running import Tell

@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from remote_site.texture.surface_table import SurfaceTable
-from sim_sensors.simulated_stroke import simulate_stroke
-from sim_sensors.surface import GROOVE_DEPTH_M
-from sim_sensors.texture_touch import NOISE_V
+from sim_sensors.physics.surface import GROOVE_DEPTH_M
+from sim_sensors.physics.texture_touch import NOISE_V
+from sim_sensors.traces.simulated_stroke import simulate_stroke
 from studies.binomial_interval import clopper_pearson
 from studies.compared import Compared
 from studies.paper_texture import PaperRoughness, paper_felt

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from common.scenes.surfaces import surface_kind
-from sim_sensors.surface import SurfaceProfile, make_profile, relief_of
+from sim_sensors.physics.surface import SurfaceProfile, make_profile, relief_of
 from studies.paper_tables import MATCHED, MATCHING_OF, beside
 from studies.remote_stroke import remote_stroke
 from studies.rendered_stroke import SHOWN_N_M, FingertipCourse, VirtualSurface, left_to_itself, rendered_stroke

@@ -8,7 +8,7 @@ import numpy as np
 from common.wire.messages import ExplorationMode
 from remote_site.texture.recorded.stroke_playback import EvenStroke, FeltBlock, felt
 from remote_site.texture.surface_table import SurfaceTable
-from sim_sensors.simulated_stroke import StrokeTrace, simulate_stroke
+from sim_sensors.traces.simulated_stroke import StrokeTrace, simulate_stroke
 from teletaction.make_tables import STROKED
 
 SPEED_MM_S, FORCE_N = (20.0, 150.0), (0.56, 4.5)

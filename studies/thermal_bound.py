@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.scenes.materials import material
-from sim_sensors.object_column import object_column
-from sim_sensors.simulated_touch import BLOCK_M, PREHEAT_PER_K, REACH_S_K, WARM_S
-from sim_sensors.ssr_converter import FULL_COUNTS, HIGH_OHM, LINEAR_PER_K, LOW_OHM, NOISE_C, R25_OHM
-from sim_sensors.thermal_touch import (
+from sim_sensors.physics.object_column import object_column
+from sim_sensors.physics.ssr_converter import FULL_COUNTS, HIGH_OHM, LINEAR_PER_K, LOW_OHM, NOISE_C, R25_OHM
+from sim_sensors.physics.thermal_touch import (
     LAG_S,
     LEAK_SPREAD,
     STAGE_S,
@@ -26,6 +25,7 @@ from sim_sensors.thermal_touch import (
     ThermalTouch,
     full_conductance_w_m2k,
 )
+from sim_sensors.traces.simulated_touch import BLOCK_M, PREHEAT_PER_K, REACH_S_K, WARM_S
 from studies.thermal_situations import AMBIENT_C
 
 Array = NDArray[np.float64]

@@ -12,7 +12,7 @@ import numpy as np
 from common.scenes.materials import materials
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.touch_hypotheses import FOREIGN
-from sim_sensors.ssr_converter import NOISE_C
+from sim_sensors.physics.ssr_converter import NOISE_C
 from studies import thermal_figure, thermal_maps
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, TellShare, Work, one_thread, part_of

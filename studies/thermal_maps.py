@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from common.scenes.materials import material, materials
-from sim_sensors.ssr_converter import NOISE_C
+from sim_sensors.physics.ssr_converter import NOISE_C
 from studies.pieces import Piece
 from studies.thermal_answers import Answered
 from studies.thermal_pieces import in_session, one_finger, with_noise

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_sensors.ssr_converter import NOISE_C
+from sim_sensors.physics.ssr_converter import NOISE_C
 from studies.thermal_answers import Answered, by_fingers, by_product, by_rate, knowledge_of
 from studies.thermal_exponential import WAYS, RateTable
 from studies.thermal_network import Network, features

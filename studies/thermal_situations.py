@@ -11,9 +11,9 @@ from remote_site.thermal.heater_control import OFFSETS_K, STAGGER_K
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.touch_start import RecordedTouch, find_touch
 from remote_site.traces.trace_files import ThermalTrace
-from sim_sensors.simulated_touch import simulate_hand
-from sim_sensors.ssr_converter import NOISE_C
-from sim_sensors.thermal_touch import TOUCH_SPREAD
+from sim_sensors.physics.ssr_converter import NOISE_C
+from sim_sensors.physics.thermal_touch import TOUCH_SPREAD
+from sim_sensors.traces.simulated_touch import simulate_hand
 
 FOUR = ("aluminium", "ceramic_tile", "pvc", "pine")
 TWELVE = (*FOUR, "copper", "carbon_steel", "glass", "acrylic", "rubber", "cork", "pu_foam", "skin_dermis")

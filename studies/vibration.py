@@ -21,8 +21,8 @@ from common.wire.messages import Event, EventKind, ExplorationMode
 from operator_site.vibration.intensity_scale import SHOWN, FeltSpeed
 from operator_site.vibration.motor_drive import FULL_V, MOTOR, RPM_TO_RAD_S, MotorDrive, MotorVoltage, motor_mv
 from operator_site.vibration.vibration import FingerVibration, Surface
-from sim_sensors.motor import VibrationMotors
-from sim_sensors.tacttip import TactTip
+from sim_sensors.devices.tacttip import TactTip
+from sim_sensors.physics.motor import VibrationMotors
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, rows_of
 from studies.running import Tell

@@ -27,7 +27,7 @@ from common.fingers import chosen_fingers
 from common.link.keys import TrustedKeys, create_keys
 from common.scenes.scene import load_scene
 from common.wire.streams import STREAMS
-from sim_sensors.network_file import is_file, load_network
+from sim_sensors.network.file import is_file, load_network
 from teletaction.session_rates import DEFAULT, Rates
 
 HOST = "127.0.0.1"

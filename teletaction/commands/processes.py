@@ -87,7 +87,7 @@ def sim_remote(config: ConfigFile) -> None:
     """Run the simulated devices of the remote site."""
     from common.config import SimRemoteConfig
     from common.process import run_process
-    from sim_sensors.sim_remote import run_sim_remote
+    from sim_sensors.remote_devices import run_sim_remote
 
     run_process("sim-remote", config, SimRemoteConfig, run_sim_remote)
 
@@ -97,7 +97,7 @@ def sim_operator(config: ConfigFile) -> None:
     """Run the simulated devices and the scripted hand of the operator site."""
     from common.config import SimOperatorConfig
     from common.process import run_process
-    from sim_sensors.sim_operator import run_sim_operator
+    from sim_sensors.operator_devices import run_sim_operator
 
     run_process("sim-operator", config, SimOperatorConfig, run_sim_operator)
 
@@ -108,6 +108,6 @@ def sim_network(config: ConfigFile) -> None:
     """Run a simulated network between the two sites."""
     from common.config import SimNetworkConfig
     from common.process import run_process
-    from sim_sensors.network_proxy import run_sim_network
+    from sim_sensors.network.proxy import run_sim_network
 
     run_process("network", config, SimNetworkConfig, run_sim_network)

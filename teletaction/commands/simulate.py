@@ -24,7 +24,7 @@ def simulate_thermal_command(
 ) -> None:
     """Touches of the simulated thermal sensor."""
     from common.scenes.materials import material as look_up
-    from sim_sensors.simulate import simulate_thermal_set
+    from sim_sensors.traces.simulate import simulate_thermal_set
 
     if material != "air":
         look_up(material)
@@ -53,7 +53,7 @@ def simulate_stroke_command(
     seed: Annotated[int, typer.Option(min=0)] = 0,
 ) -> None:
     """Strokes of the simulated texture sensor."""
-    from sim_sensors.simulate import simulate_stroke_set
+    from sim_sensors.traces.simulate import simulate_stroke_set
 
     simulate_stroke_set(surface, strokes, speed_mm_s=speed, force_n=force, seed=seed, out=out)
     typer.echo(f"wrote {strokes} strokes of {surface} to {out}", err=True)

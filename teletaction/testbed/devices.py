@@ -4,9 +4,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from common.config import SimOperatorConfig, SimRemoteConfig, load_config
-from sim_sensors.select_loop import SelectLoop
-from sim_sensors.sim_operator import OperatorDevices
-from sim_sensors.sim_remote import RemoteDevices
+from sim_sensors.operator_devices import OperatorDevices
+from sim_sensors.ports.select_loop import SelectLoop
+from sim_sensors.remote_devices import RemoteDevices
 
 
 class SimulatedDevices:

@@ -1,4 +1,4 @@
-"""Simulate serial lines and CAN buses in memory: both ends of each, with the faults of `sim_sensors.faults`."""
+"""Simulate serial lines and CAN buses in memory: both ends of each, with the faults of `sim_sensors.faults.faults`."""
 
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -9,9 +9,9 @@ import serial
 from common.buses.can_controller import BUS_OFF, RESTARTED
 from common.buses.can_frames import SentFrame
 from common.buses.serial_port import CHUNK, DeviceAbsent
-from sim_sensors.intruder import Intruder
-from sim_sensors.serial_server import Device, SerialServer
-from sim_sensors.socketcand import Node
+from sim_sensors.ports.intruder import Intruder
+from sim_sensors.ports.serial_server import Device, SerialServer
+from sim_sensors.ports.socketcand import Node
 
 _BACKLOG_BYTES = 16 * 1024
 _BACKLOG_FRAMES = 1000

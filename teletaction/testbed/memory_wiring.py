@@ -11,9 +11,9 @@ import can
 from common.buses.can_port import CanAddress
 from common.buses.serial_port import DeviceAbsent, Port
 from common.buses.wiring import Opener
-from sim_sensors.serial_server import Device, SerialServer
+from sim_sensors.ports.serial_server import Device, SerialServer
+from sim_sensors.ports.socketcand import Node
 from sim_sensors.serving import Bus
-from sim_sensors.socketcand import Node
 from teletaction.testbed.memory_lines import MemoryBus, MemoryCan, MemoryLine, MemoryPort
 
 T = TypeVar("T")

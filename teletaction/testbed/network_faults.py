@@ -1,10 +1,10 @@
-"""Apply the commands of `sim_sensors.network_live` to a test bed's network."""
+"""Apply the commands of `sim_sensors.network.live` to a test bed's network."""
 
 from common.wire.streams import Direction
-from sim_sensors.network_conditions import Conditions, PhasedConditions
-from sim_sensors.network_fault import WAYS
-from sim_sensors.network_file import Network as Timetable
-from sim_sensors.network_live import LiveNetwork
+from sim_sensors.network.conditions import Conditions, PhasedConditions
+from sim_sensors.network.fault import WAYS
+from sim_sensors.network.file import Network as Timetable
+from sim_sensors.network.live import LiveNetwork
 from teletaction.testbed.network import TO_OPERATOR, TO_REMOTE, Network
 
 _SHORTEST_S = 0.001

@@ -20,8 +20,8 @@ from remote_site.identification.finger_touch import FingerTouch
 from remote_site.identification.perception import Perception
 from remote_site.texture.surface_table import SurfaceTable
 from remote_site.thermal.material_table import MaterialTable
-from sim_sensors.remote_world import RemoteWorld
-from sim_sensors.ssr_converter import celsius_of
+from sim_sensors.physics.remote_world import RemoteWorld
+from sim_sensors.physics.ssr_converter import celsius_of
 from teletaction.demo_files import calibrated_tables
 from teletaction.testbed.rendered_fingers import SESSION, TICK_S
 

@@ -16,9 +16,9 @@ from operator_site.gated_rendering import GatedRendering
 from operator_site.rendering_input import RenderingInput
 from operator_site.safety.gated_output import GatedOutput
 from operator_site.vibration.motor_drive import MotorDrive
-from sim_sensors.finger_plate import FingerPlates
-from sim_sensors.motor import VibrationMotors
-from sim_sensors.tacttip import TactTip, ntc_counts
+from sim_sensors.devices.tacttip import TactTip, ntc_counts
+from sim_sensors.physics.finger_plate import FingerPlates
+from sim_sensors.physics.motor import VibrationMotors
 
 SESSION = 1
 TICK_S = 0.002

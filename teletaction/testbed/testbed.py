@@ -16,9 +16,10 @@ from common.wire.packets import LinkState
 from operator_site.session.console_feed import ConsoleFeed
 from operator_site.site import OperatorSite, session_with
 from remote_site.site import RemoteSite
-from sim_sensors import sim_operator, sim_remote
-from sim_sensors.select_loop import SelectLoop
-from sim_sensors.simulation_loop import MOST_STEPS, STEP_S
+from sim_sensors import operator_devices as sim_operator
+from sim_sensors import remote_devices as sim_remote
+from sim_sensors.ports.select_loop import SelectLoop
+from sim_sensors.ports.simulation_loop import MOST_STEPS, STEP_S
 from teletaction.testbed.interrupted_devices import InterruptedOperatorDevices, InterruptedRemoteDevices
 from teletaction.testbed.memory_desk import MemoryDesk
 from teletaction.testbed.memory_lines import MemoryBus, MemoryLine
@@ -274,7 +275,7 @@ class Testbed:
         return self.remote_clock if site == "remote" else self.operator_clock
 
     def break_device(self, fault: str) -> None:
-        """Begin a fault: `remote: FAULT` or `operator: FAULT`, with a command of `sim_sensors.faults`."""
+        """Begin a fault: `remote: FAULT` or `operator: FAULT`, with a command of `sim_sensors.faults.faults`."""
         side, _, command = fault.partition(": ")
         faults = {"remote": self.sim_remote.faults, "operator": self.sim_operator.faults}
         faults[side].apply(command)

@@ -12,9 +12,9 @@ ROOTS = (
     "operator_site.site",
     "operator_site.virtual.virtual_site",
     "remote_site.site",
-    "sim_sensors.network_proxy",
-    "sim_sensors.sim_operator",
-    "sim_sensors.sim_remote",
+    "sim_sensors.network.proxy",
+    "sim_sensors.operator_devices",
+    "sim_sensors.remote_devices",
     "studies.pieces",
     "teletaction.cli",
 )

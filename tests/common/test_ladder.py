@@ -15,7 +15,7 @@ from common.wire.streams import STREAMS
 from operator_site.session import session_client
 from remote_site.safety import height_setpoint
 from remote_site.session import session_server
-from sim_sensors import exoskeleton
+from sim_sensors.devices import exoskeleton
 
 RATES = st.floats(table.SLOWEST_RATE_HZ, table.FASTEST_RATE_HZ)
 

@@ -16,10 +16,10 @@ from common.timing.safe_states import SAFE_STATES, TICK_S, SafeState
 from operator_site.safety.operator_gate import OperatorGate
 from operator_site.safety.sampled_wall import SampledWall
 from remote_site.safety.patient_gate import PatientGate
-from sim_sensors.exoskeleton import Exoskeleton
-from sim_sensors.tacttip import TactTip
-from sim_sensors.telemanipulator import Telemanipulator
-from sim_sensors.thermal_sensor import ThermalSensor
+from sim_sensors.devices.exoskeleton import Exoskeleton
+from sim_sensors.devices.tacttip import TactTip
+from sim_sensors.devices.telemanipulator import Telemanipulator
+from sim_sensors.devices.thermal_sensor import ThermalSensor
 
 FIVE = len(FINGERS)
 NOW_S = 100.0

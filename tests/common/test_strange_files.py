@@ -15,7 +15,7 @@ from common.scenes.scene import load_scene
 from common.scenes.surfaces import read_surfaces
 from remote_site.texture.recorded.identify_texture import load_surfaces
 from remote_site.thermal.material_table import MaterialTable
-from sim_sensors.network_file import load_network
+from sim_sensors.network.file import load_network
 from tests.common.test_config import OPERATOR, REMOTE
 
 Reader = Callable[[Path], object]

@@ -4,11 +4,11 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 
-from sim_sensors.exoskeleton import Exoskeleton
-from sim_sensors.select_loop import SelectLoop
-from sim_sensors.serial_server import SerialServer, serve_serial
-from sim_sensors.socketcand import SocketcandBus
-from sim_sensors.thermal_sensor import ThermalSensor
+from sim_sensors.devices.exoskeleton import Exoskeleton
+from sim_sensors.devices.thermal_sensor import ThermalSensor
+from sim_sensors.ports.select_loop import SelectLoop
+from sim_sensors.ports.serial_server import SerialServer, serve_serial
+from sim_sensors.ports.socketcand import SocketcandBus
 
 STEP_S = 0.002
 

@@ -9,7 +9,7 @@ from cobs import cobs
 
 from common.buses.serial_framing import Frame, FrameReader
 from common.buses.serial_messages import MessageId
-from sim_sensors.serial_module import SerialModule
+from sim_sensors.devices.serial_module import SerialModule
 from tests.conformance.virtual_ends import VirtualModule
 
 WRONG_MODULES: list[tuple[str, Callable[[], VirtualModule]]] = []

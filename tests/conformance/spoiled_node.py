@@ -7,8 +7,8 @@ from typing import Any
 import can
 
 from common.buses.can_frames import frame_crc, packing
-from sim_sensors.exoskeleton import Exoskeleton
-from sim_sensors.telemanipulator import Telemanipulator
+from sim_sensors.devices.exoskeleton import Exoskeleton
+from sim_sensors.devices.telemanipulator import Telemanipulator
 from tests.conformance.spoiled_module import over
 from tests.conformance.virtual_ends import VirtualNode
 

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from common.buses.can_port import can_address
-from sim_sensors.exoskeleton import Exoskeleton
-from sim_sensors.tacttip import TactTip
-from sim_sensors.telemanipulator import Telemanipulator
+from sim_sensors.devices.exoskeleton import Exoskeleton
+from sim_sensors.devices.tacttip import TactTip
+from sim_sensors.devices.telemanipulator import Telemanipulator
 from teletaction.conformance import examination
 from tests.commands import command, one_line
 from tests.conformance.virtual_ends import VirtualModule, VirtualNode

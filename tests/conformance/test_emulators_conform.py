@@ -2,12 +2,12 @@
 
 import pytest
 
-from sim_sensors.exoskeleton import Exoskeleton
-from sim_sensors.serial_module import SerialModule
-from sim_sensors.tacttip import TactTip
-from sim_sensors.telemanipulator import Telemanipulator
-from sim_sensors.texture_sensor import TextureSensor
-from sim_sensors.thermal_sensor import ThermalSensor
+from sim_sensors.devices.exoskeleton import Exoskeleton
+from sim_sensors.devices.serial_module import SerialModule
+from sim_sensors.devices.tacttip import TactTip
+from sim_sensors.devices.telemanipulator import Telemanipulator
+from sim_sensors.devices.texture_sensor import TextureSensor
+from sim_sensors.devices.thermal_sensor import ThermalSensor
 from teletaction.conformance.checklist import Verdict
 from tests.conformance.examining import came, examined
 from tests.conformance.virtual_ends import VirtualModule, VirtualNode

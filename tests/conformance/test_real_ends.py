@@ -18,8 +18,8 @@ from common.buses.serial_framing import encode_frame
 from common.buses.serial_messages import DeviceKind
 from common.buses.serial_port import DeviceAbsent
 from common.fingers import FINGERS
-from sim_sensors.exoskeleton import Exoskeleton
-from sim_sensors.thermal_sensor import ThermalSensor
+from sim_sensors.devices.exoskeleton import Exoskeleton
+from sim_sensors.devices.thermal_sensor import ThermalSensor
 from teletaction.conformance.module_talk import ModuleTalk, PortEnd
 from teletaction.conformance.node_talk import EXOSKELETON, BusEnd, NodeName, NodeTalk, name_of
 from teletaction.demo_files import DemoOptions, prepare

@@ -12,11 +12,11 @@ from common.buses.serial_framing import FrameReader
 from common.buses.serial_messages import HeaterCommand, MessageId, TactTipCommand
 from common.buses.serial_port import DeviceAbsent
 from common.fingers import FINGERS
-from sim_sensors.exoskeleton import Exoskeleton
-from sim_sensors.tacttip import TactTip
-from sim_sensors.telemanipulator import Telemanipulator
-from sim_sensors.texture_sensor import TextureSensor
-from sim_sensors.thermal_sensor import ThermalSensor
+from sim_sensors.devices.exoskeleton import Exoskeleton
+from sim_sensors.devices.tacttip import TactTip
+from sim_sensors.devices.telemanipulator import Telemanipulator
+from sim_sensors.devices.texture_sensor import TextureSensor
+from sim_sensors.devices.thermal_sensor import ThermalSensor
 from teletaction.conformance.checklist import Came, Duty, How, NotApplicable, Tried, Verdict
 from teletaction.conformance.drives import Drives
 from teletaction.conformance.examination import OnTrial

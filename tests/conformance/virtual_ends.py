@@ -9,14 +9,14 @@ import numpy as np
 from common.buses.can_frames import packing
 from common.buses.thermometry import COUNT_MAX, ssr_c
 from common.fingers import FINGERS
-from sim_sensors.backlog import Backlog
-from sim_sensors.can_node import CanNode
-from sim_sensors.exoskeleton import Exoskeleton
-from sim_sensors.serial_module import SerialModule
-from sim_sensors.tacttip import TactTip, ntc_counts
-from sim_sensors.telemanipulator import Telemanipulator
-from sim_sensors.texture_sensor import TextureSensor
-from sim_sensors.thermal_sensor import ThermalSensor
+from sim_sensors.devices.can_node import CanNode
+from sim_sensors.devices.exoskeleton import Exoskeleton
+from sim_sensors.devices.serial_module import SerialModule
+from sim_sensors.devices.tacttip import TactTip, ntc_counts
+from sim_sensors.devices.telemanipulator import Telemanipulator
+from sim_sensors.devices.texture_sensor import TextureSensor
+from sim_sensors.devices.thermal_sensor import ThermalSensor
+from sim_sensors.ports.backlog import Backlog
 
 STEP_S = 0.002
 ROOM_C, HEATS_K_S, COOLS_PER_S = 23.0, 4.0, 0.1

@@ -7,9 +7,9 @@ from typing import Any
 
 from common.buses.serial_framing import Frame
 from common.buses.serial_messages import DeviceFlag, MessageId, TactTipCommand
-from sim_sensors.serial_module import CutOut
-from sim_sensors.tacttip import TactTip
-from sim_sensors.thermal_sensor import ThermalSensor
+from sim_sensors.devices.serial_module import CutOut
+from sim_sensors.devices.tacttip import TactTip
+from sim_sensors.devices.thermal_sensor import ThermalSensor
 from tests.conformance.spoiled_module import (
     FLAGS,
     HEATER,

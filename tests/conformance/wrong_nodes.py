@@ -8,8 +8,8 @@ import numpy as np
 
 from common.buses.can_frames import frame_crc
 from common.fingers import FINGERS
-from sim_sensors.exoskeleton import Exoskeleton
-from sim_sensors.telemanipulator import Telemanipulator
+from sim_sensors.devices.exoskeleton import Exoskeleton
+from sim_sensors.devices.telemanipulator import Telemanipulator
 from tests.conformance.spoiled_module import over
 from tests.conformance.spoiled_node import (
     HANGS_ON,

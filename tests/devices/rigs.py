@@ -5,13 +5,13 @@ from collections.abc import Callable
 import numpy as np
 
 from common.buses.can_port import CanAddress
-from sim_sensors.can_node import CanNode
-from sim_sensors.exoskeleton import Exoskeleton
-from sim_sensors.select_loop import SelectLoop
-from sim_sensors.serial_server import Device, SerialServer, serve_serial
-from sim_sensors.socketcand import SocketcandBus
-from sim_sensors.telemanipulator import Telemanipulator
-from sim_sensors.texture_sensor import TextureSensor
+from sim_sensors.devices.can_node import CanNode
+from sim_sensors.devices.exoskeleton import Exoskeleton
+from sim_sensors.devices.telemanipulator import Telemanipulator
+from sim_sensors.devices.texture_sensor import TextureSensor
+from sim_sensors.ports.select_loop import SelectLoop
+from sim_sensors.ports.serial_server import Device, SerialServer, serve_serial
+from sim_sensors.ports.socketcand import SocketcandBus
 from tests.waiting import wait_until
 
 

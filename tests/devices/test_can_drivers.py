@@ -6,16 +6,16 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-import sim_sensors.can_node
+import sim_sensors.devices.can_node
 from common.buses.can_port import CanAddress
 from common.buses.serial_port import DeviceAbsent
 from common.fingers import FINGERS
 from operator_site.devices.exoskeleton import Exoskeleton as ExoskeletonDriver
 from remote_site.devices.telemanipulator import Telemanipulator as TelemanipulatorDriver
-from sim_sensors.can_node import CanNode
-from sim_sensors.exoskeleton import Exoskeleton
-from sim_sensors.intruder import Intruder
-from sim_sensors.telemanipulator import Telemanipulator
+from sim_sensors.devices.can_node import CanNode
+from sim_sensors.devices.exoskeleton import Exoskeleton
+from sim_sensors.devices.telemanipulator import Telemanipulator
+from sim_sensors.ports.intruder import Intruder
 from tests.devices.rigs import Rig, alone
 
 Driver = ExoskeletonDriver | TelemanipulatorDriver
@@ -106,7 +106,7 @@ class CanContract:
     def test_a_node_that_hides_what_its_outputs_do_is_a_fault(
         self, rig: Rig, driver: Driver, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setattr(sim_sensors.can_node, "STATE_EVERY", 10**9)
+        monkeypatch.setattr(sim_sensors.devices.can_node, "STATE_EVERY", 10**9)
         hidden = "reports its place, but not what its outputs do"
         rig.until(lambda: self.newest_s(driver), lambda: hidden in driver.faults(time.monotonic()))
 

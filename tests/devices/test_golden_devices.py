@@ -21,12 +21,12 @@ from remote_site.devices.telemanipulator import Telemanipulator as Telemanipulat
 from remote_site.devices.texture_sensor import TextureSensor as TextureDriver
 from remote_site.devices.texture_sensor import texture_v
 from remote_site.devices.thermal_sensor import ThermalSensor as ThermalDriver
-from sim_sensors.can_node import CanNode
-from sim_sensors.exoskeleton import Exoskeleton
-from sim_sensors.tacttip import TactTip
-from sim_sensors.telemanipulator import Telemanipulator
-from sim_sensors.texture_sensor import TextureSensor
-from sim_sensors.thermal_sensor import ThermalSensor
+from sim_sensors.devices.can_node import CanNode
+from sim_sensors.devices.exoskeleton import Exoskeleton
+from sim_sensors.devices.tacttip import TactTip
+from sim_sensors.devices.telemanipulator import Telemanipulator
+from sim_sensors.devices.texture_sensor import TextureSensor
+from sim_sensors.devices.thermal_sensor import ThermalSensor
 from tests.devices.rigs import ModuleRig
 from tests.waiting import wait_until
 

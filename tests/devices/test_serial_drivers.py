@@ -22,10 +22,10 @@ from operator_site.devices.tacttip import TactTip as TactTipDriver
 from remote_site.devices.texture_sensor import TextureSensor as TextureDriver
 from remote_site.devices.texture_sensor import texture_v
 from remote_site.devices.thermal_sensor import ThermalSensor as ThermalDriver
-from sim_sensors.ssr_converter import counts_of
-from sim_sensors.tacttip import TactTip, ntc_counts
-from sim_sensors.texture_sensor import TextureSensor
-from sim_sensors.thermal_sensor import ThermalSensor
+from sim_sensors.devices.tacttip import TactTip, ntc_counts
+from sim_sensors.devices.texture_sensor import TextureSensor
+from sim_sensors.devices.thermal_sensor import ThermalSensor
+from sim_sensors.physics.ssr_converter import counts_of
 from tests.devices.rigs import ModuleRig, alone
 
 FINGER = "middle"

@@ -15,12 +15,12 @@ from operator_site.devices.devices import OperatorDevices
 from operator_site.safety.gated_output import GatedOutput
 from remote_site.devices.devices import RemoteDevices
 from remote_site.safety.gated_command import GatedCommand
-from sim_sensors.exoskeleton import Exoskeleton
-from sim_sensors.ssr_converter import counts_of
-from sim_sensors.tacttip import TactTip, ntc_counts
-from sim_sensors.telemanipulator import Telemanipulator
-from sim_sensors.texture_sensor import TextureSensor
-from sim_sensors.thermal_sensor import ThermalSensor
+from sim_sensors.devices.exoskeleton import Exoskeleton
+from sim_sensors.devices.tacttip import TactTip, ntc_counts
+from sim_sensors.devices.telemanipulator import Telemanipulator
+from sim_sensors.devices.texture_sensor import TextureSensor
+from sim_sensors.devices.thermal_sensor import ThermalSensor
+from sim_sensors.physics.ssr_converter import counts_of
 from tests.devices.rigs import Rig
 
 USED = ("index", "middle")

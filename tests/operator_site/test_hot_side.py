@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from operator_site.devices.hot_side import COLDEST_C, MEMORY_S, MOVED_K, WARMEST_C, HotSide
-from sim_sensors import finger_plate
-from sim_sensors.finger_plate import FingerPlates
-from sim_sensors.tacttip import ntc_counts
+from sim_sensors.devices.tacttip import ntc_counts
+from sim_sensors.physics import finger_plate
+from sim_sensors.physics.finger_plate import FingerPlates
 
 
 @pytest.mark.parametrize(

@@ -14,8 +14,8 @@ from common.buses.serial_framing import encode_frame
 from common.buses.serial_messages import MOTOR_MAX_MV, MessageId, TactTipCommand
 from common.limits import MOTOR_FLOOR_RPM, MOTOR_MAX_RPM
 from operator_site.vibration.motor_drive import MOTOR, RPM_TO_RAD_S, Motor, MotorDrive, MotorVoltage, motor_mv
-from sim_sensors.motor import VibrationMotors
-from sim_sensors.tacttip import TactTip
+from sim_sensors.devices.tacttip import TactTip
+from sim_sensors.physics.motor import VibrationMotors
 
 TICK_S = 0.002
 ON_THE_WAY = 1

@@ -12,7 +12,7 @@ from common.fingers import FINGERS
 from common.scenes.scene import SCENES, load_scene
 from operator_site.devices.encoder_checks import HandEncoders
 from operator_site.devices.stuck_joint import LIVELY_S, PUSHED_N, STILL_S, STOP_M, StillFingers
-from sim_sensors.hand import ScriptedHand
+from sim_sensors.operator_hand.hand import ScriptedHand
 
 TICK_S = 0.002
 COUNT_M = 5e-6

@@ -9,7 +9,7 @@ from common.exploration.exploration_mode import Exploration
 from common.exploration.hand_motion import HandMotion
 from common.wire.messages import ExplorationMode
 from remote_site.texture.recorded.stroke_playback import EvenStroke, FeltBlock, felt
-from sim_sensors.simulated_stroke import StrokeTrace, simulate_stroke
+from sim_sensors.traces.simulated_stroke import StrokeTrace, simulate_stroke
 from tests.remote_site.shipped_tables import SURFACES
 
 SIX = tuple(surface.name for surface in SURFACES.surfaces)

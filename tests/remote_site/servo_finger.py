@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sim_sensors.fingertip import Fingertip
-from sim_sensors.remote_world import FORCE_NOISE_N
+from sim_sensors.physics.fingertip import Fingertip
+from sim_sensors.physics.remote_world import FORCE_NOISE_N
 
 TICK_S = 0.002
 COUNT_M, SET_COUNT_M, COUNT_N = 5e-6, 2e-5, 0.01

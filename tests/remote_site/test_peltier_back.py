@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from remote_site.thermal.peltier_backside import LEAST_SD_K, LONGEST_S, PeltierBack
-from sim_sensors.thermal_touch import CASE_LEAK_W_K, PELTIER_W_K, STEP_S, SensorSpread, ThermalTouch
+from sim_sensors.physics.thermal_touch import CASE_LEAK_W_K, PELTIER_W_K, STEP_S, SensorSpread, ThermalTouch
 
 AMBIENT_C = 23.0
 SENSORS = 8

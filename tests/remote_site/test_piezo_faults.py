@@ -10,8 +10,8 @@ from remote_site.devices.texture_sensor import VOLTS_PER_COUNT
 from remote_site.texture.sensor_fault import CLIPPED, DISCONNECTED, NOISE_ONLY, SATURATED
 from remote_site.texture.surface_table import SurfaceTable
 from remote_site.texture.texture_identification import TextureIdentification, TextureReading
-from sim_sensors.faulty_parts import Piezo, PiezoFault
-from sim_sensors.simulated_stroke import simulate_stroke
+from sim_sensors.devices.breakable_parts import Piezo, PiezoFault
+from sim_sensors.traces.simulated_stroke import simulate_stroke
 
 TABLES = Path(__file__).parents[2] / "remote_site" / "tables"
 CHUNK = 10

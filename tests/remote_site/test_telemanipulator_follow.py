@@ -14,8 +14,8 @@ from common.scenes.scene import load_scene
 from remote_site.safety.gated_command import GatedCommand
 from remote_site.safety.limit_flags import Limit
 from remote_site.safety.patient_gate import PatientGate
-from sim_sensors.remote_world import RemoteWorld
-from sim_sensors.telemanipulator import Telemanipulator
+from sim_sensors.devices.telemanipulator import Telemanipulator
+from sim_sensors.physics.remote_world import RemoteWorld
 
 DT = 0.002
 INDEX = FINGERS.index("index")

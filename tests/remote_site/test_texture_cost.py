@@ -6,7 +6,7 @@ import numpy as np
 
 from common.wire.messages import ExplorationMode
 from remote_site.texture.texture_identification import BLOCK, TextureIdentification
-from sim_sensors.simulated_stroke import simulate_stroke
+from sim_sensors.traces.simulated_stroke import simulate_stroke
 from tests.remote_site.shipped_tables import SURFACES
 
 MOST = 40.0

@@ -10,7 +10,7 @@ from remote_site.devices.texture_sensor import VOLTS_PER_COUNT
 from remote_site.texture.recorded.stroke_playback import Array
 from remote_site.texture.sensor_fault import CLIPPED, DISCONNECTED, NOISE_ONLY, SATURATED
 from remote_site.texture.tip_path import RATE_HZ
-from sim_sensors.simulated_stroke import simulate_stroke
+from sim_sensors.traces.simulated_stroke import simulate_stroke
 from tests.remote_site.felt_strokes import SIX, drawn, played, stroking
 
 

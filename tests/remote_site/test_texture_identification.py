@@ -9,7 +9,7 @@ from remote_site.texture.groove_period import GroovePeriod
 from remote_site.texture.recorded.stroke_playback import Array, felt
 from remote_site.texture.texture_identification import TextureIdentification, TextureReading
 from remote_site.texture.tip_path import RATE_HZ
-from sim_sensors.simulated_stroke import simulate_stroke
+from sim_sensors.traces.simulated_stroke import simulate_stroke
 from tests.remote_site.felt_strokes import SIX, counted, drawn, even, held_values, modes_of, played, stroking
 from tests.remote_site.shipped_tables import SURFACES
 

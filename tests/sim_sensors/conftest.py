@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import pytest
 
 from common.config import SimOperatorConfig, SimRemoteConfig
-from sim_sensors.select_loop import SelectLoop
-from sim_sensors.sim_operator import OperatorDevices
-from sim_sensors.sim_remote import RemoteDevices
+from sim_sensors.operator_devices import OperatorDevices
+from sim_sensors.ports.select_loop import SelectLoop
+from sim_sensors.remote_devices import RemoteDevices
 from tests.sim_sensors.stepped import START_S, free_port
 
 INDEX_LINE = {"index": "tcp:127.0.0.1:0"}

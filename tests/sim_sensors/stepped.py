@@ -7,11 +7,11 @@ import can
 
 from common.buses.can_frames import FrameSender
 from common.fingers import FINGERS
-from sim_sensors.can_node import CanNode
-from sim_sensors.select_loop import SelectLoop
-from sim_sensors.sim_operator import OperatorDevices
-from sim_sensors.sim_remote import RemoteDevices
-from sim_sensors.simulation_loop import STEP_S
+from sim_sensors.devices.can_node import CanNode
+from sim_sensors.operator_devices import OperatorDevices
+from sim_sensors.ports.select_loop import SelectLoop
+from sim_sensors.ports.simulation_loop import STEP_S
+from sim_sensors.remote_devices import RemoteDevices
 from tests.waiting import wait_until
 
 START_S = 100.0

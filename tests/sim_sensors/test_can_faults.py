@@ -5,10 +5,10 @@ import pytest
 
 from common.buses.can_frames import BadFrame, FrameReceiver, FrameSender
 from common.fingers import FINGERS
-from sim_sensors.faulty_parts import Encoder, ForceSensor, Transmitter
-from sim_sensors.sim_operator import OperatorDevices
-from sim_sensors.sim_remote import RemoteDevices
-from sim_sensors.simulation_loop import STEP_S
+from sim_sensors.devices.breakable_parts import Encoder, ForceSensor, Transmitter
+from sim_sensors.operator_devices import OperatorDevices
+from sim_sensors.ports.simulation_loop import STEP_S
+from sim_sensors.remote_devices import RemoteDevices
 from tests.sim_sensors.stepped import START_S, advance, forces, hear, heights, send_hand
 
 INDEX = FINGERS.index("index")

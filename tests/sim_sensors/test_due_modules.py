@@ -7,9 +7,9 @@ import pytest
 
 from common.buses.serial_framing import encode_frame
 from common.buses.serial_messages import HeaterCommand, MessageId, TactTipCommand
-from sim_sensors.backlog import Backlog
-from sim_sensors.tacttip import TactTip
-from sim_sensors.thermal_sensor import ThermalSensor
+from sim_sensors.devices.tacttip import TactTip
+from sim_sensors.devices.thermal_sensor import ThermalSensor
+from sim_sensors.ports.backlog import Backlog
 
 STEP_S = 0.001
 

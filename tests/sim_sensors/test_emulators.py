@@ -22,12 +22,12 @@ from common.buses.serial_messages import (
 from common.buses.thermometry import ntc_c, ssr_c
 from common.fingers import FINGERS
 from common.limits import PLATE_FAULT_C, SENSOR_PLATE_C
-from sim_sensors.exoskeleton import DRIVEN_S, Exoskeleton
-from sim_sensors.serial_module import SerialModule
-from sim_sensors.tacttip import TactTip, ntc_counts
-from sim_sensors.telemanipulator import Telemanipulator
-from sim_sensors.texture_sensor import TextureSensor
-from sim_sensors.thermal_sensor import ThermalSensor
+from sim_sensors.devices.exoskeleton import DRIVEN_S, Exoskeleton
+from sim_sensors.devices.serial_module import SerialModule
+from sim_sensors.devices.tacttip import TactTip, ntc_counts
+from sim_sensors.devices.telemanipulator import Telemanipulator
+from sim_sensors.devices.texture_sensor import TextureSensor
+from sim_sensors.devices.thermal_sensor import ThermalSensor
 from tests.sim_sensors.stepped import forces, hear, heights
 
 

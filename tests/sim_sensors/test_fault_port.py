@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim_sensors.fault_port import LONGEST_LINE, FaultPort
-from sim_sensors.select_loop import SelectLoop
+from sim_sensors.faults.fault_port import LONGEST_LINE, FaultPort
+from sim_sensors.ports.select_loop import SelectLoop
 from tests.sim_sensors.stepped import until
 from tests.waiting import wait_until
 

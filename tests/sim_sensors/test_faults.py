@@ -14,12 +14,12 @@ from common.buses.thermometry import COUNT_MAX
 from common.config import SimOperatorConfig
 from common.fingers import FINGERS
 from common.limits import MODULE_TIMEOUT_S
-from sim_sensors.faults import Fault, Faults
-from sim_sensors.finger_plate import WATER_C
-from sim_sensors.select_loop import SelectLoop
-from sim_sensors.sim_operator import OperatorDevices
-from sim_sensors.sim_remote import RemoteDevices
-from sim_sensors.simulation_loop import STEP_S
+from sim_sensors.faults.faults import Fault, Faults
+from sim_sensors.operator_devices import OperatorDevices
+from sim_sensors.physics.finger_plate import WATER_C
+from sim_sensors.ports.select_loop import SelectLoop
+from sim_sensors.ports.simulation_loop import STEP_S
+from sim_sensors.remote_devices import RemoteDevices
 from tests.sim_sensors.stepped import START_S, advance, free_port, send_hand
 from tests.waiting import wait_until
 

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.buses.serial_framing import FrameReader, encode_frame
-from sim_sensors.faulty_parts import Babble, Piezo, Place, Servos
+from sim_sensors.devices.breakable_parts import Babble, Piezo, Place, Servos
 
 BAUD = 921_600
 STEP_S = 0.002

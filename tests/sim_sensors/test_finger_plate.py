@@ -3,8 +3,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.special import erfcx
 
-from sim_sensors import finger_plate
-from sim_sensors.finger_plate import PLATE_FINGER_M2K_W, FingerPlates
+from sim_sensors.physics import finger_plate
+from sim_sensors.physics.finger_plate import PLATE_FINGER_M2K_W, FingerPlates
 
 
 def run(plates: FingerPlates, drive: float, seconds: float, dt_s: float = 0.01) -> FingerPlates:

@@ -1,6 +1,6 @@
 import pytest
 
-from sim_sensors.fingertip import HIGH_Z_M, LOW_Z_M, Fingertip, pressing_depth_m
+from sim_sensors.physics.fingertip import HIGH_Z_M, LOW_Z_M, Fingertip, pressing_depth_m
 
 
 def settle(tip, setpoint_m, stiffness, seconds=0.5, surface_z_m=0.0):

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from sim_sensors.fresh_ground import PLAY_M, FreshGround
+from sim_sensors.physics.plate_travel import PLAY_M, FreshGround
 
 DT_S = 0.002
 

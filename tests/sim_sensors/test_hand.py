@@ -5,8 +5,8 @@ import pytest
 
 from common.fingers import FINGERS
 from common.scenes.scene import Scene, load_scene
-from sim_sensors.hand import ScriptedHand
-from sim_sensors.hand_plan import FREE, HOVER_M, QUIESCENT, STROKING, TAPPING
+from sim_sensors.operator_hand.hand import ScriptedHand
+from sim_sensors.operator_hand.hand_plan import FREE, HOVER_M, QUIESCENT, STROKING, TAPPING
 
 DT_S = 0.002
 SCENE = Scene.model_validate(

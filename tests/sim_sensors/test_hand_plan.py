@@ -6,7 +6,7 @@ from pydantic import ValidationError
 
 from common.fingers import FINGERS
 from common.scenes.scene import Scene
-from sim_sensors.hand_plan import HOVER_M, HandPlan, Segment
+from sim_sensors.operator_hand.hand_plan import HOVER_M, HandPlan, Segment
 
 TISSUE = {"name": "tissue", "material": "skin_dermis", "surface": "skin", "x_m": -0.05, "length_m": 0.05}
 SPOT = {"name": "spot", "material": "skin_dermis", "surface": "skin", "x_m": 0.0, "length_m": 0.05}

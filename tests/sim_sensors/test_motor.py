@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from sim_sensors.motor import TIME_CONSTANT_S, VibrationMotors
+from sim_sensors.physics.motor import TIME_CONSTANT_S, VibrationMotors
 
 
 def run(volts: float, seconds: float, motors: VibrationMotors | None = None, dt_s: float = 0.002) -> VibrationMotors:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from sim_sensors.network_file import load_network, network_names
+from sim_sensors.network.file import load_network, network_names
 
 PHASE = "[[phase]]\nfrom_s = 0\ndelay_ms = 10\n"
 

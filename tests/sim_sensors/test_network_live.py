@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from common.wire.streams import Direction
-from sim_sensors.network_fault import WAYS, Way
-from sim_sensors.network_file import load_network
-from sim_sensors.network_live import LiveNetwork
+from sim_sensors.network.fault import WAYS, Way
+from sim_sensors.network.file import load_network
+from sim_sensors.network.live import LiveNetwork
 
 TABLE = """
 [[phase]]

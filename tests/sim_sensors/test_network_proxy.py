@@ -12,8 +12,8 @@ import pytest
 
 from common.config import SimNetworkConfig
 from common.wire.streams import STREAMS
-from sim_sensors.network_proxy import NetworkProxy, run_sim_network
-from sim_sensors.select_loop import SelectLoop
+from sim_sensors.network.proxy import NetworkProxy, run_sim_network
+from sim_sensors.ports.select_loop import SelectLoop
 from tests.sim_sensors.stepped import free_port
 
 HOST = "127.0.0.1"

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim_sensors.network_conditions import SHORTEST_RETRANSMISSION_S, Conditions, PhasedConditions
-from sim_sensors.network_path import QUEUE_BYTES, NetworkPath
-from sim_sensors.network_stream import SEGMENT_BYTES, WINDOW_BYTES, TcpStream
+from sim_sensors.network.conditions import SHORTEST_RETRANSMISSION_S, Conditions, PhasedConditions
+from sim_sensors.network.path import QUEUE_BYTES, NetworkPath
+from sim_sensors.network.stream import SEGMENT_BYTES, WINDOW_BYTES, TcpStream
 
 FAR_S = 1e6
 SOON_S = 1e-9

@@ -4,8 +4,8 @@ import pytest
 from common.fingers import FINGERS
 from common.scenes.materials import material
 from common.scenes.scene import Scene, load_scene
-from sim_sensors.remote_world import RemoteWorld
-from sim_sensors.true_mode import FREE, QUIESCENT, STROKING
+from sim_sensors.physics.remote_world import RemoteWorld
+from sim_sensors.physics.true_mode import FREE, QUIESCENT, STROKING
 
 TICK_S = 0.002
 UP_M = 0.006

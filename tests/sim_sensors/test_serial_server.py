@@ -10,11 +10,11 @@ import serial
 
 from common.buses.serial_framing import FrameReader, encode_frame
 from common.buses.serial_messages import MessageId, TactTipCommand, TactTipState
-from sim_sensors.faulty_parts import Babble
-from sim_sensors.select_loop import SelectLoop
-from sim_sensors.serial_server import SerialServer, serve_serial
+from sim_sensors.devices.breakable_parts import Babble
+from sim_sensors.devices.tacttip import TactTip
+from sim_sensors.ports.select_loop import SelectLoop
+from sim_sensors.ports.serial_server import SerialServer, serve_serial
 from sim_sensors.serving import SocketServing, serve_fingers
-from sim_sensors.tacttip import TactTip
 from tests.sim_sensors.stepped import until
 
 COMMAND = encode_frame(MessageId.TACTTIP_COMMAND, 0, TactTipCommand(1234, -500).encode())

@@ -3,7 +3,7 @@ import csv
 import numpy as np
 import pytest
 
-from sim_sensors.simulate import (
+from sim_sensors.traces.simulate import (
     simulate_stroke,
     simulate_stroke_set,
     simulate_thermal,

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from sim_sensors.simulated_exploration import FORCE_STEP_N, Explored, explore, sense
-from sim_sensors.told_hand import TICK_S, ToldHand
-from sim_sensors.true_mode import FREE, QUIESCENT, STROKING, TAPPING
+from sim_sensors.physics.true_mode import FREE, QUIESCENT, STROKING, TAPPING
+from sim_sensors.traces.commanded_hand import TICK_S, ToldHand
+from sim_sensors.traces.simulated_exploration import FORCE_STEP_N, Explored, explore, sense
 
 STIFFNESS_N_M = 3000.0
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sim_sensors.simulated_touch import simulate_hand, simulate_thermal
+from sim_sensors.traces.simulated_touch import simulate_hand, simulate_thermal
 
 
 def test_fingers_of_a_hand_share_the_object_and_nothing_else() -> None:

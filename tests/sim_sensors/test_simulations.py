@@ -13,12 +13,12 @@ from common.buses.can_frames import FrameSender
 from common.buses.serial_framing import encode_frame
 from common.buses.serial_messages import HeaterCommand, MessageId, TactTipCommand
 from common.config import SimOperatorConfig, SimRemoteConfig
-from sim_sensors.exoskeleton import DRIVEN_S
-from sim_sensors.hand_plan import HOVER_M
-from sim_sensors.select_loop import SelectLoop
-from sim_sensors.sim_operator import OperatorDevices
-from sim_sensors.sim_remote import RemoteDevices
-from sim_sensors.simulation_loop import MOST_STEPS, STEP_S, StepClock, run_world
+from sim_sensors.devices.exoskeleton import DRIVEN_S
+from sim_sensors.operator_devices import OperatorDevices
+from sim_sensors.operator_hand.hand_plan import HOVER_M
+from sim_sensors.ports.select_loop import SelectLoop
+from sim_sensors.ports.simulation_loop import MOST_STEPS, STEP_S, StepClock, run_world
+from sim_sensors.remote_devices import RemoteDevices
 from tests.sim_sensors.stepped import START_S, advance, forces, free_port, hear, send_hand
 
 

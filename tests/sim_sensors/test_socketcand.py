@@ -6,9 +6,9 @@ import can
 import pytest
 
 from common.buses.can_frames import SentFrame
-from sim_sensors.intruder import AHEAD, Intruder
-from sim_sensors.select_loop import SelectLoop
-from sim_sensors.socketcand import QUIET_S, SocketcandBus
+from sim_sensors.ports.intruder import AHEAD, Intruder
+from sim_sensors.ports.select_loop import SelectLoop
+from sim_sensors.ports.socketcand import QUIET_S, SocketcandBus
 from tests.conformance.living import alive
 from tests.sim_sensors.stepped import until
 from tests.waiting import wait_until

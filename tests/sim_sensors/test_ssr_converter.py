@@ -1,6 +1,6 @@
 import numpy as np
 
-from sim_sensors.ssr_converter import celsius_of, counts_of
+from sim_sensors.physics.ssr_converter import celsius_of, counts_of
 
 
 def test_ends_of_the_scale():

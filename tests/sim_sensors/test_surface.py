@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from common.scenes.surfaces import surfaces
-from sim_sensors import surface
-from sim_sensors.surface import GRID_M, ROUGHNESS_M, make_profile, relief_of
+from sim_sensors.physics import surface
+from sim_sensors.physics.surface import GRID_M, ROUGHNESS_M, make_profile, relief_of
 
 
 def profile(name, length_m=0.05, seed=0):

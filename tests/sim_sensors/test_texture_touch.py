@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from common.scenes.surfaces import surface_kind
-from sim_sensors.surface import make_profile, relief_of
-from sim_sensors.texture_touch import (
+from sim_sensors.physics.surface import make_profile, relief_of
+from sim_sensors.physics.texture_touch import (
     NOISE_V,
     RELIEF_PER_M,
     VOLTS_PER_COUNT,

@@ -3,9 +3,9 @@ import pytest
 from scipy.special import wofz
 
 from common.scenes.materials import material
-from sim_sensors import thermal_touch as tt
-from sim_sensors.object_column import object_column
-from sim_sensors.thermal_touch import STAGE_S, STEP_S, SensorSpread, ThermalTouch, force_share
+from sim_sensors.physics import thermal_touch as tt
+from sim_sensors.physics.object_column import object_column
+from sim_sensors.physics.thermal_touch import STAGE_S, STEP_S, SensorSpread, ThermalTouch, force_share
 
 AMBIENT_C = 23.0
 FORCE = np.array([1.2])

@@ -1,7 +1,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim_sensors.true_mode import FREE, QUIESCENT, STROKING, TAPPING, TrueMode
+from sim_sensors.physics.true_mode import FREE, QUIESCENT, STROKING, TAPPING, TrueMode
 
 TICK_S = 0.002
 

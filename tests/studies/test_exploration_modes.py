@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sim_sensors.simulated_exploration import sense
+from sim_sensors.traces.simulated_exploration import sense
 from studies.exploration_modes import METHODS, run, tables
 from studies.exploration_modes_figure import draw_latencies, draw_tap_speeds, draw_time_right
 from studies.exploration_scenes import SCENES, scene

@@ -12,9 +12,9 @@ from common.limits import AGE_DEFAULT_S, AGE_MAX_S, GAP_S
 from common.link.clock_offset import ClockOffset
 from common.link.packet_filter import Acceptance
 from common.wire.messages import MAX_EVENTS, Motion, Touch
-from sim_sensors.network_conditions import Conditions
-from sim_sensors.network_path import NetworkPath
-from sim_sensors.network_stream import SEGMENT_BYTES, TcpStream
+from sim_sensors.network.conditions import Conditions
+from sim_sensors.network.path import NetworkPath
+from sim_sensors.network.stream import SEGMENT_BYTES, TcpStream
 from studies import link, link_age, link_latency, link_load
 from studies.link_bare import numbered, read_number
 from studies.link_faults import FaultsProblem, safe_state_times

@@ -10,8 +10,8 @@ import pytest
 
 from common.scenes.materials import contact_resistance_m2k_w, material
 from common.scenes.surfaces import surface_kind
-from sim_sensors.finger_plate import ROOM_C, FingerPlates
-from sim_sensors.surface import make_profile, relief_of
+from sim_sensors.physics.finger_plate import ROOM_C, FingerPlates
+from sim_sensors.physics.surface import make_profile, relief_of
 from studies.ideal_plate import ideal_plate_touch
 from studies.observer import findings, plot, tables
 from studies.real_touch import real_touch

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sim_sensors.fingertip import Fingertip
+from sim_sensors.physics.fingertip import Fingertip
 from studies.felt_surface import TICK_S, feel, minimum_jerk
 from studies.surface_identification import run, tables
 from studies.surface_identification_figure import draw_breath, draw_errors, draw_jitter, draw_nodule

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from remote_site.thermal.thermal_identification import ThermalIdentification
-from sim_sensors.ssr_converter import NOISE_C
+from sim_sensors.physics.ssr_converter import NOISE_C
 from studies import thermal_identification
 from studies.thermal_answers import Answered, by_fingers, by_product, knowledge_of
 from studies.thermal_bound import bounds, reading_noise_k

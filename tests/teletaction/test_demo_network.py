@@ -6,7 +6,7 @@ import pytest
 
 from common.config import OperatorConfig, RemoteConfig, SimNetworkConfig, load_config
 from common.wire.streams import STREAMS
-from sim_sensors.network_file import load_network
+from sim_sensors.network.file import load_network
 from teletaction.demo_files import NETWORK, PROCESSES, DemoOptions, prepare
 from teletaction.summary import proxy
 from tests.commands import command, one_line

@@ -11,9 +11,9 @@ import pytest
 
 from common.buses.can_port import CanAddress
 from common.buses.serial_port import DeviceAbsent
-from sim_sensors.select_loop import SelectLoop
-from sim_sensors.serial_server import SerialServer, serve_serial
-from sim_sensors.tacttip import TactTip
+from sim_sensors.devices.tacttip import TactTip
+from sim_sensors.ports.select_loop import SelectLoop
+from sim_sensors.ports.serial_server import SerialServer, serve_serial
 from teletaction import doctor
 from teletaction.conformance.examination import CHECKLISTS
 from teletaction.doctor import EXERCISES, examine

@@ -10,8 +10,8 @@ from operator_site.devices.devices import OperatorDevices
 from operator_site.safety.operator_gate import OperatorGate
 from operator_site.safety.sampled_wall import SampledWall
 from operator_site.thermal.plate_controller import PlateLoop
-from sim_sensors import sim_operator
-from sim_sensors.select_loop import SelectLoop
+from sim_sensors import operator_devices
+from sim_sensors.ports.select_loop import SelectLoop
 from teletaction.testbed.memory_wiring import MemoryWiring
 from tests.virtual import configurations
 from tests.virtual.configurations import FINGER
@@ -35,7 +35,7 @@ class Fingertip:
     def __init__(self, profile: PlateRange, seed: int) -> None:
         self.time_s = 0.0
         wiring = MemoryWiring(lambda: self.time_s)
-        self.simulation = sim_operator.OperatorDevices(
+        self.simulation = operator_devices.OperatorDevices(
             configurations.sim_operator(seed), SelectLoop(lambda: self.time_s), wiring
         )
         self.devices = OperatorDevices(

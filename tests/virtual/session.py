@@ -7,7 +7,7 @@ from typing import NamedTuple
 from common.fingers import FINGERS
 from common.limits import AGE_DEFAULT_S
 from common.recording.recorder import Recorder
-from sim_sensors.simulation_loop import STEP_S
+from sim_sensors.ports.simulation_loop import STEP_S
 from teletaction.testbed.memory_feed import MemoryFeed
 from teletaction.testbed.site_clock import SiteClock
 from teletaction.testbed.testbed import COARSE_STEP_S, Extras, SessionConfigs, Testbed

@@ -26,7 +26,7 @@ FAULTS = [
     "remote: disobey",
     "remote: disobey drift",
 ]
-"""In the words of `sim_sensors.faults`."""
+"""In the words of `sim_sensors.faults.faults`."""
 
 
 class Walk:

@@ -15,9 +15,9 @@ from operator_site.safety.limit_flags import Limit
 from operator_site.safety.operator_gate import TEST_DRIVE, OperatorGate
 from operator_site.safety.sampled_wall import SampledWall
 from operator_site.thermal.plate_controller import PlateLoop
-from sim_sensors.faulty_parts import Thermistor
-from sim_sensors.finger_plate import FingerPlates
-from sim_sensors.tacttip import ntc_counts
+from sim_sensors.devices.breakable_parts import Thermistor
+from sim_sensors.devices.tacttip import ntc_counts
+from sim_sensors.physics.finger_plate import FingerPlates
 from tests.virtual.session import COARSE_TICK_S
 
 pytestmark = pytest.mark.long

@@ -16,8 +16,8 @@ from remote_site.safety.heater_limits import TEST_DRIVE
 from remote_site.safety.limit_flags import Limit
 from remote_site.safety.patient_gate import PatientGate
 from remote_site.thermal.heater_control import HeaterControl
-from sim_sensors.faulty_parts import Thermistor
-from sim_sensors.thermal_touch import LAG_S, SensorSpread, ThermalTouch
+from sim_sensors.devices.breakable_parts import Thermistor
+from sim_sensors.physics.thermal_touch import LAG_S, SensorSpread, ThermalTouch
 from tests.virtual.session import COARSE_TICK_S
 
 pytestmark = pytest.mark.long

@@ -14,8 +14,8 @@ from operator_site.devices.devices import OperatorDevices
 from operator_site.site import OperatorSite
 from operator_site.virtual.virtual_environment import VirtualEnvironment
 from operator_site.virtual.virtual_session import VirtualSession
-from sim_sensors import sim_operator
-from sim_sensors.select_loop import SelectLoop
+from sim_sensors import operator_devices
+from sim_sensors.ports.select_loop import SelectLoop
 from teletaction.testbed.memory_wiring import MemoryWiring
 from teletaction.testbed.site_clock import SiteClock
 from tests.virtual import configurations
@@ -33,7 +33,7 @@ class Touching:
         self.wiring = MemoryWiring(lambda: self.time_s)
         self.clock = SiteClock(100.456)
         simulated = configurations.sim_operator(0).model_copy(update={"scene": scene})
-        self.simulated = sim_operator.OperatorDevices(simulated, SelectLoop(lambda: self.time_s), self.wiring)
+        self.simulated = operator_devices.OperatorDevices(simulated, SelectLoop(lambda: self.time_s), self.wiring)
         config = configurations.operator(0.15)
         environment = VirtualEnvironment(load_scene(scene), config.fingers, 0)
         self.client = VirtualSession(environment, scene, config.engage)

@@ -14,8 +14,8 @@ from common.wire.packets import LinkState, N
 from operator_site.devices.ntc import PlateSensor
 from operator_site.gated_rendering import GatedRendering
 from operator_site.rendering_input import RenderingInput
-from sim_sensors.finger_plate import FingerPlates
-from sim_sensors.tacttip import ntc_counts
+from sim_sensors.devices.tacttip import ntc_counts
+from sim_sensors.physics.finger_plate import FingerPlates
 from tests.virtual.session import TICK_S
 
 pytestmark = pytest.mark.long

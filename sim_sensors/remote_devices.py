@@ -1,0 +1,204 @@
+"""Run the remote site's simulated devices in one process: robot hand, its sensors, and the world they touch."""
+
+from collections.abc import Callable
+from contextlib import ExitStack
+
+import numpy as np
+
+from common.config import SimRemoteConfig, to_toml
+from common.fingers import FINGERS
+from common.scenes.scene import load_scene
+from sim_sensors.devices.breakable_parts import Encoder, ForceSensor, Hang, Piezo, Servos, Thermistor, read_all
+from sim_sensors.devices.telemanipulator import Telemanipulator
+from sim_sensors.devices.texture_sensor import TextureSensor
+from sim_sensors.devices.thermal_sensor import ThermalSensor
+from sim_sensors.faults.can_faults import (
+    encoder_faults,
+    force_faults,
+    intruder_faults,
+    telemanipulator_faults,
+    transmitter_faults,
+)
+from sim_sensors.faults.fault_port import FaultPort
+from sim_sensors.faults.faults import Faults, device_faults, piezo_faults, servo_faults
+from sim_sensors.physics.remote_world import RemoteWorld
+from sim_sensors.ports.announce import announce
+from sim_sensors.ports.intruder import Intruder
+from sim_sensors.ports.select_loop import SelectLoop
+from sim_sensors.ports.simulation_loop import STEP_S, run_world
+from sim_sensors.serving import Bus, Serving, SocketServing, serve_fingers
+from sim_sensors.truth_log import LOG_EVERY, REMOTE_STREAMS, TruthLog
+
+_MEASURE_S = 0.010
+"""Time between two readings of the thermometers, s."""
+_INTRUDED_HAND = {"x": 0.0, "y": 0.0}
+"""Hand position that a second sender on the bus commands, mm."""
+_INTRUDED_HEIGHTS = {"released": 0.0, **dict.fromkeys(FINGERS, 6.0)}
+"""Heights that a second sender on the bus commands, mm, without a release."""
+
+
+class RemoteDevices:
+    """Devices and world of the remote side.
+
+    Attributes:
+        step_s: time that a step advances, s; at most 10 ms.
+    """
+
+    def __init__(self, config: SimRemoteConfig, sockets: SelectLoop, serving: Serving | None = None) -> None:
+        """Open everything.
+
+        Args:
+            config: the devices and their addresses.
+            sockets: event loop of the fault port, and by default of the devices.
+            serving: server of the devices.
+
+        Raises:
+            ValueError: unknown scene, an address that is taken or malformed, a recording that cannot be written.
+        """
+        self.world = RemoteWorld(load_scene(config.scene), config.seed, config.fingers)
+        self.robot = Telemanipulator()
+        self.step_s = STEP_S
+        serving = SocketServing(sockets) if serving is None else serving
+        start_s = serving.now()
+        self._indices = {finger: FINGERS.index(finger) for finger in config.fingers}
+        self.texture = {finger: TextureSensor(index, start_s) for finger, index in self._indices.items()}
+        self.piezos = {finger: Piezo() for finger in config.fingers}
+        self.thermal = {finger: ThermalSensor(index, start_s) for finger, index in self._indices.items()}
+        self.thermistors = {finger: Thermistor() for finger in config.fingers}
+        self.encoders = {finger: Encoder() for finger in config.fingers}
+        self.force_sensors = {finger: ForceSensor() for finger in config.fingers}
+        self.servos = Servos()
+        self._intruder = Intruder({"HandSetpoint": _INTRUDED_HAND, "HeightSetpoint": _INTRUDED_HEIGHTS})
+        self.hang = Hang()
+        self._permille: list[int] = []
+        self._drive = np.zeros(len(FINGERS))
+        self._encoder_row = [(self._indices[finger], part) for finger, part in self.encoders.items()]
+        self._force_row = [(self._indices[finger], part) for finger, part in self.force_sensors.items()]
+        self._steps = 0
+        self._measure_robot()
+        self._measure_plates()
+        with ExitStack() as opened:
+            self.texture_servers = serve_fingers(self.texture, serving, config.texture, "texture")
+            for server in self.texture_servers.values():
+                opened.callback(server.close)
+            self.thermal_servers = serve_fingers(self.thermal, serving, config.thermal_sensors, "thermal_sensors")
+            for server in self.thermal_servers.values():
+                opened.callback(server.close)
+            self.bus: Bus = serving.bus(config.can_host, config.can_port, [self.robot])
+            opened.callback(self.bus.close)
+            self.bus.intruder = self._intruder
+            self.faults = self._faults()
+            if config.fault_port is not None:
+                port = FaultPort(sockets, "127.0.0.1", config.fault_port, self.faults.apply)
+                opened.callback(port.close)
+            self._log = TruthLog(config.record, REMOTE_STREAMS, {"configuration": to_toml(config)})
+            opened.callback(self._log.close)
+            self._opened = opened.pop_all()
+        self._servers = [*self.texture_servers.values(), *self.thermal_servers.values()]
+
+    def step(self, now_s: float) -> None:
+        """Advance the world by one step to `now_s`, and send the reports that are due."""
+        self.hang.pause()
+        self._steps += 1
+        permille = [module.drive_permille for module in self.thermal.values()]
+        if permille != self._permille:
+            self._permille = permille
+            for module in self.thermal.values():
+                self._drive[module.identity.finger] = module.drive
+        world = self.world
+        world.step(self.step_s, *self.servos.setpoint_m(now_s, self.robot.setpoint_m(now_s)), self._drive)
+        self._measure_robot()
+        self.bus.pump(now_s)
+        counts = world.take_texture_counts()
+        if counts.size:
+            for finger, sensor in self.texture.items():
+                sensor.add_samples(self.piezos[finger].read(counts[sensor.identity.finger]))
+        if self._steps % round(_MEASURE_S / self.step_s) == 0:
+            self._measure_plates()
+        for server in self._servers:
+            server.pump(now_s)
+        self._write_truth(now_s)
+
+    def figures(self) -> dict[str, object]:
+        """Return the content of the status file: CAN clients, refused commands, and faults in force."""
+        return {
+            "can_clients": self.bus.clients,
+            "frames_refused": self.robot.refused,
+            "commands_refused": {finger: module.refused for finger, module in self.thermal.items()},
+            "frames_damaged": {finger: module.reader.damaged for finger, module in self.thermal.items()},
+            "faults": self.faults.in_force,
+        }
+
+    def close(self) -> None:
+        """Release all addresses and finish the recording."""
+        self._opened.close()
+
+    def _faults(self) -> Faults:
+        texture = {f"{finger} texture": server for finger, server in self.texture_servers.items()}
+        thermal = {f"{finger} thermal": server for finger, server in self.thermal_servers.items()}
+        kinds = device_faults({**texture, **thermal}, self.bus, self.thermal, self.thermistors, self.hang)
+        sensors = {**encoder_faults(self.encoders), **force_faults(self.force_sensors), **piezo_faults(self.piezos)}
+        robot = {**transmitter_faults(self.robot), **telemanipulator_faults(self.robot), **servo_faults(self.servos)}
+        return Faults({**kinds, **robot, **intruder_faults(self._intruder), **sensors})
+
+    def _measure_robot(self) -> None:
+        world = self.world
+        z_m, force_n = world.heights_m.copy(), world.read_n.copy()
+        read_all(self._encoder_row, z_m)
+        read_all(self._force_row, force_n)
+        self.robot.measure(world.x_m, world.y_m, z_m, force_n)
+
+    def _measure_plates(self) -> None:
+        plates, ambient = self.world.ssr_counts().tolist(), self.world.ambient_counts().tolist()
+        for finger, module in self.thermal.items():
+            index = module.identity.finger
+            module.measure(self.thermistors[finger].read(plates[index]), ambient[index])
+
+    def _write_truth(self, now_s: float) -> None:
+        world = self.world
+        for event in world.take_events():
+            self._log.write(
+                "truth_event",
+                now_s + event.time_s - world.time_s,
+                {
+                    "finger": event.finger,
+                    "kind": event.kind,
+                    "object": event.object_name,
+                    "object_c": event.object_c,
+                    "material": event.material,
+                    "approach_m_s": event.approach_m_s,
+                    "mode": event.mode,
+                },
+            )
+        if self._steps % LOG_EVERY or not self._log.open:
+            return
+        self._log.write(
+            "truth_contact",
+            now_s,
+            {
+                "mode": world.mode.tolist(),
+                "object": world.object_index.tolist(),
+                "force_n": world.forces_n,
+                "plate_c": world.plate_c.tolist(),
+                "heater": self._drive.tolist(),
+                "z_m": world.heights_m,
+                "x_m": world.x_m,
+                "y_m": world.y_m,
+            },
+        )
+
+
+def run_sim_remote(config: SimRemoteConfig, stop: Callable[[], bool]) -> None:
+    """Serve the remote site's simulated devices until `stop()`.
+
+    Raises:
+        ValueError: the scene, an address or the recording of the configuration is unusable.
+    """
+    sockets = SelectLoop()
+    devices = RemoteDevices(config, sockets)
+    try:
+        announce({f"texture {finger}": server.address for finger, server in devices.texture_servers.items()})
+        announce({f"thermal_sensors {finger}": server.address for finger, server in devices.thermal_servers.items()})
+        run_world(devices, sockets, stop, "sim-remote", config.status)
+    finally:
+        devices.close()
