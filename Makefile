@@ -169,7 +169,7 @@ results: $(READY)
 .PHONY: picture
 picture: $(READY) $(OUT)/session.mcap
 	$(BIN)/python -c 'from pathlib import Path; \
-		from teletaction.report import write_figure; from teletaction.session_data import SessionData; \
+		from teletaction.report.report import write_figure; from teletaction.recordings.session_data import SessionData; \
 		write_figure(SessionData.read(Path("$(OUT)/session.mcap")), Path("docs/session.png"))'
 
 .PHONY: console-picture

@@ -33,9 +33,9 @@ from studies.fault_session import read_figures
 from studies.running import Tell, Unavailable
 from studies.soak_growth import lives
 from studies.soak_watch import Sample, sample
-from teletaction.demo_files import CONSOLE, DemoOptions, prepare
-from teletaction.processes import SessionProcesses, die_with_parent
-from teletaction.recorded_session import RecordedSession
+from teletaction.recordings.recorded_session import RecordedSession
+from teletaction.session.demo_files import CONSOLE, DemoOptions, prepare
+from teletaction.session.processes import SessionProcesses, die_with_parent
 
 __all__ = ["plot", "run", "tables"]
 MEASURES_THIS_MACHINE = "how late loops are on this machine"

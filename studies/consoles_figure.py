@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, STYLE, plain_ticks
+from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, STYLE, plain_ticks
 
 _COLOURS = (BLACK, GREY, ORANGE, BLUE, BLACK, GREY, BLUE)
 _DASHES = (*4 * ("-",), *3 * ((0, (4, 1)),))

@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from common.link.perception_thresholds import FORCE_WEBER, HEIGHT_M
-from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, RED, STYLE, absent, plain_ticks
+from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, RED, STYLE, absent, plain_ticks
 
 Data = Mapping[str, Any]
 _RECKONINGS = {"hold": (RED, "o"), "linear": (BLUE, "s")}

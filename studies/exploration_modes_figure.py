@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from studies.mode_judge import JUDGED, MACHINE, PLAIN
-from teletaction.figure_style import BLUE, GREY, PALE, RED, STYLE, plain_ticks
+from teletaction.plotting.figure_style import BLUE, GREY, PALE, RED, STYLE, plain_ticks
 
 _COLOURS = {MACHINE: BLUE, PLAIN: RED}
 _SWITCHES = ("contact", "end of the tap", "stroke begins", "stroke ends", "release")

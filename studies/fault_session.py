@@ -20,8 +20,8 @@ from common.link.keys import load_keys
 from common.link.local_control import ask_desk
 from studies.faulted_session import FaultedSession, NotWorking
 from studies.stroking_scene import write_stroking_scene
-from teletaction.demo_files import HOST, NETWORK, DemoOptions, prepare
-from teletaction.processes import SessionProcesses, family
+from teletaction.session.demo_files import HOST, NETWORK, DemoOptions, prepare
+from teletaction.session.processes import SessionProcesses, family
 
 _STROKES = 20
 """Number of strokes to and fro. The middle finger strokes; the index finger stays beside the object, so that its

@@ -27,7 +27,7 @@ from studies.fault_table import (
 )
 from studies.faulted_session import FaultedSession, NotWorking
 from studies.virtual_fault_session import VirtualFaultSession
-from teletaction.conclude import recordings_of
+from teletaction.session.conclude import recordings_of
 
 GROUPS: dict[str, tuple[Fault, ...]] = {
     "network": NETWORK_FAULTS,

@@ -23,7 +23,7 @@ from remote_site.devices.hand_path import FollowedHand, HandPlace
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, rows_of
 from studies.running import Tell
-from teletaction.figure_style import BLUE, RED, STYLE
+from teletaction.plotting.figure_style import BLUE, RED, STYLE
 
 Floats = NDArray[np.float64]
 

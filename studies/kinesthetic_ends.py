@@ -24,7 +24,7 @@ from common.buses.can_frames import database
 from common.buses.can_port import CanAddress
 from common.config import SimOperatorConfig, to_toml
 from sim_sensors.devices.exoskeleton import Exoskeleton
-from teletaction.demo_files import HOST, free_port_block
+from teletaction.session.demo_files import HOST, free_port_block
 
 FORCES = int(database().get_message_by_name("FingerForces").frame_id)
 FRAME_S = 0.002

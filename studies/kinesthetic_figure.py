@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, STYLE, plain_ticks
+from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, STYLE, plain_ticks
 
 _COLOURS = {"bare loop": BLACK, "virtual": BLUE, "socketcand": RED}
 _PARTS = {"contacts": GREEN, "limits": ORANGE, "decode": BLUE, "encode": PURPLE, "bus": GREY}

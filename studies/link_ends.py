@@ -13,8 +13,8 @@ from typing import Any
 from common.link.keys import Role, TrustedKeys, create_keys
 from common.runtime.scheduling import become_timely
 from common.wire.streams import STREAMS
-from teletaction.demo_files import HOST, free_port_block
-from teletaction.processes import die_with_parent
+from teletaction.session.demo_files import HOST, free_port_block
+from teletaction.session.processes import die_with_parent
 
 ANSWER_S = 60.0
 """Silence after which an end is given up, s, beyond the time of its work."""

@@ -18,7 +18,20 @@ from studies.link_latency import BUSY_CURVE, CURVE, LINK, TCP, WITH_ENCODING
 from studies.link_load import CURVE as CURVE_LOAD
 from studies.link_load import LINK as LINK_LOAD
 from studies.link_load import LOOP
-from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PLUM, RED, SKY, STYLE, absent, plain_ticks
+from teletaction.plotting.figure_style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PALE,
+    PLUM,
+    RED,
+    SKY,
+    STYLE,
+    absent,
+    plain_ticks,
+)
 
 _WAY_STYLE = {
     LINK: (BLUE, "-"),

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from teletaction.figure_style import BLUE, GREY, STYLE, absent, plain_ticks
+from teletaction.plotting.figure_style import BLUE, GREY, STYLE, absent, plain_ticks
 
 _COLUMNS = 3
 _MARKS = "osD^vPX<>*"

@@ -13,7 +13,18 @@ from matplotlib.lines import Line2D
 
 from common.limits import MOTOR_FLOOR_RPM
 from common.wire.messages import ExplorationMode
-from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, MODE_COLOURS, ORANGE, PLUM, RED, STYLE, plain_ticks
+from teletaction.plotting.figure_style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    MODE_COLOURS,
+    ORANGE,
+    PLUM,
+    RED,
+    STYLE,
+    plain_ticks,
+)
 
 Rows = Sequence[Mapping[str, Any]]
 

@@ -19,7 +19,7 @@ from common.runtime.reference_step import reference_step_s
 from studies.compared import Compared
 from studies.rates_figure import plot
 from studies.running import Tell
-from teletaction.session_rates import Rates
+from teletaction.session.session_rates import Rates
 
 __all__ = ["plot", "run", "tables"]
 MEASURES_THIS_MACHINE = "how fast a live session is on it, by its tick rates"

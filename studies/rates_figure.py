@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from teletaction.figure_style import BLUE, GREEN, ORANGE, RED, STYLE
+from teletaction.plotting.figure_style import BLUE, GREEN, ORANGE, RED, STYLE
 
 _PROCESSES = {"remote": BLUE, "operator": ORANGE, "sim-remote": GREEN, "sim-operator": RED}
 

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from teletaction.figure_style import BLUE, GREEN, GREY, ORANGE, STYLE, label_once
+from teletaction.plotting.figure_style import BLUE, GREEN, GREY, ORANGE, STYLE, label_once
 
 _SIGNALS = {"best": (BLUE, "o", "taxel that shows it best"), "mean": (ORANGE, "s", "mean of the taxels")}
 _SPLITS = {

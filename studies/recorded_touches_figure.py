@@ -8,7 +8,7 @@ import matplotlib as mpl
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from teletaction.figure_style import BLUE, ORANGE, STYLE
+from teletaction.plotting.figure_style import BLUE, ORANGE, STYLE
 
 _COLOURS = {"linear": ORANGE, "estimator": BLUE}
 _DASHES = {"counted": "-", "even": ":"}

@@ -22,8 +22,8 @@ from studies.running import Tell
 from studies.sessions_figure import plot
 from studies.sessions_look import Look, look
 from studies.sessions_recorded import TICKS, Recorded
-from teletaction.demo_files import PROCESSES, DemoOptions, prepare
-from teletaction.processes import SessionProcesses
+from teletaction.session.demo_files import PROCESSES, DemoOptions, prepare
+from teletaction.session.processes import SessionProcesses
 
 __all__ = ["plot", "run", "tables"]
 MEASURES_THIS_MACHINE = "how many sessions it carries"

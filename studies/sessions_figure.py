@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 from common.limits import GAP_S
 from common.runtime.rate_monitor import HELD
-from teletaction.demo_files import PROCESSES
-from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PURPLE, RED, STYLE, plain_ticks
+from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PURPLE, RED, STYLE, plain_ticks
+from teletaction.session.demo_files import PROCESSES
 
 Rows = Sequence[Mapping[str, Any]]
 _COLOURS = dict(zip(PROCESSES, (GREEN, PURPLE, BLUE, ORANGE), strict=True))

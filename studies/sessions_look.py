@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from studies.fault_session import read_figures
-from teletaction.processes import SessionProcesses, family
+from teletaction.session.processes import SessionProcesses, family
 
 _HZ = os.sysconf("SC_CLK_TCK")
 

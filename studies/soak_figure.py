@@ -8,8 +8,8 @@ import matplotlib as mpl
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from teletaction.demo_files import NETWORK, PROCESSES
-from teletaction.figure_style import BLACK, BLUE, GREEN, ORANGE, PALE, PURPLE, RED, STYLE
+from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, ORANGE, PALE, PURPLE, RED, STYLE
+from teletaction.session.demo_files import NETWORK, PROCESSES
 
 _COLOURS = dict(zip((*PROCESSES, NETWORK), (ORANGE, PURPLE, BLUE, GREEN, BLACK), strict=True))
 _DASHES = dict(zip((*PROCESSES, NETWORK), ("-", "--", "-", "--", "-."), strict=True))

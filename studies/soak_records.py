@@ -10,8 +10,8 @@ from mcap.records import Channel, Message
 from common.link.session_state import Happening
 from common.recording.truncated_mcap import CutRecording
 from studies.soak_judge import LIMITS, Extreme
-from teletaction.conclude import recordings_of
-from teletaction.demo_files import PROCESSES
+from teletaction.session.conclude import recordings_of
+from teletaction.session.demo_files import PROCESSES
 
 LOST_AT_MOST_S = 0.5
 """Largest allowed loss at the end of a killed process's recording, s."""

@@ -12,7 +12,7 @@ from studies.faults import begin_and_end, recover
 from studies.soak_judge import WORKS_AGAIN_S, Episode
 from studies.soak_plan import Turn, turns
 from studies.soak_watch import watching
-from teletaction.demo_files import PROCESSES
+from teletaction.session.demo_files import PROCESSES
 
 OVERLAP_S = 0.5
 """Delay of the second fault of a pair after the first, s."""

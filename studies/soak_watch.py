@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from teletaction.demo_files import NETWORK, PROCESSES
-from teletaction.processes import die_with_parent, family
+from teletaction.session.demo_files import NETWORK, PROCESSES
+from teletaction.session.processes import die_with_parent, family
 
 EVERY_S = 1.0
 WATCHED = (*PROCESSES, NETWORK)

@@ -13,7 +13,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
 from studies.stability_cases import DEVICE_NS_M
-from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, RED, STYLE, plain_ticks
+from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, RED, STYLE, plain_ticks
 
 WAYS = {
     "direct position-force": (RED, "o"),

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from teletaction.figure_style import BLUE, GREY, ORANGE, RED, STYLE, plain_ticks
+from teletaction.plotting.figure_style import BLUE, GREY, ORANGE, RED, STYLE, plain_ticks
 
 _COLOURS = {"12 bits": BLUE, "CAN frames": ORANGE}
 _JND = 0.23

@@ -22,7 +22,7 @@ from studies.compared import Compared
 from studies.pieces import HERE, Work
 from studies.running import Tell
 from studies.tactile_map_figure import plot
-from teletaction.found_targets import Found, find_highest, judged
+from teletaction.report.found_targets import Found, find_highest, judged
 from teletaction.testbed.remote_fingers import RemoteFingers
 from teletaction.testbed.rendered_fingers import TICK_S
 

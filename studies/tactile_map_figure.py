@@ -12,8 +12,8 @@ from matplotlib.patches import Rectangle
 
 from operator_site.console.map.map_layer import CELL_M
 from operator_site.console.map.map_tiles import MapPicture
-from teletaction.figure_style import BLACK, BLUE, GREY, STYLE
-from teletaction.map_figure import draw_cells, draw_scale
+from teletaction.plotting.figure_style import BLACK, BLUE, GREY, STYLE
+from teletaction.report.map_figure import draw_cells, draw_scale
 
 _UNIT = {"temperature": "°C", "roughness": "V", "stiffness": "N/m"}
 _GOAL = {"temperature": ("temperature_k", "K"), "stiffness": ("stiffness_share", "%")}

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from teletaction.figure_style import (
+from teletaction.plotting.figure_style import (
     BLACK,
     BLUE,
     GREEN,

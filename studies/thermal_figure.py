@@ -11,7 +11,19 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from studies.thermal_map_figure import draw_changes, draw_differences, draw_spread, draw_untrained, map_keys
-from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PLUM, PURPLE, RED, SKY, STYLE, plain_ticks
+from teletaction.plotting.figure_style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PLUM,
+    PURPLE,
+    RED,
+    SKY,
+    STYLE,
+    plain_ticks,
+)
 
 Rows = Sequence[Mapping[str, Any]]
 

@@ -9,7 +9,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
 
 from common.wire.messages import ThermalStatus
-from teletaction.figure_style import BLACK, GREEN, GREY, ORANGE, PALE, RED, STATUS_COLOURS
+from teletaction.plotting.figure_style import BLACK, GREEN, GREY, ORANGE, PALE, RED, STATUS_COLOURS
 
 Rows = Sequence[Mapping[str, Any]]
 

@@ -26,7 +26,7 @@ from studies.plate_strategies import rate_rows, strategy_rows, told_apart_rows
 from studies.reference_finger import felt_course
 from studies.running import Tell
 from studies.thermal_rendering_figure import plot
-from teletaction.step_cost import quickest_s
+from teletaction.session.step_cost import quickest_s
 
 __all__ = ["plot", "run", "tables"]
 

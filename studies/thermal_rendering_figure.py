@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from common.limits import PLATE_COOLING_K_S
-from teletaction.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PLUM, RED, SKY, STYLE, plain_ticks
+from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PLUM, RED, SKY, STYLE, plain_ticks
 
 _COLOURS = (RED, ORANGE, GREEN, PLUM, BLUE, SKY, GREY)
 _MARKS = ("o", "s", "^", "D", "v", "P", "X")

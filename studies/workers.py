@@ -10,7 +10,7 @@ from typing import Any
 
 from common.runtime.parallel_map import processors
 from studies.pieces import OtherCode, Workers, code_version, do, here
-from teletaction.processes import die_with_parent
+from teletaction.session.processes import die_with_parent
 
 CONNECT_S = 10.0
 _DEATHS = 3

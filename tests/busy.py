@@ -5,7 +5,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from teletaction.processes import die_with_parent
+from teletaction.session.processes import die_with_parent
 
 
 @contextmanager

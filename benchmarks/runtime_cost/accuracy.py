@@ -23,7 +23,7 @@ from studies.binomial_interval import clopper_pearson
 from studies.pieces import one_thread
 from studies.thermal_answers import READING_S, by_product
 from studies.thermal_situations import FOUR, STAGGERED_K, TWELVE, Hand, Situation, touched
-from teletaction.demo_files import TABLES
+from teletaction.session.demo_files import TABLES
 
 OBJECT_S, END_S = 2.0, 3.0
 """Times after contact at which the object's temperature and the material's name are judged, s."""

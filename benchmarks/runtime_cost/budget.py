@@ -12,7 +12,7 @@ from typing import Any
 
 from benchmarks.runtime_cost.measure import measure
 from common.fingers import FINGERS
-from teletaction.demo_files import PROCESSES
+from teletaction.session.demo_files import PROCESSES
 
 BUDGET = Path(__file__).with_name("budget.toml")
 ALLOWANCE = 1.0 / 3.0

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from benchmarks.runtime_cost.accuracy import END_S, LATE, PRODUCT
 from benchmarks.runtime_cost.measure import DOING, TICK
-from teletaction.figure_style import BLUE, GREEN, GREY, ORANGE, PALE, PURPLE, RED, STYLE, plain_ticks
+from teletaction.plotting.figure_style import BLUE, GREEN, GREY, ORANGE, PALE, PURPLE, RED, STYLE, plain_ticks
 
 Rows = Sequence[Mapping[str, Any]]
 SITES = ("remote", "operator")

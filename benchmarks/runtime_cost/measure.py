@@ -14,7 +14,7 @@ from benchmarks.runtime_cost.stages import StageClock
 from common.runtime.reference_step import reference_step
 from sim_sensors.operator_devices import OperatorDevices
 from sim_sensors.remote_devices import RemoteDevices
-from teletaction.demo_files import DemoOptions, prepare
+from teletaction.session.demo_files import DemoOptions, prepare
 from teletaction.testbed.devices import SimulatedDevices
 from teletaction.testbed.lockstep import STEP_S, LockStep, sites
 

@@ -22,7 +22,7 @@ def calibrate_thermal_command(
 ) -> None:
     """Material look-up table from labelled touches."""
     from remote_site.thermal.calibration.thermal_calibration import calibrate_thermal
-    from teletaction.calibration_report import calibration_text, write_calibration_report
+    from teletaction.report.calibration_report import calibration_text, write_calibration_report
 
     with progress_line("calibrate") as progress:
         fit = calibrate_thermal(
@@ -50,8 +50,8 @@ def calibrate_texture_command(
     """Surface look-up table from labelled strokes."""
     from remote_site.texture.calibration.spectrum_calibration import calibrate_spectra, of_slow_strokes, read_labelled
     from remote_site.texture.calibration.texture_calibration import calibrate_texture
-    from teletaction.spectrum_report import spectrum_text, write_spectrum_report
-    from teletaction.texture_report import texture_text, write_texture_report
+    from teletaction.report.spectrum_report import spectrum_text, write_spectrum_report
+    from teletaction.report.texture_report import texture_text, write_texture_report
 
     if not of_slow_strokes(strokes, signal):
         made = calibrate_texture(strokes, out, sensor_serial=serial, made_on=f"{date.today()}")

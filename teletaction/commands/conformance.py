@@ -55,7 +55,7 @@ def conformance(
     from teletaction.conformance.checklist import How, Verdict
     from teletaction.conformance.examination import opened
     from teletaction.conformance.node_talk import NodeName
-    from teletaction.interrupt import ended_as_by_hand
+    from teletaction.session.interrupt import ended_as_by_hand
 
     quiet_libraries()
     if finger is not None and finger not in FINGERS:

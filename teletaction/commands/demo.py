@@ -29,9 +29,9 @@ def demo(
     out: Annotated[Path | None, typer.Option(help="Output folder; by default a new one.")] = None,
 ) -> None:
     """A whole telediagnosis session on this machine with simulated devices over the real transports."""
-    from teletaction.demo import run_demo
-    from teletaction.demo_files import DemoOptions
-    from teletaction.session_rates import Rates, fitting_here
+    from teletaction.session.demo import run_demo
+    from teletaction.session.demo_files import DemoOptions
+    from teletaction.session.session_rates import Rates, fitting_here
 
     options = DemoOptions(
         seconds=seconds if seconds is not None or not headless else 60.0,

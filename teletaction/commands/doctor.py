@@ -32,8 +32,8 @@ def doctor(
 ) -> None:
     """Find and name each device of a site's configuration; check keys and clocks; say what to do."""
     from common.logs import quiet_libraries
-    from teletaction.doctor import examine
-    from teletaction.interrupt import ended_as_by_hand
+    from teletaction.doctor.doctor import examine
+    from teletaction.session.interrupt import ended_as_by_hand
 
     quiet_libraries()
     if config is None:
@@ -54,7 +54,7 @@ def doctor(
 
 
 def _list(ports: Path) -> None:
-    from teletaction.find_devices import find_modules, find_nodes
+    from teletaction.conformance.find_devices import find_modules, find_nodes
 
     found = [*find_modules(ports), *find_nodes()]
     for one in found:

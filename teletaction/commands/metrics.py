@@ -21,8 +21,8 @@ def metrics_command(
     from common.process import StopSignal
 
     try:
-        from teletaction.metrics import StatusCollector
-        from teletaction.metrics_server import MetricsServer, read_token
+        from teletaction.metrics.metrics import StatusCollector
+        from teletaction.metrics.metrics_server import MetricsServer, read_token
     except ModuleNotFoundError as missing:
         raise ValueError(f"metrics need {missing.name}: install `teletaction[metrics]`") from None
 

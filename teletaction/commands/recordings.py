@@ -21,8 +21,8 @@ def summarise_command(
     fingers: Annotated[int, typer.Option(min=1, max=5, help="How many fingers, 1 to 5.")] = 5,
 ) -> None:
     """Recording, summary and report of a session whose processes were started one by one."""
-    from teletaction.conclude import conclude
-    from teletaction.demo_files import DemoOptions
+    from teletaction.session.conclude import conclude
+    from teletaction.session.demo_files import DemoOptions
 
     conclude(recordings, out, DemoOptions(scene=scene, seed=seed, fingers=fingers))
     typer.echo(f"summary {out / 'summary.json'}, report {out / 'report.html'}", err=True)
@@ -34,7 +34,7 @@ def report_command(
     out: Annotated[Path, typer.Option(help="HTML file to write.")],
 ) -> None:
     """Write a session's report: map, findings, figures, link, audit trail; with summary.json beside it, that too."""
-    from teletaction.session_report import report
+    from teletaction.report.session_report import report
 
     report(recordings, out)
     typer.echo(f"report {out}", err=True)
@@ -46,7 +46,7 @@ def recover_command(
     out: Annotated[Path | None, typer.Option(help="File to write; by default NAME-recovered.mcap beside it.")] = None,
 ) -> None:
     """Make a whole recording out of a cut or damaged one; the original stays as it is."""
-    from teletaction.recover import recover
+    from teletaction.recordings.recover import recover
 
     recovered = recover(recording, out)
     if recovered is None:
@@ -72,7 +72,7 @@ def replay_command(
     processes: Processes = 0,
 ) -> None:
     """Run identification and rendering again on recordings, and compare with what was computed then."""
-    from teletaction.replay_each import replay_each
+    from teletaction.replay.replay_each import replay_each
 
     with progress_line("replay") as progress:
         results = list(replay_each(recordings, out, processes or processors(), progress))
@@ -84,7 +84,7 @@ def replay_command(
 
 def _compared(result: dict[str, Any]) -> Iterator[str]:
     """What a replay found, in words."""
-    from teletaction.replay_named import in_words
+    from teletaction.replay.replay_named import in_words
 
     for site, what in (("remote", "touch_packets"), ("operator", "rendered_rows")):
         for name, part in result[site].items():

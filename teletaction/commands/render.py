@@ -42,8 +42,8 @@ def render_vibration_command(
     """Motor speed that a recorded stroke makes the operator feel."""
     from operator_site.offline_rendering import VIBRATION_COLUMNS
     from remote_site.texture.surface_table import SurfaceTable
-    from teletaction.demo_files import SURFACES
-    from teletaction.render_vibration import render_stroke
+    from teletaction.replay.render_vibration import render_stroke
+    from teletaction.session.demo_files import SURFACES
 
     _print_csv(VIBRATION_COLUMNS, render_stroke(stroke, SurfaceTable.load(table or SURFACES)))
 

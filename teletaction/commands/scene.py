@@ -21,7 +21,7 @@ def check_command(
 ) -> None:
     """The skin model chosen for each object, its predicted error and its cost, as CSV."""
     from common.scenes.scene import load_scene
-    from teletaction.scene_check import COLUMNS, check_scene
+    from teletaction.doctor.scene_check import COLUMNS, check_scene
 
     rows = csv.writer(sys.stdout, lineterminator="\n")
     checked = check_scene(load_scene(name), dwell)

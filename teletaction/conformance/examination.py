@@ -16,13 +16,13 @@ from teletaction.conformance.drives import Drives
 from teletaction.conformance.every_module import MODULE
 from teletaction.conformance.every_node import NODE
 from teletaction.conformance.exoskeleton_node import EXOSKELETON
+from teletaction.conformance.find_devices import require_interface
 from teletaction.conformance.module_talk import ModuleTalk, PortEnd
 from teletaction.conformance.motor import TACTTIP
 from teletaction.conformance.node_on_trial import ExoskeletonOnTrial, TelemanipulatorOnTrial
 from teletaction.conformance.node_talk import KINDS, BusEnd, NodeName, NodeTalk, name_of
 from teletaction.conformance.telemanipulator_node import TELEMANIPULATOR
 from teletaction.conformance.texture_module import TEXTURE
-from teletaction.find_devices import require_interface
 
 CHECKLISTS: tuple[Checklist[Any], ...] = (
     MODULE,

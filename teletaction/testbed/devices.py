@@ -20,7 +20,7 @@ class SimulatedDevices:
         """Open everything.
 
         Args:
-            configs: configuration files by the names of `teletaction.demo_files.prepare`.
+            configs: configuration files by the names of `teletaction.session.demo_files.prepare`.
             now: virtual time, s.
 
         Raises:

@@ -110,7 +110,7 @@ def sites(
 
     Args:
         lockstep: lock step that ticks the sites and provides their clock.
-        configs: configuration files by the names of `teletaction.demo_files.prepare`.
+        configs: configuration files by the names of `teletaction.session.demo_files.prepare`.
         containment: makes each site's containment, which names the stages of its tick.
     """
     remote, operator = load_config(configs["remote"], RemoteConfig), load_config(configs["operator"], OperatorConfig)

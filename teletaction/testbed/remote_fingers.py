@@ -22,7 +22,7 @@ from remote_site.texture.surface_table import SurfaceTable
 from remote_site.thermal.material_table import MaterialTable
 from sim_sensors.physics.remote_world import RemoteWorld
 from sim_sensors.physics.ssr_converter import celsius_of
-from teletaction.demo_files import calibrated_tables
+from teletaction.session.demo_files import calibrated_tables
 from teletaction.testbed.rendered_fingers import SESSION, TICK_S
 
 READ_EVERY = 5

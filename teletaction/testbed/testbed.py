@@ -45,7 +45,7 @@ class SessionConfigs:
 
     @classmethod
     def read(cls, files: Mapping[str, Path]) -> Self:
-        """Read files by the names of `teletaction.demo_files.prepare`; fault ports are left out."""
+        """Read files by the names of `teletaction.session.demo_files.prepare`; fault ports are left out."""
         without = {"fault_port": None}
         return cls(
             load_config(files["sim-remote"], SimRemoteConfig).model_copy(update=without),

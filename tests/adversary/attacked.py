@@ -16,8 +16,8 @@ from common.link.local_control import stop_from_desk
 from studies.fault_session import FaultSession
 from studies.faults import read_truth
 from studies.stroking_scene import write_stroking_scene
-from teletaction.demo_files import CONSOLE, DemoOptions, prepare
-from teletaction.processes import SessionProcesses, die_with_parent
+from teletaction.session.demo_files import CONSOLE, DemoOptions, prepare
+from teletaction.session.processes import SessionProcesses, die_with_parent
 from tests.session.page import Page, opened
 from tests.session.truth import LATE_S, written
 

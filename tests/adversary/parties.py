@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from common.link.keys import Role, TrustedKeys, create_keys, load_keys
 from common.wire.streams import STREAMS
-from teletaction.processes import die_with_parent
+from teletaction.session.processes import die_with_parent
 
 STRANGER, OBSERVER, SECOND, COPY = "stranger", "observer", "second", "copy"
 ROLES = (STRANGER, OBSERVER, SECOND, COPY)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from websockets.exceptions import ConnectionClosed
 
-from teletaction.demo_files import CONSOLE
+from teletaction.session.demo_files import CONSOLE
 from tests.adversary.attacked import SITES, Attacked, attacked_session
 
 ATTACKS: tuple[tuple[str, ...], ...] = (

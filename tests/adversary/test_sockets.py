@@ -16,7 +16,7 @@ from common.link.curve import LinkProblem
 from common.link.keys import load_keys
 from common.link.local_control import ask_desk
 from common.wire.packets import MAX_PACKET
-from teletaction.processes import die_with_parent
+from teletaction.session.processes import die_with_parent
 from tests.adversary.parties import COPY, READS, ROLES, Attack, Parties, link_ports, told
 from tests.hardening.served import Keys
 

@@ -13,7 +13,7 @@ from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.thermal_identification import ThermalKnowledge
 from studies.thermal_answers import by_product
 from studies.thermal_situations import FOUR, STAGGERED_K, Situation, touched
-from teletaction.demo_files import TABLES
+from teletaction.session.demo_files import TABLES
 
 pytestmark = pytest.mark.long
 

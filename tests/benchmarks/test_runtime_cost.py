@@ -10,7 +10,7 @@ from benchmarks.runtime_cost.finger_cost import finger_costs
 from benchmarks.runtime_cost.measure import DOING, TICK, measure
 from benchmarks.runtime_cost.stages import StageClock
 from common.runtime.reference_step import reference_step, reference_step_s
-from teletaction.demo_files import PROCESSES
+from teletaction.session.demo_files import PROCESSES
 from tests.conftest import Contained
 
 

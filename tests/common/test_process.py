@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from teletaction.processes import SessionProcesses
+from teletaction.session.processes import SessionProcesses
 
 CONFIG = """
 log = "{form}"

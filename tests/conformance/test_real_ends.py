@@ -22,7 +22,7 @@ from sim_sensors.devices.exoskeleton import Exoskeleton
 from sim_sensors.devices.thermal_sensor import ThermalSensor
 from teletaction.conformance.module_talk import ModuleTalk, PortEnd
 from teletaction.conformance.node_talk import EXOSKELETON, BusEnd, NodeName, NodeTalk, name_of
-from teletaction.demo_files import DemoOptions, prepare
+from teletaction.session.demo_files import DemoOptions, prepare
 from tests.conformance.living import exoskeleton, thermal_sensor
 from tests.conformance.spoiled_module import over
 from tests.conformance.virtual_ends import VirtualModule

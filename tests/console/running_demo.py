@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from common.config import SimNetworkConfig, load_config
-from teletaction.demo_files import HOST, NETWORK
+from teletaction.session.demo_files import HOST, NETWORK
 
 
 @dataclass

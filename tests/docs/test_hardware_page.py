@@ -15,8 +15,8 @@ import pytest
 
 from common.config import OperatorConfig, RemoteConfig, load_config
 from teletaction.conformance.checklist import HALF_A_REPORT_S
-from teletaction.demo_files import DemoOptions, prepare
-from teletaction.processes import SessionProcesses
+from teletaction.session.demo_files import DemoOptions, prepare
+from teletaction.session.processes import SessionProcesses
 
 # Devices are judged by their times: half a report is what a trial grants.
 pytestmark = [pytest.mark.pages, pytest.mark.real_time(stall_s=HALF_A_REPORT_S), pytest.mark.timeout(600)]

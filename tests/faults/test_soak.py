@@ -23,7 +23,7 @@ from studies.soak_judge import LIMITS, Episode, Extreme, account, over_limits
 from studies.soak_plan import FAULTS, PAUSE_S, Turn, may_contain, turns
 from studies.soak_records import LOST_AT_MOST_S, read_records
 from studies.soak_watch import Sample, read_samples, watching
-from teletaction.demo_files import PROCESSES
+from teletaction.session.demo_files import PROCESSES
 
 SUITS = 5
 

@@ -20,10 +20,10 @@ from mcap.records import Channel, Schema
 from mcap.writer import CompressionType, Writer
 
 from common.wire.messages import TOUCH_COLUMN, Touch
-from teletaction.demo import run_demo
-from teletaction.demo_files import SURFACES, DemoOptions
-from teletaction.recorded_session import RecordedSession
-from teletaction.replay import open_operator, open_remote, replay
+from teletaction.recordings.recorded_session import RecordedSession
+from teletaction.replay.replay import open_operator, open_remote, replay
+from teletaction.session.demo import run_demo
+from teletaction.session.demo_files import SURFACES, DemoOptions
 
 FOLDER = Path(__file__).parent
 SECONDS = 6.3

@@ -32,7 +32,7 @@ from remote_site.safety.gated_command import GatedCommand
 from remote_site.safety.patient_gate import PLANE_RANGE_M
 from remote_site.session.local_control import answer_desk
 from remote_site.site import RemoteSite
-from teletaction.demo_files import SURFACES, TABLES
+from teletaction.session.demo_files import SURFACES, TABLES
 from tests.hardening.strange_packets import (
     FUZZ,
     MS,

@@ -14,7 +14,7 @@ from operator_site.thermal.plate_setpoint import PlateDisplay
 from operator_site.thermal.scene_skin import SceneSkin
 from operator_site.thermal.skin_model import STEP_S, SkinModel, Touched, skin_rates, skin_step
 from operator_site.thermal.tissue import Body, rest
-from teletaction.step_cost import quickest_s
+from teletaction.session.step_cost import quickest_s
 
 MODEL = SkinModel(4, 1, 1, 6)
 FIVE = ("aluminium", "ceramic_tile", "pvc", "pine", "skin_dermis")

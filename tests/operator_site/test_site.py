@@ -17,7 +17,7 @@ from operator_site.devices.devices import OperatorDevices
 from operator_site.session.session_client import SessionClient
 from operator_site.site import OperatorSite, session_with
 from operator_site.site_recording import SCHEMAS
-from teletaction.replay import replay
+from teletaction.replay.replay import replay
 from tests.operator_site.touches import INDEX, touch
 from tests.operator_site.virtual_touch import CONFIG, MS, Devices
 

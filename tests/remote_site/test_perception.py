@@ -11,7 +11,7 @@ from common.wire.messages import STIFFNESS_KNOWN_LN_SD, ThermalStatus, TouchRow
 from common.wire.packets import Floats, LinkState
 from common.wire.touch_summary import NOTHING, TOLD_EVERY_S, Told
 from remote_site.devices.sensor_frame import Sensed
-from teletaction.recorded_session import RecordedSession
+from teletaction.recordings.recorded_session import RecordedSession
 from tests.remote_site.shipped_tables import perception
 
 SESSION = Path(__file__).parents[1] / "golden" / "session.mcap"

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from common.config import ConsoleConfig, load_config, to_toml
 from studies.fault_session import read_figures
-from teletaction.demo_files import DemoOptions, prepare
-from teletaction.processes import SessionProcesses
+from teletaction.session.demo_files import DemoOptions, prepare
+from teletaction.session.processes import SessionProcesses
 from tests.session.page import PATIENCE_S
 
 

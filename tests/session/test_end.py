@@ -13,8 +13,8 @@ import pytest
 from mcap.reader import make_reader
 
 from common.config import OperatorConfig, load_config, to_toml
-from teletaction.demo_files import PROCESSES, DemoOptions, prepare
-from teletaction.processes import SessionProcesses
+from teletaction.session.demo_files import PROCESSES, DemoOptions, prepare
+from teletaction.session.processes import SessionProcesses
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(90)]
 

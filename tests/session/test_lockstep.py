@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from common.config import OperatorConfig, RemoteConfig
-from teletaction.demo_files import DemoOptions, prepare
+from teletaction.session.demo_files import DemoOptions, prepare
 from teletaction.testbed.devices import SimulatedDevices
 from teletaction.testbed.lockstep import LockStep, sites
 

@@ -15,8 +15,8 @@ from common import limits
 from common.config import SimNetworkConfig, load_config
 from studies.fault_session import read_figures
 from studies.stroking_scene import write_stroking_scene
-from teletaction.demo_files import DemoOptions, prepare
-from teletaction.processes import SessionProcesses
+from teletaction.session.demo_files import DemoOptions, prepare
+from teletaction.session.processes import SessionProcesses
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(400)]
 

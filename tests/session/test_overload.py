@@ -13,8 +13,8 @@ from common import limits
 from common.runtime.machine import Machine
 from common.runtime.rate_monitor import HELD
 from studies.fault_session import read_figures
-from teletaction.recorded_session import RecordedSession
-from teletaction.session_rates import DEFAULT, FITS, session_takes
+from teletaction.recordings.recorded_session import RecordedSession
+from teletaction.session.session_rates import DEFAULT, FITS, session_takes
 from tests.busy import busy
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(240)]

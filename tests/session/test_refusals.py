@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from common.link.keys import TrustedKeys
-from teletaction.demo_files import DemoOptions, prepare
-from teletaction.processes import SessionProcesses
+from teletaction.session.demo_files import DemoOptions, prepare
+from teletaction.session.processes import SessionProcesses
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(60)]
 

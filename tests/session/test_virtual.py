@@ -10,8 +10,8 @@ import pytest
 from common.fingers import FINGERS
 from common.limits import MOTOR_FLOOR_RPM
 from studies.fault_session import read_figures
-from teletaction.demo_files import DemoOptions, prepare
-from teletaction.processes import SessionProcesses
+from teletaction.session.demo_files import DemoOptions, prepare
+from teletaction.session.processes import SessionProcesses
 from tests.commands import command
 from tests.session.truth import written
 

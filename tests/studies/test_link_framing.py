@@ -11,7 +11,7 @@ from common.link.keys import TrustedKeys, load_keys
 from common.link.link import OperatorLink, RemoteLink
 from common.wire.streams import STREAMS
 from studies.link_packets import framed_bytes
-from teletaction.demo_files import free_port_block
+from teletaction.session.demo_files import free_port_block
 
 COUNT = 20
 

@@ -9,8 +9,8 @@ import pytest
 
 from studies import rates
 from studies.rates import measure, plot, tables
-from teletaction.demo_files import PROCESSES
-from teletaction.session_rates import Rates
+from teletaction.session.demo_files import PROCESSES
+from teletaction.session.session_rates import Rates
 from tests.studies.written import draw_figure
 
 CHOICES = (Rates(250, 500), Rates(1000, 1000))

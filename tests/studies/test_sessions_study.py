@@ -14,8 +14,8 @@ from studies.link_packets import next_motion
 from studies.sessions import Stage, does_not_fit, measure, plot, silent, tables
 from studies.sessions_look import Look, look
 from studies.sessions_recorded import Recorded
-from teletaction.demo_files import PROCESSES
-from teletaction.processes import SessionProcesses
+from teletaction.session.demo_files import PROCESSES
+from teletaction.session.processes import SessionProcesses
 from tests.studies.written import draw_figure, write_tables
 from tests.waiting import wait_until
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from teletaction.demo_files import DemoOptions, prepare
+from teletaction.session.demo_files import DemoOptions, prepare
 
 
 @pytest.fixture
@@ -16,4 +16,4 @@ def configs(tmp_path: Path) -> dict[str, Path]:
 @pytest.fixture
 def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     """Small pictures in the page of a report: what is tested does not depend on their size."""
-    monkeypatch.setattr("teletaction.report_parts.DPI", 20)
+    monkeypatch.setattr("teletaction.report.report_parts.DPI", 20)

@@ -9,9 +9,9 @@ from mcap.reader import make_reader
 from common.recording import writer_process
 from common.recording.recorder import Recorder
 from common.version import software_version
-from teletaction.conclude import conclude, recordings_of
-from teletaction.demo_files import PROCESSES, DemoOptions
-from teletaction.merge import ORIGIN, merge_recordings
+from teletaction.recordings.merge import ORIGIN, merge_recordings
+from teletaction.session.conclude import conclude, recordings_of
+from teletaction.session.demo_files import PROCESSES, DemoOptions
 from tests.teletaction.recordings import held
 from tests.writer_thread import write_in_a_thread
 

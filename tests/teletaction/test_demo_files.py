@@ -6,7 +6,7 @@ import pytest
 
 from common.config import OperatorConfig, RemoteConfig, load_config
 from common.link.keys import load_keys
-from teletaction.demo_files import DemoOptions, prepare
+from teletaction.session.demo_files import DemoOptions, prepare
 
 
 def test_a_folder_may_be_named_from_where_one_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,8 +7,8 @@ import pytest
 from common.config import OperatorConfig, RemoteConfig, SimNetworkConfig, load_config
 from common.wire.streams import STREAMS
 from sim_sensors.network.file import load_network
-from teletaction.demo_files import NETWORK, PROCESSES, DemoOptions, prepare
-from teletaction.summary import proxy
+from teletaction.recordings.summary import proxy
+from teletaction.session.demo_files import NETWORK, PROCESSES, DemoOptions, prepare
 from tests.commands import command, one_line
 
 

@@ -4,7 +4,7 @@ import json
 import time
 from pathlib import Path
 
-from teletaction.demo import _waiting_for
+from teletaction.session.demo import _waiting_for
 
 
 def test_a_site_that_has_not_started_or_is_silent_is_named(tmp_path: Path) -> None:

@@ -14,10 +14,10 @@ from common.buses.serial_port import DeviceAbsent
 from sim_sensors.devices.tacttip import TactTip
 from sim_sensors.ports.select_loop import SelectLoop
 from sim_sensors.ports.serial_server import SerialServer, serve_serial
-from teletaction import doctor
 from teletaction.conformance.examination import CHECKLISTS
-from teletaction.doctor import EXERCISES, examine
-from teletaction.find_devices import can_interfaces, find_modules, require_interface
+from teletaction.conformance.find_devices import can_interfaces, find_modules, require_interface
+from teletaction.doctor import doctor
+from teletaction.doctor.doctor import EXERCISES, examine
 from tests.commands import command, one_line
 from tests.conformance.living import alive
 

@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 
 from common.recording.recorder import Recorder
 from operator_site.console.map.map_tiles import MapPicture
-from teletaction.examination import Examination
-from teletaction.map_coverage import coverage
-from teletaction.map_figure import cell_colours, draw_cells, scale_ticks
-from teletaction.session_report import report
+from teletaction.report.examination import Examination
+from teletaction.report.map_coverage import coverage
+from teletaction.report.map_figure import cell_colours, draw_cells, scale_ticks
+from teletaction.report.session_report import report
 from tests.commands import command
 from tests.teletaction.recorded_examination import HOSTILE, START_S, record
 from tests.teletaction.report_page import Page

@@ -7,8 +7,8 @@ import pytest
 from common.scenes.scene import Scene, SceneObject, load_scene
 from operator_site.console.map.finger_samples import Sample
 from operator_site.console.map.tactile_map import TactileMap
-from teletaction.found_targets import find_highest, found_targets, value_near
-from teletaction.report_words import targets_table
+from teletaction.report.found_targets import find_highest, found_targets, value_near
+from teletaction.report.report_words import targets_table
 
 
 def presses(*hot_mm: tuple[int, int]) -> TactileMap:

@@ -5,12 +5,12 @@ from typing import Any
 
 import pytest
 
-from teletaction import demo
-from teletaction.demo_files import PROCESSES, DemoOptions
-from teletaction.incidents import incomplete_recordings
-from teletaction.ping import BarePing
-from teletaction.report import write_report
-from teletaction.session_data import SessionData
+from teletaction.recordings.incidents import incomplete_recordings
+from teletaction.recordings.session_data import SessionData
+from teletaction.report.report import write_report
+from teletaction.session import demo
+from teletaction.session.demo_files import PROCESSES, DemoOptions
+from teletaction.session.ping import BarePing
 from tests.teletaction.test_report import nothing, summary
 
 WHY = "the process that writes it has ended"
@@ -49,7 +49,7 @@ def test_the_demo_fails_where_a_recording_stopped_or_a_process_was_killed_and_ke
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stopped: bool, killed: list[str], failure: str
 ) -> None:
     found = incomplete_recordings(session(), STATUSES) if stopped else []
-    monkeypatch.setattr("teletaction.conclude.conclude", lambda *_: summary(faults=found, loop={}))
+    monkeypatch.setattr("teletaction.session.conclude.conclude", lambda *_: summary(faults=found, loop={}))
     for process in PROCESSES:
         (tmp_path / f"{process}.mcap").touch()
     with BarePing() as ping:

@@ -13,7 +13,7 @@ from common.link.bind_address import check_bind
 from common.link.curve import LinkProblem
 from common.link.keys import Role, TrustedKeys, create_keys, fingerprint, load_keys
 from common.link.link import OperatorLink, RemoteLink
-from teletaction.doctor import examine
+from teletaction.doctor.doctor import examine
 from tests.commands import command, one_line
 from tests.waiting import wait_until
 

@@ -1,6 +1,6 @@
 """The verdict names who was late, for how long, and what was missed by it; and says nothing that it does not know."""
 
-from teletaction.machine_verdict import behind, machine_verdict
+from teletaction.recordings.machine_verdict import behind, machine_verdict
 
 LATE = {
     "duration_s": 60.1,

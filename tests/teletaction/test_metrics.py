@@ -20,8 +20,8 @@ from hypothesis import strategies as st
 from prometheus_client.parser import text_string_to_metric_families
 
 from common.health import OLDEST_S
-from teletaction.metrics import METRICS, PREFIX, StatusCollector, process_samples, samples
-from teletaction.metrics_server import ListenProblem, MetricsServer, read_token
+from teletaction.metrics.metrics import METRICS, PREFIX, StatusCollector, process_samples, samples
+from teletaction.metrics.metrics_server import ListenProblem, MetricsServer, read_token
 from tests.commands import command, one_line
 
 STATUS: dict[str, Any] = {

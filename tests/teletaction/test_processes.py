@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from teletaction.processes import SessionProcesses, family
+from teletaction.session.processes import SessionProcesses, family
 
 PARENT = """
 import subprocess, sys

@@ -21,7 +21,7 @@ from mcap.stream_reader import StreamReader
 from common.recording import recorder as recording
 from common.recording import writer_process
 from common.recording.recorder import Recorder
-from teletaction.recover import Recovered, recover
+from teletaction.recordings.recover import Recovered, recover
 from tests.commands import command, one_line
 from tests.teletaction.recordings import held
 from tests.waiting import wait_until

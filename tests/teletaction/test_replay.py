@@ -12,12 +12,12 @@ import pytest
 from mcap.writer import CompressionType, Writer
 
 from common.recording.recorder import Recorder
-from teletaction.merge import merge_recordings
-from teletaction.recorded_session import RecordedSession
-from teletaction.recover import recover
-from teletaction.replay import open_operator, open_remote, replay
-from teletaction.replay_comparison import Comparison
-from teletaction.replay_each import replay_each
+from teletaction.recordings.merge import merge_recordings
+from teletaction.recordings.recorded_session import RecordedSession
+from teletaction.recordings.recover import recover
+from teletaction.replay.replay import open_operator, open_remote, replay
+from teletaction.replay.replay_comparison import Comparison
+from teletaction.replay.replay_each import replay_each
 from tests.commands import command, one_line
 from tests.teletaction.recordings import GOLDEN
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from teletaction.recover import recover
-from teletaction.replay import replay
+from teletaction.recordings.recover import recover
+from teletaction.replay.replay import replay
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(180)]
 

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from common.wire.messages import TOUCH_BLOCK, TOUCH_COLUMN, Touch
-from teletaction.recorded_session import RecordedSession
-from teletaction.replay import open_operator, open_remote, replay
-from teletaction.replay_sites import rendered_fields, touch_fields
+from teletaction.recordings.recorded_session import RecordedSession
+from teletaction.replay.replay import open_operator, open_remote, replay
+from teletaction.replay.replay_sites import rendered_fields, touch_fields
 from tests.teletaction.recordings import GOLDEN
 
 STREAMS = ("remote/sensed", "remote/touch", "operator/touch", "operator/input", "operator/rendered")

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from common.wire.messages import ThermalStatus
-from teletaction.report import write_figure, write_report
-from teletaction.report_words import contacts_table, histogram_table, tally_table
-from teletaction.session_curves import Curve, SessionCurves, held_s, spans
-from teletaction.session_data import Series, SessionData
+from teletaction.recordings.session_data import Series, SessionData
+from teletaction.report.report import write_figure, write_report
+from teletaction.report.report_words import contacts_table, histogram_table, tally_table
+from teletaction.report.session_curves import Curve, SessionCurves, held_s, spans
 from tests.teletaction.report_page import Page
 
 NAME = 'pvc <b>&"$x$\u6728'

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from teletaction import processes
-from teletaction.demo import _restart_console
-from teletaction.demo_files import CONSOLE
-from teletaction.processes import SessionProcesses
-from teletaction.restarts import FIRST_PAUSE_S, MOST, SETTLED_S, Restarts
+from teletaction.session import processes
+from teletaction.session.demo import _restart_console
+from teletaction.session.demo_files import CONSOLE
+from teletaction.session.processes import SessionProcesses
+from teletaction.session.restarts import FIRST_PAUSE_S, MOST, SETTLED_S, Restarts
 
 
 def start_again(restarts: Restarts, now_s: float) -> float:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from common.scenes.scene import load_scene, scene_names
-from teletaction.scene_check import COLUMNS, check_scene
+from teletaction.doctor.scene_check import COLUMNS, check_scene
 from tests.commands import command, one_line
 
 

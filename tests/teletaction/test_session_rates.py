@@ -5,8 +5,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.runtime.machine import Machine
-from teletaction import session_rates
-from teletaction.session_rates import COSTS, DEFAULT, FASTER, FITS, Rates, fitting_here, fitting_rates, session_takes
+from teletaction.session import session_rates
+from teletaction.session.session_rates import (
+    COSTS,
+    DEFAULT,
+    FASTER,
+    FITS,
+    Rates,
+    fitting_here,
+    fitting_rates,
+    session_takes,
+)
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,8 @@ from common.scenes.surfaces import surface_kind
 from operator_site.session.session_client import LONGEST_TOLD
 from remote_site.texture.surface_table import SurfaceTable
 from remote_site.thermal.material_table import MaterialTable
-from teletaction.demo_files import SURFACES, calibrated_tables
 from teletaction.make_tables import STROKED
+from teletaction.session.demo_files import SURFACES, calibrated_tables
 
 
 @pytest.mark.parametrize("name", scene_names())

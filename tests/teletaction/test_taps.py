@@ -7,8 +7,8 @@ import pytest
 
 from common.exploration.contact_detector import BOUNCE_S
 from common.wire.messages import EventKind
-from teletaction.session_data import SessionData
-from teletaction.summary import taps
+from teletaction.recordings.session_data import SessionData
+from teletaction.recordings.summary import taps
 
 
 def at(time_s: float, kind: str, finger: int = 1) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from common.link.keys import TrustedKeys
-from teletaction.demo_files import SURFACES, TABLES
+from teletaction.session.demo_files import SURFACES, TABLES
 from tests.commands import command, one_line
 
 THERMAL = "time_s,sensor_c,force_n\n" + "".join(f"{0.01 * n:.2f},33.0,0.0\n" for n in range(50))

@@ -13,7 +13,7 @@ from common.config import (
     SimOperatorConfig,
     SimRemoteConfig,
 )
-from teletaction.demo_files import SURFACES, TABLES, WATCHED_S
+from teletaction.session.demo_files import SURFACES, TABLES, WATCHED_S
 
 FINGER: FingerName = "index"
 """The one in use."""

@@ -14,7 +14,7 @@ from operator_site.console.map.map_tiles import NOT_FELT
 from operator_site.console.state.fingers_now import FIELDS
 from operator_site.console.state.frame import Kind
 from operator_site.console.web.clients import CREDIT
-from teletaction.demo_files import WATCHED_S
+from teletaction.session.demo_files import WATCHED_S
 from teletaction.testbed.memory_feed import MemoryFeed
 from tests.session.page import HOSTILE, Page, engage, newest_tiles, ready
 from tests.session.truth import written

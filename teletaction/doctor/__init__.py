@@ -1,0 +1,4 @@
+"""Checks before a session: devices, keys, tables, scenes.
+
+The commands use both.
+"""

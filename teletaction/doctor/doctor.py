@@ -1,0 +1,224 @@
+"""What keeps a site from working: each device found and named, keys, tables, the network; and what to do."""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from common.buses.can_frames import FrameReceiver
+from common.buses.can_port import CanAddress, CanLine
+from common.buses.serial_device import open_line
+from common.buses.serial_messages import DeviceKind
+from common.config import OperatorConfig, RemoteConfig, load_site
+from common.fingers import FINGERS
+from common.link.keys import TrustedKeys, fingerprint, load_keys
+from common.runtime.reference_step import reference_step_s
+from common.runtime.scheduling import come_first, has_real_time, stand_in_line
+from common.timing.timeouts import FASTEST_RATE_HZ
+from operator_site.session.remote_key import remote_public_key
+from remote_site.calibrated_tables import load_tables
+from teletaction.conformance.checklist import How, Verdict
+from teletaction.conformance.examination import opened
+from teletaction.conformance.find_devices import PORTS, find_modules, in_words, require_interface
+from teletaction.conformance.node_talk import EXOSKELETON, TELEMANIPULATOR, NodeKind, NodeName
+from teletaction.session.session_rates import LARGEST, taken
+
+RATE_S = 1.0
+"""How long a device's own rate is measured."""
+EXERCISES = frozenset({"X1", "X2", "D4", "D5", "D6", "T2", "N7", "N8", "E1", "M2"})
+"""Duties of docs/protocols.md that show that a device works: it obeys, the right way round, and lets go by itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One check and its result for a person."""
+
+    what: str
+    good: bool
+    result: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Serial:
+    """A serial device of a configuration."""
+
+    kind: DeviceKind
+    finger: str
+    address: str
+
+    @property
+    def name(self) -> str:
+        return f"{self.finger} {self.kind.name.lower().replace('_', ' ')}"
+
+
+def examine(config: Path, exercise: bool = False, ports: Path = PORTS) -> Iterator[Finding]:
+    """Check everything that a site's configuration names, telling of each check once it is done.
+
+    Args:
+        config: TOML file of a site.
+        exercise: also drive each device that is well, a little.
+        ports: folder of serial ports in which a device that is not where it should be is looked for.
+
+    Raises:
+        ConfigProblem: the file is neither a remote nor an operator configuration.
+    """
+    site = load_site(config)
+    if isinstance(site, RemoteConfig):
+        yield from _remote(site)
+        sensors = {DeviceKind.TEXTURE_SENSOR: site.texture, DeviceKind.THERMAL_SENSOR: site.thermal_sensors}
+        devices = [_Serial(kind, *one) for kind, addresses in sensors.items() for one in addresses.items()]
+        node, bus = TELEMANIPULATOR, site.telemanipulator
+    else:
+        yield from _operator(site)
+        devices = [_Serial(DeviceKind.TACTTIP, *one) for one in site.tacttip.items()]
+        node, bus = EXOSKELETON, site.exoskeleton
+    lost = []
+    for device in devices:
+        found = _device(device)
+        yield found
+        if not found.good:
+            lost.append(device)
+        elif exercise:
+            yield _exercised(device.name, device.address, device.kind)
+    yield from _elsewhere(lost, ports)
+    found = _can(node, bus)
+    yield found
+    if found.good and exercise:
+        yield _exercised(node.name, str(bus), node.name)
+
+
+def _remote(config: RemoteConfig) -> Iterator[Finding]:
+    keys = config.link.keys
+    yield _check("own key", lambda: fingerprint(load_keys(keys).public))
+    yield _check("trusted keys", lambda: _trusted(keys))
+    yield _check("calibrated tables", lambda: ", ".join(load_tables(config)[0].names()))
+    yield _clock()
+    yield _rate("remote", config.rate_hz)
+    yield _priority()
+
+
+def _operator(config: OperatorConfig) -> Iterator[Finding]:
+    yield _check("own key", lambda: fingerprint(load_keys(config.link.keys).public))
+    yield _check("remote site's key", lambda: fingerprint(remote_public_key(config.link)))
+    yield _clock()
+    yield _rate("operator", config.rate_hz)
+    yield _priority()
+
+
+def _exercised(name: str, address: str, told: DeviceKind | NodeName) -> Finding:
+    def move() -> str:
+        with opened(address, told) as device:
+            results = device.only(EXERCISES).tried({How.LISTEN, How.EXERCISE}, lambda _: None)
+        words = [f"{tried.duty.number} {tried.verdict}: {tried.came}" for tried in results]
+        if any(tried.verdict is not Verdict.PASS for tried in results):
+            raise ValueError("; ".join(words))
+        return "; ".join(words)
+
+    return _check(f"{name}, exercised", move)
+
+
+def _elsewhere(lost: list[_Serial], ports: Path) -> Iterator[Finding]:
+    """Where devices that did not answer at their addresses answer instead."""
+    if not lost:
+        return
+    for found in find_modules(ports):
+        for device in lost:
+            identity = found.identity
+            if identity and (identity.kind, FINGERS[identity.finger]) == (device.kind, device.finger):
+                yield Finding(device.name, False, f'found elsewhere: write {device.finger} = "{found.address}"')
+
+
+def _check(what: str, look: Callable[[], str]) -> Finding:
+    try:
+        return Finding(what, True, look())
+    except (ValueError, OSError) as error:
+        return Finding(what, False, str(error))
+
+
+def _trusted(keys: Path) -> str:
+    trusted = TrustedKeys(keys)
+    owners = trusted.owners()
+    if not owners:
+        raise ValueError(f"{trusted.file}: nobody is trusted; `teletaction keys trust --keys {keys} -- NAME KEY`")
+    return ", ".join(f"{owner.name} ({owner.role.value}) {fingerprint(key)}" for key, owner in owners.items())
+
+
+def _device(device: _Serial) -> Finding:
+    address, kind = device.address, device.kind
+
+    def look() -> str:
+        line = open_line(address)
+        try:
+            found = line.identity
+            if (found.kind, FINGERS[found.finger]) != (kind, device.finger):
+                raise ValueError(f"{address}: is the {in_words(found)}; expected the {device.name}")
+            received, until_s = 0, time.monotonic() + RATE_S
+            while time.monotonic() < until_s:
+                if line.port.wait(0.05):
+                    # Every frame ends with a zero byte that stands nowhere else.
+                    received += line.port.read().count(0)
+            rate_hz = received / RATE_S
+            if not 0.7 * found.rate_hz <= _values(found.kind, rate_hz) <= 1.3 * found.rate_hz:
+                raise ValueError(f"{address}: {rate_hz:.0f} messages a second, the device promises {found.rate_hz} Hz")
+            return f"{address}: serial number {found.serial}, firmware {found.firmware}, {rate_hz:.0f} messages/s"
+        finally:
+            line.port.close()
+
+    return _check(device.name, look)
+
+
+def _values(kind: DeviceKind, messages_hz: float) -> float:
+    """Readings a second: a texture message carries ten."""
+    return messages_hz * 10.0 if kind is DeviceKind.TEXTURE_SENSOR else messages_hz
+
+
+def _can(node: NodeKind, address: CanAddress) -> Finding:
+    frames = tuple(node.sends_hz)
+
+    def look() -> str:
+        require_interface(address)
+        line = CanLine(address, tuple(FrameReceiver(name) for name in frames))
+        seen: dict[str, Any] = {}
+        try:
+            until_s = time.monotonic() + 2.0 * RATE_S
+            while time.monotonic() < until_s and len(seen) < len(frames):
+                seen |= line.poll()
+                time.sleep(0.01)
+            missing = [name for name in frames if name not in seen]
+            if missing:
+                raise ValueError(f"CAN {address}: {line.problem or 'open, but no ' + ', '.join(missing)}")
+            return f"CAN {address}: {', '.join(frames)} arrive"
+        finally:
+            line.close()
+
+    return _check(node.name, look)
+
+
+def _clock() -> Finding:
+    resolution_s = time.get_clock_info("monotonic").resolution
+    good = resolution_s <= 1e-5
+    return Finding("monotonic clock", good, f"resolution {resolution_s * 1e9:.0f} ns")
+
+
+def _rate(process: str, rate_hz: float) -> Finding:
+    """Whether this machine is fast enough for the loop's rate, with five fingers in contact."""
+    step_s = reference_step_s()
+    share, fastest = taken(process, rate_hz, step_s), taken(process, FASTEST_RATE_HZ, step_s)
+    words = f"{rate_hz:g} ticks a second take {share:.2f} of a processor of this machine"
+    if share > LARGEST:
+        return Finding("loop's rate", False, f"{words}, at most {LARGEST:g} fit: lower rate_hz, or a faster machine")
+    if fastest <= LARGEST and rate_hz < FASTEST_RATE_HZ:
+        words += f"; rate_hz = {FASTEST_RATE_HZ:g} fits, too ({fastest:.2f}), and shortens the way from touch to finger"
+    return Finding("loop's rate", True, words)
+
+
+def _priority() -> Finding:
+    """What the loop would get from whoever asks here; ordinary priority is no fault."""
+    if has_real_time():
+        return Finding("loop's priority", True, "real-time, given by whoever started this; a loop started so keeps it")
+    if come_first():
+        stand_in_line()
+        return Finding("loop's priority", True, "real-time may be had: the loop comes before all ordinary work")
+    words = "ordinary: beside other work the loop is late more often. LimitRTPRIO=10 in its unit, or `ulimit -r 10`"
+    return Finding("loop's priority", True, words)

@@ -1,0 +1,4 @@
+"""Figures of running processes for Prometheus.
+
+The commands use `metrics_server`.
+"""

@@ -1,0 +1,4 @@
+"""Colours, names and margins of all figures.
+
+Reports and studies use both.
+"""

@@ -1,0 +1,52 @@
+"""What went wrong in a session, by what both sites noted of it."""
+
+from collections.abc import Container, Mapping
+from typing import Any
+
+from teletaction.recordings.session_data import SessionData
+
+
+def faults(data: SessionData) -> list[dict[str, Any]]:
+    """Faults that latched and emergency stops: site, what, its words, and when, s from the first thing noted."""
+    return _noted(data, ("fault", "estop"))
+
+
+def interruptions(data: SessionData) -> list[dict[str, Any]]:
+    """Silence of the far site, devices that went missing, and ends of work; told like `faults`."""
+    return _noted(data, ("silent", "missing", "disconnected", "disengaged"))
+
+
+def incomplete_recordings(data: SessionData, statuses: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Recordings that stopped or lost messages, by the last status of each process; given like `faults`.
+
+    The time is None where messages were lost and the recording did not stop.
+    """
+    found = []
+    for name, status in statuses.items():
+        why, lost = status.get("recording_failed"), status.get("recording_lost", 0)
+        if not why and not lost:
+            continue
+        stopped_ns = status.get("recording_failed_ns")
+        words = f"recording incomplete: {why or 'the disk was slower than the data'}, {lost} messages lost"
+        at_s = None if stopped_ns is None else round(stopped_ns * 1e-9 - _start_s(data), 2)
+        found.append({"site": name, "what": "recording", "fault": words, "time_s": at_s})
+    return found
+
+
+def _start_s(data: SessionData) -> float:
+    """The first thing noted, s."""
+    return min((float(entry["time_s"]) for entry in data.happenings), default=0.0)
+
+
+def _noted(data: SessionData, kinds: Container[str]) -> list[dict[str, Any]]:
+    start_s = _start_s(data)
+    return [
+        {
+            "site": entry["site"],
+            "what": entry["what"],
+            "fault": entry["text"],
+            "time_s": round(entry["time_s"] - start_s, 2),
+        }
+        for entry in sorted(data.happenings, key=lambda entry: float(entry["time_s"]))
+        if entry["what"] in kinds
+    ]

@@ -1,0 +1,64 @@
+"""A whole recording opened for replay: its messages, and what each site was configured and calibrated with."""
+
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO, Any, TypeVar
+
+from common.files.read_files import NotToml, parse_toml
+from common.recording.reader import RecordingReader
+from remote_site.tables.table_file import StoredTable
+from teletaction.recordings.merge import ORIGIN
+
+Table = TypeVar("Table", bound=StoredTable)
+
+
+class RecordedSession:
+    """One site's recording, or several merged; in a merged one, each has its own configuration and tables.
+
+    A recording is known by its origin: the name it had before merging, empty for a single one.
+    """
+
+    def __init__(self, path: Path, file: IO[bytes]):
+        """Open `file`, found at `path`.
+
+        Raises:
+            ValueError: it is no MCAP file, one without its end, or damaged.
+        """
+        self.path = path
+        self.reader = RecordingReader(path, file)
+        self.start_ns = self.reader.start_ns
+        self.counts = self.reader.counts
+
+    def messages(self, streams: tuple[str, ...]) -> Iterator[tuple[str, str, int, bytes]]:
+        """Stream, origin, time in ns and payload of each message of `streams`, in order of time."""
+        for _, channel, message in self.reader.messages(streams):
+            yield channel.topic, channel.metadata.get(ORIGIN, ""), message.log_time, message.data
+
+    def configuration(self, origin: str) -> dict[str, Any]:
+        """The configuration that a recording was made with; raises ValueError when it is not there or no TOML."""
+        name = _named(origin, "session")
+        text = self.reader.metadata.get(name, {}).get("configuration")
+        if text is None:
+            raise ValueError(f"{self.path}: its metadata {name} has no configuration")
+        try:
+            return parse_toml(text)
+        except NotToml as error:
+            raise ValueError(f"{self.path}: its configuration is {error}") from None
+
+    def table(self, origin: str, name: str, kind: type[Table]) -> Table:
+        """A calibrated table that was in use; raises ValueError when it is not attached or cannot be used."""
+        attached = self.reader.attachments.get(_named(origin, f"{name}.json"))
+        if attached is None:
+            raise ValueError(f"{self.path}: the table {name}.json is not attached: recorded by an older version")
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / f"{name}.json"
+            path.write_bytes(attached.data)
+            table = kind.load(path)
+        if self.reader.metadata.get(_named(origin, "session"), {}).get(name) != table.content_hash:
+            raise ValueError(f"{self.path}: the attached {name}.json is not the table that its metadata names")
+        return table
+
+
+def _named(origin: str, name: str) -> str:
+    return f"{origin}/{name}" if origin else name

@@ -1,0 +1,135 @@
+"""A recorded session as arrays: what was sent, what was rendered, and what really reached fingers and patient."""
+
+from collections import defaultdict
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from msgspec.structs import asdict
+from numpy.typing import NDArray
+
+from common.recording.reader import RecordingReader
+from common.recording.recorded_row import Row
+from common.wire.messages import TOUCH_COLUMN, Touch
+from common.wire.packets import N
+from operator_site.recorded_rows import Rendered, Skin
+from remote_site.recorded_rows import Gate
+from teletaction.recordings.recorded_rows import STREAMS, read
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """Values over time: `time_s` (n,), and each field (n,) or (n, 5)."""
+
+    time_s: Floats
+    values: dict[str, Floats]
+
+    def __getitem__(self, name: str) -> Floats:
+        return self.values[name]
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+
+@dataclass(frozen=True, slots=True)
+class SessionData:
+    """Series and events of one recording; times in s on the recording machine's monotonic clock.
+
+    Attributes:
+        touch: mode, contact, contact force, stiffness, speeds' constants and object temperature as sent by the remote.
+        rendered: what left the operator's gate: force_n, motor_rpm, plate_set_c, peltier, limits, age_s, engaged.
+        gate: what left the patient's gate: z_m, heater, limits.
+        fingertips: truth at the operator's modules (motor_rpm, motor_mv, plate_c, felt_c, force_n, ...).
+        contact: truth at the remote fingers (mode, object, force_n, plate_c, ...).
+        skin: the operator site's skin model (felt_c, surface_c, flux_w_m2).
+        thermal: per finger, the identification's answers over time as dictionaries.
+        events: truth events; `sent`: the remote's events; `played`: events shown; `motor`: module motor switches.
+        happenings: what each site noted of its session, such as a fault and its reason.
+        counts: messages per stream.
+    """
+
+    touch: Series
+    rendered: Series
+    gate: Series
+    fingertips: Series
+    contact: Series
+    skin: Series
+    thermal: dict[int, list[dict[str, Any]]]
+    truth_events: list[dict[str, Any]]
+    sent_events: list[dict[str, Any]]
+    played: list[dict[str, Any]]
+    motor_switches: list[dict[str, Any]]
+    happenings: list[dict[str, Any]] = field(default_factory=list)
+    counts: dict[str, int] = field(default_factory=dict)
+
+    @classmethod
+    def read(cls, path: Path) -> Self:
+        """Read a merged session recording.
+
+        Raises:
+            OSError: it cannot be read.
+            ValueError: it is no whole recording, or damaged: where, and what to do.
+        """
+        times: dict[str, list[float]] = defaultdict(list)
+        entries: dict[str, list[Any]] = defaultdict(list)
+        with path.open("rb") as file:
+            reader = RecordingReader(path, file)
+            for _, channel, message in reader.messages(STREAMS):
+                try:
+                    entry = read(channel.topic, message.data)
+                except ValueError as error:
+                    raise reader.damaged(channel.topic, message.log_time, error) from None
+                times[channel.topic].append(message.log_time * 1e-9)
+                entries[channel.topic].append(entry)
+        counts = {stream: count for stream, count in reader.counts.items() if count}
+        thermal: dict[int, list[dict[str, Any]]] = defaultdict(list)
+        for time_s, row in zip(times["remote/thermal"], entries["remote/thermal"], strict=True):
+            thermal[row.finger].append({"time_s": time_s, **asdict(row)})
+        return cls(
+            touch=_touches(times["remote/touch"], entries["remote/touch"]),
+            rendered=_rows(times["operator/rendered"], entries["operator/rendered"], Rendered),
+            gate=_rows(times["remote/gate"], entries["remote/gate"], Gate),
+            fingertips=_maps(times["truth_fingertips"], entries["truth_fingertips"]),
+            contact=_maps(times["truth_contact"], entries["truth_contact"]),
+            skin=_rows(times["operator/skin"], entries["operator/skin"], Skin),
+            thermal=dict(thermal),
+            truth_events=_timed(times["truth_event"], entries["truth_event"]),
+            sent_events=[asdict(row) for row in entries["remote/event"]],
+            played=_timed(times["operator/played"], [asdict(row) for row in entries["operator/played"]]),
+            motor_switches=_timed(times["truth_motor"], entries["truth_motor"]),
+            happenings=[
+                {"time_s": t, "site": site, "what": happening.what, "text": happening.text}
+                for site in ("remote", "operator")
+                for t, happening in zip(times[f"{site}/session"], entries[f"{site}/session"], strict=True)
+            ],
+            counts=counts,
+        )
+
+
+def _array(values: list[Any]) -> Floats:
+    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
+
+
+def _rows(time_s: list[float], rows: list[Any], kind: type[Row]) -> Series:
+    names = [name for name in kind.__struct_fields__ if name != "fault"]
+    return Series(np.array(time_s), {name: _array([getattr(row, name) for row in rows]) for name in names})
+
+
+def _maps(time_s: list[float], maps: list[dict[str, Any]]) -> Series:
+    numeric = [name for name, value in (maps[0] if maps else {}).items() if not isinstance(value, str)]
+    return Series(np.array(time_s), {name: _array([entry[name] for entry in maps]) for name in numeric})
+
+
+def _touches(time_s: list[float], touches: list[Touch]) -> Series:
+    blocks = np.array([touch.block for touch in touches], dtype=np.float64).reshape(len(touches), N, len(TOUCH_COLUMN))
+    values = {name: blocks[:, :, column] for name, column in TOUCH_COLUMN.items()}
+    values["sequence"] = _array([touch.sequence for touch in touches])
+    values["state"] = _array([int(touch.state) for touch in touches])
+    return Series(np.array(time_s), values)
+
+
+def _timed(time_s: list[float], maps: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    return [{"time_s": t, **entry} for t, entry in zip(time_s, maps, strict=True)]

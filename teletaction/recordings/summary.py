@@ -1,0 +1,322 @@
+"""`summary.json`: what reached the fingers, measured at the simulated devices."""
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from common.exploration.contact_detector import BOUNCE_S
+from common.fingers import FINGERS, chosen_fingers
+from common.limits import MOTOR_STILL_S
+from common.wire.messages import EventKind, ExplorationMode, ThermalStatus
+from teletaction.recordings.incidents import faults, incomplete_recordings, interruptions
+from teletaction.recordings.session_data import Floats, SessionData
+from teletaction.recordings.true_touches import SHORTEST_TOUCH_S, Touch, true_touches
+
+MODES = tuple(mode.name.lower() for mode in ExplorationMode)
+PAPER_S = 8.0
+"""The paper's method answers 5 to 8 s after contact: its answer is taken at the latest then."""
+_FOLLOWS_S = 0.3
+"""A tap's vibration that begins later than this belongs to something else."""
+_NOISE_S = 0.020
+"""On soft ground the force creeps past 0.30 N, and the sensor's noise crosses it this much before the truth does."""
+_GROOVE_EARLY_S, _GROOVE_LATE_S = 0.005, 0.035
+"""A played impulse belongs to the groove whose crossing its source time follows this closely."""
+
+
+def summarise(
+    data: SessionData,
+    statuses: Mapping[str, Mapping[str, Any]],
+    network: Mapping[str, Any] | None,
+    usage: Mapping[str, tuple[float, float]],
+    wall_s: float,
+    round_trips_s: list[float],
+    *,
+    scene: str,
+    seed: int,
+    fingers: int,
+) -> dict[str, Any]:
+    """Measure a session.
+
+    Args:
+        data: the merged recording.
+        statuses: the last status of each process.
+        network: the last status of the simulated network; None where there was none.
+        usage: CPU share (of one core) and largest memory (MiB) of each process while the hand worked.
+        wall_s: how long the hand worked, s.
+        round_trips_s: of the bare ping, s.
+        scene: name of the scene, or file.
+        seed: of the simulation.
+        fingers: how many take part.
+    """
+    used = [FINGERS.index(finger) for finger in chosen_fingers(fingers)]
+    remote, operator = statuses["remote"], statuses["operator"]
+    return {
+        "duration_s": round(wall_s, 1),
+        "scene": scene,
+        "seed": seed,
+        "fingers": fingers,
+        "network": None if network is None else network["network"],
+        "proxy": proxy(network),
+        "contacts": contacts(data),
+        "modes": modes(data, used),
+        "impulses": impulses(data),
+        "taps": taps(data),
+        "vibration_rpm": still_vibration(data, used),
+        "latency_ms": {
+            "contact_to_motor": _spread(contact_to_motor_s(data)),
+            "link_one_way": _spread(one_way_s(data)),
+            "bare_curve_ping": _spread(round_trips_s),
+        },
+        "plate_c": _range(data.fingertips, "plate_c", used, ("min", "max")),
+        "sensor_plate_c": _range(data.contact, "plate_c", used, ("max",)),
+        "force_n": _range(data.fingertips, "force_n", used, ("max",)),
+        "contact_force_n": _range(data.contact, "force_n", used, ("max",)),
+        "loop": {
+            name: dict(status["loop"])
+            | {"cpu": round(usage.get(name, (0.0, 0.0))[0], 3), "behind_s": status.get("behind_s")}
+            | ({"postponed": status["postponed"]} if "postponed" in status else {})
+            for name, status in statuses.items()
+        },
+        "cpu_cores": round(sum(cpu for cpu, _ in usage.values()), 3),
+        "rss_mib": {name: round(peak, 1) for name, (_, peak) in usage.items()},
+        "packets": {
+            "touch": _packets("touch", remote, operator),
+            "motion": _packets("motion", operator, remote),
+        },
+        "recorded": data.counts,
+        "faults": [*faults(data), *incomplete_recordings(data, statuses)],
+        "interruptions": interruptions(data),
+    }
+
+
+def proxy(status: Mapping[str, Any] | None) -> dict[str, Any] | None:
+    """What the simulated network carried, and what went wrong on it; None when there was none."""
+    return None if status is None else {name: status[name] for name in ("streams", "faults")}
+
+
+def contacts(data: SessionData) -> list[dict[str, Any]]:
+    """Each touch that lasted at least SHORTEST_TOUCH_S, with what was true and what was answered."""
+    found = []
+    for touch in _touches(data):
+        if touch.end_s - touch.start_s < SHORTEST_TOUCH_S:
+            continue
+        answers = [a for a in data.thermal.get(touch.finger, []) if touch.start_s + 0.05 < a["time_s"] < touch.end_s]
+        last = answers[-1] if answers else {}
+        status = ThermalStatus(last.get("status", 0))
+        named = next((a["time_s"] for a in answers if a["status"] == ThermalStatus.IDENTIFIED), None)
+        paper = [a["exponential_material"] for a in answers if a["time_s"] <= touch.start_s + PAPER_S]
+        found.append(
+            {
+                "finger": FINGERS[touch.finger],
+                "object": touch.thing,
+                "true_material": touch.material,
+                "material": last.get("best") if status is ThermalStatus.IDENTIFIED else None,
+                "best": last.get("best"),
+                "status": status.name.lower(),
+                "reason": last.get("reason"),
+                "probability": _rounded(last.get("probability"), 4),
+                "seconds": None if named is None else round(named - touch.start_s, 2),
+                "held_s": round(touch.end_s - touch.start_s, 2),
+                "true_object_c": round(touch.object_c, 2),
+                "object_c": _rounded(last.get("object_c"), 2),
+                "object_c_sd": _rounded(last.get("object_c_sd"), 2),
+                "paper_material": paper[-1] if paper else None,
+                "paper_object_c": _rounded(last.get("exponential_object_c"), 2),
+            }
+        )
+    return found
+
+
+def modes(data: SessionData, used: Iterable[int]) -> dict[str, Any]:
+    """How often the identified mode was the true one, counted every 10 ms, all fingers together."""
+    confusion = {true: Counter[str]() for true in MODES}
+    if len(data.touch) and len(data.contact):
+        newest = np.searchsorted(data.touch.time_s, data.contact.time_s, side="right") - 1
+        known = newest >= 0
+        for finger in used:
+            true = data.contact["mode"][known, finger].astype(int)
+            told = data.touch["mode"][newest[known], finger].astype(int)
+            for (t, o), count in Counter(zip(true.tolist(), told.tolist(), strict=True)).items():
+                confusion[MODES[t]][MODES[o]] += count
+    total = sum(sum(row.values()) for row in confusion.values())
+    agree = sum(confusion[mode][mode] for mode in MODES)
+    in_contact = {true: row for true, row in confusion.items() if true != "free"}
+    contact_total = sum(sum(row.values()) for row in in_contact.values())
+    contact_agree = sum(row[true] for true, row in in_contact.items())
+    return {
+        "agreement": round(agree / total, 4) if total else None,
+        "agreement_in_contact": round(contact_agree / contact_total, 4) if contact_total else None,
+        "confusion": {true: dict(row) for true, row in confusion.items() if row},
+    }
+
+
+def impulses(data: SessionData) -> dict[str, Any]:
+    """Grooves crossed by the true fingertips against impulses shown to the operator, in all and by object."""
+    shown = [event for p in data.played if p["kind"] == EventKind.GROOVE and (event := _sent(data, p)) is not None]
+    touches = _touches(data)
+    by_object: dict[str, dict[str, int]] = {}
+    for finger in range(len(FINGERS)):
+        crossed = [(e["time_s"], e["object"]) for e in data.truth_events if _is(e, finger, "groove")]
+        played = sorted(e["time_ns"] * 1e-9 for e in shown if e["finger"] == finger)
+        matched, invented_s = _match([t for t, _ in crossed], played)
+        for (_, thing), hit in zip(crossed, matched, strict=True):
+            row = by_object.setdefault(thing, {"crossed": 0, "played": 0, "missed": 0, "invented": 0})
+            row["crossed"] += 1
+            row["played" if hit else "missed"] += 1
+        for time_s in invented_s:
+            under = _object_under(touches, crossed, finger, time_s)
+            row = by_object.setdefault(under, {"crossed": 0, "played": 0, "missed": 0, "invented": 0})
+            row["played"] += 1
+            row["invented"] += 1
+    total = {name: sum(row[name] for row in by_object.values()) for name in ("crossed", "played", "missed", "invented")}
+    return {**total, "by_object": by_object}
+
+
+def taps(data: SessionData) -> dict[str, int]:
+    """Contacts made by the true fingertips, and how many of them the operator felt as a tap.
+
+    A finger that was away for less than BOUNCE_S has not made another one: its force has only dipped.
+    """
+    made, left_s = [], dict.fromkeys(range(len(FINGERS)), -math.inf)
+    for event in data.truth_events:
+        if event["kind"] == "release":
+            left_s[event["finger"]] = event["time_s"]
+        elif event["kind"] == "contact" and event["time_s"] - left_s[event["finger"]] >= BOUNCE_S:
+            made.append(event)
+    shown = [p for p in data.played if p["kind"] == EventKind.TAP]
+    felt = 0
+    for event in made:
+        felt += any(
+            p["finger"] == event["finger"] and -_NOISE_S <= p["time_s"] - event["time_s"] < _FOLLOWS_S for p in shown
+        )
+    return {"made": len(made), "played": felt}
+
+
+def still_vibration(data: SessionData, used: Iterable[int]) -> dict[str, float | None]:
+    """Fastest motor at a true fingertip that has been free, or resting, for MOTOR_STILL_S."""
+    fastest: dict[str, float | None] = {"free_max": None, "resting_max": None}
+    if not len(data.contact) or not len(data.fingertips):
+        return fastest
+    nearest = np.searchsorted(data.fingertips.time_s, data.contact.time_s).clip(0, len(data.fingertips) - 1)
+    for name, mode in (("free_max", ExplorationMode.FREE), ("resting_max", ExplorationMode.QUIESCENT)):
+        speeds = [0.0]
+        for finger in used:
+            still = _lasting(data.contact["mode"][:, finger] == mode, data.contact.time_s, MOTOR_STILL_S)
+            speeds += data.fingertips["motor_rpm"][nearest[still], finger].tolist()
+        fastest[name] = round(max(speeds), 1)
+    return fastest
+
+
+def contact_to_motor_s(data: SessionData) -> list[float]:
+    """From 0.30 N at the true fingertip to the first motor command in its module, s."""
+    delays = []
+    for event in data.truth_events:
+        if event["kind"] != "contact":
+            continue
+        after = [
+            switch["time_s"] - event["time_s"]
+            for switch in data.motor_switches
+            if switch["finger"] == event["finger"]
+            and switch["motor_mv"] > 0
+            and switch["time_s"] >= event["time_s"] - _NOISE_S
+        ]
+        if after and after[0] < _FOLLOWS_S:
+            delays.append(after[0])
+    return delays
+
+
+def one_way_s(data: SessionData) -> list[float]:
+    """From a touch packet's source time to its rendering having left for the modules, s (one machine, one clock)."""
+    if not len(data.rendered) or not len(data.touch):
+        return []
+    sequence, written_s = data.rendered["sequence"], data.rendered["written_s"]
+    sent: dict[float, list[float]] = {}
+    for number, time_s in zip(data.touch["sequence"].tolist(), data.touch.time_s.tolist(), strict=True):
+        sent.setdefault(number, []).append(time_s)
+    delays = []
+    for i in np.flatnonzero(np.diff(sequence, prepend=np.nan) > 0).tolist():
+        # A restarted site counts anew: the newest packet of that number before is the one that was consumed.
+        before = [time_s for time_s in sent.get(float(sequence[i]), []) if time_s <= written_s[i]]
+        if before:
+            delays.append(float(written_s[i]) - before[-1])
+    return delays
+
+
+def _sent(data: SessionData, played: Mapping[str, Any]) -> dict[str, Any] | None:
+    """The event that was played: the newest of its number before, since a restarted site numbers anew."""
+    same = [e for e in data.sent_events if e["ident"] == played["ident"] and e["time_ns"] * 1e-9 <= played["time_s"]]
+    return same[-1] if same else None
+
+
+def _touches(data: SessionData) -> list[Touch]:
+    return true_touches(data.truth_events, float(data.contact.time_s[-1]) if len(data.contact) else 0.0)
+
+
+def _is(event: Mapping[str, Any], finger: int, kind: str) -> bool:
+    return bool(event["finger"] == finger and event["kind"] == kind)
+
+
+def _match(crossed_s: list[float], played_s: list[float]) -> tuple[list[bool], list[float]]:
+    """Which crossings were shown, and the impulses that belong to none; each is used once, in order of time."""
+    left = list(played_s)
+    matched = []
+    for time_s in crossed_s:
+        hit = next((p for p in left if -_GROOVE_EARLY_S <= p - time_s <= _GROOVE_LATE_S), None)
+        if hit is not None:
+            left.remove(hit)
+        matched.append(hit is not None)
+    return matched, left
+
+
+def _object_under(touches: list[Touch], crossed: list[tuple[float, str]], finger: int, time_s: float) -> str:
+    """Name for an impulse without a groove: the grooved zone crossed last in this touch, else the touched object."""
+    touch = next((t for t in touches if t.finger == finger and t.start_s <= time_s <= t.end_s + 0.1), None)
+    if touch is None:
+        return "nothing"
+    before = [thing for t, thing in crossed if touch.start_s <= t <= time_s]
+    return before[-1] if before else touch.thing
+
+
+def _lasting(condition: "np.ndarray[Any, np.dtype[np.bool_]]", time_s: Floats, least_s: float) -> Any:
+    """Samples at which a condition has held for at least `least_s`."""
+    since = np.where(condition, np.nan, time_s)
+    started = np.fmax.accumulate(np.concatenate(([time_s[0]], since[1:])))
+    return condition & (time_s - started >= least_s)
+
+
+def _spread(seconds: list[float]) -> dict[str, float | int | None]:
+    """p50, p99 and maximum in ms, and the count."""
+    if not seconds:
+        return {"p50": None, "p99": None, "max": None, "count": 0}
+    ms = np.array(seconds) * 1e3
+    p50, p99 = np.percentile(ms, (50, 99))
+    return {
+        "p50": round(float(p50), 3),
+        "p99": round(float(p99), 3),
+        "max": round(float(ms.max()), 3),
+        "count": len(seconds),
+    }
+
+
+def _range(series: Any, name: str, used: list[int], ends: tuple[str, ...]) -> dict[str, float | None]:
+    if not len(series):
+        return dict.fromkeys(ends)
+    values = series[name][:, used]
+    return {end: round(float(getattr(values, end)()), 3) for end in ends}
+
+
+def _packets(stream: str, sender: Mapping[str, Any], receiver: Mapping[str, Any]) -> dict[str, Any]:
+    refused = sum(receiver["refused"][stream].values()) + receiver["refused"]["damaged"].get(stream, 0)
+    return {
+        "sent": sender["sent"][stream],
+        "received": receiver["received"][stream],
+        "superseded": receiver["superseded"][stream],
+        "refused": refused,
+    }
+
+
+def _rounded(value: float | None, digits: int) -> float | None:
+    return None if value is None else round(value, digits)

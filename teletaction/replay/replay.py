@@ -1,0 +1,225 @@
+"""Identification and rendering run again on a recording, and compared with what the sites computed then.
+
+All that they depend on is in the recording: each tick's exact input, the accepted touch packets, configuration and
+calibrated tables. On the machine that recorded, the result is the same to the last bit.
+"""
+
+import csv
+import json
+import math
+from contextlib import ExitStack
+from pathlib import Path
+from typing import IO, Annotated, Any
+
+from pydantic import BaseModel, Field, ValidationError
+
+from common.config import OperatorConfig, RenderingConfig
+from common.fingers import FINGERS
+from common.limits import GAP_S
+from common.runtime.parallel_map import Progress, unseen
+from operator_site.safety.gated_output import GatedOutput
+from remote_site.texture.surface_table import SurfaceTable
+from remote_site.thermal.material_table import MaterialTable
+from teletaction.recordings.recorded_session import RecordedSession
+from teletaction.replay.replay_comparison import Comparison
+from teletaction.replay.replay_sites import OperatorReplay, RemoteReplay
+
+_SENSED = "remote/sensed"
+_INPUTS = (_SENSED, "operator/input")
+"""What makes each site's computation go on by one tick."""
+_STREAMS = (*_INPUTS, "remote/touch", "operator/touch", "operator/rendered")
+_PROGRESS_EVERY = 1000
+COLUMNS = ("force_n", "motor_rpm", "plate_set_c", "peltier_drive")
+
+
+def replay(path: Path, out: Path, progress: Progress = unseen) -> dict[str, Any]:
+    """Replay a recording of one site or of a whole session; returns what `replay.json` says.
+
+    Args:
+        path: the recording.
+        out: folder for `identification.jsonl` (events and material answers), `rendering.csv` (what leaves for the
+            operator's devices) and `replay.json` (comparison, and the touches in which a solution that waited for a
+            late tick changed the material or its time); made when it does not exist. Times count from the
+            recording's first message.
+        progress: is given the share done now and then.
+
+    Raises:
+        ValueError: the file is not a whole recording, is damaged, or lacks what a replay needs.
+        OSError: `path` cannot be read or `out` cannot be written.
+    """
+    with ExitStack() as files:
+        session = RecordedSession(path, files.enter_context(path.open("rb")))
+        if not any(session.counts.get(stream) for stream in _INPUTS):
+            raise ValueError(f"{path}: nothing to replay: has neither {' nor '.join(_INPUTS)}")
+        out.mkdir(parents=True, exist_ok=True)
+        replayed = _Replayed(
+            session,
+            files.enter_context((out / "identification.jsonl").open("w", encoding="utf-8")),
+            files.enter_context((out / "rendering.csv").open("w", encoding="utf-8", newline="")),
+        )
+        done = _Done(sum(session.counts.get(stream, 0) for stream in (*_STREAMS, _SENSED)), progress)
+        for stream, origin, time_ns, payload in session.messages(_STREAMS):
+            try:
+                replayed.take(stream, origin, (time_ns - session.start_ns) * 1e-9, payload)
+            except (ValueError, ArithmeticError) as error:
+                raise session.reader.damaged(stream, time_ns, error) from None
+            done.one_more()
+        replayed.identify_without_waiting(done)
+        progress(1.0)
+    result = {"recording": path.name, **replayed.result()}
+    (out / "replay.json").write_text(json.dumps(result, indent=1) + "\n", "utf-8")
+    return result
+
+
+class _Done:
+    """Counts messages of both passes; the second is made only where solutions waited."""
+
+    def __init__(self, total: int, progress: Progress) -> None:
+        self._total, self._progress, self._count = total, progress, 0
+
+    def one_more(self) -> None:
+        """Count a message, and say now and then how far the work is."""
+        self._count += 1
+        if self._count % _PROGRESS_EVERY == 0:
+            self._progress(self._count / self._total)
+
+
+class _Replayed:
+    """All sites of a recording; a restarted site begins anew, as it did then."""
+
+    def __init__(self, session: RecordedSession, identification: IO[str], rendering: IO[str]):
+        self._session = session
+        self._identification = identification
+        self._rendering = csv.writer(rendering, lineterminator="\n")
+        self._fingers: list[str] = []
+        self._remotes: dict[str, RemoteReplay] = {}
+        self._operators: dict[str, OperatorReplay] = {}
+        self._changed: dict[str, list[dict[str, object]]] = {}
+
+    def take(self, stream: str, origin: str, time_s: float, payload: bytes) -> None:
+        """One message, in order of time."""
+        match stream:
+            case "remote/sensed":
+                for line in self._remote(origin).sensed(time_s, payload):
+                    self._identification.write(json.dumps(line) + "\n")
+            case "remote/touch":
+                self._remote(origin).touch(time_s, payload)
+            case "operator/touch":
+                self._operator(origin).touch(payload)
+            case "operator/input":
+                self._write(time_s, self._operator(origin).input(payload))
+            case "operator/rendered":
+                self._operator(origin).rendered(time_s, payload)
+
+    def identify_without_waiting(self, done: "_Done") -> None:
+        """Where solutions waited for late ticks, identify once more, and find the touches in which that mattered."""
+        whole = {
+            origin: open_remote(self._session, origin, waits=False)
+            for origin, site in self._remotes.items()
+            if site.postponed
+        }
+        if not whole:
+            return
+        for _, origin, time_ns, payload in self._session.messages((_SENSED,)):
+            if origin in whole:
+                whole[origin].sensed((time_ns - self._session.start_ns) * 1e-9, payload)
+            done.one_more()
+        self._changed = {origin: self._remotes[origin].named.changed(site.named) for origin, site in whole.items()}
+
+    def result(self) -> dict[str, Any]:
+        """What came of it, for each recording that went into the session."""
+        return {
+            "remote": {
+                origin or "remote": {
+                    "ticks": site.ticks,
+                    **_compared("touch_packets", site.packets),
+                    "postponed": site.postponed,
+                    "changed_by_waiting": self._changed.get(origin, []),
+                }
+                for origin, site in self._remotes.items()
+            },
+            "operator": {
+                origin or "operator": {
+                    "ticks": site.ticks,
+                    **_compared("rendered_rows", site.rows),
+                    "missing_touch_packets": len(site.missing_touches),
+                }
+                for origin, site in self._operators.items()
+            },
+        }
+
+    def _remote(self, origin: str) -> RemoteReplay:
+        if origin not in self._remotes:
+            self._remotes[origin] = open_remote(self._session, origin)
+        return self._remotes[origin]
+
+    def _operator(self, origin: str) -> OperatorReplay:
+        if origin not in self._operators:
+            self._operators[origin] = open_operator(self._session, origin)
+            if not self._fingers:
+                self._fingers = _fingers(self._session, origin)
+                columns = [f"{finger}_{column}" for finger in self._fingers for column in COLUMNS]
+                self._rendering.writerow(["time_s", *columns, "fault"])
+        return self._operators[origin]
+
+    def _write(self, time_s: float, output: GatedOutput) -> None:
+        row: list[object] = [time_s]
+        for finger in map(FINGERS.index, self._fingers):
+            row += [output.force_n[finger], output.motor_rpm[finger], output.plate_set_c[finger]]
+            row.append(output.peltier_drive[finger])
+        self._rendering.writerow([*row, output.fault or ""])
+
+
+def open_remote(session: RecordedSession, origin: str, *, waits: bool = True) -> RemoteReplay:
+    """The remote site as it was configured and calibrated; raises ValueError when the recording does not say.
+
+    Args:
+        session: the recording.
+        origin: of the site in it.
+        waits: whether solutions wait for late ticks again, as they did.
+    """
+    materials = session.table(origin, "materials", MaterialTable)
+    surfaces = session.table(origin, "surfaces", SurfaceTable)
+    period_s = 1.0 / _configured(session, origin).rate_hz if waits else math.inf
+    return RemoteReplay(_fingers(session, origin), materials, surfaces, period_s)
+
+
+def open_operator(session: RecordedSession, origin: str) -> OperatorReplay:
+    """The operator site as it was configured; raises ValueError when the recording does not say."""
+    configured = _configured(session, origin)
+    return OperatorReplay(configured.rendering, 1.0 / configured.rate_hz, configured.link.gap_s)
+
+
+class _Link(BaseModel):
+    gap_s: Annotated[float, Field(gt=0.0)] = GAP_S
+
+
+class _Configured(BaseModel):
+    """What computing depends on, of a site's configuration."""
+
+    fingers: list[str] = list(FINGERS)
+    rate_hz: Annotated[float, Field(gt=0.0)] = OperatorConfig.model_fields["rate_hz"].default
+    rendering: RenderingConfig = RenderingConfig()
+    link: _Link = _Link()
+
+
+def _configured(session: RecordedSession, origin: str) -> _Configured:
+    try:
+        return _Configured.model_validate(session.configuration(origin))
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"]))
+        raise ValueError(f"{session.path}: its configuration cannot be used: {where}: {first['msg']}") from None
+
+
+def _fingers(session: RecordedSession, origin: str) -> list[str]:
+    chosen = _configured(session, origin).fingers
+    return [finger for finger in FINGERS if finger in chosen]
+
+
+def _compared(what: str, comparison: Comparison) -> dict[str, object]:
+    return {
+        what: comparison.compared,
+        "identical": comparison.identical,
+        "first_difference": comparison.first_difference,
+    }

@@ -1,0 +1,40 @@
+"""Several recordings replayed side by side, on all processors."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from common.runtime.parallel_map import Progress, in_order, unseen
+from teletaction.replay.replay import replay
+
+
+def replay_each(
+    recordings: Sequence[Path], out: Path, processes: int, progress: Progress = unseen
+) -> Iterator[tuple[Path, dict[str, Any]]]:
+    """Yield each recording with what its `replay.json` says, in their order.
+
+    Args:
+        recordings: one, or several whose names differ.
+        out: folder for the results; with several recordings each has a folder of its name in it.
+        processes: that share the recordings; the results do not depend on it.
+        progress: is given the share done.
+
+    Raises:
+        ValueError: two recordings have one name, or a recording cannot be replayed.
+        OSError: a recording cannot be read, or `out` cannot be written.
+    """
+    if len(recordings) == 1:
+        yield recordings[0], replay(recordings[0], out, progress)
+        return
+    names: dict[str, Path] = {}
+    for path in recordings:
+        other = names.setdefault(path.stem, path)
+        if other is not path:
+            raise ValueError(f"{other} and {path}: two recordings named {path.stem}: replay them one after the other")
+    jobs = [(path, out / name) for name, path in names.items()]
+    yield from zip(recordings, in_order(_replay, jobs, processes, progress, fewest=2), strict=True)
+
+
+def _replay(job: tuple[Path, Path]) -> dict[str, Any]:
+    recording, out = job
+    return replay(recording, out)

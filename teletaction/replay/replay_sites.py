@@ -1,0 +1,163 @@
+"""One site's computation run again, tick by tick, on what it recorded: no devices, no link, no clock."""
+
+from collections.abc import Sequence
+
+from msgspec.structs import replace
+
+from common.config import RenderingConfig
+from common.fingers import FINGERS
+from common.wire.messages import Touch
+from operator_site.gated_rendering import GatedRendering
+from operator_site.recorded_rows import Rendered
+from operator_site.rendering_input import RenderingInput
+from operator_site.safety.gated_output import GatedOutput
+from remote_site.devices.sensor_frame import Sensed
+from remote_site.identification.perception import Perception
+from remote_site.texture.surface_table import SurfaceTable
+from remote_site.thermal.material_table import MaterialTable
+from remote_site.thermal.thermal_result import ThermalAnswer
+from teletaction.replay.replay_comparison import Comparison, Fields
+from teletaction.replay.replay_named import NamedTouches
+
+Line = dict[str, object]
+_RENDERED = ("force_n", "motor_rpm", "plate_set_c", "peltier", "limits")
+
+
+class RemoteReplay:
+    """Identification again."""
+
+    def __init__(self, fingers: Sequence[str], materials: MaterialTable, surfaces: SurfaceTable, period_s: float):
+        """Identify with the tables that were in use.
+
+        Args:
+            fingers: of the site.
+            materials: calibrated materials.
+            surfaces: calibrated surfaces.
+            period_s: of the ticks, s: what waited for a late tick waits again; infinite: nothing waits.
+        """
+        self.ticks = 0
+        self.named = NamedTouches()
+        self.packets = Comparison(touch_fields)
+        self._perception = Perception(fingers, materials, surfaces, period_s=period_s)
+        self._answered: dict[int, tuple[object, object]] = {}
+
+    @property
+    def postponed(self) -> int:
+        """Ticks in which a solution was due and waited, since they were late."""
+        return self._perception.postponed
+
+    def sensed(self, time_s: float, recorded: bytes) -> list[Line]:
+        """Take the readings of one tick; the events and changes of material answer in it."""
+        if self.ticks:
+            self._perception.work()  # of the tick before, whose packet has been compared
+        self.ticks += 1
+        happened = self._perception.step(Sensed.unpack(recorded))
+        self.named.take(time_s, happened)
+        lines: list[Line] = [
+            {
+                "time_s": time_s,
+                "finger": FINGERS[event.finger],
+                "event": event.kind.name.lower(),
+                "value": event.value,
+                "name": event.name,
+            }
+            for event in happened
+        ]
+        for finger, touch in self._perception.touches.items():
+            said = touch.thermal.status, touch.thermal.best
+            if said != self._answered.get(finger):
+                self._answered[finger] = said
+                lines.append({"time_s": time_s, "finger": FINGERS[finger], **_answer(touch.thermal)})
+        return lines
+
+    def touch(self, time_s: float, recorded: bytes) -> bytes:
+        """The packet that would be sent now, compared with the one that was sent."""
+        sent = Touch.decode(recorded)
+        packet = self._perception.packet(sent.session, sent.sequence, sent.time_ns, sent.state).encode()
+        self.packets.add(self.ticks - 1, time_s, recorded, packet)
+        return packet
+
+
+class OperatorReplay:
+    """Rendering and the operator's gate again."""
+
+    def __init__(self, config: RenderingConfig, period_s: float, gap_s: float):
+        """Render as was configured."""
+        self.ticks = 0
+        self.rows = Comparison(rendered_fields)
+        self.missing_touches: set[int] = set()
+        """Sequence numbers of touch packets that were rendered and are not in the recording."""
+        self._rendering = GatedRendering(config, period_s, gap_s)
+        self._newest: Touch | None = None
+        self._output: GatedOutput | None = None
+
+    def touch(self, recorded: bytes) -> None:
+        """Take a touch packet as it was accepted."""
+        self._newest = Touch.decode(recorded)
+
+    def input(self, recorded: bytes) -> GatedOutput:
+        """Take the input of one tick; what leaves for the devices."""
+        self.ticks += 1
+        self._output = self._rendering.step(RenderingInput.unpack(recorded, self._touch_of))
+        return self._output
+
+    def rendered(self, time_s: float, recorded: bytes) -> bytes:
+        """The row of what would leave for the devices now, compared with what left."""
+        output = self._output
+        if output is None:
+            return recorded  # its input is not in the recording: nothing to compare
+        # The rest of the row is input, and the wall time of writing it.
+        replayed = replace(
+            Rendered.unpack(recorded),
+            force_n=output.force_n,
+            motor_rpm=output.motor_rpm,
+            plate_set_c=output.plate_set_c,
+            peltier=output.peltier_drive,
+            limits=output.limited,
+            fault=output.fault,
+        ).pack()
+        self.rows.add(self.ticks - 1, time_s, recorded, replayed)
+        return replayed
+
+    def _touch_of(self, sequence: int) -> Touch | None:
+        if self._newest is not None and self._newest.sequence == sequence:
+            return self._newest
+        self.missing_touches.add(sequence)
+        return None
+
+
+def _answer(answer: ThermalAnswer) -> Line:
+    return {
+        "status": answer.status.name.lower(),
+        "material": answer.material,
+        "best": answer.best,
+        "probability": answer.probability,
+        "object_c": answer.object_c,
+        "object_c_sd": answer.object_c_sd,
+        "reason": answer.reason,
+    }
+
+
+def touch_fields(packet: bytes) -> Fields:
+    """What identification has put into a touch packet, by name."""
+    touch = Touch.decode(packet)
+    fields: dict[str, object] = {}
+    for finger, row, material in zip(FINGERS, touch.rows, touch.materials, strict=True):
+        fields |= {f"{finger}.{name}": value for name, value in row._asdict().items()}
+        fields[f"{finger}.material"] = material
+    fields |= {
+        f"{finger}.told": [list(map(list, told[0])), *told[1:]]
+        for finger, told in zip(FINGERS, touch.told, strict=True)
+    }
+    for event in touch.events:
+        fields[f"event {event.ident}"] = [int(event.kind), event.finger, event.time_ns, event.value, event.name]
+    return fields
+
+
+def rendered_fields(row: bytes) -> Fields:
+    """What left for the devices by a row of operator/rendered, by name."""
+    rendered = Rendered.unpack(row)
+    fields: dict[str, object] = {}
+    for name in _RENDERED:
+        fields |= {f"{finger}.{name}": value for finger, value in zip(FINGERS, getattr(rendered, name), strict=True)}
+    return {**fields, "fault": rendered.fault}

@@ -1,0 +1,231 @@
+"""The parts of a report that tell of the examination: its opening page, the maps, and each finding."""
+
+import math
+from collections.abc import Mapping
+from datetime import datetime
+from typing import Any
+
+from operator_site.console.examination.findings import QUANTITY, value_text
+from operator_site.console.map.map_tiles import CONFIDENT_SD, picture
+from operator_site.console.map.tactile_map import LOGARITHMIC, QUANTITIES, Felt, FeltPlace
+from teletaction.report.examination import Examination
+from teletaction.report.finding_figure import AFTER_S, BEFORE_S, signals_figure
+from teletaction.report.map_coverage import Coverage, coverage
+from teletaction.report.map_figure import UNITS, cutout_figure, map_figure
+from teletaction.report.report_parts import figure, section
+from teletaction.report.report_words import shown, table
+from teletaction.report.session_curves import SessionCurves
+
+CUTOUT_M = 0.040
+LONGEST_IN_TABLE = 160
+"""Letters of a note on the opening page."""
+NO_CONSOLE = (
+    "No console took part in this recording: it has no study number, no findings, and no audit trail. The map is made "
+    "of what the operator site received."
+)
+_CONFIDENCE = ("none", "low", "fair", "high")
+_READING = (
+    "Confidence as opacity: full colour where a value is known well, stippled where it is known badly, a dot alone "
+    "where it is hardly known; hatched is what was not felt. In the map of temperature + and − are at least 1 K above "
+    "and below the middle of its scale. A map is for finding: a finding’s value is of the touches within 3 mm of it."
+)
+
+
+def opening(examination: Examination, seconds: float | None) -> str:
+    """Whose examination it was, the map with its findings, their table, and what was not felt."""
+    begun, findings = examination.begun, list(examination.findings.values())
+    facts = {
+        "study number": shown(begun.get("pseudonym")),
+        "begun": shown(_wall_clock(begun.get("wall_clock"))),
+        "duration": _duration(examination, seconds),
+        "at the console": shown(begun.get("who")),
+        "findings": str(len(findings)),
+    }
+    listed = "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in facts.items())
+    quantity = _first_quantity(examination)
+    drawn = None if quantity is None else map_figure(examination.felt, quantity, findings, (7.0, 4.9))
+    told = "" if quantity is None else f"{quantity.capitalize()} over the explored surface. {_sides(begun)}"
+    absent = "" if examination.console else f'<p class="fault">{NO_CONSOLE}</p>'
+    picture_html = figure("Map with findings", drawn, told) if drawn else "<p>Nothing was felt.</p>"
+    return section(
+        "Examination",
+        f"<dl>{listed}</dl>{absent}{picture_html}<h3>Findings</h3>{findings_table(examination)}"
+        f"<h3>Not felt</h3>{not_felt(examination)}",
+        "opening",
+    )
+
+
+def findings_table(examination: Examination) -> str:
+    """One row a finding; those without a place are there too."""
+    rows = []
+    for finding in examination.findings.values():
+        place = [_mm(finding.get(name)) for name in ("x_m", "y_m")]
+        rows.append(
+            [
+                f"<b>{shown(finding.get('id'))}</b>",
+                shown(finding.get("kind")),
+                ", ".join(place) if "–" not in place else "a moment, no place",
+                shown(finding.get("text")),
+                "–" if (step := confidence(examination, finding)) is None else _CONFIDENCE[step],
+                f'<span class="note">{shown(_beginning(str(finding.get("note") or "–")))}</span>',
+            ]
+        )
+    return table(("", "kind", "x, y (mm)", "felt", "confidence", "note"), rows)
+
+
+def confidence(examination: Examination, finding: Mapping[str, Any]) -> int | None:
+    """How well the value that a finding is about was known in the end, 0..3; None where it is about no value."""
+    here, quantity = place_of(examination, finding), QUANTITY.get(str(finding.get("kind")))
+    if here is None or quantity is None:
+        return None
+    felt = getattr(here, quantity)
+    return 0 if felt is None else _step(quantity, felt)
+
+
+def place_of(examination: Examination, finding: Mapping[str, Any]) -> FeltPlace | None:
+    """What was felt at a finding by the end; None for one without a place."""
+    x_m, y_m = finding.get("x_m"), finding.get("y_m")
+    return None if x_m is None or y_m is None else examination.felt.at(float(x_m), float(y_m))
+
+
+def not_felt(examination: Examination) -> str:
+    """What the maps do not show: quantities never felt, gaps between lines."""
+    rows = []
+    for quantity in QUANTITIES:
+        covered = covered_by(examination, quantity)
+        if covered is None:
+            rows.append([quantity, "not felt anywhere", "", ""])
+            continue
+        lines = f"up to {1e3 * covered.lines_m:.0f} mm apart"
+        rows.append(
+            [
+                quantity,
+                f"{1e4 * (covered.explored_m2 - covered.felt_m2):.1f} of {1e4 * covered.explored_m2:.1f} cm²",
+                f"{100.0 * covered.share:.0f} %",
+                f"<b>{lines}: lines more than 6 mm apart</b>" if covered.gaps else lines.replace("up to", "at most"),
+            ]
+        )
+    return table(("", "not felt within the explored outline", "felt", "lines or presses"), rows)
+
+
+def covered_by(examination: Examination, quantity: str) -> Coverage | None:
+    """How much of the surface was felt; None where nothing was."""
+    felt = picture(examination.felt, quantity)
+    return None if felt is None else coverage(felt)
+
+
+def maps(examination: Examination) -> str:
+    """The four maps."""
+    findings = list(examination.findings.values())
+    drawn = "".join(
+        f"<div><h3>{quantity.capitalize()}</h3>"
+        + figure(f"Map of {quantity}", map_figure(examination.felt, quantity, findings), _words(examination, quantity))
+        + "</div>"
+        for quantity in QUANTITIES
+    )
+    return section("Maps", f'<p>{_READING}</p><div class="maps">{drawn}</div>', "page")
+
+
+def finding_blocks(examination: Examination, session: SessionCurves) -> str:
+    """Half a page for each finding: its surroundings on the map, and the signals around its moment."""
+    blocks = []
+    for finding in examination.findings.values():
+        number = shown(finding.get("id"))
+        here = place_of(examination, finding)
+        quantity = QUANTITY.get(str(finding.get("kind"))) or _known_here(here) or "temperature"
+        cut = cutout_figure(examination.felt, quantity, finding, CUTOUT_M)
+        if cut is None:
+            cut_html = f"<p>{'No place.' if here is None else f'No {quantity} was felt here.'}</p>"
+        else:
+            cut_html = figure(f"Surroundings of finding {number}", cut, f"{quantity}, {1e3 * CUTOUT_M:.0f} mm wide")
+        signals = signals_figure(session, finding)
+        told = f"{BEFORE_S:g} s before to {AFTER_S:g} s after the finding was marked; finger: {finding.get('finger')}"
+        signals_html = (
+            figure(f"Signals at finding {number}", signals, told) if signals else "<p>No signals recorded.</p>"
+        )
+        blocks.append(
+            f'<div class="finding"><h3>Finding {number}: {shown(finding.get("text"))}</h3>'
+            f"<p>{_in_words(finding, here)}</p>"
+            f'<div class="pair"><div>{cut_html}</div><div>{signals_html}</div></div></div>'
+        )
+    return section("Findings, one by one", "".join(blocks)) if blocks else ""
+
+
+def _in_words(finding: Mapping[str, Any], here: FeltPlace | None) -> str:
+    """What it differs in, all that was felt there by the end, and the note."""
+    lines = [shown(finding["compare"])] if finding.get("compare") else []
+    if here is not None:
+        known = [
+            f"{quantity} {shown(value_text(quantity, felt))} ({felt.touches} touch{'es' if felt.touches != 1 else ''})"
+            for quantity in UNITS
+            if (felt := getattr(here, quantity)) is not None
+        ]
+        if here.material is not None:
+            known.append(f"material {shown(here.material[0])} ({100.0 * here.material[1]:.0f} % of the touches)")
+        lines.append("Within 3 mm by the end: " + ("; ".join(known) or "nothing felt") + ".")
+    if finding.get("note"):
+        lines.append(f'Note: <span class="note">{shown(finding["note"])}</span>')
+    return "<br>".join(lines)
+
+
+def _words(examination: Examination, quantity: str) -> str:
+    covered = covered_by(examination, quantity)
+    if covered is None:
+        return ""
+    said = f"{1e4 * covered.felt_m2:.1f} cm² felt, {100.0 * covered.share:.0f} % of what was explored. "
+    return said + (f"Lines more than 6 mm apart: up to {1e3 * covered.lines_m:.0f} mm." if covered.gaps else "")
+
+
+def _first_quantity(examination: Examination) -> str | None:
+    """What most findings are about; else what most of the surface is known of."""
+    about = [QUANTITY[kind] for f in examination.findings.values() if (kind := str(f.get("kind"))) in QUANTITY]
+    felt = {quantity: covered_by(examination, quantity) for quantity in QUANTITIES[:3]}
+    known = [quantity for quantity, covered in felt.items() if covered is not None]
+    if not known:
+        return None
+    return max(known, key=lambda quantity: (about.count(quantity), getattr(felt[quantity], "felt_m2", 0.0)))
+
+
+def _known_here(here: FeltPlace | None) -> str | None:
+    return next((quantity for quantity in UNITS if getattr(here, quantity, None) is not None), None)
+
+
+def _step(quantity: str, felt: Felt) -> int:
+    """Confidence in a value, by the rule of the maps."""
+    sd = felt.sd / felt.value if quantity in LOGARITHMIC else felt.sd
+    return sum(sd <= share * CONFIDENT_SD[quantity] for share in (2.0, 1.0, 0.5))
+
+
+def _duration(examination: Examination, seconds: float | None) -> str:
+    began_s = examination.begun.get("at_s")
+    if examination.ended_s is not None and began_s is not None:
+        seconds = examination.ended_s - float(began_s)
+    if seconds is None or not math.isfinite(seconds):
+        return "–"
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes} min {rest} s" if minutes else f"{rest} s"
+
+
+def _wall_clock(text: Any) -> str | None:
+    """A date and time as people read it; as it stands where it is none."""
+    try:
+        begun = datetime.fromisoformat(str(text))
+    except ValueError:
+        return None if text is None else str(text)
+    return f"{begun.day} {begun:%B %Y, %H:%M}"
+
+
+def _beginning(note: str) -> str:
+    """Of a long note as much as stands in a table; all of it stands with its finding."""
+    return note if len(note) <= LONGEST_IN_TABLE else f"{note[:LONGEST_IN_TABLE]}… (all of it below)"
+
+
+def _sides(begun: Mapping[str, Any]) -> str:
+    sides = begun.get("sides")
+    if not isinstance(sides, Mapping):
+        return ""
+    return "".join(f"{side.capitalize()} edge: {name}. " for side, name in sides.items() if isinstance(name, str))
+
+
+def _mm(value: Any) -> str:
+    return "–" if value is None else f"{1e3 * float(value):.0f}".replace("-", "−")

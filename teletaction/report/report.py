@@ -1,0 +1,235 @@
+"""The session as one HTML file that needs nothing else, and the picture of one finger."""
+
+from collections.abc import Callable, Mapping
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+from common.fingers import FINGERS
+from teletaction.plotting.figure_style import STYLE
+from teletaction.recordings.machine_verdict import machine_verdict
+from teletaction.recordings.session_data import SessionData
+from teletaction.recordings.summary import contact_to_motor_s, one_way_s
+from teletaction.report.convergence_figure import MOST_TOUCHES, convergence_figure
+from teletaction.report.examination import Examination
+from teletaction.report.examination_page import finding_blocks, maps, opening
+from teletaction.report.examination_record import record
+from teletaction.report.figures import (
+    force_figure,
+    modes_figure,
+    session_figure,
+    temperature_figure,
+    vibration_figure,
+)
+from teletaction.report.report_limits import acted_table, extremes_table
+from teletaction.report.report_parts import figure, png, section
+from teletaction.report.report_style import CSS
+from teletaction.report.report_words import (
+    NONE,
+    confusion_table,
+    contacts_table,
+    histogram_table,
+    impulses_table,
+    latency_table,
+    packets_table,
+    process_table,
+    shown,
+    tally_table,
+    targets_table,
+    verdict,
+)
+from teletaction.report.session_curves import SessionCurves
+
+_CONTACT_EDGES_MS = (0, 2, 4, 6, 8, 10, 15, 20, 50)
+_LINK_EDGES_MS = (0, 0.5, 1, 1.5, 2, 3, 5, 10, 20)
+
+_FIGURES: tuple[tuple[str, Callable[[SessionCurves], Figure | None], str], ...] = (
+    (
+        "Modes over time",
+        modes_figure,
+        "Upper band: the true mode, from the noise-free motion and force of the simulated finger. Lower band: what "
+        "the remote site identified. Names above: the object touched.",
+    ),
+    (
+        "Vibration",
+        vibration_figure,
+        "Blue is true: the speed of the simulated module's motor. Yellow is what the operator site commanded; a motor "
+        "takes time to follow. Below the dashed line a vibration is not felt.",
+    ),
+    (
+        "Plate and skin temperature",
+        temperature_figure,
+        "Blue and black are true: the simulated plate, and the skin under it. Dashed orange is the set-point that left "
+        "the operator site; dotted red is the site's own model of what a finger on the real object would feel.",
+    ),
+    (
+        "Identification converging",
+        convergence_figure,
+        "The remote site's own belief since contact: the probability of its likeliest material, and the object's "
+        "temperature with its standard deviation. The thick black line is the true temperature; a dot marks the moment "
+        f"a material was named. Touches shorter than 1 s are left out; at most {MOST_TOUCHES} are shown.",
+    ),
+    (
+        "Force",
+        force_figure,
+        "Black and blue are true, at the simulated devices; yellow is the force that the remote site measured. Right: "
+        "the largest of each beside its limit.",
+    ),
+)
+_CONTACTS = (
+    "<p>Contacts of at least 1 s. The true material and temperature are those of the simulated object; the rest is "
+    "what the remote site told when the contact ended. The paper's answer is that of its own method (Kron &amp; "
+    "Schmidt 2003, Eq. 11) on the same data.</p>"
+)
+_TARGETS = (
+    "<p>What the scene has for finding, beside what the map shows: the place where a quantity stands out most, and "
+    "what was felt nearest to it. True are the middle of the simulated target and its value; a surface has no true "
+    "roughness in the sensor’s unit.</p>"
+)
+_TRUE = (
+    "<p>“True” is what happened in the simulated world, at the simulated devices. Everything else is what a site "
+    "measured, believed or commanded.</p>"
+)
+_NO_SUMMARY = (
+    "<p>Of what was true in the world, of delays at the devices and of the processes nothing is known here: no "
+    "<code>summary.json</code> lies beside the recording.</p>"
+)
+_ACTED = "<p>How long each limit of a gate acted on a finger since both sites engaged:</p>"
+_GROOVES = "<p>Impulses shown to the operator against grooves that the true fingertip crossed.</p>"
+_Around = tuple[str, str]
+"""Parts of the examination before and after those of the signals."""
+_POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
+
+
+def write_report(
+    data: SessionData, summary: Mapping[str, Any], out: Path, examination: Examination | None = None
+) -> None:
+    """Write the session as one HTML file: tables and figures, no network, no script.
+
+    Args:
+        data: the merged recording; streams may be empty.
+        summary: what `summary.json` holds; parts that are missing are said to be.
+        out: file to write.
+        examination: what was felt and found, and who did what; without it the report is of the signals alone.
+
+    Raises:
+        OSError: `out` cannot be written.
+    """
+    session = SessionCurves.of(data, summary.get("fingers") or _fingers(examination))
+    with mpl.rc_context(STYLE):
+        figures = "".join(section(title, figure(title, draw(session), told)) for title, draw, told in _FIGURES)
+        before = after = ""
+        if examination is not None:
+            seconds = session.shown_s[1] if len(data.rendered) or len(data.touch) else None
+            before = opening(examination, seconds) + maps(examination) + finding_blocks(examination, session)
+            after = record(examination, data, summary)
+    out.write_text(_page(session, summary, figures, examination, (before, after)), "utf-8")
+
+
+def write_figure(data: SessionData, out_png: Path, finger: str = "index") -> None:
+    """Write the picture of one finger over the session, 1600 x 1000 pixels.
+
+    Raises:
+        ValueError: no such finger.
+        OSError: `out_png` cannot be written.
+    """
+    if finger not in FINGERS:
+        raise ValueError(f"finger {finger!r}: choose one of {', '.join(FINGERS)}")
+    with mpl.rc_context(STYLE):
+        out_png.write_bytes(png(session_figure(SessionCurves.of(data), FINGERS.index(finger)), 100))
+
+
+def _page(
+    session: SessionCurves, summary: Mapping[str, Any], figures: str, examination: Examination | None, around: _Around
+) -> str:
+    contacts = summary.get("contacts") or []
+    modes, taps = summary.get("modes") or {}, summary.get("taps") or {}
+    agreement = (
+        f"<p>Agreement over the whole time {_percent(modes.get('agreement'))}, "
+        f"while in contact {_percent(modes.get('agreement_in_contact'))}.</p>"
+    )
+    delays = "".join(
+        histogram_table(times_s, edges, name)
+        for times_s, edges, name in (
+            (contact_to_motor_s(session.data), _CONTACT_EDGES_MS, "contact to motor command"),
+            (one_way_s(session.data), _LINK_EDGES_MS, "touch packet, one way"),
+        )
+    )
+    felt = f"<p>Taps: {shown(taps.get('made'))} made, {shown(taps.get('played'))} played.</p>"
+    cores = f"<p>All processes together: {shown(summary.get('cpu_cores'))} cores.</p>"
+    latency = latency_table(summary.get("latency_ms") or {}) + f'<div class="side">{delays}</div>'
+    targets = summary.get("targets") or []
+    parts: tuple[str, ...] = (
+        *((section("Targets", _TARGETS + targets_table(targets)),) if targets else ()),
+        section("Contacts", _CONTACTS + tally_table(contacts) + contacts_table(contacts)),
+        figures,
+        section("Limits", extremes_table(summary) + _ACTED + acted_table(session)),
+        section("Latency", latency),
+        section("Modes identified", agreement + confusion_table(modes)),
+        section("Grooves and taps", _GROOVES + impulses_table(summary.get("impulses") or {}) + felt),
+        section("Link", packets_table(summary.get("packets") or {})),
+        section("Loops, CPU and memory", process_table(summary) + cores),
+    )
+    if not summary:  # of a session with patients and no simulated world there never is one
+        parts = figures, section("Limits", _ACTED + acted_table(session))
+    title, (before, after) = _title(summary, examination), around
+    return (
+        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
+        f"<title>{title}</title><style>{CSS}</style></head>\n"
+        f"<body><h1>{title}</h1>{_enough(summary)}{before}"
+        f"{section('Session', _header(summary))}{''.join(parts)}{after}</body></html>\n"
+    )
+
+
+def _fingers(examination: Examination | None) -> int:
+    """How many fingers the operator site has modules for; all, where it does not say."""
+    devices = None if examination is None else examination.figures.get("devices")
+    modules = [name for name in devices if "tacttip" in str(name)] if isinstance(devices, Mapping) else []
+    return min(len(modules), len(FINGERS)) or len(FINGERS)
+
+
+def _title(summary: Mapping[str, Any], examination: Examination | None) -> str:
+    """Whose examination it is, and the scene of a simulated one."""
+    pseudonym = None if examination is None else examination.begun.get("pseudonym")
+    words = ["Session" if pseudonym is None else f"Examination {shown(pseudonym)}"]
+    if summary.get("scene") is not None:
+        words.append(f"{shown(summary.get('scene'))}, seed {shown(summary.get('seed'))}")
+    return ": ".join(words)
+
+
+def _enough(summary: Mapping[str, Any]) -> str:
+    """Whether the machine was fast enough, before anything that depends on it."""
+    words = machine_verdict(summary)
+    return f"<p>{escape(words)}</p>" if words else ""
+
+
+def _header(summary: Mapping[str, Any]) -> str:
+    if not summary:
+        return _NO_SUMMARY
+    contacts = summary.get("contacts") or []
+    words = [verdict(contact.get("material"), contact.get("true_material")) for contact in contacts]
+    latency = ((summary.get("latency_ms") or {}).get("contact_to_motor") or {}).get("p50")
+    facts = {
+        "duration": f"{shown(summary.get('duration_s'), 1)} s",
+        "fingers": shown(summary.get("fingers")),
+        "contacts": f"{len(words)}: " + ", ".join(f"{words.count(w)} {w}" for w in ("right", "wrong", "no answer")),
+        "modes agree": _percent((summary.get("modes") or {}).get("agreement")),
+        "contact to motor, median": "–" if latency is None else f"{shown(latency, 1)} ms",
+        "faults": _faults(summary.get("faults") or []),
+    }
+    listed = "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in facts.items())
+    return f"<dl>{listed}</dl>{_TRUE}"
+
+
+def _faults(faults: list[Any]) -> str:
+    told = [f"{f.get('site')}: {f.get('fault')}" if isinstance(f, Mapping) else str(f) for f in faults]
+    return f'<span class="fault">{escape("; ".join(told))}</span>' if told else NONE
+
+
+def _percent(share: float | None) -> str:
+    return "–" if share is None else f"{100 * share:.1f} %"

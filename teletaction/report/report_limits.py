@@ -1,0 +1,65 @@
+"""The limits in the report: the extremes beside them, and how long each acted on which finger."""
+
+from collections.abc import Mapping, Sequence
+from enum import IntFlag
+from typing import Any
+
+import numpy as np
+
+from common.fingers import FINGERS
+from common.limits import COMFORT, CONTACT_FORCE_N, FINGER_FORCE_N, MOTOR_FLOOR_RPM, PLATE_FAULT_C, SENSOR_PLATE_C
+from operator_site.safety.limit_flags import Limit as OperatorLimit
+from remote_site.safety.limit_flags import Limit as PatientLimit
+from teletaction.recordings.session_data import Series
+from teletaction.report.report_words import shown, table
+from teletaction.report.session_curves import SessionCurves, held_s
+
+
+def extremes_table(summary: Mapping[str, Any]) -> str:
+    """The largest and smallest values reached at the simulated devices, beside their limits."""
+
+    def value(name: str, end: str) -> str:
+        return shown((summary.get(name) or {}).get(end))
+
+    felt = f"felt above {MOTOR_FLOOR_RPM:g}"
+    hottest = f"set to {COMFORT.high_c:g}; fault at {PLATE_FAULT_C:g}"
+    rows = (
+        ("operator's plate, highest (°C)", value("plate_c", "max"), hottest),
+        ("operator's plate, lowest (°C)", value("plate_c", "min"), f"set to {COMFORT.low_c:g}"),
+        ("sensor's plate on the patient, highest (°C)", value("sensor_plate_c", "max"), f"{SENSOR_PLATE_C:g}"),
+        ("force at the operator's finger, largest (N)", value("force_n", "max"), f"{FINGER_FORCE_N:g}"),
+        ("force on the patient, largest (N)", value("contact_force_n", "max"), f"{CONTACT_FORCE_N:g}"),
+        ("motor while free, fastest (rpm)", value("vibration_rpm", "free_max"), felt),
+        ("motor while resting, fastest (rpm)", value("vibration_rpm", "resting_max"), felt),
+    )
+    return table(("measured at the simulated devices", "value", "limit (comfort profile)"), rows)
+
+
+def acted_table(session: SessionCurves) -> str:
+    """How long each limit of both gates acted on each finger, s, since both sites engaged."""
+    rows: list[list[str]] = []
+    for site, series, limits in (
+        ("operator", session.data.rendered, OperatorLimit),
+        ("patient", session.data.gate, PatientLimit),
+    ):
+        rows += _rows(session, site, series, limits)
+    return table(("gate", "limit", *(f"{FINGERS[finger]} (s)" for finger in session.fingers)), rows)
+
+
+def _rows(session: SessionCurves, site: str, series: Series, limits: type[IntFlag]) -> Sequence[list[str]]:
+    bits = series.values.get("limits")
+    if bits is None or bits.ndim != 2:
+        return []
+    engaged = series.time_s >= session.zero_s
+    lasted_s = np.where(engaged, held_s(series.time_s), 0.0)
+    acted = np.where(np.isfinite(bits), bits, 0.0).astype(int)
+    rows = []
+    for limit in limits:
+        seconds = [float(lasted_s[(acted[:, finger] & limit.value) != 0].sum()) for finger in session.fingers]
+        if any(seconds):
+            rows.append([site, str(limit.name).lower().replace("_", " "), *(_seconds(value) for value in seconds)])
+    return rows
+
+
+def _seconds(value: float) -> str:
+    return "&lt; 0.01" if 0.0 < value < 0.01 else shown(value)

@@ -1,0 +1,202 @@
+"""A session's numbers as tables of a page: text is escaped, right and wrong are words as well as colours."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+from itertools import pairwise
+from typing import Any
+
+from operator_site.console.examination.findings import UNIT, signed, with_sd
+from teletaction.recordings.machine_verdict import WHAT_HELD_MEANS
+
+NONE = "none"
+_RIGHT, _WRONG, _SILENT = "right", "wrong", "no answer"
+
+
+def shown(value: Any, digits: int = 2) -> str:
+    """A value as escaped text; a dash for what is not known."""
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.{digits}f}"
+    return escape(str(value))
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]], name: str = "") -> str:
+    """A table of ready cells; "none" when it has no rows. Cells are HTML, `head` and `name` are text."""
+    body = ["<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows]
+    if not body:
+        return f"<p>{NONE}</p>"
+    caption = f"<caption>{escape(name)}</caption>" if name else ""
+    titles = "".join(f'<th scope="col">{escape(title)}</th>' for title in head)
+    head_row, rows_html = f"<thead><tr>{titles}</tr></thead>", f"<tbody>{''.join(body)}</tbody>"
+    return f'<div class="wide"><table>{caption}{head_row}{rows_html}</table></div>'
+
+
+def verdict(answer: Any, true: Any) -> str:
+    """Whether an answer names the true material: right, wrong or no answer."""
+    if answer is None:
+        return _SILENT
+    return _RIGHT if answer == true else _WRONG
+
+
+def _judged(contact: Mapping[str, Any], name: str) -> str:
+    """An answer and whether it is right, or that there is none."""
+    answer = contact.get(name)
+    word = verdict(answer, contact.get("true_material"))
+    sign = {_RIGHT: "✓", _WRONG: "✗", _SILENT: "–"}[word]
+    mark = f'<span class="{word.replace(" ", "-")}">{sign}&nbsp;{word}</span>'
+    return mark if answer is None else f"{shown(answer)} {mark}"
+
+
+def targets_table(targets: Sequence[Mapping[str, Any]]) -> str:
+    """Each target of a simulated scene: how far beside its place it was found, and how wrong its value is."""
+    head = ("target", "stands out in", "found beside its place (mm)", "felt", "around it", "true", "error")
+    rows = []
+    for target in targets:
+        row = [shown(target.get("target")), shown(target.get("quantity"))]
+        if target.get("value") is None:
+            rows.append([*row, "not felt", "–", "–", "–", "–"])
+            continue
+        unit, value, sd = UNIT[str(target.get("quantity"))], target["value"], target["sd"]
+        around, true, error = (target.get(name) for name in ("around", "true_value", "error"))
+        rows.append(
+            [
+                *row,
+                shown(target["place_error_mm"], 1),
+                f"{with_sd(value, sd)} {unit}",
+                "–" if around is None else f"{around:.3g} {unit}",
+                "–" if true is None else f"{true:g} {unit}",
+                "–" if error is None else f"{signed(error, sd)} {'K' if unit == '°C' else unit}",
+            ]
+        )
+    return table(head, rows)
+
+
+def contacts_table(contacts: Sequence[Mapping[str, Any]]) -> str:
+    """Each contact with what was true and what was told."""
+    head = ["finger", "object", "true material", "told", "status", "likeliest", "probability", "named after (s)"]
+    head += ["held (s)", "object, true (°C)", "estimated (°C)", "paper's answer"]
+    rows = []
+    for contact in contacts:
+        status, reason, spread = shown(contact.get("status")), contact.get("reason"), contact.get("object_c_sd")
+        rows.append(
+            [
+                shown(contact.get("finger")),
+                shown(contact.get("object")),
+                shown(contact.get("true_material")),
+                _judged(contact, "material"),
+                f"{status} <small>({escape(str(reason))})</small>" if reason else status,
+                shown(contact.get("best")),
+                shown(contact.get("probability")),
+                shown(contact.get("seconds")),
+                shown(contact.get("held_s")),
+                shown(contact.get("true_object_c")),
+                shown(contact.get("object_c")) + ("" if spread is None else f"&nbsp;±&nbsp;{shown(spread)}"),
+                _judged(contact, "paper_material"),
+            ]
+        )
+    return table(head, rows)
+
+
+def tally_table(contacts: Sequence[Mapping[str, Any]]) -> str:
+    """How often each true material was named right, wrong, or not at all, by this system and by the paper's method."""
+    rows = []
+    for true in dict.fromkeys(contact.get("true_material") for contact in contacts):
+        mine = [contact for contact in contacts if contact.get("true_material") == true]
+        cells = [shown(true), str(len(mine))]
+        for answer in ("material", "paper_material"):
+            words = [verdict(contact.get(answer), true) for contact in mine]
+            cells += [str(words.count(word)) for word in (_RIGHT, _WRONG, _SILENT)]
+        rows.append(cells)
+    told = [f"{word}" for word in (_RIGHT, _WRONG, _SILENT)]
+    return table(["true material", "contacts", *told, *(f"paper: {word}" for word in told)], rows)
+
+
+def confusion_table(modes: Mapping[str, Any]) -> str:
+    """True modes by row, identified ones by column, counted every 10 ms."""
+    confusion: Mapping[str, Mapping[str, int]] = modes.get("confusion") or {}
+    names = ("free", "tapping", "quiescent", "stroking")
+    rows = []
+    for true, row in confusion.items():
+        total = sum(row.values())
+        cells = [f"<b>{row.get(name, 0)}</b>" if name == true else f"{row.get(name, 0)}" for name in names]
+        rows.append([f"true {shown(true)}", *cells, f"{100 * row.get(true, 0) / total:.1f} %" if total else "–"])
+    return table(["", *(f"identified {name}" for name in names), "agreement"], rows)
+
+
+def impulses_table(impulses: Mapping[str, Any]) -> str:
+    """Grooves crossed by the true fingertips against impulses shown, in all and by object."""
+    counts = ("crossed", "played", "missed", "invented")
+    rows = [
+        [shown(thing), *(shown(row.get(name)) for name in counts)]
+        for thing, row in (impulses.get("by_object") or {}).items()
+    ]
+    if any(impulses.get(name) for name in counts) or rows:
+        rows.append(["<b>all</b>", *(f"<b>{shown(impulses.get(name))}</b>" for name in counts)])
+    return table(("object", *counts), rows)
+
+
+def histogram_table(times_s: Sequence[float], edges_ms: Sequence[float], name: str) -> str:
+    """How many delays lie between each two edges, as numbers with bars."""
+    if not times_s:
+        return f"<p>{escape(name)}: {NONE}</p>"
+    edges = [float("-inf"), *edges_ms, float("inf")]
+    counts = [sum(low <= 1e3 * t < high for t in times_s) for low, high in pairwise(edges)]
+    between = [f"{low:g} to {high:g}" for low, high in pairwise(edges_ms)]
+    labels = [f"below {edges_ms[0]:g}", *between, f"{edges_ms[-1]:g} and more"]
+    used = [place for place, count in enumerate(counts) if count]
+    rows = [
+        [label, str(count), f'<span class="bar" style="width:{160 * count / max(counts):.0f}px"></span>']
+        for label, count in list(zip(labels, counts, strict=True))[used[0] : used[-1] + 1]
+    ]
+    return table(("ms", "count", ""), rows, name)
+
+
+def latency_table(latency_ms: Mapping[str, Any]) -> str:
+    """Delays of the session beside a bare ping of the same size in the same run, ms."""
+    names = {
+        "contact_to_motor": "contact at the sensor to motor command in the module",
+        "link_one_way": "touch packet, from its source time until its rendering left for the modules",
+        "bare_curve_ping": "bare CURVE ping of the same size, there and back",
+    }
+    rows = [
+        [names.get(key) or shown(key), *(shown(row.get(part), 2) for part in ("p50", "p99", "max", "count"))]
+        for key, row in latency_ms.items()
+        if row
+    ]
+    return table(("delay (ms)", "median", "99 %", "largest", "count"), rows)
+
+
+def process_table(summary: Mapping[str, Any]) -> str:
+    """Lateness, CPU and memory of each process."""
+    loops: Mapping[str, Any] = summary.get("loop") or {}
+    memory: Mapping[str, Any] = summary.get("rss_mib") or {}
+    fields = ("period_ms", "ticks", "late_p50_us", "late_p99_us", "late_max_us", "missed", "behind_s", "cpu")
+    rows = []
+    for name in dict.fromkeys((*loops, *memory)):
+        loop = loops.get(name) or {}
+        cells = [shown(loop.get(part), 3 if part == "cpu" else 1) for part in fields]
+        rows.append([shown(name), *cells, shown(memory.get(name), 1)])
+    head = (
+        "process",
+        "period (ms)",
+        "ticks",
+        "late, median (µs)",
+        "late, 99 % (µs)",
+        "late, largest (µs)",
+        "ticks missed",
+        "rate not held (s)",
+        "CPU (cores)",
+        "memory (MiB)",
+    )
+    return table(head, rows) + f"<p>{WHAT_HELD_MEANS}</p>"
+
+
+def packets_table(packets: Mapping[str, Any]) -> str:
+    """Counters of both ends of the link."""
+    counts = ("sent", "received", "superseded", "refused")
+    return table(
+        ("stream", *counts), ([shown(name), *(shown(row.get(c)) for c in counts)] for name, row in packets.items())
+    )

@@ -1,0 +1,149 @@
+"""A session cut into what a picture shows: curves of one finger, spans of one mode, touches of one object."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from common.fingers import FINGERS, chosen_fingers
+from teletaction.recordings.session_data import Floats, Series, SessionData
+from teletaction.recordings.true_touches import Touch, true_touches
+
+_TOGETHER_S = 0.3
+"""Fingers that reach one object within this time touch it together."""
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """One number over time: `time_s` since the session's start and `value`, both (n,); NaN where unknown."""
+
+    time_s: Floats
+    value: Floats
+
+    def thinned(self, bins: int) -> "Curve":
+        """At most two points a bin, its lowest and its highest, so that no peak is lost."""
+        count = len(self.time_s)
+        if count <= 2 * bins:
+            return self
+        first = np.linspace(0, count, bins, endpoint=False).astype(int)
+        low, high = np.fmin.reduceat(self.value, first), np.fmax.reduceat(self.value, first)
+        return Curve(np.repeat(self.time_s[first], 2), np.column_stack((low, high)).ravel())
+
+
+@dataclass(slots=True)
+class SharedTouch:
+    """Touches of one object by several fingers at a time."""
+
+    thing: str
+    touches: list[Touch] = field(default_factory=list)
+
+    @property
+    def start_s(self) -> float:
+        """When the first finger came."""
+        return min(touch.start_s for touch in self.touches)
+
+    @property
+    def end_s(self) -> float:
+        """When the last finger left."""
+        return max(touch.end_s for touch in self.touches)
+
+
+@dataclass(frozen=True, slots=True)
+class SessionCurves:
+    """A session's curves on its own clock, which starts when the operator site engages.
+
+    Attributes:
+        data: the recording.
+        fingers: numbers of the fingers in use.
+        zero_s: the recording's time at the session's start, s.
+        shown_s: first and last moment to show, s since the session's start.
+        touches: true contacts of all fingers, in order of time.
+    """
+
+    data: SessionData
+    fingers: tuple[int, ...]
+    zero_s: float
+    shown_s: tuple[float, float]
+    touches: tuple[Touch, ...]
+
+    @classmethod
+    def of(cls, data: SessionData, fingers: int = len(FINGERS)) -> "SessionCurves":
+        """Find the session's start and touches.
+
+        Raises:
+            ValueError: `fingers` is not in 1..5.
+        """
+        series = [s for s in (data.touch, data.rendered, data.gate, data.fingertips, data.contact) if len(s)]
+        first_s = min((float(s.time_s[0]) for s in series), default=0.0)
+        last_s = max((float(s.time_s[-1]) for s in series), default=first_s)
+        engaged = np.flatnonzero(data.rendered.values.get("engaged", np.empty(0)) > 0)
+        zero_s = float(data.rendered.time_s[engaged[0]]) if len(engaged) else first_s
+        shown_s = (max(first_s - zero_s, -1.0), max(last_s - zero_s, 1e-3))
+        used = tuple(FINGERS.index(name) for name in chosen_fingers(fingers))
+        return cls(data, used, zero_s, shown_s, tuple(true_touches(data.truth_events, shown_s[1], zero_s)))
+
+    def curve(self, series: Series, name: str, finger: int) -> Curve | None:
+        """One finger's values of one field; None when nothing was recorded."""
+        values = series.values.get(name)
+        if values is None or not len(values) or values.ndim != 2:
+            return None
+        time_s = series.time_s - self.zero_s
+        shown = time_s >= self.shown_s[0]
+        value = np.where(np.isfinite(values[shown, finger]), values[shown, finger], np.nan)
+        return None if np.isnan(value).all() else Curve(time_s[shown], value)
+
+    def thermal(self, finger: int, name: str) -> Curve | None:
+        """One number of the thermal answers of a finger; None when it was never known."""
+        rows = self.data.thermal.get(finger, [])
+        value = np.array([_number(row.get(name)) for row in rows], dtype=np.float64)
+        if not np.isfinite(value).any():
+            return None
+        return Curve(np.array([row["time_s"] for row in rows]) - self.zero_s, value)
+
+    def answers(self, touch: Touch) -> list[dict[str, Any]]:
+        """The thermal answers during a touch, their `time_s` counted from the contact."""
+        begin_s = touch.start_s + self.zero_s
+        return [
+            {**row, "time_s": row["time_s"] - begin_s}
+            for row in self.data.thermal.get(touch.finger, [])
+            if begin_s < row["time_s"] < touch.end_s + self.zero_s
+        ]
+
+    def shared_touches(self, fingers: Iterable[int], least_s: float = 0.0) -> list[SharedTouch]:
+        """Touches of these fingers that lasted at least `least_s`, put together by object and time."""
+        wanted = set(fingers)
+        found: list[SharedTouch] = []
+        for touch in self.touches:
+            if touch.finger not in wanted or touch.end_s - touch.start_s < least_s:
+                continue
+            with_it = (s for s in found if s.thing == touch.thing and touch.start_s <= s.end_s + _TOGETHER_S)
+            shared = next(with_it, None)
+            if shared is None:
+                shared = SharedTouch(touch.thing)
+                found.append(shared)
+            shared.touches.append(touch)
+        return found
+
+
+def spans(curve: Curve) -> list[tuple[float, float, int]]:
+    """Where a whole number stays the same: (start s, end s, number); unknown stretches are left out."""
+    if not len(curve.time_s):
+        return []
+    number = np.where(np.isnan(curve.value), -1, curve.value).astype(int)
+    first = np.concatenate(([0], np.flatnonzero(np.diff(number)) + 1))
+    last = np.concatenate((first[1:], [len(number) - 1]))
+    rows = zip(curve.time_s[first].tolist(), curve.time_s[last].tolist(), number[first].tolist(), strict=True)
+    return [(start, end, value) for start, end, value in rows if value >= 0]
+
+
+def held_s(time_s: Floats) -> Floats:
+    """How long each sample stood until the next, s; pauses in a recording count as one sample."""
+    if len(time_s) < 2:
+        return np.zeros(len(time_s))
+    gaps = np.diff(time_s)
+    return np.append(np.minimum(gaps, 5 * np.median(gaps)), 0.0)
+
+
+def _number(value: Any) -> float:
+    return float("nan") if value is None else float(value)

@@ -1,0 +1,49 @@
+"""The report of a session made anew from its recording."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from teletaction.recordings.merge import merge_recordings
+from teletaction.recordings.session_data import SessionData
+from teletaction.report.examination import Examination
+from teletaction.report.report import write_report
+
+
+def report(recordings: Sequence[Path], out: Path) -> None:
+    """Write it; `summary.json` beside the first recording gives the figures that are of the processes.
+
+    Args:
+        recordings: a merged one, or those of a session's processes, which may still be running.
+        out: HTML file.
+
+    Raises:
+        ValueError: it is no whole recording, it is damaged, or the summary beside it is no JSON object.
+        OSError: a file cannot be read or written.
+    """
+    summary = _summary(recordings[0].with_name("summary.json"))
+    if len(recordings) == 1:
+        _write(recordings[0], summary, out)
+        return
+    with TemporaryDirectory() as folder:
+        merged = Path(folder) / "session.mcap"
+        merge_recordings(list(recordings), merged)
+        _write(merged, summary, out)
+
+
+def _write(recording: Path, summary: dict[str, Any], out: Path) -> None:
+    write_report(SessionData.read(recording), summary, out, Examination.read(recording))
+
+
+def _summary(path: Path) -> dict[str, Any]:
+    if not path.exists():
+        return {}
+    try:
+        summary = json.loads(path.read_text("utf-8"))
+    except ValueError as error:
+        raise ValueError(f"{path}: not JSON: {error}") from None
+    if not isinstance(summary, dict):
+        raise ValueError(f"{path}: expected an object")
+    return summary

@@ -1,0 +1,99 @@
+"""From what the processes of a session left behind to its recording, summary and report."""
+
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from common.scenes.scene import load_scene
+from teletaction.recordings.merge import merge_recordings
+from teletaction.recordings.session_data import SessionData
+from teletaction.recordings.summary import summarise
+from teletaction.report.examination import Examination
+from teletaction.report.found_targets import found_targets
+from teletaction.report.report import write_report
+from teletaction.session.demo_files import CONSOLE, NETWORK, PROCESSES, DemoOptions
+
+Usage = Mapping[str, tuple[float, float]]
+"""CPU share of one core and largest memory, MiB, by process."""
+
+
+def conclude(
+    folder: Path,
+    out: Path,
+    options: DemoOptions,
+    usage: Usage | None = None,
+    wall_s: float | None = None,
+    round_trips_s: list[float] | None = None,
+) -> dict[str, Any]:
+    """Merge the recordings in `folder`, and write `session.mcap`, `summary.json` and `report.html` into `out`.
+
+    Args:
+        folder: holds `PROCESS.mcap` and `PROCESS.json` (status) of all processes, `PROCESS-1.mcap` and so on
+            where a process was restarted, and `network.json` where there was a simulated network.
+        out: where the results go; made when it does not exist.
+        options: scene, seed and fingers of the session, as they stand in the summary.
+        usage: as measured from outside; without, what the processes say of themselves.
+        wall_s: how long the hand worked; without, what the hand says of itself.
+        round_trips_s: of a bare ping that ran beside the session, s.
+
+    Raises:
+        ValueError: the scene is unknown, or a recording or a status is missing or cannot be read.
+        OSError: `out` cannot be written.
+    """
+    scene = load_scene(options.scene)
+    recordings = [path for name in PROCESSES for path in recordings_of(folder, name)]
+    if any(folder.glob(f"{CONSOLE}*.mcap")):
+        recordings += recordings_of(folder, CONSOLE)
+    statuses = {name: _status(folder / f"{name}.json") for name in PROCESSES}
+    if (folder / f"{NETWORK}.json").exists():
+        statuses[NETWORK] = _status(folder / f"{NETWORK}.json")
+    if usage is None:
+        usage = {name: (status["loop"]["cpu"], status["rss_mib"]) for name, status in statuses.items()}
+    if wall_s is None:
+        wall_s = float(statuses["sim-operator"]["script_s"])
+    out.mkdir(parents=True, exist_ok=True)
+    merge_recordings(recordings, out / "session.mcap")
+    data = SessionData.read(out / "session.mcap")
+    examination = Examination.read(out / "session.mcap")
+    summary = summarise(
+        data,
+        statuses,
+        statuses.get(NETWORK),
+        usage,
+        wall_s,
+        round_trips_s or [],
+        scene=options.scene,
+        seed=options.seed,
+        fingers=options.fingers,
+    )
+    summary["targets"] = found_targets(scene, examination.felt)
+    (out / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", "utf-8")
+    write_report(data, summary, out / "report.html", examination)
+    return summary
+
+
+def recordings_of(folder: Path, process: str) -> list[Path]:
+    """All recordings of one process, `PROCESS.mcap` and those set aside before a restart.
+
+    Raises:
+        ValueError: there is none.
+    """
+    name = re.compile(rf"{re.escape(process)}(-\d+)?\.mcap")
+    found = sorted(path for path in folder.glob("*.mcap") if name.fullmatch(path.name))
+    if not found:
+        raise ValueError(f"{folder}: no recording of {process} ({process}.mcap)")
+    return found
+
+
+def _status(path: Path) -> dict[str, Any]:
+    try:
+        status = json.loads(path.read_text("utf-8"))
+    except FileNotFoundError:
+        raise ValueError(f"{path}: missing; a process writes it when `status` is configured") from None
+    except ValueError as error:
+        raise ValueError(f"{path}: not JSON: {error}") from None
+    if not isinstance(status, dict):
+        raise ValueError(f"{path}: expected an object with a process's figures")
+    return status

@@ -1,0 +1,205 @@
+"""A whole telediagnosis session on this machine: its processes, a scripted hand, and what came of it."""
+
+import json
+import socket
+import sys
+import time
+from datetime import datetime
+from importlib.util import find_spec
+from pathlib import Path
+
+from common.config import SimNetworkConfig, load_config
+from common.health import NoStatus, read_status, young
+from common.link.session_display import SILENT, seconds_old
+from common.process import StopSignal
+from common.scenes.scene import load_scene
+from teletaction.session.demo_files import CONSOLE, HOST, NETWORK, PROCESSES, DemoOptions, prepare
+from teletaction.session.ping import BarePing
+from teletaction.session.processes import KILLED_S, SessionProcesses
+from teletaction.session.restarts import Restarts
+
+_START_S = 30.0
+"""The hand must have started working by then."""
+_PING_S = 0.05
+_PRODUCED = ("summary.json", "session.mcap", "report.html")
+
+
+def run_demo(options: DemoOptions) -> str:
+    """Run a session and leave its output folder; returns what failed, empty when nothing did.
+
+    Raises:
+        ValueError: bad options: unknown scene, no calibration for it, an output folder with other things in it.
+    """
+    load_scene(options.scene)
+    if options.console and find_spec("starlette") is None:
+        raise ValueError("the console needs `pip install teletaction[console]`; --headless runs without it")
+    out = _output_folder(options)
+    configurations = prepare(options, out)
+    stop = StopSignal()
+    _say(f"session in {out}; {options.rates.words}")
+    processes = SessionProcesses(out)
+    try:
+        for name, configuration in configurations.items():
+            processes.start(name, configuration)
+        with BarePing() as ping:
+            failure, usage, wall_s = _watch(processes, options, stop, ping)
+    finally:
+        killed = processes.end()
+    if failure and wall_s is None:
+        return failure
+    return failure or _conclude(options, out, ping, usage, wall_s or 0.0, killed)
+
+
+def _conclude(
+    options: DemoOptions,
+    out: Path,
+    ping: BarePing,
+    usage: dict[str, tuple[float, float]],
+    wall_s: float,
+    killed: list[str],
+) -> str:
+    # Plots and statistics are loaded only now: while the session ran they would have cost it memory and time.
+    from teletaction.recordings.machine_verdict import machine_verdict  # noqa: PLC0415
+    from teletaction.session.conclude import conclude  # noqa: PLC0415
+
+    summary = conclude(out, out, options, usage, wall_s, ping.round_trips_s)
+    incomplete = [f"{fault['site']}: {fault['fault']}" for fault in summary["faults"] if fault["what"] == "recording"]
+    if not incomplete:  # else what each process wrote is kept
+        for process in PROCESSES:
+            (out / f"{process}.mcap").unlink()
+        for part in out.glob(f"{CONSOLE}*.mcap"):
+            part.unlink()
+    _say(machine_verdict(summary))
+    _say(f"summary {out / 'summary.json'}, report {out / 'report.html'}, recording {out / 'session.mcap'}")
+    if incomplete:
+        return "; ".join(incomplete)
+    return f"killed, since they did not end within {KILLED_S:g} s: {', '.join(killed)}" if killed else ""
+
+
+def _watch(
+    processes: SessionProcesses, options: DemoOptions, stop: StopSignal, ping: BarePing
+) -> tuple[str, dict[str, tuple[float, float]], float | None]:
+    """Wait for the session's end; what failed, each process's CPU share and memory, and how long the hand worked."""
+    told, restarts = False, Restarts()
+    started_s: float | None = None
+    begin_s = time.monotonic()
+    first: dict[str, tuple[float, float]] = {}
+    while not stop():
+        time.sleep(_PING_S)
+        ping.once()
+        now_s = time.monotonic()
+        ended = processes.ended()
+        if told and CONSOLE in ended:
+            _restart_console(processes, restarts, ended.pop(CONSOLE), now_s)
+        if ended:
+            name = next(iter(ended))
+            return f"{name} ended with exit code {ended[name]}: {processes.last_words(name)}", {}, None
+        if options.console and not told:
+            told = _tell_address(processes.out)
+        hand = _status(processes.out / "sim-operator.json")
+        if started_s is None:
+            if hand.get("script_s"):
+                started_s, first = now_s, processes.usage()
+                _say("both sites are engaged; the hand is exploring")
+                if options.network is not None:
+                    _start_timetable(processes.out)
+            elif now_s - begin_s > _START_S and not options.console:
+                return f"the session did not start within {_START_S:g} s: {_waiting_for(processes.out)}", {}, None
+        elif options.seconds is not None and hand.get("finished"):
+            break
+    if started_s is None:
+        return "stopped before the session began", {}, None
+    wall_s = time.monotonic() - started_s
+    usage = {
+        name: (max(0.0, cpu_s - first[name][0]) / wall_s, peak_mib)
+        for name, (cpu_s, peak_mib) in processes.usage().items()
+        if name in first
+    }
+    return "", usage, wall_s
+
+
+def _restart_console(processes: SessionProcesses, restarts: Restarts, code: int, now_s: float) -> None:
+    """Start a console that has ended again, after a pause: it finds its session, and never ends it."""
+    count = restarts.count
+    pause_s = restarts.ended(now_s)
+    if pause_s is None:
+        del processes.running[CONSOLE]
+        _say(f"the console ended with exit code {code} and is not started again: it ended {count} times in a row")
+    elif pause_s <= 0.0:
+        processes.restart(CONSOLE)
+        restarts.started(now_s)
+    elif restarts.count != count:
+        _say(f"the console ended with exit code {code}: {processes.last_words(CONSOLE)}; it is started again")
+
+
+def _tell_address(out: Path) -> bool:
+    """Say where the console is, once it is there."""
+    address = _status(out / f"{CONSOLE}.json").get("address")
+    if address:
+        _say(f"console at {address}: open it in a browser, begin a session there and engage; Ctrl-C ends it")
+    return bool(address)
+
+
+def _start_timetable(out: Path) -> None:
+    """Let the faults and phases of the network begin with the hand's work."""
+    port = load_config(out / "config" / f"{NETWORK}.toml", SimNetworkConfig).fault_port
+    assert port is not None
+    with socket.create_connection((HOST, port), timeout=5.0) as network:
+        network.sendall(b"start\n")
+        network.recv(64)
+
+
+def _status(path: Path) -> dict[str, object]:
+    try:
+        status = json.loads(path.read_text("utf-8"))
+    except (FileNotFoundError, ValueError):
+        return {}
+    return status if isinstance(status, dict) else {}
+
+
+def _waiting_for(out: Path) -> str:
+    said = []
+    for name in ("remote", "operator"):
+        try:
+            status, age_s = read_status(out / f"{name}.json", time.monotonic_ns())
+        except NoStatus:
+            status, age_s = {"state": "has not started"}, 0.0
+        if not young(age_s):
+            status = {"state": f"{SILENT}, {seconds_old(age_s)}"}
+        words = [name, status.get("state"), status.get("missing"), _refusals(status.get("refused"))]
+        said.append(" ".join(str(word) for word in words if word))
+    return "; ".join(said)
+
+
+def _refusals(refused: object) -> str:
+    """Why packets of the link were refused, such as `refused touch (age 512)`: over a slow network they all are."""
+    streams = refused.items() if isinstance(refused, dict) else ()
+    found = [
+        f"refused {stream} ({', '.join(f'{why} {count}' for why, count in reasons.items())})"
+        for stream, reasons in streams
+        if stream != "damaged" and reasons
+    ]
+    return ", ".join(found)
+
+
+def _output_folder(options: DemoOptions) -> Path:
+    out = options.out or Path(f"session-{datetime.now():%Y%m%d-%H%M%S}")
+    if out.exists():
+        if not out.is_dir():
+            raise ValueError(f"--out {out}: is a file, expected a folder")
+        if any(out.iterdir()) and not (out / "config").is_dir():
+            raise ValueError(f"--out {out}: holds other things; choose a new or empty folder")
+    out = out.resolve()
+    out.mkdir(parents=True, exist_ok=True)
+    for name in (*PROCESSES, NETWORK, CONSOLE):
+        for part in out.glob(f"{name}-*.mcap"):
+            part.unlink()
+        for suffix in (".json", ".mcap", ".log"):
+            (out / f"{name}{suffix}").unlink(missing_ok=True)
+    for produced in _PRODUCED:
+        (out / produced).unlink(missing_ok=True)
+    return out
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)

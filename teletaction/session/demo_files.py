@@ -1,0 +1,221 @@
+"""The files of one session on this machine: keys, resolved configurations, free ports."""
+
+import os
+import socket
+import sys
+from contextlib import ExitStack
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+from pydantic import BaseModel
+
+from common.buses.can_port import CanAddress
+from common.config import (
+    CalibrationConfig,
+    ConsoleConfig,
+    OperatorConfig,
+    OperatorLinkConfig,
+    RemoteConfig,
+    RemoteLinkConfig,
+    SimNetworkConfig,
+    SimOperatorConfig,
+    SimRemoteConfig,
+    to_toml,
+)
+from common.fingers import chosen_fingers
+from common.link.keys import TrustedKeys, create_keys
+from common.scenes.scene import load_scene
+from common.wire.streams import STREAMS
+from sim_sensors.network.file import is_file, load_network
+from teletaction.session.session_rates import DEFAULT, Rates
+
+HOST = "127.0.0.1"
+PROCESSES = ("sim-remote", "sim-operator", "remote", "operator")
+CONSOLE = "console"
+"""One more where a person runs the session, in a browser."""
+NETWORK = "network"
+"""One more process where there is a network between the sites."""
+WATCHED_S = 3.0
+"""With a console a session pauses when nobody has seen its page for so long."""
+TABLES = Path(str(resources.files("remote_site"))) / "tables"
+SURFACES = TABLES / "surfaces.json"
+"""Surfaces calibrated on simulated strokes, as shipped."""
+
+
+@dataclass(frozen=True, slots=True)
+class DemoOptions:
+    """What a session on this machine shall be; without `seconds` it runs until it is stopped."""
+
+    seconds: float | None = 60.0
+    scene: str = "materials"
+    seed: int = 0
+    fingers: int = 5
+    network: str | None = None
+    """Name or file of the network between the sites; they are connected directly without."""
+    out: Path | None = None
+    console: bool = False
+    """Whether a person runs it at the console; it engages by itself without."""
+    rates: Rates = DEFAULT
+
+
+def calibrated_tables(scene: str) -> tuple[Path, Path]:
+    """Material and surface tables shipped for a scene.
+
+    Raises:
+        ValueError: none was calibrated for this scene's materials.
+    """
+    loaded = load_scene(scene)
+    blocks = "_blocks" if loaded.pieces == "calibrated" else ""
+    materials = TABLES / f"{loaded.table or Path(scene).stem}{blocks}.json"
+    if not materials.is_file():
+        raise ValueError(f"scene {scene!r}: no calibrated table {materials.name}; make one with `calibrate thermal`")
+    return materials, SURFACES
+
+
+def free_port_block(count: int) -> int:
+    """First of `count` consecutive free ports, below those that outgoing connections are given.
+
+    Raises:
+        OSError: none was found.
+    """
+    firsts = range(20_000, 32_000, count)
+    # Sessions that are prepared at the same moment must not all find the same block free.
+    turn = os.getpid() % len(firsts)
+    for number in range(len(firsts)):
+        first = firsts[(turn + number) % len(firsts)]
+        with ExitStack() as held:
+            try:
+                for n in range(count):
+                    held.enter_context(socket.create_server((HOST, first + n)))
+            except OSError:
+                continue
+            return first
+    raise OSError(f"no {count} consecutive free ports on {HOST}")
+
+
+def _network(name_or_path: str, base_port: int, **settings: object) -> SimNetworkConfig:
+    """Raises ValueError when the network is unknown or its file is bad: now, not when its process starts."""
+    load_network(name_or_path)
+    network = str(Path(name_or_path).resolve()) if is_file(name_or_path) else name_or_path
+    fields = {"network": network, "bind": HOST, "base_port": base_port, "to_host": HOST, "wait_for_start": True}
+    return SimNetworkConfig.model_validate(fields | settings)
+
+
+def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
+    """Write keys and configurations of a session into `out`; return each process's configuration file.
+
+    Raises:
+        ValueError: bad number of fingers, no calibration for the scene, unknown network or bad file of one.
+    """
+    out = out.resolve()  # a configuration's paths would else count from its own folder
+    fingers = chosen_fingers(options.fingers)
+    materials, surfaces = calibrated_tables(options.scene)
+    folder = out / "config"
+    folder.mkdir(parents=True, exist_ok=True)
+    remote_keys, operator_keys = out / "keys" / "remote", out / "keys" / "operator"
+    for keys in (remote_keys, operator_keys):
+        for old in ("site.key", "site.key_secret", "trusted"):
+            (keys / old).unlink(missing_ok=True)
+    TrustedKeys(remote_keys).trust("operator", operator_key := create_keys(operator_keys))
+    TrustedKeys(operator_keys).trust("remote", create_keys(remote_keys))
+    assert operator_key
+    streams, others = 2 * len(STREAMS), 3 * len(fingers) + 9
+    base_port = free_port_block(streams + others)
+    ports = iter(range(base_port + streams, base_port + streams + others))
+    texture, thermal, tacttip = ({finger: next(ports) for finger in fingers} for _ in range(3))
+    robot_port, exoskeleton_port = next(ports), next(ports)
+
+    def listening(serial: dict[str, int]) -> dict[str, str]:
+        return {finger: f"tcp:{HOST}:{port}" for finger, port in serial.items()}
+
+    def reaching(serial: dict[str, int]) -> dict[str, str]:
+        return {finger: f"socket://{HOST}:{port}" for finger, port in serial.items()}
+
+    def files(process: str) -> dict[str, Path]:
+        return {"record": out / f"{process}.mcap", "status": out / f"{process}.json"}
+
+    simulation = {"fingers": fingers, "scene": options.scene, "seed": options.seed, "can_host": HOST}
+    site = {"fingers": fingers, "wait_for_devices_s": 20.0}
+    operator_port, network = base_port, {}
+    if options.network is not None:
+        operator_port += len(STREAMS)
+        network[NETWORK] = _network(
+            options.network,
+            operator_port,
+            to_base_port=base_port,
+            seed=options.seed,
+            fault_port=next(ports),
+            status=out / f"{NETWORK}.json",
+        )
+    models: dict[str, BaseModel] = {
+        "sim-remote": SimRemoteConfig.model_validate(
+            simulation
+            | files("sim-remote")
+            | {
+                "can_port": robot_port,
+                "fault_port": next(ports),
+                "texture": listening(texture),
+                "thermal_sensors": listening(thermal),
+            }
+        ),
+        "sim-operator": SimOperatorConfig.model_validate(
+            simulation
+            | files("sim-operator")
+            | {
+                "can_port": exoskeleton_port,
+                "fault_port": next(ports),
+                "tacttip": listening(tacttip),
+                "seconds": options.seconds,
+            }
+        ),
+        **network,
+        "remote": RemoteConfig.model_validate(
+            site
+            | files("remote")
+            | {
+                "rate_hz": options.rates.remote_hz,
+                "link": RemoteLinkConfig(bind=HOST, base_port=base_port, keys=remote_keys),
+                "texture": reaching(texture),
+                "thermal_sensors": reaching(thermal),
+                "telemanipulator": CanAddress(interface="socketcand", host=HOST, port=robot_port),
+                "desk_port": next(ports),
+                "calibration": CalibrationConfig(materials=materials, surfaces=surfaces),
+            }
+        ),
+        "operator": OperatorConfig.model_validate(
+            site
+            | files("operator")
+            | {
+                "rate_hz": options.rates.operator_hz,
+                "link": OperatorLinkConfig(host=HOST, base_port=operator_port, keys=operator_keys),
+                "tacttip": reaching(tacttip),
+                "exoskeleton": CanAddress(interface="socketcand", host=HOST, port=exoskeleton_port),
+                "engage": not options.console,
+                "console_required_s": WATCHED_S if options.console else 0.0,
+                "desk_port": (desk_port := next(ports)),
+                "feed_port": (feed_port := next(ports)),
+            }
+        ),
+    }
+    if options.console:
+        models[CONSOLE] = ConsoleConfig(
+            keys=operator_keys,
+            desk_port=desk_port,
+            feed_port=feed_port,
+            port=next(ports),
+            operator=folder / "operator.toml",
+            record=out / f"{CONSOLE}.mcap",
+            reports=out / "reports",
+            report_command=(
+                *(sys.executable, "-m", "teletaction", "report"),
+                *(str(out / f"{process}.mcap") for process in ("operator", "remote")),
+                *("{record}", "--out", "{report}"),
+            ),
+            status=out / f"{CONSOLE}.json",
+        )
+    configurations = {}
+    for process, model in models.items():
+        configurations[process] = folder / f"{process}.toml"
+        configurations[process].write_text(to_toml(model), "utf-8")
+    return configurations

@@ -1,0 +1,76 @@
+"""A bare CurveZMQ ping between two processes: what the link's latency is compared with, in the same run."""
+
+import multiprocessing
+import signal
+import time
+from multiprocessing.connection import Connection
+from types import TracebackType
+
+import zmq
+
+from common.wire.messages import TOUCH_FIELDS
+from common.wire.packets import N
+from teletaction.session.processes import die_with_parent
+
+PACKET_BYTES = 4 * N * len(TOUCH_FIELDS) + 16
+"""About the size of a touch packet without events."""
+_HOST = "127.0.0.1"
+_SERVER_PUBLIC, _SERVER_SECRET = zmq.curve_keypair()
+
+
+def _echo(told: Connection) -> None:
+    die_with_parent()
+    # The launcher's own handler came along with the fork, and would keep this process.
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    context = zmq.Context()
+    socket = context.socket(zmq.DEALER)
+    socket.setsockopt(zmq.LINGER, 0)
+    socket.setsockopt(zmq.CURVE_SERVER, 1)
+    socket.setsockopt(zmq.CURVE_SECRETKEY, _SERVER_SECRET)
+    told.send(socket.bind_to_random_port(f"tcp://{_HOST}"))
+    while (packet := socket.recv()) != b"":
+        socket.send(packet)
+    context.destroy(linger=0)
+
+
+class BarePing:
+    """Round trips of one packet to an echoing process and back."""
+
+    def __init__(self) -> None:
+        """Start the echoing process and connect to it."""
+        parent, child = multiprocessing.Pipe()
+        self._process = multiprocessing.get_context("fork").Process(target=_echo, args=(child,), daemon=True)
+        self._process.start()
+        self._context = zmq.Context()
+        self._socket = self._context.socket(zmq.DEALER)
+        self._socket.setsockopt(zmq.LINGER, 0)
+        self._socket.setsockopt(zmq.RCVTIMEO, 2000)
+        public, secret = zmq.curve_keypair()
+        self._socket.setsockopt(zmq.CURVE_SERVERKEY, _SERVER_PUBLIC)
+        self._socket.setsockopt(zmq.CURVE_PUBLICKEY, public)
+        self._socket.setsockopt(zmq.CURVE_SECRETKEY, secret)
+        self._socket.connect(f"tcp://{_HOST}:{parent.recv()}")
+        self.round_trips_s: list[float] = []
+
+    def once(self) -> None:
+        """Measure one round trip; one that takes over 2 s is counted as 2 s."""
+        start_s = time.monotonic()
+        self._socket.send(b"\1" * PACKET_BYTES)
+        try:
+            self._socket.recv()
+        except zmq.Again:
+            self.round_trips_s.append(2.0)
+            return
+        self.round_trips_s.append(time.monotonic() - start_s)
+
+    def __enter__(self) -> "BarePing":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._socket.send(b"")
+        self._process.join(1.0)
+        if self._process.is_alive():
+            self._process.kill()
+        self._context.destroy(linger=200)
