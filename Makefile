@@ -118,7 +118,7 @@ console: $(READY)
 
 .PHONY: soak
 soak: $(READY)
-	$(BIN)/python -m studies.soak --out $(SOAK_OUT) $(ARGUMENTS)
+	$(BIN)/python -m robustness.soak --out $(SOAK_OUT) $(ARGUMENTS)
 
 .PHONY: check
 check: $(READY)

@@ -6,7 +6,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from studies.faults import GROUPS
+from robustness.faults import GROUPS
 
 
 @dataclass(frozen=True, slots=True)

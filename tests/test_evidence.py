@@ -6,7 +6,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from common import limits
-from studies.faults import GROUPS
+from robustness.faults import GROUPS
 from tests.evidence import HAZARDS, page
 
 ROOT = Path(__file__).parents[1]

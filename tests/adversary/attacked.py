@@ -13,9 +13,9 @@ from common.config import OperatorConfig, RemoteConfig, load_config
 from common.limits import FINGER_FORCE_N, FORCE_SAFE_S
 from common.link.keys import Role, TrustedKeys, create_keys, load_keys
 from common.link.local_control import stop_from_desk
-from studies.fault_session import FaultSession
-from studies.faults import read_truth
-from studies.stroking_scene import write_stroking_scene
+from robustness.fault_session import FaultSession
+from robustness.faults import read_truth
+from robustness.stroking_scene import write_stroking_scene
 from teletaction.session.demo_files import CONSOLE, DemoOptions, prepare
 from teletaction.session.processes import SessionProcesses, die_with_parent
 from tests.session.page import Page, opened

@@ -9,7 +9,7 @@ from typing import Any
 
 from playwright.sync_api import Error, sync_playwright
 
-from studies.fault_session import read_figures
+from robustness.fault_session import read_figures
 from tests.busy import busy
 from tests.console.conftest import THROTTLING_OFF, chromium
 from tests.console.live import begin, engage, opened

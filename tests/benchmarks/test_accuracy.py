@@ -11,8 +11,8 @@ from benchmarks.runtime_cost.accuracy import SCHEDULES, Found, accuracy
 from remote_site.identification.perception import AT_ONCE, FOREIGN_SHARE, TRUST_S
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.thermal_identification import ThermalKnowledge
-from studies.thermal_answers import by_product
-from studies.thermal_situations import FOUR, STAGGERED_K, Situation, touched
+from studies.thermal_identification.thermal_answers import by_product
+from studies.thermal_identification.thermal_situations import FOUR, STAGGERED_K, Situation, touched
 from teletaction.session.demo_files import TABLES
 
 pytestmark = pytest.mark.long

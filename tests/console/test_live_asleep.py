@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from studies.fault_session import read_figures
+from robustness.fault_session import read_figures
 from tests.console.conftest import chromium
 from tests.console.raw_chromium import Chromium, Tab, chromium_of
 from tests.session.live_console import Session, running

@@ -14,7 +14,7 @@ import pytest
 
 from operator_site.console.examination.reporting import LONGEST_S
 from operator_site.console.texts import CONSOLE_NOT_RECORDED
-from studies.fault_session import let_write
+from robustness.fault_session import let_write
 from tests.console.live import FORCE, at_devices, begin, clear, end, engage, opened
 from tests.console.test_every_state import LOOK, axe_findings
 from tests.console.test_page import HOSTILE, LONGEST

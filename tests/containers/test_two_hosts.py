@@ -11,7 +11,7 @@ import pytest
 
 from common import limits
 from common.wire.messages import Touch
-from studies.faults import read_truth
+from robustness.faults import read_truth
 from tests.containers.checkout import Checkout, run, wait_for
 from tests.containers.console_page import assert_closed_to_strangers, read_tokens
 from tests.containers.howto import blocks

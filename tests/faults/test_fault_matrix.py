@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from studies.fault_judge import Finding
-from studies.fault_page import as_data, page
-from studies.faults import GROUPS, run
+from robustness.fault_judge import Finding
+from robustness.fault_page import as_data, page
+from robustness.faults import GROUPS, run
 
 pytestmark = [pytest.mark.faults, pytest.mark.timeout(900)]
 

@@ -16,13 +16,13 @@ from hypothesis import strategies as st
 
 from common.limits import CONTACT_FORCE_N
 from common.recording.recorder import Recorder
-from studies import soak
-from studies.fault_table import Fault, Outcome
-from studies.soak_growth import GROWTH_MIB_H, MORE_FILES, Life, lives
-from studies.soak_judge import LIMITS, Episode, Extreme, account, over_limits
-from studies.soak_plan import FAULTS, PAUSE_S, Turn, may_contain, turns
-from studies.soak_records import LOST_AT_MOST_S, read_records
-from studies.soak_watch import Sample, read_samples, watching
+from robustness import soak
+from robustness.fault_table import Fault, Outcome
+from robustness.soak_growth import GROWTH_MIB_H, MORE_FILES, Life, lives
+from robustness.soak_judge import LIMITS, Episode, Extreme, account, over_limits
+from robustness.soak_plan import FAULTS, PAUSE_S, Turn, may_contain, turns
+from robustness.soak_records import LOST_AT_MOST_S, read_records
+from robustness.soak_watch import Sample, read_samples, watching
 from teletaction.session.demo_files import PROCESSES
 
 SUITS = 5

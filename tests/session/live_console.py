@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from common.config import ConsoleConfig, load_config, to_toml
-from studies.fault_session import read_figures
+from robustness.fault_session import read_figures
 from teletaction.session.demo_files import DemoOptions, prepare
 from teletaction.session.processes import SessionProcesses
 from tests.session.page import PATIENCE_S

@@ -12,7 +12,7 @@ from websockets.exceptions import ConnectionClosed
 
 from operator_site.console.map.map_tiles import NOT_FELT
 from operator_site.console.state.fingers_now import FIELDS
-from studies.fault_session import read_figures
+from robustness.fault_session import read_figures
 from tests.commands import command
 from tests.session.live_console import Session, running
 from tests.session.page import HOSTILE, engage, newest_tiles, opened

@@ -18,7 +18,7 @@ from common.link.link import OperatorLink
 from common.link.packet_filter import Acceptance
 from common.recording.truncated_mcap import CutRecording
 from common.wire.messages import Motion, Touch
-from studies.fault_session import FaultSession
+from robustness.fault_session import FaultSession
 from tests.commands import Told, command
 from tests.session.truth import FELT_N, HEATS, LATE_S, STROKES, Truth, between, read_truth
 

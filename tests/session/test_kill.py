@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from common.limits import FORCE_SAFE_S, MOTOR_FLOOR_RPM, MOTOR_SAFE_S, MOTOR_STILL_S, THERMAL_SAFE_S
-from studies.fault_session import read_figures
-from studies.stroking_scene import write_stroking_scene
+from robustness.fault_session import read_figures
+from robustness.stroking_scene import write_stroking_scene
 from teletaction.session.demo_files import PROCESSES, DemoOptions, prepare
 from teletaction.session.processes import SessionProcesses
 from tests.session.truth import LATE_S, written

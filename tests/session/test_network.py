@@ -13,8 +13,8 @@ import pytest
 
 from common import limits
 from common.config import SimNetworkConfig, load_config
-from studies.fault_session import read_figures
-from studies.stroking_scene import write_stroking_scene
+from robustness.fault_session import read_figures
+from robustness.stroking_scene import write_stroking_scene
 from teletaction.session.demo_files import DemoOptions, prepare
 from teletaction.session.processes import SessionProcesses
 

@@ -23,8 +23,8 @@ from common.link.keys import Role, TrustedKeys, create_keys, load_keys
 from common.link.link import OperatorLink
 from common.wire.session_messages import REQUESTS, Answer
 from operator_site.session.session_client import SessionClient
-from studies.fault_session import FaultSession
-from studies.fault_table import STROKING
+from robustness.fault_session import FaultSession
+from robustness.fault_table import STROKING
 from tests.commands import Told, command
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(400)]

@@ -12,7 +12,7 @@ import pytest
 from common import limits
 from common.runtime.machine import Machine
 from common.runtime.rate_monitor import HELD
-from studies.fault_session import read_figures
+from robustness.fault_session import read_figures
 from teletaction.recordings.recorded_session import RecordedSession
 from teletaction.session.session_rates import DEFAULT, FITS, session_takes
 from tests.busy import busy

@@ -22,7 +22,7 @@ from common.link.keys import Role, TrustedKeys, create_keys, fingerprint, load_k
 from common.link.link import OperatorLink
 from common.link.local_control import ask_desk
 from common.recording.truncated_mcap import CutRecording
-from studies.fault_session import FaultSession
+from robustness.fault_session import FaultSession
 from tests.commands import command
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(180)]

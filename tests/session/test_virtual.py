@@ -9,7 +9,7 @@ import pytest
 
 from common.fingers import FINGERS
 from common.limits import MOTOR_FLOOR_RPM
-from studies.fault_session import read_figures
+from robustness.fault_session import read_figures
 from teletaction.session.demo_files import DemoOptions, prepare
 from teletaction.session.processes import SessionProcesses
 from tests.commands import command

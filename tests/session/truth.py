@@ -11,9 +11,9 @@ from mcap.records import Channel, Message
 from mcap.stream_reader import StreamReader
 
 from common.fingers import FINGERS
-from studies.fault_judge import Floats, Truth
-from studies.fault_table import FREE, STROKING
-from studies.faults import read_truth
+from robustness.fault_judge import Floats, Truth
+from robustness.fault_table import FREE, STROKING
+from robustness.faults import read_truth
 
 __all__ = ["FELT_N", "HEATS", "LATE_S", "STROKES", "Floats", "Truth", "between", "packets", "read_truth", "written"]
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.limits import FINGER_FORCE_N, FORCE_RAMP_DOWN_N_S, FORCE_RAMP_UP_N_S
-from studies.blended_contact import STIFFEST_N_M, BlendedContact
+from studies.teleoperation.blended_contact import STIFFEST_N_M, BlendedContact
 
 DT = 0.002
 

@@ -2,7 +2,7 @@
 
 from itertools import islice
 
-from studies.consoles import WAYS, more_than, orders
+from benchmarks.consoles.consoles import WAYS, more_than, orders
 
 
 def test_what_is_more_is_told_turn_by_turn() -> None:

@@ -10,13 +10,13 @@ import pytest
 
 from common.link.deadband import REPEATS
 from common.timing.timeouts import REFRESH_S
-from studies import deadband, deadband_courses
-from studies.deadband import plot, run, tables
-from studies.deadband_channel import error_m, kept, sent
-from studies.deadband_courses import Course, recorded, scripted
-from studies.deadband_loss import LIMIT_M, after_loss_rows, lossy_rows
-from studies.deadband_touch import force_rows
-from studies.stability_recorded import folder
+from studies.deadband import deadband, deadband_courses
+from studies.deadband.deadband import plot, run, tables
+from studies.deadband.deadband_channel import error_m, kept, sent
+from studies.deadband.deadband_courses import Course, recorded, scripted
+from studies.deadband.deadband_loss import LIMIT_M, after_loss_rows, lossy_rows
+from studies.deadband.deadband_touch import force_rows
+from studies.teleoperation.stability_recorded import folder
 from tests.studies.written import draw_figure, write_tables
 
 HZ = 1000.0

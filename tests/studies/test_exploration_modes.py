@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from sim_sensors.traces.simulated_exploration import sense
-from studies.exploration_modes import METHODS, run, tables
-from studies.exploration_modes_figure import draw_latencies, draw_tap_speeds, draw_time_right
-from studies.exploration_scenes import SCENES, scene
-from studies.mode_judge import JUDGED, MACHINE, PLAIN, latencies, listen, longest_run, wrong_switches
+from studies.exploration.exploration_modes import METHODS, run, tables
+from studies.exploration.exploration_modes_figure import draw_latencies, draw_tap_speeds, draw_time_right
+from studies.exploration.exploration_scenes import SCENES, scene
+from studies.exploration.mode_judge import JUDGED, MACHINE, PLAIN, latencies, listen, longest_run, wrong_switches
 from tests.studies.written import draw_panels, write_tables
 
 SEEDS = range(90_000, 90_008)

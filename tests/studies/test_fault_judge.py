@@ -8,8 +8,8 @@ import pytest
 
 from common.fingers import FINGERS
 from common.limits import FORCE_SAFE_S, PLATE_PEAK_C, SENSOR_PLATE_C
-from studies.fault_judge import HAND_STOP_S, LOG_S, STILL_M_S, TICK_S, Done, Finding, Floats, Truth, judge
-from studies.fault_table import ALL, STROKING, Actuator, Fault, Outcome
+from robustness.fault_judge import HAND_STOP_S, LOG_S, STILL_M_S, TICK_S, Done, Finding, Floats, Truth, judge
+from robustness.fault_table import ALL, STROKING, Actuator, Fault, Outcome
 
 FINGER = FINGERS.index(STROKING)
 BEGIN_S, END_S, NEXT_S = 10.0, 13.0, 16.0

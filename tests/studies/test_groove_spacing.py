@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from studies.groove_spacing import AS_THEY_COME, AT_THEIR_TIME, plot, run
+from studies.texture.groove_spacing import AS_THEY_COME, AT_THEIR_TIME, plot, run
 from tests.studies.written import draw_figure
 
 

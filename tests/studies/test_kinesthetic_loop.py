@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.kinesthetic.kinesthetic_loop import measure, plot, tables
+from benchmarks.kinesthetic.kinesthetic_step import STIFFNESS_N_M, bare_springs
 from common.buses.can_frames import FrameReceiver, FrameSender
 from common.fingers import FINGERS
-from studies.kinesthetic_loop import measure, plot, tables
-from studies.kinesthetic_step import STIFFNESS_N_M, bare_springs
 from tests.studies.written import draw_figure
 
 MOST_SPRINGS = 10.0

@@ -7,10 +7,10 @@ from typing import Protocol
 
 import pytest
 
+from benchmarks.link.link_packets import framed_bytes
 from common.link.keys import TrustedKeys, load_keys
 from common.link.link import OperatorLink, RemoteLink
 from common.wire.streams import STREAMS
-from studies.link_packets import framed_bytes
 from teletaction.session.demo_files import free_port_block
 
 COUNT = 20

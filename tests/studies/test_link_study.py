@@ -8,17 +8,10 @@ from random import Random
 import numpy as np
 import pytest
 
-from common.limits import AGE_DEFAULT_S, AGE_MAX_S, GAP_S
-from common.link.clock_offset import ClockOffset
-from common.link.packet_filter import Acceptance
-from common.wire.messages import MAX_EVENTS, Motion, Touch
-from sim_sensors.network.conditions import Conditions
-from sim_sensors.network.path import NetworkPath
-from sim_sensors.network.stream import SEGMENT_BYTES, TcpStream
-from studies import link, link_age, link_latency, link_load
-from studies.link_bare import numbered, read_number
-from studies.link_faults import FaultsProblem, safe_state_times
-from studies.link_packets import (
+from benchmarks.link import link, link_age, link_latency, link_load
+from benchmarks.link.link_bare import numbered, read_number
+from benchmarks.link.link_faults import FaultsProblem, safe_state_times
+from benchmarks.link.link_packets import (
     SESSION,
     framed_bytes,
     next_motion,
@@ -27,6 +20,13 @@ from studies.link_packets import (
     touch_parts,
     wire_bytes,
 )
+from common.limits import AGE_DEFAULT_S, AGE_MAX_S, GAP_S
+from common.link.clock_offset import ClockOffset
+from common.link.packet_filter import Acceptance
+from common.wire.messages import MAX_EVENTS, Motion, Touch
+from sim_sensors.network.conditions import Conditions
+from sim_sensors.network.path import NetworkPath
+from sim_sensors.network.stream import SEGMENT_BYTES, TcpStream
 
 MS = 1_000_000
 HALF_TICK_MS = link_age.TICK_NS / 2 / MS

@@ -12,20 +12,20 @@ from common.scenes.materials import contact_resistance_m2k_w, material
 from common.scenes.surfaces import surface_kind
 from sim_sensors.physics.finger_plate import ROOM_C, FingerPlates
 from sim_sensors.physics.surface import make_profile, relief_of
-from studies.ideal_plate import ideal_plate_touch
-from studies.observer import findings, plot, tables
-from studies.real_touch import real_touch
-from studies.reference_finger import felt_course
-from studies.remote_stroke import remote_stroke
-from studies.remote_touch import remote_touch
-from studies.rendered_stroke import FingertipCourse, VirtualSurface, left_to_itself, rendered_stroke
-from studies.rendered_touch import rendered_touches
-from studies.simulated_finger import STEP_S, SimulatedFinger
-from studies.stroke_features import FLOOR_RAD_S, motor_features, surface_features
-from studies.stroke_path import LENGTH_M, REST_S, SLOW_M_S, SPEED_M_S, measured
-from studies.texture_comparison import BY_INTENSITY, OWN_STIFFNESS, SLOWLY, SURFACES, Strokes
-from studies.texture_observer import Features
-from studies.thermal_comparison import DWELLS_S, KNOWN_AHEAD, OBJECT_C, OBJECTS, PAIRS, ablation_rows
+from studies.paper.observer import findings, plot, tables
+from studies.paper.remote_stroke import remote_stroke
+from studies.paper.rendered_stroke import FingertipCourse, VirtualSurface, left_to_itself, rendered_stroke
+from studies.paper.stroke_features import FLOOR_RAD_S, motor_features, surface_features
+from studies.paper.stroke_path import LENGTH_M, REST_S, SLOW_M_S, SPEED_M_S, measured
+from studies.paper.texture_comparison import BY_INTENSITY, OWN_STIFFNESS, SLOWLY, SURFACES, Strokes
+from studies.paper.texture_observer import Features
+from studies.paper.thermal_comparison import DWELLS_S, KNOWN_AHEAD, OBJECT_C, OBJECTS, PAIRS, ablation_rows
+from studies.thermal_display.reference_finger import felt_course
+from studies.touches.ideal_plate import ideal_plate_touch
+from studies.touches.real_touch import real_touch
+from studies.touches.remote_touch import remote_touch
+from studies.touches.rendered_touch import rendered_touches
+from studies.touches.simulated_finger import STEP_S, SimulatedFinger
 from teletaction.testbed.rendered_fingers import TICK_S
 from tests.studies.written import draw_figure, write_tables
 

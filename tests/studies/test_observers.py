@@ -8,10 +8,10 @@ import pytest
 from scipy.stats import binom, norm
 
 from studies.binomial_interval import clopper_pearson
-from studies.paper_tables import beside
-from studies.texture_comparison import BY_HAND
-from studies.texture_observer import Features, confusion, matching
-from studies.thermal_observer import Answers, answers, answers_about, cue
+from studies.paper.paper_tables import beside
+from studies.paper.texture_comparison import BY_HAND
+from studies.paper.texture_observer import Features, confusion, matching
+from studies.paper.thermal_observer import Answers, answers, answers_about, cue
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from matplotlib.figure import Figure
 
-from studies import link_latency, link_load
+from benchmarks.link import link_latency, link_load
 from studies.overview import Part, Way, draw, overview_rows, plot
 from studies.overview_parts import BARE, LINK_LATE, LINK_LOAD, PARTS, parts_in
 from tests.studies.written import draw_figure

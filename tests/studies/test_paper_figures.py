@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from common.limits import MOTOR_FLOOR_RPM
-from studies.paper_figures import plot, run, tables
+from studies.paper.paper_figures import plot, run, tables
 from tests.studies.written import draw_figure, write_tables
 
 

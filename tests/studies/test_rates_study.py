@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from studies import rates
-from studies.rates import measure, plot, tables
+from benchmarks.sessions import rates
+from benchmarks.sessions.rates import measure, plot, tables
 from teletaction.session.demo_files import PROCESSES
 from teletaction.session.session_rates import Rates
 from tests.studies.written import draw_figure

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from studies.recorded_strokes import FABRIC, classic, judged, read_strokes, run, shipped, splits
-from studies.recorded_strokes_figure import draw_boards, draw_fabrics
 from studies.running import Unavailable
-from studies.stability_recorded import folder
-from studies.texture_baselines import band_powers, classifiers
+from studies.teleoperation.stability_recorded import folder
+from studies.texture.recorded_strokes import FABRIC, classic, judged, read_strokes, run, shipped, splits
+from studies.texture.recorded_strokes_figure import draw_boards, draw_fabrics
+from studies.texture.texture_baselines import band_powers, classifiers
 from tests.slow_strokes import folder_of
 
 

@@ -10,10 +10,19 @@ import pytest
 from numpy.typing import NDArray
 
 from remote_site.traces.trace_files import ThermalTrace
-from studies import recorded_touches
-from studies.recorded_touches import BOTH, HEATED, METAL, TIMES_S, WOOD, accuracy, linear_features, linear_score
 from studies.running import Unavailable
-from studies.stability_recorded import folder
+from studies.teleoperation.stability_recorded import folder
+from studies.thermal_identification import recorded_touches
+from studies.thermal_identification.recorded_touches import (
+    BOTH,
+    HEATED,
+    METAL,
+    TIMES_S,
+    WOOD,
+    accuracy,
+    linear_features,
+    linear_score,
+)
 from tests.studies.written import draw_figure
 
 Array = NDArray[np.float64]

@@ -8,12 +8,12 @@ from typing import Any
 import msgpack
 import pytest
 
+from benchmarks.link.link_packets import next_motion
+from benchmarks.sessions.sessions import Stage, does_not_fit, measure, plot, silent, tables
+from benchmarks.sessions.sessions_look import Look, look
+from benchmarks.sessions.sessions_recorded import Recorded
 from common.limits import GAP_S
 from common.recording.recorder import PACKET_SCHEMA, Recorder
-from studies.link_packets import next_motion
-from studies.sessions import Stage, does_not_fit, measure, plot, silent, tables
-from studies.sessions_look import Look, look
-from studies.sessions_recorded import Recorded
 from teletaction.session.demo_files import PROCESSES
 from teletaction.session.processes import SessionProcesses
 from tests.studies.written import draw_figure, write_tables

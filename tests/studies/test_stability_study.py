@@ -9,9 +9,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from studies.stability_cases import HANDS, cases
-from studies.stability_limits import FREE, Loop, sampled_wall_n_m, simulated_n_m, simulated_wall_n_m, worked_out_n_m
-from studies.stability_matrix import (
+from studies.teleoperation.stability_cases import HANDS, cases
+from studies.teleoperation.stability_limits import (
+    FREE,
+    Loop,
+    sampled_wall_n_m,
+    simulated_n_m,
+    simulated_wall_n_m,
+    worked_out_n_m,
+)
+from studies.teleoperation.stability_matrix import (
     ARCHITECTURES,
     DIRECT,
     LOCAL,
@@ -21,11 +28,11 @@ from studies.stability_matrix import (
     matrix_rows,
     summary,
 )
-from studies.stability_measures import QUIET, START_M, PressTwice, produced_j, swing
-from studies.stability_network import newest, way
-from studies.stability_plant import Course, simulate
-from studies.stability_waves import WaveVariables
-from studies.teleoperation_stability import plot, tables
+from studies.teleoperation.stability_measures import QUIET, START_M, PressTwice, produced_j, swing
+from studies.teleoperation.stability_network import newest, way
+from studies.teleoperation.stability_plant import Course, simulate
+from studies.teleoperation.stability_waves import WaveVariables
+from studies.teleoperation.teleoperation_stability import plot, tables
 from tests.studies.written import draw_figure, write_tables
 
 SMALL = Matrix((0.002,), (0.0, 0.1), (100.0, 500.0, 5000.0), ("steady", "loss 20 %, jitter 10 ms"), ("light",))

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from sim_sensors.physics.fingertip import Fingertip
-from studies.felt_surface import TICK_S, feel, minimum_jerk
-from studies.surface_identification import run, tables
-from studies.surface_identification_figure import draw_breath, draw_errors, draw_jitter, draw_nodule
+from studies.surfaces.felt_surface import TICK_S, feel, minimum_jerk
+from studies.surfaces.surface_identification import run, tables
+from studies.surfaces.surface_identification_figure import draw_breath, draw_errors, draw_jitter, draw_nodule
 from tests.studies.written import draw_panels, write_tables
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from studies.texture_baselines import BANDS, band_powers, classifiers, moments
+from studies.texture.texture_baselines import BANDS, band_powers, classifiers, moments
 
 
 @pytest.mark.parametrize("rate_hz", [35.7, 2000.0])

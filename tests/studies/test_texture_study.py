@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from studies.paper_texture import PaperRoughness
-from studies.texture import Sizes, measure, plot, tables
+from studies.paper.paper_texture import PaperRoughness
+from studies.texture.texture import Sizes, measure, plot, tables
 from tests.studies.written import draw_figure, write_tables
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from operator_site.thermal.contact_prediction import LEAD_S
 from operator_site.thermal.model_selection import RUNGS, TOLERANCE_K
-from studies.thermal_rendering import EXACT, EXPLICIT_EULER, OBJECTS, SOLVERS, plot, run, tables
+from studies.thermal_display.thermal_rendering import EXACT, EXPLICIT_EULER, OBJECTS, SOLVERS, plot, run, tables
 from tests.studies.written import draw_figure, write_tables
 
 

@@ -9,16 +9,16 @@ import pytest
 
 from remote_site.thermal.thermal_identification import ThermalIdentification
 from sim_sensors.physics.ssr_converter import NOISE_C
-from studies import thermal_identification
-from studies.thermal_answers import Answered, by_fingers, by_product, knowledge_of
-from studies.thermal_bound import bounds, reading_noise_k
-from studies.thermal_exponential import WAYS, LaggedResponse, fits
-from studies.thermal_goals import goals
-from studies.thermal_maps import Axes, foreign_materials
-from studies.thermal_network import Network, features
-from studies.thermal_pieces import Calibration, calibrate
-from studies.thermal_shares import errors, reliability, shares
-from studies.thermal_situations import FOUR, STAGGERED_K, Hand, Situation, noisier, touched
+from studies.thermal_identification import thermal_identification
+from studies.thermal_identification.thermal_answers import Answered, by_fingers, by_product, knowledge_of
+from studies.thermal_identification.thermal_bound import bounds, reading_noise_k
+from studies.thermal_identification.thermal_exponential import WAYS, LaggedResponse, fits
+from studies.thermal_identification.thermal_goals import goals
+from studies.thermal_identification.thermal_maps import Axes, foreign_materials
+from studies.thermal_identification.thermal_network import Network, features
+from studies.thermal_identification.thermal_pieces import Calibration, calibrate
+from studies.thermal_identification.thermal_shares import errors, reliability, shares
+from studies.thermal_identification.thermal_situations import FOUR, STAGGERED_K, Hand, Situation, noisier, touched
 from tests.studies.written import draw_figure
 
 TIMES_S = (0.5, 1.0)

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from studies.vibration import ALONE, COMPENSATED, EARLY, LIMIT, plot, run, tables
+from studies.vibration.vibration import ALONE, COMPENSATED, EARLY, LIMIT, plot, run, tables
 from tests.studies.written import draw_figure, write_tables
 
 

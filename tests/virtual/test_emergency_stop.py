@@ -22,9 +22,9 @@ from common.limits import (
 from common.link.session_state import Refused
 from common.timing.timeouts import RETREAT_AFTER_S
 from remote_site.safety.height_setpoint import CLEAR_HEIGHT_M, HEIGHT_LOW_M, RETREAT_SPEED_M_S
-from studies.fault_judge import HAND_STOP_S
-from studies.fault_table import FREE, STROKING
-from studies.virtual_fault_session import VirtualFaultSession
+from robustness.fault_judge import HAND_STOP_S
+from robustness.fault_table import FREE, STROKING
+from robustness.virtual_fault_session import VirtualFaultSession
 from tests.session.truth import FELT_N, HEATS, STROKES, Floats, Truth, between, read_truth
 
 pytestmark = pytest.mark.long

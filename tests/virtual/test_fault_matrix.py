@@ -2,9 +2,9 @@
 
 import pytest
 
-from studies.fault_judge import Finding
-from studies.faults import GROUPS, run_apart, virtual
-from studies.virtual_fault_session import VirtualFaultSession
+from robustness.fault_judge import Finding
+from robustness.faults import GROUPS, run_apart, virtual
+from robustness.virtual_fault_session import VirtualFaultSession
 
 pytestmark = pytest.mark.timeout(600)
 

@@ -1,0 +1,98 @@
+"""Runs a session with injected faults on the test bed, where virtual time keeps every tick punctual."""
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+from common.config import to_toml
+from common.recording.recorder import Recorder
+from operator_site.site_recording import SCHEMAS
+from remote_site.site_recording import open_recorder
+from robustness.fault_session import prepare_session
+from robustness.faulted_session import FaultedSession, NotWorking
+from teletaction.testbed.network_faults import NetworkFaults
+from teletaction.testbed.testbed import SITES, Extras, SessionConfigs, Testbed
+
+_PATIENCE_S = 20.0
+
+
+class VirtualFaultSession(FaultedSession):
+    """Both sites, all devices and the network in this process."""
+
+    def __init__(self, bed: Testbed) -> None:
+        """Prepare a session on the test bed for faults."""
+        self.bed = bed
+        self._network = NetworkFaults(bed.network)
+
+    @classmethod
+    @contextmanager
+    def open(cls, out: Path) -> "Iterator[VirtualFaultSession]":
+        """Engage a session that is recorded in `out`, and end it with the context."""
+        configs = SessionConfigs.read(prepare_session(out))
+        with ExitStack() as opened:
+            remote = open_recorder(configs.remote, {"configuration": to_toml(configs.remote)})
+            assert remote is not None
+            assert configs.operator.record is not None
+            recorders = {
+                "remote": opened.enter_context(remote),
+                "operator": opened.enter_context(
+                    Recorder(configs.operator.record, SCHEMAS, {"configuration": to_toml(configs.operator)})
+                ),
+            }
+            bed = Testbed(configs, 0, Extras(recorders=recorders))
+            opened.callback(bed.close)
+            bed.until(lambda bed: bed.both_engaged, _PATIENCE_S)
+            yield cls(bed)
+
+    def now_s(self) -> float:
+        """Virtual time, s."""
+        return self.bed.time_s
+
+    def wait(self, seconds: float) -> None:
+        """Advance virtual time by `seconds`."""
+        end_s = self.bed.time_s + seconds
+        while self.bed.time_s < end_s:
+            self._network.step()
+            self.bed.tick()
+
+    def command(self, process: str, line: str) -> float:
+        """Inject or end a fault of a simulation; return the virtual time, s.
+
+        Raises:
+            NotWorking: the simulation does not know the command.
+        """
+        bed = self.bed
+        try:
+            match process:
+                case "network":
+                    self._network.obey(line)
+                case "sim-remote":
+                    bed.sim_remote.faults.apply(line)
+                case _:
+                    bed.sim_operator.faults.apply(line)
+        except ValueError as error:
+            raise NotWorking(f"{process}: {line}: {error}") from None
+        return bed.time_s
+
+    def mend(self) -> None:
+        """End every fault."""
+        self.bed.mend_devices()
+        self._network.obey("clear")
+
+    def stop(self, process: str, seconds: float) -> tuple[float, float]:
+        """Stop a site or its simulated devices for `seconds`; return start and end of the stop, s."""
+        begin_s = self.bed.time_s
+        self.bed.stop(process, seconds)
+        return begin_s, self.bed.time_s
+
+    def ask(self, site: str, verb: str) -> dict[str, Any]:
+        """Send a request to the desk of a site, as a person there would, while time passes; raise Refused."""
+        return self.bed.ask_desk(site, verb)
+
+    def figures(self, process: str) -> dict[str, Any]:
+        """Return the current status of a process."""
+        bed = self.bed
+        parts: dict[str, Any] = dict(zip(SITES, (bed.remote, bed.operator), strict=True))
+        figures = parts.get(process, bed.sim_operator).figures()
+        return {"time_ns": round(bed.time_s * 1e9), **figures}

@@ -1,0 +1,4 @@
+"""The perceptual deadband of packets.
+
+The registry runs `deadband`.
+"""

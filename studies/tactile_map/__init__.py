@@ -1,0 +1,4 @@
+"""Targets found on a tactile map.
+
+The registry runs `tactile_map`.
+"""

@@ -1,0 +1,4 @@
+"""Stability over a delayed link.
+
+The registry runs `teleoperation_stability`.
+"""

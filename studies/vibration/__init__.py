@@ -1,0 +1,4 @@
+"""Vibration at the operator's finger.
+
+The registry runs `vibration`.
+"""
