@@ -72,7 +72,7 @@ long: $(READY)
 	$(BIN)/pytest -n auto --dist worksteal -m 'long and not hardening'
 
 # Those that load the machine themselves, or measure cost, need it for themselves; the others run two at a time.
-MEASURED := tests/session/test_overload.py tests/studies/test_link_study.py tests/benchmarks/test_runtime_cost.py
+MEASURED := tests/system/test_overload.py tests/unit/studies/test_link_study.py tests/unit/benchmarks/test_runtime_cost.py
 .PHONY: session
 session: $(READY)
 	$(BIN)/pytest -m session -n 2 --dist loadfile $(addprefix --ignore=,$(MEASURED))
@@ -94,10 +94,10 @@ breaks: $(READY)
 	$(BIN)/python -m tests.breaks
 
 # Sessions at their full rate beside their attackers: a core must not be busy with something else.
-ALONE := tests/hardening/test_hostile_connections.py tests/hardening/test_console_attacked.py tests/adversary
+ALONE := tests/robustness/hardening/test_hostile_connections.py tests/robustness/hardening/test_console_attacked.py tests/robustness/adversary
 .PHONY: hardening
 hardening: $(READY)
-	$(BIN)/pytest -m hardening -n 2 $(addprefix --ignore=,$(ALONE)) tests/hardening tests/teletaction tests/virtual
+	$(BIN)/pytest -m hardening -n 2 $(addprefix --ignore=,$(ALONE)) tests/robustness/hardening tests/unit/teletaction tests/virtual
 	$(BIN)/pytest -m hardening $(ALONE)
 
 .PHONY: netns
@@ -106,14 +106,14 @@ netns: $(READY)
 
 .PHONY: faults
 faults: $(READY)
-	FAULT_PAGE=$(if $(FAULTS),,docs/faults.md) $(BIN)/pytest -m faults -rP tests/faults/test_fault_matrix.py
+	FAULT_PAGE=$(if $(FAULTS),,docs/faults.md) $(BIN)/pytest -m faults -rP tests/robustness/faults/test_fault_matrix.py
 
 # SCREENSHOTS=folder keeps a picture of every state. What is in real time needs the machine to itself.
-TIMED := tests/console/test_connection.py $(wildcard tests/console/test_live_*.py)
+TIMED := tests/browser/test_connection.py $(wildcard tests/browser/test_live_*.py)
 .PHONY: console
 console: $(READY)
 	$(LOCKED) locks/browser.txt
-	$(BIN)/pytest -m console -rs -n 2 tests/console $(addprefix --ignore=,$(TIMED))
+	$(BIN)/pytest -m console -rs -n 2 tests/browser $(addprefix --ignore=,$(TIMED))
 	$(BIN)/pytest -m console -rs $(TIMED)
 
 .PHONY: soak
@@ -140,18 +140,14 @@ docs: $(READY)
 	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going --nitpicky --fresh-env -c docs . $(SITE)
 	@echo "the site is $(SITE)/docs/index.html"
 
-# What stands before every device: the two gates and the parts they are made of.
-OPERATOR_GATE := operator_site.safety.operator_gate operator_site.safety.force_limits operator_site.safety.plate_following operator_site.safety.passivity_controller \
-	common.safety.oscillation_detector common.safety.repeated_fault common.safety.thermal_dose
-PATIENT_GATE := remote_site.safety.patient_gate remote_site.safety.height_setpoint remote_site.safety.approach_limiter remote_site.safety.residual_work \
-	remote_site.safety.following_error remote_site.safety.sliding_extrema remote_site.safety.heater_limits common.safety.oscillation_detector \
-	common.safety.repeated_fault common.safety.thermal_dose
+# The gates, and all that they are made of.
+GATES := operator_site.safety remote_site.safety common.safety
 
 .PHONY: coverage
 coverage: $(READY)
-	$(BIN)/pytest -q -n 2 tests/operator_site/test_gate.py tests/remote_site/test_patient_gate.py --cov-branch \
+	$(BIN)/pytest -q -n 2 tests/unit/common/safety tests/unit/operator_site/safety tests/unit/remote_site/safety --cov-branch \
 		--cov-report=term-missing --cov-fail-under=100 \
-		$(addprefix --cov=,$(sort $(OPERATOR_GATE) $(PATIENT_GATE)))
+		$(addprefix --cov=,$(GATES))
 
 .PHONY: everything
 everything: $(READY)
@@ -159,7 +155,7 @@ everything: $(READY)
 
 .PHONY: dask
 dask: $(READY)
-	$(BIN)/pytest -m dask tests/studies
+	$(BIN)/pytest -m dask tests/unit/studies
 
 # Interrupted, it goes on where it was; `teletaction study --compare OLD NEW` tells what became worse.
 .PHONY: results
@@ -175,7 +171,7 @@ picture: $(READY) $(OUT)/session.mcap
 .PHONY: console-picture
 console-picture: $(READY)
 	$(LOCKED) locks/browser.txt
-	$(BIN)/python -m tests.console.readme_picture docs/console.png
+	$(BIN)/python -m tests.browser.readme_picture docs/console.png
 
 $(OUT)/session.mcap:
 	$(MAKE) demo

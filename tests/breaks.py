@@ -11,7 +11,8 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
+from tests.places import ROOT
+
 FAST = "not (session or long or containers)"
 FAILED = 1
 
@@ -40,21 +41,21 @@ BREAKS = (
         "operator_site/safety/operator_gate.py",
         "fresh = 0.0 <= last_input_age_s <= GAP_S",
         "fresh = 0.0 <= last_input_age_s <= 2.0 * GAP_S",
-        "tests/operator_site/test_gate.py",
+        "tests/unit/operator_site/safety/test_operator_gate.py",
     ),
     Break(
         "limit raised by 5 %",
         "remote_site/safety/patient_gate.py",
         "if not 0.0 < contact_force_n <= CONTACT_FORCE_N:",
         "if not 0.0 < contact_force_n <= 1.05 * CONTACT_FORCE_N:",
-        "tests/remote_site/test_patient_gate.py",
+        "tests/unit/remote_site/safety/test_patient_gate.py",
     ),
     Break(
         "stale packet accepted",
         "common/link/packet_filter.py",
         "if age_ns > self.max_age_ns:",
         "if age_ns > 2 * self.max_age_ns:",
-        "tests/common/test_acceptance.py",
+        "tests/unit/common/link/test_packet_filter.py",
     ),
     Break(
         "wrong finger",
@@ -68,42 +69,42 @@ BREAKS = (
         "common/buses/serial_framing.py",
         'return checked if binascii.crc_hqx(checked, _CRC_INIT) == body[-1] << 8 | body[-2] else b""',
         "return checked",
-        "tests/common/test_framing.py",
+        "tests/unit/common/buses/test_serial_framing.py",
     ),
     Break(
         "ramp removed",
         "operator_site/safety/force_limits.py",
         "self._ceiling_n = min(FINGER_FORCE_N, self._ceiling_n + FORCE_RAMP_UP_N_S * dt_s)",
         "self._ceiling_n = FINGER_FORCE_N",
-        "tests/operator_site/test_gate.py",
+        "tests/unit/operator_site/safety/test_operator_gate.py",
     ),
     Break(
         "latch cleared by itself",
         "common/link/session_state.py",
         "if self.state is not LinkState.FAULT:\n            self.state = LinkState.CONNECTED\n",
         "self.state = LinkState.CONNECTED\n",
-        "tests/common/test_session.py",
+        "tests/unit/common/link/test_session_state.py",
     ),
     Break(
         "dose halved",
         "common/safety/thermal_dose.py",
         "self._total += over_k * dt_s",
         "self._total += 0.5 * over_k * dt_s",
-        "tests/operator_site/test_gate.py",
+        "tests/unit/operator_site/safety/test_operator_gate.py",
     ),
     Break(
         "deadband without refresh",
         "common/link/deadband.py",
         "t_s - self._sent_s <= self._quiet_s",
         "t_s - self._sent_s",
-        "tests/common/test_deadband.py",
+        "tests/unit/common/link/test_deadband.py",
     ),
     Break(
         "clock offset with the wrong sign",
         "common/link/clock_offset.py",
         "((t2_ns - t1_ns) + (t3_ns - t4_ns)) // 2",
         "((t1_ns - t2_ns) + (t4_ns - t3_ns)) // 2",
-        "tests/common/test_clock.py",
+        "tests/unit/common/link/test_clock_offset.py",
     ),
 )
 

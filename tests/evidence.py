@@ -28,8 +28,11 @@ class Hazard:
     faults: tuple[str, ...]
 
 
-_GATE, _PATIENT_GATE = "tests/operator_site/test_gate.py", "tests/remote_site/test_patient_gate.py"
-_SAFE_STATES = "tests/common/test_safe_states.py"
+_GATE, _PATIENT_GATE = (
+    "tests/unit/operator_site/safety/test_operator_gate.py",
+    "tests/unit/remote_site/safety/test_patient_gate.py",
+)
+_SAFE_STATES = "tests/unit/common/timing/test_safe_states.py"
 
 HAZARDS = (
     Hazard(
@@ -41,8 +44,8 @@ HAZARDS = (
             f"{_GATE}::test_hot_plate_is_a_fault_that_latches_for_all",
             f"{_GATE}::test_single_fault_is_found_and_stays_below_the_peak",
             f"{_GATE}::test_a_plate_that_does_not_pass_its_test_gets_no_more_than_a_pulse_in_half_a_minute",
-            "tests/operator_site/test_plate_follow.py",
-            "tests/common/test_repeated_fault.py",
+            "tests/unit/operator_site/safety/test_plate_following.py",
+            "tests/unit/common/safety/test_repeated_fault.py",
             "tests/virtual/test_fingertip_faults.py",
             "tests/virtual/test_sound_plates.py",
         ),
@@ -59,7 +62,7 @@ HAZARDS = (
         ("DOSE_ABOVE_C", "DOSE_LIMIT_K_S", "DOSE_WINDOW_S"),
         ("common.safety.thermal_dose", "operator_site.safety.operator_gate", "remote_site.safety.heater_limits"),
         (
-            "tests/common/test_skin_dose.py",
+            "tests/unit/common/safety/test_thermal_dose.py",
             f"{_GATE}::test_dose_is_spent_before_it_is_exceeded_and_comes_back",
             f"{_GATE}::test_dose_counts_a_gap_at_the_hotter_of_its_two_ends",
             f"{_PATIENT_GATE}::test_dose_is_spent_before_it_is_exceeded_and_comes_back",
@@ -95,12 +98,13 @@ HAZARDS = (
             "operator_site.safety.passivity_controller",
             "common.safety.oscillation_detector",
             "operator_site.safety.force_limits",
+            "operator_site.safety.sampled_wall",
         ),
         (
             f"{_GATE}::test_whatever_the_renderer_asks_for_no_more_comes_out_than_went_in",
             f"{_GATE}::test_a_force_that_swings_is_a_fault_until_it_is_cleared",
-            "tests/common/test_port_energy.py",
-            "tests/common/test_oscillation.py",
+            "tests/unit/operator_site/safety/test_passivity_controller.py",
+            "tests/unit/common/safety/test_oscillation_detector.py",
         ),
         (),
     ),
@@ -120,8 +124,8 @@ HAZARDS = (
             f"{_PATIENT_GATE}::test_heater_is_off_on_contact",
             f"{_PATIENT_GATE}::test_heater_looks_ahead_of_its_sensor",
             f"{_PATIENT_GATE}::test_heater_needs_engagement_motion_and_a_believable_reading",
-            "tests/remote_site/test_heater_limits.py",
-            "tests/common/test_repeated_fault.py",
+            "tests/unit/remote_site/safety/test_heater_limits.py",
+            "tests/unit/common/safety/test_repeated_fault.py",
             "tests/virtual/test_repeated_heater_faults.py",
         ),
         (
@@ -143,7 +147,7 @@ HAZARDS = (
             f"{_PATIENT_GATE}::test_contact_force_stays_below_the_limit_on_an_object",
             f"{_PATIENT_GATE}::test_force_decides_how_fast_a_finger_goes_deeper",
             f"{_PATIENT_GATE}::test_stopped_finger_that_presses_too_hard_leaves_at_once",
-            "tests/remote_site/test_force_sensor_fault.py",
+            "tests/unit/remote_site/devices/test_force_sensor_fault.py",
         ),
         ("sim-remote-force-middle-frozen", "sim-remote-force-middle-biased", "sim-remote-encoder-middle-glitch"),
     ),
@@ -154,7 +158,7 @@ HAZARDS = (
         (
             f"{_PATIENT_GATE}::test_work_left_in_the_object_slows_the_finger_and_three_such_cycles_are_a_fault",
             f"{_PATIENT_GATE}::test_a_force_that_swings_faster_than_a_hand_is_a_fault_in_half_a_second",
-            "tests/remote_site/test_telemanipulator_follow.py"
+            "tests/unit/remote_site/safety/test_following_error.py"
             "::test_set_points_that_shake_in_contact_as_no_hand_does_are_a_fault_and_the_fingers_leave",
         ),
         (),
@@ -171,7 +175,7 @@ HAZARDS = (
             f"{_PATIENT_GATE}::test_set_points_begin_where_the_hand_is_whenever_it_is_let_go",
             f"{_PATIENT_GATE}::test_a_hand_that_went_elsewhere_meanwhile_is_approached_without_a_jump",
             f"{_PATIENT_GATE}::test_contact_in_the_approach_is_soft_and_stays_below_the_limit",
-            "tests/remote_site/test_lately.py",
+            "tests/unit/remote_site/safety/test_sliding_extrema.py",
         ),
         (),
     ),
@@ -182,8 +186,8 @@ HAZARDS = (
         (
             f"{_PATIENT_GATE}::test_a_hand_that_does_not_follow_is_a_fault",
             f"{_PATIENT_GATE}::test_a_hand_that_goes_on_after_its_release_is_a_fault_once_it_had_time_to_stop",
-            "tests/remote_site/test_telemanipulator_follow.py",
-            "tests/remote_site/test_telemanipulator_follow_bounds.py",
+            "tests/unit/remote_site/safety/test_following_error.py",
+            "tests/unit/remote_site/safety/test_following_error_bounds.py",
         ),
         (
             "sim-remote-disobey",
@@ -225,9 +229,9 @@ HAZARDS = (
         ("AGE_DEFAULT_S", "AGE_MAX_S"),
         ("common.link.packet_filter", "common.link.clock_offset", "common.timing.standstill"),
         (
-            "tests/common/test_acceptance.py",
-            "tests/common/test_clock.py",
-            "tests/common/test_standstill.py",
+            "tests/unit/common/link/test_packet_filter.py",
+            "tests/unit/common/link/test_clock_offset.py",
+            "tests/unit/common/timing/test_standstill.py",
             "tests/virtual/test_stale_packets.py",
             "tests/virtual/test_delay.py",
             "tests/virtual/test_clock_steps.py",
@@ -242,7 +246,7 @@ HAZARDS = (
             f"{_SAFE_STATES}::test_a_module_left_alone_switches_off_within_its_time",
             f"{_SAFE_STATES}::test_a_heater_left_alone_switches_off_within_its_time",
             f"{_SAFE_STATES}::test_an_exoskeleton_left_alone_lets_go_within_its_time",
-            "tests/conformance/test_emulators_conform.py",
+            "tests/unit/teletaction/conformance/test_emulators_conform.py",
             "tests/virtual/test_unplugged.py",
         ),
         (
@@ -269,7 +273,7 @@ HAZARDS = (
         "a device does what nobody asked of it",
         (),
         ("common.buses.drive_monitor",),
-        ("tests/common/test_drive_obeys.py", "tests/virtual/test_unasked_outputs.py"),
+        ("tests/unit/common/buses/test_drive_monitor.py", "tests/virtual/test_unasked_outputs.py"),
         (
             "sim-operator-stuck-middle-1000",
             "sim-operator-push-index-2",
@@ -282,10 +286,10 @@ HAZARDS = (
         (),
         ("common.buses.can_frames", "common.buses.serial_framing", "common.buses.encoder_glitches"),
         (
-            "tests/common/test_can_frames.py",
-            "tests/common/test_framing.py",
-            "tests/common/test_frame_damage.py",
-            "tests/common/test_encoder_jumps.py",
+            "tests/unit/common/buses/test_can_frames.py",
+            "tests/unit/common/buses/test_serial_framing.py",
+            "tests/unit/common/buses/test_frame_error_rate.py",
+            "tests/unit/common/buses/test_encoder_glitches.py",
         ),
         (
             "sim-remote-bus-off",
@@ -303,7 +307,7 @@ HAZARDS = (
         "texture is felt that is not there",
         (),
         ("remote_site.texture.sensor_fault",),
-        ("tests/remote_site/test_texture_fault.py", "tests/remote_site/test_piezo_faults.py"),
+        ("tests/unit/remote_site/texture/test_sensor_fault.py", "tests/unit/remote_site/texture/test_piezo_faults.py"),
         ("sim-remote-piezo-middle-cut", "sim-remote-piezo-middle-saturated"),
     ),
     Hazard(
@@ -317,14 +321,18 @@ HAZARDS = (
         "somebody acts who may not",
         (),
         ("common.link.keys", "common.link.authenticator"),
-        ("tests/common/test_keys.py", "tests/common/test_doorkeeper.py", "tests/adversary/test_trusted_keys.py"),
+        (
+            "tests/unit/common/link/test_keys.py",
+            "tests/unit/common/link/test_authenticator.py",
+            "tests/robustness/adversary/test_trusted_keys.py",
+        ),
         (),
     ),
     Hazard(
         "a recording that fails takes the session with it",
         (),
         ("common.recording.recorder",),
-        ("tests/common/test_recording.py", "tests/virtual/test_contained_step.py"),
+        ("tests/unit/common/recording/test_recorder.py", "tests/virtual/test_contained_step.py"),
         ("disk-full",),
     ),
 )

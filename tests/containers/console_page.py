@@ -7,7 +7,7 @@ from urllib.request import Request, urlopen
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidMessage
 
-from tests.session.page import opened
+from tests.system.page import opened
 
 
 def assert_closed_to_strangers(address: str, trust: ssl.SSLContext) -> None:

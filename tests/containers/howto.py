@@ -1,9 +1,9 @@
 """The commands of the how-to pages, as they stand there."""
 
 import re
-from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+from tests.places import ROOT
+
 NOT_RUN = "# not run in the tests"
 
 

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.containers.checkout import ROOT, Checkout, run
+from tests.containers.checkout import Checkout, run
+from tests.places import ROOT
 
 pytestmark = [pytest.mark.containers, pytest.mark.timeout(600)]
 

@@ -17,8 +17,8 @@ from tests.containers.console_page import assert_closed_to_strangers, read_token
 from tests.containers.howto import blocks
 from tests.containers.two_networks import TwoNetworks, two_networks
 from tests.network.two_hosts import why_not
-from tests.session.page import opened
-from tests.session.truth import LATE_S, Floats, Truth, between, packets, written
+from tests.system.page import opened
+from tests.system.truth import LATE_S, Floats, Truth, between, packets, written
 
 pytestmark = [pytest.mark.containers, pytest.mark.timeout(600)]
 

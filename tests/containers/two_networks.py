@@ -8,8 +8,9 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.containers.checkout import ROOT, Checkout, run
+from tests.containers.checkout import Checkout, run
 from tests.network.two_hosts import Host, Passed
+from tests.places import ROOT
 
 HOSTS = ROOT / "tests" / "containers" / "hosts"
 

@@ -11,12 +11,12 @@ An invisible comment stands before what it is about, a block or a heading (then 
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
-ROOT = Path(__file__).parents[2]
+from tests.places import ROOT
+
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
 PRINTED, LASTING, RUN_BY, NOT_RUN = "what it prints", "runs until it is ended", "run by", "not run here"

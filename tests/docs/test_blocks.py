@@ -13,7 +13,8 @@ from pydantic import BaseModel, ValidationError
 
 from common.config import ConsoleConfig, OperatorConfig, RemoteConfig, SimOperatorConfig, SimRemoteConfig, load_config
 from common.scenes.scene import load_scene
-from tests.docs.pages import LASTING, NAMES, NOT_RUN, PRINTED, ROOT, RUN_BY, Block, blocks
+from tests.docs.pages import LASTING, NAMES, NOT_RUN, PRINTED, RUN_BY, Block, blocks
+from tests.places import ROOT
 
 BLOCKS = [block for name in NAMES for block in blocks(name)]
 KINDS: dict[str, type[BaseModel]] = {

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.docs.pages import NAMES, ROOT, blocks, code_spans, tokens
+from tests.docs.pages import NAMES, blocks, code_spans, tokens
+from tests.places import ROOT
 
 ROOMS = ("common", "remote_site", "operator_site", "sim_sensors", "teletaction", "studies")
 _NAME = re.compile(rf"({'|'.join(ROOMS)})(\.\w+)+")

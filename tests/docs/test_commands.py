@@ -17,7 +17,8 @@ from pathlib import Path
 import pytest
 
 from tests.commands import command
-from tests.docs.pages import LASTING, NAMES, NOT_RUN, ROOT, RUN_BY, Block, blocks
+from tests.docs.pages import LASTING, NAMES, NOT_RUN, RUN_BY, Block, blocks
+from tests.places import ROOT
 
 pytestmark = [pytest.mark.pages, pytest.mark.timeout(300)]
 

@@ -17,11 +17,11 @@ from common.config import OperatorConfig, RemoteConfig, load_config
 from teletaction.conformance.checklist import HALF_A_REPORT_S
 from teletaction.session.demo_files import DemoOptions, prepare
 from teletaction.session.processes import SessionProcesses
+from tests.places import ROOT
 
 # Devices are judged by their times: half a report is what a trial grants.
 pytestmark = [pytest.mark.pages, pytest.mark.real_time(stall_s=HALF_A_REPORT_S), pytest.mark.timeout(600)]
 
-ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "howto" / "real-hardware.md").read_text("utf-8")
 SHOWN = ("S1 ", "ok ", "FAIL ", " ")
 """Indented lines that begin so are what a command prints."""

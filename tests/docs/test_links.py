@@ -5,7 +5,8 @@ from urllib.parse import unquote
 import pytest
 
 from studies.registry import STUDIES
-from tests.docs.pages import NAMES, ROOT, anchors, links
+from tests.docs.pages import NAMES, anchors, links
+from tests.places import ROOT
 
 TOP = ("CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md")
 PAGES = [*NAMES, *TOP, *(str(path.relative_to(ROOT)) for path in sorted((ROOT / "deploy").rglob("*.md")))]

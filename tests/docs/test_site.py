@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.docs.pages import ROOT
+from tests.places import ROOT
 
 pytest.importorskip("sphinx", reason="the group `docs` is not installed")
 

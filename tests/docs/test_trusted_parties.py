@@ -2,7 +2,7 @@
 
 import re
 
-from tests.docs.pages import ROOT
+from tests.places import ROOT
 
 PAGE = ROOT / "docs" / "trusted-parties.md"
 _ROWS = [line.strip("|\n ").split(" | ") for line in PAGE.read_text("utf-8").splitlines() if line.startswith("| ")]

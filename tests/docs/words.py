@@ -6,7 +6,8 @@ import tokenize
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from tests.docs.pages import ROOT, tokens
+from tests.docs.pages import tokens
+from tests.places import ROOT
 
 SEARCHED = (
     "*.md",

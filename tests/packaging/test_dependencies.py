@@ -10,7 +10,8 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-from tests.packaging.requirements import EXTRAS, GROUPS, PROJECT, ROOMS, ROOT, closure, names
+from tests.packaging.requirements import EXTRAS, GROUPS, PROJECT, ROOMS, closure, names
+from tests.places import ROOT
 
 PERMISSIVE = (
     *("MIT", "MIT-CMU", "BSD", "Apache", "ISC", "Python Software Foundation", "PSF-2.0", "0BSD", "Zlib", "CC0-1.0"),

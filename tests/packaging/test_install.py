@@ -14,7 +14,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.packaging.requirements import PROJECT, ROOMS, ROOT, closure
+from tests.packaging.requirements import PROJECT, ROOMS, closure
+from tests.places import ROOT
 
 pytestmark = [pytest.mark.pages, pytest.mark.timeout(600)]
 

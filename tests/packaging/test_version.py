@@ -4,7 +4,8 @@ import re
 
 from packaging.version import Version
 
-from tests.packaging.requirements import PROJECT, ROOMS, ROOT
+from tests.packaging.requirements import PROJECT, ROOMS
+from tests.places import ROOT
 
 VERSION = Version(PROJECT["version"])
 

@@ -6,7 +6,7 @@ from common.config import ConsoleConfig
 from operator_site.console.web.access import Role, Visitor
 from teletaction.testbed.memory_feed import MemoryFeed
 from teletaction.testbed.testbed_console import MemorySocket, TestbedConsole
-from tests.session.page import Page
+from tests.system.page import Page
 from tests.virtual.session import VirtualSession
 
 

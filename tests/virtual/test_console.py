@@ -16,8 +16,8 @@ from operator_site.console.state.frame import Kind
 from operator_site.console.web.clients import CREDIT
 from teletaction.session.demo_files import WATCHED_S
 from teletaction.testbed.memory_feed import MemoryFeed
-from tests.session.page import HOSTILE, Page, engage, newest_tiles, ready
-from tests.session.truth import written
+from tests.system.page import HOSTILE, Page, engage, newest_tiles, ready
+from tests.system.truth import written
 from tests.virtual.conftest import MakeSession
 from tests.virtual.console import Consoles
 from tests.virtual.session import TICK_S, VirtualSession

@@ -25,7 +25,7 @@ from remote_site.safety.height_setpoint import CLEAR_HEIGHT_M, HEIGHT_LOW_M, RET
 from robustness.fault_judge import HAND_STOP_S
 from robustness.fault_table import FREE, STROKING
 from robustness.virtual_fault_session import VirtualFaultSession
-from tests.session.truth import FELT_N, HEATS, STROKES, Floats, Truth, between, read_truth
+from tests.system.truth import FELT_N, HEATS, STROKES, Floats, Truth, between, read_truth
 
 pytestmark = pytest.mark.long
 

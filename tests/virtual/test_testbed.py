@@ -7,11 +7,12 @@ import pytest
 
 from common.link.session_state import Refused
 from teletaction.testbed.network_faults import NetworkFaults
+from tests.places import ROOT
 from tests.virtual.session import VirtualSession
 
 pytestmark = pytest.mark.long
 
-PAGE = Path(__file__).parents[2] / "docs" / "howto" / "testbed.md"
+PAGE = ROOT / "docs" / "howto" / "testbed.md"
 
 
 def test_the_example_of_the_page_runs(

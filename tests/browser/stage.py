@@ -1,0 +1,266 @@
+"""A stage for the page: a server that speaks the console's websocket with made-up data, and does what a test says."""
+
+import asyncio
+import json
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import FileResponse, HTMLResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+import operator_site
+from operator_site.console.texts import looks_like_a_name
+from tests.browser import synthetic
+from tests.browser.synthetic import SCENARIOS, SPAN_S, Scenario
+
+PAGE = Path(operator_site.__file__).parent / "console" / "page"
+CSP = "default-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+HEADERS = {"content-security-policy": CSP, "cache-control": "no-cache"}
+CREDIT = 2
+STATE_S = 0.09
+TILES_A_PICTURE = 4
+
+
+class Client:
+    """What the stage knows of one page."""
+
+    def __init__(self, socket: WebSocket):
+        self.socket = socket
+        self.sent = 0
+        self.drawn = 0
+        self.most_under_way = 0
+        self.sent_at: dict[int, float] = {}
+        self.delays_s: list[float] = []
+        self.tiles: list[tuple[int, int, int]] = []
+        self.alive: list[dict[str, Any]] = []
+        self.skipped = 0
+        self.stops: set[int] = set()
+
+    def ask_for_tiles(self, quantity: str) -> None:
+        """Whole map of a quantity, tile by tile."""
+        number = synthetic.QUANTITIES.index(quantity)
+        self.tiles = [(number, column, row) for row in range(8) for column in range(8)]
+
+
+class Stage:
+    """The server, in a thread of its own, on a free port of loopback."""
+
+    def __init__(self, scenario: str = "connected"):
+        self.scenario: Scenario = SCENARIOS[scenario]()
+        self.clients: list[Client] = []
+        self.connections = 0
+        self.asks: list[dict[str, Any]] = []
+        self.answers: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {}
+        self.accepts = True
+        self.refuses = False
+        """Whether connections are closed for want of a token."""
+        self._started = time.monotonic()
+        routes = [
+            Route("/", self._index),
+            Route("/page/{name}", self._file),
+            Route("/report/{name}", lambda _: HTMLResponse("<!doctype html><title>report</title>", headers=HEADERS)),
+            Route("/favicon.ico", lambda _: Response(status_code=404)),
+            WebSocketRoute("/session", self._session),
+        ]
+        config = uvicorn.Config(
+            Starlette(routes=routes),
+            host="127.0.0.1",
+            port=0,
+            log_level="error",
+            lifespan="off",
+            ws="websockets-sansio",
+            timeout_graceful_shutdown=1,
+        )
+        self._server = uvicorn.Server(config)
+        self._thread = threading.Thread(target=self._server.run, daemon=True)
+
+    def __enter__(self) -> "Stage":
+        self._thread.start()
+        while not self._server.started:
+            time.sleep(0.01)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._server.should_exit = True
+        self._server.force_exit = True
+        self._thread.join()
+
+    @property
+    def url(self) -> str:
+        """Where the page is."""
+        port = self._server.servers[0].sockets[0].getsockname()[1]
+        return f"http://127.0.0.1:{port}/"
+
+    def show(self, scenario: str | Scenario) -> Scenario:
+        """Tell all pages another state from now on."""
+        self.scenario = SCENARIOS[scenario]() if isinstance(scenario, str) else scenario
+        return self.scenario
+
+    def cut(self) -> None:
+        """Close every connection and accept none."""
+        self.accepts = False
+        self.close_all()
+
+    def close_all(self) -> None:
+        """Close every connection; the pages may come back."""
+        self._on_loop(self._close_all())
+
+    def mend(self) -> None:
+        """Accept connections again."""
+        self.accepts = True
+
+    def _on_loop(self, todo: Any) -> None:
+        asyncio.run_coroutine_threadsafe(todo, self._loop).result(5)
+
+    async def _close_all(self) -> None:
+        for client in list(self.clients):
+            await client.socket.close(4401 if self.refuses else 1001)
+
+    async def _index(self, _: Request) -> Response:
+        return FileResponse(PAGE / "index.html", headers=HEADERS)
+
+    async def _file(self, request: Request) -> Response:
+        path = PAGE / request.path_params["name"]
+        return FileResponse(path, headers=HEADERS) if path.is_file() else Response(status_code=404)
+
+    async def _session(self, socket: WebSocket) -> None:
+        self._loop = asyncio.get_running_loop()
+        if not self.accepts:
+            await socket.close()
+            return
+        await socket.accept()
+        client = Client(socket)
+        client.ask_for_tiles("temperature")
+        self.clients.append(client)
+        self.connections += 1
+        sender = asyncio.create_task(self._send(client))
+        try:
+            while True:
+                await self._take(client, json.loads(await socket.receive_text()))
+        except (WebSocketDisconnect, RuntimeError):
+            pass
+        finally:
+            sender.cancel()
+            self.clients.remove(client)
+
+    def _bin(self) -> int:
+        return 1000 + int((time.monotonic() - self._started) / SPAN_S)
+
+    async def _send(self, client: Client) -> None:
+        last_bin, told_at, version, told, since = 0, -1.0, 0, "", time.monotonic()
+        while True:
+            await asyncio.sleep(max(0.0, SPAN_S - (time.monotonic() - self._started) % SPAN_S))
+            if not self.scenario.sends:
+                continue
+            scenario, number = self.scenario, self._bin()
+            age_s = time.monotonic() - told_at
+            text = json.dumps(scenario.told(time.monotonic() - since)) if age_s > STATE_S else told
+            if text != told or age_s > 1.0:
+                version += 1
+                told, told_at = text, time.monotonic()
+                await client.socket.send_text(json.dumps(json.loads(text) | {"version": version}))
+            if client.sent - client.drawn >= CREDIT:
+                client.skipped += 1
+                continue
+            client.sent += 1
+            client.most_under_way = max(client.most_under_way, client.sent - client.drawn)
+            client.sent_at[client.sent] = time.monotonic()
+            first = last_bin == 0
+            bins = 300 if first else min(300, max(1, number - last_bin))
+            kind = synthetic.SNAPSHOT if first else synthetic.PICTURE
+            await client.socket.send_bytes(synthetic.picture(client.sent, number, scenario, kind, bins))
+            last_bin = number
+            for quantity, column, row in client.tiles[:TILES_A_PICTURE]:
+                await client.socket.send_bytes(synthetic.tile(quantity, column, row, version))
+            del client.tiles[:TILES_A_PICTURE]
+
+    async def _take(self, client: Client, message: dict[str, Any]) -> None:
+        kind = message["kind"]
+        if kind == "drawn":
+            client.drawn = max(client.drawn, message["sequence"])
+            client.delays_s.append(time.monotonic() - client.sent_at.pop(message["sequence"]))
+        elif kind == "alive":
+            client.alive.append(message)
+        elif kind == "show":
+            client.ask_for_tiles(message["quantity"])
+        elif kind == "ask":
+            self.asks.append(message)
+            again = message["verb"] == "estop" and message["id"] in client.stops
+            act = (lambda _: {}) if again else self._answer
+            told = {"ok": True, "text": "", "details": {}} | self.answers.get(message["verb"], act)(message)
+            if message["verb"] == "estop":
+                client.stops.add(message["id"])
+            if told["ok"] is not None:
+                await client.socket.send_text(json.dumps({"kind": "answer", "id": message["id"]} | told))
+
+    def _answer(self, ask: dict[str, Any]) -> dict[str, Any]:
+        """What a console would do, near enough for a page."""
+        verb, details, session = ask["verb"], ask["details"], self.scenario.state["session"]
+        if self.scenario.state["you"]["role"] == "observe" and verb != "place" and not session["playback"]:
+            return {"ok": False, "text": "OBSERVER. Control is at OR-2."}
+        if verb == "begin":
+            if looks_like_a_name(details["pseudonym"]):
+                return {"ok": False, "text": "Use a study number, not a name."}
+            session.update(pseudonym=details["pseudonym"], recording=True)
+        elif verb == "engage":
+            session["state"] = "engaged"
+        elif verb == "disengage":
+            session["state"] = "paused"
+            return {"text": "PAUSED. Outputs neutral."}
+        elif verb == "estop":
+            session["state"] = "stopped"
+            self.scenario.state["stop"] = synthetic.stop_of(dict.fromkeys(synthetic.DEVICES, 0.06), late=False)
+        elif verb == "clear_fault":
+            session["state"] = "connected"
+            self.scenario.state.update(stop=None, alarms=[])
+        elif verb == "end":
+            session.update(
+                state="connected",
+                pseudonym=None,
+                recording=False,
+                saved={"text": "Saved: 12 min 41 s, 1 finding, 0 gaps.", "report": "/report/P-0417.html"},
+            )
+        elif verb == "finding":
+            findings = self.scenario.state["findings"]
+            number = len(findings) + 1
+            kind = details["kind"] or "other"
+            findings.append(
+                {"id": number, "note": "", "saved": True, "text": f"{kind}, 36.4 ± 0.2 °C"}
+                | {"x_mm": None, "y_mm": None}
+                | details
+            )
+            return {"text": f"Finding {number} saved: {kind}, 36.4 ± 0.2 °C.", "details": {"id": number, "saved": True}}
+        elif verb == "note":
+            found = next(found for found in self.scenario.state["findings"] if found["id"] == details["finding"])
+            found["note"] = details["text"]
+            return {"text": f"Note to finding {found['id']} saved."}
+        elif verb == "sound":
+            session["sound"] = details["answer"]
+        elif verb == "take_control":
+            self.scenario.state["you"] = {"role": "act", "in_control": True, "control": "console"}
+        elif verb == "place":
+            return {"details": {"text": "36.4 ± 0.2 °C, 14 touches, 92 s ago"}}
+        elif verb == "seek":
+            session["playback"]["at_s"] = details["at_s"]
+        elif verb in ("play", "pause") and session["playback"]:
+            session["playback"]["playing"] = verb == "play"
+        return {}
+
+
+def main() -> None:
+    """Run the stage by hand; the state to show is typed in."""
+    with Stage("engaged") as stage:
+        print(stage.url)
+        while name := input("state: "):
+            stage.show(name)
+
+
+if __name__ == "__main__":
+    main()

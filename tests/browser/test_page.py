@@ -1,0 +1,145 @@
+"""The page as it is delivered: its weight, its policy, hostile words, contrast, flashing and sound."""
+
+import re
+from itertools import pairwise
+from typing import Any
+
+import pytest
+
+from tests.browser.conftest import Open, wait_for
+from tests.browser.stage import CSP, PAGE, Stage
+
+MOST_BYTES = 150_000
+LOADED = ("*.html", "*.css", "*.js", "*.svg")
+HOSTILE = "<img src=x onerror='window.struck=1'><script>window.struck=1</script>\u202e&lt;b&gt; \"' ${window.struck=1}"
+LONGEST = 10_000
+
+
+def files() -> list[str]:
+    return [path.read_text("utf-8") for pattern in LOADED for path in sorted(PAGE.glob(pattern))]
+
+
+def test_it_weighs_at_most_150_kb_and_names_no_outside_address() -> None:
+    assert sum(len(text.encode()) for text in files()) <= MOST_BYTES
+    for text in files():
+        assert set(re.findall(r"\b(?:https?|wss?)://[\w./-]*", text)) <= {"http://www.w3.org/2000/svg"}
+
+
+def test_it_writes_text_and_never_markup() -> None:
+    for text in files():
+        assert not re.search(r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|\beval\b|new Function", text)
+
+
+def test_it_reads_no_wall_clock_so_one_that_changes_changes_nothing() -> None:
+    for text in files():
+        assert not re.search(r"\bDate\b|Temporal", text)
+
+
+def luminance(colour: str) -> float:
+    parts = [int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5)]
+    linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def contrast(one: str, other: str) -> float:
+    light, dark = sorted((luminance(one), luminance(other)), reverse=True)
+    return (light + 0.05) / (dark + 0.05)
+
+
+@pytest.mark.parametrize("theme", [0, 1])
+def test_contrast_of_words_and_lines_on_both_grounds(theme: int) -> None:
+    blocks = re.findall(r":root[^{]*\{([^}]*)\}", (PAGE / "console.css").read_text("utf-8"))[:2]
+    colours = [dict(re.findall(r"--(\w+): (#\w{6})", block)) for block in blocks]
+    chosen, fills = colours[theme], colours[0]
+    for ground in ("ground", "panel"):
+        for ink, least in (("text", 7.0), ("muted", 4.5), ("line", 3.0), ("mark", 3.0)):
+            assert contrast(chosen[ink], chosen[ground]) >= least, (ink, ground)
+    for fill, ink in (("high", "#FFFFFF"), ("medium", "#000000"), ("low", "#000000"), ("engaged", "#000000")):
+        assert contrast(fills[fill], ink) >= 4.5, fill
+
+
+@pytest.mark.console
+def test_hostile_words_stay_words(stage: Stage, open_page: Open) -> None:
+    scenario = stage.show("engaged")
+    scenario.state["findings"][0] |= {"text": HOSTILE, "note": HOSTILE + "x" * LONGEST}
+    scenario.session(pseudonym=HOSTILE[:40], saved={"text": HOSTILE, "report": "javascript:window.struck=1"})
+    scenario.state["map"]["materials"] = [HOSTILE] * 6
+    scenario.state["checks"][0] |= {"ready": False, "text": HOSTILE, "help": HOSTILE}
+    scenario.state["fingers"][1] |= {"candidates": [[HOSTILE, 0.9]], "decision": "IDENTIFIED"}
+    scenario.alarm("hostile", "low", HOSTILE)
+    page = open_page()
+    page.click("#session-button")
+    page.click("#alarm-button")
+    page.keyboard.press("m")
+    page.keyboard.press("n")
+    page.wait_for_timeout(600)  # two rounds of everything that is written four times a second
+    assert page.evaluate("window.struck") is None
+    assert page.inner_text("#alarm-text").startswith("<img src=x")
+    assert page.evaluate("document.querySelectorAll('main img, main script').length") == 0
+    assert not page.is_visible("#report-link")
+    assert len(page.evaluate("document.querySelector('#findings').textContent")) > LONGEST
+
+
+@pytest.mark.console
+def test_a_note_of_ten_thousand_characters_is_sent_whole(stage: Stage, open_page: Open) -> None:
+    page = open_page("engaged")
+    page.keyboard.press("n")
+    note = ("\u05d0\u05d1 <b>\u202eabc " * LONGEST)[:LONGEST]
+    page.fill("#note-text", note)
+    page.click("#noting [type=submit]")
+    assert wait_for(stage, "note")[0]["details"]["text"] == note
+
+
+@pytest.mark.console
+def test_the_policy_keeps_scripts_and_styles_out_that_are_not_the_pages(stage: Stage, browser: Any) -> None:
+    page = browser.new_page()
+    answer = page.goto(stage.url)
+    assert answer.headers["content-security-policy"] == CSP
+    page.evaluate(
+        "const s = document.createElement('script'); s.textContent = 'window.struck = 1'; document.body.append(s)"
+    )
+    assert page.evaluate("window.struck") is None
+    page.close()
+
+
+@pytest.mark.console
+def test_alarms_flash_less_than_three_times_a_second_and_not_at_all_where_motion_is_reduced(open_page: Open) -> None:
+    flashes = """id => { const { animationDuration, animationName } = getComputedStyle(document.querySelector(id));
+      return `${animationDuration} ${animationName}`; }"""
+    page = open_page("fault")
+    assert page.evaluate(flashes, "#alarm-line") == "0.5s flash"
+    assert page.evaluate(flashes, "#alarm-text").endswith("none")
+    still = open_page("fault", reduced_motion="reduce")
+    assert still.evaluate(flashes, "#alarm-line").endswith("none")
+    assert still.evaluate("getComputedStyle(document.querySelector('#alarm-line')).borderTopWidth") == "6px"
+
+
+@pytest.mark.console
+def test_alarm_sounds_have_the_pulses_of_their_priority(open_page: Open) -> None:
+    page = open_page("engaged")
+    found = page.evaluate(
+        """async () => { const { pulses, AGAIN_S } = await import('/page/sound.js');
+          return ['high', 'medium', 'low'].map(one => [pulses(one), String(AGAIN_S[one])]); }"""
+    )
+    (high, high_again), (medium, medium_again), (low, low_again) = found
+    assert (len(high), len(medium), len(low)) == (10, 3, 1)
+    gaps = [round(later - earlier, 2) for earlier, later in pairwise(high)]
+    assert gaps[:4] == gaps[5:]
+    assert gaps[4] > gaps[2] > gaps[0]
+    assert (high_again, medium_again, low_again) == ("4", "20", "Infinity")
+
+
+@pytest.mark.console
+def test_one_announcement_at_most_every_two_seconds_and_none_for_a_number_that_counts(
+    stage: Stage, open_page: Open
+) -> None:
+    page = open_page("engaged")
+    page.evaluate("""() => { window.said = []; const polite = document.getElementById('polite');
+          new MutationObserver(all => all.forEach(() => window.said.push(polite.textContent)))
+            .observe(polite, { childList: true, characterData: true, subtree: true }); }""")
+    for number in range(20):
+        stage.scenario.state["alarms"] = []
+        stage.scenario.alarm("link", "medium", f"Link slow: {200 + number} ± 8 ms. Move slowly.")
+        page.wait_for_timeout(100)  # as fast as the state is told
+    page.wait_for_timeout(2500)  # past the next announcement
+    assert page.evaluate("window.said.length") == 1

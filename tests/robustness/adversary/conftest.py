@@ -1,0 +1,51 @@
+"""Sessions on a virtual clock, each judged at every tick and shared by the attacks of a module."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from common.limits import AGE_DEFAULT_S
+from teletaction.testbed.network import Visitor
+from tests.robustness.adversary.attacker import Attacker
+from tests.virtual.judge import DeviceTimeouts, HoldTimes, Latches, check_limits
+from tests.virtual.session import Truth, VirtualSession, virtual_session
+
+CLOCKS_AGREE_S = 0.005
+"""Half a round trip of a good network, and some."""
+WITHIN_M = 0.29
+"""The operator's hand strokes up to 0.285 m; attackers send the telemanipulator to FAR_M."""
+
+
+def check_whose_motion(_: VirtualSession, now: Truth) -> None:
+    """The telemanipulator is where the operator's hand may be, not where attackers send it."""
+    assert abs(now.x_m) < WITHIN_M, now
+
+
+@contextmanager
+def judged_session() -> Iterator[VirtualSession]:
+    """A session at work; every tick from its beginning is judged."""
+    with virtual_session() as session:
+        age_s = AGE_DEFAULT_S + CLOCKS_AGREE_S
+        session.watch += [check_limits, check_whose_motion, HoldTimes(age_s), Latches(), DeviceTimeouts()]
+        session.work()
+        yield session
+
+
+@pytest.fixture
+def working() -> Iterator[VirtualSession]:
+    """A session of its own."""
+    with judged_session() as session:
+        yield session
+
+
+@pytest.fixture(scope="module")
+def shared() -> Iterator[VirtualSession]:
+    """A session that the tests of a module go through one after the other."""
+    with judged_session() as session:
+        yield session
+
+
+def attacker_of(session: VirtualSession, key: str) -> Attacker:
+    """An attacker with a trusted key, connected to every stream that the key opens."""
+    return Attacker(Visitor(session.network, key), session.operator_host.now_ns)

@@ -1,0 +1,350 @@
+import errno
+import socket
+from contextlib import suppress
+from typing import Any, cast
+
+import pytest
+import zmq
+
+from common.link.curve import (
+    WAITING,
+    Inbox,
+    LinkProblem,
+    Received,
+    end_connection,
+    prepare_socket,
+    receive_requests,
+    subscriptions,
+    use_curve,
+)
+from common.link.keys import Role, TrustedKeys, load_keys
+from common.link.link import OperatorLink, RemoteLink
+from common.wire.streams import STREAMS, Stream
+from tests.conftest import Keys
+from tests.unit.common.link.links import ask, operator_link, remote_link, touched
+from tests.waiting import wait_until
+
+OBSERVED_STREAMS = 3
+"""Control, heartbeat and the copy of the touch."""
+
+
+def test_a_trusted_key_is_served_on_every_stream(keys: Keys, base_port: int) -> None:
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
+        ask(remote, operator)
+        ask(remote, operator, b"beat", "heartbeat")
+
+        def moved() -> bool:
+            operator.send_latest("motion", b"m")
+            return remote.receive_latest("motion") == b"m"
+
+        wait_until(moved)
+        wait_until(lambda: touched(remote, operator))
+        assert not operator.key_refused()
+
+
+def test_an_unknown_key_is_refused_told_and_harms_nothing(keys: Keys, base_port: int) -> None:
+    with (
+        remote_link(keys, base_port) as remote,
+        operator_link(keys, base_port, keys.stranger) as stranger,
+        operator_link(keys, base_port) as operator,
+    ):
+        wait_until(stranger.key_refused)
+        ask(remote, operator)
+        for n in range(100):
+            stranger.send_latest("motion", b"%d" % n)
+            remote.send_latest("touch", b"secret")
+            assert not stranger.send("control", b"please")
+            assert remote.receive_latest("motion") is None
+        assert stranger.receive_latest("touch") is None
+        wait_until(lambda: operator.receive_latest("touch") == b"secret")
+
+
+def test_a_wrong_server_key_reaches_nothing(keys: Keys, base_port: int) -> None:
+    wrong = load_keys(keys.stranger).public
+    with (
+        remote_link(keys, base_port) as remote,
+        OperatorLink("127.0.0.1", base_port, load_keys(keys.operator), wrong) as misled,
+        operator_link(keys, base_port) as operator,
+    ):
+        ask(remote, operator)
+        assert not misled.send("control", b"hello?")
+        assert misled.receive("control") == []
+
+
+def test_a_revoked_key_is_refused_on_a_new_connection(keys: Keys, base_port: int) -> None:
+    with remote_link(keys, base_port) as remote:
+        with operator_link(keys, base_port) as operator:
+            ask(remote, operator)
+        TrustedKeys(keys.remote).revoke("operator")
+        with operator_link(keys, base_port) as operator:
+            wait_until(operator.key_refused)
+            assert not operator.send("control", b"?")
+        TrustedKeys(keys.remote).trust("operator", load_keys(keys.operator).public)
+        with operator_link(keys, base_port) as operator:
+            ask(remote, operator)
+
+
+def test_latest_only_gives_the_newest_when_the_peer_was_absent(keys: Keys, base_port: int) -> None:
+    with operator_link(keys, base_port) as operator:
+        for n in range(500):
+            operator.send_latest("motion", b"%d" % n)
+        assert not operator.send("control", b"nobody there")
+        with remote_link(keys, base_port) as remote:
+            got: list[bytes | None] = [None]
+            wait_until(lambda: got.append(remote.receive_latest("motion")) or got[-1])
+            assert got[-1] == b"499"
+            assert remote.receive_latest("motion") is None
+            wait_until(lambda: operator.send("control", b"now"))
+            requests: list[bytes] = []
+            wait_until(lambda: requests.extend(r.packet for r in remote.requests("control")) or requests)
+            assert set(requests) == {b"now"}
+
+
+def test_a_slow_reader_gets_the_newest_only(keys: Keys, base_port: int) -> None:
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
+        wait_until(lambda: touched(remote, operator, b"first"))
+        for n in range(300):
+            remote.send_latest("touch", b"%d" % n)
+        seen: list[bytes] = []
+
+        def last() -> bool:
+            # One packet of a stream may wait for the next one, never longer.
+            remote.send_latest("touch", b"next")
+            packet = operator.receive_latest("touch")
+            if packet is not None:
+                seen.append(packet)
+            return seen[-1:] == [b"next"]
+
+        wait_until(last)
+        assert len(seen) < 100
+
+
+def test_a_reader_that_meets_a_packet_gets_it_with_the_next_at_the_latest(keys: Keys, base_port: int) -> None:
+    # Thousands of packets written while they are read: some wait, all of them give way to a newer one.
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
+        newest: list[int] = []
+
+        def came(number: int) -> bool:
+            packet = operator.receive_latest("touch")
+            if packet is not None:
+                newest.append(int(packet))
+            return newest[-1:] == [number]
+
+        def subscribed() -> bool:
+            remote.send_latest("touch", b"0")
+            return came(0)
+
+        wait_until(subscribed)
+        for n in range(1, 3000):
+            remote.send_latest("touch", b"%d" % n)
+            came(n)
+        wait_until(lambda: remote.send_latest("touch", b"3000") or came(3000))
+        assert newest == sorted(newest)
+
+
+def test_too_large_a_packet_never_arrives(keys: Keys, base_port: int) -> None:
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
+        ask(remote, operator)
+        operator.send("control", bytes(5000))
+        ask(remote, operator, b"small")
+
+
+def test_either_side_may_come_first_and_come_back(keys: Keys, base_port: int) -> None:
+    with operator_link(keys, base_port) as operator:
+        for _ in range(2):
+            with remote_link(keys, base_port) as remote:
+                ask(remote, operator)
+
+
+@pytest.mark.parametrize("offset", range(5))
+def test_a_port_in_use_is_a_link_problem_and_leaves_nothing_behind(keys: Keys, base_port: int, offset: int) -> None:
+    taken = base_port + offset
+    with socket.create_server(("127.0.0.1", taken)):  # noqa: SIM117 - the port is taken before it is tried
+        with pytest.raises(LinkProblem, match=rf"tcp://127\.0\.0\.1:{taken} .*in use"):
+            remote_link(keys, base_port)
+    with remote_link(keys, base_port):
+        pass
+
+
+def test_an_address_of_another_machine_is_a_link_problem(keys: Keys, base_port: int) -> None:
+    with pytest.raises(LinkProblem, match=r"192\.0\.2\.1"):
+        remote_link(keys, base_port, "192.0.2.1")
+
+
+@pytest.mark.parametrize("held", ["observed", "control"])
+def test_a_port_that_was_held_for_a_moment_is_bound_with_whatever_is_read_next(
+    keys: Keys, base_port: int, monkeypatch: pytest.MonkeyPatch, held: str
+) -> None:
+    """The observers' stream stayed closed until somebody else was revoked: nothing is ever read from it."""
+    trusted, student = TrustedKeys(keys.remote), load_keys(keys.stranger).public
+    trusted.trust("student", student, Role.OBSERVER)
+    bind = RemoteLink._bind
+    tries: list[str] = []
+
+    def bind_late(link: RemoteLink, stream: Stream) -> None:
+        tries.append(stream.name)
+        if stream.name == held and tries.count(held) == 1:
+            raise zmq.ZMQError(errno.EADDRINUSE)
+        bind(link, stream)
+
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port, keys.stranger, role=Role.OBSERVER):
+        wait_until(lambda: remote.handshakes["admitted"] == OBSERVED_STREAMS)
+        monkeypatch.setattr(RemoteLink, "_bind", bind_late)
+        trusted.revoke("student")
+        assert remote.recheck_keys() == {student}
+        assert held not in remote._sockets
+        # The operating system, too, may hold a port for a moment: each reading tries again.
+        wait_until(lambda: remote.requests("heartbeat") == [] and set(remote._sockets) == set(STREAMS))
+
+
+def test_each_connection_hands_over_its_newest_motion_and_one_may_be_ended(keys: Keys, base_port: int) -> None:
+    """A motion names the key and the connection it came on; ending one connection leaves the others alone."""
+    TrustedKeys(keys.remote).trust("colleague", load_keys(keys.stranger).public)
+    rightful, other = load_keys(keys.operator).public, load_keys(keys.stranger).public
+    with (
+        remote_link(keys, base_port) as remote,
+        operator_link(keys, base_port) as operator,
+        operator_link(keys, base_port, keys.stranger) as colleague,
+    ):
+        newest: dict[str, Received] = {}
+
+        def sent(number: bytes, *links: OperatorLink) -> bool:
+            for link in links:
+                link.send_latest("motion", number)
+            newest.update({received.key: received for received in remote.motions()})
+            return set(newest) == {rightful, other}
+
+        wait_until(lambda: sent(b"1", operator, colleague))
+        assert newest[rightful].connection != newest[other].connection
+        ended = newest.pop(other)
+        remote.expel("motion", ended, refuse_s=60.0)
+        wait_until(lambda: sent(b"2", operator) or remote.handshakes["expelled"] >= 2)
+        newest.clear()
+        wait_until(lambda: newest.get(rightful, ended).packet == b"3" or sent(b"3", operator, colleague))
+        assert other not in newest
+        assert not colleague.key_refused()
+        ask(remote, operator)
+
+
+@pytest.mark.parametrize(("refuse_s", "forgiven"), [(0.2, False), (1000.0, True)])
+def test_a_key_that_was_sent_away_is_back_after_its_time_or_at_once_when_it_is_forgiven(
+    keys: Keys, base_port: int, refuse_s: float, forgiven: bool
+) -> None:
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
+        found: list[Received] = []
+
+        def moved() -> bool:
+            operator.send_latest("motion", b"m")
+            found.extend(remote.motions())
+            return bool(found)
+
+        wait_until(moved)
+        first = found.pop()
+        assert remote.is_open("motion", first.connection)
+        assert not remote.is_open("control", first.connection), "of another port"
+        remote.expel("motion", first, refuse_s=refuse_s)
+        wait_until(lambda: remote.handshakes["expelled"] > 0)
+        found.clear()
+        if forgiven:
+            remote.forgive(first.key)
+        wait_until(moved)
+
+
+def test_only_a_connection_of_the_named_port_is_ended() -> None:
+    """The number of a closed descriptor may be that of something else by now."""
+    with socket.create_server(("127.0.0.1", 0)) as server, socket.create_connection(server.getsockname()) as far:
+        near, _ = server.accept()
+        with near:
+            port = near.getsockname()[1]
+            end_connection(near.fileno(), port + 1)
+            near.send(b"alive")
+            assert far.recv(5) == b"alive"
+            end_connection(near.fileno(), port)
+            assert far.recv(5) == b""
+            number = near.fileno()
+        end_connection(number, port)
+        end_connection(0, port)
+
+
+def test_a_connection_that_its_peer_closed_is_not_open(keys: Keys, base_port: int) -> None:
+    with remote_link(keys, base_port) as remote:
+        found: list[Received] = []
+        with operator_link(keys, base_port) as operator:
+            wait_until(lambda: (operator.send("control", b"?") and found.extend(remote.requests("control"))) or found)
+            assert remote.is_open("control", found[0].connection)
+        wait_until(lambda: not remote.is_open("control", found[0].connection))
+
+
+def test_no_socket_has_heartbeats_of_the_library_and_every_queue_is_bounded(keys: Keys, base_port: int) -> None:
+    """With a full receive queue the library's heartbeats abort the process."""
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
+        for socket_ in [*remote._sockets.values(), *operator._sockets.values()]:
+            assert socket_.getsockopt(zmq.HEARTBEAT_IVL) == 0
+            assert 0 < socket_.getsockopt(zmq.RCVHWM) <= WAITING
+            assert 0 < socket_.getsockopt(zmq.SNDHWM) <= WAITING
+            assert socket_.getsockopt(zmq.TCP_KEEPALIVE) == 1
+
+
+def test_requests_for_a_stop_are_read_first_and_the_others_in_their_order() -> None:
+    packets = [b"1", b"2", b"an estop", b"3", b"4"]
+
+    class Waiting:
+        """Packets of one client that have all arrived."""
+
+        def take(self) -> list[Any]:
+            return [Frame(b"who"), Frame(packets.pop(0))]
+
+    class Frame:
+        def __init__(self, content: bytes) -> None:
+            self.bytes = content
+
+        def get(self, name: str) -> str:
+            return "0"
+
+    found = receive_requests(cast(Inbox, Waiting()), most=4)
+    assert [received.packet for received in found] == [b"an estop", b"1", b"2", b"3"]
+
+
+def test_no_packet_waits_unread_after_answers_and_broken_off_reading(keys: Keys, base_port: int) -> None:
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
+        ask(remote, operator)
+        for number in range(300):
+            asked = [b"%d %d" % (number, part) for part in range(1 + number % 3)]
+            for packet in asked:
+                operator.send("control", packet)
+            heard: list[bytes] = []
+
+            def all_heard(asked: list[bytes] = asked, heard: list[bytes] = heard) -> bool:
+                for received in remote.requests("control"):
+                    remote.answer("control", received.who, received.packet)
+                heard.extend(operator.receive("control"))
+                return heard[-len(asked) :] == asked
+
+            wait_until(all_heard, lambda asked=asked, heard=heard: (asked, heard), 2.0, every_s=0.001)
+
+
+def test_a_reader_that_subscribes_again_and_again_is_sent_away(keys: Keys, base_port: int) -> None:
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
+        wait_until(lambda: touched(remote, operator))
+        most, made = 0, 0
+        context = zmq.Context()
+        reader = context.socket(zmq.XSUB)
+        prepare_socket(reader)
+        use_curve(reader, load_keys(keys.operator), load_keys(keys.remote).public)
+        reader.connect(f"tcp://127.0.0.1:{base_port + STREAMS['touch'].port}")
+
+        def subscribed_often() -> bool:
+            nonlocal made, most
+            with suppress(zmq.Again):
+                reader.send(b"\x01" + made.to_bytes(100, "little"), zmq.DONTWAIT)
+                made += 1
+            remote.requests("control")
+            remote.send_latest("touch", b"t")
+            most = max(most, subscriptions(remote._sockets["touch"]))
+            return made > 500
+
+        wait_until(subscribed_often, every_s=0.001)
+        context.destroy(linger=0)
+        assert remote._subscribers["touch"].ended > 0
+        assert 1 < most < made / 4
+        wait_until(lambda: touched(remote, operator), "the operator reads on")

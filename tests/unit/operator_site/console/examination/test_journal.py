@@ -1,0 +1,154 @@
+"""Saved findings are on the disk; what a full disk did not take is kept, and written when there is room again."""
+
+import errno
+import resource
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+from unittest.mock import Mock
+
+import msgpack
+import pytest
+
+from operator_site.console.examination.journal import AGAIN_S, Keeping
+from tests.system.truth import written
+from tests.waiting import wait_until
+
+
+def finding(ident: int, note: str = "") -> dict[str, Any]:
+    return {"id": ident, "note": note}
+
+
+def until_saved(keeping: Keeping, ident: int, now_s: float) -> None:
+    def saved() -> bool:
+        keeping.step(now_s)
+        return keeping.is_saved(ident)
+
+    wait_until(saved)
+
+
+def test_a_finding_is_saved_when_its_newest_record_is_on_the_disk(tmp_path: Path) -> None:
+    keeping = Keeping(tmp_path / "console.mcap", {})
+    for note in ("", "a", "ab"):
+        keeping.write("console/finding", 1.0, finding(1, note))
+    keeping.write("console/act", 1.0, {"verb": "finding"})
+    assert not keeping.is_saved(1)
+    until_saved(keeping, 1, 2.0)
+    kept = written(tmp_path / "console.mcap", "console/finding", may_be_cut=True)
+    assert [record["note"] for _, record in kept] == ["", "a", "ab"], "it is there before it is called saved"
+    keeping.write("console/finding", 3.0, finding(1, "abc"))
+    assert not keeping.is_saved(1), "its new note is not"
+    until_saved(keeping, 1, 3.0)
+    assert keeping.unsaved == 0
+    keeping.close()
+
+
+def no_more_room(keeping: Keeping, path: Path) -> None:
+    """The file may not grow any more, whatever its writer does."""
+    assert keeping._recorder is not None
+    size = path.stat().st_size
+    resource.prlimit(keeping._recorder._process.pid, resource.RLIMIT_FSIZE, (size, size))
+
+
+def test_a_full_disk_loses_nothing_and_is_tried_again(tmp_path: Path) -> None:
+    keeping = Keeping(tmp_path / "console.mcap", {})
+    keeping.write("console/finding", 0.5, finding(1))
+    until_saved(keeping, 1, 0.5)
+    no_more_room(keeping, tmp_path / "console.mcap")
+    keeping.write("console/finding", 1.0, finding(2, "lesion"))
+    wait_until(lambda: keeping.failed)
+    keeping.write("console/finding", 2.0, finding(3))
+    keeping.write("console/act", 2.0, {"verb": "finding"})
+    assert not keeping.is_saved(2)
+    assert keeping.is_saved(1)
+    keeping.step(10.0)
+    until_saved(keeping, 3, 10.0)
+    assert keeping.is_saved(2)
+    keeping.close()
+    again = written(tmp_path / "console-1.mcap", "console/finding")
+    assert [record["id"] for _, record in again] == [2, 3]
+    assert [time_s for time_s, _ in again] == [1.0, 2.0], "they keep their own times"
+
+
+def test_a_console_starts_on_a_full_disk_which_is_tried_every_few_seconds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opening = Mock(side_effect=OSError(errno.ENOSPC, "No space left on device"))
+    with monkeypatch.context() as patch:
+        patch.setattr("operator_site.console.examination.journal.Recorder", opening)
+        keeping = Keeping(tmp_path / "console.mcap", {})
+        for tenth in range(100, 200):
+            keeping.step(0.1 * tenth)
+            keeping.write("console/finding", 0.1 * tenth, finding(tenth))
+        assert keeping.failed
+        assert opening.call_count == pytest.approx(1.0 + 10.0 / AGAIN_S, abs=1)
+        assert keeping.unsaved == 100
+        assert not any(keeping.is_saved(tenth) for tenth in range(100, 200))
+    until_saved(keeping, 199, 30.0)
+    assert keeping.unsaved == 0
+    keeping.close()
+    with pytest.raises(FileNotFoundError):
+        Keeping(tmp_path / "no such folder" / "console.mcap", {})
+
+
+def test_a_disk_that_stays_full_is_not_strewn_with_files_and_room_is_used_at_once(tmp_path: Path) -> None:
+    """A real one of 64 kB."""
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mount = ("mount", "-t", "tmpfs", "-o", "size=64k", "teletaction-test", str(disk))
+    if shutil.which("mount") is None or subprocess.run(mount, capture_output=True, check=False).returncode:
+        pytest.skip("no disk can be mounted here")
+    try:
+        keeping = Keeping(disk / "console.mcap", {})
+        keeping.write("console/finding", 0.5, finding(1))
+        until_saved(keeping, 1, 0.5)
+        (disk / "other").write_bytes(bytes(shutil.disk_usage(disk).free))
+        keeping.write("console/finding", 1.0, finding(2, "x" * 10_000))
+        now_s, tries = 10.0, 5
+        for _ in range(tries):
+            now_s += AGAIN_S
+            keeping.step(now_s)
+            wait_until(lambda: keeping.failed)
+            keeping.write("console/finding", now_s, finding(3))
+            assert (keeping.is_saved(1), keeping.is_saved(2), keeping.is_saved(3)) == (True, False, False)
+        assert len([*disk.glob("console*.mcap")]) <= 2
+        (disk / "other").unlink()
+        now_s += AGAIN_S
+        until_saved(keeping, 3, now_s)
+        assert keeping.is_saved(2)
+        keeping.close()
+        assert [record["id"] for _, record in written(disk / "console-1.mcap", "console/finding")] == [2] + [3] * tries
+        assert keeping.files == [disk / "console.mcap", disk / "console-1.mcap"]
+    finally:
+        subprocess.run(("umount", str(disk)), check=True)
+
+
+def test_what_an_earlier_run_kept_is_not_written_over(tmp_path: Path) -> None:
+    for number in range(3):
+        keeping = Keeping(tmp_path / "console.mcap", {})
+        keeping.write("console/finding", 1.0, finding(number + 1))
+        keeping.close()
+    for number, name in enumerate(("console", "console-1", "console-2"), 1):
+        ((_, record),) = written(tmp_path / f"{name}.mcap", "console/finding")
+        assert record["id"] == number
+
+
+def test_without_a_file_nothing_is_ever_saved() -> None:
+    keeping = Keeping(None, {})
+    keeping.write("console/finding", 1.0, finding(1))
+    keeping.step(2.0)
+    assert not keeping.is_saved(1)
+    assert not keeping.enabled
+    keeping.close()
+
+
+def test_a_note_of_ten_thousand_characters_comes_back(tmp_path: Path) -> None:
+    keeping = Keeping(tmp_path / "console.mcap", {})
+    note = "<b>\u202e\x00💥" * 2000
+    keeping.write("console/finding", 1.0, finding(1, note))
+    until_saved(keeping, 1, 1.0)
+    keeping.close()
+    ((_, record),) = written(tmp_path / "console.mcap", "console/finding")
+    assert record["note"] == note
+    assert msgpack.unpackb(msgpack.packb(record)) == record

@@ -1,0 +1,145 @@
+"""Tiles as bytes: what a page reads is what was felt, to the codec's step; broken messages are refused."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from common.wire.touch_summary import NOTHING
+from operator_site.console.map.map_layer import TILE
+from operator_site.console.map.map_tiles import (
+    BYTES,
+    CONFIDENT_SD,
+    HIGHEST,
+    MIDDLE,
+    NOT_FELT,
+    OCTAVE,
+    RANGES,
+    STEEP,
+    WORST,
+    MapTile,
+    changed,
+    picture,
+    value_of,
+)
+from operator_site.console.map.tactile_map import QUANTITIES, TactileMap
+from tests.unit.operator_site.console.felt_rows import INDEX, hand, row, sample
+
+
+@given(
+    st.sampled_from(QUANTITIES), st.integers(0, 7), st.integers(0, 7), st.integers(0, 2**32 - 1), st.integers(0, 2**32)
+)
+def test_a_tile_comes_back_as_it_was(quantity: str, column: int, row: int, revision: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    value = rng.integers(0, NOT_FELT + 1, (TILE, TILE)).astype(np.uint16)
+    spread = np.where(value == NOT_FELT, WORST, rng.integers(0, 256, (TILE, TILE))).astype(np.uint8)
+    message = MapTile(quantity, column, row, revision, value, spread).encode()
+    assert len(message) == BYTES == 12 + 3 * 1024
+    again = MapTile.decode(message)
+    assert again[:4] == (quantity, column, row, revision)
+    np.testing.assert_array_equal(again.value, value)
+    np.testing.assert_array_equal(again.spread, spread)
+
+
+@settings(deadline=None)
+@given(st.binary(min_size=BYTES - 2, max_size=BYTES + 2))
+def test_other_bytes_are_refused(message: bytes) -> None:
+    with pytest.raises(ValueError, match="map tile"):
+        MapTile.decode(message)
+
+
+@pytest.mark.parametrize(("place", "byte"), [(0, 0), (2, 2), (3, 1), (4, 4), (5, 8), (6, 8), (7, 1), (BYTES - 1, 4)])
+def test_an_impossible_byte_is_refused(place: int, byte: int) -> None:
+    value, spread = np.full((TILE, TILE), NOT_FELT, np.uint16), np.full((TILE, TILE), WORST, np.uint8)
+    message = bytearray(MapTile("temperature", 0, 0, 1, value, spread).encode())
+    message[place] = byte
+    with pytest.raises(ValueError, match="map tile"):
+        MapTile.decode(bytes(message))
+
+
+@pytest.mark.parametrize(
+    ("quantity", "value", "sd", "confidence"),
+    [
+        ("temperature", 36.4, 0.2, 3),
+        ("temperature", 36.4, 0.4, 2),
+        ("temperature", 36.4, 0.9, 1),
+        ("temperature", 36.4, 1.1, 0),
+        ("roughness", 0.09, 0.07, 3),
+        ("roughness", 0.09, 0.2, 1),
+        ("stiffness", 1800.0, 0.05, 3),
+        ("stiffness", 6.0, 0.5, 0),
+    ],
+)
+def test_values_and_confidence_of_one_touch(quantity: str, value: float, sd: float, confidence: int) -> None:
+    felt = TactileMap()
+    stored = value if quantity == "temperature" else math.log(value)
+    felt.take(sample(quantity, 1, 0.0005, 0.0005, stored, sd * sd))
+    (tile,) = [one for one in changed(felt, quantity, 0) if (one.column, one.row) == (4, 4)]
+    low, high = RANGES[quantity]
+    expected = min(max(value, low), high)
+    step = (high - low) / HIGHEST if quantity == "temperature" else expected * math.log(high / low) / HIGHEST
+    assert value_of(quantity, tile.value)[0, 0] == pytest.approx(expected, abs=step)
+    assert tile.confidence[0, 0] == confidence
+    told_sd = CONFIDENT_SD[quantity] * 2.0 ** ((int(tile.spread[0, 0]) - MIDDLE) / OCTAVE)
+    assert sd <= told_sd * (1.0 + 1e-6)
+    assert told_sd <= sd * 2.0 ** (1.0 / OCTAVE) * (1.0 + 1e-6), "it is never told to be surer than it is"
+
+
+@pytest.mark.parametrize(("others", "confidence"), [(0, 3), (1, 2), (3, 1), (11, 0)])
+def test_the_spread_of_a_material_is_the_share_that_was_named_otherwise(others: int, confidence: int) -> None:
+    felt = TactileMap()
+    for touch in range(10 + others):
+        name = "pvc" if touch < 10 else f"other {touch}"
+        felt.take(sample("material", touch, 0.0005, 0.0005, 1.0, 1.0, name))
+    (tile,) = [one for one in changed(felt, "material", 0) if (one.column, one.row) == (4, 4)]
+    assert tile.spread[0, 0] == math.ceil(100.0 * others / (10 + others))
+    assert tile.confidence[0, 0] == confidence
+
+
+def test_steep_ground_is_told_where_it_was_felt_and_only_there() -> None:
+    felt = TactileMap()
+    level, rows = (hand(index=row(INDEX, 0.0105, 0.0205, slope_x=slope)) for slope in (0.9, 1.0))
+    felt.take(sample("stiffness", 1, 0.0105, 0.0205, math.log(800.0), 1e-4))
+    before = felt.revision
+    felt.felt(1.0, level, [NOTHING] * 5)
+    assert changed(felt, "stiffness", before) == [], "42 degrees are not steep"
+    felt.felt(1.1, rows, [NOTHING] * 5)
+    tiles = changed(felt, "stiffness", before)
+    assert tiles, "ground that is found to be steep is told again"
+    shown = picture(felt, "stiffness")
+    assert shown is not None
+    steep = np.argwhere(shown.steep)
+    assert 4 <= len(steep) <= 16
+    place_m = np.array((shown.left_m, shown.near_m)) + 1e-3 * (steep[:, ::-1] + 0.5)
+    assert np.abs(place_m - (0.0105, 0.0205)).max() < 2.1e-3
+    assert np.isfinite(shown.value[shown.steep]).all()
+    assert (shown.confidence[shown.steep] == 3).all(), "how well a value is known has nothing to do with it"
+    assert any((tile.spread >= STEEP).any() for tile in tiles)
+    before = felt.revision
+    felt.felt(1.2, rows, [NOTHING] * 5)
+    assert changed(felt, "stiffness", before) == []
+
+
+def test_only_what_changed_is_told_and_what_has_waited_longest_first() -> None:
+    felt = TactileMap()
+    for n, x_m in enumerate((0.016, 0.048, 0.080), 1):
+        felt.take(sample("temperature", n, x_m, 0.016, 33.0, 0.04))
+    tiles = changed(felt, "temperature", 0)
+    assert [tile.revision for tile in tiles] == sorted(tile.revision for tile in tiles)
+    seen = tiles[1].revision
+    assert [t.column for t in changed(felt, "temperature", seen)] == [t.column for t in tiles if t.revision > seen]
+    assert changed(felt, "temperature", felt.revision) == []
+    assert changed(felt, "stiffness", 0) == []
+    with pytest.raises(ValueError, match="no quantity 'colour'"):
+        changed(felt, "colour", 0)
+
+
+def test_after_the_frame_has_moved_all_of_it_is_told_again() -> None:
+    felt = TactileMap()
+    felt.take(sample("temperature", 1, 0.001, 0.001, 33.0, 0.04))
+    before = felt.revision
+    felt.take(sample("temperature", 2, 0.200, 0.001, 34.0, 0.04))
+    columns = {tile.column: tile for tile in changed(felt, "temperature", before)}
+    assert len([t for t in columns.values() if (t.value != NOT_FELT).any()]) >= 2

@@ -1,0 +1,349 @@
+"""Acts at the console: they are for those who may, and every one is answered and kept."""
+
+import asyncio
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Any
+
+import msgpack
+import pytest
+
+from common.link.session_state import Refused
+from operator_site.console.examination.examination import LONGEST_NOTE
+from operator_site.console.examination.journal import Keeping
+from operator_site.console.examination.reporting import Reporting
+from operator_site.console.local_control import DeskSilent
+from operator_site.console.model import Console
+from operator_site.console.web.access import Visitor
+from operator_site.console.web.clients import Client
+from operator_site.console.web.commands import NOT_RECORDED, STOP_NOT_SENT, Acts, Answer
+from operator_site.console.web.control import Control
+from tests.conftest import Contained
+from tests.unit.operator_site.console.fed import fed, happen
+
+BRIEF = {"state": "connected", "session": 7}
+
+
+class Desk:
+    """A desk that answers as the test says."""
+
+    def __init__(self) -> None:
+        self.asked: list[str] = []
+        self.answer: Callable[[], dict[str, Any]] = lambda: dict(BRIEF)
+        self.fails: Exception | None = None
+
+    def ask(self, verb: str, details: dict[str, Any] | None = None) -> "Future[dict[str, Any]]":
+        self.asked.append(verb)
+        answered: Future[dict[str, Any]] = Future()
+        if self.fails is None:
+            answered.set_result(self.answer())
+        else:
+            answered.set_exception(self.fails)
+        return answered
+
+
+class Keeper(Keeping):
+    """Keeps in memory."""
+
+    def __init__(self) -> None:
+        super().__init__(None, {})
+        self.kept: list[tuple[str, dict[str, Any]]] = []
+
+    def write(self, stream: str, now_s: float, record: dict[str, Any]) -> None:
+        self.kept.append((stream, record))
+        msgpack.packb(record)  # the recording takes it
+
+    def of(self, stream: str) -> list[dict[str, Any]]:
+        return [record for kept_in, record in self.kept if kept_in == stream]
+
+
+class Desktop:
+    """A console with two pages that may act and one that may not."""
+
+    def __init__(self) -> None:
+        self.console, self.desk, self.keeper, self.control = Console(), Desk(), Keeper(), Control()
+        self.acts = Acts(self.console, self.desk, self.keeper, self.control, None)
+        self.first, self.second = (Client(Visitor("OR-1", "act"), f"OR-1 {n}", 0.0) for n in (1, 2))
+        self.observer = Client(Visitor("student", "observe"), "student 3", 0.0)
+        for client in (self.observer, self.first, self.second):
+            self.control.offer(client)
+        happen(self.console, 98.0, "connected")
+        fed(self.console, 98.0, 101.0)
+        self.console.desk(101.0, BRIEF)
+        happen(self.console, 101.0, "disengaged")
+
+    def ask(self, verb: object, client: Client | None = None, **details: Any) -> Answer:
+        return asyncio.run(self.acts.ask(client or self.first, verb, details, 101.0))
+
+    @property
+    def kept_acts(self) -> list[dict[str, Any]]:
+        return self.keeper.of("console/act")
+
+    @property
+    def kept(self) -> list[tuple[str, bool | None]]:
+        """Verb and success of the acts that were kept; one before it is done has no success."""
+        return [(act["verb"], act["ok"]) for act in self.kept_acts]
+
+
+@pytest.fixture
+def desktop() -> Desktop:
+    return Desktop()
+
+
+def test_the_first_page_that_may_act_is_in_control(desktop: Desktop) -> None:
+    assert desktop.control.holder is desktop.first
+    desktop.control.left(desktop.first, [desktop.observer, desktop.second])
+    assert desktop.control.holder is desktop.second
+    desktop.control.left(desktop.second, [desktop.observer])
+    assert desktop.control.holder is None
+
+
+@pytest.mark.parametrize("verb", ["engage", "disengage", "estop", "clear_fault", "begin", "end", "finding", "note"])
+def test_an_observer_is_refused_and_nothing_is_asked_of_the_site(desktop: Desktop, verb: str) -> None:
+    answer = desktop.ask(verb, desktop.observer)
+    assert (answer.ok, answer.text) == (False, "OBSERVER. Control is at OR-1 1.")
+    assert desktop.desk.asked == []
+    assert [act["who"] for act in desktop.kept_acts] == ["student 3"]
+
+
+def test_engaging_waits_until_sound_was_answered(desktop: Desktop) -> None:
+    assert desktop.ask("engage").text == "Cannot engage: sound not checked."
+    assert not desktop.ask("sound", answer="what").ok
+    assert desktop.ask("sound", answer="heard").ok
+    assert desktop.ask("engage").text == "ENGAGING"
+    assert desktop.desk.asked == ["engage"]
+
+
+@pytest.mark.parametrize(
+    ("verb", "fails", "text"),
+    [
+        ("engage", Refused("a fault is latched"), "a fault is latched"),
+        ("estop", DeskSilent("nobody"), STOP_NOT_SENT),
+        ("disengage", DeskSilent("nobody"), "The operator site does not answer."),
+    ],
+)
+def test_why_the_site_did_not_do_it_is_answered(desktop: Desktop, verb: str, fails: Exception, text: str) -> None:
+    desktop.ask("sound", answer="refused")
+    desktop.desk.fails = fails
+    assert desktop.ask(verb) == Answer(False, text)
+
+
+def test_who_is_not_in_control_may_stop_and_take_over_but_nothing_else(desktop: Desktop) -> None:
+    assert desktop.ask("disengage", desktop.second).text == "Control is at OR-1 1. Take control first."
+    assert desktop.ask("estop", desktop.second).ok
+    assert desktop.ask("take_control", desktop.second).text == "OR-1 2 took control."
+    assert desktop.ask("disengage", desktop.first).text.startswith("Control is at OR-1 2.")
+    happen(desktop.console, 102.0, "engaged")
+    assert desktop.ask("take_control", desktop.first).text == "Not while engaged. Pause first."
+
+
+def test_a_session_has_a_study_number_and_ends_with_what_was_kept(desktop: Desktop) -> None:
+    assert desktop.ask("begin", pseudonym="Anna Meier").text == "Use a study number, not a name."
+    assert not desktop.ask("finding", finger="index").ok
+    assert desktop.ask("begin", pseudonym="P-0417", sides={"top": "head", "right": "left"}).ok
+    assert desktop.ask("begin", pseudonym="P-0418").text == "Session P-0417 is under way. End it first."
+    assert desktop.ask("finding", finger="index", kind="warm", at_s=101.0).ok
+    ended = desktop.ask("end")
+    assert ended.text == "1 finding not yet on disk. Report has 1 finding without a place."
+    assert desktop.ask("end").text == "No session is under way."
+    assert [record["what"] for record in desktop.keeper.of("console/session")] == ["begin", "end"]
+
+
+@pytest.mark.parametrize(
+    "details",
+    [
+        {"finger": "nose"},
+        {},
+        {"finger": "index", "kind": "hole"},
+        {"finger": "index", "x_mm": 1.0},
+        {"finger": "index", "x_mm": float("nan"), "y_mm": 0.0},
+        {"finger": "index", "x_mm": True, "y_mm": 0.0},
+        {"finger": "index", "at_s": "now"},
+    ],
+)
+def test_a_finding_that_is_none_is_refused(desktop: Desktop, details: dict[str, Any]) -> None:
+    desktop.ask("begin", pseudonym="P-0417")
+    assert not desktop.ask("finding", **details).ok
+    assert desktop.console.book.findings == {}
+
+
+def test_a_note_is_kept_as_it_was_written(desktop: Desktop) -> None:
+    desktop.ask("begin", pseudonym="P-0417")
+    ident = (desktop.ask("finding", finger="index", x_mm=10.0, y_mm=0.0).details or {})["id"]
+    hostile = "<img src=x onerror=alert(1)>\u202e\x00" * 300
+    assert desktop.ask("note", finding=ident, text=hostile).ok
+    assert desktop.console.book.findings[ident].note == hostile
+    assert not desktop.ask("note", finding=ident, text="x" * (LONGEST_NOTE + 1)).ok
+    assert desktop.console.book.findings[ident].note == hostile
+    assert desktop.ask("note", finding=ident, text="half \ud83d").ok
+    assert desktop.console.book.findings[ident].note == "half \ufffd"
+    kept = [str(act["details"].get("text", "")) for act in desktop.kept_acts]
+    assert max(map(len, kept)) <= 200, "the whole note is with its finding"
+
+
+def test_what_was_felt_at_a_place_is_told_with_how_well(desktop: Desktop) -> None:
+    desktop.observer.quantity = "temperature"
+    told = desktop.ask("place", desktop.observer, x_mm=10.0, y_mm=0.0)
+    assert told.text == "24.1 ± 0.3 °C, 1 touch, 0 s ago"
+    assert desktop.ask("place", desktop.observer, x_mm=90.0, y_mm=0.0).text == "Nothing was felt here."
+    assert not desktop.ask("place", x_mm="here").ok
+
+
+def test_who_clears_a_fault_clears_its_alarm_too_and_nothing_else(desktop: Desktop) -> None:
+    console = desktop.console
+    assert desktop.ask("clear_fault").text == "There is nothing to clear."
+    happen(console, 101.0, "fault", "index: the force swings")
+    console.step(101.0)
+    assert desktop.ask("clear_fault").ok
+    assert desktop.desk.asked == ["clear_fault"]
+    console.step(101.1)
+    desktop.acts.step(101.1)
+    (alarm,) = console.alarms.listed
+    assert (alarm.cleared_by, alarm.ended_s) == ("OR-1 1", 101.1)
+    happen(console, 110.0, "fault", "index: the force swings")
+    console.step(110.0)
+    happen(console, 110.0, "cleared")
+    console.step(110.1)
+    desktop.acts.step(110.1)
+    assert console.alarms.listed[0].waits, "that was another one"
+
+
+def nested(depth: int) -> list[Any]:
+    value: list[Any] = []
+    for _ in range(depth):
+        value = [value]
+    return value
+
+
+STRANGE = {"nested": nested(5000), "digits": 10**5000}
+
+
+@pytest.mark.parametrize("verb", ["reboot", "", None, 7, ["engage"], "play", "seek", *STRANGE])
+def test_what_there_is_not_cannot_be_asked_for(desktop: Desktop, verb: object) -> None:
+    verb = STRANGE.get(str(verb), verb)
+    assert not desktop.ask(verb).ok
+    assert desktop.desk.asked == []
+    assert desktop.kept == [(verb if isinstance(verb, str) else type(verb).__name__, False)]
+
+
+@pytest.mark.parametrize(("verb", "text"), [("disengage", "PAUSED. Outputs neutral."), ("estop", "STOPPING")])
+def test_an_act_is_kept_before_it_is_done_but_for_a_stop_and_again_with_who_and_its_answer(
+    desktop: Desktop, verb: str, text: str
+) -> None:
+    kept_before: list[dict[str, Any]] = []
+
+    def look() -> dict[str, Any]:
+        kept_before.extend(desktop.kept_acts)
+        return dict(BRIEF)
+
+    desktop.desk.answer = look
+    assert desktop.ask(verb) == Answer(True, text)
+    done = desktop.kept_acts[-1]
+    assert (done["who"], done["verb"], done["ok"], done["answer"]) == ("OR-1 1", verb, True, text)
+    assert kept_before == ([{**done, "ok": None, "answer": ""}] if verb == "disengage" else [])
+    assert len(desktop.kept) == len(kept_before) + 1
+    desktop.ask("engage", desktop.second)
+    refused = desktop.kept_acts[-1]
+    assert (refused["who"], refused["verb"], refused["ok"]) == ("OR-1 2", "engage", False)
+
+
+@pytest.mark.parametrize(
+    "details",
+    [
+        {"half \ud83d": 1},
+        {"x" * 10_000: 1},
+        {"deep": [[[["\ud83d"]]]]},
+        {"n": 10**400},
+        *({"strange": value} for value in STRANGE.values()),
+    ],
+    ids=["half", "long", "deep", "number", *STRANGE],
+)
+def test_an_act_with_details_that_no_file_takes_is_answered_and_recorded(
+    desktop: Desktop, details: dict[str, Any]
+) -> None:
+    assert desktop.ask("disengage", **details).ok
+    assert desktop.ask("estop", **details).ok
+    assert desktop.kept == [("disengage", None), ("disengage", True), ("estop", True)]
+
+
+@pytest.mark.parametrize("error", [ValueError("no such record"), KeyError("stream"), AssertionError()])
+def test_what_cannot_be_recorded_is_not_done_but_for_a_stop(
+    desktop: Desktop, monkeypatch: pytest.MonkeyPatch, contained: Contained, error: Exception
+) -> None:
+    def fail(*given: object) -> None:
+        raise error
+
+    monkeypatch.setattr(desktop.keeper, "write", fail)
+    assert desktop.ask("disengage") == Answer(False, NOT_RECORDED)
+    assert desktop.desk.asked == []
+    assert desktop.ask("estop").ok
+    assert desktop.desk.asked == ["estop"]
+    (name,) = contained.take()
+    assert name.startswith("record of acts: ")
+
+
+def test_stops_while_one_waits_wait_for_the_same_one(desktop: Desktop, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+    waiting: Future[dict[str, Any]] = Future()
+
+    def ask(verb: str, details: object = None) -> "Future[dict[str, Any]]":
+        asked.append(verb)
+        return waiting
+
+    monkeypatch.setattr(desktop.desk, "ask", ask)
+
+    async def stop() -> list[Answer]:
+        stops = [asyncio.create_task(desktop.acts.ask(desktop.first, "estop", {}, 101.0)) for _ in range(100)]
+        await asyncio.sleep(0.01)
+        waiting.set_result(dict(BRIEF))
+        return [await stop for stop in stops]
+
+    assert all(answer.ok for answer in asyncio.run(stop()))
+    assert asked == ["estop"]
+
+
+@pytest.mark.parametrize("text", ["P-1\n2026-11-25 ERROR forged", "P-1\x1b[31m", "P-1\u202e"])
+def test_a_study_number_is_printable_and_a_verb_stands_on_one_line_of_the_log(
+    desktop: Desktop, caplog: pytest.LogCaptureFixture, text: str
+) -> None:
+    caplog.set_level("INFO")
+    assert not desktop.ask("begin", pseudonym=text).ok
+    assert desktop.console.book.pseudonym is None
+    assert not desktop.ask(text).ok
+    assert len(caplog.records) >= 2
+    assert all(record.getMessage().isprintable() for record in caplog.records)
+
+
+def test_a_report_that_fails_inside_says_so_and_ends_nothing(desktop: Desktop, contained: Contained) -> None:
+    class Failing(Reporting):
+        async def write(self, pseudonym: str, files: Sequence[Path]) -> str:
+            raise ValueError("embedded null byte")
+
+    desktop.acts.reporting = Failing((), None)
+
+    async def examine() -> None:
+        await desktop.acts.ask(desktop.first, "begin", {"pseudonym": "P-0417"}, 101.0)
+        await desktop.acts.ask(desktop.first, "end", {}, 102.0)
+        await asyncio.sleep(0.01)
+
+    asyncio.run(examine())
+    (name,) = contained.take()
+    assert "embedded null byte" in name
+    assert "No report: report: ValueError" in str(desktop.acts.saved)
+
+
+def test_refusals_without_end_are_answered_and_only_a_part_is_recorded(
+    desktop: Desktop, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level("INFO")
+    for _ in range(500):
+        assert not desktop.ask("estop", desktop.observer).ok
+    kept = len(desktop.kept)
+    assert 1 <= kept <= 20
+    assert len(caplog.records) <= 20
+    desktop.observer.name = "student 4"  # the same visitor by another page
+    later = asyncio.run(desktop.acts.ask(desktop.observer, "engage", {}, 201.0))
+    assert not later.ok
+    assert desktop.kept_acts[-1]["details"]["refused_before"] == 500 - kept
+    assert desktop.ask("estop").ok

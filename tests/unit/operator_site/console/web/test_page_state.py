@@ -1,0 +1,107 @@
+"""The state on the page: silence wins over a stop, a stop over engaging, a silent link over engaged."""
+
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from common.limits import GAP_S
+from common.wire.packets import LinkState
+from operator_site.console.model import Console
+from operator_site.console.state.frame import Picture
+from operator_site.console.state.site_now import SILENT_S
+from operator_site.console.web.page_state import shown_state
+from tests.unit.operator_site.console.fed import S, figures, happen, rendered, touch
+
+AT_S = 102.0
+
+
+def engaged(gap_s: float | None = 0.004) -> Console:
+    """Engaged; the site was last heard at AT_S."""
+    console = Console()
+    for what in ("connected", "engaged"):
+        happen(console, 100.0, what)
+    at_ns = round(AT_S * S)
+    console.take("operator/figures", at_ns, figures())
+    console.take("operator/touch", at_ns, touch(1, at_ns - 20_000_000))
+    console.take("operator/rendered", at_ns, rendered(gap_s=gap_s))
+    return console
+
+
+def words(console: Console, now_s: float) -> tuple[str, LinkState]:
+    """The state's word, and the state that a picture is drawn with."""
+    console.step(now_s)
+    state: dict[str, Any] = shown_state(console, now_s, lambda _: True, "operator.toml")
+    return state["session"]["state"], Picture.decode(console.picture(now_s, 1, None)).flags.state
+
+
+@given(
+    age_s=st.floats(0.0, 3.0) | st.floats(0.0, 1e4),
+    gap_s=st.none() | st.floats(0.0, 2.0),
+    both=st.booleans(),
+    wanted=st.booleans(),
+    stopping=st.booleans(),
+)
+def test_nothing_old_and_nothing_stopped_is_shown_as_engaged_or_engaging(
+    age_s: float, gap_s: float | None, both: bool, wanted: bool, stopping: bool
+) -> None:
+    console = engaged()
+    at_ns = round(AT_S * S)
+    told = {"wanted": wanted, "stop_asked_ns": at_ns if stopping else None}
+    console.take("operator/figures", at_ns, figures(**told))
+    console.take("operator/rendered", at_ns, rendered(both, gap_s))
+    word, drawn = words(console, AT_S + age_s)
+    link_silent = gap_s is not None and gap_s > GAP_S
+    if age_s > SILENT_S + 1e-6 or link_silent or stopping:
+        assert word not in ("engaged", "engaging")
+        assert drawn is not LinkState.ENGAGED
+    if not both:
+        assert drawn is not LinkState.ENGAGED
+    if age_s < SILENT_S - 1e-6 and both and not link_silent and not stopping:
+        assert (word, drawn) == ("engaged", LinkState.ENGAGED)
+
+
+@pytest.mark.parametrize(
+    ("gap_s", "age_s", "word", "alarm"),
+    [
+        (0.004, 0.4, "engaged", ""),
+        (0.004, 0.6, "silent", "No data for 0.6 s. Screen is not live."),
+        (0.11, 0.01, "lost", "LINK LOST. Outputs are neutral. Wait for the link."),
+    ],
+)
+def test_silence_is_shown_as_soon_as_its_alarm_says_so(gap_s: float, age_s: float, word: str, alarm: str) -> None:
+    console = engaged(gap_s)
+    drawn = LinkState.DISCONNECTED if alarm else LinkState.ENGAGED
+    assert words(console, AT_S + age_s) == (word, drawn)
+    assert [one.text for one in console.alarms.listed] == ([alarm] if alarm else [])
+
+
+def test_a_desk_that_answers_is_no_proof_of_what_is_drawn() -> None:
+    console = engaged()
+    for tenth in range(1, 10):
+        now_s = AT_S + 0.1 * tenth
+        console.desk(now_s, {"state": "engaged", "session": 7, "time_ns": round(now_s * S)})
+    assert words(console, now_s) == ("silent", LinkState.DISCONNECTED)
+    assert console.alarms.listed[0].text == "No data for 0.9 s. Screen is not live."
+
+
+def test_a_stop_is_judged_by_the_desk_where_nothing_else_comes() -> None:
+    console = engaged()
+    now_s = AT_S + 1.0
+    told = {"state": "fault", "fault": "emergency stop by the operator", "time_ns": round(now_s * S)}
+    asked = {"stop_asked_ns": round((now_s - 0.4) * S), "stop_devices": ["exoskeleton"], "stop_after_s": [None]}
+    console.desk(now_s, told | asked)
+    assert words(console, now_s)[0] == "stopped"
+    texts = [alarm.text for alarm in console.alarms.listed]
+    assert "STOP NOT CONFIRMED: Exoskeleton. Use the hardware switch." in texts
+
+
+@pytest.mark.parametrize("state", ["connected", "engaged"])
+def test_a_stop_cancels_engaging_at_once(state: str) -> None:
+    console = engaged()
+    console.take("operator/rendered", round(AT_S * S), rendered(engaged=False))
+    console.desk(AT_S, {"state": state, "wanted": True, "session": 7})
+    assert words(console, AT_S)[0] == "engaging"
+    console.desk(AT_S, {"state": state, "wanted": True, "session": 7, "stop_asked_ns": round(AT_S * S)})
+    assert words(console, AT_S)[0] == "stopped"

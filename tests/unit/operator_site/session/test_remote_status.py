@@ -1,0 +1,70 @@
+"""The state of the remote site's recording: asked for once a second, bounded, and known until it says otherwise."""
+
+from typing import Any
+
+import pytest
+
+from common.wire.packets import LinkState
+from common.wire.session_messages import LONGEST_REFUSAL
+from tests.unit.operator_site.session_pair import Pair
+
+STOPPED = "the process that writes it has ended"
+
+
+def test_the_remote_site_is_asked_how_it_is_once_a_second(pair: Pair) -> None:
+    assert 9 <= pair.asked("status", 10_000) <= 11
+
+
+def test_a_recording_that_stopped_at_the_remote_site_is_known_until_it_is_well_again(
+    pair: Pair, caplog: pytest.LogCaptureFixture
+) -> None:
+    for recording in (STOPPED, STOPPED, ""):
+        pair.run(1_000)
+        pair.answer("status", state="engaged", fault="", missing="", recording=recording)
+        assert pair.client.remote_recording == recording
+    assert caplog.text.count(STOPPED) == 1
+    pair.run(1_000)
+    pair.answer("status", state="connected", fault="", missing="")
+    assert pair.client.remote_recording == "", "an older remote site says nothing of it"
+
+
+def test_it_ends_with_the_session(pair: Pair) -> None:
+    pair.run(1_000)
+    pair.answer("status", recording=STOPPED)
+    pair.remote.alive = False
+    pair.run(2_000)
+    assert pair.client.session.state is LinkState.DISCONNECTED
+    assert pair.client.remote_recording == ""
+
+
+@pytest.mark.parametrize("recording", ["x" * 3000, "no\nspace\x1b[31m\x00left", "\n" * 10])
+def test_what_it_says_is_one_short_line(pair: Pair, recording: str) -> None:
+    pair.run(1_000)
+    pair.answer("status", recording=recording)
+    assert len(pair.client.remote_recording) <= LONGEST_REFUSAL
+    assert pair.client.remote_recording.isprintable()
+    assert pair.client.remote_recording.strip(), "that it has stopped is known, whatever it says"
+
+
+@pytest.mark.parametrize("recording", [7, True, ["x"], {"a": 1}, None, 1.5])
+def test_what_is_no_text_is_damaged_and_changes_nothing(pair: Pair, recording: Any) -> None:
+    pair.run(1_000)
+    pair.answer("status", recording=STOPPED)
+    pair.run(1_000)
+    damaged = pair.client.damaged["control"]
+    pair.answer("status", recording=recording)
+    assert pair.client.remote_recording == STOPPED
+    assert pair.client.damaged["control"] == damaged + 1
+
+
+def test_a_fault_is_still_asked_for_at_once_and_is_none_once_touch_says_so(pair: Pair) -> None:
+    pair.run(1_000)
+    pair.remote.state = LinkState.FAULT
+    assert pair.asked("status", 500) >= 2
+    pair.answer("status", fault="index: force sensor dead", recording=STOPPED)
+    assert (pair.client.remote_fault, pair.client.remote_recording) == ("index: force sensor dead", STOPPED)
+    pair.remote.state = LinkState.CONNECTED
+    pair.run(1_000)
+    pair.remote.answer("status", fault="index: force sensor dead", recording="")
+    pair.run(20)
+    assert (pair.client.remote_fault, pair.client.remote_recording) == ("", "")

@@ -1,0 +1,212 @@
+"""The operator's end of a session against a remote site whose every word is the test's, in virtual time."""
+
+from typing import Any
+
+import pytest
+
+from common.limits import AGE_MAX_S
+from common.link.emergency_stop import PATIENCE_NS
+from common.link.session_state import Refused
+from common.wire.packets import LinkState
+from common.wire.session_messages import Answer
+from operator_site.session.session_client import SILENCE_NS
+from tests.unit.operator_site.session_pair import ABLE, IDENT, MS, Pair
+
+HERE = "here: stopped, confirmed by every device after 2 ms"
+UNCONFIRMED = {"after_s": 0.3, "unconfirmed": "middle thermal_sensor: no report"}
+THERE = "remote site: stopped, confirmed by every device after 12 ms"
+CONFIRMED = {"after_s": 0.012, "unconfirmed": ""}
+
+
+def test_what_the_remote_site_says_of_its_calibration_is_told_and_not_believed_to_be_short(pair: Pair) -> None:
+    assert pair.client.calibrated == ""
+    pair.client.remote["calibrated"] = "Calibrated 2026-11-03, " + "x" * 1000
+    assert pair.client.calibrated.startswith("Calibrated 2026-11-03, x")
+    assert len(pair.client.calibrated) == 80
+
+
+def test_an_emergency_stop_is_over_when_both_sites_have_said_how_it_went(pair: Pair) -> None:
+    pair.stop()
+    assert pair.client.stopped == "", "the remote site has said nothing yet"
+    pair.answer("estop", **CONFIRMED)
+    assert pair.client.stopped == f"{HERE}; {THERE}"
+    happenings = [happening.text for happening in pair.client.session.take_happenings() if happening.what == "estop"]
+    assert happenings == [HERE, THERE]
+    pair.stop()
+    assert pair.client.stopped == "", "a second stop is confirmed anew"
+    pair.run(200)
+    pair.answer("estop", after_s=0.034, unconfirmed="")
+    assert pair.client.stopped == f"{HERE}; remote site: stopped, confirmed by every device after 34 ms"
+
+
+def test_a_device_of_either_site_that_does_not_confirm_is_named(pair: Pair) -> None:
+    pair.here = "no report"
+    pair.stop()
+    pair.answer("estop", **UNCONFIRMED)
+    assert pair.client.stopped == "", "this site's own devices still have time"
+    pair.run(PATIENCE_NS // MS)
+    here, there = pair.client.stopped.split("; ")
+    assert here == "here: stopped, but not confirmed within 300 ms by index tacttip: no report"
+    assert there == "remote site: not confirmed by middle thermal_sensor: no report after 300 ms"
+
+
+def test_each_device_is_told_when_it_confirmed_and_the_remote_site_is_asked_until_all_of_it_has(pair: Pair) -> None:
+    pair.here = "no report"
+    pair.stop()
+    assert pair.client.stopping.after_s == {
+        "index tacttip": None,
+        "exoskeleton": pytest.approx(0.002),
+        "remote hand": None,
+    }
+    pair.answer("estop", **UNCONFIRMED)
+    pair.run(98)
+    pair.here = ""
+    assert pair.asked("estop", 200) == 0, "it has just said that it cannot"
+    assert pair.asked("estop", 1000) > 0
+    assert pair.client.stopping.after_s["index tacttip"] == pytest.approx(0.11, abs=0.005)
+    assert pair.client.stopping.after_s["remote hand"] is None
+    pair.answer("estop", **CONFIRMED)
+    assert pair.client.stopping.after_s["remote hand"] == pytest.approx(1.31, abs=0.02)
+    assert pair.asked("estop", 1000) == 0
+
+
+def test_a_stop_that_was_cleared_is_not_asked_for_again(pair: Pair) -> None:
+    pair.stop()
+    pair.answer("estop", **UNCONFIRMED)
+    pair.client.clear(pair.remote.now_ns)
+    pair.run(10)
+    assert pair.asked("estop", 1000) == 0
+    assert (pair.client.stopping.asked_ns, pair.client.stopping.after_s) == (None, {})
+
+
+def test_a_remote_site_that_does_not_answer_is_said_and_asked_on(pair: Pair) -> None:
+    pair.stop()
+    pair.run(round(PATIENCE_NS / MS + 2e3 * AGE_MAX_S) - 20)
+    assert pair.client.stopped == "", "on the slowest link its word may still come"
+    pair.run(30)
+    assert pair.client.stopped == f"{HERE}; remote site: not confirmed, no answer within 1300 ms"
+    assert pair.asked("estop", 1000) > 0
+    pair.answer("estop", **CONFIRMED)
+    assert pair.client.stopped == f"{HERE}; {THERE}"
+    assert pair.asked("estop", 1000) == 0
+
+
+def test_a_remote_site_that_is_gone_has_not_confirmed(pair: Pair) -> None:
+    pair.remote.alive = False
+    pair.run(SILENCE_NS // MS - 100)
+    pair.stop()
+    pair.run(200)
+    assert pair.client.session.ident == 0
+    assert pair.client.stopped == f"{HERE}; remote site: not confirmed, the remote site is silent"
+
+
+@pytest.mark.parametrize("engages_itself", [True, False])
+def test_a_session_that_was_lost_is_engaged_again_only_where_nobody_had_to_ask(
+    pair: Pair, engages_itself: bool
+) -> None:
+    pair.client.want_engaged, pair.client.engages_itself = True, engages_itself
+    pair.remote.alive = False
+    pair.run(SILENCE_NS // MS + 100)
+    assert pair.client.session.ident == 0
+    assert pair.client.want_engaged is engages_itself
+
+
+def test_without_a_remote_site_only_the_own_devices_count() -> None:
+    alone = Pair()
+    alone.stop()
+    assert alone.client.stopped == f"{HERE}; remote site: not connected"
+
+
+@pytest.mark.parametrize(
+    ("refused", "details", "words"),
+    [
+        ("that is not the present session", {}, "that is not the present session"),
+        ("", {}, "it does not say how it went"),
+        ("", {"after_s": "soon", "unconfirmed": ""}, "it does not say how it went"),
+    ],
+)
+def test_an_answer_without_a_confirmation_is_none(
+    refused: str, details: dict[str, Any], words: str, pair: Pair
+) -> None:
+    pair.stop()
+    pair.answer("estop", refused, **details)
+    assert pair.client.stopped == f"{HERE}; remote site: not confirmed, {words}"
+
+
+def test_a_fault_of_the_remote_site_is_not_believed_to_be_short(pair: Pair) -> None:
+    pair.remote.state = LinkState.FAULT
+    pair.run(20)
+    pair.answer("status", fault="x" * 3000)
+    assert len(pair.client.remote_fault) == 400
+
+
+def test_why_the_remote_site_does_not_clear_is_known_until_its_fault_is_gone(pair: Pair) -> None:
+    pair.remote.state = LinkState.FAULT
+    pair.run(20)
+    pair.answer("status", fault="emergency stop at the remote site")
+    assert pair.client.remote_fault == "emergency stop at the remote site"
+    pair.client.refusal = "of something long ago"
+    pair.client.clear(pair.remote.now_ns)
+    assert pair.client.refusal == ""
+    pair.run(20)
+    pair.answer("clear_fault", "to be cleared where it was latched")
+    assert pair.client.refusal == "to be cleared where it was latched"
+    pair.remote.state = LinkState.CONNECTED
+    pair.run(20)
+    assert (pair.client.remote_fault, pair.client.refusal) == ("", "")
+    with pytest.raises(Refused, match="no fault is latched"):
+        pair.client.clear(pair.remote.now_ns)
+
+
+def test_a_remote_site_that_cannot_be_worked_with_is_said_once(caplog: pytest.LogCaptureFixture) -> None:
+    foreign = Pair()
+    for _ in range(5):
+        foreign.run(200)
+        foreign.answer("hello", session=IDENT, **{**ABLE, "layout": "another"})
+        assert "laid out differently" in foreign.client.refusal
+        assert foreign.client.session.ident == 0
+    assert foreign.remote.count("goodbye") == 5, "it shall not wait for this operator"
+    assert caplog.text.count("laid out differently") == 1
+
+
+def test_a_late_answer_to_a_hello_that_was_asked_twice_refuses_nothing() -> None:
+    """A remote site that is slow to start grants the first hello, and has heard of the session at the second."""
+    pair = Pair()
+    pair.run(202)
+    hellos = [request for request in pair.remote.asked if request.verb == "hello"]
+    assert len(hellos) == 2
+    granted = Answer(IDENT, hellos[0].sequence, pair.remote.now_ns, "", {"session": IDENT, **ABLE})
+    refused = Answer(IDENT, hellos[1].sequence, pair.remote.now_ns, "another operator is connected", {})
+    pair.remote.answers += [granted.encode(), refused.encode()]
+    pair.run(20)
+    assert pair.client.session.state is LinkState.CONNECTED
+    assert pair.client.refusal == ""
+
+
+def test_a_session_that_the_remote_site_ends_says_why_until_both_are_engaged_again(pair: Pair) -> None:
+    why = "motion has been refused for 1.5 s: sequence"
+    pair.remote.answers.append(Answer(IDENT + 1, 0, pair.remote.now_ns, why, {}).encode())
+    pair.run()
+    assert pair.client.session.ident == IDENT, "of another session"
+    pair.remote.answers.append(Answer(IDENT, 0, pair.remote.now_ns, why, {}).encode())
+    pair.run()
+    assert (pair.client.session.ident, pair.client.refusal) == (0, why)
+    assert [h.text for h in pair.client.session.take_happenings() if h.what == "disconnected"] == [why]
+    pair.run(ms=300)
+    pair.answer("hello", session=IDENT, **ABLE)
+    pair.run(ms=100)
+    assert (pair.client.session.ident, pair.client.refusal) == (IDENT, why)
+    pair.client.want_engaged = True
+    pair.run(ms=300)
+    pair.answer("engage", max_age_s=0.15)
+    pair.run(ms=10)
+    assert pair.client.session.engaged
+    assert pair.client.refusal == ""
+
+
+def test_a_remote_site_that_sends_far_too_many_answers_is_read_no_faster(pair: Pair) -> None:
+    for _ in range(10):
+        pair.remote.answers += [b"rubbish"] * 60
+        pair.run()
+    assert pair.client.damaged["control"] <= 210
+    assert pair.client.damaged["control: too many"] >= 390

@@ -1,0 +1,57 @@
+"""Rendering input goes into a recording and comes back without a bit changed."""
+
+import msgpack
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from common.wire.messages import Touch
+from common.wire.packets import N
+from operator_site.rendering_input import RenderingInput
+from tests.unit.operator_site.touches import tick_input, touch
+
+ANY = st.floats()
+FIVE = st.tuples(*[ANY] * N)
+
+
+INPUTS = st.builds(
+    RenderingInput,
+    time_s=st.floats(allow_nan=False, allow_infinity=False),
+    session=st.integers(0, 2**63 - 1),
+    fault_cleared=st.booleans(),
+    engaged=st.booleans(),
+    gap_ns=st.none() | st.integers(0, 2**62),
+    touch=st.none() | st.builds(touch, sequence=st.integers(0, 2**62)),
+    x_m=ANY,
+    y_m=ANY,
+    z_m=FIVE,
+    pose_s=ANY,
+    heights_s=ANY,
+    plate_c=FIVE,
+    plate_age_s=FIVE,
+    device_faults=st.lists(st.text(max_size=60), max_size=3).map(tuple),
+)
+
+
+@given(INPUTS)
+def test_what_was_packed_is_unpacked_to_the_last_bit(put_in: RenderingInput) -> None:
+    def touch_of(sequence: int) -> Touch | None:
+        assert put_in.touch is not None
+        assert sequence == put_in.touch.sequence
+        return put_in.touch
+
+    packed = put_in.pack()
+    again = RenderingInput.unpack(packed, touch_of)
+    assert again.pack() == packed  # NaN equals nothing, its bytes do
+    assert again.touch is put_in.touch
+    assert repr(again) == repr(put_in)
+
+
+def test_a_touch_packet_that_is_lost_is_nothing_touched() -> None:
+    assert RenderingInput.unpack(tick_input(touch=touch()).pack(), lambda _: None).touch is None
+
+
+@pytest.mark.parametrize("packed", [msgpack.packb(3), msgpack.packb([1.0] * 13), msgpack.packb({}), b""])
+def test_something_else_is_refused(packed: bytes) -> None:
+    with pytest.raises(ValueError, match=r"rendering input|incomplete"):
+        RenderingInput.unpack(packed, lambda _: None)

@@ -1,0 +1,116 @@
+"""The session with a virtual environment, and the operator site in it: states, the desk, the E-stop, a lost hand."""
+
+import math
+
+import pytest
+
+from common.limits import FORCE_SAFE_S
+from common.link.session_state import Refused
+from common.wire.packets import LinkState
+from operator_site.force.passive_contact import LENT_J, RESTED_J
+from operator_site.safety.gated_output import GatedOutput
+from tests.unit.operator_site.virtual_touch import INDEX, Working
+
+ALUMINIUM_M = -0.17
+
+
+def neutral(output: GatedOutput) -> bool:
+    return not any(output.force_n + output.motor_rpm + output.peltier_drive)
+
+
+def test_it_engages_only_when_that_is_wished_and_its_devices_are_there() -> None:
+    working = Working(engage=False)
+    assert all(map(neutral, working.press(ALUMINIUM_M)))
+    assert working.state is LinkState.CONNECTED
+    working.devices.lacking = "exoskeleton: gone"
+    working.ask("engage")
+    assert all(map(neutral, working.go(0.2)))
+    working.devices.lacking = ""
+    begins_n = math.sqrt(2.0 * 400.0 * (RESTED_J + LENT_J))
+    assert working.go(0.2)[-1].force_n[INDEX] == pytest.approx(begins_n, rel=0.03), "where it came to lie unfelt"
+    assert working.state is LinkState.ENGAGED
+    assert working.press(ALUMINIUM_M)[-1].force_n[INDEX] > 1.0
+    assert working.ask("disengage")["state"] == "connected"
+    assert neutral(working.go(0.2)[-1])
+    assert working.state is LinkState.CONNECTED, "it stays so until it is asked"
+
+
+def test_an_emergency_stop_latches_until_it_is_cleared_and_says_what_the_devices_did() -> None:
+    working = Working()
+    working.press(ALUMINIUM_M)
+    working.devices.on = {"index tacttip": "motor on"}
+    told = working.ask("estop")
+    assert (told["state"], told["wanted"]) == ("fault", False)
+    assert neutral(working.go(0.2)[-1])
+    assert working.ask("status")["estop"] == ""
+    working.devices.on = {"index tacttip": ""}
+    working.go(0.01)
+    assert working.ask("status")["estop"].startswith("stopped, confirmed by every device after")
+    with pytest.raises(Refused, match="emergency stop by the operator"):
+        working.ask("engage")
+    assert all(map(neutral, working.go(1.0)))
+    assert working.ask("clear_fault")["state"] == "connected"
+    assert all(map(neutral, working.go(0.2)))
+    working.ask("engage")
+    assert working.press(ALUMINIUM_M)[-1].force_n[INDEX] > 1.0
+    with pytest.raises(Refused, match="no fault is latched"):
+        working.ask("clear_fault")
+    working.devices.on = {"exoskeleton": "no report"}
+    working.ask("estop")
+    working.go(1.0)
+    assert working.ask("status")["estop"].endswith("by exoskeleton: no report")
+
+
+def test_a_hand_that_is_not_seen_or_no_longer_touches_nothing() -> None:
+    working = Working()
+    working.devices.seen = False
+    assert all(map(neutral, working.press(ALUMINIUM_M)))
+    assert working.client.touch is None
+    working.devices.seen = True
+    working.press(ALUMINIUM_M)
+    working.devices.seen = False
+    lost = working.go(0.5)
+    assert lost[0].force_n[INDEX] > 1.0
+    assert all(neutral(output) for output in lost[round(FORCE_SAFE_S / 0.002) :])
+    working.devices.seen = True
+    assert working.press(ALUMINIUM_M)[-1].force_n[INDEX] > 1.0
+
+
+def test_notes_are_kept_and_wrong_ones_refused() -> None:
+    working = Working()
+    with pytest.raises(Refused, match="there is no session"):
+        working.ask("annotate", text="early")
+    working.go(0.01)
+    working.ask("annotate", text="cold")
+    with pytest.raises(Refused, match="a note needs a text"):
+        working.ask("annotate")
+    with pytest.raises(Refused, match="hello is not for the desk"):
+        working.ask("hello")
+    happened = working.client.session.take_happenings()
+    assert [(each.what, each.text) for each in happened] == [("note", "cold")]
+
+
+def test_the_status_file_has_the_figures_of_any_operator_site() -> None:
+    working = Working()
+    working.press(ALUMINIUM_M)
+    figures = working.site.figures()
+    assert (figures["state"], figures["fault"], figures["remote_fault"]) == ("engaged", "", "")
+    assert figures["received"] == {"touch": 500}
+    assert figures["refused"] == {"touch": {}, "damaged": {}}
+    working.site.goodbye()
+
+
+def test_a_site_that_requires_a_console_pauses_when_nobody_watches() -> None:
+    working = Working(required_s=1.0)
+    assert working.press(ALUMINIUM_M)[-1].force_n[INDEX] > 1.0
+    for _ in range(10):
+        working.ask("attend", seen=True)
+        assert not neutral(working.go(0.5)[-1]), "somebody watches"
+    working.ask("attend", seen=False)
+    assert neutral(working.go(1.5)[-1])
+    assert working.state is LinkState.CONNECTED
+    assert not working.client.want_engaged, "engaging again is asked for"
+    reasons = [happening.text for happening in working.client.session.take_happenings()]
+    assert reasons == [], "the site has taken them for its recording"
+    working.ask("attend", seen=True)
+    assert neutral(working.go(0.5)[-1]), "nothing moves by being seen again"

@@ -1,0 +1,91 @@
+"""Simulated strokes as the identification of one finger feels them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.exploration.exploration_mode import Exploration
+from common.exploration.hand_motion import HandMotion
+from common.wire.messages import ExplorationMode
+from remote_site.texture.recorded.stroke_playback import EvenStroke, FeltBlock, felt
+from sim_sensors.traces.simulated_stroke import StrokeTrace, simulate_stroke
+from tests.unit.remote_site.shipped_tables import SURFACES
+
+SIX = tuple(surface.name for surface in SURFACES.surfaces)
+SPEEDS_MM_S, FORCES_N = (20.0, 150.0), (0.56, 4.5)
+"""The range in which a stroke may be, with the spread that the simulated hand adds to its force."""
+
+
+def even(trace: StrokeTrace, speed_factor: float = 1.0) -> EvenStroke:
+    """A simulated stroke, its speed known wrongly by a factor."""
+    return EvenStroke(trace.time_s, trace.pressure_v, trace.force_n, 1e-3 * speed_factor * trace.speed_mm_s)
+
+
+def played(trace: StrokeTrace) -> list[FeltBlock]:
+    """All blocks of a stroke."""
+    return list(felt(even(trace), SURFACES))
+
+
+def stroking(blocks: list[FeltBlock]) -> list[FeltBlock]:
+    """Those while the finger strokes."""
+    return [block for block in blocks if block.mode is ExplorationMode.STROKING]
+
+
+def drawn(surface: str, seed: int) -> StrokeTrace:
+    """A stroke of random speed and force over a surface, so long that a second of it is a stroke."""
+    chance = np.random.default_rng([seed, 11])
+    speed_mm_s, force_n = chance.uniform(*SPEEDS_MM_S), chance.uniform(*FORCES_N)
+    length_m = float(np.clip(1e-3 * speed_mm_s * 1.3, 0.02, 0.3))
+    return simulate_stroke(surface, seed, float(speed_mm_s), float(force_n), length_m=length_m)
+
+
+@dataclass(frozen=True)
+class Counted:
+    """Grooves crossed while stroking, and of them missed; impulses that no groove gave."""
+
+    crossed: int
+    missed: int
+    invented: int
+
+
+def counted(trace: StrokeTrace, blocks: list[FeltBlock]) -> Counted:
+    """Compare impulses with what was crossed: from 2 mm within the stroke to its end, to half a millimetre."""
+    speed_mm_s = float(np.median(trace.speed_mm_s[trace.speed_mm_s > 5.0]))
+    begin_s = 0.08 + 2.0 / speed_mm_s + next(b.begin_s for b in blocks if b.mode is ExplorationMode.STROKING)
+    near_s = 0.5 / speed_mm_s
+    found = np.array([i.time_s for block in blocks for i in block.texture.impulses])
+    true = np.array(trace.groove_s)
+    meant = [times[(times > begin_s) & (times < trace.stroke_s[1] - 0.01)] for times in (true, found)]
+    return Counted(len(meant[0]), _without(meant[0], found, near_s), _without(meant[1], true, near_s))
+
+
+def _without(some: NDArray[np.float64], others: NDArray[np.float64], near_s: float) -> int:
+    return sum(1 for time_s in some if not len(others) or np.abs(others - time_s).min() > near_s)
+
+
+def modes_of(trace: StrokeTrace) -> list[ExplorationMode]:
+    """Mode at each sample, as a machine that is stepped with each of them has it."""
+    hand = HandMotion()
+    exploration, modes = Exploration(hand), []
+    x_m = np.cumsum(1e-3 * trace.speed_mm_s) / 2000.0
+    for t_s, force_n, at_m in zip(trace.time_s.tolist(), trace.force_n.tolist(), x_m.tolist(), strict=True):
+        hand.step(t_s, at_m, 0.0)
+        modes.append(exploration.step(t_s, force_n, 0.0))
+    return modes
+
+
+def held_values(thing: object, seen: set[int] | None = None) -> int:
+    """Number of values in all that an object holds."""
+    seen = set() if seen is None else seen
+    if id(thing) in seen or isinstance(thing, type):
+        return 0
+    seen.add(id(thing))
+    if isinstance(thing, np.ndarray):
+        return thing.size
+    if isinstance(thing, dict):
+        return sum(held_values(value, seen) for value in thing.values())
+    if hasattr(thing, "__iter__") and not isinstance(thing, str):
+        return sum(1 + held_values(value, seen) for value in thing)
+    names = [name for kind in type(thing).__mro__ for name in getattr(kind, "__slots__", ())]
+    return sum(held_values(getattr(thing, name), seen) for name in [*names, *getattr(thing, "__dict__", {})])

@@ -1,0 +1,142 @@
+"""One finger from approach to lift: modes, events and thermal answer."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from common.exploration.hand_motion import HandMotion
+from common.wire.messages import ExplorationMode, ThermalStatus
+from remote_site.finger_sample import FingerSample
+from remote_site.identification.finger_identification import FingerIdentification
+from remote_site.identification.finger_touch import FingerTouch
+from remote_site.identification.perception import FOREIGN_SHARE
+from remote_site.thermal.heater_control import OFFSETS_K, STAGGER_K
+from remote_site.thermal.thermal_identification import ThermalKnowledge
+from remote_site.thermal.thermal_result import NO_DIFFERENCE
+from tests.unit.remote_site.made_touches import AMBIENT_C, MATERIALS, made_touches, measured, pressed, true_table
+from tests.unit.remote_site.made_touches import SENSOR as MADE_SENSOR
+from tests.unit.remote_site.shipped_tables import SURFACES
+
+NAMES = {"aluminium": "metal", "ceramic_tile": "stone", "pvc": "plastic"}
+"""Materials whose constants can be rendered, and the made-up ones that they are here."""
+CONTACT_S, PRESS_N = 0.5, pressed()
+
+
+@pytest.fixture(scope="module")
+def rendered_knowledge() -> ThermalKnowledge:
+    """Of materials that the operator site can render."""
+    table = true_table({name: MATERIALS[made] for name, made in NAMES.items()})
+    return ThermalKnowledge.of(table, foreign_share=FOREIGN_SHARE)
+
+
+def explore(
+    knowledge: ThermalKnowledge,
+    sensor: Callable[[float], float],
+    stroke_from: float = 99.0,
+    seconds: float = 4.5,
+    fault: str | None = None,
+    lift_s: float = 4.2,
+) -> list[FingerTouch]:
+    hand = HandMotion()
+    finger = FingerIdentification(1, knowledge, SURFACES, hand)
+    rng = np.random.default_rng(0)
+    touches = []
+    for k in range(round(500 * seconds)):
+        t = 0.002 * k
+        touching = CONTACT_S <= t < lift_s
+        x = 0.05 * max(0.0, t - stroke_from)
+        hand.step(t, x, 0.0)
+        touches.append(
+            finger.step(
+                FingerSample(
+                    t,
+                    float(PRESS_N(np.array(t - CONTACT_S))) if touching else 0.0,
+                    x,
+                    0.0,
+                    -3e-4 if touching else 0.02 * max(0.5 - t, 0.0),
+                    (0.012 * rng.normal(size=10)).tolist() if k % 5 < 2 else None,
+                    sensor(t) if k % 5 == 0 else None,
+                    AMBIENT_C if k % 5 == 0 else None,
+                    fault if t > 2.0 else None,
+                )
+            )
+        )
+        finger.thermal.work()
+    return touches
+
+
+def on(name: str) -> Callable[[float], float]:
+    """Readings of a plate at 33 C that meets a material at CONTACT_S."""
+    (touch,) = made_touches(name, 1, seed=4)
+    return lambda t: float(touch.sensor_c[min(max(round(100 * t), 0), len(touch.sensor_c) - 1)])
+
+
+def warm(preheat_k: float = OFFSETS_K[0]) -> Callable[[float], float]:
+    """Readings of a plate that meets something as warm as it is."""
+    rng = np.random.default_rng(0)
+    return lambda t: float(measured(np.array([AMBIENT_C + preheat_k]), MADE_SENSOR, rng)[0])
+
+
+def test_a_tap_is_told_once_with_its_speed(knowledge: ThermalKnowledge) -> None:
+    touches = explore(knowledge, warm(), seconds=1.5)
+    taps = [event for touch in touches for event in touch.events if event.kind == "tap"]
+    assert [event.value for event in taps] == pytest.approx([0.02], abs=0.005)
+
+
+def test_a_plate_is_used_in_contact_and_not_before(knowledge: ThermalKnowledge) -> None:
+    touches = explore(knowledge, lambda t: 25.0 + 0.1 * np.sin(50.0 * t), seconds=1.5)
+    assert not touches[100].measuring
+    assert touches[250].contact
+    assert touches[-1].contact
+    used = [k for k, touch in enumerate(touches) if touch.measuring]
+    assert used == list(range(250, len(touches)))
+
+
+@pytest.mark.parametrize("preheat_k", sorted({OFFSETS_K[0] + stagger_k for stagger_k in STAGGER_K}))
+def test_an_object_as_warm_as_the_plate_asks_for_another_preheat(knowledge: ThermalKnowledge, preheat_k: float) -> None:
+    touches = explore(knowledge, warm(preheat_k))
+    answer = touches[2000].thermal
+    assert (answer.status, answer.reason) == (ThermalStatus.UNIDENTIFIABLE, NO_DIFFERENCE)
+    assert touches[2000].conductivity_w_mk == 0.0
+    assert touches[-1].no_differences == 1
+    assert touches[-1].thermal.status is ThermalStatus.NO_CONTACT
+
+
+def test_a_plate_that_reads_always_the_same_is_a_fault_and_asks_for_nothing(knowledge: ThermalKnowledge) -> None:
+    touches = explore(knowledge, lambda t: 33.0)
+    assert touches[2000].thermal.reason == "sensor fault: the reading does not change: saturated or stuck"
+    assert touches[-1].no_differences == 0
+
+
+def test_stroking_ends_the_thermal_touch(knowledge: ThermalKnowledge) -> None:
+    touches = explore(knowledge, on("plastic"), stroke_from=0.65)
+    assert touches[2000].mode is ExplorationMode.STROKING
+    assert touches[2000].thermal.reason == "stroked: the touch did not rest"
+
+
+def test_a_sensor_fault_ends_the_thermal_touch(knowledge: ThermalKnowledge) -> None:
+    touches = explore(knowledge, on("metal"), fault="thermal sensor open")
+    assert "thermal sensor open" in (touches[2000].thermal.reason or "")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_something_is_felt_before_the_material_is_named_and_its_own_constants_after(
+    rendered_knowledge: ThermalKnowledge, name: str
+) -> None:
+    touches = explore(rendered_knowledge, on(NAMES[name]), seconds=6.5, lift_s=6.2)
+    named = [touch for touch in touches if touch.thermal.material is not None]
+    assert {touch.thermal.material for touch in named} == {name}
+    materials = [event for touch in touches for event in touch.events if event.kind == "material"]
+    assert [event.name for event in materials] == [name]
+
+    def effusivity(touch: FingerTouch) -> float:
+        return float(np.sqrt(touch.conductivity_w_mk * touch.density_kg_m3 * touch.specific_heat_j_kgk))
+
+    before = touches[round(500 * (CONTACT_S + 0.5))]
+    assert before.thermal.effusivity is not None
+    assert effusivity(before) > 0.0
+    if before.thermal.material is None:
+        assert effusivity(before) == pytest.approx(before.thermal.effusivity, rel=1e-6)
+    constants = {(touch.conductivity_w_mk, touch.density_kg_m3, touch.specific_heat_j_kgk) for touch in named}
+    assert len(constants) == 1

@@ -1,0 +1,47 @@
+"""Recordings of the remote site: of what it sensed, and of a finger's identification."""
+
+from dataclasses import replace
+
+import msgpack
+import pytest
+
+from common.fingers import FINGERS
+from common.wire.messages import STIFFNESS_KNOWN_LN_SD
+from remote_site.devices.sensor_frame import Sensed
+from remote_site.safety.gated_command import GatedCommand
+from remote_site.site_recording import SCHEMAS, SiteRecording
+from tests.unit.remote_site.shipped_tables import perception
+
+FIVE = (0.0,) * len(FINGERS)
+SENSED = Sensed(1.0, 0.0, 0.0, FIVE, FIVE, (None,) * len(FINGERS), (None,) * len(FINGERS), None)
+
+COMMAND = GatedCommand(True, False, 0.0, 0.0, list(FIVE), list(FIVE), [0] * len(FINGERS), None)
+
+
+class Kept:
+    """A recorder that keeps what is written."""
+
+    def __init__(self) -> None:
+        self.written: dict[str, bytes] = {}
+
+    def write(self, topic: str, time_ns: int, data: bytes) -> None:
+        self.written[topic] = data
+
+
+@pytest.mark.parametrize(("ln_sd", "recorded"), [(0.02, 850.0), (STIFFNESS_KNOWN_LN_SD, None), (10.0, None)])
+def test_a_stiffness_that_is_not_yet_known_is_recorded_as_none(ln_sd: float, recorded: float | None) -> None:
+    identified = perception(["index"])
+    identified.step(SENSED)
+    identified.work()
+    touch = replace(identified.touches[1], stiffness_n_m=850.0, stiffness_ln_sd=ln_sd)
+    kept = Kept()
+    recording = SiteRecording(kept)  # type: ignore[arg-type]
+    recording.tick(1, None, SENSED, None, (), COMMAND, {1: touch})
+    assert msgpack.unpackb(kept.written["remote/thermal"])[-1] == recorded
+    assert "stiffness_n_m or null" in str(SCHEMAS["remote/thermal"]["description"])
+
+
+def test_a_recording_of_before_the_hands_time_was_in_it_is_refused_in_words() -> None:
+    packed = msgpack.packb([0.0, 0.0, 0.0, [0.0] * 5, [0.0] * 5, [None] * 5, [None] * 5])
+    with pytest.raises(ValueError, match="earlier version"):
+        Sensed.unpack(packed)

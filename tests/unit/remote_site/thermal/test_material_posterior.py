@@ -1,0 +1,208 @@
+"""Joint judgement of several fingers against numerical integration, and what it is for."""
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal, norm
+
+from remote_site.thermal.conduction import Array
+from remote_site.thermal.material_posterior import (
+    ANYWHERE,
+    SAME_OBJECT,
+    SMALLEST_DIFFERENCE_K,
+    STEP_SD,
+    STEPS,
+    MaterialPosterior,
+    Posterior,
+)
+from remote_site.thermal.thermal_identification import ThermalKnowledge
+from remote_site.thermal.touch_estimate import ANYWHERE_K, TouchEvidence
+from remote_site.thermal.touch_hypotheses import Substances
+from tests.unit.remote_site.made_touches import AMBIENT_C, MATERIALS, MadeTouch, made_touches, true_table
+from tests.unit.remote_site.played_touches import estimated
+
+TABLE = true_table({name: MATERIALS[name] for name in ("stone", "plastic")})
+SMALL = Substances(np.array([-0.1, -1.4, -0.8]), np.array([0.05, 0.08, 0.04]), np.array([0.5, 0.3, 0.2]), 2)
+"""Two calibrated materials and one foreign substance."""
+OFFSET_K, OFFSET_SD_K = 0.0, 1.75
+GRID_K, GRID_LN = np.linspace(-45.0, 45.0, 1501), np.linspace(-3.5, 2.0, 551)
+
+
+def cell() -> float:
+    return float((GRID_K[1] - GRID_K[0]) * (GRID_LN[1] - GRID_LN[0]))
+
+
+class Finger:
+    """A finger whose readings give a normal likelihood in temperature and ln effusivity, another for each substance."""
+
+    def __init__(self, seed: int, start_c: float, warm_k: float = 0.0) -> None:
+        rng = np.random.default_rng(seed)
+        self.start_c = start_c
+        self.middle = np.column_stack((warm_k + rng.normal(0.0, 1.5, 3), rng.normal(-0.7, 0.4, 3)))
+        root = rng.normal(size=(3, 2, 2)) * [1.0, 0.25]
+        self.information = np.linalg.inv(np.einsum("mki,mkj->mij", root, root) + np.diag([0.3, 0.02]))
+        self.height = rng.normal(0.0, 1.0, 3)
+
+    def likelihood(self, substance: int) -> Array:
+        """On the grid."""
+        away = np.stack(np.meshgrid(GRID_K, GRID_LN, indexing="ij"), axis=-1) - self.middle[substance]
+        square = np.einsum("...i,ij,...j->...", away, self.information[substance], away)
+        return np.asarray(np.exp(self.height[substance] - 0.5 * square))
+
+    def evidence(self) -> TouchEvidence:
+        """As the filters hand it over: after a prior of any temperature, N(0, ANYWHERE_K), and the substance's own."""
+        ln, means, covariances = [], [], []
+        for m in range(3):
+            prior = np.diag([ANYWHERE_K**2, SMALL.effusivity_variance[m]])
+            at = np.array([0.0, SMALL.ln_effusivity[m]])
+            own = np.linalg.inv(self.information[m])
+            ln.append(
+                self.height[m]
+                + multivariate_normal(at, prior + own).logpdf(self.middle[m])
+                + 0.5 * np.linalg.slogdet(2.0 * np.pi * own)[1]
+            )
+            covariance = np.linalg.inv(self.information[m] + np.linalg.inv(prior))
+            covariances.append(covariance)
+            means.append(covariance @ (self.information[m] @ self.middle[m] + np.linalg.solve(prior, at)))
+        return TouchEvidence(np.array(ln), np.array(means), np.array(covariances), AMBIENT_C, self.start_c, 1.0)
+
+
+def usual() -> Array:
+    """Density of the temperatures that the calibration's objects had, on the grid: even, with soft ends."""
+    step_k = OFFSET_SD_K / np.sqrt(np.var(STEPS) + STEP_SD**2)
+    rows = [norm(OFFSET_K + step * step_k, STEP_SD * step_k).pdf(GRID_K) for step in STEPS]
+    return np.asarray(np.mean(rows, axis=0))
+
+
+def test_temperatures_like_those_of_the_calibration_are_even_and_scatter_as_they_did() -> None:
+    density = usual()
+    width_k = np.sqrt(3.0) * OFFSET_SD_K
+    within = density[np.abs(GRID_K - OFFSET_K) < 0.5 * width_k]
+    assert within.max() / within.min() < 1.1
+    assert np.sqrt(density @ GRID_K**2 / density.sum()) == pytest.approx(OFFSET_SD_K, rel=0.01)
+
+
+def densities(fingers: list[Finger]) -> list[Array]:
+    """Prior times likelihoods of each substance on the grid."""
+    found = []
+    for m in range(3):
+        at_k = (1.0 - ANYWHERE) * usual() + ANYWHERE * norm(0.0, ANYWHERE_K).pdf(GRID_K)
+        at_ln = norm(SMALL.ln_effusivity[m], np.sqrt(SMALL.effusivity_variance[m])).pdf(GRID_LN)
+        density = SMALL.probability[m] * at_k[:, None] * at_ln
+        for finger in fingers:
+            density = density * finger.likelihood(m)
+        found.append(density * cell())
+    return found
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_it_is_the_integral(count: int, seed: int) -> None:
+    fingers = [Finger(10 * seed + k, AMBIENT_C + 10.0 + k) for k in range(count)]
+    found = densities(fingers)
+    each = np.array([density.sum() for density in found])
+    total = sum(found) / each.sum()
+    mean_k = float((total.sum(axis=1) * GRID_K).sum())
+    mean_ln = float((total.sum(axis=0) * GRID_LN).sum())
+    said = MaterialPosterior(TABLE, SMALL).judge([finger.evidence() for finger in fingers])
+    assert [*said.probability, said.foreign] == pytest.approx(each / each.sum(), abs=1e-3)
+    assert said.object_c == pytest.approx(AMBIENT_C + mean_k, abs=0.01)
+    assert said.object_c_sd == pytest.approx(np.sqrt(total.sum(axis=1) @ (GRID_K - mean_k) ** 2), rel=0.01)
+    assert said.ln_effusivity == pytest.approx(mean_ln, abs=0.002)
+    assert said.ln_effusivity_sd == pytest.approx(np.sqrt(total.sum(axis=0) @ (GRID_LN - mean_ln) ** 2), rel=0.01)
+    apart = np.prod([sum(density.sum() for density in densities([finger])) for finger in fingers])
+    odds = SAME_OBJECT / (1.0 - SAME_OBJECT) * each.sum() / apart
+    assert said.same_object == (1.0 if count == 1 else pytest.approx(odds / (1.0 + odds), abs=1e-3))
+
+
+@pytest.mark.parametrize("start_k", [0.5, 3.0, 10.0])
+def test_the_chance_of_no_difference_is_the_integral_too(start_k: float) -> None:
+    finger = Finger(3, AMBIENT_C + start_k)
+    share = sum(densities([finger])).sum(axis=1)
+    share = np.cumsum(share) / share.sum()
+    near = np.interp(start_k + SMALLEST_DIFFERENCE_K, GRID_K, share)
+    near -= np.interp(start_k - SMALLEST_DIFFERENCE_K, GRID_K, share)
+    said = MaterialPosterior(TABLE, SMALL).judge([finger.evidence()])
+    assert said.no_difference == pytest.approx(near, abs=0.02)
+
+
+def test_one_finger_with_a_difference_is_enough() -> None:
+    warm, cold = Finger(4, AMBIENT_C), Finger(4, AMBIENT_C + 15.0)
+    warm.middle[:, 0] = cold.middle[:, 0] = 0.2
+    judge = MaterialPosterior(TABLE, SMALL)
+    assert judge.judge([warm.evidence()]).no_difference > 0.5
+    assert judge.judge([warm.evidence(), cold.evidence()]).no_difference < 1e-6
+
+
+def test_the_order_of_fingers_does_not_matter_and_one_that_knows_nothing_changes_nothing() -> None:
+    fingers = [Finger(seed, AMBIENT_C + 10.0) for seed in range(3)]
+    blind = Finger(9, AMBIENT_C + 10.0)
+    blind.information = blind.information * 1e-9
+    blind.height[:] = 0.0
+    judge = MaterialPosterior(TABLE, SMALL)
+    once = judge.judge([finger.evidence() for finger in fingers])
+    for more in ([*reversed(fingers)], [*fingers, blind]):
+        again = judge.judge([finger.evidence() for finger in more])
+        assert again.probability == pytest.approx(once.probability, abs=1e-6)
+        assert again.object_c == pytest.approx(once.object_c, abs=1e-5)
+        assert again.object_c_sd == pytest.approx(once.object_c_sd, rel=1e-5)
+
+
+def pair(
+    knowledge: ThermalKnowledge, name: str, seed: int, starts_k: tuple[float, float], seconds: float
+) -> tuple[Posterior, MadeTouch]:
+    starts_c = AMBIENT_C + np.array(starts_k)
+    touches = made_touches(name, 2, seed, seconds, start_c=starts_c, same_piece=True)
+    return knowledge.posterior.judge([estimated(knowledge, touch) for touch in touches]), touches[0]
+
+
+def test_two_staggered_fingers_beat_two_equal_ones(knowledge: ThermalKnowledge) -> None:
+    """On the same pieces after 0.5 s: the temperature is known better, and the truth is likelier."""
+    sds, ln_true, errors = {}, {}, {}
+    for starts_k in ((10.0, 10.0), (6.0, 14.0)):
+        found = [(name, *pair(knowledge, name, seed, starts_k, 0.5)) for name in MATERIALS for seed in range(3)]
+        sds[starts_k] = [said.object_c_sd for _, said, _ in found]
+        ln_true[starts_k] = [np.log(said.probability[list(MATERIALS).index(name)]) for name, said, _ in found]
+        errors[starts_k] = [said.object_c - touch.object_c for _, said, touch in found]
+    equal, staggered = sds
+    assert np.mean(sds[staggered]) < 0.7 * np.mean(sds[equal])
+    assert np.mean(ln_true[staggered]) > np.mean(ln_true[equal])
+    assert np.std(errors[staggered]) < np.std(errors[equal])
+    assert max(abs(error) / sd for error, sd in zip(errors[staggered], sds[staggered], strict=True)) < 3.5
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        (("metal", None), ("plastic", None)),
+        (("stone", None), ("plastic", None)),
+        (("metal", None), ("stone", None)),
+        (("metal", 20.0), ("metal", 26.0)),
+    ],
+)
+def test_fingers_on_different_objects_are_recognised(
+    knowledge: ThermalKnowledge, first: tuple[str, float | None], second: tuple[str, float | None]
+) -> None:
+    """Be they of one material at different temperatures."""
+    found = [
+        estimated(knowledge, made_touches(name, 1, seed=5, seconds=1.5, object_c=object_c)[0])
+        for name, object_c in (first, second)
+    ]
+    assert knowledge.posterior.judge(found).same_object < 0.1
+
+
+def test_fingers_on_one_object_are_not_torn_apart(knowledge: ThermalKnowledge) -> None:
+    for name in MATERIALS:
+        for seed in range(3):
+            assert pair(knowledge, name, seed, (6.0, 14.0), 1.5)[0].same_object > 0.5, (name, seed)
+
+
+def test_fingers_that_gave_up_each_others_material_are_still_judged(knowledge: ThermalKnowledge) -> None:
+    """Nothing is left that explains both: they touch two objects, and every number stays one."""
+    metal, plastic = (
+        estimated(knowledge, made_touches(name, 1, seed=7, seconds=4.0, object_c=object_c)[0])
+        for name, object_c in (("metal", 21.0), ("plastic", 25.0))
+    )
+    said = knowledge.posterior.judge([metal, plastic])
+    assert said.same_object < 0.01
+    assert said.probability.sum() + said.foreign == pytest.approx(1.0)
+    assert np.isfinite([said.object_c, said.object_c_sd, said.ln_effusivity, said.ln_effusivity_sd]).all()

@@ -1,0 +1,92 @@
+"""One answer for all fingers on one object, and each its own where that does not hold."""
+
+import pytest
+
+from common.wire.messages import ThermalStatus
+from remote_site.thermal.shared_object import SharedObject
+from remote_site.thermal.thermal_identification import ThermalKnowledge
+from remote_site.thermal.thermal_result import ThermalAnswer
+from tests.unit.remote_site.made_touches import MadeTouch, made_touches
+from tests.unit.remote_site.played_touches import Hand, names
+
+
+def same(name: str, seed: int, seconds: float = 3.0) -> list[MadeTouch]:
+    return made_touches(name, 2, seed, seconds, start_c=(33.0, 37.0), same_piece=True)
+
+
+def first_name(answers: list[ThermalAnswer | None]) -> int | None:
+    return next((k for k, answer in enumerate(answers) if answer is not None and answer.material), None)
+
+
+def test_one_finger_speaks_for_itself(knowledge: ThermalKnowledge) -> None:
+    hand = Hand(knowledge, same("stone", 1)[:1])
+    assert set(hand.play(0.5)) == {None}
+    assert SharedObject(knowledge).step({}) is None
+
+
+def test_two_fingers_name_it_earlier_than_each_alone(knowledge: ThermalKnowledge) -> None:
+    joint_s, alone_s = [], []
+    for name in ("metal", "stone", "plastic"):
+        hand = Hand(knowledge, same(name, 3))
+        found = hand.play()
+        assert names(found) == {name}
+        joint_s.append(first_name(found))
+        alone_s.extend(first_name([*each]) or 300 for each in hand.alone.values())
+    assert None not in joint_s
+    assert sum(k or 0 for k in joint_s) / 3 < 0.7 * sum(alone_s) / 6
+
+
+def test_the_joint_answer_carries_the_papers_method_of_one_finger(knowledge: ThermalKnowledge) -> None:
+    hand = Hand(knowledge, same("metal", 3))
+    answer = hand.play(2.0)[-1]
+    assert answer is not None
+    assert answer.exponential_material is not None
+    assert answer.rate_per_s is not None
+    rates = [finger.answer.rate_per_s or 0.0 for finger in hand.fingers.values()]
+    assert 0.9 * min(rates) < answer.rate_per_s < 1.1 * max(rates)
+
+
+def test_on_different_objects_each_finger_speaks_for_itself(knowledge: ThermalKnowledge) -> None:
+    touches = [made_touches(name, 1, 4, 2.0)[0] for name in ("metal", "plastic")]
+    assert Hand(knowledge, touches).play()[-1] is None
+
+
+def test_what_was_found_together_stays_when_the_touch_is_over(knowledge: ThermalKnowledge) -> None:
+    hand = Hand(knowledge, same("stone", 5, 2.5))
+    answer = hand.play()[-1]
+    for finger in hand.fingers.values():
+        finger.stop("contact lost")
+    kept = hand.shared.step(hand.fingers)
+    assert [said is not None and said.material for said in (answer, kept)] == ["stone", "stone"]
+
+
+def test_a_touch_that_ends_undecided_leaves_each_finger_its_reason(knowledge: ThermalKnowledge) -> None:
+    hand = Hand(knowledge, same("stone", 6))
+    hand.play(0.15)
+    for finger in hand.fingers.values():
+        finger.stop("contact lost")
+    assert hand.shared.step(hand.fingers) is None
+    assert {finger.answer.reason for finger in hand.fingers.values()} == {"contact lost"}
+
+
+def test_a_finger_whose_sensor_fails_at_once_does_not_count(knowledge: ThermalKnowledge) -> None:
+    hand = Hand(knowledge, same("stone", 7))
+    hand.fingers[1].stop("sensor fault: open")
+    assert set(hand.play(0.5)) == {None}
+
+
+@pytest.mark.parametrize("stays", [False, True], ids=["all leave", "one by one"])
+def test_the_next_object_is_judged_anew(knowledge: ThermalKnowledge, stays: bool) -> None:
+    """Fingers may change one by one: one always touches, and the answer for the object before must not stay."""
+    hand, after = Hand(knowledge, same("stone", 8, 2.5)), Hand(knowledge, same("plastic", 9, 2.5))
+    hand.play()
+    last = hand.shared.step({0: hand.fingers[0]} if stays else {})
+    assert (last is not None) == stays
+    assert last is None or last.material == "stone", "the finger that stays keeps what all of them said last"
+    after.shared = hand.shared
+    answers = after.play()
+    assert answers[0] is not None
+    assert answers[0].status is ThermalStatus.DECIDING
+    assert names(answers) == {"plastic"}
+    assert answers[-1] is not None
+    assert answers[-1].material == "plastic"

@@ -1,0 +1,139 @@
+"""The doctor without a session: what it finds on a host, and what it says of a device that is elsewhere."""
+
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from common.buses.can_port import CanAddress
+from common.buses.serial_port import DeviceAbsent
+from sim_sensors.devices.tacttip import TactTip
+from sim_sensors.ports.select_loop import SelectLoop
+from sim_sensors.ports.serial_server import SerialServer, serve_serial
+from teletaction.conformance.examination import CHECKLISTS
+from teletaction.conformance.find_devices import can_interfaces, find_modules, require_interface
+from teletaction.doctor import doctor
+from teletaction.doctor.doctor import EXERCISES, examine
+from tests.commands import command, one_line
+from tests.unit.teletaction.conformance.living import alive
+
+pytestmark = pytest.mark.long
+
+INDEX = 1
+
+
+@pytest.fixture
+def ports(tmp_path: Path) -> Iterator[Path]:
+    """A folder of serial ports: the index finger's TactTip, and one that says nothing."""
+    folder = tmp_path / "by-id"
+    folder.mkdir()
+    loop = SelectLoop()
+    servers: list[SerialServer] = [
+        serve_serial(TactTip(INDEX, loop.now()), loop, "pty", name) for name in ("good", "mute")
+    ]
+    servers[1].silent = True
+    for server, name in zip(servers, ("usb-good", "usb-mute"), strict=True):
+        (folder / name).symlink_to(server.address)
+
+    def step(now_s: float) -> None:
+        for server in servers:
+            server.pump(now_s)
+
+    with alive(loop, step):
+        yield folder
+    for server in servers:
+        server.close()
+
+
+@pytest.fixture
+def config(configs: dict[str, Path]) -> Path:
+    """An operator site of one finger whose TactTip is nowhere."""
+    text = configs["operator"].read_text("utf-8")
+    configs["operator"].write_text(re.sub(r'(?m)^index = ".*"$', 'index = "/dev/nowhere"', text), "utf-8")
+    return configs["operator"]
+
+
+def test_what_answers_is_found_and_named_also_without_a_configuration(ports: Path, tmp_path: Path) -> None:
+    good, mute = find_modules(ports)
+    assert (good.address, good.words) == (str(ports / "usb-good"), "index tacttip, serial number TT0001, firmware 1")
+    assert (mute.good, mute.words) == (False, "a port, but no device answers IDENTIFY within 1 s")
+    told = command("doctor", "--ports", ports)
+    assert told.code == 0
+    assert f"{good.address}: index tacttip, serial number TT0001" in told.out
+    assert "no device answers" in one_line(command("doctor", "--ports", tmp_path / "nothing"), 1)
+
+
+def test_what_is_not_known_is_not_driven_and_exercises_are_duties_of_the_page() -> None:
+    assert "--exercise needs --config" in one_line(command("doctor", "--exercise", "--yes"), 2)
+    assert {duty.number for checklist in CHECKLISTS for duty in checklist.duties} >= EXERCISES
+
+
+def test_what_is_missing_is_said(configs: dict[str, Path]) -> None:
+    told = command("doctor", "--config", configs["remote"])
+    assert told.code == 1
+    lines = told.out.splitlines()
+    assert lines[0].startswith("ok   own key: curve:")
+    assert [line.split(":")[0] for line in lines if line.startswith("FAIL")] == [
+        "FAIL index texture sensor",
+        "FAIL index thermal sensor",
+        "FAIL telemanipulator",
+    ]
+    assert "Connection refused" in told.out
+    (priority,) = (line for line in lines if "loop's priority" in line)
+    assert priority.startswith(("ok   loop's priority: real-time", "ok   loop's priority: ordinary"))
+
+
+@pytest.mark.parametrize(
+    ("step_s", "good", "words"),
+    [
+        (50e-6, True, "250 ticks a second take 0.12 of a processor of this machine; rate_hz = 1000 fits, too (0.28)"),
+        (200e-6, True, "250 ticks a second take 0.49 of a processor of this machine"),
+        (400e-6, False, "at most 0.7 fit: lower rate_hz, or a faster machine"),
+    ],
+)
+def test_the_rate_is_held_against_the_machine(
+    step_s: float, good: bool, words: str, configs: dict[str, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(doctor, "reference_step_s", lambda: step_s)
+    (rate,) = (finding for finding in examine(configs["remote"]) if finding.what == "loop's rate")
+    assert rate.good == good
+    assert words in rate.result
+
+
+def test_a_device_elsewhere_is_found(config: Path, ports: Path) -> None:
+    findings = [finding for finding in examine(config, ports=ports) if finding.what == "index tacttip"]
+    assert [finding.good for finding in findings] == [False, False]
+    assert "/dev/nowhere" in findings[0].result
+    assert findings[1].result == f'found elsewhere: write index = "{ports / "usb-good"}"'
+
+
+def test_a_device_of_another_finger_is_named(config: Path, ports: Path) -> None:
+    text = config.read_text("utf-8").replace('index = "/dev/nowhere"', f'ring = "{ports / "usb-good"}"')
+    config.write_text(text.replace('fingers = ["index"]', 'fingers = ["ring"]'), "utf-8")
+    (finding,) = [each for each in examine(config, ports=ports) if each.what == "ring tacttip" and not each.good][:1]
+    assert "is the index tacttip, serial number TT0001, firmware 1; expected the ring tacttip" in finding.result
+
+
+def test_can_interfaces_are_those_of_the_kernels_list(tmp_path: Path) -> None:
+    for name, kind, state in (("can0", "280", "up"), ("can1", "280", "down"), ("eth0", "1", "up")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "type").write_text(f"{kind}\n")
+        (tmp_path / name / "operstate").write_text(f"{state}\n")
+    assert can_interfaces(tmp_path) == {"can0": True, "can1": False}
+    assert can_interfaces(tmp_path / "nothing") == {}
+    require_interface(CanAddress(interface="socketcan", channel="can0"), tmp_path)
+    with pytest.raises(DeviceAbsent, match="can1 is down"):
+        require_interface(CanAddress(interface="socketcan", channel="can1"), tmp_path)
+
+
+def test_real_time_priority_that_is_there_is_no_ordinary_one(configs: dict[str, Path]) -> None:
+    chrt = shutil.which("chrt")
+    if chrt is None or subprocess.run((chrt, "--rr", "1", "true"), capture_output=True, check=False).returncode:
+        pytest.skip("no real-time policy may be set here")
+    doctor = (chrt, "--rr", "1", sys.executable, "-m", "teletaction", "doctor", "--config", configs["remote"])
+    told = subprocess.run(doctor, capture_output=True, text=True, check=False)
+    assert "loop's priority: real-time, given by whoever started this" in told.stdout

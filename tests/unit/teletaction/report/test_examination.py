@@ -1,0 +1,171 @@
+"""The examination in the report: findings, maps, what was not felt, who did what; and nothing in it is executed."""
+
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from common.recording.recorder import Recorder
+from operator_site.console.map.map_tiles import MapPicture
+from teletaction.report.examination import Examination
+from teletaction.report.map_coverage import coverage
+from teletaction.report.map_figure import cell_colours, draw_cells, scale_ticks
+from teletaction.report.session_report import report
+from tests.commands import command
+from tests.unit.teletaction.recorded_examination import HOSTILE, START_S, record
+from tests.unit.teletaction.report_page import Page
+
+pytestmark = pytest.mark.usefixtures("coarse")
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return record(tmp_path_factory.mktemp("examined") / "session.mcap")
+
+
+@cache
+def page_of(path: Path) -> tuple[str, Page]:
+    out = path.with_suffix(".html")
+    report([path], out)
+    html = out.read_text("utf-8")
+    return html, Page(html)
+
+
+def numbers_in(page: Page) -> dict[str, Any]:
+    (written,) = [text for text in page.texts if text.startswith('{\n "examination"')]
+    numbers: dict[str, Any] = json.loads(written)
+    return numbers
+
+
+def test_what_was_recorded_is_read(path: Path) -> None:
+    examination = Examination.read(path)
+    assert examination.begun["pseudonym"] == "P-0417"
+    assert examination.ended_s == START_S + 61.0
+    assert [len(examination.findings), len(examination.acts), len(examination.alarms)] == [2, 1, 1]
+    assert examination.findings[1]["note"] == HOSTILE
+    assert examination.damaged == {"console/finding": 1}
+    here = examination.felt.at(0.012, 0.006).temperature
+    assert here is not None
+    assert here.value == pytest.approx(35.0)
+
+
+def test_the_report_tells_whose_it_was_and_what_was_found(path: Path) -> None:
+    html, page = page_of(path)
+    assert "@page { size: A4 portrait" in html
+    for words in (
+        "Examination P-0417",
+        "23 November 2026, 14:07",
+        "1 min 1 s",
+        "OR-1",
+        "warm, 35.0 ± 0.2 °C",
+        "+2.0 ± 0.3 K against 33.0 ± 0.2 °C around it (8 touches)",
+        "a moment, no place",
+        "roughness not felt anywhere",
+        "Top edge: head. Right edge: left.",
+        "refused",
+        "TT0001",
+        "teletaction replay session.mcap",
+        "Messages that could not be read: 1.",
+    ):
+        assert words in page.text, words
+
+
+def test_hostile_text_is_text_and_the_page_needs_nothing_from_outside_and_runs_nothing(path: Path) -> None:
+    html, page = page_of(path)
+    assert "default-src 'none'" in html
+    assert {picture[:10] for picture in page.pictures} == {"data:image"}
+    assert "<script" not in html
+    assert not {"script", "iframe", "link", "object", "i"} & page.tags
+    assert not {name for name in page.attributes if name.startswith("on")}
+    assert "<img src=x" not in html
+    assert page.text.count("<script>alert(1)</script>") >= 4
+    assert "(all of it below)" in page.text
+    assert "x" * 10_000 in page.text
+
+
+def test_every_number_is_there_for_a_program(path: Path) -> None:
+    told = numbers_in(page_of(path)[1])
+    (warm, moment) = told["findings"]
+    assert warm["felt_by_the_end"]["temperature"]["value"] == pytest.approx(35.0)
+    assert warm["confidence"] == 3
+    assert moment["felt_by_the_end"] is None
+    assert told["coverage"]["roughness"] is None
+    assert told["coverage"]["temperature"]["felt_m2"] > 3e-4
+    assert told["link"]["superseded_or_lost"] == 0
+    assert told["configurations"]["session"]
+
+
+def test_without_a_console_it_says_so_and_the_rest_stays(tmp_path: Path) -> None:
+    _, page = page_of(record(tmp_path / "plain.mcap", console=False))
+    assert "No console took part" in page.text
+    assert "33.0" not in page.text.split("Every number")[0]
+    for title in ("Maps", "Limits", "Modes over time", "Link quality", "Audit trail"):
+        assert title in page.text, title
+    assert "no summary.json lies beside the recording" in page.text
+    for title in ("Contacts", "Latency", "Modes identified", "Loops, CPU and memory"):
+        assert title not in page.text.split("Every number")[0], title
+    assert numbers_in(page)["findings"] == []
+
+
+def test_an_empty_recording_has_a_report(tmp_path: Path) -> None:
+    empty = tmp_path / "empty.mcap"
+    Recorder(empty, {"operator/touch": {}}, {}).close()
+    _, page = page_of(empty)
+    assert "Nothing was felt." in page.text
+
+
+def test_the_command(path: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out.html"
+    assert command("report", path, "--out", out).code == 0
+    assert "P-0417" in out.read_text("utf-8")
+    beside = tmp_path / "session.mcap"
+    beside.write_bytes(path.read_bytes())
+    (tmp_path / "summary.json").write_text('{"scene": "phantom", "seed": 3}')
+    report([beside], out)
+    assert "Examination P-0417: phantom, seed 3" in out.read_text("utf-8")
+    (tmp_path / "summary.json").write_text("[1]")
+    with pytest.raises(ValueError, match="expected an object"):
+        report([beside], out)
+    (tmp_path / "summary.json").unlink()
+    beside.write_bytes(path.read_bytes()[:-100])
+    with pytest.raises(ValueError, match="teletaction recover"):
+        report([beside], out)
+
+
+def lines(apart_cells: int) -> MapPicture:
+    """Lines of five cells' width."""
+    value = np.full((60, 60), np.nan)
+    for first in range(5, 55, apart_cells):
+        value[first : first + 5, 5:55] = 33.0
+    return MapPicture(0.0, 0.0, value, np.full(value.shape, 3, dtype=np.uint8), np.zeros(value.shape, dtype=np.bool_))
+
+
+def test_lines_too_far_apart_are_told() -> None:
+    close, far = coverage(lines(5)), coverage(lines(9))
+    assert not close.gaps
+    assert close.share == pytest.approx(1.0)
+    assert far.gaps
+    assert far.lines_m == pytest.approx(0.006 + 0.003, abs=1.1e-3)
+    assert far.share == pytest.approx(5 / 9, abs=0.06)
+
+
+def test_what_was_not_felt_has_no_colour_and_scales_have_plain_numbers() -> None:
+    shown = lines(9)
+    colour = cell_colours("temperature", shown, (30.0, 36.0))
+    np.testing.assert_array_equal(colour[..., 3] > 0.0, ~np.isnan(shown.value))
+    assert scale_ticks("temperature", (30.0, 36.0)) == [30.0, 31.0, 32.0, 33.0, 34.0, 35.0, 36.0]
+    assert scale_ticks("stiffness", (200.0, 5000.0)) == [200.0, 500.0, 1000.0, 2000.0, 5000.0]
+
+
+@pytest.mark.parametrize("steep", [True, False])
+def test_steep_ground_is_hatched(steep: bool) -> None:
+    shown = lines(8)
+    shown.steep[20:30, 20:30] = steep
+    axes = Figure().subplots()
+    draw_cells(axes, "temperature", shown, (30.0, 36.0))
+    hatched = [drawn for drawn in axes.collections if getattr(drawn, "hatches", None)]
+    assert bool(hatched) is steep

@@ -1,0 +1,261 @@
+"""A report: every figure and number, whatever is missing, and nothing from outside."""
+
+import base64
+import re
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+from common.wire.messages import ThermalStatus
+from teletaction.recordings.session_data import Series, SessionData
+from teletaction.report.report import write_figure, write_report
+from teletaction.report.report_words import contacts_table, histogram_table, tally_table
+from teletaction.report.session_curves import Curve, SessionCurves, held_s, spans
+from tests.unit.teletaction.report_page import Page
+
+NAME = 'pvc <b>&"$x$\u6728'
+EMPTY = Series(np.array([]), {})
+FIGURES = ("Modes over time", "Vibration", "Plate and skin temperature", "Identification converging", "Force")
+FIVE = np.ones(5)
+
+
+pytestmark = pytest.mark.usefixtures("coarse")
+
+
+def nothing() -> SessionData:
+    return SessionData(EMPTY, EMPTY, EMPTY, EMPTY, EMPTY, EMPTY, {}, [], [], [], [])
+
+
+def session(thing: str = "block") -> SessionData:
+    """Four seconds at 50 Hz from 100 s on; engaged at 100.5 s; one touch of all fingers from 101 to 103 s."""
+    time_s = 100.0 + np.arange(200) / 50
+    touching = ((time_s >= 101.0) & (time_s < 103.0)).astype(float)
+    five = touching[:, None] * FIVE
+    plates = 30.0 - five
+
+    def answer(at_s: float) -> dict[str, object]:
+        during = 101.0 <= at_s < 103.0
+        known = ThermalStatus.IDENTIFIED if at_s > 102.0 else ThermalStatus.DECIDING
+        return {
+            "time_s": at_s,
+            "status": int(known if during else ThermalStatus.NO_CONTACT),
+            "best": thing if during else None,
+            "probability": 0.9 * during,
+            "object_c": 22.5 if during else None,
+            "object_c_sd": 0.4 if during else None,
+            "exponential_object_c": None,
+            "exponential_material": None,
+            "reason": None,
+        }
+
+    def event(kind: str, at_s: float, finger: int) -> dict[str, object]:
+        return {"time_s": at_s, "kind": kind, "finger": finger, "object": thing, "material": thing, "object_c": 22.0}
+
+    return SessionData(
+        touch=Series(time_s, {"mode": 2 * five, "contact_force_n": five, "sequence": np.arange(200.0)}),
+        rendered=Series(
+            time_s,
+            {
+                "engaged": (time_s >= 100.5).astype(float),
+                "motor_rpm": 3000 * five,
+                "force_n": five,
+                "plate_set_c": plates,
+                "limits": 32 * five,
+                "sequence": np.arange(200.0),
+                "written_s": time_s + 0.001,
+            },
+        ),
+        gate=Series(time_s, {"limits": 128 * five}),
+        fingertips=Series(time_s, {"motor_rpm": 2900 * five, "plate_c": plates, "felt_c": plates, "force_n": five}),
+        contact=Series(time_s, {"mode": 2 * five, "force_n": five, "plate_c": plates}),
+        skin=Series(time_s, {"felt_c": plates}),
+        thermal={finger: [answer(at_s) for at_s in time_s[::5].tolist()] for finger in range(5)},
+        truth_events=[event(*what, f) for what in (("contact", 101.0), ("release", 103.0)) for f in range(5)],
+        sent_events=[],
+        played=[],
+        motor_switches=[{"time_s": 101.005, "finger": f, "motor_mv": 700} for f in range(5)],
+    )
+
+
+def contact(**changed: object) -> dict[str, object]:
+    return {
+        "finger": "index",
+        "object": "block",
+        "true_material": "pvc",
+        "material": "pvc",
+        "status": "identified",
+        "probability": 0.99,
+        "seconds": 2.1,
+        "true_object_c": 23.0,
+        "object_c": 23.2,
+        "paper_material": "pine",
+    } | changed
+
+
+def summary(**changed: object) -> dict[str, object]:
+    return {
+        "duration_s": 4.0,
+        "scene": "materials",
+        "seed": 3,
+        "fingers": 5,
+        "contacts": [contact()],
+        "modes": {"agreement": 0.97, "confusion": {"tapping": {"tapping": 3, "stroking": 1}}},
+        "impulses": {"crossed": 120, "played": 119, "missed": 1, "invented": 0},
+        "taps": {"made": 12, "played": 11},
+        "latency_ms": {"contact_to_motor": {"p50": 4.25, "p99": 7.0, "max": 8.0}, "bare_curve_ping": {"p50": 0.5}},
+        "force_n": {"max": 1.75},
+        "loop": {"remote": {"period_ms": 2.0, "late_p50_us": 35.5, "cpu": 0.319}},
+        "rss_mib": {"remote": 125.6},
+        "packets": {"touch": {"sent": 200, "received": 198, "superseded": 2, "refused": 0}},
+        "faults": [],
+    } | changed
+
+
+def report(tmp_path: Path, data: SessionData, told: dict[str, object]) -> tuple[str, Page]:
+    out = tmp_path / "report.html"
+    write_report(data, told, out)
+    html = out.read_text("utf-8")
+    return html, Page(html)
+
+
+def test_a_report_holds_all_figures_and_numbers_and_needs_nothing_from_outside(tmp_path: Path) -> None:
+    html, page = report(tmp_path, session(), summary())
+    assert len(page.pictures) == len(FIGURES)
+    for picture in page.pictures:
+        assert base64.b64decode(picture.removeprefix("data:image/png;base64,")).startswith(b"\x89PNG")
+    assert not {"script", "link", "iframe"} & page.tags
+    sources = re.findall(r"(?:src|href|url)\s*[=(]\s*[\"']?([^\"'\s]{5})", html)
+    assert sources == ["data:"] * len(FIGURES)
+    assert len(html) < 3_000_000
+    assert "Targets" not in html
+    for words in (
+        *FIGURES,
+        "materials, seed 3",
+        "✓\xa0right",
+        "✗\xa0wrong",
+        "97.0 %",
+        "4.25",
+        "125.6",
+        "0.319",
+        "12 made, 11 played",
+        "119",
+        "198",
+        "plate rate",
+        "heater contact",
+        "bare CURVE ping of the same size, there and back",
+    ):
+        assert words in page.text, words
+
+
+def test_targets_of_a_scene_and_a_rate_that_was_not_held_are_said(tmp_path: Path) -> None:
+    target = {"target": "nodule", "quantity": "stiffness", "place_error_mm": 0.62, "value": 1790.0, "sd": 31.0}
+    loop = {"remote": {"behind_s": 12.2}, "operator": {"behind_s": 0.0}}
+    told = summary(targets=[target | {"true_value": 1800.0, "error": -10.0}], loop=loop)
+    html, page = report(tmp_path, session(), told)
+    assert "<h2>Targets</h2>" in html
+    assert "1790 ± 30 N/m" in html
+    assert "−10 ± 30 N/m" in html
+    assert page.text.index("too slow for this session: the rate was not held for 12 s") < page.text.index("duration")
+
+
+def test_names_are_escaped_everywhere(tmp_path: Path) -> None:
+    told = summary(
+        scene=NAME,
+        contacts=[contact(object=NAME, true_material=NAME, best=NAME, reason=NAME)],
+        faults=[{"site": "remote", "fault": NAME}],
+        modes={"confusion": {NAME: {NAME: 1}}},
+        impulses={"crossed": 1, "by_object": {NAME: {"crossed": 1}}},
+        packets={NAME: {"sent": 1}},
+        loop={NAME: {"behind_s": 3.0}},
+        rss_mib={NAME: 1.0},
+    )
+    html, page = report(tmp_path, session(NAME), told)
+    assert NAME not in html
+    assert page.text.count(NAME) >= 8
+
+
+@pytest.mark.parametrize(
+    "told", [{}, summary(contacts=[], modes={"agreement": None, "confusion": {}}, loop={}, packets={})]
+)
+def test_an_empty_session_says_none(tmp_path: Path, told: dict[str, object]) -> None:
+    _, page = report(tmp_path, nothing(), told)
+    assert not page.pictures
+    for title in FIGURES:
+        assert f"{title} none" in page.text
+    write_figure(nothing(), tmp_path / "session.png")
+
+
+@pytest.mark.parametrize("stream", ["touch", "rendered", "gate", "fingertips", "contact", "skin", "thermal"])
+def test_any_stream_may_be_missing(tmp_path: Path, stream: str) -> None:
+    parts = {name: getattr(session(), name) for name in SessionData.__slots__}
+    data = SessionData(**(parts | {stream: {} if stream == "thermal" else EMPTY}))
+    _, page = report(tmp_path, data, summary(fingers=1))
+    assert len(page.pictures) == len(FIGURES) - (stream == "thermal")
+    write_figure(data, tmp_path / "session.png")
+
+
+def test_one_finger_takes_less_room_than_five(tmp_path: Path) -> None:
+    one, _ = report(tmp_path, session(), summary(fingers=1))
+    five, _ = report(tmp_path, session(), summary())
+    assert "index (s)" in one
+    assert "thumb (s)" not in one
+    assert len(one) < len(five)
+
+
+def test_picture_is_1600_by_1000_and_leaves_no_settings_behind(tmp_path: Path) -> None:
+    before = dict(mpl.rcParams)
+    write_figure(session(), tmp_path / "session.png")
+    header = (tmp_path / "session.png").read_bytes()[16:24]
+    assert (int.from_bytes(header[:4], "big"), int.from_bytes(header[4:], "big")) == (1600, 1000)
+    assert dict(mpl.rcParams) == before
+    with pytest.raises(ValueError, match="toe"):
+        write_figure(session(), tmp_path / "session.png", finger="toe")
+
+
+def test_the_clock_starts_when_the_sites_engage_and_a_touch_that_never_ends_lasts_until_the_end() -> None:
+    curves = SessionCurves.of(session())
+    assert curves.zero_s == pytest.approx(100.5)
+    assert [(t.start_s, t.end_s) for t in curves.touches] == [(0.5, 2.5)] * 5
+    (shared,) = curves.shared_touches(range(5))
+    assert len(shared.touches) == 5
+    assert all(0 < a["time_s"] < 2 for a in curves.answers(shared.touches[0]))
+    data = session()
+    del data.truth_events[5:]
+    assert [touch.end_s for touch in SessionCurves.of(data).touches] == pytest.approx([103.98 - 100.5] * 5)
+
+
+def test_thinning_keeps_peaks_and_gaps() -> None:
+    value = np.zeros(100_000)
+    value[54_321], value[98_765] = 7.0, -3.0
+    value[:5000] = np.nan
+    thin = Curve(np.arange(100_000.0), value).thinned(500)
+    assert len(thin.time_s) == len(thin.value) == 1000
+    assert np.nanmax(thin.value) == 7.0
+    assert np.nanmin(thin.value) == -3.0
+    assert np.isnan(thin.value[:40]).all()
+    assert (np.diff(thin.time_s) >= 0).all()
+
+
+def test_a_mode_has_spans_and_a_pause_in_the_recording_does_not_count_as_held() -> None:
+    curve = Curve(np.arange(6.0), np.array([0, 0, 2, 2, np.nan, 3]))
+    assert spans(curve) == [(0.0, 2.0, 0), (2.0, 4.0, 2), (5.0, 5.0, 3)]
+    assert held_s(np.array([0.0, 0.1, 0.2, 60.0])).sum() == pytest.approx(0.7)
+
+
+def test_right_wrong_and_silence_are_words() -> None:
+    rows = [contact(), contact(material="wood"), contact(material=None, status="ambiguous", paper_material=None)]
+    told = [re.findall("right|wrong|no answer", re.sub("class=.[a-z-]+", "", contacts_table([row]))) for row in rows]
+    assert told == [["right", "wrong"], ["wrong", "wrong"], ["no answer", "no answer"]]
+    assert "<td>pvc</td><td>3</td><td>1</td><td>1</td><td>1</td><td>0</td><td>2</td><td>1</td>" in tally_table(rows)
+
+
+def test_every_delay_is_counted_once() -> None:
+    html = histogram_table([-0.001, 0.0, 0.0019, 0.002, 0.5], (0, 2, 10), "delay")
+    assert re.findall(r"<tr><td>([^<]+)</td><td>(\d+)</td>", html) == [
+        ("below 0", "1"),
+        ("0 to 2", "2"),
+        ("2 to 10", "1"),
+        ("10 and more", "1"),
+    ]

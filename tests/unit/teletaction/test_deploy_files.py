@@ -1,0 +1,53 @@
+"""The examples for a host with real devices: names fit the configurations that ship, and the syntax is right."""
+
+import configparser
+import re
+import shutil
+import subprocess
+
+import pytest
+
+from common.config import OperatorConfig, RemoteConfig, load_config
+from tests.places import ROOT
+
+RULES = ROOT / "deploy" / "udev" / "70-teletaction.rules"
+INTERFACE = ROOT / "deploy" / "network" / "80-teletaction-can.network"
+HARDWARE = ROOT / "docker" / "hardware"
+_PART = re.compile(r'[A-Z_]+(\{\w+\})?(==|\+=|=)"[^"]*"')
+
+
+def rules() -> list[str]:
+    lines = RULES.read_text("utf-8").splitlines()
+    return [line for line in lines if line and not line.startswith("#")]
+
+
+def test_each_serial_device_of_the_configurations_has_a_rule_and_an_adapter_of_its_own() -> None:
+    remote = load_config(HARDWARE / "remote.toml", RemoteConfig)
+    operator = load_config(HARDWARE / "operator.toml", OperatorConfig)
+    wanted = [*remote.texture.values(), *remote.thermal_sensors.values(), *operator.tacttip.values()]
+    given = [f"/dev/{name}" for rule in rules() for name in re.findall(r'SYMLINK\+="([^"]+)"', rule)]
+    assert sorted(given) == sorted(wanted)
+    numbers = [number for rule in rules() for number in re.findall(r'ENV\{ID_SERIAL_SHORT\}=="([^"]+)"', rule)]
+    assert len(numbers) == len(set(numbers)) == 15
+    for rule in rules():
+        assert all(_PART.fullmatch(part) for part in rule.split(", ")), rule
+        assert "==" in rule.split(", ")[0]
+
+
+@pytest.mark.skipif(shutil.which("udevadm") is None, reason="udevadm is not there")
+def test_udev_finds_nothing_wrong() -> None:
+    known = subprocess.run(["udevadm", "verify", "--help"], capture_output=True, text=True, timeout=20, check=False)
+    if known.returncode:
+        pytest.skip("this udevadm has no verify")
+    verified = subprocess.run(["udevadm", "verify", RULES], capture_output=True, text=True, timeout=20, check=False)
+    assert verified.returncode == 0, verified.stderr
+
+
+def test_the_interface_is_the_configurations_and_as_fast_as_the_protocol() -> None:
+    parser = configparser.ConfigParser()
+    parser.read(INTERFACE, "utf-8")
+    for name, kind, bus in (("remote", RemoteConfig, "telemanipulator"), ("operator", OperatorConfig, "exoskeleton")):
+        address = getattr(load_config(HARDWARE / f"{name}.toml", kind), bus)
+        assert (address.interface, address.channel) == ("socketcan", parser["Match"]["Name"])
+    assert parser["CAN"]["BitRate"] == "1M"
+    assert "bitrate 1000000" in (INTERFACE.parent / "README.md").read_text("utf-8")
